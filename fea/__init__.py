@@ -1,0 +1,1 @@
+"""Connecting-rod stress analysis: solves, judges, tells."""

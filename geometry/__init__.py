@@ -1,0 +1,1 @@
+"""What the rod is: its dimensions, its solid, its named surfaces."""

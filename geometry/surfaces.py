@@ -1,0 +1,13 @@
+"""The names of a rod's surfaces, shared by every stage."""
+
+from enum import StrEnum
+
+
+class Surface(StrEnum):
+    """A named part of the boundary (or of a mirror plane) of the solid."""
+
+    BIG_END_BORE = "big_end_bore"
+    SMALL_END_BORE = "small_end_bore"
+    SYMMETRY_Y = "symmetry_y"  # the cut y = 0
+    SYMMETRY_Z = "symmetry_z"  # the cut z = 0
+    FREE = "free"  # everything else

@@ -1,0 +1,1 @@
+"""Why the rod is stressed: crank, rod and piston over the cycle."""

@@ -1,0 +1,54 @@
+"""Load cases: everything that acts on the rod at one crank angle."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class RodMotion:
+    """Rigid-body motion of the rod in its own frame.
+
+    Attributes
+    ----------
+    acceleration
+        (x, y) acceleration of the rod frame's origin (the crank-pin centre), mm/s², in rod axes.
+    angular_velocity, angular_acceleration
+        About rod +z, rad/s and rad/s² (those of the rod: minus the derivatives of β = asin(λ sin θ)).
+    """
+
+    acceleration: tuple[float, float]
+    angular_velocity: float
+    angular_acceleration: float
+
+
+@dataclass(frozen=True)
+class LoadCase:
+    """What acts on the rod at one instant; forces on the rod in rod axes, N, tension positive.
+
+    Attributes
+    ----------
+    name
+        ``tension``, ``compression``, ``side``, ``bending``, ``gas`` or ``given``.
+    crank_angle
+        rad from firing TDC at 2π, or None where no cycle is behind the case.
+    pin_axial, crank_axial
+        Positive pulls that end outwards (pin: along +x, crank: along −x).
+    pin_transverse, crank_transverse
+        Along rod +y.
+    gas, wall
+        Gas force on the piston (positive towards the crank); force of the wall on the piston (engine +y).
+    torque
+        On the crank, N·mm, positive drives it.
+    motion
+        The rod's motion, or None for a rod at rest.
+    """
+
+    name: str
+    crank_angle: float | None
+    pin_axial: float
+    pin_transverse: float
+    crank_axial: float
+    crank_transverse: float
+    gas: float | None = None
+    wall: float | None = None
+    torque: float | None = None
+    motion: RodMotion | None = None

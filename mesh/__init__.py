@@ -1,0 +1,1 @@
+"""How the solid is discretised: tetrahedra as arrays."""

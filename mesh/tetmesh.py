@@ -1,0 +1,40 @@
+"""The mesh as arrays: what leaves gmsh."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from geometry.surfaces import Surface
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# Vertex pairs of the mid-edge nodes 4…9, in VTK's order (gmsh swaps the last two).
+EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+
+
+@dataclass(frozen=True)
+class TetMesh:
+    """Tetrahedra of first or second order with named boundary facets.
+
+    Attributes
+    ----------
+    points
+        (n_nodes, 3) coordinates, mm, rod frame.
+    tets
+        (n_elements, 4) or (n_elements, 10) node numbers in VTK's order: four vertices, positively
+        oriented, then the mid-edge nodes of `EDGES`.
+    facets
+        Per surface (n_facets, 3) or (n_facets, 6) node numbers: three vertices, then the mid-edge
+        nodes of (0,1), (1,2), (2,0); outward orientation.
+    """
+
+    points: Floats
+    tets: Ints
+    facets: dict[Surface, Ints] = field(default_factory=dict)
+
+    @property
+    def order(self) -> int:
+        """1 or 2: the order of geometry and nodes."""
+        return 1 if self.tets.shape[1] == 4 else 2
