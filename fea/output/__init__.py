@@ -1,0 +1,1 @@
+"""What a run leaves behind: result files, pictures, the summary and the closing table."""

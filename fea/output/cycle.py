@@ -1,0 +1,61 @@
+"""The crank cycle as CSV."""
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.output.errors import StorageError
+
+COLUMNS = (
+    "rpm",
+    "crank_deg",
+    "gas_N",
+    "piston_position_mm",
+    "piston_velocity_m_s",
+    "piston_acceleration_m_s2",
+    "rod_deg",
+    "rod_angular_velocity_rad_s",
+    "rod_angular_acceleration_rad_s2",
+    "pin_axial_N",
+    "pin_transverse_N",
+    "crank_axial_N",
+    "crank_transverse_N",
+    "wall_N",
+    "torque_Nm",
+    "shaking_x_N",
+    "shaking_y_N",
+)
+
+
+def write_cycle_csv(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
+    """Write the cycle, one row a crank angle.
+
+    Parameters
+    ----------
+    path
+        The file to write; its directory exists.
+    columns
+        Every name of `COLUMNS` (and ``cylinder``, which then comes first) with its values: (n,), or one
+        number for all rows; units as the names say.
+
+    Raises
+    ------
+    ValueError
+        A column is missing or unknown, or the lengths differ.
+    StorageError
+        The file could not be written.
+    """
+    names = ("cylinder", *COLUMNS) if "cylinder" in columns else COLUMNS
+    if wrong := set(names) ^ set(columns):
+        raise ValueError(f"missing or unknown columns {sorted(wrong)}: a cycle has {', '.join(names)}.")
+    values = np.broadcast_arrays(*(np.atleast_1d(np.asarray(columns[name], float)) for name in names))
+    try:
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(names)
+            writer.writerows([f"{value + 0.0:.7g}" for value in row] for row in zip(*values, strict=True))
+    except OSError as error:
+        raise StorageError(f"{path} could not be written: {error.strerror}.") from error
