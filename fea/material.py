@@ -1,0 +1,53 @@
+"""Materials: linear elastic and isotropic, with the strengths that judge a stress."""
+
+from dataclasses import dataclass
+
+from geometry.invalid import require, require_number, require_positive
+
+
+@dataclass(frozen=True)
+class Material:
+    """An isotropic linear elastic material.
+
+    Attributes
+    ----------
+    youngs_modulus
+        E, MPa.
+    poissons_ratio
+        ν, −1 < ν < 0.5.
+    density
+        ρ, t/mm³.
+    yield_strength
+        S_y, MPa.
+    ultimate_strength, endurance_limit
+        S_u and S_e, MPa, where known.
+    """
+
+    youngs_modulus: float
+    poissons_ratio: float
+    density: float
+    yield_strength: float
+    ultimate_strength: float | None = None
+    endurance_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what no isotropic solid can be."""
+        require_positive("material.E_GPa", self.youngs_modulus / 1e3)
+        nu = require_number("material.nu", self.poissons_ratio)
+        require(-1 < nu < 0.5, "material.nu", nu, "must lie between −1 and 0.5, both excluded")
+        require_positive("material.density_kg_m3", self.density * 1e12)
+        require_positive("material.yield_MPa", self.yield_strength)
+        for name, value in (("ultimate_MPa", self.ultimate_strength), ("endurance_MPa", self.endurance_limit)):
+            if value is not None:
+                require_positive(f"material.{name}", value)
+
+    @property
+    def lame_lambda(self) -> float:
+        """First Lamé constant λ, MPa."""
+        E, nu = self.youngs_modulus, self.poissons_ratio
+        return E * nu / ((1 + nu) * (1 - 2 * nu))
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus μ, MPa."""
+        return self.youngs_modulus / (2 * (1 + self.poissons_ratio))

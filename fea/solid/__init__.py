@@ -1,0 +1,1 @@
+"""Linear elasticity on tetrahedra: from a mesh and loads to stress."""
