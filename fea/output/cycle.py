@@ -1,13 +1,14 @@
 """The crank cycle as CSV."""
 
 import csv
+import io
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from fea.output.errors import StorageError
+from fea.output.text import write_text
 
 COLUMNS = (
     "rpm",
@@ -52,10 +53,8 @@ def write_cycle_csv(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
     if wrong := set(names) ^ set(columns):
         raise ValueError(f"missing or unknown columns {sorted(wrong)}: a cycle has {', '.join(names)}.")
     values = np.broadcast_arrays(*(np.atleast_1d(np.asarray(columns[name], float)) for name in names))
-    try:
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(names)
-            writer.writerows([f"{value + 0.0:.7g}" for value in row] for row in zip(*values, strict=True))
-    except OSError as error:
-        raise StorageError(f"{path} could not be written: {error.strerror}.") from error
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(names)
+    writer.writerows([f"{value + 0.0:.7g}" for value in row] for row in zip(*values, strict=True))
+    write_text(path, text.getvalue())

@@ -62,8 +62,8 @@ def write_vtu(
 
     errors: list[str] = []
     writer = vtkXMLUnstructuredGridWriter()
-    # An observer also keeps VTK from printing the error itself.
-    writer.AddObserver("ErrorEvent", lambda _source, event: errors.append(event))
+    for source in (writer, writer.GetExecutive()):  # what is observed is not printed by VTK itself
+        source.AddObserver("ErrorEvent", lambda _source, event: errors.append(event))
     writer.SetFileName(str(path))
     writer.SetInputData(grid)
     writer.SetDataModeToAppended()

@@ -1,0 +1,197 @@
+"""The directory of a run: complete or not there at all, and never at the cost of an earlier one.
+
+A run is written into a hidden directory beside its target, ``.<name>.<random>.part``, and changes places
+with the target at the end. Its process holds a lock on that directory: one that nobody holds was left by a
+process that died, and the next run into the same place removes it. Where places cannot be changed in one
+step, the earlier run steps aside as ``.<name>.<random>.backup``, which the next run puts back if need be.
+"""
+
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from fea.output import lock
+from fea.output.earlier import is_earlier_run
+from fea.output.errors import OccupiedError, StorageError
+from fea.output.exchange import exchange
+
+PART, BACKUP = "part", "backup"
+
+
+def require_replaceable(target: Path) -> None:
+    """Make sure that a run may be put at `target`: nothing is there, or nothing but an earlier run.
+
+    Raises
+    ------
+    OccupiedError
+        Something else is there, or it is the directory the user stands in.
+    StorageError
+        It cannot be looked into.
+    """
+    with _reported(target):
+        if not target.exists():
+            _require_directory_above(target)
+            return
+        if not target.is_dir():
+            raise OccupiedError(f"{target} is a file: --out names a directory, new or of an earlier run.")
+        if Path.cwd().is_relative_to(target.resolve()):
+            raise OccupiedError(
+                f"{target} is the current directory, which a run cannot replace: name one in it."
+            )
+        if any(target.iterdir()) and not is_earlier_run(target):
+            raise OccupiedError(
+                f"{target} holds something other than an earlier run, which is never overwritten: "
+                "choose another directory with --out, or empty this one.",
+            )
+
+
+@contextmanager
+def run_folder(target: Path) -> Iterator[Path]:
+    """Give an empty directory to write a run into; it becomes `target` when the block ends well.
+
+    When the block ends with an exception, or its process dies, `target` is as it was before. Several runs
+    into one place at once are safe: each is complete, and the last one stays.
+
+    Parameters
+    ----------
+    target
+        Where the run shall be. Missing parents are made. What is there is replaced only if it is an
+        earlier run (see `require_replaceable`, asked at the beginning and again at the end).
+
+    Yields
+    ------
+    Path
+        The directory to write into; on the file system of the target.
+
+    Raises
+    ------
+    OccupiedError
+        Something else is at `target`.
+    StorageError
+        The disk, a permission or the file system refused.
+    """
+    require_replaceable(target)
+    place = target.resolve()  # a link to a directory stays a link
+    with _reported(target):
+        made = _make_parents(place)
+        with lock.held(place.parent):
+            _mend(place)
+            part = _sibling(place, PART)
+            part.mkdir()
+            owned = lock.take(part)
+    done = False
+    try:
+        yield part
+        with _reported(target):
+            _flush(part)
+            with lock.held(place.parent):
+                require_replaceable(target)
+                old = _put(part, place)
+            done = True
+            _flush_directory(place.parent)
+            if old:
+                shutil.rmtree(old, ignore_errors=True)
+    finally:
+        if not done:
+            shutil.rmtree(part, ignore_errors=True)
+            _unmake_parents(made)
+        lock.release(owned)
+
+
+def _require_directory_above(target: Path) -> None:
+    """Make sure that what exists of the way to `target` is directories."""
+    above = next(parent for parent in target.absolute().parents if parent.exists())
+    if not above.is_dir():
+        raise OccupiedError(f"{target} lies below {above}, which is a file: --out names a directory.")
+
+
+@contextmanager
+def _reported(target: Path) -> Iterator[None]:
+    """Turn what the system says into an error with a remedy."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise StorageError(
+            f"{target} could not be written: {reason}. Choose another place with --out."
+        ) from error
+
+
+def _make_parents(place: Path) -> list[Path]:
+    """Make the missing parents of `place`; return them, the deepest first."""
+    missing = [parent for parent in place.parents if not parent.exists()]
+    place.parent.mkdir(parents=True, exist_ok=True)
+    return missing
+
+
+def _unmake_parents(made: list[Path]) -> None:
+    """Remove again what a failed run made, unless someone uses it by now."""
+    with suppress(OSError):
+        for parent in made:
+            parent.rmdir()
+
+
+def _sibling(place: Path, kind: str) -> Path:
+    """Return a new hidden name beside `place`."""
+    return place.with_name(f".{place.name}.{secrets.token_hex(4)}.{kind}")
+
+
+def _siblings(place: Path, kind: str) -> list[Path]:
+    """Return what runs into `place` have left beside it."""
+    entries = place.parent.iterdir()
+    return [
+        entry for entry in entries if entry.name.startswith(f".{place.name}.") and entry.suffix == f".{kind}"
+    ]
+
+
+def _mend(place: Path) -> None:
+    """Clear away what runs that died have left; the caller holds the lock of the parent."""
+    for backup in _siblings(place, BACKUP):
+        if place.exists():
+            shutil.rmtree(backup, ignore_errors=True)
+        else:
+            backup.rename(place)
+    for part in _siblings(place, PART):
+        owned = lock.take(part)
+        if owned is not None:
+            shutil.rmtree(part, ignore_errors=True)
+            lock.release(owned)
+
+
+def _put(part: Path, place: Path) -> Path | None:
+    """Move `part` to `place`; return where the earlier run is now, if there was one."""
+    if not place.exists():
+        part.rename(place)
+        return None
+    if exchange(part, place):
+        return part
+    backup = _sibling(place, BACKUP)
+    place.rename(backup)
+    try:
+        part.rename(place)
+    except OSError:
+        backup.rename(place)
+        raise
+    return backup
+
+
+def _flush(directory: Path) -> None:
+    """Make sure that the disk has every file before the name of the run points to them."""
+    for root, _, names in os.walk(directory):
+        for name in names:
+            with Path(root, name).open("rb") as file:
+                os.fsync(file.fileno())
+        _flush_directory(Path(root))
+
+
+def _flush_directory(directory: Path) -> None:
+    """Make sure that the disk has the entries of a directory, where the system can open one."""
+    with suppress(OSError):
+        descriptor = os.open(directory, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
