@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from geometry.invalid import require, require_number
+
 
 @dataclass(frozen=True)
 class RodMotion:
@@ -52,3 +54,20 @@ class LoadCase:
     wall: float | None = None
     torque: float | None = None
     motion: RodMotion | None = None
+
+
+def given(pin_axial: float, pin_transverse: float = 0.0) -> LoadCase:
+    """Make a case of a pin force without an engine, N: the crank end holds it, the rod is at rest.
+
+    The axial part is balanced at the crank end; a transverse part is not (its moment needs a clamped
+    big end).
+
+    Raises
+    ------
+    InvalidValue
+        When a force is not a finite number, or there is none.
+    """
+    axial = require_number("forces.pin_N", pin_axial)
+    transverse = require_number("forces.pin_N", pin_transverse)
+    require(bool(axial or transverse), "forces.pin_N", [axial, transverse], "must not be zero")
+    return LoadCase("given", None, axial, transverse, crank_axial=axial, crank_transverse=-transverse)

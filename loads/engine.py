@@ -1,5 +1,6 @@
 """The engine as the rod sees it."""
 
+import math
 from dataclasses import dataclass
 
 from geometry.invalid import require, require_number, require_positive
@@ -23,6 +24,12 @@ class Engine:
         How many; cylinder k fires `phase`·k after the first.
     phase
         Crank angle between consecutive cylinders, rad.
+
+    Raises
+    ------
+    InvalidValue
+        When a value breaks its rule; the crank must be able to turn, so λ = (r + |offset|)/l < 1,
+        and with friction the piston must not jam, so μ tan β < 1 over the whole turn.
     """
 
     crank_radius: float
@@ -33,3 +40,74 @@ class Engine:
     friction: float = 0.0
     cylinders: int = 1
     phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse an engine that cannot exist or cannot turn."""
+        require_positive("engine.stroke_mm", self.crank_radius)
+        require_positive("rod.length_mm", self.rod_length)
+        require_positive("engine.bore_mm", self.bore)
+        require_positive("engine.piston_mass_kg", self.piston_mass)
+        require_number("engine.pin_offset_mm", self.pin_offset)
+        self._require_a_whole_turn()
+        self._require_a_free_piston()
+        self._require_cylinders()
+
+    def _require_a_whole_turn(self) -> None:
+        reach = self.crank_radius + abs(self.pin_offset)
+        require(
+            reach < self.rod_length,
+            "rod.length_mm",
+            self.rod_length,
+            f"must exceed crank radius + |pin offset| = {reach:g} mm "
+            f"(λ = {reach / self.rod_length:.4g} must stay below 1, or the crank cannot turn)",
+            "Lengthen the rod or shorten engine.stroke_mm.",
+        )
+
+    def _require_a_free_piston(self) -> None:
+        friction = require_number("engine.friction", self.friction)
+        require(friction >= 0, "engine.friction", friction, "must not be negative")
+        jam = friction * self.largest_rod_tangent
+        require(
+            jam < 1,
+            "engine.friction",
+            friction,
+            f"μ tan β reaches {jam:.4g} in the cycle and must stay below 1, or the piston jams",
+            "Lower the friction or lengthen the rod.",
+        )
+
+    def _require_cylinders(self) -> None:
+        whole = isinstance(self.cylinders, int) and not isinstance(self.cylinders, bool)
+        require(
+            whole and self.cylinders >= 1, "engine.cylinders", self.cylinders, "must be a whole number from 1"
+        )
+        require_number("engine.phase_deg", self.phase)
+
+    @property
+    def crank_ratio(self) -> float:
+        """λ = r/l."""
+        return self.crank_radius / self.rod_length
+
+    @property
+    def largest_rod_tangent(self) -> float:
+        """The largest |tan β| of a turn."""
+        return math.tan(math.asin((self.crank_radius + abs(self.pin_offset)) / self.rod_length))
+
+    @property
+    def piston_area(self) -> float:
+        """mm²."""
+        return math.pi * self.bore**2 / 4
+
+    @property
+    def top_position(self) -> float:
+        """Distance of the piston pin from the crank axis at top dead centre, along the cylinder, mm."""
+        return math.sqrt((self.rod_length + self.crank_radius) ** 2 - self.pin_offset**2)
+
+    @property
+    def bottom_position(self) -> float:
+        """The same at bottom dead centre, mm."""
+        return math.sqrt((self.rod_length - self.crank_radius) ** 2 - self.pin_offset**2)
+
+    @property
+    def stroke(self) -> float:
+        """Travel of the piston, mm (2r; slightly more with a pin offset)."""
+        return self.top_position - self.bottom_position

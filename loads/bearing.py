@@ -1,0 +1,120 @@
+"""How a pin force presses on a bore.
+
+The pressure is constant along the pin and spread over an arc centred on the force, φ being the angle
+from it: p(φ) = p₀ s(φ) for |φ| ≤ arc/2. Its resultant on a bore of radius R and width b is
+P = p₀ R b ∫ s(φ) cos φ dφ. Half cosine and uniform 120° follow Webster et al. (1983).
+"""
+
+import math
+import re
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+import numpy.typing as npt
+
+from geometry.invalid import InvalidValue, require, require_positive
+
+Floats = npt.NDArray[np.float64]
+
+
+class Shape(StrEnum):
+    """How the pressure falls off from the middle of its arc."""
+
+    COSINE = "cosine"
+    UNIFORM = "uniform"
+
+
+@dataclass(frozen=True)
+class Arc:
+    """A pressure shape over an arc.
+
+    Attributes
+    ----------
+    shape
+        Cosine, cos(π φ/arc), or uniform.
+    angle
+        The whole arc, rad, above zero and at most π: a pin presses on one side of its bore.
+    """
+
+    shape: Shape
+    angle: float
+
+    def __post_init__(self) -> None:
+        """Refuse an arc that a pin cannot press on."""
+        degrees = math.degrees(require_positive("analysis.pressure arc", self.angle))
+        require(
+            1 <= degrees <= 180 * (1 + 1e-12),
+            "analysis.pressure arc in degrees",
+            degrees,
+            "must lie within 1…180 (a pin presses on one side of its bore)",
+        )
+
+    def __call__(self, phi: npt.ArrayLike) -> Floats:
+        """Relative pressure s at angles φ (rad, any turn) from the force: 1 amid the arc, 0 outside it."""
+        phi = np.asarray(phi, dtype=np.float64)
+        phi = np.abs(np.mod(phi + math.pi, 2 * math.pi) - math.pi)
+        inside = phi <= self.angle / 2
+        if self.shape is Shape.UNIFORM:
+            return np.where(inside, 1.0, 0.0)
+        return np.where(inside, np.cos(np.minimum(math.pi * phi / self.angle, math.pi / 2)), 0.0)
+
+    @property
+    def resultant(self) -> float:
+        """∫ s(φ) cos φ dφ: force per p₀ R b. π/2 for the half cosine over 180°, √3 for uniform over 120°."""
+        half = self.angle / 2
+        if self.shape is Shape.UNIFORM:
+            return 2 * math.sin(half)
+        if math.isclose(self.angle, math.pi):
+            return math.pi / 2
+        k = math.pi / self.angle
+        return 2 * k * math.cos(half) / (k**2 - 1)
+
+    def peak(self, force: float, radius: float, width: float) -> float:
+        """p₀ = P/(R b ∫ s cos φ dφ), MPa, for a force in N on a bore of radius and width in mm."""
+        return force / (radius * width * self.resultant)
+
+
+@dataclass(frozen=True)
+class BorePressure:
+    """The arcs a pin presses on when its end of the rod is pulled and when it is pushed.
+
+    Attributes
+    ----------
+    name
+        As in the study file: ``cosine-180``, ``uniform-120``, ``cosine-<arc>``, ``uniform-<arc>`` or
+        ``webster`` (half cosine in tension, uniform over 120° in compression).
+    tension, compression
+        The arc for an axial force of that sign.
+    """
+
+    name: str
+    tension: Arc
+    compression: Arc
+
+    @classmethod
+    def parse(cls, name: str) -> "BorePressure":
+        """Read a name of the study file.
+
+        Raises
+        ------
+        InvalidValue
+            When the name is unknown or its arc is not within 1…180 degrees.
+        """
+        if name == "webster":
+            return cls(name, Arc(Shape.COSINE, math.pi), Arc(Shape.UNIFORM, math.radians(120)))
+        match = re.fullmatch(r"(cosine|uniform)-(\d+(?:\.\d+)?)", name)
+        if match is None:
+            raise InvalidValue(
+                "analysis.pressure",
+                name,
+                "must be cosine-180, uniform-120, cosine-<arc in degrees> or webster",
+            )
+        degrees = float(match[2])
+        require(1 <= degrees <= 180, "analysis.pressure", name, "its arc must lie within 1…180 degrees")
+        arc = Arc(Shape(match[1]), math.radians(degrees))
+        return cls(name, arc, arc)
+
+    def arc(self, axial: float) -> Arc:
+        """Choose the arc for an axial force of this sign (tension positive)."""
+        return self.tension if axial > 0 else self.compression

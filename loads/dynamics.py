@@ -1,0 +1,167 @@
+"""Forces on piston, rod and crank over the cycle: Newton–Euler in closed form.
+
+Piston (mass m_p), rod (mass m, inertia I about its centre of gravity G) and a balanced crank at constant
+speed. With P and C the forces on the rod at piston pin and crank pin, N the force of the wall on the
+piston, F_f its friction and F_g the gas force:
+
+    piston  m_p ẍ = −F_g + F_f − P_x,   N = P_y
+    rod     m a_G = P + C,              l (P_x sin β + P_y cos β) = I α + (r_G × m a_G)_z
+    crank   T = r (C_x sin θ − C_y cos θ)
+
+about the crank pin, so that P follows from piston and rod alone and C from the rod's momentum.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from geometry.mass import MassProperties
+from loads.cases import RodMotion
+from loads.engine import Engine
+from loads.gas import GasModel
+from loads.slider_crank import Kinematics, kinematics
+
+Floats = npt.NDArray[np.float64]
+Pair = tuple[Floats, Floats]
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """Motion and forces of one cylinder; every array has the broadcast shape of crank angle and speed.
+
+    Attributes
+    ----------
+    motion
+        Kinematics of piston and rod.
+    gas
+        Gas force on the piston, N, positive towards the crank.
+    pin_axial, pin_transverse, crank_axial, crank_transverse
+        Forces on the rod in rod axes, N: axial positive where it pulls that end outwards, transverse
+        along +y.
+    pin_x, pin_y, crank_x, crank_y
+        The same forces on the rod in the engine frame, N.
+    wall, friction
+        Force of the wall on the piston: normal, along engine +y, and tangential, along engine +x, N.
+    torque
+        On the crank, N·mm, positive drives it.
+    shaking_x, shaking_y
+        Force of the mechanism on the frame, gas on the head included, N.
+    """
+
+    motion: Kinematics
+    gas: Floats
+    pin_axial: Floats
+    pin_transverse: Floats
+    crank_axial: Floats
+    crank_transverse: Floats
+    pin_x: Floats
+    pin_y: Floats
+    crank_x: Floats
+    crank_y: Floats
+    wall: Floats
+    friction: Floats
+    torque: Floats
+    shaking_x: Floats
+    shaking_y: Floats
+
+
+def cycle(
+    engine: Engine, rod: MassProperties, gas: GasModel, speed: npt.ArrayLike, crank_angle: npt.ArrayLike
+) -> Cycle:
+    """Compute the forces at given crank angles and constant speeds.
+
+    Parameters
+    ----------
+    rod
+        Mass, centre of gravity (both in-plane components count) and I_z.
+    speed
+        rad/s, broadcast against `crank_angle` (rad): ``speeds[:, None]`` gives arrays of (speeds, angles).
+
+    Raises
+    ------
+    InvalidValue
+        When an angle or a speed is not finite or a speed is negative.
+    """
+    motion = kinematics(engine, crank_angle, speed)
+    gas_force = gas.pressure(motion.crank_angle, motion.speed) * engine.piston_area
+    a_x, a_y = center_acceleration(engine, rod, motion)
+    pin = _pin_force(engine, rod, motion, gas_force, (a_x, a_y))
+    beta, theta = motion.rod_angle, motion.crank_angle
+    inertia_x, inertia_y = to_engine_axes((rod.mass * a_x, rod.mass * a_y), beta)
+    crank = inertia_x - pin[0], inertia_y - pin[1]
+    pin_axial, pin_transverse = to_rod_axes(pin, beta)
+    crank_along, crank_transverse = to_rod_axes(crank, beta)
+    return Cycle(
+        motion=motion,
+        gas=gas_force,
+        pin_axial=pin_axial,
+        pin_transverse=pin_transverse,
+        crank_axial=-crank_along,
+        crank_transverse=crank_transverse,
+        pin_x=pin[0],
+        pin_y=pin[1],
+        crank_x=crank[0],
+        crank_y=crank[1],
+        wall=pin[1],
+        friction=engine.piston_mass * motion.piston_acceleration + gas_force + pin[0],
+        torque=engine.crank_radius * (crank[0] * np.sin(theta) - crank[1] * np.cos(theta)),
+        shaking_x=-engine.piston_mass * motion.piston_acceleration - inertia_x,
+        shaking_y=-inertia_y,
+    )
+
+
+def rod_motion(engine: Engine, speed: float, crank_angle: float) -> RodMotion:
+    """Rigid-body motion of the rod at one crank angle (rad) and speed (rad/s), in rod axes."""
+    motion = kinematics(engine, crank_angle, speed)
+    a_x, a_y = _origin_acceleration(engine, motion)
+    return RodMotion(
+        acceleration=(float(a_x), float(a_y)),
+        angular_velocity=-float(motion.rod_rate),
+        angular_acceleration=-float(motion.rod_acceleration),
+    )
+
+
+def to_rod_axes(vector: Pair, rod_angle: Floats) -> Pair:
+    """Turn engine components into rod components: rod x is (cos β, −sin β), rod y is (sin β, cos β)."""
+    x, y = vector
+    cos_b, sin_b = np.cos(rod_angle), np.sin(rod_angle)
+    return x * cos_b - y * sin_b, x * sin_b + y * cos_b
+
+
+def to_engine_axes(vector: Pair, rod_angle: Floats) -> Pair:
+    """Turn rod components into engine components."""
+    return to_rod_axes(vector, -rod_angle)
+
+
+def center_acceleration(engine: Engine, rod: MassProperties, motion: Kinematics) -> Pair:
+    """Acceleration of the rod's centre of gravity in rod axes, mm/s²: a₀ + α×r − ω² r."""
+    a_x, a_y = _origin_acceleration(engine, motion)
+    x, y, _ = rod.center
+    alpha, omega2 = -motion.rod_acceleration, motion.rod_rate**2
+    return a_x - alpha * y - omega2 * x, a_y + alpha * x - omega2 * y
+
+
+def _origin_acceleration(engine: Engine, motion: Kinematics) -> Pair:
+    """Centripetal acceleration of the crank pin in rod axes, mm/s²."""
+    inward = engine.crank_radius * motion.speed**2
+    angle = motion.crank_angle + motion.rod_angle
+    return -inward * np.cos(angle), -inward * np.sin(angle)
+
+
+def _pin_force(engine: Engine, rod: MassProperties, motion: Kinematics, gas: Floats, a_center: Pair) -> Pair:
+    """Force on the rod at the piston pin, engine axes, N.
+
+    Without friction P_x is the piston's alone and P_y = M/(l cos β) − P_x tan β =: N₀. Friction
+    −μ |N| sgn ẋ adds itself to P_x, hence N = N₀ + μ sgn ẋ tan β |N|: since μ |tan β| < 1 (the engine
+    sees to it), N has the sign of N₀ and the equation is solved in one step.
+    """
+    x, y, _ = rod.center
+    a_x, a_y = a_center
+    tan_b = np.tan(motion.rod_angle)
+    moment = -rod.inertia_z * motion.rod_acceleration + rod.mass * (x * a_y - y * a_x)
+    p_x = -gas - engine.piston_mass * motion.piston_acceleration
+    wall = moment / (engine.rod_length * np.cos(motion.rod_angle)) - p_x * tan_b
+    drag = engine.friction * np.sign(motion.piston_velocity)
+    wall = wall / (1 - drag * tan_b * np.sign(wall))
+    return p_x - drag * np.abs(wall), wall

@@ -1,0 +1,126 @@
+"""The peak cases of a cycle: the crank angles at which a rod is worst off."""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from geometry.mass import MassProperties
+from loads.cases import LoadCase
+from loads.dynamics import Cycle, cycle, rod_motion
+from loads.engine import Engine
+from loads.gas import CYCLE, GasModel
+
+Floats = npt.NDArray[np.float64]
+Measure = Callable[[Cycle], Floats]
+
+# Half a degree finds every peak; the second grid, a hundredth of it, places it (a parabola would not:
+# a trace that is linear between samples has kinks).
+_COARSE = math.radians(0.5)
+_FINE = _COARSE / 100
+# Peaks that differ by less (relative) are one peak repeated.
+_EQUAL = 1e-6
+
+
+class Peaks(NamedTuple):
+    """The cases that occur, and the others with the reason why they do not."""
+
+    cases: tuple[LoadCase, ...]
+    left_out: tuple[tuple[str, str], ...]
+
+
+# What each case makes largest; where even the largest is not positive the case does not occur.
+_MEASURES: dict[str, tuple[Measure, str]] = {
+    "tension": (
+        lambda c: np.maximum(c.pin_axial, c.crank_axial),
+        "the rod is in compression all through the cycle",
+    ),
+    "compression": (
+        lambda c: -np.minimum(c.pin_axial, c.crank_axial),
+        "the rod is in tension all through the cycle",
+    ),
+    "side": (lambda c: np.abs(c.wall), "no force between piston and wall"),
+    "bending": (lambda c: np.abs(c.crank_transverse), "no transverse force on the crank end"),
+}
+
+
+def peak_cases(engine: Engine, rod: MassProperties, gas: GasModel, speed: float) -> Peaks:
+    """Find the peak cases of one cycle at a constant speed (rad/s).
+
+    ``tension`` and ``compression`` have the largest force along the rod at either end, ``side`` the
+    largest wall force, ``bending`` the largest transverse force at the crank end; each holds everything
+    that acts at its crank angle, found to 0.005°. ``gas`` is the peak gas force alone on a rod at rest
+    along the cylinder: low speed, where inertia does not relieve it (Shenoy & Fatemi, SAE 2005-01-0987).
+    """
+
+    def at(angles: Floats) -> Cycle:
+        return cycle(engine, rod, gas, speed, angles)
+
+    coarse = np.arange(0, CYCLE - _COARSE / 2, _COARSE)
+    whole = at(coarse)
+    cases, left_out = [], []
+    for name, (measure, reason) in _MEASURES.items():
+        angle, largest = _refine(measure, at, whole)
+        if largest > 0:
+            cases.append(load_case(engine, rod, gas, speed, angle, name=name))
+        else:
+            left_out.append((name, reason))
+    angle, largest = _refine(lambda c: c.gas, at, whole)
+    if largest > 0:
+        cases.append(gas_alone(largest, angle))
+    else:
+        left_out.append(("gas", "no gas force on the piston"))
+    return Peaks(tuple(cases), tuple(left_out))
+
+
+def load_case(
+    engine: Engine, rod: MassProperties, gas: GasModel, speed: float, crank_angle: float, *, name: str
+) -> LoadCase:
+    """Everything that acts on the rod at one crank angle (rad) and speed (rad/s)."""
+    c = cycle(engine, rod, gas, speed, crank_angle)
+    return LoadCase(
+        name=name,
+        crank_angle=crank_angle,
+        pin_axial=float(c.pin_axial),
+        pin_transverse=float(c.pin_transverse),
+        crank_axial=float(c.crank_axial),
+        crank_transverse=float(c.crank_transverse),
+        gas=float(c.gas),
+        wall=float(c.wall),
+        torque=float(c.torque),
+        motion=rod_motion(engine, speed, crank_angle),
+    )
+
+
+def gas_alone(force: float, crank_angle: float) -> LoadCase:
+    """Put the gas force (N, towards the crank; it peaks at `crank_angle`) on a rod at rest."""
+    return LoadCase(
+        name="gas",
+        crank_angle=crank_angle,
+        pin_axial=-force,
+        pin_transverse=0.0,
+        crank_axial=-force,
+        crank_transverse=0.0,
+        gas=force,
+        wall=0.0,
+        torque=0.0,
+    )
+
+
+def _refine(measure: Measure, at: Callable[[Floats], Cycle], whole: Cycle) -> tuple[float, float]:
+    """Crank angle (rad, within the cycle) and value of the largest `measure`.
+
+    The transverse force at the crank end does not feel the gas, so it peaks alike at several angles of
+    the cycle: of equal peaks the one with the largest force along the rod is taken.
+    """
+    values = measure(whole)
+    equal = values >= values.max() - _EQUAL * abs(values.max())
+    along = np.maximum(np.abs(whole.pin_axial), np.abs(whole.crank_axial))
+    peak = whole.motion.crank_angle[int(np.argmax(np.where(equal, along, -1.0)))]
+    # The grid holds the coarse peak itself, so that refining never finds less.
+    near = peak + _FINE * np.arange(-100, 101)
+    values = measure(at(near))
+    i = int(np.argmax(values))
+    return float(np.mod(near[i], CYCLE)), float(values[i])
