@@ -1,0 +1,117 @@
+"""Pressure traces from CSV files.
+
+A header names the columns: ``crank_deg, pressure_bar`` for a trace that holds at any speed, or
+``crank_deg, pressure_bar_800rpm, pressure_bar_3000rpm…`` for one per speed. Pressures are gauge.
+Blank lines and lines that start with # are skipped.
+"""
+
+import csv
+import math
+import re
+from collections.abc import Iterator
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from fea.units import BAR, DEG, RPM
+from geometry.invalid import InvalidValue, require
+from loads.gas import Trace
+
+Row = tuple[int, list[str]]
+
+SHIPPED = ("leon-2001",)
+_HINT = "Columns: crank_deg, pressure_bar (gauge), or crank_deg, pressure_bar_<rpm>rpm, one a speed."
+_PER_SPEED = re.compile(r"pressure_bar_(\d+(?:\.\d+)?)rpm")
+
+
+def shipped_trace(name: str) -> Trace:
+    """Load a trace that comes with the program, by a name of `SHIPPED`.
+
+    Raises
+    ------
+    InvalidValue
+        When there is none of that name.
+    """
+    require(name in SHIPPED, "engine.gas", name, f"must be one of {', '.join(SHIPPED)} or a CSV file")
+    text = (files("fea") / "studies" / f"{name}-gas.csv").read_text(encoding="utf-8")
+    return parse_trace(text, f"{name}-gas.csv")
+
+
+def read_trace(path: Path) -> Trace:
+    """Read a user's trace.
+
+    Raises
+    ------
+    InvalidValue
+        When the file cannot be read or does not hold a cycle; names file, line, value and rule.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not a text file in UTF-8"
+        raise InvalidValue("engine.gas", str(path), f"cannot be read ({reason})", _HINT) from error
+    return parse_trace(text, path.name)
+
+
+def parse_trace(text: str, source: str) -> Trace:
+    """Turn the text of a CSV file into a trace; `source` is its name in messages."""
+    rows = list(_rows(text))
+    require(bool(rows), "engine.gas", source, "holds no data", _HINT)
+    (_, header), samples = rows[0], rows[1:]
+    speeds = _speeds([column.strip() for column in header], source)
+    values = [_numbers(cells, line, header, source) for line, cells in samples]
+    table = np.array(values, dtype=np.float64).reshape(len(values), len(header))
+    try:
+        _require_sorted(samples, values)
+        return Trace(table[:, 0] * DEG, table[:, 1:].T * BAR, np.array(speeds) * RPM)
+    except InvalidValue as error:
+        raise InvalidValue(f"{source}: {error.name}", error.value, error.rule, error.remedy) from error
+
+
+def _rows(text: str) -> Iterator[Row]:
+    """Lines that hold something, with their numbers."""
+    reader = csv.reader(text.splitlines())
+    for cells in reader:
+        if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#"):
+            yield reader.line_num, cells
+
+
+def _speeds(header: list[str], source: str) -> list[float]:
+    """Speeds in rpm named by the header; none for a trace that holds at any speed."""
+    first, *pressures = header
+    name = f"{source}: header"
+    require(first == "crank_deg" and bool(pressures), name, ",".join(header), "is not that of a trace", _HINT)
+    if pressures == ["pressure_bar"]:
+        return []
+    matches = [_PER_SPEED.fullmatch(column) for column in pressures]
+    for column, match in zip(pressures, matches, strict=True):
+        require(match is not None, name, column, "is not a known column", _HINT)
+    return [float(match[1]) for match in matches if match]
+
+
+def _numbers(cells: list[str], line: int, header: list[str], source: str) -> list[float]:
+    where = f"{source} line {line}"
+    require(len(cells) == len(header), where, ",".join(cells), f"must have {len(header)} columns", _HINT)
+    return [_number(cell, f"{where}, {column.strip()}") for cell, column in zip(cells, header, strict=True)]
+
+
+def _number(cell: str, name: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    require(math.isfinite(value), name, cell.strip(), "must be a finite number (with a decimal point)")
+    return value
+
+
+def _require_sorted(samples: list[Row], values: list[list[float]]) -> None:
+    """As `Trace` does, but here the line is known."""
+    for (line, _), previous, current in zip(samples[1:], values, values[1:], strict=False):
+        require(
+            current[0] > previous[0],
+            f"line {line}, crank_deg",
+            current[0],
+            f"must increase from line to line (it follows {previous[0]:g})",
+            "Sort the lines and drop repeated angles.",
+        )
