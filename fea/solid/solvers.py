@@ -3,7 +3,6 @@
 import importlib.metadata
 import os
 import sys
-from enum import StrEnum
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -11,17 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse.linalg import splu
 
+from fea.choices import SolverName
 from fea.solid.assembly import SymmetricMatrix
 
 Floats = npt.NDArray[np.float64]
-
-
-class SolverName(StrEnum):
-    """The solvers a user may name."""
-
-    AUTO = "auto"
-    PARDISO = "pardiso"
-    SUPERLU = "superlu"
 
 
 class SingularMatrixError(RuntimeError):

@@ -1,0 +1,39 @@
+"""The closed choices of a study and of the command line."""
+
+from enum import StrEnum
+
+
+class Element(StrEnum):
+    """Order of the tetrahedra."""
+
+    P1 = "p1"
+    P2 = "p2"
+
+    @property
+    def order(self) -> int:
+        """1 or 2."""
+        return 1 if self is Element.P1 else 2
+
+
+class Support(StrEnum):
+    """How the rod is held."""
+
+    INERTIA_RELIEF = "inertia-relief"
+    CLAMPED = "clamped"
+
+
+class Symmetry(StrEnum):
+    """Which part of the rod is solved."""
+
+    AUTO = "auto"
+    NONE = "none"
+    HALF = "half"
+    QUARTER = "quarter"
+
+
+class SolverName(StrEnum):
+    """The linear solvers."""
+
+    AUTO = "auto"
+    PARDISO = "pardiso"
+    SUPERLU = "superlu"

@@ -1,0 +1,90 @@
+"""[engine]: the engine and its gas."""
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+
+from fea.traces import SHIPPED, read_trace, shipped_trace
+from fea.units import BAR, DEG, KG
+from geometry.invalid import InvalidValue, require, require_positive
+from loads.engine import Engine
+from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, GasModel, NoGas, Otto
+
+_CYCLES = ("boyle", "otto", "motored", "none")
+
+
+@dataclass(frozen=True)
+class EngineTable:
+    """[engine]: dimensions, masses and gas.
+
+    `gas` is the name of a shipped trace, ``boyle``, ``otto``, ``motored``, ``none`` or a CSV file; the
+    keys after it belong to the computed cycles.
+    """
+
+    stroke_mm: float
+    bore_mm: float
+    piston_mass_kg: float
+    cylinders: int = 1
+    phase_deg: float | None = None
+    pin_offset_mm: float = 0.0
+    friction: float = 0.0
+    gas: str = "none"
+    compression_ratio: float | None = None
+    peak_pressure_bar: float | None = None
+    intake_pressure_bar: float | None = None
+    atmosphere_bar: float | None = None
+    heat_ratio: float | None = None
+
+    def located(self, folder: Path) -> "EngineTable":
+        """Return the table with the path of a CSV file made absolute."""
+        if self.gas in SHIPPED or self.gas in _CYCLES:
+            return self
+        if not self.gas.lower().endswith(".csv"):
+            choices = ", ".join((*SHIPPED, *_CYCLES))
+            raise InvalidValue("engine.gas", self.gas, "is no gas model", f"Choose {choices} or a .csv file.")
+        return dataclasses.replace(self, gas=str((folder / self.gas).resolve()))
+
+    def engine(self, rod_length: float) -> Engine:
+        """Return the engine with a rod of `rod_length` (mm), in coherent units."""
+        require_positive("engine.stroke_mm", self.stroke_mm)
+        phase = self.phase_deg
+        if phase is None:  # even firing of a four-stroke engine
+            phase = 720.0 / max(self.cylinders, 1)
+        return Engine(
+            crank_radius=self.stroke_mm / 2,
+            rod_length=rod_length,
+            bore=self.bore_mm,
+            piston_mass=self.piston_mass_kg * KG,
+            pin_offset=self.pin_offset_mm,
+            friction=self.friction,
+            cylinders=self.cylinders,
+            phase=phase * DEG,
+        )
+
+    def gas_model(self, engine: Engine) -> GasModel:
+        """Return the cylinder pressure.
+
+        Raises
+        ------
+        InvalidValue
+            A missing key of the model, or a trace that is not one cycle.
+        """
+        if self.gas == "none":
+            return NoGas()
+        if self.gas in SHIPPED:
+            return shipped_trace(self.gas)
+        if self.gas not in _CYCLES:
+            return read_trace(Path(self.gas))
+        ratio = self._needed("compression_ratio")
+        atmosphere = ATMOSPHERE if self.atmosphere_bar is None else self.atmosphere_bar * BAR
+        if self.gas == "boyle":
+            return Boyle(engine, ratio, atmosphere)
+        intake = atmosphere if self.intake_pressure_bar is None else self.intake_pressure_bar * BAR
+        peak = self._needed("peak_pressure_bar") * BAR if self.gas == "otto" else None
+        heat_ratio = HEAT_RATIO_AIR if self.heat_ratio is None else self.heat_ratio
+        return Otto(engine, ratio, peak, intake, atmosphere, heat_ratio)
+
+    def _needed(self, key: str) -> float:
+        value = getattr(self, key)
+        require(value is not None, f"engine.{key}", None, f'is needed by gas = "{self.gas}"')
+        return float(value)

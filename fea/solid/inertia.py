@@ -1,0 +1,94 @@
+"""The inertia of a moving body: its mass properties and its D'Alembert forces."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.solid.element import tabulate
+from fea.solid.integration import VOLUME_DEGREE, volume_points
+from fea.solid.parity import Split
+from geometry.mass import MassProperties
+from geometry.surfaces import Surface
+from loads.cases import RodMotion
+from mesh.tetmesh import TetMesh
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """What a rigid planar motion needs of a meshed body.
+
+    Attributes
+    ----------
+    weight, weight_x, weight_y
+        ∫ρ N_a dV, ∫ρ N_a x dV, ∫ρ N_a y dV per node, (n_nodes,), t and t·mm.
+    properties
+        Of the whole body, from the same quadrature: forces formed from both balance to rounding.
+    cut_y
+        Whether the mesh is cut at y = 0.
+    """
+
+    weight: Floats
+    weight_x: Floats
+    weight_y: Floats
+    properties: MassProperties
+    cut_y: bool
+
+    def forces(self, motion: RodMotion) -> Split:
+        """D'Alembert forces −ρ(a₀ + α × x − ω² x) as nodal forces, N."""
+        (ax, ay), alpha = motion.acceleration, motion.angular_acceleration
+        square = motion.angular_velocity**2
+        none = np.zeros_like(self.weight)
+        symmetric = np.stack(
+            [square * self.weight_x - ax * self.weight, square * self.weight_y, none], axis=1
+        )
+        antisymmetric = np.stack(
+            [alpha * self.weight_y, -ay * self.weight - alpha * self.weight_x, none], axis=1
+        )
+        if self.cut_y:
+            return Split(symmetric, antisymmetric)
+        return Split(symmetric + antisymmetric, None)
+
+
+def inertia(mesh: TetMesh, density: float) -> Inertia:
+    """Integrate mass and its moments over the mesh; the planes it is cut at complete the properties.
+
+    Parameters
+    ----------
+    mesh
+        The meshed cell.
+    density
+        t/mm³.
+    """
+    places, volumes = volume_points(mesh)
+    mass = volumes * density
+    values = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values
+
+    def nodal(field: Floats) -> Floats:
+        return np.bincount(mesh.tets.ravel(), (field @ values).ravel(), minlength=len(mesh.points))
+
+    cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
+    return Inertia(
+        nodal(mass),
+        nodal(mass * places[..., 0]),
+        nodal(mass * places[..., 1]),
+        _properties(places.reshape(-1, 3), mass.ravel(), cut_y=cut_y, cut_z=cut_z),
+        cut_y,
+    )
+
+
+def _properties(places: Floats, mass: Floats, *, cut_y: bool, cut_z: bool) -> MassProperties:
+    images = (2 if cut_y else 1) * (2 if cut_z else 1)
+    total = images * mass.sum()
+    first = images * (mass @ places)
+    second = images * ((places * mass[:, None]).T @ places)
+    for axis, cut in ((1, cut_y), (2, cut_z)):
+        if cut:  # odd moments of a mirrored body vanish
+            first[axis] = 0.0
+            second[axis, np.arange(3) != axis] = second[np.arange(3) != axis, axis] = 0.0
+    center = first / total
+    central = second - total * np.outer(center, center)
+    tensor = np.trace(central) * np.eye(3) - central
+    return MassProperties(float(total), tuple(center.tolist()), tuple(map(tuple, tensor.tolist())))

@@ -1,0 +1,30 @@
+"""Symmetric and antisymmetric parts about y = 0."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+
+class Parity(IntEnum):
+    """How a vector field continues across y = 0: mirrored as it is, or mirrored and reversed."""
+
+    SYMMETRIC = 1
+    ANTISYMMETRIC = -1
+
+
+@dataclass(frozen=True)
+class Split:
+    """A field split about y = 0 (on a model not cut there the second part is None).
+
+    Attributes
+    ----------
+    symmetric, antisymmetric
+        Nodal values on the meshed cell, (n_nodes, 3).
+    """
+
+    symmetric: Floats
+    antisymmetric: Floats | None

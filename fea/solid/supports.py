@@ -1,0 +1,91 @@
+"""Supports: mirror planes, inertia relief, a clamped bore; and whether anything can still move."""
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.solid.parity import Parity
+from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
+
+Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+_MODES = ("slide along x", "slide along y", "slide along z", "turn about x", "turn about y", "turn about z")
+
+
+class UnderconstrainedError(RuntimeError):
+    """A rigid motion is left free."""
+
+
+def plane_conditions(mesh: TetMesh, parity: Parity) -> Mask:
+    """Degrees of freedom (n_nodes, 3) that vanish on the mirror planes the mesh is cut at.
+
+    On z = 0 the normal displacement vanishes; on y = 0 the normal one for the symmetric part, both
+    tangential ones for the antisymmetric part.
+    """
+    fixed = np.zeros((len(mesh.points), 3), dtype=bool)
+    if Surface.SYMMETRY_Z in mesh.facets:
+        fixed[mesh.facets[Surface.SYMMETRY_Z].ravel(), 2] = True
+    if Surface.SYMMETRY_Y in mesh.facets:
+        nodes = mesh.facets[Surface.SYMMETRY_Y].ravel()
+        for axis in (1,) if parity is Parity.SYMMETRIC else (0, 2):
+            fixed[nodes, axis] = True
+    return fixed
+
+
+def determinate_restraints(mesh: TetMesh) -> Mask:
+    """Six degrees of freedom (n_nodes, 3) at three nodes that stop every rigid motion and nothing else.
+
+    Node A at the far end of the big end is held in x, y and z, node B at the other end of the rod in
+    y and z, node C off the line AB in z. Those that a mirror plane holds already coincide with it.
+    """
+    held = np.zeros((len(mesh.points), 3), dtype=bool)
+    x, y, z = mesh.points.T
+    # On the mirror planes, so that the reaction of each has the plane's symmetry.
+    axial = np.hypot(np.abs(y), np.abs(z)) <= np.hypot(y, z).min() + 1e-9
+    along = np.flatnonzero(axial) if np.count_nonzero(axial) > 1 else np.arange(len(x))
+    a, b = along[x[along].argmin()], along[x[along].argmax()]
+    level = np.flatnonzero(np.abs(z) <= np.abs(z).min() + 1e-9)
+    c = level[np.abs(y[level] - y[a]).argmax()]
+    held[a] = True
+    held[b, 1:] = True
+    held[c, 2] = True
+    return held
+
+
+def clamped(mesh: TetMesh, surface: Surface) -> Mask:
+    """Every degree of freedom (n_nodes, 3) on a surface."""
+    held = np.zeros((len(mesh.points), 3), dtype=bool)
+    held[mesh.facets[surface].ravel()] = True
+    return held
+
+
+def rigid_modes(points: Floats) -> Floats:
+    """The six rigid displacements (n_nodes, 3, 6), rotations about the centroid scaled to unit size."""
+    centred = points - points.mean(axis=0)
+    x, y, z = (centred / np.abs(centred).max()).T
+    modes = np.zeros((len(points), 3, 6))
+    modes[:, [0, 1, 2], [0, 1, 2]] = 1
+    modes[:, 1, 3], modes[:, 2, 3] = -z, y
+    modes[:, 0, 4], modes[:, 2, 4] = z, -x
+    modes[:, 0, 5], modes[:, 1, 5] = -y, x
+    return modes
+
+
+def require_restrained(mesh: TetMesh, fixed: Mask) -> None:
+    """Refuse a model whose fixed degrees of freedom leave a rigid motion.
+
+    Raises
+    ------
+    UnderconstrainedError
+        Naming the motions left.
+    """
+    modes = rigid_modes(mesh.points)[fixed]
+    gram = modes.T @ modes
+    values, vectors = np.linalg.eigh(gram)
+    # Each fixed entry contributes order one to a mode it stops.
+    free = vectors[:, values < 1e-8 * max(values.max(initial=0.0), 1e-300)]
+    if free.shape[1]:
+        moves = ", ".join(name for name, row in zip(_MODES, free, strict=True) if np.abs(row).max() > 0.1)
+        message = f"the model can still move: {moves}. Add a support that stops this"
+        raise UnderconstrainedError(message)

@@ -1,0 +1,255 @@
+"""A study: everything a run is asked, from a shipped name or a TOML file, with flags on top."""
+
+import dataclasses
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from fea.choices import Element, SolverName, Support, Symmetry
+from fea.engine_table import EngineTable
+from fea.material import Material
+from fea.rod_table import RodTable, read_rod
+from fea.tables import read_table, table_text, unknown_key
+from fea.units import GPA, KG_M3
+from geometry.invalid import InvalidValue, require, require_number, require_positive
+from loads.bearing import BorePressure
+
+# Beyond any piston engine; model aircraft engines reach about 40 000.
+LARGEST_RPM = 50_000.0
+DEFAULT_STUDY = "leon-2001"
+
+
+@dataclass(frozen=True)
+class MaterialTable:
+    """[material]: a preset's name, or the constants; the constants win where both are given."""
+
+    preset: str | None = None
+    E_GPa: float | None = None
+    nu: float | None = None
+    density_kg_m3: float | None = None
+    yield_MPa: float | None = None
+    ultimate_MPa: float | None = None
+    endurance_MPa: float | None = None
+
+    def resolved(self) -> "MaterialTable":
+        """Return the table with the preset's constants filled in."""
+        base = {}
+        if self.preset is not None:
+            if self.preset not in MATERIALS:
+                raise unknown_key("material.preset", self.preset, MATERIALS)
+            base = MATERIALS[self.preset]
+        own = {key: value for key, value in dataclasses.asdict(self).items() if value is not None}
+        own.pop("preset", None)
+        return MaterialTable(**base | own)
+
+    def material(self) -> Material:
+        """Return the material in coherent units."""
+        table = self.resolved()
+        for key in ("E_GPa", "nu", "density_kg_m3", "yield_MPa"):
+            require(getattr(table, key) is not None, f"material.{key}", None, "is missing", "Give it, or a preset.")
+        assert table.E_GPa and table.nu is not None and table.density_kg_m3 and table.yield_MPa
+        return Material(
+            table.E_GPa * GPA,
+            table.nu,
+            table.density_kg_m3 * KG_M3,
+            table.yield_MPa,
+            table.ultimate_MPa,
+            table.endurance_MPa,
+        )
+
+
+MATERIALS: dict[str, dict[str, float]] = {
+    # León 2001, finite-element chapter.
+    "leon-2001": {
+        "E_GPa": 207.0,
+        "nu": 0.28,
+        "density_kg_m3": 7700.0,
+        "yield_MPa": 620.4,
+        "ultimate_MPa": 723.8,
+    },
+}
+
+
+@dataclass(frozen=True)
+class SpeedTable:
+    """[speed]."""
+
+    rpm: float | tuple[float, ...] = 6000.0
+
+    def speeds(self) -> tuple[float, ...]:
+        """Return the speeds, rpm, in the order given."""
+        values = self.rpm if isinstance(self.rpm, tuple) else (self.rpm,)
+        require(len(values) > 0, "speed.rpm", [], "must hold at least one speed")
+        for value in values:
+            require_number("speed.rpm", value)
+            require(0 <= value <= LARGEST_RPM, "speed.rpm", value, f"must lie within 0…{LARGEST_RPM:.0f}")
+        return tuple(dict.fromkeys(values))
+
+
+@dataclass(frozen=True)
+class ForcesTable:
+    """[forces]: given pin forces in place of an engine."""
+
+    pin_N: tuple[float, ...]
+
+    def pin(self) -> tuple[float, float]:
+        """Return (axial, transverse), N, tension positive."""
+        require(len(self.pin_N) == 2, "forces.pin_N", list(self.pin_N), "must be [axial, transverse]")
+        axial, transverse = (require_number("forces.pin_N", value) for value in self.pin_N)
+        require(axial != 0 or transverse != 0, "forces.pin_N", list(self.pin_N), "must not vanish")
+        return axial, transverse
+
+
+@dataclass(frozen=True)
+class MeshTable:
+    """[mesh]."""
+
+    size_mm: float | None = None
+    element: Element = Element.P2
+
+    def __post_init__(self) -> None:
+        """Refuse a size that is none."""
+        if self.size_mm is not None:
+            require_positive("mesh.size_mm", self.size_mm)
+
+
+@dataclass(frozen=True)
+class AnalysisTable:
+    """[analysis]."""
+
+    support: Support = Support.INERTIA_RELIEF
+    symmetry: Symmetry = Symmetry.AUTO
+    pressure: str = "cosine-180"
+    solver: SolverName = SolverName.AUTO
+    min_safety: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        BorePressure.parse(self.pressure)
+        if self.min_safety is not None:
+            require_positive("analysis.min_safety", self.min_safety)
+
+
+@dataclass(frozen=True)
+class OutputTable:
+    """[output]."""
+
+    directory: str | None = None
+    screenshot: bool = False
+
+
+@dataclass(frozen=True)
+class Study:
+    """Everything a run is asked.
+
+    Attributes
+    ----------
+    name
+        Of the shipped study or the file.
+    rod, material, engine, speed, forces, mesh, analysis, output
+        The tables of the study file, in engineering units.
+    folder
+        Where relative paths in the study start.
+    """
+
+    name: str
+    rod: RodTable
+    material: MaterialTable = field(default_factory=lambda: MaterialTable(preset="leon-2001"))
+    engine: EngineTable | None = None
+    speed: SpeedTable = field(default_factory=SpeedTable)
+    forces: ForcesTable | None = None
+    mesh: MeshTable = field(default_factory=MeshTable)
+    analysis: AnalysisTable = field(default_factory=AnalysisTable)
+    output: OutputTable = field(default_factory=OutputTable)
+    folder: Path = field(default_factory=Path.cwd)
+
+    def __post_init__(self) -> None:
+        """Check every value now, before anything is computed."""
+        self.material.material()
+        self.speed.speeds()
+        if self.forces is not None:
+            require(
+                self.engine is None, "forces", list(self.forces.pin_N), "stand in place of an engine", "Remove one."
+            )
+            _, transverse = self.forces.pin()
+            require(
+                transverse == 0 or self.analysis.support is Support.CLAMPED,
+                "forces.pin_N",
+                list(self.forces.pin_N),
+                "has a transverse part, which nothing balances under inertia relief",
+                'Say support = "clamped", or leave the transverse part out.',
+            )
+
+    def text(self) -> str:
+        """Return the study as a TOML file that runs again and gives the same."""
+        tables: list[tuple[str, Any]] = [("material", self.material.resolved())]
+        for name in ("engine", "speed", "forces", "mesh", "analysis", "output"):
+            table = getattr(self, name)
+            if table is not None and not (name == "speed" and self.engine is None):
+                tables.append((name, table))
+        return "\n".join([self.rod.text(), *(table_text(name, table) for name, table in tables)])
+
+
+_TABLES: Mapping[str, type[Any]] = {
+    "material": MaterialTable,
+    "engine": EngineTable,
+    "speed": SpeedTable,
+    "forces": ForcesTable,
+    "mesh": MeshTable,
+    "analysis": AnalysisTable,
+    "output": OutputTable,
+}
+
+
+def shipped_studies() -> tuple[str, ...]:
+    """Return the names of the studies that come with the package."""
+    folder = resources.files("fea") / "studies"
+    return tuple(sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml")))
+
+
+def load_study(source: str = DEFAULT_STUDY) -> Study:
+    """Load a shipped study by name or a TOML file by path.
+
+    Raises
+    ------
+    InvalidValue
+        No such study, TOML that does not parse, an unknown key, or a value that breaks a rule.
+    """
+    if source in shipped_studies():
+        text = (resources.files("fea") / "studies" / f"{source}.toml").read_text(encoding="utf-8")
+        return parse_study(text, source, Path.cwd())
+    path = Path(source)
+    if not path.is_file():
+        shipped = ", ".join(shipped_studies())
+        raise InvalidValue("STUDY", source, "is neither a shipped study nor a file", f"Shipped: {shipped}.")
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidValue("STUDY", source, f"cannot be read ({error})") from error
+    return parse_study(text, path.stem, path.resolve().parent)
+
+
+def parse_study(text: str, name: str, folder: Path) -> Study:
+    """Parse the text of a study file.
+
+    Raises
+    ------
+    InvalidValue
+        See `load_study`.
+    """
+    try:
+        raw = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InvalidValue("STUDY", name, f"is not valid TOML: {error}") from error
+    for key in raw:
+        if key != "rod" and key not in _TABLES:
+            raise unknown_key("STUDY", key, ["rod", *_TABLES])
+    require("rod" in raw, "STUDY", name, "has no [rod] table", 'Give its dimensions, or preset = "leon-2001".')
+    tables = {key: read_table(cls, key, raw[key]) for key, cls in _TABLES.items() if key in raw}
+    rod = read_rod(raw["rod"], folder)
+    if "engine" in tables:
+        tables["engine"] = tables["engine"].located(folder)
+    return Study(name, rod, folder=folder, **tables)

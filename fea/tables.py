@@ -1,0 +1,126 @@
+"""TOML tables as frozen dataclasses: unknown keys and wrong types are refused by name."""
+
+import dataclasses
+import difflib
+import json
+import types
+import typing
+from collections.abc import Iterable, Mapping
+from enum import StrEnum
+from typing import Any, TypeVar
+
+from geometry.invalid import InvalidValue
+
+Table = TypeVar("Table")
+
+_WORDS = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
+
+
+def unknown_key(where: str, key: str, valid: Iterable[str]) -> InvalidValue:
+    """Return the error for a key that does not exist: the nearest valid one, then all of them."""
+    names = sorted(valid)
+    near = difflib.get_close_matches(key, names, n=1)
+    remedy = (f"Did you mean {near[0]}? " if near else "") + "Valid: " + ", ".join(names) + "."
+    return InvalidValue(where, key, "unknown key", remedy)
+
+
+def read_table(cls: type[Table], where: str, raw: object) -> Table:
+    """Make the dataclass `cls` from a TOML table.
+
+    Parameters
+    ----------
+    cls
+        Fields are the valid keys, their annotations the types.
+    where
+        The table's name, for messages.
+    raw
+        What the TOML parser gave.
+
+    Raises
+    ------
+    InvalidValue
+        Not a table, an unknown key or a value of the wrong type.
+    """
+    if not isinstance(raw, Mapping):
+        raise InvalidValue(where, raw, f"must be a table, [{where}]")
+    hints = typing.get_type_hints(cls)
+    values = {}
+    for key, value in raw.items():
+        if key not in hints:
+            raise unknown_key(f"[{where}]", key, hints)
+        values[key] = checked(f"{where}.{key}", value, hints[key])
+    return cls(**values)
+
+
+def checked(name: str, value: object, hint: Any) -> Any:
+    """Return `value` as the annotated type `hint`, or raise `InvalidValue`."""
+    options = [option for option in _options(hint) if option is not types.NoneType]
+    for option in options:
+        converted = _convert(value, option)
+        if converted is not None:
+            return converted
+    choices = [choice for option in options if _is_enum(option) for choice in option]
+    if choices:
+        remedy = f"Choose from {', '.join(choices)}."
+        raise InvalidValue(name, value, "is not one of the choices", remedy)
+    raise InvalidValue(name, value, f"must be {' or '.join(_word(option) for option in options)}")
+
+
+def _options(hint: Any) -> tuple[Any, ...]:
+    return typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+
+
+def _is_enum(option: Any) -> bool:
+    return isinstance(option, type) and issubclass(option, StrEnum)
+
+
+def _word(option: Any) -> str:
+    if typing.get_origin(option) is tuple:
+        return f"a list of {_WORDS[typing.get_args(option)[0]].removeprefix('a ')}s"
+    return _WORDS[option]
+
+
+def _convert(value: object, option: Any) -> Any:
+    """Return `value` as `option`, or None where it is something else."""
+    if typing.get_origin(option) is tuple:
+        item = typing.get_args(option)[0]
+        if not isinstance(value, list | tuple):
+            return None
+        converted = tuple(_convert(entry, item) for entry in value)
+        return None if None in converted else converted
+    if _is_enum(option):
+        return option(value) if value in list(option) else None
+    if option is float:
+        return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+    if option is int and isinstance(value, bool):
+        return None
+    return value if isinstance(value, option) else None
+
+
+def table_text(where: str, table: Any) -> str:
+    """Return a table as TOML text; keys that are None or empty are left out."""
+    entries = {
+        field.name: getattr(table, field.name)
+        for field in dataclasses.fields(table)
+        if getattr(table, field.name) not in (None, ())
+    }
+    return mapping_text(where, entries)
+
+
+def mapping_text(where: str, entries: Mapping[str, object]) -> str:
+    """Return a mapping of plain values as a TOML table."""
+    lines = [f"[{where}]", *(f"{key} = {_value_text(value)}" for key, value in entries.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _value_text(value: object) -> str:
+    if isinstance(value, tuple | list):
+        return "[" + ", ".join(_value_text(item) for item in value) + "]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return repr(value)
+    if isinstance(value, int):
+        return str(value)
+    # TOML's basic strings are JSON's but for DEL, which JSON leaves bare.
+    return json.dumps(str(value), ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,0 +1,99 @@
+"""From a solid in the open gmsh session to a mesh as arrays."""
+
+from collections.abc import Mapping, Sequence
+
+import gmsh
+import numpy as np
+
+from geometry.surfaces import Surface
+from mesh.mirror import PLANE_AXIS
+from mesh.quality import LEAST_SCALED_JACOBIAN, Quality, measure, mended, scaled_jacobian
+from mesh.sizing import Refinement, Sizing, apply
+from mesh.tetmesh import Ints, TetMesh
+
+_TET = {1: 4, 2: 11}  # gmsh's element types
+_TRIANGLE = {1: 2, 2: 9}
+_FROM_GMSH = {1: [0, 1, 2, 3], 2: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]}
+
+
+class MeshError(RuntimeError):
+    """No usable mesh came out."""
+
+
+def tetrahedralise(
+    surfaces: Mapping[Surface, Sequence[int]], refinements: Sequence[Refinement], sizing: Sizing
+) -> tuple[TetMesh, Quality]:
+    """Mesh every volume of the open model.
+
+    Parameters
+    ----------
+    surfaces
+        gmsh's face tags per named surface.
+    refinements
+        Faces with smaller elements.
+    sizing
+        Size and order.
+
+    Returns
+    -------
+    TetMesh, Quality
+        The mesh, mended where raising the order had inverted elements, and its measured quality.
+
+    Raises
+    ------
+    MeshError
+        gmsh failed, or inverted elements could not be mended.
+    """
+    apply(sizing, refinements)
+    gmsh.option.setNumber("Mesh.Algorithm3D", 1)  # Delaunay: with one thread, the same mesh every time
+    try:
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(sizing.order)
+    except Exception as error:  # gmsh raises nothing more specific
+        message = f"gmsh could not mesh the solid at size {sizing.size:g} mm: {error}. Try another --size"
+        raise MeshError(message) from error
+    mesh, straightened = mended(_snapped(_arrays(surfaces, sizing.order)))
+    quality = measure(mesh, straightened)
+    if not quality.least_scaled_jacobian > 0:
+        worst = mesh.tets[int(scaled_jacobian(mesh).argmin()), :4]
+        x, y, z = mesh.points[worst].mean(axis=0)
+        message = (
+            f"the element at ({x:.1f}, {y:.1f}, {z:.1f}) mm is inverted and could not be mended "
+            f"(scaled Jacobian {quality.least_scaled_jacobian:.3g}, must exceed 0; mended below "
+            f"{LEAST_SCALED_JACOBIAN}). Try a smaller --size"
+        )
+        raise MeshError(message)
+    return mesh, quality
+
+
+def _arrays(surfaces: Mapping[Surface, Sequence[int]], order: int) -> TetMesh:
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    _, tet_nodes = gmsh.model.mesh.getElementsByType(_TET[order])
+    if not len(tet_nodes):
+        raise MeshError("gmsh made no tetrahedra. Try a smaller --size")
+    place = np.empty(int(tags.max()) + 1, dtype=np.int64)
+    place[tags] = np.arange(tags.size)
+    tets = place[tet_nodes].reshape(-1, len(_FROM_GMSH[order]))[:, _FROM_GMSH[order]]
+    used = np.unique(tets)
+    compact = np.full(tags.size, -1)
+    compact[used] = np.arange(used.size)
+
+    def facets(faces: Sequence[int]) -> Ints:
+        found = [gmsh.model.mesh.getElementsByType(_TRIANGLE[order], face)[1] for face in faces]
+        nodes = place[np.concatenate(found)] if found else np.empty(0, dtype=np.int64)
+        return np.asarray(compact[nodes].reshape(-1, 3 * order))
+
+    return TetMesh(
+        coordinates.reshape(-1, 3)[used],
+        compact[tets],
+        {surface: facets(faces) for surface, faces in surfaces.items() if len(faces)},
+    )
+
+
+def _snapped(mesh: TetMesh) -> TetMesh:
+    """Put the nodes of the cut planes exactly on them, so that reflections share them."""
+    points = mesh.points.copy()
+    for plane, axis in PLANE_AXIS.items():
+        if plane in mesh.facets:
+            points[mesh.facets[plane].ravel(), axis] = 0.0
+    return TetMesh(points, mesh.tets, mesh.facets)

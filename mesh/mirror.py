@@ -1,0 +1,95 @@
+"""Reflect a mesh about its cut planes, and carry fields with it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from geometry.surfaces import Surface
+from mesh.tetmesh import Floats, Ints, TetMesh
+
+PLANE_AXIS = {Surface.SYMMETRY_Y: 1, Surface.SYMMETRY_Z: 2}
+
+# A reflection turns an element inside out; exchanging two vertices turns it back.
+_TET_TURN = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]}
+_FACET_TURN = {3: [0, 2, 1], 6: [0, 2, 1, 5, 4, 3]}
+
+
+@dataclass(frozen=True)
+class MirroredMesh:
+    """A mesh put together from reflections of a cell.
+
+    Attributes
+    ----------
+    mesh
+        The whole; the nodes and elements of the cell come first.
+    source
+        (n_nodes,) the cell's node behind each node.
+    element_source
+        (n_elements,) the cell's element behind each element.
+    sign
+        (n_nodes, 3) +1, or −1 for the components of a vector that the reflections turn round.
+    """
+
+    mesh: TetMesh
+    source: Ints
+    element_source: Ints
+    sign: npt.NDArray[np.float64]
+
+    def vector(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:
+        """Carry a vector field (n_cell, 3, …) to the whole.
+
+        Parameters
+        ----------
+        symmetric, antisymmetric
+            The parts about y = 0; both are symmetric about z = 0.
+        """
+        sign = self.sign.reshape(*self.sign.shape, *([1] * (symmetric.ndim - 2)))
+        return np.asarray(sign * self._combine(symmetric, antisymmetric))
+
+    def tensor(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:
+        """Carry a symmetric tensor field (n_cell, 6, …), components XX YY ZZ XY YZ XZ, to the whole."""
+        x, y, z = self.sign.T
+        one = np.ones_like(x)
+        sign = np.stack([one, one, one, x * y, y * z, x * z], axis=1)
+        sign = sign.reshape(*sign.shape, *([1] * (symmetric.ndim - 2)))
+        return np.asarray(sign * self._combine(symmetric, antisymmetric))
+
+    def _combine(self, symmetric: Floats, antisymmetric: Floats | None) -> Floats:
+        if antisymmetric is None:
+            return np.asarray(symmetric[self.source])
+        side = self.sign[:, 1].reshape(-1, *([1] * (symmetric.ndim - 1)))
+        return np.asarray(symmetric[self.source] + side * antisymmetric[self.source])
+
+
+def unmirrored(mesh: TetMesh) -> MirroredMesh:
+    """Wrap a mesh that needs no reflection."""
+    n_nodes, n_elements = len(mesh.points), len(mesh.tets)
+    return MirroredMesh(mesh, np.arange(n_nodes), np.arange(n_elements), np.ones((n_nodes, 3)))
+
+
+def reflect(whole: MirroredMesh, plane: Surface) -> MirroredMesh:
+    """Add the mirror image about `plane`, whose facets the mesh must carry; they become interior."""
+    mesh, axis = whole.mesh, PLANE_AXIS[plane]
+    n_nodes = len(mesh.points)
+    shared = np.zeros(n_nodes, dtype=bool)
+    shared[mesh.facets[plane].ravel()] = True
+    image = np.arange(n_nodes)
+    image[~shared] = n_nodes + np.arange(np.count_nonzero(~shared))
+    turn = np.ones(3)
+    turn[axis] = -1
+    joined = TetMesh(
+        np.concatenate([mesh.points, mesh.points[~shared] * turn]),
+        np.concatenate([mesh.tets, image[mesh.tets][:, _TET_TURN[mesh.tets.shape[1]]]]),
+        {
+            surface: np.concatenate([facets, image[facets][:, _FACET_TURN[facets.shape[1]]]])
+            for surface, facets in mesh.facets.items()
+            if surface is not plane
+        },
+    )
+    return MirroredMesh(
+        joined,
+        np.concatenate([whole.source, whole.source[~shared]]),
+        np.concatenate([whole.element_source, whole.element_source]),
+        np.concatenate([whole.sign, whole.sign[~shared] * turn]),
+    )

@@ -1,0 +1,129 @@
+"""How good the elements are, measured on the curved element and not on its straight shadow."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mesh.tetmesh import EDGES, Floats, Ints, TetMesh
+
+# An element whose Jacobian falls below this share of its straight volume is too bent to trust.
+LEAST_SCALED_JACOBIAN = 0.05
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Quality of a mesh.
+
+    Attributes
+    ----------
+    least_scaled_jacobian
+        Smallest Jacobian determinant of any element over its mean, after the order was raised; a
+        lower bound over the whole element, 1 for straight-sided ones.
+    least_shape, median_shape
+        Mean ratio of the straight-sided elements (Liu & Joe 1994), 1 for a regular tetrahedron.
+    worst_at
+        (x, y, z) mm, the centre of the element with the least shape.
+    straightened
+        Number of elements whose curved edges were straightened to mend them.
+    """
+
+    least_scaled_jacobian: float
+    least_shape: float
+    median_shape: float
+    worst_at: tuple[float, float, float]
+    straightened: int = 0
+
+
+def shape(mesh: TetMesh) -> Floats:
+    """Mean ratio 12 (3V)^(2/3) / Σ edge² of each straight-sided element (Liu & Joe 1994)."""
+    corners = mesh.points[mesh.tets[:, :4]]
+    spans = corners[:, 1:] - corners[:, :1]
+    volume = np.linalg.det(spans) / 6
+    squares = sum(((corners[:, b] - corners[:, a]) ** 2).sum(axis=1) for a, b in EDGES)
+    return np.asarray(np.sign(volume) * 12 * (3 * np.abs(volume)) ** (2 / 3) / squares)
+
+
+def _lattice() -> Ints:
+    """Barycentric indices (20, 4) of the cubic lattice."""
+    indices = [(i, j, k, 3 - i - j - k) for i in range(4) for j in range(4 - i) for k in range(4 - i - j)]
+    return np.array(indices)
+
+
+def _bernstein() -> Floats:
+    """Bernstein coefficients of a cubic from its values on the lattice: (20, 20)."""
+    from math import factorial
+
+    lattice = _lattice()
+    at = lattice / 3.0
+    basis = np.empty((20, 20))
+    for column, powers in enumerate(lattice):
+        multinomial = 6 / np.prod([factorial(int(p)) for p in powers])
+        basis[:, column] = multinomial * np.prod(at**powers, axis=1)
+    return np.linalg.inv(basis)
+
+
+def _p2_gradients(barycentric: Floats) -> Floats:
+    """Derivatives (n, 10, 3) of the ten-node shape functions with respect to the last three barycentrics."""
+    slope = np.concatenate([-np.ones((1, 3)), np.eye(3)])
+    corner = (4 * barycentric[:, :, None] - 1) * slope
+    edge = [
+        4 * (barycentric[:, a, None] * slope[b] + barycentric[:, b, None] * slope[a]) for a, b in EDGES
+    ]
+    return np.concatenate([corner, np.stack(edge, axis=1)], axis=1)
+
+
+def scaled_jacobian(mesh: TetMesh) -> Floats:
+    """Lower bound of det J over each element, relative to the mean over the element: (n_elements,).
+
+    The determinant of a ten-node tetrahedron is a cubic polynomial; it nowhere falls below its
+    smallest Bernstein coefficient (Johnen, Remacle & Geuzaine 2013). A first-order element gives its
+    sign.
+    """
+    if mesh.order == 1:
+        return np.sign(shape(mesh))
+    lattice = _lattice()[:, [3, 0, 1, 2]] / 3.0
+    gradients = _p2_gradients(lattice)
+    corners = mesh.points[mesh.tets]
+    flat = gradients.transpose(1, 0, 2).reshape(10, -1)
+    jacobian = (corners.transpose(0, 2, 1) @ flat).reshape(len(corners), 3, 20, 3)
+    a, b, c = jacobian[:, 0], jacobian[:, 1], jacobian[:, 2]
+    determinant = (a * np.cross(b, c)).sum(axis=-1)
+    coefficients = determinant @ _bernstein().T
+    return np.asarray(coefficients.min(axis=1) / np.abs(coefficients.mean(axis=1)))
+
+
+def measure(mesh: TetMesh, straightened: int = 0) -> Quality:
+    """Measure the mesh."""
+    shapes = shape(mesh)
+    worst = int(shapes.argmin())
+    x, y, z = mesh.points[mesh.tets[worst, :4]].mean(axis=0)
+    return Quality(
+        float(scaled_jacobian(mesh).min()),
+        float(shapes.min()),
+        float(np.median(shapes)),
+        (float(x), float(y), float(z)),
+        straightened,
+    )
+
+
+def mended(mesh: TetMesh) -> tuple[TetMesh, int]:
+    """Straighten the edges of elements that are inverted or too bent, until none is left.
+
+    Returns
+    -------
+    TetMesh, int
+        The mesh and the number of elements straightened; straight-sided inverted elements stay as
+        they are, for the caller to refuse.
+    """
+    straightened = np.zeros(len(mesh.tets), dtype=bool)
+    for _ in range(10):
+        bad = (scaled_jacobian(mesh) < LEAST_SCALED_JACOBIAN) & ~straightened
+        if mesh.order == 1 or not bad.any():
+            break
+        straightened |= bad
+        points = mesh.points.copy()
+        for middle, (a, b) in enumerate(EDGES, start=4):
+            tets = mesh.tets[bad]
+            points[tets[:, middle]] = points[tets[:, [a, b]]].mean(axis=1)
+        mesh = TetMesh(points, mesh.tets, mesh.facets)
+    return mesh, int(np.count_nonzero(straightened))
