@@ -321,11 +321,10 @@ def _require_plausible(pressures: Floats) -> None:
 
 def _too_high(peak: float) -> str:
     bar = 10 * peak
-    guess = "kPa" if bar <= 1e5 else "Pa" if bar >= 1e6 else "psi or kPa"
-    factor = {"kPa": 0.01, "Pa": 1e-5, "psi or kPa": 0.01}[guess]
+    unit, in_bar = ("Pa", 1e-5) if bar >= 1e5 else ("kPa", 1e-2) if bar >= 3000 else ("psi", 0.0689476)
     return (
         f"peaks above {10 * _LARGEST_PEAK:g} bar, which no engine reaches; "
-        f"if these are {guess}, the peak is {bar * factor:.4g} bar"
+        f"if these are {unit}, the peak is {bar * in_bar:.4g} bar"
     )
 
 

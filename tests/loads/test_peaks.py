@@ -1,0 +1,108 @@
+import math
+
+import numpy as np
+import pytest
+from engines import DEG, LEON, LEON_ROD, RPM, rod_of
+
+from fea.traces import shipped_trace
+from geometry.invalid import InvalidValue
+from loads.cases import given
+from loads.dynamics import cycle
+from loads.gas import NoGas
+from loads.peaks import peak_cases
+
+FINE = np.arange(0, 720, 0.02) * DEG
+
+
+@pytest.mark.parametrize("rpm", [800, 3000, 6000])
+def test_no_crank_angle_is_worse_than_its_peak_case(rpm):
+    gas = shipped_trace("leon-2001")
+    c = cycle(LEON, LEON_ROD, gas, rpm * RPM, FINE)
+    cases = {case.name: case for case in peak_cases(LEON, LEON_ROD, gas, rpm * RPM).cases}
+    found = {
+        "tension": max(cases["tension"].pin_axial, cases["tension"].crank_axial),
+        "compression": -min(cases["compression"].pin_axial, cases["compression"].crank_axial),
+        "side": abs(cases["side"].wall),
+        "bending": abs(cases["bending"].crank_transverse),
+        "gas": cases["gas"].gas,
+    }
+    largest = {
+        "tension": np.maximum(c.pin_axial, c.crank_axial).max(),
+        "compression": -np.minimum(c.pin_axial, c.crank_axial).min(),
+        "side": np.abs(c.wall).max(),
+        "bending": np.abs(c.crank_transverse).max(),
+        "gas": c.gas.max(),
+    }
+    for name, value in found.items():
+        assert value == pytest.approx(largest[name], rel=1e-5), name
+
+
+def test_each_case_balances_with_the_rods_own_inertia():
+    for case in peak_cases(LEON, LEON_ROD, shipped_trace("leon-2001"), 6000 * RPM).cases:
+        if case.motion is None:
+            assert case.crank_axial == case.pin_axial
+            continue
+        m, (x, y, _) = LEON_ROD.mass, LEON_ROD.center
+        (a_x, a_y), w, alpha = (
+            case.motion.acceleration,
+            case.motion.angular_velocity,
+            case.motion.angular_acceleration,
+        )
+        force_x = m * (a_x - alpha * y - w**2 * x)
+        force_y = m * (a_y + alpha * x - w**2 * y)
+        moment = LEON_ROD.inertia_z * alpha + x * force_y - y * force_x
+        scale = abs(case.crank_axial)
+        assert case.pin_axial - case.crank_axial == pytest.approx(force_x, abs=1e-12 * scale)
+        assert case.pin_transverse + case.crank_transverse == pytest.approx(force_y, abs=1e-12 * scale)
+        assert case.pin_transverse * 141 == pytest.approx(moment, abs=1e-12 * scale * 141)
+
+
+def test_cases_that_do_not_occur_are_left_out_with_a_reason():
+    at_rest = peak_cases(LEON, LEON_ROD, NoGas(), 0.0)
+    assert at_rest.cases == ()
+    assert [name for name, _ in at_rest.left_out] == ["tension", "compression", "side", "bending", "gas"]
+    inertia_alone = peak_cases(LEON, LEON_ROD, NoGas(), 300.0)
+    assert [name for name, _ in inertia_alone.left_out] == ["gas"]
+
+
+def test_gas_alone_at_standstill_never_pulls():
+    class Hydraulic:
+        def pressure(self, crank_angle, speed):
+            return np.ones(np.broadcast_shapes(crank_angle.shape, speed.shape))
+
+        def note(self, speed):
+            return ""
+
+    peaks = peak_cases(LEON, LEON_ROD, Hydraulic(), 0.0)
+    assert ("tension", "the rod is in compression all through the cycle") in peaks.left_out
+
+
+def test_of_equal_peaks_of_bending_the_one_with_most_thrust_is_taken():
+    # The transverse force does not feel the gas, so ±72° of either TDC tie; combustion breaks the tie.
+    bending = next(
+        c
+        for c in peak_cases(LEON, LEON_ROD, shipped_trace("leon-2001"), 6000 * RPM).cases
+        if c.name == "bending"
+    )
+    assert bending.crank_angle == pytest.approx(math.radians(431.57), abs=1e-3)
+
+
+def test_a_given_force_is_held_by_the_crank_end():
+    case = given(-1000.0, 50.0)
+    assert (case.pin_axial, case.crank_axial) == (-1000.0, -1000.0)
+    assert case.pin_transverse + case.crank_transverse == 0
+    assert case.crank_angle is None
+    assert case.motion is None
+
+
+@pytest.mark.parametrize("forces", [(math.nan, 0.0), (0.0, 0.0), ("1", 0.0), (0.0, math.inf)])
+def test_a_bad_given_force_is_refused(forces):
+    with pytest.raises(InvalidValue, match=r"forces\.pin_N"):
+        given(*forces)
+
+
+def test_a_weightless_rod_carries_axial_force_only():
+    rod = rod_of(1e-12, (64.0, 0.0), 1e-15)
+    c = cycle(LEON, rod, NoGas(), 600.0, FINE)
+    np.testing.assert_allclose(c.pin_axial, c.crank_axial, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(c.pin_transverse, 0, atol=1e-6)
