@@ -171,14 +171,13 @@ class Study:
         self.material.material()
         self.speed.speeds()
         if self.forces is not None:
-            require(
-                self.engine is None, "forces", list(self.forces.pin_N), "stand in place of an engine", "Remove one."
-            )
+            given = list(self.forces.pin_N)
+            require(self.engine is None, "forces.pin_N", given, "stand in place of an engine", "Remove one.")
             _, transverse = self.forces.pin()
             require(
                 transverse == 0 or self.analysis.support is Support.CLAMPED,
                 "forces.pin_N",
-                list(self.forces.pin_N),
+                given,
                 "has a transverse part, which nothing balances under inertia relief",
                 'Say support = "clamped", or leave the transverse part out.',
             )
@@ -247,7 +246,7 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
     for key in raw:
         if key != "rod" and key not in _TABLES:
             raise unknown_key("STUDY", key, ["rod", *_TABLES])
-    require("rod" in raw, "STUDY", name, "has no [rod] table", 'Give its dimensions, or preset = "leon-2001".')
+    require("rod" in raw, "STUDY", name, "has no [rod] table", 'Give dimensions or preset = "leon-2001".')
     tables = {key: read_table(cls, key, raw[key]) for key, cls in _TABLES.items() if key in raw}
     rod = read_rod(raw["rod"], folder)
     if "engine" in tables:

@@ -6,6 +6,7 @@ import gmsh
 import numpy as np
 
 from geometry.surfaces import Surface
+from mesh.errors import MeshError
 from mesh.mirror import PLANE_AXIS
 from mesh.quality import LEAST_SCALED_JACOBIAN, Quality, measure, mended, scaled_jacobian
 from mesh.sizing import Refinement, Sizing, apply
@@ -14,10 +15,6 @@ from mesh.tetmesh import Ints, TetMesh
 _TET = {1: 4, 2: 11}  # gmsh's element types
 _TRIANGLE = {1: 2, 2: 9}
 _FROM_GMSH = {1: [0, 1, 2, 3], 2: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]}
-
-
-class MeshError(RuntimeError):
-    """No usable mesh came out."""
 
 
 def tetrahedralise(

@@ -1,6 +1,7 @@
 """How good the elements are, measured on the curved element and not on its straight shadow."""
 
 from dataclasses import dataclass
+from math import factorial
 
 import numpy as np
 
@@ -51,8 +52,6 @@ def _lattice() -> Ints:
 
 def _bernstein() -> Floats:
     """Bernstein coefficients of a cubic from its values on the lattice: (20, 20)."""
-    from math import factorial
-
     lattice = _lattice()
     at = lattice / 3.0
     basis = np.empty((20, 20))

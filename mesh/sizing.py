@@ -55,8 +55,9 @@ def apply(sizing: Sizing, refinements: Sequence[Refinement]) -> None:
         field.setNumber(threshold, "InField", distance)
         field.setNumber(threshold, "SizeMin", refinement.size)
         field.setNumber(threshold, "SizeMax", sizing.size)
-        field.setNumber(threshold, "DistMin", refinement.size / 2)
-        field.setNumber(threshold, "DistMax", refinement.size / 2 + (sizing.size - refinement.size) / sizing.growth)
+        near = refinement.size / 2
+        field.setNumber(threshold, "DistMin", near)
+        field.setNumber(threshold, "DistMax", near + (sizing.size - refinement.size) / sizing.growth)
         bounds.append(threshold)
     if bounds:
         least = field.add("Min")

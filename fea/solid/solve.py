@@ -11,7 +11,7 @@ from fea.clock import Clock
 from fea.material import Material
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.parity import Parity, Split
-from fea.solid.solvers import factorise
+from fea.solid.solvers import Factor, factorise
 from fea.solid.supports import (
     clamped,
     determinate_restraints,
@@ -53,57 +53,93 @@ class Solution:
         Per parity (n_nodes, 3, n_cases), mm; the antisymmetric part is absent where no load has one.
     residuals
         Per parity.
-    solved_dofs
-        Unknowns over all parities.
-    solver
-        Name of the solver used.
     """
 
     displacement: dict[Parity, Floats]
     residuals: dict[Parity, Residuals]
-    solved_dofs: int
-    solver: str
 
 
-def solve(
-    mesh: TetMesh,
-    material: Material,
-    loads: Sequence[Split],
-    support: Support,
-    solver: SolverName = SolverName.AUTO,
-    clock: Clock | None = None,
-) -> Solution:
-    """Displacements of the meshed cell under each load.
+class Model:
+    """A meshed cell with its stiffness; factorised once a parity, on the first load that needs it.
 
-    Raises
-    ------
-    UnderconstrainedError
-        A rigid motion is left free.
-    SingularMatrixError
-        The factorisation broke down.
+    Parameters
+    ----------
+    mesh
+        The meshed cell.
+    material
+        Of every element.
+    support
+        How the rod is held.
+    solver
+        Which linear solver.
+    clock
+        Times the stages ``assembly``, ``factor`` and ``solve``.
     """
-    clock = clock or Clock()
-    with clock("assembly"):
-        K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
-        norm = K.norm()
-    displacement: dict[Parity, Floats] = {}
-    residuals: dict[Parity, Residuals] = {}
-    solved, name = 0, ""
-    for parity, f in _right_hand_sides(loads).items():
-        planes = plane_conditions(mesh, parity)
-        held = _support(mesh, support) & ~planes
-        fixed = planes | held
-        require_restrained(mesh, fixed)
-        with clock("factor"):
-            factor = factorise(K.constrained(fixed.ravel()), solver)
-        with clock("solve"):
-            u = factor.solve(np.where(fixed.ravel()[:, None], 0.0, f))
-            u[fixed.ravel()] = 0.0
-            residuals[parity] = _residuals(K, norm, u, f, fixed.ravel(), held.ravel())
-        displacement[parity] = u.reshape(len(mesh.points), 3, -1)
-        solved += int(np.count_nonzero(~fixed))
-        name = factor.name
-    return Solution(displacement, residuals, solved, name)
+
+    def __init__(
+        self,
+        mesh: TetMesh,
+        material: Material,
+        support: Support,
+        solver: SolverName = SolverName.AUTO,
+        clock: Clock | None = None,
+    ) -> None:
+        self.mesh = mesh
+        self._clock = clock or Clock()
+        self._choice = solver
+        self._held = (
+            clamped(mesh, Surface.BIG_END_BORE)
+            if support is Support.CLAMPED
+            else determinate_restraints(mesh)
+        )
+        self._factors: dict[Parity, Factor] = {}
+        with self._clock("assembly"):
+            self._K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
+            self._norm = self._K.norm()
+
+    @property
+    def solved_dofs(self) -> int:
+        """Unknowns over the parities factorised so far."""
+        return sum(int(np.count_nonzero(~self._fixed(parity))) for parity in self._factors)
+
+    @property
+    def solver(self) -> str:
+        """Name of the solver used, empty before the first solve."""
+        return next((factor.name for factor in self._factors.values()), "")
+
+    def _fixed(self, parity: Parity) -> npt.NDArray[np.bool_]:
+        return (plane_conditions(self.mesh, parity) | self._held).ravel()
+
+    def _factor(self, parity: Parity) -> Factor:
+        if parity not in self._factors:
+            fixed = self._fixed(parity)
+            require_restrained(self.mesh, fixed.reshape(-1, 3))
+            with self._clock("factor"):
+                self._factors[parity] = factorise(self._K.constrained(fixed), self._choice)
+        return self._factors[parity]
+
+    def solve(self, loads: Sequence[Split]) -> Solution:
+        """Displacements of the cell under each load.
+
+        Raises
+        ------
+        UnderconstrainedError
+            A rigid motion is left free.
+        SingularMatrixError
+            The factorisation broke down.
+        """
+        displacement: dict[Parity, Floats] = {}
+        residuals: dict[Parity, Residuals] = {}
+        for parity, f in _right_hand_sides(loads).items():
+            fixed = self._fixed(parity)
+            factor = self._factor(parity)
+            with self._clock("solve"):
+                u = factor.solve(np.where(fixed[:, None], 0.0, f))
+                u[fixed] = 0.0
+                held = self._held.ravel() & ~plane_conditions(self.mesh, parity).ravel()
+                residuals[parity] = _residuals(self._K, self._norm, u, f, fixed, held)
+            displacement[parity] = u.reshape(len(self.mesh.points), 3, -1)
+        return Solution(displacement, residuals)
 
 
 def _right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:
@@ -118,12 +154,6 @@ def _right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:
         if np.abs(antisymmetric).max() > 1e-12 * np.abs(sides[Parity.SYMMETRIC]).max():
             sides[Parity.ANTISYMMETRIC] = antisymmetric
     return sides
-
-
-def _support(mesh: TetMesh, support: Support) -> npt.NDArray[np.bool_]:
-    if support is Support.CLAMPED:
-        return clamped(mesh, Surface.BIG_END_BORE)
-    return determinate_restraints(mesh)
 
 
 def _residuals(

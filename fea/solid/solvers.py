@@ -12,16 +12,9 @@ from scipy.sparse.linalg import splu
 
 from fea.choices import SolverName
 from fea.solid.assembly import SymmetricMatrix
+from fea.solid.errors import SingularMatrixError, SolverUnavailableError
 
 Floats = npt.NDArray[np.float64]
-
-
-class SingularMatrixError(RuntimeError):
-    """The factorisation met a pivot that is not positive: the model can move or is broken."""
-
-
-class SolverUnavailableError(RuntimeError):
-    """The named solver is not installed on this machine."""
 
 
 class Factor(Protocol):

@@ -3,6 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
+from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -11,10 +12,6 @@ Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _MODES = ("slide along x", "slide along y", "slide along z", "turn about x", "turn about y", "turn about z")
-
-
-class UnderconstrainedError(RuntimeError):
-    """A rigid motion is left free."""
 
 
 def plane_conditions(mesh: TetMesh, parity: Parity) -> Mask:

@@ -1,0 +1,134 @@
+"""From a load case to nodal forces on the meshed cell."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.choices import Support
+from fea.solid.bore import BoreFacets, bore_facets, bore_load
+from fea.solid.inertia import Inertia
+from fea.solid.parity import Split
+from geometry.surfaces import Surface
+from loads.bearing import BorePressure
+from loads.cases import LoadCase
+from mesh.tetmesh import TetMesh
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Bores:
+    """What the pressures need of the rod.
+
+    Attributes
+    ----------
+    rod_length
+        Between the bores, mm.
+    big_radius, big_width, small_radius, small_width
+        mm.
+    """
+
+    rod_length: float
+    big_radius: float
+    big_width: float
+    small_radius: float
+    small_width: float
+
+
+@dataclass(frozen=True)
+class CaseForces:
+    """Nodal forces of a case and how well they balance.
+
+    Attributes
+    ----------
+    forces
+        On the cell, N.
+    scale
+        Of the two bore pressures, the factor farther from 1.
+    largest
+        The largest bore force, N.
+    """
+
+    forces: Split
+    scale: float
+    largest: float
+
+
+class CaseLoads:
+    """Turns load cases into nodal forces; the geometry of the bores is worked out once.
+
+    Parameters
+    ----------
+    mesh
+        The meshed cell.
+    bores
+        Dimensions of the bores.
+    inertia
+        Of the same mesh.
+    pressure
+        How a pin presses on its bore.
+    support
+        A clamped big end takes the crank force as its reaction.
+    """
+
+    def __init__(
+        self, mesh: TetMesh, bores: Bores, inertia: Inertia, pressure: BorePressure, support: Support
+    ) -> None:
+        self._n_nodes = len(mesh.points)
+        self._bores, self._inertia, self._pressure, self._support = bores, inertia, pressure, support
+        self._small = bore_facets(mesh, Surface.SMALL_END_BORE, bores.rod_length)
+        self._big = bore_facets(mesh, Surface.BIG_END_BORE, 0.0)
+
+    def __call__(self, case: LoadCase) -> CaseForces:
+        """Nodal forces of everything that acts in `case`."""
+        bores = self._bores
+        small = (self._small, bores.small_radius, bores.small_width)
+        big = (self._big, bores.big_radius, bores.big_width)
+        parts, scales = [], [1.0]
+        ends = [(small, case.pin_axial, (case.pin_axial, case.pin_transverse))]
+        if self._support is not Support.CLAMPED:
+            ends.append((big, case.crank_axial, (-case.crank_axial, case.crank_transverse)))
+        for (bore, radius, width), axial, force in ends:
+            load, scale = self._pin(bore, radius, width, axial, force)
+            parts.append(load)
+            scales.append(scale)
+        if case.motion is not None:
+            parts.append(self._inertia.forces(case.motion))
+        largest = max(float(np.hypot(*force)) for _, _, force in ends)
+        return CaseForces(_total(parts), max(scales, key=lambda scale: abs(scale - 1)), largest)
+
+    def _pin(
+        self, bore: BoreFacets, radius: float, width: float, axial: float, force: tuple[float, float]
+    ) -> tuple[Split, float]:
+        arc = self._pressure.arc(axial)
+        peak = arc.peak(float(np.hypot(*force)), radius, width)
+        load = bore_load(bore, self._n_nodes, force, lambda psi: peak * arc(psi))
+        return load.forces, load.scale
+
+
+def _total(parts: Sequence[Split]) -> Split:
+    odd = [part.antisymmetric for part in parts if part.antisymmetric is not None]
+    return Split(
+        np.sum([part.symmetric for part in parts], axis=0), np.sum(odd, axis=0) if odd else None
+    )
+
+
+def imbalance(points: Floats, forces: Split, images: int) -> tuple[float, float]:
+    """Resultant force (N) and moment about z (N·mm) of nodal forces on the whole rod, both zero in balance.
+
+    Parameters
+    ----------
+    points
+        Nodes of the cell, (n_nodes, 3).
+    forces
+        On the cell.
+    images
+        How many cells make the whole.
+    """
+    x_part = forces.symmetric
+    y_part = forces.symmetric if forces.antisymmetric is None else forces.antisymmetric
+    moment = points[:, 0] @ y_part[:, 1] - points[:, 1] @ y_part[:, 0]
+    resultant = np.hypot(x_part[:, 0].sum(), y_part[:, 1].sum())
+    return float(images * resultant), float(images * abs(moment))

@@ -1,0 +1,50 @@
+"""Checks that decide whether a result may be trusted."""
+
+from dataclasses import dataclass
+
+# Limits, each relative unless its name says otherwise, and why.
+LIMITS = {
+    # Every number of the result is finite: a count of those that are not.
+    "finite": 0.0,
+    # Facets and oil holes change a bore's area; beyond this the pressure is not the one intended.
+    "bore_pressure_scale": 0.2,
+    # Pin, crank and inertia forces (and moments about z) come from one quadrature: rounding only.
+    "force_balance": 1e-8,
+    "moment_balance": 1e-8,
+    # Restraints of inertia relief carry what the balance and the solver leave over.
+    "reactions": 1e-6,
+    # Normwise backward error of a backward stable solver is of the order of machine precision.
+    "backward_error": 1e-12,
+    # uᵀKu = uᵀf amplifies the backward error by the condition number.
+    "energy_balance": 1e-6,
+    # The mesh's mass against the solid's: half of what a user would notice on a scale.
+    "mesh_mass": 1e-2,
+    # Negative: an element is inside out.
+    "inverted_elements": 0.0,
+}
+
+
+@dataclass(frozen=True)
+class Check:
+    """A checked value and its limit.
+
+    Attributes
+    ----------
+    value
+        What was measured.
+    limit
+        What it may not exceed.
+    """
+
+    value: float
+    limit: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether the value is within the limit (a value that is no number is not)."""
+        return self.value <= self.limit
+
+
+def check(name: str, value: float) -> Check:
+    """Hold `value` against the limit called `name`."""
+    return Check(value, LIMITS[name])

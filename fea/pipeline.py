@@ -1,0 +1,190 @@
+"""The main job: a study through geometry, mesh, loads, solution and judgement, to figures."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from fea.case_loads import CaseForces, CaseLoads, imbalance
+from fea.checks import Check, check
+from fea.choices import Support
+from fea.clock import Clock
+from fea.discretise import Discretised, discretise
+from fea.material import Material
+from fea.results import CaseResult, case_result
+from fea.solid.datum import referred_to_bores
+from fea.solid.inertia import inertia
+from fea.solid.parity import Parity
+from fea.solid.recovery import Recovery
+from fea.solid.solve import Model, Residuals, Solution
+from fea.study import Study
+from fea.units import RPM
+from geometry.mass import MassProperties
+from loads.bearing import BorePressure
+from loads.cases import LoadCase, given
+from loads.engine import Engine
+from loads.gas import GasModel
+from loads.peaks import peak_cases
+
+
+@dataclass(frozen=True)
+class Omission:
+    """Something the scene did not need."""
+
+    what: str
+    why: str
+
+
+@dataclass(frozen=True)
+class SpeedResult:
+    """Everything a run at one speed found.
+
+    Attributes
+    ----------
+    rpm
+        None where forces were given in place of an engine.
+    cases
+        One result a load case.
+    checks
+        By name.
+    left_out
+        What was not computed, and why.
+    notes
+        What a reader must know beside the figures.
+    """
+
+    rpm: float | None
+    cases: tuple[CaseResult, ...]
+    checks: dict[str, Check]
+    left_out: tuple[Omission, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def trusted(self) -> bool:
+        """Whether every check passed."""
+        return all(item.passed for item in self.checks.values())
+
+
+@dataclass(frozen=True)
+class SpeedLoads:
+    """The load cases of one speed."""
+
+    cases: tuple[LoadCase, ...]
+    left_out: tuple[Omission, ...]
+    notes: tuple[str, ...]
+
+
+class Analysis:
+    """A study whose rod is meshed and whose stiffness stands ready; speeds are solved one by one.
+
+    Parameters
+    ----------
+    study
+        What is asked.
+    clock
+        Times the stages.
+
+    Raises
+    ------
+    InvalidValue
+        A value of the study breaks a rule.
+    GeometryError, MeshError
+        No solid or no usable mesh came out.
+    """
+
+    def __init__(self, study: Study, clock: Clock) -> None:
+        self.study, self._clock = study, clock
+        self.material: Material = study.material.material()
+        self.pressure = BorePressure.parse(study.analysis.pressure)
+        self.engine: Engine | None = None
+        self.gas: GasModel | None = None
+        if study.engine is not None:  # refused before anything is meshed
+            self.engine = study.engine.engine(study.rod.length())
+            self.gas = study.engine.gas_model(self.engine)
+        self.mesh: Discretised = discretise(study, clock)
+        cell = self.mesh.cell
+        with clock("loads"):
+            self._inertia = inertia(cell, self.material.density)
+            self._case_loads = CaseLoads(
+                cell, self.mesh.bores, self._inertia, self.pressure, study.analysis.support
+            )
+        self.model = Model(cell, self.material, study.analysis.support, study.analysis.solver, clock)
+        with clock("stress"):
+            self._recovery = Recovery(cell, self.mesh.planes)
+
+    @property
+    def rod(self) -> MassProperties:
+        """Mass properties of the meshed rod."""
+        return self._inertia.properties
+
+    def at(self, rpm: float | None) -> SpeedResult:
+        """Solve the load cases of one speed (rpm); None for given forces."""
+        with self._clock("loads"):
+            loads = self._loads(rpm)
+            forces = [self._case_loads(case) for case in loads.cases]
+        solution = self.model.solve([case.forces for case in forces])
+        with self._clock("stress"):
+            cases = tuple(self._judged(loads.cases, solution))
+        checks = self._checks(forces, solution, cases)
+        parities = () if Parity.ANTISYMMETRIC in solution.displacement or not self.mesh.cut_y else (
+            Omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"),
+        )
+        left_out = (*self.mesh.left_out, *parities, *loads.left_out)
+        return SpeedResult(rpm, cases, checks, left_out, loads.notes)
+
+    def _loads(self, rpm: float | None) -> SpeedLoads:
+        if self.study.forces is not None:
+            reason = "forces are given"
+            omitted = (Omission("dynamics", reason), Omission("inertia of the rod", reason))
+            return SpeedLoads((given(*self.study.forces.pin()),), omitted, ())
+        assert self.engine is not None
+        assert self.gas is not None
+        assert rpm is not None
+        peaks = peak_cases(self.engine, self.rod, self.gas, rpm * RPM)
+        omitted = tuple(Omission(f"case {name}", why) for name, why in peaks.left_out)
+        if rpm == 0:
+            omitted += (Omission("inertia of the rod", "the engine stands still"),)
+        note = self.gas.note(rpm * RPM)
+        return SpeedLoads(peaks.cases, omitted, (note,) if note else ())
+
+    def _judged(self, cases: tuple[LoadCase, ...], solution: Solution) -> Iterator[CaseResult]:
+        whole = self.mesh.whole
+        stress = {
+            parity: self._recovery.nodal_stress(u, self.material, parity)
+            for parity, u in solution.displacement.items()
+        }
+        symmetric, odd = solution.displacement[Parity.SYMMETRIC], Parity.ANTISYMMETRIC
+        displacement = whole.vector(symmetric, solution.displacement.get(odd))
+        if self.study.analysis.support is not Support.CLAMPED:
+            displacement = referred_to_bores(whole.mesh, displacement, self.mesh.bores.rod_length)
+        tensor = whole.tensor(stress[Parity.SYMMETRIC], stress.get(odd))
+        for index, case in enumerate(cases):
+            yield case_result(case, displacement[..., index], tensor[..., index], self.material)
+
+    def _checks(
+        self, forces: list[CaseForces], solution: Solution, cases: tuple[CaseResult, ...]
+    ) -> dict[str, Check]:
+        largest = max(case.largest for case in forces)
+        residuals: list[Residuals] = list(solution.residuals.values())
+        values = {
+            "finite": float(sum(not case.finite for case in cases)),
+            "inverted_elements": float(self.mesh.quality.least_scaled_jacobian <= 0),
+            "mesh_mass": self.mesh.volume_error(self.rod.mass / self.material.density),
+            "bore_pressure_scale": max(abs(case.scale - 1) for case in forces),
+            "backward_error": max(item.backward_error for item in residuals),
+            "energy_balance": max(item.energy for item in residuals),
+        }
+        if self.study.analysis.support is not Support.CLAMPED:
+            values |= self._balance(forces, largest)
+            values["reactions"] = max(item.reaction for item in residuals) / largest
+        return {name: check(name, value) for name, value in values.items()}
+
+    def _balance(self, forces: list[CaseForces], largest: float) -> dict[str, float]:
+        points, images = self.mesh.cell.points, self.mesh.images
+        sums = np.array([imbalance(points, case.forces, images) for case in forces])
+        force, moment = sums.max(axis=0)
+        return {
+            "force_balance": float(force / largest),
+            "moment_balance": float(moment / (largest * self.mesh.bores.rod_length)),
+        }
+

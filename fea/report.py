@@ -1,0 +1,121 @@
+"""The summary of a run, as `summary.json` holds it."""
+
+import os
+import platform
+import resource
+import sys
+from importlib.metadata import version
+from typing import Any
+
+from fea.clock import Clock
+from fea.pipeline import Analysis, SpeedResult
+from fea.units import DEG, KG, KG_M2, N_M
+from loads.cases import LoadCase
+
+SCHEMA = "fea/summary/1"
+_PACKAGES = ("conrod-fea", "gmsh", "scikit-fem", "numpy", "scipy", "pyvista", "vtk")
+
+
+def summary(analysis: Analysis, result: SpeedResult, clock: Clock) -> dict[str, Any]:
+    """Return the figures of one speed, in the units their names say."""
+    mesh = analysis.mesh.whole.mesh
+    return {
+        "schema": SCHEMA,
+        "study": analysis.study.name,
+        "rpm": result.rpm,
+        "trusted": result.trusted,
+        "rod": _rod(analysis),
+        "engine": _engine(analysis),
+        "loads": {case.case.name: _load(case.case) for case in result.cases},
+        "model": _model(analysis),
+        "results": {case.case.name: case.extremes(mesh) for case in result.cases},
+        "checks": {
+            name: {"value": item.value, "limit": item.limit, "pass": item.passed}
+            for name, item in result.checks.items()
+        },
+        "notes": list(result.notes),
+        "timings_s": dict(clock.seconds),
+        "total_s": clock.total,
+        "peak_memory_MiB": peak_memory(),
+        "left_out": [{"what": item.what, "why": item.why} for item in result.left_out],
+        "environment": _environment(),
+    }
+
+
+def peak_memory() -> float:
+    """Largest resident memory of this process so far, MiB."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (2**20 if sys.platform == "darwin" else 2**10)
+
+
+def _rod(analysis: Analysis) -> dict[str, Any]:
+    rod = analysis.rod
+    return {
+        "mass_kg": rod.mass / KG,
+        "center_of_gravity_mm": list(rod.center),
+        "inertia_kg_m2": rod.inertia_z / KG_M2,
+        "length_mm": analysis.mesh.bores.rod_length,
+    }
+
+
+def _engine(analysis: Analysis) -> dict[str, Any] | None:
+    engine = analysis.engine
+    if engine is None:
+        return None
+    return {
+        "crank_radius_mm": engine.crank_radius,
+        "rod_length_mm": engine.rod_length,
+        "bore_mm": engine.bore,
+        "piston_mass_kg": engine.piston_mass / KG,
+    }
+
+
+def _load(case: LoadCase) -> dict[str, float | None]:
+    return {
+        "crank_deg": None if case.crank_angle is None else case.crank_angle / DEG,
+        "gas_N": case.gas,
+        "pin_axial_N": case.pin_axial,
+        "pin_transverse_N": case.pin_transverse,
+        "crank_axial_N": case.crank_axial,
+        "crank_transverse_N": case.crank_transverse,
+        "wall_N": case.wall,
+        "torque_Nm": None if case.torque is None else case.torque / N_M,
+    }
+
+
+def _model(analysis: Analysis) -> dict[str, Any]:
+    whole, quality = analysis.mesh.whole.mesh, analysis.mesh.quality
+    study = analysis.study
+    return {
+        "nodes": len(whole.points),
+        "elements": len(whole.tets),
+        "dofs": whole.points.size,
+        "solved_dofs": analysis.model.solved_dofs,
+        "element": study.mesh.element.value,
+        "size_mm": analysis.mesh.size,
+        "symmetry": analysis.mesh.symmetry.value,
+        "support": study.analysis.support.value,
+        "pressure": study.analysis.pressure,
+        "solver": analysis.model.solver,
+        "quality": {
+            "least_scaled_jacobian": quality.least_scaled_jacobian,
+            "least_shape": quality.least_shape,
+            "median_shape": quality.median_shape,
+            "worst_at_mm": list(quality.worst_at),
+            "straightened_elements": quality.straightened,
+        },
+    }
+
+
+def _environment() -> dict[str, Any]:
+    return {
+        "versions": {"python": platform.python_version()} | {name: version(name) for name in _PACKAGES},
+        "platform": platform.platform(),
+        "threads": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+    }
+
+
+def worst_safety(results: dict[str, dict[str, Any]]) -> float:
+    """Smallest safety factor over the cases of a summary's ``results``."""
+    return min(float(case["min_safety_factor"]) for case in results.values())
+

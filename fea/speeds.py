@@ -1,0 +1,48 @@
+"""Speeds as users write them."""
+
+import math
+
+from geometry.invalid import InvalidValue
+
+_FORMS = "Write 6000, 800,3000,6000 or 800:9000:200 (both ends included)."
+_MOST = 2000
+
+
+def parse_speeds(text: str) -> tuple[float, ...]:
+    """Read ``6000``, ``800,3000,6000`` or ``800:9000:200`` as speeds, rpm.
+
+    Raises
+    ------
+    InvalidValue
+        Anything else.
+    """
+    speeds: list[float] = []
+    for part in text.split(","):
+        speeds += _range(part) if ":" in part else [_number(part)]
+    return tuple(dict.fromkeys(speeds))
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError as error:
+        raise InvalidValue("--rpm", text, "is not a speed", _FORMS) from error
+    if not math.isfinite(value):
+        raise InvalidValue("--rpm", text, "must be finite", _FORMS)
+    return value
+
+
+def _range(text: str) -> list[float]:
+    parts = text.split(":")
+    if len(parts) != 3:
+        raise InvalidValue("--rpm", text, "a range has a start, an end and a step", _FORMS)
+    start, end, step = (_number(part) for part in parts)
+    if step <= 0 or end < start:
+        raise InvalidValue("--rpm", text, "a range goes up by a positive step", _FORMS)
+    count = math.floor((end - start) / step * (1 + 1e-12) + 1e-9) + 1
+    if count > _MOST:
+        raise InvalidValue("--rpm", text, f"holds {count} speeds, more than {_MOST}", "Take a larger step.")
+    speeds = [start + index * step for index in range(count)]
+    if not math.isclose(speeds[-1], end):
+        speeds.append(end)
+    return speeds
