@@ -1,1 +1,39 @@
-"""Connecting-rod stress analysis: solves, judges, tells."""
+"""Connecting-rod stress analysis: solves, judges, tells.
+
+``from fea import run`` does in Python what ``fea run`` does in the shell.
+"""
+
+from typing import Any
+
+__all__ = ["run"]
+
+
+def run(study: str = "leon-2001", **flags: Any) -> dict[str, Any] | list[dict[str, Any]]:
+    """Analyse a study and leave its run on disk.
+
+    Parameters
+    ----------
+    study
+        A shipped study or the path of a TOML file.
+    **flags
+        Those of ``fea run`` by their Python names: ``rpm`` (a number, a list or text), ``size``,
+        ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``min_safety``,
+        ``screenshot``, ``out``.
+
+    Returns
+    -------
+    dict or list of dict
+        What `summary.json` holds; a list for several speeds.
+
+    Raises
+    ------
+    geometry.invalid.InvalidValue
+        A value breaks a rule.
+    """
+    from fea.flags import python_flags
+    from fea.job import run_study
+    from fea.study import load_study
+
+    reports = run_study(python_flags(flags).applied(load_study(study)))
+    summaries = [report.summary for report in reports]
+    return summaries[0] if len(summaries) == 1 else summaries

@@ -1,12 +1,17 @@
 """The flags that override a study."""
 
 import dataclasses
+import typing
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from fea.choices import Element, SolverName, Support, Symmetry
 from fea.speeds import parse_speeds
 from fea.study import Study
+from fea.tables import checked, unknown_key
+from geometry.invalid import require_number
 
 
 @dataclass(frozen=True)
@@ -72,3 +77,32 @@ class Flags:
             if given:
                 changes[name] = dataclasses.replace(getattr(study, name), **given)
         return dataclasses.replace(study, **changes)
+
+
+def python_flags(values: Mapping[str, Any]) -> Flags:
+    """Return flags given as Python values: numbers and lists for ``rpm``, text for choices and paths.
+
+    Raises
+    ------
+    InvalidValue
+        An unknown flag or a value of the wrong kind.
+    """
+    hints = typing.get_type_hints(Flags)
+    flags: dict[str, Any] = {}
+    for name, value in values.items():
+        if name not in hints:
+            raise unknown_key("run()", name, hints)
+        if value is None:
+            continue
+        if name == "rpm":
+            flags[name] = value if isinstance(value, str) else _speeds_text(value)
+        elif name == "out":
+            flags[name] = Path(value)
+        else:
+            flags[name] = checked(name, value, hints[name])
+    return Flags(**flags)
+
+
+def _speeds_text(value: object) -> str:
+    speeds = value if isinstance(value, list | tuple) else [value]
+    return ",".join(repr(require_number("rpm", speed)) for speed in speeds)

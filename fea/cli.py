@@ -1,0 +1,90 @@
+"""The command line: commands by name, errors as one line, exit codes."""
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+
+from cyclopts import App, CycloptsError, Parameter
+from rich.console import Console
+
+app = App(
+    name="fea",
+    help="Will this connecting rod survive this engine at this speed, where does it fail first, "
+    "and how far can the answer be trusted?",
+    version=lambda: version("conrod-fea"),
+    default_parameter=Parameter(negative=""),
+)
+
+# Each command lives in a module of its own, loaded when it is called.
+_COMMANDS = {
+    "run": "Analyse a rod: stresses and safety factors at the peaks of the crank cycle.",
+    "loads": "Forces over the crank cycle, without a mesh.",
+    "rod": "The solid: mass properties and sections, STEP export, a picture.",
+    "reproduce": "Published figures against computed ones.",
+    "view": "A picture of a result.",
+    "init": "Write a commented study to edit.",
+    "doctor": "What this machine can and cannot do.",
+}
+for _name, _help in _COMMANDS.items():
+    app.command(f"fea.commands.{_name}:{_name}", name=_name, help=_help)
+
+USAGE, GEOMETRY, SINGULAR, MACHINE, INTERRUPTED = 2, 3, 4, 7, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the program and leave with its exit code."""
+    sys.exit(call(sys.argv[1:] if arguments is None else arguments))
+
+
+def call(arguments: Sequence[str]) -> int:
+    """Run the program and return its exit code."""
+    if os.environ.get("FEA_DEBUG") == "1":
+        return _dispatch(arguments)
+    try:
+        return _dispatch(arguments)
+    except KeyboardInterrupt:
+        _say("interrupted; nothing was left half-written")
+        return INTERRUPTED
+    except Exception as error:  # every error becomes one line and a code
+        code = exit_code(error)
+        if code is None:
+            _say(f"internal error: {type(error).__name__}: {error}. Run again with FEA_DEBUG=1 and report it")
+            return 1
+        _say(str(error) or type(error).__name__)
+        return code
+
+
+def _dispatch(arguments: Sequence[str]) -> int:
+    if not arguments:
+        app.help_print([])
+        return 0
+    code = app(
+        list(arguments),
+        exit_on_error=False,
+        print_error=False,
+        result_action="return_value",
+    )
+    return code if isinstance(code, int) else 0
+
+
+def exit_code(error: Exception) -> int | None:
+    """Return the documented exit code of an error, None for one nobody foresaw."""
+    from fea.output.errors import OccupiedError, OutputError
+    from fea.solid.errors import SingularMatrixError, SolverUnavailableError, UnderconstrainedError
+    from geometry.errors import GeometryError
+    from geometry.invalid import InvalidValue
+    from mesh.errors import MeshError
+
+    codes: dict[int, tuple[type[Exception], ...]] = {
+        USAGE: (InvalidValue, CycloptsError, OccupiedError),
+        GEOMETRY: (GeometryError, MeshError),
+        SINGULAR: (UnderconstrainedError, SingularMatrixError),
+        MACHINE: (SolverUnavailableError, OutputError, OSError, MemoryError, ImportError),
+    }
+    return next((code for code, kinds in codes.items() if isinstance(error, kinds)), None)
+
+
+def _say(message: str) -> None:
+    text = " ".join(message.split())
+    Console(stderr=True, highlight=False, soft_wrap=True).print(f"fea: {text}", markup=False)

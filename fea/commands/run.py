@@ -1,0 +1,66 @@
+"""`fea run`."""
+
+import sys
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from fea.flags import Flags
+from fea.study import DEFAULT_STUDY
+
+CHECK_FAILED, UNSAFE = 5, 6
+
+
+def run(
+    study: str = DEFAULT_STUDY,
+    *,
+    flags: Annotated[Flags, Parameter(name="*")] = Flags(),  # noqa: B008 - frozen
+    threads: int | None = None,
+    json: bool = False,
+    quiet: bool = False,
+) -> int:
+    """Analyse a rod: stresses and safety factors at the peaks of the crank cycle.
+
+    Parameters
+    ----------
+    study
+        A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.
+    threads
+        Threads of the solver.
+    json
+        Print the summary as JSON and nothing else.
+    quiet
+        Print nothing.
+    """
+    from fea.study import load_study
+    from fea.threads import limit_threads
+
+    limit_threads(threads)
+    asked = flags.applied(load_study(study))
+
+    from fea.job import run_study
+    from fea.progress import stages
+
+    with stages(silent=quiet or json) as listener:
+        reports = run_study(asked, listener)
+    summaries = [report.summary for report in reports]
+    if json:
+        from fea.output.summary import json_text
+
+        sys.stdout.write(json_text(summaries[0] if len(summaries) == 1 else summaries))
+    elif not quiet:
+        from fea.output.table import print_runs
+
+        print_runs([(report.folder, report.summary) for report in reports])
+    return verdict(summaries, asked.analysis.min_safety)
+
+
+def verdict(summaries: list[dict[str, Any]], min_safety: float | None) -> int:
+    """Exit code of finished runs: a failed check wins over a low safety factor."""
+    from fea.report import worst_safety
+
+    if not all(figures["trusted"] for figures in summaries):
+        return CHECK_FAILED
+    if min_safety is not None and any(worst_safety(figures["results"]) < min_safety for figures in summaries):
+        return UNSAFE
+    return 0

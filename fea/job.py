@@ -1,0 +1,149 @@
+"""The job behind `fea run`: analyse every speed and leave each run complete in its directory."""
+
+import csv
+import dataclasses
+import io
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fea.clock import Clock
+from fea.cycle_table import cycle_columns
+from fea.output.cycle import write_cycle_csv
+from fea.output.folder import require_replaceable, run_folder
+from fea.output.summary import json_text
+from fea.output.text import write_text
+from fea.output.vtu import write_vtu
+from fea.pipeline import Analysis, SpeedResult
+from fea.report import summary
+from fea.study import Study
+
+
+@dataclass(frozen=True)
+class RunReport:
+    """One speed's run.
+
+    Attributes
+    ----------
+    folder
+        Where it is.
+    summary
+        What its `summary.json` says.
+    """
+
+    folder: Path
+    summary: dict[str, Any]
+
+
+def run_study(study: Study, listener: Callable[[str], None] | None = None) -> list[RunReport]:
+    """Analyse a study at each of its speeds and write the runs.
+
+    Parameters
+    ----------
+    study
+        What is asked.
+    listener
+        Told the name of each stage as it begins.
+
+    Returns
+    -------
+    list of RunReport
+        In the order of the speeds.
+
+    Raises
+    ------
+    InvalidValue
+        A value breaks a rule.
+    OccupiedError, StorageError
+        The output directory cannot take the run.
+    GeometryError, MeshError, UnderconstrainedError, SingularMatrixError, SolverUnavailableError
+        See the stages.
+    """
+    speeds: Sequence[float | None] = study.speed.speeds() if study.engine else (None,)
+    folders = _folders(study, speeds)
+    for folder in folders:
+        require_replaceable(folder)
+    clock = Clock(listener)
+    analysis = Analysis(study, clock)
+    reports = []
+    for rpm, folder in zip(speeds, folders, strict=True):
+        result = analysis.at(rpm)
+        reports.append(_leave(analysis, result, folder, clock))
+    if len(reports) > 1:
+        write_text(folders[0].parent / "map.csv", map_text(reports))
+    return reports
+
+
+def default_directory(study: Study, rpm: float | None) -> Path:
+    """``results/<study>-<rpm>rpm``, or ``results/<study>`` where there is no speed."""
+    return Path("results") / (study.name if rpm is None else f"{study.name}-{rpm:g}rpm")
+
+
+def _folders(study: Study, speeds: Sequence[float | None]) -> list[Path]:
+    given = study.output.directory
+    if len(speeds) == 1:
+        folder = default_directory(study, speeds[0]) if given is None else study.folder / given
+        return [folder]
+    parent = Path("results") / study.name if given is None else study.folder / given
+    return [parent / f"{rpm:g}rpm" for rpm in speeds]
+
+
+def _leave(analysis: Analysis, result: SpeedResult, folder: Path, clock: Clock) -> RunReport:
+    """Write one speed's run and return its summary."""
+    mesh = analysis.mesh.whole.mesh
+    with run_folder(folder) as place:
+        with clock("write"):
+            for case in result.cases:
+                write_vtu(
+                    place / f"{case.case.name}.vtu",
+                    mesh,
+                    case.point_data(),
+                    case.cell_data(mesh, analysis.material),
+                )
+            write_text(place / "study.toml", _study_text(analysis.study, result.rpm))
+            if analysis.engine is not None and analysis.gas is not None and result.rpm is not None:
+                columns = cycle_columns(analysis.engine, analysis.rod, analysis.gas, result.rpm)
+                write_cycle_csv(place / "loads.csv", columns)
+        figures = summary(analysis, result, clock)
+        if analysis.study.output.screenshot:
+            _take_pictures(place, figures, clock)
+            figures["timings_s"], figures["total_s"] = dict(clock.seconds), clock.total
+        write_text(place / "summary.json", json_text(figures))
+    return RunReport(folder, figures)
+
+
+def _take_pictures(place: Path, figures: dict[str, Any], clock: Clock) -> None:
+    from fea.output.picture import take_pictures  # noqa: PLC0415 - only a picture needs it
+
+    with clock("picture"):
+        take_pictures(place, figures)
+
+
+def _study_text(study: Study, rpm: float | None) -> str:
+    if rpm is None:
+        return study.text()
+    return dataclasses.replace(study, speed=dataclasses.replace(study.speed, rpm=rpm)).text()
+
+
+def map_text(reports: Sequence[RunReport]) -> str:
+    """The extremes of every run as CSV, a row a speed and case."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(
+        ["rpm", "case", "crank_deg", "pin_axial_N", "crank_axial_N", "max_von_mises_MPa", "min_safety_factor"]
+    )
+    for report in reports:
+        loads = report.summary["loads"]
+        for name, result in report.summary["results"].items():
+            load = loads[name]
+            values = (
+                load["crank_deg"],
+                load["pin_axial_N"],
+                load["crank_axial_N"],
+                result["max_von_mises_MPa"],
+                result["min_safety_factor"],
+            )
+            row = ["" if value is None else f"{value:.7g}" for value in values]
+            writer.writerow([f"{report.summary['rpm']:g}", name, *row])
+    return text.getvalue()

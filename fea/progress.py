@@ -1,0 +1,29 @@
+"""Progress on a terminal, silence elsewhere."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+
+_WORDS = {
+    "geometry": "drawing the rod",
+    "mesh": "meshing",
+    "loads": "crank cycle and loads",
+    "assembly": "assembling the stiffness",
+    "factor": "factorising",
+    "solve": "solving",
+    "stress": "recovering stress",
+    "write": "writing",
+    "picture": "taking pictures",
+}
+
+
+@contextmanager
+def stages(*, silent: bool) -> Iterator[Callable[[str], None] | None]:
+    """Show the stage under way on stderr when it is a terminal; yields the listener for a `Clock`."""
+    console = Console(stderr=True)
+    if silent or not console.is_terminal:
+        yield None
+        return
+    with console.status("starting") as status:
+        yield lambda stage: status.update(f"{_WORDS.get(stage, stage)}…")
