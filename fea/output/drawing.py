@@ -1,0 +1,240 @@
+"""The picture of a result: the deformed rod, its hot spot magnified, the legend."""
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyvista
+from PIL import Image
+
+from fea.output.frame import Frame
+from fea.output.scale import band_limits, round_down
+from fea.output.scene import Scene
+from fea.output.skin import refined_line
+from fea.output.view import View
+
+Floats = npt.NDArray[np.float64]
+
+SIZE = (1600, 1000)
+ROD_SHARE, SPOT_SHARE = 0.58, 0.64  # of the height for the rod, of the width for the hot spot
+OVERSAMPLED = 2  # lines come out thinner by this where edges are smoothed by drawing larger
+MAGNIFIED = 0.055  # half the height of the hot spot's frame, in parts of the rod's extent
+INK, GREY, PAPER = "#1a1a1a", "#a0a0a0", "white"
+# Blue over green to red, evenly bright and without the dark ends that hide shading.
+COLOURS = np.array(
+    [
+        [64, 82, 200],
+        [66, 148, 255],
+        [37, 192, 231],
+        [27, 229, 181],
+        [83, 251, 119],
+        [150, 254, 68],
+        [205, 236, 52],
+        [243, 199, 58],
+        [254, 155, 45],
+        [243, 99, 21],
+        [200, 36, 3],
+    ],
+)
+
+
+def draw(scene: Scene, title: str, png: Path, notes: Sequence[str] = ()) -> None:
+    """Draw a result.
+
+    Parameters
+    ----------
+    scene
+        The result.
+    title
+        Study, case, speed and crank angle.
+    png
+        The picture to write.
+    notes
+        More lines beside the legend.
+
+    Raises
+    ------
+    RuntimeError
+        The picture came out blank: some OpenGL libraries fail without saying so.
+    """
+    plotter = pyvista.Plotter(
+        off_screen=True,
+        window_size=SIZE,
+        shape=(2, 2),
+        groups=[(0, slice(None))],
+        row_weights=[ROD_SHARE, 1 - ROD_SHARE],
+        col_weights=[SPOT_SHARE, 1 - SPOT_SHARE],
+        border=False,
+        lighting="none",
+    )
+    plotter.set_background(PAPER)
+    surface = _surface(scene)
+    plotter.subplot(0, 0)
+    _draw_rod(plotter, scene, surface)
+    _text(plotter, title, (0.02, 0.91), size=30)
+    plotter.subplot(1, 0)
+    _draw_spot(plotter, scene, surface)
+    plotter.subplot(1, 1)
+    _draw_legend(plotter, scene, notes)
+    plotter.enable_anti_aliasing("ssaa")
+    image = plotter.screenshot(return_img=True)
+    plotter.close()
+    _require_colours(image[: int(ROD_SHARE * SIZE[1])])
+    _save(image, png)
+
+
+def _draw_rod(plotter: Any, scene: Scene, surface: Any) -> None:
+    """Draw the whole rod, where it was without load, and a ring around the hot spot."""
+    aspect = SIZE[0] / (SIZE[1] * ROD_SHARE)
+    frame = Frame.around(scene.deformed, scene.view(closeness=0.8), aspect, width=0.9, height=0.7)
+    _add_surface(plotter, scene, surface)
+    _add_edges(plotter, scene, scene.skin.points, frame, (GREY, 1.0))
+    _add_edges(plotter, scene, scene.deformed, frame, (INK, 1.5))
+    radius = 0.5 * MAGNIFIED * scene.extent
+    _add_ring(plotter, scene, frame, radius)
+    _add_label(plotter, scene, frame, radius)
+    frame.aim(plotter)
+    plotter.add_axes(line_width=3, color=INK, viewport=(0.0, 0.0, 0.1, 0.24))
+
+
+def _add_label(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
+    """Write the peak above or below the rod, whichever is nearer to the hot spot, with a line to it."""
+    flat = frame.view.across(scene.deformed)
+    x, y = flat[scene.node]
+    beside = flat[abs(flat[:, 0] - x) < 0.15 * scene.extent, 1]
+    gap = 0.05 * 2 * frame.half_height
+    above = beside.max() - y < y - beside.min()
+    end = beside.max() + gap if above else beside.min() - gap
+    start = y + radius if above else y - radius
+    _add_lines(plotter, frame.lifted(np.array([[[x, start], [x, end]]])), INK, 2)
+    place = frame.relative(np.array([x, end + (0.3 if above else -0.9) * gap]))
+    _text(plotter, f"max {scene.peak:.4g} MPa", place, size=24, centred=True)
+
+
+def _draw_spot(plotter: Any, scene: Scene, surface: Any) -> None:
+    """Draw the surroundings of the hot spot with the elements' edges and a scale bar."""
+    aspect = SIZE[0] * SPOT_SHARE / (SIZE[1] * (1 - ROD_SHARE))
+    view, half = scene.view(closeness=2.5), MAGNIFIED * scene.extent
+    near = float((scene.deformed @ view.towards).max()) + 1.0
+    frame = Frame(view, view.across(scene.deformed[scene.node]), half, aspect, near)
+    _add_surface(plotter, scene, surface)
+    elements = refined_line(scene.deformed, scene.skin.sides[0]) + frame.nudge
+    _add_lines(plotter, elements, INK, 1.0, opacity=0.35)
+    _add_edges(plotter, scene, scene.deformed, frame, (INK, 2.0))
+    _add_ring(plotter, scene, frame, 0.06 * half)
+    length = round_down(0.6 * half)
+    start = frame.place((0.03, 0.08))
+    end = start + np.array([length, 0.0])
+    _add_lines(plotter, frame.lifted(np.array([[start, end]])), INK, 4)
+    above = (start + end) / 2 + np.array([0.0, 0.06 * half])
+    _text(plotter, f"{length:g} mm", frame.relative(above), size=20, centred=True)
+    frame.aim(plotter)
+
+
+def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
+    """Draw the colours' meaning and what else must be known to read the picture."""
+    limits, colours = band_limits(scene.peak), _band_colours(scene)
+    edges = np.linspace(0.06, 0.94, len(limits))
+    low, high = 0.76, 0.84
+    corners = [[[a, low], [b, low], [b, high], [a, high]] for a, b in itertools.pairwise(edges)]
+    aspect = SIZE[0] * (1 - SPOT_SHARE) / (SIZE[1] * (1 - ROD_SHARE))
+    frame = Frame(View.along(np.array([0.0, 0.0, 1.0])), np.array([aspect / 2, 0.5]), 0.5, aspect, 0.0)
+    points = frame.lifted(np.reshape(corners, (-1, 2)) * [aspect, 1.0])
+    bar = pyvista.PolyData.from_regular_faces(points, np.arange(len(points)).reshape(-1, 4))
+    bar.cell_data["colours"] = colours
+    plotter.add_mesh(bar, scalars="colours", rgb=True, lighting=False, show_edges=True, edge_color=INK)
+    frame.aim(plotter)
+    _text(plotter, "von Mises stress, MPa", (edges[0], high + 0.035), size=24)
+    for edge, limit in zip(edges, limits, strict=True):
+        _text(plotter, f"{limit:g}", (edge, low - 0.065), size=19, centred=True)
+    x, y, z = (round(float(coordinate), 1) + 0.0 for coordinate in scene.at)
+    lines = [
+        f"max {scene.peak:.4g} MPa at x = {x}, y = {y}, z = {z} mm",
+        f"displacement up to {scene.displaced:.3g} mm, drawn × {scene.exaggeration:g}",
+        *notes,
+        "grey lines: the rod without load",
+    ]
+    for k, line in enumerate(lines):
+        _text(plotter, line, (edges[0], 0.56 - 0.085 * k), size=21)
+
+
+def _surface(scene: Scene) -> Any:
+    """Return the deformed skin with its stress; shaded by the normals without load."""
+    surface = pyvista.PolyData.from_regular_faces(scene.skin.refined(scene.deformed), scene.skin.triangles())
+    surface.point_data["von_mises"] = scene.skin.refined(scene.stress)
+    surface.point_data["Normals"] = scene.skin.refined_normals()
+    surface.point_data.active_normals_name = "Normals"
+    return surface
+
+
+def _band_colours(scene: Scene) -> npt.NDArray[np.uint8]:
+    """Return the colours (n_bands, 3) of the legend's bands."""
+    places = np.linspace(0, len(COLOURS) - 1, len(band_limits(scene.peak)) - 1)
+    shades = [np.interp(places, range(len(COLOURS)), channel) for channel in COLOURS.T]
+    return np.stack(shades, axis=1).round().astype(np.uint8)
+
+
+def _add_surface(plotter: Any, scene: Scene, surface: Any) -> None:
+    colours, limits = _band_colours(scene), band_limits(scene.peak)
+    opaque = np.column_stack([colours, np.full(len(colours), 255, np.uint8)])
+    plotter.add_mesh(
+        surface,
+        scalars="von_mises",
+        cmap=pyvista.LookupTable(values=opaque, scalar_range=(limits[0], limits[-1])),
+        show_scalar_bar=False,
+        smooth_shading=False,
+        ambient=0.5,
+        diffuse=0.52,
+        specular=0.0,
+        copy_mesh=False,
+    )
+
+
+def _add_edges(plotter: Any, scene: Scene, points: Floats, frame: Frame, pen: tuple[str, float]) -> None:
+    """Draw the edges of the shape (not of the elements), with its nodes at `points`."""
+    sides, sharp = scene.skin.sides
+    _add_lines(plotter, refined_line(points, sides[sharp]) + frame.nudge, *pen)
+
+
+def _add_lines(plotter: Any, lines: Floats, colour: str, width: float, opacity: float = 1.0) -> None:
+    """Draw lines through (n_lines, n_points, 3)."""
+    if len(lines) == 0:
+        return
+    count, length, _ = lines.shape
+    cells = np.column_stack([np.full(count, length), np.arange(count * length).reshape(count, length)])
+    drawn = pyvista.PolyData(lines.reshape(-1, 3), lines=cells.ravel())
+    plotter.add_mesh(drawn, color=colour, line_width=OVERSAMPLED * width, opacity=opacity, lighting=False)
+
+
+def _add_ring(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
+    """Draw a circle around the hot spot, legible on any colour."""
+    angle = np.linspace(0, 2 * np.pi, 73)[:, None]
+    middle = frame.view.across(scene.deformed[scene.node])
+    ring = frame.lifted(middle + radius * np.hstack([np.cos(angle), np.sin(angle)]))[None]
+    _add_lines(plotter, ring, PAPER, 6)
+    _add_lines(plotter, ring, INK, 3)
+
+
+def _text(plotter: Any, text: str, place: tuple[float, float], size: int, *, centred: bool = False) -> None:
+    """Write at a place in parts of the active frame's width and height; `size` in pixels."""
+    actor = plotter.add_text(text, position=place, viewport=True, color=INK, font="arial")
+    actor.prop.font_size = size
+    if centred:
+        actor.prop.justification_horizontal = "center"
+
+
+def _require_colours(image: npt.NDArray[np.uint8]) -> None:
+    """Make sure that the rod is on the picture: its stress is the only colour there."""
+    coloured = np.ptp(image.astype(int), axis=2) > 40
+    if coloured.mean() < 0.005:
+        raise RuntimeError("the picture came out blank")
+
+
+def _save(image: npt.NDArray[np.uint8], png: Path) -> None:
+    """Write the picture with 256 colours of its own: a third of the size, and no eye sees it."""
+    few = Image.fromarray(image).quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+    few.putpalette([255 if level > 250 else level for level in few.getpalette() or []])  # white stays white
+    few.save(png, format="PNG", optimize=True)

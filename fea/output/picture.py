@@ -1,0 +1,176 @@
+"""Pictures of results, drawn by a process that may fail without harm to them."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from fea.output.errors import PictureError
+from fea.output.png import is_complete_png
+from fea.output.vtu import write_vtu
+from mesh.tetmesh import TetMesh
+
+REMEDY = "On Debian or Ubuntu, `apt-get install libegl1 libgl1 libxrender1` brings what drawing needs."
+TIMEOUT = 60.0  # seconds a picture; one takes about one
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture to be drawn.
+
+    Attributes
+    ----------
+    vtu, png
+        The result file to show and the picture to write.
+    title
+        Study, case, speed and crank angle.
+    peak
+        The largest von Mises stress that counts, MPa; None for the largest in the file.
+    at
+        Where it is, (x, y, z) in mm; None for where the file's largest is.
+    notes
+        More lines beside the legend.
+    """
+
+    vtu: Path
+    png: Path
+    title: str
+    peak: float | None = None
+    at: tuple[float, float, float] | None = None
+    notes: tuple[str, ...] = ()
+
+
+def take_pictures(folder: Path, summary: Mapping[str, Any]) -> list[Path]:
+    """Draw one picture for each case of the run in `folder`; return their files (errors as `draw_pictures`)."""
+    pictures = [_described(folder / f"{case}.vtu", summary, case) for case in summary["results"]]
+    draw_pictures(pictures)
+    return [picture.png for picture in pictures]
+
+
+def picture_of(vtu: Path, png: Path) -> Path:
+    """Draw one result file, titled by the summary beside it if there is one; return `png`.
+
+    Raises
+    ------
+    PictureError
+        See `draw_pictures`.
+    """
+    draw_pictures([described(vtu, png)])
+    return png
+
+
+def described(vtu: Path, png: Path) -> Picture:
+    """Return the picture of a result file in the words of the summary beside it, if there is one."""
+    try:
+        summary = json.loads((vtu.parent / "summary.json").read_text(encoding="utf-8"))
+        return replace(_described(vtu, summary, vtu.stem), png=png)
+    except (OSError, ValueError, KeyError, TypeError):
+        return Picture(vtu, png, vtu.stem)
+
+
+def try_rendering() -> None:
+    """Draw something small the way pictures are drawn.
+
+    Raises
+    ------
+    PictureError
+        This machine cannot; says what to install.
+    """
+    with TemporaryDirectory() as folder:
+        vtu = Path(folder, "trial.vtu")
+        points = np.vstack([np.zeros(3), np.eye(3)])
+        mesh = TetMesh(points, np.array([[0, 1, 2, 3]]))
+        write_vtu(vtu, mesh, {"displacement": points * 0.01, "von_mises": points @ [1.0, 2.0, 3.0]})
+        draw_pictures([Picture(vtu, vtu.with_suffix(".png"), "trial")])
+
+
+def draw_pictures(pictures: Sequence[Picture]) -> None:
+    """Draw pictures, all in one process.
+
+    Raises
+    ------
+    PictureError
+        One is missing, damaged or blank; says what to install.
+    """
+    if not pictures:
+        return
+    orders = json.dumps([_order(picture) for picture in pictures])
+    for environment in _environments():
+        for picture in pictures:
+            picture.png.unlink(missing_ok=True)
+        said = _render(orders, environment, TIMEOUT * (1 + len(pictures)))
+        missing = [picture.png.name for picture in pictures if not is_complete_png(picture.png)]
+        if not missing:
+            return
+    raise PictureError(f"{', '.join(missing)} could not be drawn: {said}. {REMEDY}")
+
+
+def _described(vtu: Path, summary: Mapping[str, Any], case: str) -> Picture:
+    """Return the picture of a case of a run."""
+    result = summary["results"][case]
+    angle = summary["loads"][case].get("crank_deg")
+    speed = summary.get("rpm")
+    parts = [
+        case,
+        f"{speed:g} rpm" if speed else "",
+        f"crank angle {angle:.4g}°" if angle is not None else "",
+    ]
+    title = f"{summary['study']}: " + ", ".join(part for part in parts if part)
+    safety = result.get("min_safety_factor")
+    notes = [
+        f"smallest safety factor against yield {safety:.3g}" if safety is not None else "",
+        "" if summary.get("trusted", True) else "NOT TO BE TRUSTED: a check failed",
+    ]
+    at = result.get("at_mm")
+    return Picture(
+        vtu,
+        vtu.with_suffix(".png"),
+        title,
+        result.get("max_von_mises_MPa"),
+        tuple(at) if at else None,
+        tuple(note for note in notes if note),
+    )
+
+
+def _order(picture: Picture) -> dict[str, Any]:
+    return asdict(picture) | {"vtu": os.fspath(picture.vtu), "png": os.fspath(picture.png)}
+
+
+def _environments() -> list[dict[str, str]]:
+    """Return what to tell the drawing process, in the order to try: on Linux first to need no display."""
+    plain = dict(os.environ)
+    headless = plain | {"VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow"}
+    if not sys.platform.startswith("linux") or "VTK_DEFAULT_OPENGL_WINDOW" in plain:
+        return [plain]
+    has_display = bool(plain.get("DISPLAY") or plain.get("WAYLAND_DISPLAY"))
+    return [headless, plain] if has_display else [headless]
+
+
+def _render(orders: str, environment: Mapping[str, str], timeout: float) -> str:
+    """Run the drawing process; return what went wrong, in a line."""
+    command = [sys.executable, "-P", "-m", "fea.output.render"]  # -P: no module of the user's directory
+    try:
+        done = subprocess.run(  # noqa: S603 - our own interpreter and module
+            command,
+            input=orders,
+            env=environment,
+            timeout=timeout,
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            errors="replace",
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return f"drawing took longer than {timeout:g} s"
+    if done.returncode < 0:
+        return f"the drawing process was ended by signal {-done.returncode}"
+    lines = done.stderr.strip().splitlines()
+    return lines[-1].rstrip(".") if done.returncode and lines else "nothing came out"

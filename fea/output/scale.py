@@ -1,0 +1,34 @@
+"""Round numbers for legends, scale bars and exaggerated deformation."""
+
+import math
+
+STEPS = (1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 10.0)
+DEFORMED = 0.04  # the largest displacement is drawn as about so much of the rod's extent
+
+
+def round_up(value: float) -> float:
+    """Return the next 1, 2, 2.5, 3, 4 or 5 times a power of ten, not below a positive `value`."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(step * power for step in STEPS if step * power >= value * (1 - 1e-9))
+
+
+def round_down(value: float) -> float:
+    """Return the last 1, 2, 2.5, 3, 4 or 5 times a power of ten, not above a positive `value`."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return max(step * power for step in STEPS if step * power <= value * (1 + 1e-9))
+
+
+def band_limits(maximum: float, bands: int = 10) -> list[float]:
+    """Return the limits of at most so many equal bands from 0 to just above `maximum`."""
+    if not (maximum > 0 and math.isfinite(maximum)):
+        return [0.0, 1.0]
+    step = round_up(maximum / bands)
+    return [step * k for k in range(math.ceil(maximum / step * (1 - 1e-9)) + 1)]
+
+
+def exaggeration(extent: float, displacement: float) -> float:
+    """Return the round factor by which to draw displacements, of a body of this `extent`."""
+    if not displacement > 0:
+        return 1.0
+    wanted = DEFORMED * extent / displacement
+    return max(1.0, round_down(wanted))

@@ -1,0 +1,120 @@
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fea.output import picture
+from fea.output.errors import PictureError
+from fea.output.picture import Picture, described, draw_pictures, picture_of, take_pictures, try_rendering
+from fea.output.png import is_complete_png
+from fea.output.summary import json_text
+from fea.output.vtu import write_vtu
+from mesh.tetmesh import TetMesh
+
+SUMMARY = {
+    "study": "leon-2001",
+    "rpm": 6000,
+    "trusted": True,
+    "loads": {"tension": {"crank_deg": 5.0}, "given": {"crank_deg": None}},
+    "results": {
+        "tension": {"max_von_mises_MPa": 312.0, "at_mm": [1.0, 2.0, 3.0], "min_safety_factor": 1.9884},
+        "given": {"max_von_mises_MPa": 10.0, "at_mm": None, "min_safety_factor": None},
+    },
+}
+
+
+@pytest.fixture
+def result(tmp_path: Path) -> Path:
+    """A bar of tetrahedra under a stress that grows along it."""
+    corners = np.array([[x, y, z] for x in range(11) for y in (0, 1) for z in (0, 1)], float)
+    brick = np.array([[0, 4, 6, 7], [0, 6, 2, 7], [0, 2, 3, 7], [0, 3, 1, 7], [0, 1, 5, 7], [0, 5, 4, 7]])
+    tets = (brick + 4 * np.arange(10)[:, None, None]).reshape(-1, 4)
+    points = corners * 10
+    displacement = np.column_stack([points[:, 0] * 1e-3, np.zeros((len(points), 2))])
+    write_vtu(
+        tmp_path / "tension.vtu",
+        TetMesh(points, tets),
+        {"displacement": displacement, "von_mises": points[:, 0]},
+    )
+    return tmp_path / "tension.vtu"
+
+
+def test_a_picture_shows_the_result_in_colour_and_is_small(result):
+    png = result.with_suffix(".png")
+    assert picture_of(result, png) == png
+    image = np.asarray(Image.open(png).convert("RGB")).astype(int)
+    assert image.shape == (1000, 1600, 3)
+    assert png.stat().st_size < 300_000
+    assert tuple(image[0, -1]) == (255, 255, 255)
+    assert (np.ptp(image[:580], axis=2) > 40).mean() > 0.01  # the bar
+    red, blue = image[..., 0] - image[..., 2] > 120, image[..., 2] - image[..., 0] > 120
+    assert red[:580].any()
+    assert blue[:580].any()
+    assert np.argwhere(red[:580])[:, 1].mean() > np.argwhere(blue[:580])[:, 1].mean()  # x runs to the right
+
+
+def test_a_drawing_process_that_dies_is_an_error_with_a_remedy_and_leaves_the_result(result, monkeypatch):
+    monkeypatch.setattr(picture, "_environments", lambda: [{"PATH": ""}])
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    before = result.read_bytes()
+    with pytest.raises(PictureError, match=r"tension.png could not be drawn.*libegl1"):
+        picture_of(result, result.with_suffix(".png"))
+    assert result.read_bytes() == before
+    assert not result.with_suffix(".png").exists()
+
+
+def test_what_is_no_result_is_said(result):
+    (result.parent / "bad.vtu").write_text("<VTKFile/>")
+    with pytest.raises(PictureError, match="not a result"):
+        draw_pictures([Picture(result.parent / "bad.vtu", result.parent / "bad.png", "bad")])
+
+
+def test_no_picture_starts_no_process(monkeypatch):
+    monkeypatch.setattr(picture, "_render", lambda *_: pytest.fail("nothing to draw"))
+    draw_pictures([])
+
+
+def test_a_machine_that_can_draw_passes_the_trial():
+    try_rendering()
+
+
+def test_every_case_of_a_run_is_drawn_in_the_words_of_its_summary(tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(picture, "draw_pictures", drawn.extend)
+    assert take_pictures(tmp_path, SUMMARY) == [tmp_path / "tension.png", tmp_path / "given.png"]
+    tension, given = drawn
+    assert tension == Picture(
+        tmp_path / "tension.vtu",
+        tmp_path / "tension.png",
+        "leon-2001: tension, 6000 rpm, crank angle 5°",
+        312.0,
+        (1.0, 2.0, 3.0),
+        ("smallest safety factor against yield 1.99",),
+    )
+    assert given.title == "leon-2001: given, 6000 rpm"
+    assert given.at is None
+    take_pictures(tmp_path, SUMMARY | {"trusted": False})
+    assert "NOT TO BE TRUSTED" in drawn[-1].notes[-1]
+
+
+def test_a_file_beside_its_summary_is_titled_by_it(tmp_path):
+    (tmp_path / "summary.json").write_text(json_text(SUMMARY))
+    png = tmp_path / "elsewhere.png"
+    assert described(tmp_path / "tension.vtu", png).title == "leon-2001: tension, 6000 rpm, crank angle 5°"
+    assert described(tmp_path / "tension.vtu", png).png == png
+    assert described(tmp_path / "other.vtu", png) == Picture(tmp_path / "other.vtu", png, "other")
+
+
+def test_a_png_that_is_cut_short_damaged_or_blank_is_none(tmp_path):
+    png = tmp_path / "a.png"
+    assert not is_complete_png(png)
+    Image.fromarray(np.full((50, 50, 3), 255, np.uint8)).save(png)
+    assert not is_complete_png(png)
+    Image.fromarray(np.arange(7500, dtype=np.uint8).reshape(50, 50, 3)).save(png)
+    assert is_complete_png(png)
+    whole = png.read_bytes()
+    for broken in (whole[:-12], whole[:100], b"GIF89a" + whole, whole[:60] + b"\0\0" + whole[62:]):
+        png.write_bytes(broken)
+        assert not is_complete_png(png)
