@@ -1,0 +1,54 @@
+"""A quarter of a plain strap with two eyes: a body with all the rod's surfaces that meshes in a moment."""
+
+from functools import cache
+
+import gmsh
+
+from geometry.surfaces import Surface
+from mesh.generate import tetrahedralise
+from mesh.sizing import Refinement, Sizing
+from mesh.tetmesh import TetMesh
+
+LENGTH, BIG_BORE, SMALL_BORE, WIDTH = 60.0, 8.0, 5.0, 8.0  # radii of the bores
+
+
+@cache
+def strap(size: float = 4.0, order: int = 2) -> TetMesh:
+    """The cell y ≥ 0, z ≥ 0 of the strap."""
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)
+        return _meshed(size, order)
+    finally:
+        gmsh.finalize()
+
+
+def _meshed(size: float, order: int) -> TetMesh:
+    occ = gmsh.model.occ
+    rings = [occ.addCylinder(0, 0, 0, 0, 0, WIDTH / 2, 14), occ.addCylinder(LENGTH, 0, 0, 0, 0, WIDTH / 2, 9)]
+    bar = occ.addBox(0, -5, 0, LENGTH, 10, WIDTH / 2)
+    solid, _ = occ.fuse([(3, bar)], [(3, ring) for ring in rings])
+    bores = [occ.addCylinder(0, 0, 0, 0, 0, WIDTH, BIG_BORE), occ.addCylinder(LENGTH, 0, 0, 0, 0, WIDTH, SMALL_BORE)]
+    solid, _ = occ.cut(solid, [(3, bore) for bore in bores])
+    occ.intersect(solid, [(3, occ.addBox(-100, 0, 0, 300, 100, 100))])
+    occ.synchronize()
+    surfaces: dict[Surface, list[int]] = {surface: [] for surface in Surface}
+    for _, face in gmsh.model.getEntities(2):
+        surfaces[_name(face)].append(face)
+    small = Refinement(tuple(surfaces[Surface.SMALL_END_BORE]), size / 2)
+    return tetrahedralise(surfaces, [small], Sizing(size, order))[0]
+
+
+def _name(face: int) -> Surface:
+    x0, _, _, x1, y1, z1 = gmsh.model.getBoundingBox(2, face)
+    if y1 < 1e-5:
+        return Surface.SYMMETRY_Y
+    if z1 < 1e-5:
+        return Surface.SYMMETRY_Z
+    if gmsh.model.getType(2, face) == "Cylinder":
+        if x1 < BIG_BORE + 0.1:
+            return Surface.BIG_END_BORE
+        if LENGTH - SMALL_BORE - 0.1 < x0 and x1 < LENGTH + SMALL_BORE + 0.1:
+            return Surface.SMALL_END_BORE
+    return Surface.FREE
