@@ -99,7 +99,7 @@ class Analysis:
         self.engine: Engine | None = None
         self.gas: GasModel | None = None
         if study.engine is not None:  # refused before anything is meshed
-            self.engine = study.engine.engine(study.rod.length())
+            self.engine = study.engine.engine(study.rod.length)
             self.gas = study.engine.gas_model(self.engine)
         self.mesh: Discretised = discretise(study, clock)
         cell = self.mesh.cell

@@ -248,7 +248,7 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
             raise unknown_key("STUDY", key, ["rod", *_TABLES])
     require("rod" in raw, "STUDY", name, "has no [rod] table", 'Give dimensions or preset = "leon-2001".')
     tables = {key: read_table(cls, key, raw[key]) for key, cls in _TABLES.items() if key in raw}
-    rod = read_rod(raw["rod"], folder)
+    rod = read_rod(raw["rod"])
     if "engine" in tables:
         tables["engine"] = tables["engine"].located(folder)
     return Study(name, rod, folder=folder, **tables)
