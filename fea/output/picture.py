@@ -48,7 +48,7 @@ class Picture:
 
 
 def take_pictures(folder: Path, summary: Mapping[str, Any]) -> list[Path]:
-    """Draw one picture for each case of the run in `folder`; return their files (errors as `draw_pictures`)."""
+    """Draw one picture for each case of the run in `folder`; return their files."""
     pictures = [_described(folder / f"{case}.vtu", summary, case) for case in summary["results"]]
     draw_pictures(pictures)
     return [picture.png for picture in pictures]

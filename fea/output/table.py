@@ -1,0 +1,150 @@
+"""What a run says at its end: a table a human can read, what was written, what to do next."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+Summary = Mapping[str, Any]
+UNKNOWN = "–"
+WIDTH = 88  # of what is not a terminal: a file, a pipe
+
+
+def print_runs(runs: Sequence[tuple[Path, Summary]], console: Console | None = None) -> None:
+    """Print finished runs.
+
+    Parameters
+    ----------
+    runs
+        The directory and the summary (as in ``summary.json``) of each speed.
+    console
+        Where to; standard output by default.
+    """
+    console = console or _console()
+    if len(runs) == 1:
+        _print_run(console, *runs[0])
+    elif runs:
+        _print_sweep(console, runs)
+
+
+def case_table(summary: Summary) -> Table:
+    """Return the load cases of one speed with what they do to the rod; the worst one is bold."""
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    table.add_column("case")
+    for title in ("crank\n°", "pin\nkN", "crank\nkN", "wall\nkN", "von Mises\nMPa"):
+        table.add_column(title, justify="right")
+    table.add_column("at x, y, z\nmm", no_wrap=True)
+    for title in ("safety\nfactor", "displ.\nmm"):
+        table.add_column(title, justify="right")
+    worst = worst_case(summary)
+    for case, result in summary["results"].items():
+        table.add_row(case, *_cells(summary["loads"][case], result), style="bold" if case == worst else "")
+    return table
+
+
+def worst_case(summary: Summary) -> str:
+    """Return the case with the smallest safety factor."""
+    results: Mapping[str, Summary] = summary["results"]
+    return min(results, key=lambda case: _or_infinity(results[case].get("min_safety_factor")))
+
+
+def _console() -> Console:
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(highlight=False, width=WIDTH)
+
+
+def _print_run(console: Console, folder: Path, summary: Summary) -> None:
+    console.print(_headline(summary), markup=False, style="bold", soft_wrap=True)
+    console.print(case_table(summary))
+    for line in (*_doubts(summary), _model(summary), *_files(folder), _next(folder, summary)):
+        console.print(line, markup=False, soft_wrap=True)
+
+
+def _print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    for title in ("rpm", "worst\ncase", "crank\n°", "von Mises\nMPa", "safety\nfactor", ""):
+        table.add_column(title, justify="left" if title.startswith("worst") else "right")
+    for _, summary in runs:
+        case = worst_case(summary)
+        result = summary["results"][case]
+        table.add_row(
+            _number(summary["rpm"], "g"),
+            case,
+            _number(summary["loads"][case].get("crank_deg"), ".0f"),
+            _number(result.get("max_von_mises_MPa"), ".1f"),
+            _number(result.get("min_safety_factor"), ".2f"),
+            "" if summary["trusted"] else "check failed",
+        )
+    console.print(f"{runs[0][1]['study']}: {len(runs)} speeds", markup=False, style="bold")
+    console.print(table)
+    folder = runs[0][0].parent
+    console.print(f"Written: {folder}/map.csv, and a directory for each speed.", markup=False, soft_wrap=True)
+
+
+def _cells(load: Summary, result: Summary) -> list[str]:
+    at = result.get("at_mm")
+    return [
+        _number(load.get("crank_deg"), ".0f"),
+        *(_kilo(load.get(name)) for name in ("pin_axial_N", "crank_axial_N", "wall_N")),
+        _number(result.get("max_von_mises_MPa"), ".1f"),
+        ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in at) if at else UNKNOWN,
+        _number(result.get("min_safety_factor"), ".2f"),
+        _number(result.get("max_displacement_mm"), ".3f"),
+    ]
+
+
+def _headline(summary: Summary) -> str:
+    case = worst_case(summary)
+    safety = _number(summary["results"][case].get("min_safety_factor"), ".2f")
+    speed = f" at {summary['rpm']:g} rpm" if summary.get("rpm") is not None else ""
+    return f"{summary['study']}{speed}: smallest safety factor against yield {safety} ({case})"
+
+
+def _doubts(summary: Summary) -> list[str]:
+    """Return what the reader must know before believing the figures."""
+    failed = {name: check for name, check in summary["checks"].items() if not check["pass"]}
+    doubts = [
+        f"NOT TO BE TRUSTED: {name} = {_number(check['value'], '.3g')}, beyond {check['limit']:.3g}"
+        for name, check in failed.items()
+    ]
+    return [*doubts, *summary.get("notes", [])]
+
+
+def _model(summary: Summary) -> str:
+    model, checks = summary["model"], summary["checks"]
+    passed = sum(bool(check["pass"]) for check in checks.values())
+    mesh = (
+        f"{model['nodes']} nodes, {model['elements']} elements ({model['element']}, {model['size_mm']:g} mm)"
+    )
+    return f"{mesh}; {passed} of {len(checks)} checks passed; {summary['total_s']:.1f} s"
+
+
+def _files(folder: Path) -> list[str]:
+    """Return the paths written, the files of a kind together."""
+    names = sorted(entry.name for entry in folder.iterdir()) if folder.is_dir() else []
+    kinds = [
+        [name for name in names if name.endswith(kind)] for kind in (".json", ".toml", ".csv", ".vtu", ".png")
+    ]
+    return [f"Written to {folder}/", *(f"  {'  '.join(names)}" for names in kinds if names)]
+
+
+def _next(folder: Path, summary: Summary) -> str:
+    file = folder / f"{worst_case(summary)}.vtu"
+    if not file.with_suffix(".png").exists():
+        return f"Next: fea view {file}, or open it in ParaView."
+    return f"Next: look at {file.with_suffix('.png')}, or open {file} in ParaView."
+
+
+def _number(value: float | None, form: str) -> str:
+    return UNKNOWN if value is None else format(value + 0.0, form)
+
+
+def _kilo(newtons: float | None) -> str:
+    return UNKNOWN if newtons is None else f"{newtons / 1000:+.1f}"
+
+
+def _or_infinity(value: float | None) -> float:
+    return float("inf") if value is None else value

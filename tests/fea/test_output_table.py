@@ -1,0 +1,110 @@
+from copy import deepcopy
+from io import StringIO
+
+import pytest
+from rich.console import Console
+
+from fea.output.table import print_runs, worst_case
+
+SUMMARY = {
+    "study": "leon-2001",
+    "rpm": 6000,
+    "trusted": True,
+    "loads": {
+        "tension": {"crank_deg": 4.0, "pin_axial_N": 31512.0, "crank_axial_N": 48100.0, "wall_N": -212.0},
+        "given": {"crank_deg": None, "pin_axial_N": -30200.0, "crank_axial_N": -4e4, "wall_N": None},
+    },
+    "results": {
+        "tension": {
+            "max_von_mises_MPa": 312.04,
+            "at_mm": [22.17, -0.0, 7.5],
+            "min_safety_factor": 1.9884,
+            "max_displacement_mm": 0.10912,
+        },
+        "given": {
+            "max_von_mises_MPa": 210.0,
+            "at_mm": None,
+            "min_safety_factor": None,
+            "max_displacement_mm": 0.05,
+        },
+    },
+    "model": {"nodes": 21500, "elements": 12000, "element": "p2", "size_mm": 3.0},
+    "checks": {"finite": {"value": 0.0, "limit": 0.0, "pass": True}},
+    "total_s": 2.345,
+}
+
+
+def said(*runs) -> str:
+    console = Console(file=StringIO(), width=80)
+    print_runs(runs, console)
+    return console.file.getvalue()
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name in ("summary.json", "tension.vtu", "given.vtu"):
+        (tmp_path / name).touch()
+    return tmp_path
+
+
+def test_the_table_tells_each_case_with_forces_in_kilonewton(folder):
+    rows = [line.split() for line in said((folder, SUMMARY)).splitlines()]
+    assert [
+        "tension",
+        "4",
+        "+31.5",
+        "+48.1",
+        "-0.2",
+        "312.0",
+        "22.2,",
+        "0.0,",
+        "7.5",
+        "1.99",
+        "0.109",
+    ] in rows
+    assert ["given", "–", "-30.2", "-40.0", "–", "210.0", "–", "–", "0.050"] in rows
+
+
+def test_it_fits_eighty_columns(folder):
+    assert all(len(line.rstrip()) <= 80 for line in said((folder, SUMMARY)).splitlines()[:8])
+
+
+def test_it_begins_with_the_verdict_and_ends_with_what_to_do(folder):
+    lines = said((folder, SUMMARY)).splitlines()
+    assert lines[0] == "leon-2001 at 6000 rpm: smallest safety factor against yield 1.99 (tension)"
+    assert "1 of 1 checks passed; 2.3 s" in "\n".join(lines)
+    assert lines[-1] == f"Next: fea view {folder}/tension.vtu, or open it in ParaView."
+    (folder / "tension.png").touch()
+    assert f"look at {folder}/tension.png" in said((folder, SUMMARY)).splitlines()[-1]
+
+
+def test_every_path_is_named(folder):
+    text = said((folder, SUMMARY))
+    assert f"Written to {folder}/" in text
+    assert "given.vtu  tension.vtu" in text
+
+
+def test_a_failed_check_is_said_loudly(folder):
+    doubtful = deepcopy(SUMMARY) | {"notes": ["trace of 3000 rpm used"]}
+    doubtful["checks"]["reactions"] = {"value": 0.5, "limit": 1e-6, "pass": False}
+    text = said((folder, doubtful))
+    assert "NOT TO BE TRUSTED: reactions = 0.5, beyond 1e-06" in text
+    assert "1 of 2 checks passed" in text
+    assert "trace of 3000 rpm used" in text
+
+
+def test_several_speeds_share_a_table(tmp_path):
+    slow = deepcopy(SUMMARY) | {"rpm": 800, "trusted": False}
+    text = said((tmp_path / "800rpm", slow), (tmp_path / "6000rpm", SUMMARY))
+    rows = [line.split() for line in text.splitlines()]
+    assert ["800", "tension", "4", "312.0", "1.99", "check", "failed"] in rows
+    assert ["6000", "tension", "4", "312.0", "1.99"] in rows
+    assert f"{tmp_path}/map.csv" in text
+
+
+def test_a_case_without_a_safety_factor_is_not_the_worst():
+    assert worst_case(SUMMARY) == "tension"
+
+
+def test_nothing_is_said_of_no_run():
+    assert said() == ""
