@@ -1,0 +1,44 @@
+# make run    set up what is missing, then analyse the default engine at 6000 rpm with pictures
+# make test   set up what is missing, then run the tests
+# make lint   style, types and the direction of imports
+# make setup  only set up
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+
+# Tests run side by side: more threads inside each would only stand in each other's way.
+ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
+
+.PHONY: run test lint setup clean
+
+run: $(VENV)/.run
+	$(BIN)/fea run --rpm 6000 --screenshot
+
+test: $(VENV)/.dev
+	$(ONE_THREAD) $(BIN)/python -m pytest --numprocesses 2
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+setup: $(VENV)/.run
+
+clean:
+	rm -rf $(VENV) build dist
+
+# The stamps say that everything is installed; an environment whose making was interrupted has none, and
+# is made anew if its pip does not work.
+$(VENV)/.run: pyproject.toml
+	$(PYTHON) .ci/system_packages.py
+	$(BIN)/python -m pip --version >/dev/null 2>&1 || { rm -rf $(VENV) && $(PYTHON) -m venv $(VENV); }
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	@touch $@
+
+# Dependency groups came with pip 25.1.
+$(VENV)/.dev: $(VENV)/.run
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check "pip>=25.1"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --group dev
+	@touch $@
