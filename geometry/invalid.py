@@ -3,7 +3,7 @@
 import math
 
 
-class InvalidValue(ValueError):
+class InvalidValue(ValueError):  # noqa: N818 - named for what it says
     """A given value breaks a stated rule.
 
     Parameters

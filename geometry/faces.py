@@ -1,0 +1,170 @@
+"""What each face of a drawn rod is, told by its shape and place and never by its number."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import gmsh
+
+from geometry.mirror import AXIS, Mirror
+from geometry.outline import Outline
+from geometry.pocket import Pocket, web_pocket
+from geometry.rod import Rod
+from geometry.segments import Arc
+from geometry.step import ring_steps
+from geometry.surfaces import Surface
+
+_SLACK = 1e-6  # of the rod's length
+
+
+class FeatureKind(StrEnum):
+    """A place that asks for small elements."""
+
+    BORE = "bore"
+    RING_FILLET = "ring_fillet"  # in plan, between a ring and the shank's edge
+    RING_STEP = "ring_step"  # at the foot of the step from ring to shank
+    POCKET_CORNER = "pocket_corner"
+    POCKET_FLOOR = "pocket_floor"  # the rounded edge of the floor
+    WEB = "web"
+
+
+@dataclass(frozen=True)
+class Feature:
+    """Faces of one kind, and the measures their elements must follow.
+
+    Attributes
+    ----------
+    kind
+        What it is.
+    faces
+        gmsh's face tags.
+    radius
+        Of the arc, mm; infinite where the faces are plane.
+    sweep
+        Angle of the arc, rad; 0 where the faces are plane.
+    thickness
+        Of the material behind the faces (ring at a bore, whole web), mm; infinite where it is not thin.
+    """
+
+    kind: FeatureKind
+    faces: tuple[int, ...]
+    radius: float = math.inf
+    sweep: float = 0.0
+    thickness: float = math.inf
+
+    @property
+    def arc_length(self) -> float:
+        """Length across the arc, mm."""
+        return self.radius * self.sweep if self.sweep else math.inf
+
+
+@dataclass(frozen=True)
+class Face:
+    """One face: its gmsh tag, kind of surface, bounding box and the numbers that describe it.
+
+    Attributes
+    ----------
+    shape
+        gmsh's name: ``"Plane"``, ``"Cylinder"``, ``"Torus"``, …
+    low, high
+        Corners of the bounding box, mm (a little loose, as the kernel gives it).
+    values
+        Cylinder: axis point (3), direction (3), radius. Torus: centre (3), axis (3), major, minor radius.
+    """
+
+    tag: int
+    shape: str
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    values: tuple[float, ...]
+
+    def upright(self) -> bool:
+        """Whether it is a cylinder about a z-parallel axis."""
+        return self.shape == "Cylinder" and abs(self.values[5]) > 1 - 1e-9
+
+    def about(self, x: float, y: float, radius: float, slack: float) -> bool:
+        """Whether it is a cylinder about the z-parallel axis through (x, ±y)."""
+        if not self.upright():
+            return False
+        cx, cy, found = self.values[0], abs(self.values[1]), self.values[6]
+        return max(abs(cx - x), abs(cy - abs(y)), abs(found - radius)) < slack
+
+
+def faces_of(volumes: Sequence[int]) -> tuple[Face, ...]:
+    """Describe the outer faces of volumes of the current model."""
+    boundary = gmsh.model.getBoundary([(3, tag) for tag in volumes], combined=True, oriented=False)
+    return tuple(_face(tag) for _, tag in boundary)
+
+
+def surfaces(rod: Rod, mirror: Mirror, faces: Sequence[Face]) -> dict[Surface, tuple[int, ...]]:
+    """Sort faces into the named surfaces; each face belongs to exactly one."""
+    slack = _SLACK * rod.length
+    places = {
+        Surface.BIG_END_BORE: (0.0, 0.0, rod.big_end_bore / 2, slack),
+        Surface.SMALL_END_BORE: (rod.length, 0.0, rod.small_end_bore / 2, slack),
+    }
+
+    def surface(face: Face) -> Surface:
+        for plane in mirror.planes:
+            axis = AXIS[plane]
+            if face.shape == "Plane" and max(abs(face.low[axis]), abs(face.high[axis])) < slack:
+                return plane
+        return next((name for name, place in places.items() if face.about(*place)), Surface.FREE)
+
+    found: dict[Surface, tuple[int, ...]] = {}
+    for face in faces:
+        name = surface(face)
+        found[name] = (*found.get(name, ()), face.tag)
+    return found
+
+
+def features(rod: Rod, faces: Sequence[Face]) -> tuple[Feature, ...]:
+    """Find the faces that ask for small elements; kinds that the rod lacks are absent."""
+    slack = _SLACK * rod.length
+    outline = Outline(rod)
+
+    def cylinders(kind: FeatureKind, arc: Arc, sweep: float, thickness: float = math.inf) -> Feature:
+        tags = tuple(face.tag for face in faces if face.about(*arc.center, arc.radius, slack))
+        return Feature(kind, tags, arc.radius, sweep, thickness)
+
+    found = [
+        cylinders(FeatureKind.BORE, outline.bores[0], 2 * math.pi, rod.big_end_ring),
+        cylinders(FeatureKind.BORE, outline.bores[1], 2 * math.pi, rod.small_end_ring),
+        *(cylinders(FeatureKind.RING_FILLET, arc, abs(arc.sweep)) for arc in outline.fillets),
+    ]
+    for step in ring_steps(rod):
+        tags = tuple(face.tag for face in faces if _torus(face, step.center, step.foot, step.radius, slack))
+        found.append(Feature(FeatureKind.RING_STEP, tags, step.radius, step.sweep))
+    if rod.has_pockets:
+        pocket = web_pocket(rod, outline.edge)
+        found += [cylinders(FeatureKind.POCKET_CORNER, arc, abs(arc.sweep)) for arc in pocket.corners()]
+        floor = tuple(face.tag for face in faces if _rounds_floor(face, pocket, slack))
+        found.append(Feature(FeatureKind.POCKET_FLOOR, floor, pocket.floor_radius, math.pi / 2))
+        web = tuple(face.tag for face in faces if _lies_at(face, pocket.floor, slack))
+        found.append(Feature(FeatureKind.WEB, web, thickness=rod.web_thickness))
+    return tuple(feature for feature in found if feature.faces)
+
+
+def _face(tag: int) -> Face:
+    x0, y0, z0, x1, y1, z1 = gmsh.model.getBoundingBox(2, tag)
+    _, values = gmsh.model.getEntityProperties(2, tag)
+    return Face(tag, gmsh.model.getType(2, tag), (x0, y0, z0), (x1, y1, z1), tuple(values))
+
+
+def _torus(face: Face, x: float, major: float, minor: float, slack: float) -> bool:
+    if face.shape != "Torus":
+        return False
+    return max(abs(face.values[0] - x), abs(face.values[6] - major), abs(face.values[7] - minor)) < slack
+
+
+def _lies_at(face: Face, z: float, slack: float) -> bool:
+    return face.shape == "Plane" and max(abs(abs(face.low[2]) - z), abs(abs(face.high[2]) - z)) < slack
+
+
+def _rounds_floor(face: Face, pocket: Pocket, slack: float) -> bool:
+    """Whether a face rises from the pocket's floor by the floor's radius, within the pocket's length."""
+    bottom, top = sorted((abs(face.low[2]), abs(face.high[2])))
+    rise = max(abs(bottom - pocket.floor), abs(top - pocket.floor - pocket.floor_radius))
+    inside = pocket.big_end - slack <= face.low[0] and face.high[0] <= pocket.small_end + slack
+    return face.shape != "Plane" and rise < slack and inside

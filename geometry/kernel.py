@@ -1,0 +1,115 @@
+"""Small drawing steps with gmsh's OpenCASCADE kernel, inside an open session."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+import gmsh
+
+from geometry.errors import GeometryError
+from geometry.segments import Arc, Line, Point, Segment
+
+Place = tuple[float, float, float]
+Placing = Callable[[Point], Place]
+SOLID = 3
+
+
+@contextmanager
+def attempt(what: str) -> Iterator[None]:
+    """Turn the kernel's refusal to do `what` into a `GeometryError`."""
+    try:
+        yield
+    except GeometryError:
+        raise
+    except Exception as error:  # gmsh raises nothing more specific
+        message = f"the CAD kernel could not {what}: {error}. Change the dimensions involved a little"
+        raise GeometryError(message) from error
+
+
+def in_plan(point: Point) -> Place:
+    """Place a point of the plan at z = 0."""
+    return point[0], point[1], 0.0
+
+
+def in_profile(point: Point) -> Place:
+    """Place a point (x, z) of the side view at y = 0."""
+    return point[0], 0.0, point[1]
+
+
+def face(outer: Sequence[Segment], holes: Sequence[Sequence[Segment]], place: Placing) -> int:
+    """Draw a plane face bounded by closed chains of segments."""
+    return int(gmsh.model.occ.addPlaneSurface([_loop(chain, place) for chain in (outer, *holes)]))
+
+
+def prism(outer: Sequence[Segment], holes: Sequence[Sequence[Segment]], bottom: float, top: float) -> int:
+    """Extrude a plan along z."""
+    base = face(outer, holes, in_plan)
+    gmsh.model.occ.translate([(2, base)], 0, 0, bottom)
+    swept = gmsh.model.occ.extrude([(2, base)], 0, 0, top - bottom)
+    return _only_volume(swept)
+
+
+def revolution(profile: Sequence[Segment], x: float) -> int:
+    """Turn a profile (distance, z) about the z-parallel axis at `x`."""
+    base = face(profile, (), in_profile)
+    gmsh.model.occ.translate([(2, base)], x, 0, 0)
+    swept = gmsh.model.occ.revolve([(2, base)], x, 0, 0, 0, 0, 1, 2 * math.pi)
+    return _only_volume(swept)
+
+
+def cut(body: int, tools: Sequence[int]) -> int:
+    """Take tools from a body; they are used up."""
+    if not tools:
+        return body
+    left, _ = gmsh.model.occ.cut([(SOLID, body)], [(SOLID, tool) for tool in tools])
+    return _only_volume(left)
+
+
+def common(one: int, other: int) -> int:
+    """Keep what two bodies share; they are used up."""
+    left, _ = gmsh.model.occ.intersect([(SOLID, one)], [(SOLID, other)])
+    return _only_volume(left)
+
+
+def turned_over(body: int) -> int:
+    """Draw a copy turned half round about the x axis: the image about z = 0 if symmetric about y = 0."""
+    copies = gmsh.model.occ.copy([(SOLID, body)])
+    gmsh.model.occ.rotate(copies, 0, 0, 0, 1, 0, 0, math.pi)  # occ.mirror would make splines of cylinders
+    return _only_volume(copies)
+
+
+def bottom_rounded(body: int, z: float, radius: float) -> int:
+    """Round the edges of a body that lie in the plane `z`."""
+    gmsh.model.occ.synchronize()
+    slack = 1e-6 * (1 + abs(z))
+    edges = []
+    for _, tag in gmsh.model.getBoundary([(SOLID, body)], combined=False, oriented=False, recursive=False):
+        for _, edge in gmsh.model.getBoundary([(2, tag)], oriented=False):
+            _, _, low, _, _, high = gmsh.model.getBoundingBox(1, edge)
+            if max(abs(low - z), abs(high - z)) < slack:
+                edges.append(edge)
+    rounded = gmsh.model.occ.fillet([body], sorted(set(edges)), [radius])
+    return _only_volume(rounded)
+
+
+def _loop(chain: Sequence[Segment], place: Placing) -> int:
+    occ = gmsh.model.occ
+    corners = [occ.addPoint(*place(piece.start)) for piece in chain]
+    curves, helpers = [], []
+    for piece, begin, end in zip(chain, corners, corners[1:] + corners[:1], strict=True):
+        match piece:
+            case Line():
+                curves.append(occ.addLine(begin, end))
+            case Arc():  # through its middle: any sweep below a full turn
+                middle = occ.addPoint(*place(piece.at(0.5)))
+                helpers.append((0, middle))
+                curves.append(occ.addCircleArc(begin, middle, end, center=False))
+    occ.remove(helpers)  # else they would be meshed as loose nodes
+    return int(occ.addCurveLoop(curves))
+
+
+def _only_volume(entities: Sequence[tuple[int, int]]) -> int:
+    volumes = [tag for dim, tag in entities if dim == SOLID]
+    if len(volumes) != 1:
+        raise GeometryError(f"the CAD kernel made {len(volumes)} solids where one was meant")
+    return int(volumes[0])

@@ -1,0 +1,63 @@
+"""The rod's outline in plan (x–y): two rings, a tapered shank, fillets tangent to both; in closed form."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from geometry.segments import Arc, Line, Segment
+from geometry.tangency import Edge, fillet_center, foot, shank_edge
+
+if TYPE_CHECKING:
+    from geometry.rod import Rod
+
+
+@dataclass(frozen=True)
+class Outline:
+    """The upper half (y ≥ 0) of the outline and of the bores of a rod."""
+
+    rod: "Rod"
+
+    @cached_property
+    def edge(self) -> Edge:
+        """The shank's upper edge."""
+        return shank_edge(self.rod)
+
+    @cached_property
+    def fillets(self) -> tuple[Arc, Arc]:
+        """The fillets between shank and big-end and small-end ring, running towards +x."""
+        rod, origin, pin = self.rod, (0.0, 0.0), (self.rod.length, 0.0)
+        big = fillet_center(self.edge, origin, rod.big_end_radius, rod.big_end_fillet, +1)
+        small = fillet_center(self.edge, pin, rod.small_end_radius, rod.small_end_fillet, -1)
+        return (
+            Arc.towards(big, rod.big_end_fillet, origin, foot(self.edge, big), anticlockwise=True),
+            Arc.towards(small, rod.small_end_fillet, foot(self.edge, small), pin, anticlockwise=True),
+        )
+
+    @cached_property
+    def upper(self) -> tuple[Segment, ...]:
+        """The outline from (−, 0) at the cap over the shank to (+, 0) at the crown."""
+        rod, (big, small) = self.rod, self.fillets
+        origin, pin = (0.0, 0.0), (rod.length, 0.0)
+        left, right = (-math.inf, 0.0), (math.inf, 0.0)
+        return (
+            Arc.towards(origin, rod.big_end_radius, left, big.center, anticlockwise=False),
+            big,
+            Line(big.end, small.start),
+            small,
+            Arc.towards(pin, rod.small_end_radius, small.center, right, anticlockwise=False),
+        )
+
+    @cached_property
+    def bores(self) -> tuple[Arc, Arc]:
+        """Upper halves of the bores, big end first, running towards +x."""
+        rod = self.rod
+        return (
+            Arc((0.0, 0.0), rod.big_end_bore / 2, math.pi, -math.pi),
+            Arc((rod.length, 0.0), rod.small_end_bore / 2, math.pi, -math.pi),
+        )
+
+    def height(self, x: float) -> float:
+        """Return the largest y of the outline at `x`, mm; 0 outside the rod."""
+        found = [y for piece in self.upper if (y := piece.y_at(x)) is not None]
+        return max(found, default=0.0)

@@ -1,0 +1,65 @@
+"""A whole rod from a few dimensions: what is not given follows usual proportions."""
+
+from typing import Any
+
+from geometry.invalid import require_positive
+from geometry.rod import Rod, ShankSection
+
+
+def proportioned(length: float, big_end_bore: float, small_end_bore: float, **given: Any) -> Rod:
+    """Complete a rod from the distance of its bores and their diameters.
+
+    Parameters
+    ----------
+    length, big_end_bore, small_end_bore
+        mm.
+    **given
+        Any other field of `Rod`; the rest follows from these, in usual proportions of forged
+        automotive rods (ours: no published rule).
+
+    Returns
+    -------
+    Rod
+
+    Raises
+    ------
+    InvalidValue
+        A given or derived dimension breaks a rule.
+    """
+    rod: dict[str, Any] = {
+        name: require_positive(f"rod.{name}_mm", value)
+        for name, value in (
+            ("length", length), ("big_end_bore", big_end_bore), ("small_end_bore", small_end_bore),
+        )
+    }  # fmt: skip
+    for name, value in given.items():
+        rod[name] = value if name == "shank_section" else require_positive(f"rod.{name}_mm", value)
+
+    def default(name: str, value: float) -> float:
+        return float(rod.setdefault(name, value))
+
+    rod.setdefault("shank_section", ShankSection.I)
+    big, small = rod["big_end_bore"], rod["small_end_bore"]
+    big_radius = big / 2 + default("big_end_ring", 0.18 * big)
+    small_radius = small / 2 + default("small_end_ring", 0.28 * small)
+    # Never negative: rings that overlap are refused by their own rule, at the end.
+    gap = max(rod["length"] - big_radius - small_radius, 0.05 * rod["length"])
+
+    width = default("big_end_width", min(0.5 * big, rod.get("small_end_width", big)))
+    width = min(width, default("small_end_width", width))
+    shank = default("shank_width", 0.7 * width)
+    step = (max(rod["big_end_width"], rod["small_end_width"]) - shank) / 2
+    default("ring_step_radius", max(min(1.5 * step, 0.1 * gap), 0.1))
+
+    lesser = default("shank_depth_small_end", min(1.1 * small_radius, 1.2 * big_radius))
+    greater = default("shank_depth_big_end", min(1.25 * lesser, 1.5 * big_radius))
+    default("big_end_fillet", min(0.5 * big, 0.3 * gap))
+    default("small_end_fillet", min(0.8 * small, 0.3 * gap))
+
+    depth = min(lesser, greater)
+    flange = default("flange_thickness", 0.18 * depth)
+    web = default("web_thickness", 0.35 * shank)
+    corner = default("pocket_corner_radius", max(min(0.6 * (depth / 2 - flange), 0.1 * gap), 0.12))
+    default("pocket_floor_radius", max(min(0.5 * corner, 0.3 * (shank - web)), 0.1))
+    default("pocket_setback", 0.05 * gap)
+    return Rod(**rod)

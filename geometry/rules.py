@@ -1,0 +1,154 @@
+"""The rules that dimensions must obey for a rod to exist; each names the dimension to change."""
+
+from typing import TYPE_CHECKING
+
+from geometry.invalid import InvalidValue, require, require_number
+from geometry.outline import Outline
+from geometry.pocket import Pocket, web_pocket
+from geometry.step import ring_steps
+
+if TYPE_CHECKING:
+    from geometry.rod import Rod
+
+LEAST, MOST = 0.1, 10_000.0  # mm
+
+
+def check(rod: "Rod") -> None:
+    """Raise `InvalidValue` for the first rule that `rod` breaks, from the single value to the whole."""
+    _sizes(rod)
+    _rings(rod)
+    _shank(rod)
+    _fillets(rod)
+    _steps(rod)
+    if rod.has_pockets:
+        _web(rod)
+        _pocket(rod, web_pocket(rod, Outline(rod).edge))
+
+
+def _key(dimension: str) -> str:
+    return f"rod.{dimension}_mm"
+
+
+def _sizes(rod: "Rod") -> None:
+    from geometry.rod import ShankSection, dimensions  # noqa: PLC0415 - a rod checks itself
+
+    for name in dimensions():
+        value = require_number(_key(name), getattr(rod, name))
+        object.__setattr__(rod, name, value)
+        rule = f"must lie between {LEAST:g} and {MOST:g} mm"
+        require(LEAST <= value <= MOST, _key(name), value, rule, "Lengths are in millimetres.")
+    known = [str(section) for section in ShankSection]
+    section = rod.shank_section
+    rule = f"must be one of {', '.join(known)}"
+    require(isinstance(section, str) and section in known, "rod.shank_section", section, rule)
+    object.__setattr__(rod, "shank_section", ShankSection(section))
+
+
+def _rings(rod: "Rod") -> None:
+    for end in ("big_end", "small_end"):
+        ring, bore = getattr(rod, f"{end}_ring"), getattr(rod, f"{end}_bore")
+        rule = f"the ring must be at least a fiftieth of its bore ({bore:g} mm) thick"
+        require(ring >= bore / 50, _key(f"{end}_ring"), ring, rule, "Thicken the ring or reduce the bore.")
+    reach = rod.big_end_radius + rod.small_end_radius
+    require(
+        reach < 0.95 * rod.length,
+        _key("length"),
+        rod.length,
+        f"the rings, {rod.big_end_radius:g} and {rod.small_end_radius:g} mm in radius, must leave a shank of "
+        "a twentieth of the length between them",
+        f"Lengthen the rod to more than {reach / 0.95:g} mm, or reduce bores or rings.",
+    )
+
+
+def _shank(rod: "Rod") -> None:
+    for end in ("big_end", "small_end"):
+        step = getattr(rod, f"{end}_width") - rod.shank_width
+        rule = f"the shank must not be wider than the {end.replace('_', ' ')}, {rod.shank_width + step:g} mm"
+        require(step >= 0, _key("shank_width"), rod.shank_width, rule, "Narrow the shank or widen the end.")
+        rule = f"a step to the {end.replace('_', ' ')} below a fiftieth of the width cannot be made"
+        least = (rod.shank_width + step) / 50
+        require(step == 0 or step >= least, _key("shank_width"), rod.shank_width, rule, "Make them equal.")
+    edge = Outline(rod).edge
+    slope = abs(edge.along[1])
+    require(
+        slope <= 0.5,
+        _key("shank_depth_big_end"),
+        rod.shank_depth_big_end,
+        f"the shank's edges may incline by at most 30°, to {rod.shank_depth_small_end:g} mm at the small end",
+        "Bring the two depths closer together.",
+    )
+    for end, x in (("big_end", 0.0), ("small_end", rod.length)):
+        most = 0.92 * getattr(rod, f"{end}_radius")
+        distance = edge.distance((x, 0.0))
+        rule = f"the shank's edge must pass the bore's centre within {most:.4g} mm (passes at {distance:.4g})"
+        name = f"shank_depth_{end}"
+        require(distance <= most, _key(name), getattr(rod, name), rule, "Reduce it or thicken the ring.")
+
+
+def _fillets(rod: "Rod") -> None:
+    big, small = Outline(rod).fillets
+    larger = "big_end_fillet" if rod.big_end_fillet >= rod.small_end_fillet else "small_end_fillet"
+    require(
+        small.start[0] - big.end[0] >= 0.01 * rod.length,
+        _key(larger),
+        getattr(rod, larger),
+        "the fillets must leave a straight edge of a hundredth of the rod's length between them",
+        "Reduce this radius, or lengthen the rod.",
+    )
+
+
+def _steps(rod: "Rod") -> None:
+    big, small = ring_steps(rod)
+    for step in (big, small):
+        if step.height == 0:
+            continue
+        rule = f"must not exceed the distance {step.rim:g} mm of the step from the bore's centre"
+        require(rod.ring_step_radius <= step.rim, _key("ring_step_radius"), rod.ring_step_radius, rule)
+    require(
+        big.foot + small.foot <= 0.99 * rod.length,
+        _key("ring_step_radius"),
+        rod.ring_step_radius,
+        f"the steps end {big.foot:.4g} and {small.foot:.4g} mm from the bores and must not meet on the shank",
+        "Reduce this radius, widen the shank or lengthen the rod.",
+    )
+
+
+def _web(rod: "Rod") -> None:
+    require(
+        rod.web_thickness <= 0.95 * rod.shank_width,
+        _key("web_thickness"),
+        rod.web_thickness,
+        f"must be at most 0.95 of the shank's width, {rod.shank_width:g} mm",
+        'Thin the web, or choose shank_section = "rectangular".',
+    )
+    depth = (rod.shank_width - rod.web_thickness) / 2
+    for limit, what in ((depth, "pocket's depth"), (rod.pocket_corner_radius, "pocket's corner radius")):
+        rule = f"must be at most nine tenths of the {what}, {limit:g} mm"
+        radius = rod.pocket_floor_radius
+        require(radius <= 0.9 * limit, _key("pocket_floor_radius"), radius, rule, "Reduce it.")
+
+
+def _pocket(rod: "Rod", pocket: Pocket) -> None:
+    length = pocket.small_end - pocket.big_end
+    tangents = sum(pocket.tangents)
+    if length <= 0.01 * rod.length:
+        rule = f"leaves a pocket {length:.4g} mm long; it must have at least a hundredth of the rod's length"
+        remedy = 'Reduce it, or choose shank_section = "rectangular".'
+        raise InvalidValue(_key("pocket_setback"), rod.pocket_setback, rule, remedy)
+    half = min(pocket.edge.height(pocket.big_end), pocket.edge.height(pocket.small_end))
+    require(
+        half > 0.02 * rod.flange_thickness,
+        _key("flange_thickness"),
+        rod.flange_thickness,
+        "the two flanges must leave a pocket between them all along the shank",
+        "Thin the flanges or deepen the shank.",
+    )
+    (_, y0), (_, y1) = pocket.corner_centers()
+    radius = rod.pocket_corner_radius
+    require(
+        min(y0, y1) >= 0.05 * radius and length - tangents >= 0.05 * radius,
+        _key("pocket_corner_radius"),
+        radius,
+        f"the corners must fit into a pocket {length:.4g} mm long and at least {2 * half:.4g} mm deep",
+        "Reduce it.",
+    )

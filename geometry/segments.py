@@ -1,0 +1,112 @@
+"""Straight and circular pieces of plane outlines, exact."""
+
+import math
+from dataclasses import dataclass
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight piece from `start` to `end`, mm."""
+
+    start: Point
+    end: Point
+
+    @property
+    def length(self) -> float:
+        """Length, mm."""
+        return math.dist(self.start, self.end)
+
+    def reversed(self) -> "Line":
+        """Run the other way."""
+        return Line(self.end, self.start)
+
+    def mirrored(self) -> "Line":
+        """Reflect about y = 0 and turn round, so that a mirrored chain runs on."""
+        return Line(_flip(self.end), _flip(self.start))
+
+    def y_at(self, x: float) -> float | None:
+        """Return the ordinate at `x`; None outside the piece or where it is vertical."""
+        (x0, y0), (x1, y1) = self.start, self.end
+        if x0 == x1 or not min(x0, x1) <= x <= max(x0, x1):
+            return None
+        return y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+
+
+@dataclass(frozen=True)
+class Arc:
+    """A circular piece about `center`, mm, from angle `begin` by `sweep` (rad, positive anticlockwise)."""
+
+    center: Point
+    radius: float
+    begin: float
+    sweep: float
+
+    @classmethod
+    def towards(
+        cls, center: Point, radius: float, first: Point, last: Point, *, anticlockwise: bool
+    ) -> "Arc":
+        """Draw from the direction of `first` to that of `last`, as seen from `center`."""
+        begin = math.atan2(first[1] - center[1], first[0] - center[0])
+        turn = (math.atan2(last[1] - center[1], last[0] - center[0]) - begin) % (2 * math.pi)
+        return cls(center, radius, begin, turn if anticlockwise else turn - 2 * math.pi)
+
+    def at(self, share: float) -> Point:
+        """Return the point at a share (0…1) of the sweep."""
+        angle = self.begin + share * self.sweep
+        return (
+            self.center[0] + self.radius * math.cos(angle),
+            self.center[1] + self.radius * math.sin(angle),
+        )
+
+    @property
+    def start(self) -> Point:
+        """First point."""
+        return self.at(0)
+
+    @property
+    def end(self) -> Point:
+        """Last point."""
+        return self.at(1)
+
+    @property
+    def length(self) -> float:
+        """Length, mm."""
+        return self.radius * abs(self.sweep)
+
+    def reversed(self) -> "Arc":
+        """Run the other way."""
+        return Arc(self.center, self.radius, self.begin + self.sweep, -self.sweep)
+
+    def mirrored(self) -> "Arc":
+        """Reflect about y = 0 and turn round, so that a mirrored chain runs on."""
+        return Arc(_flip(self.center), self.radius, -(self.begin + self.sweep), self.sweep)
+
+    def y_at(self, x: float) -> float | None:
+        """Return the larger ordinate of the piece at `x`; None where it has none."""
+        across = (x - self.center[0]) / self.radius
+        if abs(across) > 1:
+            return None
+        angle = math.acos(across)
+        found = [
+            self.center[1] + self.radius * math.sin(a) for a in (angle, -angle) if self._holds(a)
+        ]
+        return max(found, default=None)
+
+    def _holds(self, angle: float) -> bool:
+        slack = 1e-9
+        turn = (angle - self.begin) * math.copysign(1, self.sweep)
+        return (turn + slack) % (2 * math.pi) <= abs(self.sweep) + 2 * slack
+
+
+Segment = Line | Arc
+
+
+def mirrored(chain: tuple[Segment, ...]) -> tuple[Segment, ...]:
+    """Reflect a chain about y = 0 and turn it round: it ends where the image of its start lies."""
+    return tuple(piece.mirrored() for piece in reversed(chain))
+
+
+def _flip(point: Point) -> Point:
+    return point[0], -point[1]

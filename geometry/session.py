@@ -1,0 +1,70 @@
+"""The only place that opens and closes gmsh, whose state is global to the process."""
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import gmsh
+
+
+class GmshLog:
+    """What gmsh said during a session; can still be read after the session has ended."""
+
+    def __init__(self) -> None:
+        self._ended: list[str] | None = None
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Everything gmsh said, each line with its kind in front (``"Warning: …"``)."""
+        return tuple(gmsh.logger.get() if self._ended is None else self._ended)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings and errors, without repetition, in the order of their first appearance."""
+        kinds = ("Warning", "Error")
+        return tuple(dict.fromkeys(line for line in self.lines if line.startswith(kinds)))
+
+    def _end(self) -> None:
+        self._ended = list(gmsh.logger.get())
+        gmsh.logger.stop()
+
+
+@contextmanager
+def session(*, threads: int = 1) -> Iterator[GmshLog]:
+    """Open gmsh, silent and reproducible, and close it whatever happens.
+
+    Parameters
+    ----------
+    threads
+        Threads of gmsh; with more than one its meshes differ from run to run.
+
+    Yields
+    ------
+    GmshLog
+        The messages so far.
+
+    Raises
+    ------
+    RuntimeError
+        A session is open already: gmsh has one state for the whole process.
+    """
+    if gmsh.isInitialized():
+        raise RuntimeError("a gmsh session is already open in this process: close it first")
+    main = threading.current_thread() is threading.main_thread()
+    handler = signal.getsignal(signal.SIGINT) if main else None
+    # A user's ~/.gmshrc must not change results, nor gmsh take over Ctrl-C.
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    log = GmshLog()
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.NumThreads", threads)
+        gmsh.logger.start()
+        yield log
+    finally:
+        try:
+            log._end()  # noqa: SLF001 - the session and its log are one
+        finally:
+            gmsh.finalize()
+            if handler is not None:
+                signal.signal(signal.SIGINT, handler)

@@ -1,0 +1,166 @@
+"""The rod as a tagged solid in an open gmsh session."""
+
+from dataclasses import dataclass
+
+import gmsh
+
+from geometry import kernel
+from geometry.errors import GeometryError
+from geometry.faces import Feature, faces_of, features, surfaces
+from geometry.invalid import require
+from geometry.mass import MassProperties
+from geometry.mirror import AXIS, Mirror
+from geometry.outline import Outline
+from geometry.pocket import Pocket, web_pocket
+from geometry.rod import Rod
+from geometry.segments import Line, Segment, mirrored
+from geometry.step import RingStep, ring_steps
+from geometry.surfaces import Surface
+
+
+@dataclass(frozen=True)
+class Part:
+    """One material's share of the solid.
+
+    Attributes
+    ----------
+    name
+        ``"rod"``.
+    volumes
+        gmsh's volume tags.
+    mass
+        Of the whole part (also when a cell was drawn) for density 1: the mass is the volume, mm³.
+    """
+
+    name: str
+    volumes: tuple[int, ...]
+    mass: MassProperties
+
+
+@dataclass(frozen=True)
+class Solid:
+    """What `build` has drawn in the open session.
+
+    Attributes
+    ----------
+    mirror
+        The cell that was drawn.
+    parts
+        By material; at least one.
+    faces
+        gmsh's face tags of every surface of the boundary, cut planes included.
+    features
+        What asks for small elements.
+    mass
+        Of the whole rod (also when a cell was drawn) for density 1: the mass is the volume, mm³.
+    """
+
+    mirror: Mirror
+    parts: tuple[Part, ...]
+    faces: dict[Surface, tuple[int, ...]]
+    features: tuple[Feature, ...]
+    mass: MassProperties
+
+
+def build(rod: Rod, mirror: Mirror = Mirror.QUARTER) -> Solid:
+    """Draw a rod, or a cell of it, in a new model of the open session.
+
+    Parameters
+    ----------
+    rod
+        What to draw.
+    mirror
+        The cell: `NONE` the whole, `HALF` z ≥ 0, `QUARTER` y ≥ 0 and z ≥ 0.
+
+    Returns
+    -------
+    Solid
+
+    Raises
+    ------
+    InvalidValue
+        The rod does not have the symmetry.
+    GeometryError
+        The CAD kernel failed.
+    """
+    _require_symmetry(rod, mirror)
+    gmsh.model.add("rod")
+    body = _plan(rod, mirror)
+    tools = _tools(rod)
+    if mirror is Mirror.NONE:
+        tools += [kernel.turned_over(tool) for tool in tools]
+    with kernel.attempt("cut ring steps and web pockets"):
+        body = kernel.cut(body, tools)
+    gmsh.model.occ.synchronize()
+    mass = _whole(body, mirror)
+    faces = faces_of((body,))
+    part = Part("rod", (body,), mass)
+    return Solid(mirror, (part,), surfaces(rod, mirror, faces), features(rod, faces), mass)
+
+
+def _require_symmetry(rod: Rod, mirror: Mirror) -> None:
+    cells = list(Mirror)
+    rule = f"this rod's smallest mirror cell is {rod.smallest_cell}"
+    possible = cells.index(mirror) <= cells.index(rod.smallest_cell)
+    require(possible, "symmetry", str(mirror), rule, "Choose that or a larger part.")
+
+
+def _plan(rod: Rod, mirror: Mirror) -> int:
+    """Extrude the outline with its bores from the lowest to the highest face."""
+    top = max(rod.big_end_width, rod.small_end_width) / 2
+    outline = Outline(rod)
+    with kernel.attempt("extrude the rod's outline"):
+        if mirror is Mirror.QUARTER:
+            return kernel.prism(_upper_loop(outline), (), 0.0, top)
+        holes = [(bore, bore.mirrored()) for bore in outline.bores]
+        loop = (*outline.upper, *mirrored(outline.upper))
+        return kernel.prism(loop, holes, 0.0 if mirror is Mirror.HALF else -top, top)
+
+
+def _upper_loop(outline: Outline) -> tuple[Segment, ...]:
+    """Close the upper half along the axis, around the upper halves of the bores."""
+    big, small = (bore.reversed() for bore in outline.bores)
+    cap, crown = outline.upper[0].start, outline.upper[-1].end
+    back = (Line(crown, small.start), small, Line(small.end, big.start), big, Line(big.end, cap))
+    return (*outline.upper, *back)
+
+
+def _tools(rod: Rod) -> list[int]:
+    """Draw what is cut from the extruded outline above z = 0."""
+    tools = []
+    big, small = ring_steps(rod)
+    top = max(big.ring, small.ring)
+    if top > rod.shank_width / 2:
+        # Their common part is what lies above both rings' faces: no seam where they meet on the shank.
+        with kernel.attempt("draw the ring steps"):
+            tools.append(kernel.common(_above(big, top, rod), _above(small, top, rod)))
+    if rod.has_pockets:
+        with kernel.attempt("round the pocket floor (rod.pocket_floor_radius_mm)"):
+            tools.append(_pocket_tool(web_pocket(rod, Outline(rod).edge), top))
+    return tools
+
+
+def _above(step: RingStep, top: float, rod: Rod) -> int:
+    """Draw the space above a ring's face, its step and the plane of the shank's face."""
+    far = 3 * (rod.length + rod.big_end_radius + rod.small_end_radius)
+    return kernel.revolution(step.space_above(top, far), step.center)
+
+
+def _pocket_tool(pocket: Pocket, top: float) -> int:
+    tool = kernel.prism(pocket.outline(), (), pocket.floor, pocket.floor + 1.1 * (top - pocket.floor))
+    return kernel.bottom_rounded(tool, pocket.floor, pocket.floor_radius)
+
+
+def _whole(body: int, mirror: Mirror) -> MassProperties:
+    """Return the kernel's own mass properties, completed by reflection."""
+    occ = gmsh.model.occ
+    with kernel.attempt("integrate the volume"):
+        volume = occ.getMass(kernel.SOLID, body)
+        x, y, z = occ.getCenterOfMass(kernel.SOLID, body)
+        a, b, c, d, e, f, g, h, i = occ.getMatrixOfInertia(kernel.SOLID, body)
+    if not volume > 0:
+        raise GeometryError(f"the CAD kernel made a solid of volume {volume:g} mm³; it must be positive")
+    mass = MassProperties(volume, (x, y, z), ((a, b, c), (d, e, f), (g, h, i)))
+    for plane in mirror.planes:
+        mass = mass.reflected(AXIS[plane])
+    return mass
