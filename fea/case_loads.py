@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.choices import Support
-from fea.solid.bore import BoreFacets, bore_facets, bore_load
+from fea.solid.bore import BoreFacets, BoreLoad, bore_facets, bore_load
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Split
 from geometry.surfaces import Surface
@@ -45,6 +45,8 @@ class CaseForces:
     ----------
     forces
         On the cell, N.
+    traction
+        On each pressed bore, MPa.
     scale
         Of the two bore pressures, the factor farther from 1.
     largest
@@ -52,6 +54,7 @@ class CaseForces:
     """
 
     forces: Split
+    traction: dict[Surface, Split]
     scale: float
     largest: float
 
@@ -84,28 +87,32 @@ class CaseLoads:
     def __call__(self, case: LoadCase) -> CaseForces:
         """Nodal forces of everything that acts in `case`."""
         bores = self._bores
-        small = (self._small, bores.small_radius, bores.small_width)
-        big = (self._big, bores.big_radius, bores.big_width)
-        parts, scales = [], [1.0]
-        ends = [(small, case.pin_axial, (case.pin_axial, case.pin_transverse))]
+        pin, crank = (case.pin_axial, case.pin_transverse), (-case.crank_axial, case.crank_transverse)
+        loads = {
+            Surface.SMALL_END_BORE: self._pin(
+                self._small, bores.small_radius, bores.small_width, case.pin_axial, pin
+            )
+        }
         if self._support is not Support.CLAMPED:
-            ends.append((big, case.crank_axial, (-case.crank_axial, case.crank_transverse)))
-        for (bore, radius, width), axial, force in ends:
-            load, scale = self._pin(bore, radius, width, axial, force)
-            parts.append(load)
-            scales.append(scale)
+            loads[Surface.BIG_END_BORE] = self._pin(
+                self._big, bores.big_radius, bores.big_width, case.crank_axial, crank
+            )
+        parts = [load.forces for load in loads.values()]
         if case.motion is not None:
             parts.append(self._inertia.forces(case.motion))
-        largest = max(float(np.hypot(*force)) for _, _, force in ends)
-        return CaseForces(_total(parts), max(scales, key=lambda scale: abs(scale - 1)), largest)
+        return CaseForces(
+            _total(parts),
+            {surface: load.traction for surface, load in loads.items()},
+            max((load.scale for load in loads.values()), key=lambda scale: abs(scale - 1)),
+            max(float(np.hypot(*force)) for force in (pin, crank)),
+        )
 
     def _pin(
         self, bore: BoreFacets, radius: float, width: float, axial: float, force: tuple[float, float]
-    ) -> tuple[Split, float]:
+    ) -> BoreLoad:
         arc = self._pressure.arc(axial)
         peak = arc.peak(float(np.hypot(*force)), radius, width)
-        load = bore_load(bore, self._n_nodes, force, lambda psi: peak * arc(psi))
-        return load.forces, load.scale
+        return bore_load(bore, self._n_nodes, force, lambda psi: peak * arc(psi))
 
 
 def _total(parts: Sequence[Split]) -> Split:

@@ -11,6 +11,7 @@ from typing import Any
 from fea.clock import Clock
 from fea.cycle_table import cycle_columns
 from fea.output.cycle import write_cycle_csv
+from fea.output.errors import PictureError
 from fea.output.folder import require_replaceable, run_folder
 from fea.output.summary import json_text
 from fea.output.text import write_text
@@ -30,10 +31,13 @@ class RunReport:
         Where it is.
     summary
         What its `summary.json` says.
+    complaint
+        Why there are no pictures although they were asked for; empty otherwise.
     """
 
     folder: Path
     summary: dict[str, Any]
+    complaint: str = ""
 
 
 def run_study(study: Study, listener: Callable[[str], None] | None = None) -> list[RunReport]:
@@ -106,18 +110,24 @@ def _leave(analysis: Analysis, result: SpeedResult, folder: Path, clock: Clock) 
                 columns = cycle_columns(analysis.engine, analysis.rod, analysis.gas, result.rpm)
                 write_cycle_csv(place / "loads.csv", columns)
         figures = summary(analysis, result, clock)
+        complaint = ""
         if analysis.study.output.screenshot:
-            _take_pictures(place, figures, clock)
+            complaint = _take_pictures(place, figures, clock)
             figures["timings_s"], figures["total_s"] = dict(clock.seconds), clock.total
         write_text(place / "summary.json", json_text(figures))
-    return RunReport(folder, figures)
+    return RunReport(folder, figures, complaint)
 
 
-def _take_pictures(place: Path, figures: dict[str, Any], clock: Clock) -> None:
+def _take_pictures(place: Path, figures: dict[str, Any], clock: Clock) -> str:
+    """Take the pictures; a machine that cannot draw still keeps the figures."""
     from fea.output.picture import take_pictures  # noqa: PLC0415 - only a picture needs it
 
-    with clock("picture"):
-        take_pictures(place, figures)
+    try:
+        with clock("picture"):
+            take_pictures(place, figures)
+    except PictureError as error:
+        return str(error)
+    return ""
 
 
 def _study_text(study: Study, rpm: float | None) -> str:

@@ -11,6 +11,7 @@ from fea.choices import Support
 from fea.clock import Clock
 from fea.discretise import Discretised, discretise
 from fea.material import Material
+from fea.omission import Omission
 from fea.results import CaseResult, case_result
 from fea.solid.datum import referred_to_bores
 from fea.solid.inertia import inertia
@@ -20,19 +21,13 @@ from fea.solid.solve import Model, Residuals, Solution
 from fea.study import Study
 from fea.units import RPM
 from geometry.mass import MassProperties
+from geometry.surfaces import Surface
 from loads.bearing import BorePressure
 from loads.cases import LoadCase, given
 from loads.engine import Engine
 from loads.gas import GasModel
 from loads.peaks import peak_cases
-
-
-@dataclass(frozen=True)
-class Omission:
-    """Something the scene did not need."""
-
-    what: str
-    why: str
+from mesh.tetmesh import Floats
 
 
 @dataclass(frozen=True)
@@ -110,7 +105,7 @@ class Analysis:
             )
         self.model = Model(cell, self.material, study.analysis.support, study.analysis.solver, clock)
         with clock("stress"):
-            self._recovery = Recovery(cell, self.mesh.planes)
+            self._recovery = Recovery(cell, self.mesh.planes, self._free_surfaces())
 
     @property
     def rod(self) -> MassProperties:
@@ -124,7 +119,7 @@ class Analysis:
             forces = [self._case_loads(case) for case in loads.cases]
         solution = self.model.solve([case.forces for case in forces])
         with self._clock("stress"):
-            cases = tuple(self._judged(loads.cases, solution))
+            cases = tuple(self._judged(loads.cases, forces, solution))
         checks = self._checks(forces, solution, cases)
         parities = () if Parity.ANTISYMMETRIC in solution.displacement or not self.mesh.cut_y else (
             Omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"),
@@ -147,10 +142,21 @@ class Analysis:
         note = self.gas.note(rpm * RPM)
         return SpeedLoads(peaks.cases, omitted, (note,) if note else ())
 
-    def _judged(self, cases: tuple[LoadCase, ...], solution: Solution) -> Iterator[CaseResult]:
+    def _free_surfaces(self) -> tuple[Surface, ...]:
+        """The surfaces whose traction is known."""
+        held = {Surface.BIG_END_BORE} if self.study.analysis.support is Support.CLAMPED else set()
+        return tuple(
+            surface
+            for surface in (Surface.FREE, Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
+            if surface not in held
+        )
+
+    def _judged(
+        self, cases: tuple[LoadCase, ...], forces: list[CaseForces], solution: Solution
+    ) -> Iterator[CaseResult]:
         whole = self.mesh.whole
         stress = {
-            parity: self._recovery.nodal_stress(u, self.material, parity)
+            parity: self._recovery.nodal_stress(u, self.material, parity, _traction(forces, parity))
             for parity, u in solution.displacement.items()
         }
         symmetric, odd = solution.displacement[Parity.SYMMETRIC], Parity.ANTISYMMETRIC
@@ -188,3 +194,11 @@ class Analysis:
             "moment_balance": float(moment / (largest * self.mesh.bores.rod_length)),
         }
 
+
+
+def _traction(forces: list[CaseForces], parity: Parity) -> dict[Surface, Floats]:
+    """Traction (n_nodes, 3, n_cases) of one parity on each pressed surface."""
+    return {
+        surface: np.stack([case.traction[surface].part(parity) for case in forces], axis=-1)
+        for surface in forces[0].traction
+    }

@@ -1,9 +1,15 @@
 """How large the elements are, and where they are smaller."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import gmsh
+
+from geometry.faces import Feature, FeatureKind
+
+# Second-order elements through an arc, around a bore, across a web, along the rod.
+PER_ARC, PER_BORE, PER_WEB, PER_LENGTH = 3, 32, 2, 40
 
 
 @dataclass(frozen=True)
@@ -39,6 +45,30 @@ class Sizing:
     size: float
     order: int = 2
     growth: float = 0.4
+
+
+def default_size(rod_length: float) -> float:
+    """Element size away from features for a rod of this length, mm."""
+    return rod_length / PER_LENGTH
+
+
+def feature_size(feature: Feature) -> float:
+    """Element size on a feature that resolves it at the default size, mm."""
+    if feature.kind is FeatureKind.WEB:
+        return feature.thickness / PER_WEB
+    if feature.kind is FeatureKind.BORE:
+        return feature.arc_length / PER_BORE
+    return feature.arc_length / PER_ARC
+
+
+def refinements(features: Sequence[Feature], size: float, rod_length: float) -> tuple[Refinement, ...]:
+    """Refinements for these features; they follow `size` in proportion, so that halving it halves every element."""
+    scale = size / default_size(rod_length)
+    return tuple(
+        Refinement(feature.faces, scale * feature_size(feature))
+        for feature in features
+        if math.isfinite(feature_size(feature))
+    )
 
 
 def apply(sizing: Sizing, refinements: Sequence[Refinement]) -> None:

@@ -8,7 +8,7 @@ from cyclopts import Parameter
 from fea.flags import Flags
 from fea.study import DEFAULT_STUDY
 
-CHECK_FAILED, UNSAFE = 5, 6
+CHECK_FAILED, UNSAFE, NO_PICTURE = 5, 6, 7
 
 
 def run(
@@ -52,7 +52,10 @@ def run(
         from fea.output.table import print_runs
 
         print_runs([(report.folder, report.summary) for report in reports])
-    return verdict(summaries, asked.analysis.min_safety)
+    for complaint in dict.fromkeys(report.complaint for report in reports if report.complaint):
+        sys.stderr.write(f"fea: {complaint}\n")
+    code = verdict(summaries, asked.analysis.min_safety)
+    return NO_PICTURE if code == 0 and any(report.complaint for report in reports) else code
 
 
 def verdict(summaries: list[dict[str, Any]], min_safety: float | None) -> int:

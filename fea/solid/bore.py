@@ -33,6 +33,8 @@ class BoreFacets:
         (n_facets, n_points) weight times area, mm².
     angle
         (n_facets, n_points) about the bore's axis from rod +x, rad.
+    node_angle
+        (n_facets, n_facet_nodes) angle of the nodes, rad.
     cut_y, cut_z
         Whether the cell stands for its mirror images about y = 0, z = 0.
     """
@@ -41,6 +43,7 @@ class BoreFacets:
     shape_values: Floats
     areas: Floats
     angle: Floats
+    node_angle: Floats
     cut_y: bool
     cut_z: bool
 
@@ -58,6 +61,7 @@ def bore_facets(mesh: TetMesh, surface: Surface, center_x: float) -> BoreFacets:
         table.values,
         np.linalg.norm(normal, axis=-1) * table.weights,
         np.arctan2(places[..., 1], places[..., 0] - center_x),
+        np.arctan2(corners[..., 1], corners[..., 0] - center_x),
         Surface.SYMMETRY_Y in mesh.facets,
         Surface.SYMMETRY_Z in mesh.facets,
     )
@@ -65,17 +69,20 @@ def bore_facets(mesh: TetMesh, surface: Surface, center_x: float) -> BoreFacets:
 
 @dataclass(frozen=True)
 class BoreLoad:
-    """Nodal forces of a bore pressure.
+    """A bore pressure on the cell.
 
     Attributes
     ----------
     forces
-        N.
+        Nodal forces, N.
+    traction
+        At the bore's nodes, MPa, zero elsewhere.
     scale
         Factor on the analytic peak pressure that made the resultant exact.
     """
 
     forces: Split
+    traction: Split
     scale: float
 
 
@@ -85,7 +92,7 @@ def bore_load(
     force: tuple[float, float],
     pressure: Callable[[Floats], Floats],
 ) -> BoreLoad:
-    """Nodal forces of a pressure that presses a bore in the direction of `force`, with exactly that resultant.
+    """Press a bore in the direction of `force`, with exactly that resultant.
 
     The traction points along the exact radius, so that it has no moment about the bore's axis; the
     pressure p(ψ), ψ from the direction of the force, is multiplied by a + b sin ψ with the a ≈ 1 and
@@ -103,43 +110,62 @@ def bore_load(
         p(ψ), MPa, of the whole force on the whole width; vectorised, ψ in −π…π.
     """
     magnitude, direction = float(np.hypot(*force)), float(np.arctan2(force[1], force[0]))
-    shape = (n_nodes, 3)
-    if magnitude == 0:
-        return BoreLoad(Split(np.zeros(shape), np.zeros(shape) if bore.cut_y else None), 1.0)
+    a, b = 1.0, 0.0
+    if magnitude > 0:
+        a, b = np.linalg.solve(_resultants(bore, direction, pressure), [magnitude, 0.0])
 
-    images = (1.0, -1.0) if bore.cut_y else (1.0,)
-    psi = [_wrapped(side * bore.angle - direction) for side in images]
-    raw = [pressure(angle) for angle in psi]
-    weight = bore.areas * (2 if bore.cut_z else 1)
-    # Resultant along and across the force of p and of p sin ψ, over every image of the cell.
-    system = np.zeros((2, 2))
-    for angle, p in zip(psi, raw, strict=True):
-        radial = np.stack([np.cos(angle), np.sin(angle)])
-        system[:, 0] += (radial * (weight * p)).sum(axis=(1, 2))
-        system[:, 1] += (radial * (weight * p * np.sin(angle))).sum(axis=(1, 2))
-    a, b = np.linalg.solve(system, [magnitude, 0.0])
-    exact = [p * (a + b * np.sin(angle)) for angle, p in zip(psi, raw, strict=True)]
+    def exact(angle: Floats) -> Floats:
+        psi = _wrapped(angle - direction)
+        return np.asarray(pressure(psi) * (a + b * np.sin(psi))) if magnitude > 0 else np.zeros_like(angle)
 
+    there, nodal = exact(bore.angle), exact(bore.node_angle)
     if not bore.cut_y:
-        return BoreLoad(Split(_radial_forces(bore, n_nodes, exact[0]), None), float(a))
-    there, mirrored = exact
+        return BoreLoad(
+            Split(_forces(bore, n_nodes, there), None), Split(_traction(bore, n_nodes, nodal), None), float(a)
+        )
+    mirrored, nodal_mirrored = exact(-bore.angle), exact(-bore.node_angle)
     return BoreLoad(
         Split(
-            _radial_forces(bore, n_nodes, (there + mirrored) / 2),
-            _radial_forces(bore, n_nodes, (there - mirrored) / 2),
+            _forces(bore, n_nodes, (there + mirrored) / 2), _forces(bore, n_nodes, (there - mirrored) / 2)
+        ),
+        Split(
+            _traction(bore, n_nodes, (nodal + nodal_mirrored) / 2),
+            _traction(bore, n_nodes, (nodal - nodal_mirrored) / 2),
         ),
         float(a),
     )
+
+
+def _resultants(bore: BoreFacets, direction: float, pressure: Callable[[Floats], Floats]) -> Floats:
+    """Resultant along and across the force of p (first column) and of p sin ψ, over every image of the cell."""
+    weight = bore.areas * (2 if bore.cut_z else 1)
+    system = np.zeros((2, 2))
+    for side in (1, -1) if bore.cut_y else (1,):
+        psi = _wrapped(side * bore.angle - direction)
+        pressed = weight * pressure(psi)
+        radial = np.stack([np.cos(psi), np.sin(psi)])
+        system[:, 0] += (radial * pressed).sum(axis=(1, 2))
+        system[:, 1] += (radial * pressed * np.sin(psi)).sum(axis=(1, 2))
+    return system
 
 
 def _wrapped(angle: Floats) -> Floats:
     return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
 
 
-def _radial_forces(bore: BoreFacets, n_nodes: int, pressure: Floats) -> Floats:
+def _forces(bore: BoreFacets, n_nodes: int, pressure: Floats) -> Floats:
+    """Nodal forces (n_nodes, 3) of a radial traction at the quadrature points."""
     traction = bore.areas * pressure
     forces = np.zeros((n_nodes, 3))
     for axis, component in enumerate((np.cos(bore.angle), np.sin(bore.angle))):
         nodal = (traction * component) @ bore.shape_values
         forces[:, axis] = np.bincount(bore.nodes.ravel(), nodal.ravel(), minlength=n_nodes)
     return forces
+
+
+def _traction(bore: BoreFacets, n_nodes: int, pressure: Floats) -> Floats:
+    """Radial traction (n_nodes, 3) of a pressure at the facets' nodes."""
+    traction = np.zeros((n_nodes, 3))
+    traction[bore.nodes, 0] = pressure * np.cos(bore.node_angle)
+    traction[bore.nodes, 1] = pressure * np.sin(bore.node_angle)
+    return traction

@@ -28,3 +28,9 @@ class Split:
 
     symmetric: Floats
     antisymmetric: Floats | None
+
+    def part(self, parity: Parity) -> Floats:
+        """One of the two parts; zero where there is none."""
+        if parity is Parity.SYMMETRIC:
+            return self.symmetric
+        return np.zeros_like(self.symmetric) if self.antisymmetric is None else self.antisymmetric
