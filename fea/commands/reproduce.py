@@ -1,0 +1,43 @@
+"""`fea reproduce`."""
+
+import sys
+from pathlib import Path
+
+CHECK_FAILED = 5
+
+
+def reproduce(
+    source: str = "all", *, json: bool = False, report: Path | None = None, quiet: bool = False
+) -> int:
+    """Published figures against computed ones: every printed cell, and why it differs.
+
+    Parameters
+    ----------
+    source
+        leon-2001, columba-2022, molina-2024 or all.
+    json
+        Print every row as JSON and nothing else.
+    report
+        Write a Markdown report with its plots beside it.
+    quiet
+        Print nothing.
+    """
+    from fea.verify.reproduce.sources import reproduce as compare
+    from fea.verify.reproduce.summary import summarise
+
+    tables = compare(source)
+    if report is not None:
+        from fea.verify.reproduce.report import write_report
+
+        write_report(report, tables, f"fea reproduce {source} --report {report.name}")
+    if json:
+        from fea.output.summary import json_text
+
+        sys.stdout.write(json_text([row.as_dict() for table in tables for row in table.rows]))
+    elif not quiet:
+        from fea.output.reproduction_table import print_reproduction
+
+        print_reproduction(tables)
+        if report is not None:
+            sys.stdout.write(f"Wrote {report}\n")
+    return CHECK_FAILED if summarise(tables).unexplained else 0

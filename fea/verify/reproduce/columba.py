@@ -1,0 +1,249 @@
+"""Columba 2022: dynamic forces of the Suzuki Forsa 1 (G10), ESPE Latacunga.
+
+The worksheet solves the 8×8 Newton–Euler system with a gas force of the wrong sign, friction of a fixed
+sign and a moment of inertia that is none; the corrected figures come from the closed form. The driving
+torque T12 is the negative of the torque on the crank.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.units import DEG, KG, KG_M2, M_S, M_S2, N_M, RPM, M
+from fea.verify.newton_euler import Reactions, solve
+from fea.verify.reproduce.printed import Cell, column, decimals, degrees, records, values
+from fea.verify.reproduce.row import Slip
+from fea.verify.reproduce.table import Column, Table, table
+from geometry.mass import MassProperties
+from loads.dynamics import Cycle, center_acceleration, cycle
+from loads.engine import Engine
+from loads.gas import Boyle, GasModel, NoGas
+from loads.slider_crank import Kinematics, kinematics
+
+Floats = npt.NDArray[np.float64]
+
+SOURCE = "columba-2022"
+SPEEDS = (800, 3200, 5100)
+
+R, L = 38.5, 120.0  # mm
+PISTON_AREA = 4254.47  # mm²
+PISTON = 0.208  # kg
+FRICTION = 0.15
+ATMOSPHERE = 0.0739  # MPa, Quito
+CLEARANCE = 204.757 - 28.0 - L - R  # mm of cylinder above the piston at TDC
+COMPRESSION_RATIO = 1 + 2 * R / CLEARANCE
+INERTIA_PRINTED = 0.001308541  # kg·m²
+INERTIA = 939740.05e-9  # kg·m², Izz
+
+_CAUSE = (
+    "gas force with the wrong sign; friction of a fixed sign; "
+    "I = √(Ixx² + Iyy² + Izz²), transposed, in place of Izz = 9.3974e-4 kg·m²"
+)
+_CAUSE_NO_GAS = _CAUSE.partition("; ")[2]
+
+
+def engine(friction: float = FRICTION) -> Engine:
+    """Return the printed engine: three cylinders at 240°."""
+    bore = math.sqrt(4 * PISTON_AREA / math.pi)
+    return Engine(R, L, bore, PISTON * KG, friction=friction, cylinders=3, phase=240 * DEG)
+
+
+def rod(inertia: float = INERTIA) -> MassProperties:
+    """Return the printed rod with a moment of inertia, kg·m²."""
+    zero = (0.0, 0.0, 0.0)
+    return MassProperties(0.384 * KG, (31.77, 0.0, 0.0), (zero, zero, (0.0, 0.0, inertia * KG_M2)))
+
+
+def boyle() -> Boyle:
+    """Isothermal compression from the atmosphere of Quito."""
+    return Boyle(engine(), COMPRESSION_RATIO, ATMOSPHERE)
+
+
+def as_published(rpm: float, crank_degrees: Floats, *, gas: bool = True) -> Reactions:
+    """Solve the worksheet's system: gas pulls the piston towards the head, F14x = +μ F14y throughout."""
+    theta = crank_degrees * DEG
+    force = boyle().pressure(theta, np.array(0.0)) * PISTON_AREA if gas else np.zeros_like(theta)
+    return solve(engine(), rod(INERTIA_PRINTED), force, np.full_like(theta, FRICTION), (theta, rpm * RPM))
+
+
+def corrected(rpm: float, crank_degrees: Floats, *, gas: bool = True) -> Mapping[str, Floats]:
+    """Return the same quantities from sound mechanics, N and N·m."""
+    model: GasModel = boyle() if gas else NoGas()
+    c: Cycle = cycle(engine(), rod(), model, rpm * RPM, crank_degrees * DEG)
+    return {
+        "F12x": c.crank_x,
+        "F12y": c.crank_y,
+        "F32x": -c.crank_x,
+        "F32y": -c.crank_y,
+        "F43x": c.pin_x,
+        "F43y": c.pin_y,
+        "F14y": c.wall,
+        "T12": -c.torque / N_M,
+    }
+
+
+def tables() -> list[Table]:
+    """All tables."""
+    return [motion(), force_vector(), forces(), shaking(), torque(), working_model()]
+
+
+def motion() -> Table:
+    """Kinematics and gas force at 3200 rpm."""
+    name = "columba2022_kinematics_3200rpm"
+
+    def exact(cells: list[Cell]) -> Kinematics:
+        return kinematics(engine(), degrees(cells) * DEG, 3200 * RPM)
+
+    def gas(cells: list[Cell]) -> Floats:
+        return boyle().pressure(degrees(cells) * DEG, np.array(0.0)) * PISTON_AREA
+
+    figures: dict[str, tuple[str, str, Callable[[list[Cell]], Floats]]] = {
+        "rod_deg": ("rod angle", "°", lambda c: -exact(c).rod_angle / DEG),
+        "piston_position_m": ("piston position", "m", lambda c: exact(c).piston_position / M),
+        "piston_velocity_m_s": ("piston velocity", "m/s", lambda c: exact(c).piston_velocity / M_S),
+        "rod_angular_velocity_rad_s": ("rod angular velocity", "rad/s", lambda c: -exact(c).rod_rate),
+        "piston_acceleration_m_s2": (
+            "piston acceleration",
+            "m/s²",
+            lambda c: exact(c).piston_acceleration / M_S2,
+        ),
+        "rod_angular_acceleration_rad_s2": (
+            "rod angular acceleration",
+            "rad/s²",
+            lambda c: -exact(c).rod_acceleration,
+        ),
+        "gas_force_N": ("gas force", "N", gas),
+        "rod_cg_acceleration_m_s2": (
+            "acceleration of the rod's centre of gravity",
+            "m/s²",
+            lambda c: np.hypot(*center_acceleration(engine(), rod(), exact(c))) / M_S2,
+        ),
+    }
+    columns = []
+    for title, (quantity, unit, figure) in figures.items():
+        cells = column(name, title)
+        columns.append(Column(quantity, unit, cells, figure(cells), figure(cells), speed="3200 rpm"))
+    return table(
+        SOURCE,
+        "kinematics",
+        "motion and gas force at 3200 rpm",
+        columns,
+        [
+            "Exact, and free of misprints in the figures; the rod angle has the sign opposite to ours.",
+            "Table 6 of the thesis prints the speed unsigned; table 7 labels accelerations °/s and rad/s.",
+            "The gas force is Boyle's law at every turn: no combustion, and it repeats each 360°.",
+            f"Its chamber of {CLEARANCE:.3f} mm height is a compression ratio of {COMPRESSION_RATIO:.1f}.",
+        ],
+    )
+
+
+def force_vector() -> Table:
+    """The eight unknowns at 30° and 3200 rpm."""
+    at = np.array([30.0])
+    published, right = as_published(3200, at), corrected(3200, at)
+    columns = []
+    for record in records("columba2022_forces_30deg_3200rpm"):
+        name, _, unit = record["component"].partition("_")
+        text = record["value"]
+        cell = Cell("30", text, 10.0 ** -decimals(text))
+        scale = N_M if name == "T12" else 1.0
+        columns.append(
+            Column(
+                name,
+                {"Nm": "N·m"}.get(unit, unit),
+                [cell],
+                getattr(published, name) / scale,
+                right[name],
+                _CAUSE,
+                "3200 rpm",
+            )
+        )
+    return table(SOURCE, "vector at 30°", "the eight unknowns at 3200 rpm", columns)
+
+
+def forces() -> Table:
+    """Forces at the crank bearing and the piston pin with gas, 3200 rpm."""
+    return table(
+        SOURCE,
+        "forces",
+        "bearing and pin forces at 3200 rpm",
+        [_force("columba2022_forces_3200rpm", name) for name in ("F12x", "F12y", "F43x")],
+        [
+            "At 0° the worksheet has 1326 + 1188 N: gas and inertia add where they oppose each other.",
+        ],
+    )
+
+
+def shaking() -> Table:
+    """Bearing and wall forces without gas, 3200 rpm; the pin's sideways force with it."""
+    name = "columba2022_shaking_3200rpm"
+    return table(
+        SOURCE,
+        "shaking",
+        "shaking forces at 3200 rpm",
+        [
+            *(_force(name, component, gas=False) for component in ("F12x", "F12y", "F14y")),
+            _force(name, "F43y", suffix="_with_gas_N"),
+        ],
+    )
+
+
+def _force(name: str, component: str, *, gas: bool = True, suffix: str = "_N") -> Column:
+    cells = column(name, component + suffix)
+    published = as_published(3200, degrees(cells), gas=gas)
+    right = corrected(3200, degrees(cells), gas=gas)
+    return Column(
+        component + (" without gas" if not gas else ""),
+        "N",
+        cells,
+        getattr(published, component),
+        right[component],
+        _CAUSE if gas else _CAUSE_NO_GAS,
+        "3200 rpm",
+    )
+
+
+def torque() -> Table:
+    """Driving torque at three speeds."""
+    columns = []
+    for rpm in SPEEDS:
+        cells = column("columba2022_torque", f"T12_{rpm}rpm_Nm")
+        at = degrees(cells)
+        published = as_published(rpm, at).T12 / N_M
+        slips = _one_row_late(published, at) if rpm == 3200 else {}
+        right = corrected(rpm, at)["T12"]
+        columns.append(Column("driving torque", "N·m", cells, published, right, _CAUSE, f"{rpm} rpm", slips))
+    return table(
+        SOURCE,
+        "torque",
+        "driving torque",
+        columns,
+        ["At 3200 rpm the figure of 120° is repeated at 160°, so that 200°–280° are one row late."],
+    )
+
+
+def _one_row_late(published: Floats, at: Floats) -> dict[str, Slip]:
+    return {
+        f"{at[i]:g}": Slip(f"the figure of {at[i - 1]:g}° (rows one step late)", float(published[i - 1]))
+        for i in (4, 5, 6, 7)
+    }
+
+
+def working_model() -> Table:
+    """Independent software's rod angle and piston position."""
+    name = "columba2022_working_model"
+    angle, position = column(name, "rod_deg"), column(name, "piston_x_mm")
+    exact = kinematics(engine(), degrees(angle) * DEG, 0.0)
+    beta = -exact.rod_angle / DEG
+    return table(
+        SOURCE,
+        "Working Model",
+        "rod angle and piston position of independent software",
+        [
+            Column("rod angle", "°", angle, beta, beta),
+            Column("piston position", "mm", position, exact.piston_position, exact.piston_position),
+        ],
+        [f"Largest difference {np.abs(values(position) - exact.piston_position).max():.1e} mm."],
+    )

@@ -1,0 +1,30 @@
+"""León 2001: every printed table of the dynamics and the column check.
+
+The stresses (tables 21–23) follow the finite-element model, not the mechanism: they join `tables` from a
+module of their own.
+"""
+
+from fea.verify.reproduce import leon_column, leon_forces, leon_gas, leon_inertia, leon_motion, leon_pin_loads
+from fea.verify.reproduce.leon_engine import SOURCE
+from fea.verify.reproduce.table import Table
+
+__all__ = ["SOURCE", "tables"]
+
+
+def tables() -> list[Table]:
+    """All tables in the order of the thesis."""
+    found = [
+        *leon_motion.tables(),
+        leon_gas.gas(),
+        *leon_inertia.tables(),
+        *leon_forces.tables(),
+        leon_pin_loads.pin_loads(),
+        leon_column.buckling(),
+    ]
+    return sorted(found, key=_number)
+
+
+def _number(table: Table) -> tuple[float, str]:
+    """Tables by number, then what has none."""
+    first = table.name.split(maxsplit=1)[0]
+    return (float(first) if first.isdigit() else float("inf"), table.name)
