@@ -4,6 +4,8 @@ import sys
 from pathlib import Path
 
 CHECK_FAILED = 5
+# The studies print up to ten significant digits; every one is compared.
+_DIGITS = 12
 
 
 def reproduce(
@@ -29,11 +31,13 @@ def reproduce(
     if report is not None:
         from fea.verify.reproduce.report import write_report
 
-        write_report(report, tables, f"fea reproduce {source} --report {report.name}")
+        target = report.name if report.is_absolute() else report.as_posix()
+        write_report(report, tables, f"fea reproduce {source} --report {target}")
     if json:
         from fea.output.summary import json_text
 
-        sys.stdout.write(json_text([row.as_dict() for table in tables for row in table.rows]))
+        rows = [row.as_dict() for table in tables for row in table.rows]
+        sys.stdout.write(json_text(rows, _DIGITS))
     elif not quiet:
         from fea.output.reproduction_table import print_reproduction
 

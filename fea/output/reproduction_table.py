@@ -32,14 +32,14 @@ def print_reproduction(tables: Sequence[Table]) -> None:
 
 def _overview(source: str, tables: Sequence[Table]) -> RichTable:
     overview = RichTable(title=source, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
-    overview.add_column("table", min_width=24)
-    for name in ("cells", "agree", "expl.", "unexpl.", "wrong"):
+    overview.add_column("table")
+    for name in ("cells", "agree", "expl.", "wrong"):
         overview.add_column(name, justify="right", no_wrap=True)
-    overview.add_column("furthest from the truth", min_width=24)
+    overview.add_column("furthest from the truth")
     for table in tables:
         counts = summarise([table])
         explained = counts.explained + counts.named
-        numbers = (counts.compared, counts.agrees, explained, counts.unexplained, counts.wrong)
+        numbers = (counts.compared, counts.agrees, explained, counts.wrong)
         overview.add_row(
             f"{table.name}  {table.title}", *(str(number) for number in numbers), _furthest(table)
         )
@@ -59,7 +59,7 @@ def _misprints(tables: Sequence[Table]) -> Iterator[str]:
     rows = [row for row in misprinted(tables) if not _is_rounding(row)]
     for (name, quantity, what), same in groupby(rows, key=lambda row: (row.table, row.quantity, _what(row))):
         places = " and ".join(row.at for row in same)
-        yield f"{name}, {quantity}, {places}: {what}"
+        yield ", ".join(filter(None, [name, quantity, places])) + f": {what}"
 
 
 def _is_rounding(row: Row) -> bool:

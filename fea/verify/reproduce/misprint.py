@@ -16,8 +16,7 @@ def wrong_digit(printed: str, true: float) -> Slip:
     """
     places = decimals(printed)
     # Some tables are truncated and some rounded: the figure may have been either before it was misprinted.
-    candidates = {f"{true:.{places}f}", f"{true:.{places + 4}f}"[:-4]}
-    for right in sorted(candidates):
+    for right in (f"{true:.{places}f}", f"{true:.{places + 4}f}"[:-4]):
         wrong = [i for i, (p, r) in enumerate(zip(printed, right, strict=False)) if p != r]
         if len(printed) == len(right) and len(wrong) == 1:
             i = wrong[0]

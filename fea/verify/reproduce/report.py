@@ -100,8 +100,8 @@ def _misprints(tables: Sequence[Table]) -> str:
     if rounded:
         largest = max(row.difference for row in rounded)
         text += (
-            f"\nBesides, {len(rounded)} cells were formed with an intermediate figure rounded or truncated by "
-            f"hand (largest effect {largest:.3g} {rounded[0].unit}); `--json` names each.\n"
+            f"\nBesides, {len(rounded)} cells were formed with an intermediate figure rounded or truncated "
+            f"by hand (largest effect {largest:.3g} {rounded[0].unit}); `--json` names each.\n"
         )
     return text
 
@@ -143,7 +143,7 @@ def _sensitivity() -> str:
     return (
         "### How much the bore matters\n\n"
         "The bore is printed as 76 mm; two litres need 82.3 mm, and table 7 was formed with 87 mm. Peak\n"
-        "force along the rod at the worse end (tension positive) and peak wall force, kN, corrected dynamics:\n\n"
+        "force along the rod at the worse end (tension positive) and peak wall force, kN, corrected:\n\n"
         + _markdown(header, lines)
     )
 
@@ -160,4 +160,5 @@ def shown(value: float | None) -> str:
 
 def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+    escaped = ([cell.replace("|", r"\|") for cell in line] for line in lines)
+    return "\n".join("| " + " | ".join(line) + " |" for line in escaped) + "\n"
