@@ -1,6 +1,5 @@
 """How large the elements are, and where they are smaller."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -22,10 +21,13 @@ class Refinement:
         gmsh's face tags.
     size
         Edge length on the faces, mm.
+    width
+        Across the faces, mm: points farther from their edges than half of it are off them.
     """
 
     faces: tuple[int, ...]
     size: float
+    width: float
 
 
 @dataclass(frozen=True)
@@ -65,30 +67,31 @@ def refinements(features: Sequence[Feature], size: float, rod_length: float) -> 
     """Refinements for these features; they follow `size` in proportion, so that halving it halves every element."""
     scale = size / default_size(rod_length)
     return tuple(
-        Refinement(feature.faces, scale * feature_size(feature))
-        for feature in features
-        if math.isfinite(feature_size(feature))
+        Refinement(feature.faces, scale * feature_size(feature), _width(feature)) for feature in features
     )
+
+
+def _width(feature: Feature) -> float:
+    """Distance between the edges of the feature's faces, mm."""
+    if feature.kind is FeatureKind.WEB or feature.kind is FeatureKind.BORE:
+        low, high = _bounds(feature.faces)
+        return sorted(b - a for a, b in zip(low, high, strict=True))[1 if feature.kind is FeatureKind.WEB else 0]
+    return feature.arc_length
+
+
+def _bounds(faces: Sequence[int]) -> tuple[list[float], list[float]]:
+    boxes = [gmsh.model.getBoundingBox(2, face) for face in faces]
+    return [min(box[i] for box in boxes) for i in range(3)], [max(box[i] for box in boxes) for i in range(3, 6)]
 
 
 def apply(sizing: Sizing, refinements: Sequence[Refinement]) -> None:
     """Give the open model a background field with this size and these refinements."""
     field = gmsh.model.mesh.field
-    bounds = []
-    for refinement in refinements:
-        if refinement.size >= sizing.size or not refinement.faces:
-            continue
-        distance = field.add("Distance")
-        field.setNumbers(distance, "SurfacesList", refinement.faces)
-        field.setNumber(distance, "Sampling", 40)
-        threshold = field.add("Threshold")
-        field.setNumber(threshold, "InField", distance)
-        field.setNumber(threshold, "SizeMin", refinement.size)
-        field.setNumber(threshold, "SizeMax", sizing.size)
-        near = refinement.size / 2
-        field.setNumber(threshold, "DistMin", near)
-        field.setNumber(threshold, "DistMax", near + (sizing.size - refinement.size) / sizing.growth)
-        bounds.append(threshold)
+    bounds = [
+        _bound(refinement, sizing)
+        for refinement in refinements
+        if refinement.size < sizing.size and refinement.faces
+    ]
     if bounds:
         least = field.add("Min")
         field.setNumbers(least, "FieldsList", bounds)
@@ -97,3 +100,23 @@ def apply(sizing: Sizing, refinements: Sequence[Refinement]) -> None:
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
     gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
     gmsh.option.setNumber("Mesh.MeshSizeMax", sizing.size)
+
+
+def _bound(refinement: Refinement, sizing: Sizing) -> int:
+    """Add a field that grows from the refinement's size to the general one."""
+    field, size = gmsh.model.mesh.field, refinement.size
+    edges = gmsh.model.getBoundary([(2, face) for face in refinement.faces], combined=False, oriented=False)
+    curves = sorted({tag for _, tag in edges})
+    longest = max(gmsh.model.occ.getMass(1, curve) for curve in curves)
+    # Distance to the edges of the faces: gmsh samples curves a hundred times faster than faces.
+    distance = field.add("Distance")
+    field.setNumbers(distance, "CurvesList", curves)
+    field.setNumber(distance, "Sampling", int(min(max(20, 2 * longest / size), 400)))
+    threshold = field.add("Threshold")
+    near = refinement.width / 4  # what lies between is reached from both edges
+    field.setNumber(threshold, "InField", distance)
+    field.setNumber(threshold, "SizeMin", size)
+    field.setNumber(threshold, "SizeMax", sizing.size)
+    field.setNumber(threshold, "DistMin", near)
+    field.setNumber(threshold, "DistMax", near + (sizing.size - size) / sizing.growth)
+    return int(threshold)

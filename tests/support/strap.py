@@ -36,7 +36,7 @@ def _meshed(size: float, order: int) -> TetMesh:
     surfaces: dict[Surface, list[int]] = {surface: [] for surface in Surface}
     for _, face in gmsh.model.getEntities(2):
         surfaces[_name(face)].append(face)
-    small = Refinement(tuple(surfaces[Surface.SMALL_END_BORE]), size / 2)
+    small = Refinement(tuple(surfaces[Surface.SMALL_END_BORE]), size / 2, WIDTH / 2)
     return tetrahedralise(surfaces, [small], Sizing(size, order))[0]
 
 
