@@ -54,6 +54,7 @@ def revolution(profile: Sequence[Segment], x: float) -> int:
     base = face(profile, (), in_profile)
     gmsh.model.occ.translate([(2, base)], x, 0, 0)
     swept = gmsh.model.occ.revolve([(2, base)], x, 0, 0, 0, 0, 1, 2 * math.pi)
+    gmsh.model.occ.remove([(2, base)], recursive=True)  # else it would be meshed as a loose face
     return _only_volume(swept)
 
 

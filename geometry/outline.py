@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from geometry.segments import Arc, Line, Segment
+import numpy as np
+
+from geometry.segments import Arc, Floats, Line, Segment
 from geometry.tangency import Edge, fillet_center, foot, shank_edge
 
 if TYPE_CHECKING:
@@ -57,7 +59,7 @@ class Outline:
             Arc((rod.length, 0.0), rod.small_end_bore / 2, math.pi, -math.pi),
         )
 
-    def height(self, x: float) -> float:
+    def height(self, x: Floats) -> Floats:
         """Return the largest y of the outline at `x`, mm; 0 outside the rod."""
-        found = [y for piece in self.upper if (y := piece.y_at(x)) is not None]
-        return max(found, default=0.0)
+        found = np.max([piece.height(x) for piece in self.upper], axis=0)
+        return np.asarray(np.maximum(found, 0.0))

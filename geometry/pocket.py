@@ -4,7 +4,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from geometry.segments import Arc, Line, Point, Segment, mirrored
+import numpy as np
+
+from geometry.segments import Arc, Floats, Line, Point, Segment, mirrored
 from geometry.step import ring_steps
 from geometry.tangency import Edge
 
@@ -74,29 +76,39 @@ class Pocket:
         lower = mirrored(upper)
         return (*upper, Line(small.end, lower[0].start), *lower, Line(lower[-1].end, big.start))
 
-    def inside(self, x: float, y: float) -> float:
-        """Return the distance of a point from the outline, mm, positive inside."""
+    def upper_side(self, x: Floats, inset: float = 0.0) -> Floats:
+        """Return y of the outline, moved inwards by `inset` ≤ `corner`, at `x`; 0 beyond its ends."""
+        (x0, y0), (x1, y1) = self.corner_centers()
+        radius = self.corner - inset
+        nx = self.edge.normal[0]
+
+        def arc(center: float, height: float) -> Floats:
+            return height + np.sqrt(np.maximum(radius**2 - (x - center) ** 2, 0.0))
+
+        side = self.edge.inset(inset)
+        straight = (side.offset - side.normal[0] * x) / side.normal[1]
+        y = np.where(x < x0 + radius * nx, arc(x0, y0), np.where(x > x1 + radius * nx, arc(x1, y1), straight))
+        return np.where((x >= x0 - radius) & (x <= x1 + radius), y, 0.0)
+
+    def inside(self, x: Floats, y: Floats) -> Floats:
+        """Return how far points lie inside the outline, mm; `corner` and more count as `corner`."""
         (x0, y0), (x1, y1) = self.corner_centers()
         nx, ny = self.edge.normal
-        y = abs(y)
-        # Signed distance to the trapezium of the corner centres; the outline is its offset by the radius.
-        sides = (x0 - x, x - x1, nx * (x - x0) + ny * (y - y0))
-        if max(sides) <= 0:
-            return self.corner - max(sides)
-        beyond = min(max((x - x0) * ny - (y - y0) * nx, 0.0), math.dist((x0, y0), (x1, y1)))
-        on_edge = (x0 + beyond * ny, y0 - beyond * nx)
-        on_big, on_small = (x0, min(y, y0)), (x1, min(y, y1))
-        return self.corner - min(math.dist((x, y), foot) for foot in (on_edge, on_big, on_small))
+        y = np.abs(y)
+        # The outline is the offset, by the corner radius, of the trapezium of the corners' centres.
+        share = np.clip((x - x0) * ny - (y - y0) * nx, 0.0, math.dist((x0, y0), (x1, y1)))
+        above = np.hypot(x - x0 - share * ny, y - y0 + share * nx)
+        big = np.hypot(x - x0, y - np.minimum(y, y0))
+        small = np.hypot(x - x1, y - np.minimum(y, y1))
+        within = (x >= x0) & (x <= x1) & (nx * (x - x0) + ny * (y - y0) <= 0)
+        return self.corner - np.where(within, 0.0, np.minimum(above, np.minimum(big, small)))
 
-    def height(self, x: float, y: float) -> float:
-        """Return z of the pocket's surface at a point of its plan, mm; the shank's face outside."""
+    def half_width(self, x: Floats, y: Floats) -> Floats:
+        """Return z of the pocket's surface at points of the plan, mm; infinite outside it."""
         inside = self.inside(x, y)
-        if inside <= 0:
-            return self.face
-        short = self.floor_radius - inside
-        if short <= 0:
-            return self.floor
-        return self.floor + self.floor_radius - math.sqrt(self.floor_radius**2 - short**2)
+        short = np.clip(self.floor_radius - inside, 0.0, self.floor_radius)
+        z = self.floor + self.floor_radius - np.sqrt(self.floor_radius**2 - short**2)
+        return np.where(inside > 0, z, np.inf)
 
 
 def web_pocket(rod: "Rod", edge: Edge) -> Pocket:

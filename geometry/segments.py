@@ -3,6 +3,10 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
 Point = tuple[float, float]
 
 
@@ -26,12 +30,13 @@ class Line:
         """Reflect about y = 0 and turn round, so that a mirrored chain runs on."""
         return Line(_flip(self.end), _flip(self.start))
 
-    def y_at(self, x: float) -> float | None:
-        """Return the ordinate at `x`; None outside the piece or where it is vertical."""
+    def height(self, x: Floats) -> Floats:
+        """Return the ordinates at `x`; −∞ beyond the ends and where the piece is vertical."""
         (x0, y0), (x1, y1) = self.start, self.end
-        if x0 == x1 or not min(x0, x1) <= x <= max(x0, x1):
-            return None
-        return y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+        if x0 == x1:
+            return np.full_like(x, -np.inf)
+        y = y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+        return np.where(_within(x, x0, x1), y, -np.inf)
 
 
 @dataclass(frozen=True)
@@ -83,21 +88,14 @@ class Arc:
         """Reflect about y = 0 and turn round, so that a mirrored chain runs on."""
         return Arc(_flip(self.center), self.radius, -(self.begin + self.sweep), self.sweep)
 
-    def y_at(self, x: float) -> float | None:
-        """Return the larger ordinate of the piece at `x`; None where it has none."""
-        across = (x - self.center[0]) / self.radius
-        if abs(across) > 1:
-            return None
-        angle = math.acos(across)
-        found = [
-            self.center[1] + self.radius * math.sin(a) for a in (angle, -angle) if self._holds(a)
-        ]
-        return max(found, default=None)
+    def height(self, x: Floats) -> Floats:
+        """Return the ordinates at `x`, −∞ beyond the ends, of a piece that runs towards +x.
 
-    def _holds(self, angle: float) -> bool:
-        slack = 1e-9
-        turn = (angle - self.begin) * math.copysign(1, self.sweep)
-        return (turn + slack) % (2 * math.pi) <= abs(self.sweep) + 2 * slack
+        Such a piece lies above its centre when it turns clockwise, else below.
+        """
+        across = np.clip(x - self.center[0], -self.radius, self.radius)
+        y = self.center[1] - math.copysign(1, self.sweep) * np.sqrt(self.radius**2 - across**2)
+        return np.where(_within(x, self.start[0], self.end[0]), y, -np.inf)
 
 
 Segment = Line | Arc
@@ -106,6 +104,11 @@ Segment = Line | Arc
 def mirrored(chain: tuple[Segment, ...]) -> tuple[Segment, ...]:
     """Reflect a chain about y = 0 and turn it round: it ends where the image of its start lies."""
     return tuple(piece.mirrored() for piece in reversed(chain))
+
+
+def _within(x: Floats, a: float, b: float) -> npt.NDArray[np.bool_]:
+    slack = 1e-12 * (abs(a) + abs(b))
+    return (x >= min(a, b) - slack) & (x <= max(a, b) + slack)
 
 
 def _flip(point: Point) -> Point:

@@ -5,14 +5,16 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from geometry.segments import Arc, Line, Point, Segment
+import numpy as np
+
+from geometry.segments import Arc, Floats, Line, Point, Segment
 
 if TYPE_CHECKING:
     from geometry.rod import Rod
 
 # The step begins this share of the ring's outer radius outside it, where it crosses the outline at an
 # angle; at the ring itself it would touch the outline tangentially.
-LAND = 0.1
+LAND = 0.06
 
 
 @dataclass(frozen=True)
@@ -50,13 +52,11 @@ class RingStep:
         """Angle of the concave arc, rad."""
         return math.acos(1 - min(self.height / self.radius, 1.0)) if self.height else 0.0
 
-    def half_width(self, distance: float) -> float:
-        """Return z of the face at a distance from the bore's axis, mm."""
-        if distance <= self.rim:
-            return self.ring
-        if distance >= self.foot:
-            return self.shank
-        return self.shank + self.radius - math.sqrt(self.radius**2 - (self.foot - distance) ** 2)
+    def half_width(self, distance: Floats) -> Floats:
+        """Return z of the faces at distances from the bore's axis, mm."""
+        short = np.clip(self.foot - distance, 0.0, self.radius)
+        flank = self.shank + self.radius - np.sqrt(self.radius**2 - short**2)
+        return np.where(distance <= self.rim, self.ring, flank)
 
     def space_above(self, top: float, far: float) -> tuple[Segment, ...]:
         """Return the closed profile (distance, z) of all that lies above these faces.

@@ -1,0 +1,148 @@
+"""Cross-sections and mass properties from the dimensions alone: quadrature in place of a CAD kernel."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from geometry.mass import MassProperties
+from geometry.outline import Outline
+from geometry.pocket import Pocket, web_pocket
+from geometry.rod import Rod
+from geometry.segments import Floats
+from geometry.step import RingStep, ring_steps
+
+# Gauss's nodes over the angle of a half circle: exact enough for arcs that end upright.
+_ANGLES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+_SHARES = (1 - np.cos((_ANGLES + 1) * math.pi / 2)) / 2
+_SHARE_WEIGHTS = _WEIGHTS * np.sin((_ANGLES + 1) * math.pi / 2) * math.pi / 4
+
+
+@dataclass(frozen=True)
+class Section:
+    """The cross-section of a rod at `x`.
+
+    Attributes
+    ----------
+    x
+        Place, mm from the crank-pin centre.
+    area
+        mm².
+    inertia_y, inertia_z
+        Second moments about the axes through the centre, mm⁴: `inertia_z` resists bending in the plane
+        of motion, `inertia_y` sideways.
+    """
+
+    x: float
+    area: float
+    inertia_y: float
+    inertia_z: float
+
+    @property
+    def gyration_y(self) -> float:
+        """Radius of gyration for bending sideways, mm."""
+        return math.sqrt(self.inertia_y / self.area)
+
+    @property
+    def gyration_z(self) -> float:
+        """Radius of gyration for bending in the plane of motion, mm."""
+        return math.sqrt(self.inertia_z / self.area)
+
+
+@dataclass(frozen=True)
+class HeightField:
+    """A rod as z = ±half_width(x, y) over its plan, with its sections and mass properties."""
+
+    rod: Rod
+
+    @cached_property
+    def outline(self) -> Outline:
+        """The plan."""
+        return Outline(self.rod)
+
+    @cached_property
+    def pocket(self) -> Pocket | None:
+        """The web pockets."""
+        return web_pocket(self.rod, self.outline.edge) if self.rod.has_pockets else None
+
+    @cached_property
+    def steps(self) -> tuple[RingStep, RingStep]:
+        """The ring steps."""
+        return ring_steps(self.rod)
+
+    def half_width(self, x: Floats, y: Floats) -> Floats:
+        """Return z of the upper face at points of the plan, mm; 0 in the bores."""
+        z = np.maximum(*(step.half_width(np.hypot(x - step.center, y)) for step in self.steps))
+        if self.pocket is not None:
+            z = np.minimum(z, self.pocket.half_width(x, y))
+        for bore in self.outline.bores:
+            z = np.where(np.hypot(x - bore.center[0], y) < bore.radius, 0.0, z)
+        return z
+
+    def section(self, x: float) -> Section:
+        """Integrate the section at `x` (mm)."""
+        area, second, cube = (float(value[0]) for value in self._moments(np.array([float(x)])))
+        return Section(x, 4 * area, 4 * cube / 3, 4 * second)
+
+    def mass(self) -> MassProperties:
+        """Integrate the mass properties for density 1 (the mass is the volume, mm³)."""
+        x, weight = _nodes(self._stations())
+        x, weight = x.ravel(), weight.ravel()
+        area, second, cube = self._moments(x)
+        volume = float(4 * weight @ area)
+        center = float(4 * weight @ (area * x)) / volume
+        xx = float(4 * weight @ (area * (x - center) ** 2))
+        yy, zz = float(4 * weight @ second), float(4 * weight @ cube / 3)
+        inertia = ((yy + zz, 0.0, 0.0), (0.0, xx + zz, 0.0), (0.0, 0.0, xx + yy))
+        return MassProperties(volume, (center, 0.0, 0.0), inertia)
+
+    def _moments(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+        """Integrate z, z y² and z³ over y ≥ 0 at every `x`."""
+        y, weight = _nodes(self._seams(x))
+        z = self.half_width(x[:, None, None], y)
+        axes = (1, 2)
+        return (weight * z).sum(axes), (weight * z * y**2).sum(axes), (weight * z**3).sum(axes)
+
+    def _stations(self) -> Floats:
+        """Return the x between which sections change smoothly."""
+        ends = [piece.start[0] for piece in self.outline.upper] + [self.outline.upper[-1].end[0]]
+        first, last = ends[0], ends[-1]
+        for bore in self.outline.bores:
+            ends += [bore.start[0], bore.end[0]]
+        for step, side in zip(self.steps, (1, -1), strict=True):
+            for radius in (step.rim, step.foot):
+                ends += [step.center + side * radius, self._crossing(step.center, side, radius)]
+        if self.pocket is not None:
+            big, small = self.pocket.corners()
+            for inset in (0.0, self.pocket.floor_radius):
+                ends += [self.pocket.big_end + inset, self.pocket.small_end - inset]
+            ends += [big.center[0], big.end[0], small.start[0], small.center[0]]
+        return np.unique(np.clip(ends, first, last))
+
+    def _crossing(self, center: float, side: int, radius: float) -> float:
+        """Return x where a circle about a bore crosses the outline, by bisection."""
+        low, high = 0.0, radius
+        for _ in range(50):
+            middle = (low + high) / 2
+            height = float(self.outline.height(np.array(center + side * middle)))
+            low, high = (low, middle) if math.hypot(middle, height) > radius else (middle, high)
+        return center + side * low
+
+    def _seams(self, x: Floats) -> Floats:
+        """Return (len(x), n) the y, from 0 to the outline, between which z changes smoothly."""
+        top = self.outline.height(x)
+        circles = [(bore.center[0], bore.radius) for bore in self.outline.bores]
+        circles += [(step.center, radius) for step in self.steps for radius in (step.rim, step.foot)]
+        seams = [np.sqrt(np.maximum(radius**2 - (x - center) ** 2, 0.0)) for center, radius in circles]
+        if self.pocket is not None:
+            seams += [self.pocket.upper_side(x, inset) for inset in (0.0, self.pocket.floor_radius)]
+            seams += [np.full_like(x, center[1]) for center in self.pocket.corner_centers()]
+        stacked = np.stack([np.zeros_like(x), *seams, top], axis=-1)
+        return np.sort(np.clip(stacked, 0.0, top[:, None]), axis=-1)
+
+
+def _nodes(seams: Floats) -> tuple[Floats, Floats]:
+    """Return nodes and weights (…, n − 1, nodes) of a quadrature between seams (…, n)."""
+    low, span = seams[..., :-1, None], np.diff(seams)[..., None]
+    return low + span * _SHARES, span * _SHARE_WEIGHTS
