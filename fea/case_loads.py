@@ -117,9 +117,7 @@ class CaseLoads:
 
 def _total(parts: Sequence[Split]) -> Split:
     odd = [part.antisymmetric for part in parts if part.antisymmetric is not None]
-    return Split(
-        np.sum([part.symmetric for part in parts], axis=0), np.sum(odd, axis=0) if odd else None
-    )
+    return Split(np.sum([part.symmetric for part in parts], axis=0), np.sum(odd, axis=0) if odd else None)
 
 
 def imbalance(points: Floats, forces: Split, images: int) -> tuple[float, float]:

@@ -46,7 +46,7 @@ def call(arguments: Sequence[str]) -> int:
     except KeyboardInterrupt:
         _say("interrupted; nothing was left half-written")
         return INTERRUPTED
-    except Exception as error:  # every error becomes one line and a code
+    except Exception as error:  # noqa: BLE001 - every error becomes one line and a code
         code = exit_code(error)
         if code is None:
             _say(f"internal error: {type(error).__name__}: {error}. Run again with FEA_DEBUG=1 and report it")

@@ -10,7 +10,7 @@ from fea.study import Study
 from geometry.mirror import Mirror
 from geometry.rod import Rod
 from geometry.session import session
-from geometry.solid import Solid, build
+from geometry.solid import build
 from geometry.surfaces import Surface
 from mesh.generate import tetrahedralise
 from mesh.mirror import MirroredMesh, reflect, unmirrored

@@ -56,7 +56,7 @@ class Flags:
         InvalidValue
             A flag's value breaks a rule.
         """
-        tables = {
+        tables: dict[str, dict[str, Any]] = {
             "speed": {"rpm": None if self.rpm is None else parse_speeds(self.rpm)},
             "mesh": {"size_mm": self.size, "element": self.element},
             "analysis": {

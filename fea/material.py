@@ -37,7 +37,8 @@ class Material:
         require(-1 < nu < 0.5, "material.nu", nu, "must lie between −1 and 0.5, both excluded")
         require_positive("material.density_kg_m3", self.density * 1e12)
         require_positive("material.yield_MPa", self.yield_strength)
-        for name, value in (("ultimate_MPa", self.ultimate_strength), ("endurance_MPa", self.endurance_limit)):
+        known = {"ultimate_MPa": self.ultimate_strength, "endurance_MPa": self.endurance_limit}
+        for name, value in known.items():
             if value is not None:
                 require_positive(f"material.{name}", value)
 

@@ -20,6 +20,7 @@ from fea.solid.recovery import Recovery
 from fea.solid.solve import Model, Residuals, Solution
 from fea.study import Study
 from fea.units import RPM
+from geometry.invalid import InvalidValue
 from geometry.mass import MassProperties
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure
@@ -93,7 +94,11 @@ class Analysis:
         self.pressure = BorePressure.parse(study.analysis.pressure)
         self.engine: Engine | None = None
         self.gas: GasModel | None = None
-        if study.engine is not None:  # refused before anything is meshed
+        # Refused before anything is meshed.
+        if study.engine is None and study.forces is None:
+            rule = "has neither [engine] nor [forces]"
+            raise InvalidValue("STUDY", study.name, rule, "Add one of them.")
+        if study.engine is not None:
             self.engine = study.engine.engine(study.rod.length)
             self.gas = study.engine.gas_model(self.engine)
         self.mesh: Discretised = discretise(study, clock)
@@ -121,8 +126,10 @@ class Analysis:
         with self._clock("stress"):
             cases = tuple(self._judged(loads.cases, forces, solution))
         checks = self._checks(forces, solution, cases)
-        parities = () if Parity.ANTISYMMETRIC in solution.displacement or not self.mesh.cut_y else (
-            Omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"),
+        parities = (
+            ()
+            if Parity.ANTISYMMETRIC in solution.displacement or not self.mesh.cut_y
+            else (Omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"),)
         )
         left_out = (*self.mesh.left_out, *parities, *loads.left_out)
         return SpeedResult(rpm, cases, checks, left_out, loads.notes)
@@ -130,11 +137,12 @@ class Analysis:
     def _loads(self, rpm: float | None) -> SpeedLoads:
         if self.study.forces is not None:
             reason = "forces are given"
-            omitted = (Omission("dynamics", reason), Omission("inertia of the rod", reason))
-            return SpeedLoads((given(*self.study.forces.pin()),), omitted, ())
-        assert self.engine is not None
-        assert self.gas is not None
-        assert rpm is not None
+            spared = (Omission("dynamics", reason), Omission("inertia of the rod", reason))
+            return SpeedLoads((given(*self.study.forces.pin()),), spared, ())
+        if self.engine is None or self.gas is None or rpm is None:
+            raise InvalidValue(
+                "study", self.study.name, "has neither [engine] nor [forces]", "Add one of them."
+            )
         peaks = peak_cases(self.engine, self.rod, self.gas, rpm * RPM)
         omitted = tuple(Omission(f"case {name}", why) for name, why in peaks.left_out)
         if rpm == 0:
@@ -193,7 +201,6 @@ class Analysis:
             "force_balance": float(force / largest),
             "moment_balance": float(moment / (largest * self.mesh.bores.rod_length)),
         }
-
 
 
 def _traction(forces: list[CaseForces], parity: Parity) -> dict[Surface, Floats]:

@@ -118,4 +118,3 @@ def _environment() -> dict[str, Any]:
 def worst_safety(results: dict[str, dict[str, Any]]) -> float:
     """Smallest safety factor over the cases of a summary's ``results``."""
     return min(float(case["min_safety_factor"]) for case in results.values())
-

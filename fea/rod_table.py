@@ -45,7 +45,8 @@ class RodTable:
         """
         if self.rod is None:
             remedy = "Give big_end_bore_mm and small_end_bore_mm beside length_mm, or a preset."
-            raise InvalidValue("[rod]", "mass properties only", "has no dimensions to make a solid of", remedy)
+            rule = "has no dimensions to make a solid of"
+            raise InvalidValue("[rod]", "mass properties only", rule, remedy)
         return self.rod
 
     def text(self) -> str:
@@ -111,7 +112,8 @@ def _mass(raw: Mapping[str, object]) -> MassProperties | None:
     if not present:
         return None
     for key in _MASS_KEYS:
-        require(key in raw, f"rod.{key}", None, f"is missing beside {present[0]}", "Mass properties go together.")
+        remedy = "Mass properties go together."
+        require(key in raw, f"rod.{key}", None, f"is missing beside {present[0]}", remedy)
     mass, center, inertia = (checked(f"rod.{key}", raw[key], float) for key in _MASS_KEYS)
     for key, value in (("mass_kg", mass), ("inertia_kg_m2", inertia)):
         require_positive(f"rod.{key}", value)

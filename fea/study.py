@@ -48,14 +48,17 @@ class MaterialTable:
     def material(self) -> Material:
         """Return the material in coherent units."""
         table = self.resolved()
-        for key in ("E_GPa", "nu", "density_kg_m3", "yield_MPa"):
-            require(getattr(table, key) is not None, f"material.{key}", None, "is missing", "Give it, or a preset.")
-        assert table.E_GPa and table.nu is not None and table.density_kg_m3 and table.yield_MPa
+
+        def needed(key: str) -> float:
+            value = getattr(table, key)
+            require(value is not None, f"material.{key}", None, "is missing", "Give it, or a preset.")
+            return float(value)
+
         return Material(
-            table.E_GPa * GPA,
-            table.nu,
-            table.density_kg_m3 * KG_M3,
-            table.yield_MPa,
+            needed("E_GPa") * GPA,
+            needed("nu"),
+            needed("density_kg_m3") * KG_M3,
+            needed("yield_MPa"),
             table.ultimate_MPa,
             table.endurance_MPa,
         )

@@ -58,16 +58,14 @@ def _bernstein() -> Floats:
     for column, powers in enumerate(lattice):
         multinomial = 6 / np.prod([factorial(int(p)) for p in powers])
         basis[:, column] = multinomial * np.prod(at**powers, axis=1)
-    return np.linalg.inv(basis)
+    return np.asarray(np.linalg.inv(basis))
 
 
 def _p2_gradients(barycentric: Floats) -> Floats:
     """Derivatives (n, 10, 3) of the ten-node shape functions with respect to the last three barycentrics."""
     slope = np.concatenate([-np.ones((1, 3)), np.eye(3)])
     corner = (4 * barycentric[:, :, None] - 1) * slope
-    edge = [
-        4 * (barycentric[:, a, None] * slope[b] + barycentric[:, b, None] * slope[a]) for a, b in EDGES
-    ]
+    edge = [4 * (barycentric[:, a, None] * slope[b] + barycentric[:, b, None] * slope[a]) for a, b in EDGES]
     return np.concatenate([corner, np.stack(edge, axis=1)], axis=1)
 
 

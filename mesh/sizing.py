@@ -64,7 +64,7 @@ def feature_size(feature: Feature) -> float:
 
 
 def refinements(features: Sequence[Feature], size: float, rod_length: float) -> tuple[Refinement, ...]:
-    """Refinements for these features; they follow `size` in proportion, so that halving it halves every element."""
+    """Refinements for these features, in proportion to `size`: halving it halves every element."""
     scale = size / default_size(rod_length)
     return tuple(
         Refinement(feature.faces, scale * feature_size(feature), _width(feature)) for feature in features
@@ -73,15 +73,11 @@ def refinements(features: Sequence[Feature], size: float, rod_length: float) -> 
 
 def _width(feature: Feature) -> float:
     """Distance between the edges of the feature's faces, mm."""
-    if feature.kind is FeatureKind.WEB or feature.kind is FeatureKind.BORE:
-        low, high = _bounds(feature.faces)
-        return sorted(b - a for a, b in zip(low, high, strict=True))[1 if feature.kind is FeatureKind.WEB else 0]
-    return feature.arc_length
-
-
-def _bounds(faces: Sequence[int]) -> tuple[list[float], list[float]]:
-    boxes = [gmsh.model.getBoundingBox(2, face) for face in faces]
-    return [min(box[i] for box in boxes) for i in range(3)], [max(box[i] for box in boxes) for i in range(3, 6)]
+    if feature.kind not in (FeatureKind.WEB, FeatureKind.BORE):
+        return feature.arc_length
+    boxes = [gmsh.model.getBoundingBox(2, face) for face in feature.faces]
+    extents = sorted(max(box[i + 3] for box in boxes) - min(box[i] for box in boxes) for i in range(3))
+    return float(extents[1] if feature.kind is FeatureKind.WEB else extents[0])  # the web is flat
 
 
 def apply(sizing: Sizing, refinements: Sequence[Refinement]) -> None:

@@ -28,4 +28,5 @@ def init(file: Path = Path("study.toml")) -> None:
         ) from None
     except FileNotFoundError:
         raise InvalidValue("FILE", str(file), "lies in a directory that does not exist") from None
-    Console(soft_wrap=True, highlight=False).print(f"Wrote {file}. Edit it, then: fea run {file}", markup=False)
+    console = Console(soft_wrap=True, highlight=False)
+    console.print(f"Wrote {file}. Edit it, then: fea run {file}", markup=False)

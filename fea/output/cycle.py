@@ -56,5 +56,10 @@ def write_cycle_csv(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(names)
-    writer.writerows([f"{value + 0.0:.7g}" for value in row] for row in zip(*values, strict=True))
+    writer.writerows([_shown(value) for value in row] for row in zip(*values, strict=True))
     write_text(path, text.getvalue())
+
+
+def _shown(value: float) -> str:
+    """Seven digits without a negative zero; what does not apply (NaN) is blank."""
+    return "" if np.isnan(value) else f"{value + 0.0:.7g}"

@@ -120,7 +120,7 @@ def _described(vtu: Path, summary: Mapping[str, Any], case: str) -> Picture:
     parts = [
         case,
         f"{speed:g} rpm" if speed else "",
-        f"crank angle {angle:.4g}°" if angle is not None else "",
+        f"crank angle {angle:.1f}°" if angle is not None else "",
     ]
     title = f"{summary['study']}: " + ", ".join(part for part in parts if part)
     safety = result.get("min_safety_factor")

@@ -2,18 +2,18 @@
 
 import math
 
-STEPS = (1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 10.0)
+STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 DEFORMED = 0.04  # the largest displacement is drawn as about so much of the rod's extent
 
 
 def round_up(value: float) -> float:
-    """Return the next 1, 2, 2.5, 3, 4 or 5 times a power of ten, not below a positive `value`."""
+    """Return the next round number, not below a positive `value`."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(step * power for step in STEPS if step * power >= value * (1 - 1e-9))
 
 
 def round_down(value: float) -> float:
-    """Return the last 1, 2, 2.5, 3, 4 or 5 times a power of ten, not above a positive `value`."""
+    """Return the last round number, not above a positive `value`."""
     power = 10.0 ** math.floor(math.log10(value))
     return max(step * power for step in STEPS if step * power <= value * (1 + 1e-9))
 

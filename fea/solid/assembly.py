@@ -47,11 +47,12 @@ class SymmetricMatrix:
         return float((magnitude @ np.ones(self.size)).max())
 
     def constrained(self, fixed: npt.NDArray[np.bool_]) -> "SymmetricMatrix":
-        """Replace the rows and columns of `fixed` degrees of freedom by their diagonal; the sparsity stays."""
+        """Replace rows and columns of `fixed` degrees of freedom by their diagonal; the sparsity stays."""
         rows = np.repeat(np.arange(self.size), np.diff(self.upper.indptr))
-        keep = ~(fixed[rows] | fixed[self.upper.indices]) | (rows == self.upper.indices)
-        data = np.where(keep, self.upper.data, 0.0)
-        return SymmetricMatrix(sparse.csr_array((data, self.upper.indices, self.upper.indptr), self.upper.shape))
+        upper = self.upper
+        keep = ~(fixed[rows] | fixed[upper.indices]) | (rows == upper.indices)
+        data = np.where(keep, upper.data, 0.0)
+        return SymmetricMatrix(sparse.csr_array((data, upper.indices, upper.indptr), upper.shape))
 
 
 @dataclass(frozen=True)

@@ -125,9 +125,7 @@ def bore_load(
         )
     mirrored, nodal_mirrored = exact(-bore.angle), exact(-bore.node_angle)
     return BoreLoad(
-        Split(
-            _forces(bore, n_nodes, (there + mirrored) / 2), _forces(bore, n_nodes, (there - mirrored) / 2)
-        ),
+        Split(_forces(bore, n_nodes, (there + mirrored) / 2), _forces(bore, n_nodes, (there - mirrored) / 2)),
         Split(
             _traction(bore, n_nodes, (nodal + nodal_mirrored) / 2),
             _traction(bore, n_nodes, (nodal - nodal_mirrored) / 2),
@@ -137,7 +135,7 @@ def bore_load(
 
 
 def _resultants(bore: BoreFacets, direction: float, pressure: Callable[[Floats], Floats]) -> Floats:
-    """Resultant along and across the force of p (first column) and of p sin ψ, over every image of the cell."""
+    """Resultants along and across the force of p and of p sin ψ (columns), over every image of the cell."""
     weight = bore.areas * (2 if bore.cut_z else 1)
     system = np.zeros((2, 2))
     for side in (1, -1) if bore.cut_y else (1,):

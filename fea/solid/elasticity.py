@@ -7,13 +7,14 @@ from fea.material import Material
 from fea.solid.integration import GaussBlock
 
 Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 
 # Components of a symmetric tensor in VTK's order.
 COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 COMPONENT_NAMES = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
 
 
-def node_pair_blocks(gauss: GaussBlock, material: Material, pairs: tuple[Floats, Floats]) -> Floats:
+def node_pair_blocks(gauss: GaussBlock, material: Material, pairs: tuple[Ints, Ints]) -> Floats:
     """3×3 stiffness blocks of the node pairs (a, b) of each element.
 
     K_ab = ∫ λ ∇N_a ⊗ ∇N_b + μ ∇N_b ⊗ ∇N_a + μ (∇N_a · ∇N_b) I dV; every product ∇N_a ⊗ ∇N_b of an
@@ -47,7 +48,7 @@ def node_pair_blocks(gauss: GaussBlock, material: Material, pairs: tuple[Floats,
 
 
 def stress_from_gradient(gradient: Floats, material: Material) -> Floats:
-    """Stress (…, 6) in the order of `COMPONENTS` from displacement gradients ∂u_i/∂x_j (…, 3, 3): λ tr ε I + 2 μ ε."""
+    """Stress λ tr ε I + 2 μ ε, (…, 6) in the order of `COMPONENTS`, of gradients ∂u_i/∂x_j (…, 3, 3)."""
     lam, mu = material.lame_lambda, material.shear_modulus
     pressure = lam * (gradient[..., 0, 0] + gradient[..., 1, 1] + gradient[..., 2, 2])
     stress = np.stack([mu * (gradient[..., i, j] + gradient[..., j, i]) for i, j in COMPONENTS], axis=-1)

@@ -46,9 +46,7 @@ def shape_functions(n_nodes: int, points: Floats) -> tuple[Floats, Floats]:
     element = _ELEMENTS[n_nodes]()
     tables = [element.lbasis(points, node) for node in range(n_nodes)]
     values = np.stack([np.broadcast_to(value, points.shape[1]) for value, _ in tables], axis=1)
-    gradients = np.stack(
-        [np.broadcast_to(np.asarray(slope), points.shape).T for _, slope in tables], axis=1
-    )
+    gradients = np.stack([np.broadcast_to(np.asarray(slope), points.shape).T for _, slope in tables], axis=1)
     return values.astype(float), gradients.astype(float)
 
 

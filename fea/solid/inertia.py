@@ -67,7 +67,8 @@ def inertia(mesh: TetMesh, density: float) -> Inertia:
     values = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values
 
     def nodal(field: Floats) -> Floats:
-        return np.bincount(mesh.tets.ravel(), (field @ values).ravel(), minlength=len(mesh.points))
+        sums = np.bincount(mesh.tets.ravel(), (field @ values).ravel(), minlength=len(mesh.points))
+        return np.asarray(sums, dtype=float)
 
     cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
     return Inertia(
@@ -91,4 +92,6 @@ def _properties(places: Floats, mass: Floats, *, cut_y: bool, cut_z: bool) -> Ma
     center = first / total
     central = second - total * np.outer(center, center)
     tensor = np.trace(central) * np.eye(3) - central
-    return MassProperties(float(total), tuple(center.tolist()), tuple(map(tuple, tensor.tolist())))
+    x, y, z = (float(value) for value in center)
+    xx, xy, xz, yy, yz, zz = (float(value) for value in tensor[np.triu_indices(3)])
+    return MassProperties(float(total), (x, y, z), ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))

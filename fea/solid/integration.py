@@ -60,7 +60,7 @@ def inverse_and_determinant(jacobian: Floats) -> tuple[Floats, Floats]:
 
 
 def jacobians(corners: Floats, gradients: Floats) -> Floats:
-    """Jacobian ∂x_i/∂ξ_j of elements with nodes `corners` (n, n_nodes, 3) at tabulated points: (n, n_points, 3, 3)."""
+    """Jacobians ∂x_i/∂ξ_j (n, n_points, 3, dim) of elements with nodes `corners` (n, n_nodes, 3)."""
     n_points, n_nodes, dim = gradients.shape
     flat = gradients.transpose(1, 0, 2).reshape(n_nodes, n_points * dim)
     product = corners.transpose(0, 2, 1) @ flat
@@ -81,7 +81,7 @@ def gauss_blocks(mesh: TetMesh, degree: int) -> Iterator[tuple[slice, GaussBlock
 
 
 def volume_points(mesh: TetMesh) -> tuple[Floats, Floats]:
-    """Places (n_elements, n_points, 3) and volumes (n_elements, n_points) of the rule for mass and body forces."""
+    """Places (n_elements, n_points, 3) and volumes (n_elements, n_points) for mass and body forces."""
     table = tabulate(mesh.tets.shape[1], VOLUME_DEGREE)
     corners = mesh.points[mesh.tets]
     volumes = np.concatenate([block.volumes for _, block in gauss_blocks(mesh, VOLUME_DEGREE)])

@@ -95,7 +95,6 @@ class Model:
         self._factors: dict[Parity, Factor] = {}
         with self._clock("assembly"):
             self._K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
-            self._norm = self._K.norm()
 
     @property
     def solved_dofs(self) -> int:
@@ -137,7 +136,7 @@ class Model:
                 u = factor.solve(np.where(fixed[:, None], 0.0, f))
                 u[fixed] = 0.0
                 held = self._held.ravel() & ~plane_conditions(self.mesh, parity).ravel()
-                residuals[parity] = _residuals(self._K, self._norm, u, f, fixed, held)
+                residuals[parity] = _residuals(self._K, u, f, fixed, held)
             displacement[parity] = u.reshape(len(self.mesh.points), 3, -1)
         return Solution(displacement, residuals)
 
@@ -157,14 +156,9 @@ def _right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:
 
 
 def _residuals(
-    K: SymmetricMatrix,
-    norm: float,
-    u: Floats,
-    f: Floats,
-    fixed: npt.NDArray[np.bool_],
-    held: npt.NDArray[np.bool_],
+    K: SymmetricMatrix, u: Floats, f: Floats, fixed: npt.NDArray[np.bool_], held: npt.NDArray[np.bool_]
 ) -> Residuals:
-    product = K @ u
+    norm, product = K.norm(), K @ u
     residual = np.where(fixed[:, None], 0.0, product - f)
     scale = norm * np.abs(u).max(axis=0) + np.abs(f).max(axis=0)
     work = (u * f).sum(axis=0)

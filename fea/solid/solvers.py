@@ -38,7 +38,7 @@ class PardisoFactor:
     name = "pardiso"
 
     def __init__(self, matrix: SymmetricMatrix) -> None:
-        from pypardiso.pardiso_wrapper import PyPardisoError
+        from pypardiso.pardiso_wrapper import PyPardisoError  # noqa: PLC0415 - MKL is heavy and optional
 
         self._matrix = matrix.upper
         self._solver = _pardiso_solver()
@@ -86,7 +86,9 @@ class SuperLUFactor:
         full = (upper + upper.T).tocsc()
         full.setdiag(matrix.diagonal())
         try:
-            self._lu = splu(full, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0)
+            self._lu = splu(
+                full, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0
+            )
         except RuntimeError as error:
             message = "the stiffness matrix is singular"
             raise SingularMatrixError(message) from error
@@ -128,7 +130,7 @@ def has_pardiso() -> bool:
 
 def _pardiso_solver() -> Any:
     _point_at_mkl()
-    from pypardiso.pardiso_wrapper import PyPardisoSolver
+    from pypardiso.pardiso_wrapper import PyPardisoSolver  # noqa: PLC0415 - MKL is heavy and optional
 
     solver = PyPardisoSolver(mtype=2)  # real, symmetric positive definite: upper triangle only
     solver.set_iparm(1, 1)  # the values below, not the defaults

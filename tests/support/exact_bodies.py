@@ -6,6 +6,7 @@ irregular curved tetrahedra that grow with the distance from the axis or centre.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import gmsh
 import numpy as np
@@ -15,6 +16,7 @@ from fea.solid.assembly import pattern, stiffness
 from fea.solid.elasticity import stress_from_gradient
 from fea.solid.element import tabulate
 from fea.solid.integration import jacobians
+from fea.solid.recovery import Recovery
 from fea.solid.solvers import factorise
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -268,3 +270,53 @@ def solve(problem: Problem, mesh: TetMesh) -> np.ndarray:
     right = np.where(free, f.ravel() - K @ u.ravel(), u.ravel() * K.diagonal())
     factor = factorise(K.constrained(~free))
     return factor.solve(right[:, None]).reshape(n, 3, 1)
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A solved body and its recovered stress."""
+
+    problem: Problem
+    mesh: TetMesh
+    displacement: np.ndarray
+    stress: np.ndarray
+
+    @property
+    def length(self) -> float:
+        """Mean element length up to a factor: dofs^(−1/3)."""
+        return self.mesh.points.size ** (-1 / 3)
+
+    @property
+    def error(self) -> np.ndarray:
+        """Recovered minus exact stress (n_points, 6)."""
+        return self.stress - self.problem.stress(self.mesh.points)
+
+    def inner(self) -> np.ndarray:
+        """Nodes on the surface r = 1, away from an end that is only held flat."""
+        nodes = np.unique(self.mesh.facets[INNER])
+        return nodes[self.mesh.points[nodes, 2] < 0.6 * HEIGHT] if self.problem.flat_end else nodes
+
+    def rms(self) -> float:
+        """Root-mean-square error over the inner surface, MPa."""
+        return float(np.sqrt((self.error[self.inner()] ** 2).sum(axis=1).mean()))
+
+
+@cache
+def solved(name: str, size: float, *, order: int = 2, by_mean: bool = False) -> Solved:
+    """Solve a body and recover its stress as `fea` does, or (`by_mean`) without regard to tractions."""
+    problem = PROBLEMS[name]
+    mesh, u = _displacement(name, size, order)
+    recovery = Recovery(mesh, PLANES, () if by_mean else problem.known)
+    traction = None if by_mean else problem.traction(mesh)
+    return Solved(problem, mesh, u, recovery.nodal_stress(u, MATERIAL, traction=traction)[:, :, 0])
+
+
+@cache
+def _displacement(name: str, size: float, order: int) -> tuple[TetMesh, np.ndarray]:
+    mesh = tetrahedralise(PROBLEMS[name], size, order=order)
+    return mesh, solve(PROBLEMS[name], mesh)
+
+
+def rate(values: list[float], lengths: list[float]) -> float:
+    """Exponent of the power law through errors against element length."""
+    return float(np.polyfit(np.log(lengths), np.log(values), 1)[0])

@@ -29,7 +29,8 @@ def _meshed(size: float, order: int) -> TetMesh:
     rings = [occ.addCylinder(0, 0, 0, 0, 0, WIDTH / 2, 14), occ.addCylinder(LENGTH, 0, 0, 0, 0, WIDTH / 2, 9)]
     bar = occ.addBox(0, -5, 0, LENGTH, 10, WIDTH / 2)
     solid, _ = occ.fuse([(3, bar)], [(3, ring) for ring in rings])
-    bores = [occ.addCylinder(0, 0, 0, 0, 0, WIDTH, BIG_BORE), occ.addCylinder(LENGTH, 0, 0, 0, 0, WIDTH, SMALL_BORE)]
+    places = ((0, BIG_BORE), (LENGTH, SMALL_BORE))
+    bores = [occ.addCylinder(x, 0, 0, 0, 0, WIDTH, radius) for x, radius in places]
     solid, _ = occ.cut(solid, [(3, bore) for bore in bores])
     occ.intersect(solid, [(3, occ.addBox(-100, 0, 0, 300, 100, 100))])
     occ.synchronize()
@@ -49,6 +50,6 @@ def _name(face: int) -> Surface:
     if gmsh.model.getType(2, face) == "Cylinder":
         if x1 < BIG_BORE + 0.1:
             return Surface.BIG_END_BORE
-        if LENGTH - SMALL_BORE - 0.1 < x0 and x1 < LENGTH + SMALL_BORE + 0.1:
+        if x0 > LENGTH - SMALL_BORE - 0.1 and x1 < LENGTH + SMALL_BORE + 0.1:
             return Surface.SMALL_END_BORE
     return Surface.FREE
