@@ -88,7 +88,7 @@ def test_every_case_of_a_run_is_drawn_in_the_words_of_its_summary(tmp_path, monk
     assert tension == Picture(
         tmp_path / "tension.vtu",
         tmp_path / "tension.png",
-        "leon-2001: tension, 6000 rpm, crank angle 5°",
+        "leon-2001: tension, 6000 rpm, crank angle 5.0°",
         312.0,
         (1.0, 2.0, 3.0),
         ("smallest safety factor against yield 1.99",),
@@ -102,7 +102,7 @@ def test_every_case_of_a_run_is_drawn_in_the_words_of_its_summary(tmp_path, monk
 def test_a_file_beside_its_summary_is_titled_by_it(tmp_path):
     (tmp_path / "summary.json").write_text(json_text(SUMMARY))
     png = tmp_path / "elsewhere.png"
-    assert described(tmp_path / "tension.vtu", png).title == "leon-2001: tension, 6000 rpm, crank angle 5°"
+    assert described(tmp_path / "tension.vtu", png).title == "leon-2001: tension, 6000 rpm, crank angle 5.0°"
     assert described(tmp_path / "tension.vtu", png).png == png
     assert described(tmp_path / "other.vtu", png) == Picture(tmp_path / "other.vtu", png, "other")
 
