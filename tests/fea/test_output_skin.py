@@ -137,7 +137,7 @@ def test_a_legend_of_nothing_is_still_one(maximum):
 def test_round_numbers_and_exaggeration():
     assert [round_up(value) for value in (0.11, 1.0, 2.1, 2.6, 9.0)] == pytest.approx([0.15, 1, 2.5, 3, 10])
     assert [round_down(value) for value in (0.19, 1.0, 2.4, 2.6, 9.9)] == pytest.approx([0.15, 1, 2, 2.5, 8])
-    assert exaggeration(200.0, 0.1) == 50
+    assert exaggeration(200.0, 0.1) == 80
     assert exaggeration(200.0, 100.0) == 1
     assert exaggeration(200.0, 0.0) == 1
     assert exaggeration(200.0, np.nan) == 1
