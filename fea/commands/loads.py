@@ -1,0 +1,74 @@
+"""`fea loads`."""
+
+import sys
+from pathlib import Path
+from typing import Literal
+
+from fea.study import DEFAULT_STUDY
+
+
+def loads(
+    study: str = DEFAULT_STUDY,
+    *,
+    rpm: str | None = None,
+    cylinders: Literal["one", "all"] = "one",
+    csv: Path | None = None,
+    plot: Path | None = None,
+    json: bool = False,
+    quiet: bool = False,
+) -> None:
+    """Forces over the crank cycle, without a mesh.
+
+    Parameters
+    ----------
+    study
+        A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.
+    rpm
+        Speed or speeds: 6000, 800,3000,6000 or 800:9000:200.
+    cylinders
+        The first cylinder, or all with their phase offsets and the engine's sums.
+    csv
+        Write the cycle, a row a degree.
+    plot
+        Draw the cycle (.png, .pdf, .svg).
+    json
+        Print extremes and means as JSON and nothing else.
+    quiet
+        Print nothing.
+    """
+    from fea.cycle_report import cycle_reports
+    from fea.flags import Flags
+    from fea.rod_mass import rod_mass
+    from fea.study import load_study
+    from geometry.invalid import InvalidValue
+
+    asked = Flags(rpm=rpm).applied(load_study(study))
+    if asked.engine is None:
+        remedy = "Given forces are for fea run."
+        raise InvalidValue("STUDY", study, "has no [engine], so there is no crank cycle", remedy)
+    engine = asked.engine.engine(asked.rod.length)
+    gas = asked.engine.gas_model(engine)
+    rod = rod_mass(asked)
+    reports = cycle_reports(engine, rod, gas, asked.speed.speeds(), every_cylinder=cylinders == "all")
+    if csv is not None:
+        from fea.cycle_report import stacked
+        from fea.output.cycle import write_cycle_csv
+
+        write_cycle_csv(csv, stacked(reports))
+    if plot is not None:
+        from fea.output.cycle_plots import plot_cycles
+
+        plot_cycles(
+            plot, reports, f"{asked.name}: {engine.cylinders if cylinders == 'all' else 1} cylinder(s)"
+        )
+    if json:
+        from fea.output.summary import json_text
+
+        figures = [{"study": asked.name} | report.as_dict() for report in reports]
+        sys.stdout.write(json_text(figures[0] if len(figures) == 1 else figures))
+    elif not quiet:
+        from fea.output.cycle_extremes import print_cycles
+
+        print_cycles(reports, asked.name)
+        for path in filter(None, (csv, plot)):
+            sys.stdout.write(f"Wrote {path}\n")

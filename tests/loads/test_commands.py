@@ -1,0 +1,111 @@
+"""`fea loads` and `fea reproduce` as a user calls them."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from fea.cli import call
+
+
+@pytest.fixture
+def piston_study(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(
+        "[rod]\nlength_mm = 120\nmass_kg = 0.384\ncenter_of_gravity_mm = 31.77\ninertia_kg_m2 = 9.4e-4\n"
+        '[engine]\nstroke_mm = 77\nbore_mm = 73.6\npiston_mass_kg = 0.208\ncylinders = 3\ngas = "motored"\n'
+        "compression_ratio = 9\n[speed]\nrpm = 3000\n",
+        encoding="utf-8",
+    )
+    return str(path)
+
+
+def test_loads_json_of_one_and_of_several_speeds(piston_study, capsys):
+    assert call(["loads", piston_study, "--json"]) == 0
+    one = json.loads(capsys.readouterr().out)
+    assert one["rpm"] == 3000
+    assert one["extremes"]["gas_N"]["max_crank_deg"] == 360
+    assert call(["loads", piston_study, "--rpm", "1000,2000", "--json"]) == 0
+    assert [item["rpm"] for item in json.loads(capsys.readouterr().out)] == [1000, 2000]
+
+
+def test_loads_csv_has_the_promised_columns_and_cylinders(piston_study, tmp_path, capsys):
+    file = tmp_path / "cycle.csv"
+    assert call(["loads", piston_study, "--cylinders", "all", "--csv", str(file)]) == 0
+    assert "whole engine" in capsys.readouterr().out
+    with file.open(encoding="utf-8") as handle:
+        rows = list(csv.DictReader(handle))
+    assert len(rows) == 4 * 721
+    assert list(rows[0])[:4] == ["cylinder", "rpm", "crank_deg", "gas_N"]
+    assert rows[0]["gas_N"] == ""  # the whole engine has no one gas force
+    torque = np.array([float(row["torque_Nm"]) for row in rows]).reshape(4, 721)
+    np.testing.assert_allclose(torque[0], torque[1:].sum(axis=0), atol=1e-4)
+
+
+def test_loads_plot(piston_study, tmp_path, capsys):
+    file = tmp_path / "torque.png"
+    assert call(["loads", piston_study, "--rpm", "1000,3000", "--plot", str(file)]) == 0
+    assert file.read_bytes()[:4] == b"\x89PNG"
+    assert str(file) in capsys.readouterr().out.replace("\n", "")
+
+
+def test_loads_plot_where_it_cannot_be_written(piston_study, tmp_path, capsys):
+    assert call(["loads", piston_study, "--plot", str(tmp_path / "none" / "x.png")]) == 7
+    assert "could not be written" in capsys.readouterr().err
+    assert call(["loads", piston_study, "--plot", str(tmp_path / "x.docx")]) == 7
+
+
+def test_loads_needs_an_engine(capsys):
+    assert call(["loads", "leon-2001-as-published"]) == 2
+    assert "no [engine]" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("study", ["columba-2022", "molina-2024"])
+def test_shipped_studies_of_dynamics(study, capsys):
+    assert call(["loads", study, "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)) == 3
+
+
+def test_reproduce_json_and_report(tmp_path, capsys):
+    report = tmp_path / "reproduction.md"
+    assert call(["reproduce", "molina-2024", "--json", "--report", str(report)]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    promised = {
+        "source",
+        "table",
+        "quantity",
+        "at",
+        "unit",
+        "published",
+        "as_published",
+        "corrected",
+        "cause",
+    }
+    assert promised <= set(rows[0])
+    text = report.read_text(encoding="utf-8")
+    assert "0 are unexplained" in text
+    assert "reproduction-molina-2024.png" in text
+    assert str(tmp_path) not in text
+    assert (tmp_path / "reproduction-molina-2024.png").stat().st_size < 300_000
+
+
+def test_reproduce_prints_counts_and_misprints(capsys):
+    assert call(["reproduce"]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "2316 printed figures compared" in out
+    assert "0 are unexplained" in out
+    assert "62.61 taken for the 62.81" in out
+
+
+def test_reproduce_leaves_with_5_when_a_figure_is_unexplained(monkeypatch, capsys):
+    from fea.verify.reproduce import leon_motion
+
+    monkeypatch.setattr(leon_motion, "_LAMBDA_SLIP", 0.15)
+    assert call(["reproduce", "leon-2001"]) == 5
+    assert "UNEXPLAINED" in capsys.readouterr().out
+
+
+def test_reproduce_refuses_an_unknown_study(capsys):
+    assert call(["reproduce", "nobody-1999"]) == 2
+    assert "leon-2001" in capsys.readouterr().err

@@ -1,0 +1,46 @@
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from engines import DEG, LEON, LEON_ROD, RPM, rod_of
+
+from fea.traces import shipped_trace
+from loads.cylinders import whole_engine
+from loads.dynamics import cycle
+from loads.engine import Engine
+from loads.gas import Boyle, NoGas
+
+ANGLES = np.arange(0, 720, 1.0) * DEG
+
+
+def test_one_cylinder_is_its_cycle():
+    single = dataclasses.replace(LEON, cylinders=1)
+    gas = shipped_trace("leon-2001")
+    whole = whole_engine(single, LEON_ROD, gas, 6000 * RPM, ANGLES)
+    np.testing.assert_array_equal(whole.torque, cycle(single, LEON_ROD, gas, 6000 * RPM, ANGLES).torque)
+
+
+def test_four_cylinders_at_180_degrees_shake_in_the_second_order_only():
+    """First orders cancel in pairs, second ones add: 4 m r ω² λ cos 2θ and smaller even orders."""
+    whole = whole_engine(LEON, LEON_ROD, NoGas(), 6000 * RPM, ANGLES)
+    orders = np.abs(np.fft.rfft(whole.shaking_x)) / ANGLES.size * 2
+    cycles = np.arange(orders.size)  # per 720°: order k of the crank is 2k
+    odd = orders[(cycles % 4 != 0)]
+    assert odd.max() < 1e-9 * orders[4]
+
+
+def test_three_cylinders_at_240_degrees_balance_first_and_second_order():
+    engine = Engine(38.5, 120, 73.6, 0.208e-3, cylinders=3, phase=math.radians(240))
+    rod = rod_of(0.384, (31.77, 0.0), 9.3974e-4)
+    whole = whole_engine(engine, rod, NoGas(), 3200 * RPM, ANGLES)
+    orders = np.abs(np.fft.rfft(whole.shaking_x)) / ANGLES.size * 2
+    assert max(orders[2], orders[4]) < 1e-9 * np.abs(whole.cylinders[0].shaking_x).max()
+
+
+def test_mean_torque_of_the_engine_is_that_of_a_cylinder_times_their_number():
+    engine = Engine(38.5, 120, 73.6, 0.208e-3, friction=0.1, cylinders=3, phase=math.radians(240))
+    rod = rod_of(0.384, (31.77, 0.0), 9.3974e-4)
+    whole = whole_engine(engine, rod, Boyle(engine, 5.2), 3200 * RPM, ANGLES)
+    assert whole.torque.mean() == pytest.approx(3 * whole.cylinders[0].torque.mean(), rel=1e-9)
+    assert whole.torque.mean() < 0  # friction alone is left: Boyle's gas gives back what it takes

@@ -1,0 +1,142 @@
+"""The three published studies: every printed figure, to one unit of its last digit."""
+
+import numpy as np
+import pytest
+
+from fea.verify.reproduce import columba, leon_column, leon_engine, molina
+from fea.verify.reproduce.misprint import wrong_digit
+from fea.verify.reproduce.printed import Cell, column
+from fea.verify.reproduce.row import Row, Slip, Status
+from fea.verify.reproduce.sources import SOURCES, reproduce
+from fea.verify.reproduce.summary import misprinted, summarise
+from geometry.invalid import InvalidValue
+
+ALL = reproduce("all")
+
+
+@pytest.mark.parametrize("table", ALL, ids=lambda table: f"{table.source}-{table.name}")
+def test_no_printed_figure_is_unexplained(table):
+    assert [row for row in table.rows if row.status is Status.UNEXPLAINED] == []
+
+
+def test_every_printed_cell_is_compared():
+    # Cells of the published tables: 36+111+36+3·37 (1–6), 444 (7), 3·74 (8–10), 111+3 (11), 148 (12),
+    # 3·292 (13–15), 15 (17), 6 (column); 50+8+30+40+30+20; 5+8+4+2.
+    by_study = {source: summarise(t for t in ALL if t.source == source).compared for source in SOURCES}
+    assert by_study == {"leon-2001": 2119, "columba-2022": 178, "molina-2024": 19}
+
+
+def test_agreement_is_the_rule():
+    counts = summarise(ALL)
+    assert (counts.agrees, counts.explained, counts.named) == (2243, 71, 2)
+
+
+def test_whatever_differs_from_sound_mechanics_has_a_cause():
+    assert [row for table in ALL for row in table.rows if row.is_wrong and not row.cause] == []
+
+
+def test_whatever_is_right_needs_no_cause():
+    right = [row for table in ALL for row in table.rows if row.status is Status.AGREES and not row.is_wrong]
+    assert right
+    assert all(row.cause == "" for row in right)
+
+
+@pytest.mark.parametrize(
+    ("source", "table", "quantity", "at"),
+    [
+        ("leon-2001", "1", "piston position", "180°"),
+        ("leon-2001", "4", "piston acceleration", "6000 rpm, 150°"),
+        ("leon-2001", "9", "inertia force", "3000 rpm, 130°"),
+        ("leon-2001", "12", "rod angle", "110°"),
+        ("leon-2001", "12", "rod angular force", "800 rpm, 270°"),
+        ("leon-2001", "13", "resultant", "6000 rpm, 320°"),
+        ("leon-2001", "13", "rod angle", "6000 rpm, 10°"),
+        ("leon-2001", "14", "rod force", "3000 rpm, 170°"),
+        ("leon-2001", "14", "rod force", "3000 rpm, 180°"),
+        ("leon-2001", "17", "crank angle of the largest force", "3000 rpm"),
+        ("columba-2022", "torque", "driving torque", "3200 rpm, 160°"),
+        ("molina-2024", "acceleration", "acceleration", "780 rpm, 180°"),
+    ],
+)
+def test_known_misprints_are_found(source, table, quantity, at):
+    found = {(row.source, row.table, row.quantity, row.at) for row in misprinted(ALL)}
+    assert (source, table, quantity, at) in found
+
+
+# Figures of the mechanism that the studies miss, worked out by hand from closed forms.
+
+
+def test_leon_position_at_90_degrees():
+    """x(90°) = r + l − √(l² − r²) = 5.506 cm (León's table 1 prints 4.84)."""
+    row = _row("leon-2001", "1", "piston position", "90°")
+    assert row.corrected == pytest.approx(4.7 + 14.1 - np.sqrt(14.1**2 - 4.7**2), rel=1e-13)
+
+
+def test_leon_acceleration_at_tdc():
+    """a = ω² r (1 + λ), exact at TDC: 24 740 m/s² at 6000 rpm (table 4 prints 36 660)."""
+    row = _row("leon-2001", "4", "piston acceleration", "6000 rpm, 0°")
+    assert row.corrected == pytest.approx((200 * np.pi) ** 2 * 0.047 * 4 / 3, rel=1e-13)
+
+
+def test_leon_column_by_johnson():
+    """A S_y (1 − S_y (KL/r)²/(4π² E)): 18.8 kN; with the yield of the stress model 49.3 kN."""
+    assert leon_column.johnson(leon_column.SLENDERNESS) == pytest.approx(18.8e3, abs=50)
+    assert leon_column.johnson(leon_column.SLENDERNESS, 620.4) == pytest.approx(49.3e3, abs=50)
+
+
+def test_leon_inertia_is_that_of_the_two_masses():
+    """I = m·a·b with a = 64 mm, b = 77 mm: nothing is left for a correction couple."""
+    assert pytest.approx(leon_engine.INERTIA, rel=2e-4) == 0.785 * 0.064 * 0.077
+
+
+def test_columba_gas_opposes_inertia_at_tdc():
+    """m₄ |a| − F_gas = 1188 − 1326 N, where the worksheet adds them."""
+    at = np.array([0.0])
+    assert columba.as_published(3200, at).F43x[0] == pytest.approx(1326.02 + 1187.76, abs=0.01)
+    assert columba.corrected(3200, at)["F43x"][0] == pytest.approx(1187.76 - 1326.02, abs=0.01)
+
+
+def test_molina_velocity_peaks_before_90_degrees():
+    fine = np.linspace(0, 180, 18_001)
+    speed = -molina.motion(780, fine).piston_velocity
+    assert fine[speed.argmax()] == pytest.approx(74.8, abs=0.05)
+
+
+def test_molina_regression_explains_nothing():
+    degrees = np.arange(0.0, 721.0, 10.0)
+    assert molina.fit(degrees, molina.travel(degrees))[1] == pytest.approx(0.0049, abs=5e-5)
+
+
+# The judging itself.
+
+
+def test_one_unit_of_the_last_digit_decides():
+    row = Row("s", "t", "q", "", "", 4.84, 0.01, 4.8499, 4.84)
+    assert row.status is Status.AGREES
+    assert Row("s", "t", "q", "", "", 4.84, 0.01, 4.8501, 4.84).status is Status.UNEXPLAINED
+
+
+def test_a_slip_must_reproduce_the_printed_figure():
+    slip = Slip("wrong guess", 4.9)
+    assert Row("s", "t", "q", "", "", 4.84, 0.01, 5.0, 4.84, slip=slip).status is Status.UNEXPLAINED
+    assert Row("s", "t", "q", "", "", 4.90, 0.01, 5.0, 4.84, slip=slip).status is Status.EXPLAINED
+
+
+def test_two_wrong_digits_are_no_misprint():
+    assert wrong_digit("18.15", 18.254).value == 18.15
+    assert wrong_digit("18.37", 18.254).value != 18.37
+
+
+def test_a_bare_zero_has_the_finest_digit_of_its_column():
+    first = column("columba2022_torque", "T12_800rpm_Nm")[0]
+    assert first == Cell("0", "0", 1e-8)
+
+
+def test_an_unknown_source_is_refused():
+    with pytest.raises(InvalidValue, match="leon-2001, columba-2022, molina-2024, all"):
+        reproduce("leon")
+
+
+def _row(source, table, quantity, at):
+    rows = next(t for t in ALL if (t.source, t.name) == (source, table)).rows
+    return next(row for row in rows if (row.quantity, row.at) == (quantity, at))
