@@ -36,20 +36,12 @@ def loads(
     quiet
         Print nothing.
     """
-    from fea.cycle_report import cycle_reports
+    from fea.cycle_job import study_cycles
     from fea.flags import Flags
-    from fea.rod_mass import rod_mass
     from fea.study import load_study
-    from geometry.invalid import InvalidValue
 
     asked = Flags(rpm=rpm).applied(load_study(study))
-    if asked.engine is None:
-        remedy = "Given forces are for fea run."
-        raise InvalidValue("STUDY", study, "has no [engine], so there is no crank cycle", remedy)
-    engine = asked.engine.engine(asked.rod.length)
-    gas = asked.engine.gas_model(engine)
-    rod = rod_mass(asked)
-    reports = cycle_reports(engine, rod, gas, asked.speed.speeds(), every_cylinder=cylinders == "all")
+    reports = study_cycles(asked, every_cylinder=cylinders == "all")
     if csv is not None:
         from fea.cycle_report import stacked
         from fea.output.cycle import write_cycle_csv
@@ -58,9 +50,7 @@ def loads(
     if plot is not None:
         from fea.output.cycle_plots import plot_cycles
 
-        plot_cycles(
-            plot, reports, f"{asked.name}: {engine.cylinders if cylinders == 'all' else 1} cylinder(s)"
-        )
+        plot_cycles(plot, reports, asked.name)
     if json:
         from fea.output.summary import json_text
 

@@ -24,7 +24,7 @@ _DEAD_CENTRES = ((0, "TDC"), (180, "BDC"), (360, "TDC\nfiring"), (540, "BDC"), (
 _MOST_LINES = 12  # more speeds than this are a colour scale, not a legend
 
 
-def plot_cycles(path: Path, reports: Sequence[CycleReport], title: str) -> None:
+def plot_cycles(path: Path, reports: Sequence[CycleReport], study: str) -> None:
     """Draw forces and torque of every speed over the crank angle.
 
     Where all cylinders were computed, torque and shaking force are those of the whole engine, the first
@@ -48,7 +48,8 @@ def plot_cycles(path: Path, reports: Sequence[CycleReport], title: str) -> None:
         panel.set_xlabel("crank angle, °")
     if len(reports) <= _MOST_LINES:
         axes[0].legend(frameon=False, fontsize=8)
-    figure.suptitle(title)
+    parts = "one cylinder" if reports[0].engine is None else "whole engine solid, first cylinder dashed"
+    figure.suptitle(f"{study}: {parts}")
     try:
         figure.savefig(path, dpi=120)
     except (OSError, ValueError) as error:  # ValueError: a suffix matplotlib cannot write
