@@ -32,8 +32,9 @@ Mask = npt.NDArray[np.bool_]
 # Facets meet smoothly below this angle. Where curved facets of 60° touch tangentially their quadratic
 # shapes differ by 4°.
 SMOOTH_DEGREES = 20.0
-# At an edge the traction of either side counts this much more than the strain along it, which is
-# fitted there from one side.
+# At an edge the traction of either side counts this much more than the strain, which is fitted there
+# from one side. Much more would force the stress across a blunt edge to the zero that only its very
+# tip knows.
 TRACTION_WEIGHT = 3.0
 # Least ratio of the eigenvalues of a fit's normal matrix.
 RANK_TOLERANCE = 1e-9

@@ -22,7 +22,7 @@ from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
 MATERIAL = Material(youngs_modulus=2.1e5, poissons_ratio=0.3, density=7.85e-9, yield_strength=400.0)
-HEIGHT = 0.5  # of the cylinders
+HEIGHT = 1.0  # of the cylinders
 # What the surfaces r = 1, z = HEIGHT and the outer one are called, for want of other names.
 INNER, END, OUTER = Surface.BIG_END_BORE, Surface.SMALL_END_BORE, Surface.FREE
 PLANES = (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z)
