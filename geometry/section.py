@@ -146,3 +146,25 @@ def _nodes(seams: Floats) -> tuple[Floats, Floats]:
     """Return nodes and weights (…, n − 1, nodes) of a quadrature between seams (…, n)."""
     low, span = seams[..., :-1, None], np.diff(seams)[..., None]
     return low + span * _SHARES, span * _SHARE_WEIGHTS
+
+
+def sections(rod: Rod, count: int = 201) -> tuple[Section, ...]:
+    """Return cross-sections evenly spaced over the shank, from ring to ring.
+
+    Parameters
+    ----------
+    count
+        How many, at least two.
+    """
+    field = HeightField(rod)
+    stations = np.linspace(rod.big_end_radius, rod.length - rod.small_end_radius, count)
+    return tuple(field.section(float(x)) for x in stations)
+
+
+def least_section(rod: Rod) -> Section:
+    """Return the section of least area between the rings."""
+    coarse = sections(rod)
+    place = min(range(len(coarse)), key=lambda i: coarse[i].area)
+    low, high = (coarse[i].x for i in (max(place - 1, 0), min(place + 1, len(coarse) - 1)))
+    field = HeightField(rod)
+    return min((field.section(float(x)) for x in np.linspace(low, high, 101)), key=lambda found: found.area)

@@ -1,0 +1,25 @@
+import pytest
+from rods import random_rod
+
+from geometry.invalid import InvalidValue
+from geometry.rod import dimensions
+from geometry.session import session
+from geometry.solid import build
+from mesh.generate import tetrahedralise
+from mesh.sizing import Sizing, default_size, refinements
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_a_random_rod_meshes_or_is_refused_by_name(seed):
+    rod = random_rod(seed)
+    if isinstance(rod, InvalidValue):
+        assert rod.name.removeprefix("rod.").removesuffix("_mm") in dimensions()
+        return
+    with session():
+        solid = build(rod)
+        size = default_size(rod.length)
+        mesh, quality = tetrahedralise(
+            solid.faces, refinements(solid.features, size, rod.length), Sizing(size)
+        )
+    assert quality.least_scaled_jacobian > 0
+    assert len(mesh.tets) > 100
