@@ -32,8 +32,8 @@ clean:
 # The stamps say that everything is installed; an environment whose making was interrupted has none, and
 # is made anew if its pip does not work.
 $(VENV)/.run: pyproject.toml
-	$(PYTHON) .ci/system_packages.py
-	$(BIN)/python -m pip --version >/dev/null 2>&1 || { rm -rf $(VENV) && $(PYTHON) -m venv $(VENV); }
+	@$(PYTHON) .ci/system_packages.py
+	@$(BIN)/python -m pip --version >/dev/null 2>&1 || { rm -rf $(VENV) && $(PYTHON) -m venv $(VENV); }
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
 	@touch $@
 

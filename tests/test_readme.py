@@ -1,0 +1,97 @@
+"""What the README shows is what happens."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+FEA = [sys.executable, "-m", "fea"]
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+
+
+def shown(command: str) -> list[str]:
+    """The lines the README shows below a command."""
+    text = re.search(rf"^\$ {re.escape(command)}\n(.*?)^(?:\$|```)", README, re.MULTILINE | re.DOTALL)
+    assert text, f"the README does not show `{command}`"
+    return text[1].splitlines()
+
+
+def made_by(target: str) -> list[str]:
+    """The last command of a target of the Makefile, without what stands before the program's name."""
+    recipe = re.search(rf"^{target}:.*\n((?:\t.*\n)+)", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    return shlex.split(recipe[1].splitlines()[-1].partition("$(BIN)/")[2])
+
+
+def run(arguments: list[str], folder: Path) -> list[str]:
+    done = subprocess.run([*FEA, *arguments], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
+
+
+def numbers(line: str) -> list[float]:
+    """The numbers of a line without their signs: of two places that mirror each other either may be named."""
+    return [float(number) for number in re.findall(r"\d+(?:\.\d+)?", line)]
+
+
+def words(line: str) -> list[str]:
+    """What remains of a line without its numbers; a rule is as wide as its table."""
+    return re.sub(r"[-+]?\d+(?:\.\d+)?", "#", line).replace("─", "").split()
+
+
+@pytest.fixture(scope="module")
+def printed(tmp_path_factory) -> list[str]:
+    program, *arguments = made_by("run")
+    assert program == "fea"
+    return run(arguments, tmp_path_factory.mktemp("readme"))
+
+
+def test_make_run_prints_what_the_readme_shows(printed):
+    expected = shown("make run")
+    assert [words(line) for line in printed] == [words(line) for line in expected]
+    for line, promised in zip(printed, expected, strict=True):
+        if "checks passed" not in line:  # nodes and seconds depend on gmsh and the machine
+            assert numbers(line) == pytest.approx(numbers(promised), rel=0.05, abs=0.1)
+
+
+def test_make_test_runs_pytest():
+    assert made_by("test")[:3] == ["python", "-m", "pytest"]
+    assert re.fullmatch(r"=+ \d+ passed.* in .*=+", shown("make test")[-1])
+
+
+def test_the_commands_of_the_readme_work(tmp_path):
+    commands = re.findall(r"^\$ fea (.*)$", "".join(blocks("console")), re.MULTILINE)
+    assert commands
+    for command in commands:
+        assert run(shlex.split(command), tmp_path) == shown(f"fea {command}")
+
+
+def test_the_study_of_the_readme_runs(tmp_path):
+    (study,) = blocks("toml")
+    (tmp_path / "my-study.toml").write_text(study)
+    run(["run", "my-study.toml", "--size", "8", "--out", "run"], tmp_path)
+    assert (tmp_path / "run" / "summary.json").exists()
+
+
+def test_the_python_of_the_readme_runs(tmp_path):
+    (code,) = blocks("python")
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert float(done.stdout) > 0
+
+
+def test_the_files_the_readme_names_exist():
+    for name in re.findall(r"\]\(([^)#:]+)\)|`((?:geometry|mesh|loads|fea|tests)/[\w./]*)`", README):
+        assert (ROOT / "".join(name)).exists(), name
+
+
+def test_the_picture_is_small():
+    assert (ROOT / "results" / "leon-2001-6000rpm.png").stat().st_size < 300_000
