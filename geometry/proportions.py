@@ -4,6 +4,7 @@ from typing import Any
 
 from geometry.invalid import require_positive
 from geometry.rod import Rod, ShankSection
+from geometry.rules import leave_a_shank
 
 
 def proportioned(length: float, big_end_bore: float, small_end_bore: float, **given: Any) -> Rod:
@@ -53,8 +54,8 @@ def proportioned(length: float, big_end_bore: float, small_end_bore: float, **gi
 
     lesser = default("shank_depth_small_end", min(1.1 * small_radius, 1.2 * big_radius))
     greater = default("shank_depth_big_end", min(1.25 * lesser, 1.5 * big_radius))
-    default("big_end_fillet", min(0.5 * big, 0.3 * gap))
-    default("small_end_fillet", min(0.8 * small, 0.3 * gap))
+    default("big_end_fillet", max(min(0.5 * big, 0.3 * gap), 0.1))
+    default("small_end_fillet", max(min(0.8 * small, 0.3 * gap), 0.1))
 
     depth = min(lesser, greater)
     flange = default("flange_thickness", 0.18 * depth)

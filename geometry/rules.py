@@ -49,12 +49,17 @@ def _rings(rod: "Rod") -> None:
         ring, bore = getattr(rod, f"{end}_ring"), getattr(rod, f"{end}_bore")
         rule = f"the ring must be at least a fiftieth of its bore ({bore:g} mm) thick"
         require(ring >= bore / 50, _key(f"{end}_ring"), ring, rule, "Thicken the ring or reduce the bore.")
-    reach = rod.big_end_radius + rod.small_end_radius
+    leave_a_shank(rod.length, rod.big_end_radius, rod.small_end_radius)
+
+
+def leave_a_shank(length: float, big_end_radius: float, small_end_radius: float) -> None:
+    """Refuse rings (outer radii, mm) that meet or nearly meet on a rod of this length (mm)."""
+    reach = big_end_radius + small_end_radius
     require(
-        reach < 0.95 * rod.length,
+        reach < 0.95 * length,
         _key("length"),
-        rod.length,
-        f"the rings, {rod.big_end_radius:g} and {rod.small_end_radius:g} mm in radius, must leave a shank of "
+        length,
+        f"the rings, {big_end_radius:g} and {small_end_radius:g} mm in radius, must leave a shank of "
         "a twentieth of the length between them",
         f"Lengthen the rod to more than {reach / 0.95:g} mm, or reduce bores or rings.",
     )

@@ -1,0 +1,183 @@
+"""The program as a process: what it prints where, and how it leaves."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+
+def fea(*arguments, cwd, environment=None):
+    return subprocess.run(
+        [sys.executable, "-m", "fea", *map(str, arguments)],
+        cwd=cwd,
+        env=os.environ | (environment or {}),
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+
+
+COARSE = ("--size", 9)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run")
+    return folder, fea("run", *COARSE, "--json", cwd=folder)
+
+
+def test_help_is_light_and_lists_the_commands(tmp_path):
+    code = (
+        "import sys; from fea.cli import call; call(['--help']); "
+        "heavy = {'gmsh', 'skfem', 'scipy', 'pyvista', 'vtk', 'matplotlib', 'numpy', 'meshio'} & set(sys.modules); "
+        "sys.exit(f'loaded {heavy}' if heavy else 0)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    for command in ("run", "loads", "rod", "reproduce", "view", "init", "doctor"):
+        assert command in done.stdout
+
+
+@pytest.mark.parametrize("command", ["run", "loads", "rod", "reproduce", "view", "init", "doctor"])
+def test_each_command_has_its_help(command, tmp_path):
+    done = fea(command, "--help", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "--no-" not in done.stdout
+
+
+def test_a_run_prints_json_only_and_leaves_what_is_promised(run):
+    folder, done = run
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    summary = json.loads(done.stdout)
+    assert summary["schema"] == "fea/summary/1"
+    assert summary["trusted"] is True
+    place = folder / "results" / "leon-2001-6000rpm"
+    assert json.loads((place / "summary.json").read_text()) == summary
+    cases = {"tension", "compression", "side", "bending", "gas"}
+    assert set(summary["results"]) == set(summary["loads"]) == cases
+    assert {path.name for path in place.iterdir()} == {
+        "summary.json", "study.toml", "loads.csv", *(f"{case}.vtu" for case in cases),
+    }  # fmt: skip
+    assert {item["what"] for item in summary["left_out"]} >= {"elements at z < 0"}
+    assert all(check["pass"] for check in summary["checks"].values())
+
+
+def test_the_resolved_study_runs_again_to_the_same_bytes(run):
+    folder, _ = run
+    place = folder / "results" / "leon-2001-6000rpm"
+    done = fea("run", place / "study.toml", "--out", "again", "--quiet", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ""
+    for name in ("tension.vtu", "bending.vtu", "loads.csv"):
+        assert (folder / "again" / name).read_bytes() == (place / name).read_bytes()
+    first, second = (json.loads((f / "summary.json").read_text()) for f in (place, folder / "again"))
+    assert first["results"] == second["results"]
+
+
+def test_several_speeds_leave_a_run_each_and_a_map(tmp_path):
+    done = fea("run", *COARSE, "--rpm", "0,6000", "--out", "sweep", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    slow, fast = json.loads(done.stdout)
+    assert (slow["rpm"], fast["rpm"]) == (0, 6000)
+    assert "tension" not in slow["results"]  # nothing pulls at rest
+    assert {"case tension"} <= {item["what"] for item in slow["left_out"]}
+    assert (tmp_path / "sweep" / "0rpm" / "summary.json").exists()
+    assert (tmp_path / "sweep" / "map.csv").read_text().count("\n") == 1 + len(slow["loads"]) + len(
+        fast["loads"]
+    )
+
+
+def test_no_symmetry_gives_the_same_figures(run, tmp_path):
+    _, quarter = run
+    done = fea("run", *COARSE, "--symmetry", "none", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    parts, whole = json.loads(quarter.stdout), json.loads(done.stdout)
+    assert whole["model"]["nodes"] == parts["model"]["nodes"]
+    for case, result in whole["results"].items():
+        for name in ("max_von_mises_MPa", "max_displacement_mm", "min_safety_factor"):
+            assert result[name] == pytest.approx(parts["results"][case][name], rel=2e-5), (case, name)
+
+
+def test_the_published_model_runs_clamped(tmp_path):
+    done = fea("run", "leon-2001-as-published", *COARSE, "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    summary = json.loads(done.stdout)
+    assert summary["rpm"] is None
+    assert set(summary["results"]) == {"given"}
+    assert summary["loads"]["given"]["pin_axial_N"] == pytest.approx(-45914.9, rel=1e-5)
+    assert summary["loads"]["given"]["crank_deg"] is None
+
+
+def test_a_low_safety_factor_is_exit_6(tmp_path):
+    assert fea("run", *COARSE, "--min-safety", 99, "--quiet", cwd=tmp_path).returncode == 6
+    assert (tmp_path / "results" / "leon-2001-6000rpm" / "summary.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "says"),
+    [
+        (("run", "--rpm", "-5"), 2, "speed.rpm"),
+        (("run", "--rpm", "fast"), 2, "--rpm"),
+        (("run", "--rpm", "1e6"), 2, "50000"),
+        (("run", "--size", "0"), 2, "mesh.size_mm"),
+        (("run", "--size", "nan"), 2, "mesh.size_mm"),
+        (("run", "--nonsense"), 2, "--nonsense"),
+        (("run", "--support", "glue"), 2, "glue"),
+        (("run", "no-such-study"), 2, "no-such-study"),
+        (("run", "--out", "occupied"), 2, "occupied"),
+        (("run", "--threads", "0"), 2, "--threads"),
+        (("view", "missing.vtu"), 7, "missing.vtu"),
+        (("frobnicate",), 2, "frobnicate"),
+        (("init", "occupied/mine.txt"), 2, "exists"),
+    ],
+)
+def test_bad_usage_is_one_line_and_its_code(arguments, code, says, tmp_path):
+    (tmp_path / "occupied").mkdir()
+    (tmp_path / "occupied" / "mine.txt").write_text("keep me")
+    done = fea(*arguments, cwd=tmp_path)
+    assert done.returncode == code, done.stderr
+    assert says in done.stderr
+    assert done.stderr.count("\n") <= 2
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+    assert (tmp_path / "occupied" / "mine.txt").read_text() == "keep me"
+    assert not (tmp_path / "results").exists()
+
+
+def test_init_writes_a_study_that_runs(tmp_path):
+    assert fea("init", "mine.toml", cwd=tmp_path).returncode == 0
+    done = fea("run", "mine.toml", "--size", 9, "--quiet", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert fea("init", "mine.toml", cwd=tmp_path).returncode == 2
+
+
+def test_python_does_the_same_job(tmp_path, monkeypatch):
+    from fea import run
+
+    monkeypatch.chdir(tmp_path)
+    summary = run(rpm=3000, size=9, out="here")
+    assert summary["rpm"] == 3000
+    assert (tmp_path / "here" / "summary.json").exists()
+
+
+def test_doctor_examines_the_machine(tmp_path):
+    done = fea("doctor", "--json", cwd=tmp_path)
+    findings = {finding["what"]: finding for finding in json.loads(done.stdout)}
+    assert findings["geometry and meshing"]["good"]
+    assert done.returncode == 0
+
+
+def test_rod_tells_its_figures(tmp_path):
+    figures = json.loads(fea("rod", "--json", cwd=tmp_path).stdout)
+    # León 2001 as printed: 0.785 kg, 64 mm, A = 89 mm², I = 1260 mm⁴; the preset meets them to 0.1 %
+    assert figures["mass_kg"] == pytest.approx(0.785, rel=1e-3)
+    assert figures["center_of_gravity_mm"][0] == pytest.approx(64, rel=1e-3)
+    assert figures["least_section"]["area_mm2"] == pytest.approx(89, rel=1e-3)
+    assert figures["least_section"]["inertia_z_mm4"] == pytest.approx(1260, rel=2e-3)
+    assert figures["slenderness"]["in_plane"] == pytest.approx(37.44, rel=2e-3)

@@ -1,0 +1,141 @@
+import math
+import tomllib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fea.choices import Element, Support
+from fea.flags import Flags, python_flags
+from fea.speeds import parse_speeds
+from fea.study import load_study, parse_study, shipped_studies
+from geometry.invalid import InvalidValue
+
+LEON = """
+[rod]
+preset = "leon-2001"
+[engine]
+stroke_mm = 94.0
+bore_mm = 76.0
+piston_mass_kg = 1.3345
+gas = "leon-2001"
+"""
+
+
+def parsed(text, tmp_path):
+    return parse_study(text, "test", tmp_path)
+
+
+@pytest.mark.parametrize("name", shipped_studies())
+def test_shipped_studies_load_and_their_text_gives_the_same_study(name, tmp_path):
+    study = load_study(name)
+    again = parsed(study.text(), tmp_path)
+    assert again.text() == study.text()
+    assert again.rod.rod == study.rod.rod
+    assert again.material.material() == study.material.material()
+    assert again.engine == study.engine
+
+
+def test_flags_win_over_the_file(tmp_path):
+    flags = Flags(rpm="3000", size=2.5, element=Element.P1, support=Support.CLAMPED, screenshot=True)
+    study = flags.applied(parsed(LEON + "[speed]\nrpm = 800\n[mesh]\nsize_mm = 9.0\n", tmp_path))
+    assert study.speed.speeds() == (3000,)
+    assert study.mesh.size_mm == 2.5
+    assert study.mesh.element is Element.P1
+    assert study.analysis.support is Support.CLAMPED
+    assert study.output.screenshot
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("[rod]\npreset = 'leon-2001'\n[enginee]\n", r"enginee.*unknown key.*Did you mean engine\?"),
+        (LEON + "bor_mm = 3.0", r"bor_mm.*unknown key.*bore_mm"),
+        (LEON.replace("94.0", "'94'"), r"engine\.stroke_mm = '94': must be a number"),
+        (LEON.replace("94.0", "true"), r"engine\.stroke_mm.*must be a number"),
+        (LEON.replace("94.0", "nan"), r"engine\.stroke_mm = nan"),
+        (LEON.replace("94.0", "-94.0"), r"engine\.stroke_mm = -94: must be positive"),
+        (LEON.replace("94.0", "300.0"), r"rod\.length_mm = 141: must exceed crank radius"),
+        (
+            LEON.replace('"leon-2001"\n[engine]', '"leon2001"\n[engine]'),
+            r"rod\.preset.*Did you mean leon-2001",
+        ),
+        (LEON.replace("gas = ", "gas = 'steam' # "), r"engine\.gas = 'steam': is no gas model"),
+        (LEON + "[analysis]\nsupport = 'glued'", r"analysis\.support.*not one of the choices.*clamped"),
+        (LEON + "[analysis]\npressure = 'cosine-400'", r"analysis\.pressure"),
+        (LEON + "[mesh]\nsize_mm = 0.0", r"mesh\.size_mm = 0: must be positive"),
+        (LEON + "[speed]\nrpm = -3", r"speed\.rpm = -3: must lie within 0…50000"),
+        (LEON + "[speed]\nrpm = 1e6", r"speed\.rpm = 1e\+06"),
+        (LEON + "[speed]\nrpm = []", r"speed\.rpm = \[\]: must hold at least one speed"),
+        (LEON + "[material]\npreset = 'leon-2001'\nnu = 0.5", r"material\.nu = 0\.5: must lie between"),
+        (LEON + "[material]\nE_GPa = 210.0", r"material\.nu = None: is missing"),
+        (LEON + "[forces]\npin_N = [1.0, 0.0]", r"forces\.pin_N.*in place of an engine"),
+        ("[rod]\npreset = 'leon-2001'\n[forces]\npin_N = [1.0, 2.0]", r"transverse part.*clamped"),
+        ("[rod]\npreset = 'leon-2001'\n[forces]\npin_N = [1.0]", r"must be \[axial, transverse\]"),
+        ("[rod]\nlength_mm = 141.0", r"rod\.big_end_bore_mm = None: is missing"),
+        ("[rod]\nlength_mm = 1.0\nbig_end_bore_mm = 5.0\nsmall_end_bore_mm = 2.0", r"rod\.length_mm = 1"),
+        ("[rod]\nmass_kg = 1.0\nlength_mm = 100.0", r"rod\.center_of_gravity_mm = None: is missing beside"),
+        ("rod = 3", r"rod = 3: must be a table"),
+        ("[speed]\nrpm = 1", r"has no \[rod\] table"),
+        ("[rod", r"is not valid TOML"),
+    ],
+)
+def test_bad_studies_are_refused_by_name(text, says, tmp_path):
+    with pytest.raises(InvalidValue, match=says):
+        study = parsed(text, tmp_path)
+        study.engine.engine(study.rod.length)
+
+
+def test_an_unknown_study_lists_the_shipped_ones():
+    with pytest.raises(InvalidValue, match=r"neither a shipped study nor a file.*leon-2001"):
+        load_study("lion-2001")
+
+
+def test_relative_paths_start_at_the_study(tmp_path):
+    study = parsed(LEON.replace("gas = ", "gas = 'mine.csv' # "), tmp_path)
+    assert study.engine.gas == str((tmp_path / "mine.csv").resolve())
+
+
+@pytest.mark.parametrize(
+    ("text", "speeds"),
+    [
+        ("6000", (6000,)),
+        ("800,3000,6000", (800, 3000, 6000)),
+        ("800:1400:200", (800, 1000, 1200, 1400)),
+        ("800:1500:200", (800, 1000, 1200, 1400, 1500)),
+        ("1000,900:1000:50", (1000, 900, 950)),
+    ],
+)
+def test_speeds_are_read_as_written(text, speeds):
+    assert parse_speeds(text) == speeds
+
+
+@pytest.mark.parametrize("text", ["fast", "", "1:2", "5:1:1", "1:9:0", "1:9:-1", "nan", "inf", "0:1e9:1"])
+def test_other_speeds_are_refused(text):
+    with pytest.raises(InvalidValue, match="--rpm"):
+        parse_speeds(text)
+
+
+@given(st.floats(0, 5000), st.floats(0, 5000), st.floats(10, 1000))
+def test_a_range_holds_both_ends_and_rises(start, span, step):
+    speeds = parse_speeds(f"{start!r}:{start + span!r}:{step!r}")
+    assert speeds[0] == start
+    assert math.isclose(speeds[-1], start + span)
+    assert all(b > a for a, b in zip(speeds, speeds[1:], strict=False))
+
+
+def test_python_flags_take_python_values():
+    assert python_flags({"rpm": [800, 3000]}).rpm == "800.0,3000.0"
+    assert python_flags({"element": "p1"}).element is Element.P1
+    with pytest.raises(InvalidValue, match="Did you mean size"):
+        python_flags({"sise": 3.0})
+
+
+def test_the_template_is_a_study(tmp_path):
+    from importlib.resources import files
+
+    text = (files("fea") / "studies" / "template.toml.txt").read_text(encoding="utf-8")
+    assert parsed(text, tmp_path).engine.gas == "otto"
+    assert set(tomllib.loads(text)) == {
+        "rod", "material", "engine", "speed", "mesh", "analysis", "output",
+    }  # fmt: skip
