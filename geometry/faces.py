@@ -163,8 +163,10 @@ def _lies_at(face: Face, z: float, slack: float) -> bool:
 
 
 def _rounds_floor(face: Face, pocket: Pocket, slack: float) -> bool:
-    """Whether a face rises from the pocket's floor by the floor's radius, within the pocket's length."""
-    bottom, top = sorted((abs(face.low[2]), abs(face.high[2])))
-    rise = max(abs(bottom - pocket.floor), abs(top - pocket.floor - pocket.floor_radius))
-    inside = pocket.big_end - slack <= face.low[0] and face.high[0] <= pocket.small_end + slack
-    return face.shape != "Plane" and rise < slack and inside
+    """Whether a face is a cylinder or torus whose tube runs along the edge of a pocket's floor."""
+    if face.shape not in ("Cylinder", "Torus") or face.upright():
+        return False
+    x, z, radius = face.values[0], abs(face.values[2]), face.values[-1]
+    along = pocket.big_end < x < pocket.small_end
+    level = max(abs(z - pocket.floor - pocket.floor_radius), abs(radius - pocket.floor_radius))
+    return along and level < slack

@@ -44,7 +44,8 @@ def proportioned(length: float, big_end_bore: float, small_end_bore: float, **gi
     big_radius = big / 2 + default("big_end_ring", 0.18 * big)
     small_radius = small / 2 + default("small_end_ring", 0.28 * small)
     # Never negative: rings that overlap are refused by their own rule, at the end.
-    gap = max(rod["length"] - big_radius - small_radius, 0.05 * rod["length"])
+    leave_a_shank(rod["length"], big_radius, small_radius)  # before a derived dimension is blamed
+    gap = rod["length"] - big_radius - small_radius
 
     width = default("big_end_width", min(0.5 * big, rod.get("small_end_width", big)))
     width = min(width, default("small_end_width", width))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import gmsh
 
 from geometry import kernel
+from geometry.areas import check_areas
 from geometry.errors import GeometryError
 from geometry.faces import Feature, faces_of, features, surfaces
 from geometry.invalid import require
@@ -94,8 +95,9 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER) -> Solid:
     gmsh.model.occ.synchronize()
     mass = _whole(body, mirror)
     faces = faces_of((body,))
-    part = Part("rod", (body,), mass)
-    return Solid(mirror, (part,), surfaces(rod, mirror, faces), features(rod, faces), mass)
+    found = features(rod, faces)
+    check_areas(rod, mirror, found)
+    return Solid(mirror, (Part("rod", (body,), mass),), surfaces(rod, mirror, faces), found, mass)
 
 
 def _require_symmetry(rod: Rod, mirror: Mirror) -> None:

@@ -1,0 +1,99 @@
+"""What the faces of each feature must measure: a fillet that the CAD kernel lost is found by its area."""
+
+import math
+from collections.abc import Sequence
+
+import gmsh
+import numpy as np
+
+from geometry.errors import GeometryError
+from geometry.faces import Feature, FeatureKind
+from geometry.mirror import Mirror
+from geometry.pocket import Pocket
+from geometry.rod import Rod
+from geometry.section import HeightField
+from geometry.segments import Arc
+from geometry.step import RingStep
+
+# Sampling in place of integrals with kinks: a lost or doubled face is off by far more.
+TOLERANCE = 0.01
+_ALONG = (np.arange(2000) + 0.5) / 2000
+_ACROSS = (np.arange(40) + 0.5) / 40
+
+
+def check_areas(rod: Rod, mirror: Mirror, features: Sequence[Feature]) -> None:
+    """Compare the faces of every feature with the areas that the dimensions give.
+
+    Raises
+    ------
+    GeometryError
+        Faces are missing, or their area is off by more than `TOLERANCE`.
+    """
+    drawn = dict.fromkeys(FeatureKind, 0.0)
+    for feature in features:
+        drawn[feature.kind] += sum(gmsh.model.occ.getMass(2, face) for face in feature.faces)
+    for kind, expected in feature_areas(rod).items():
+        found = drawn[kind] * mirror.copies
+        if not abs(found - expected) <= TOLERANCE * expected:
+            raise GeometryError(
+                f"the CAD kernel drew {found:.4g} mm² of {kind.replace('_', ' ')} where the dimensions "
+                f"give {expected:.4g} mm². Change its radius a little"
+            )
+
+
+def feature_areas(rod: Rod) -> dict[FeatureKind, float]:
+    """Return the area of every kind of feature on the whole rod, mm²; 0 where the rod has none."""
+    field = HeightField(rod)
+    big, small = field.outline.bores
+    areas = {
+        FeatureKind.BORE: 2 * math.pi * (big.radius * rod.big_end_width + small.radius * rod.small_end_width),
+        FeatureKind.RING_FILLET: sum(_ring_fillet(field, arc) for arc in field.outline.fillets),
+        FeatureKind.RING_STEP: sum(_ring_step(field, step) for step in field.steps),
+    }
+    return areas | _pocket_areas(field.pocket)
+
+
+def _ring_fillet(field: HeightField, arc: Arc) -> float:
+    """Area of a fillet in plan, on both edges of the shank, under the ring step that it crosses."""
+    angle = arc.begin + _ALONG * arc.sweep
+    x, y = arc.center[0] + arc.radius * np.cos(angle), arc.center[1] + arc.radius * np.sin(angle)
+    half = np.maximum(*(step.half_width(np.hypot(x - step.center, y)) for step in field.steps))
+    return 4 * arc.length * float(half.mean())
+
+
+def _ring_step(field: HeightField, step: RingStep) -> float:
+    """Area of a step's concave foot within the outline, on both faces."""
+    if step.height == 0:
+        return 0.0
+    side = 1 if step is field.steps[0] else -1
+    azimuth, rise = np.meshgrid(_ALONG * math.pi / 2, _ACROSS * step.sweep)
+    distance = step.foot - step.radius * np.sin(rise)
+    x = step.center + side * distance * np.cos(azimuth)
+    within = distance * np.sin(azimuth) < field.outline.height(x)
+    return 4 * step.radius * step.sweep * (math.pi / 2) * float((within * distance).mean())
+
+
+def _pocket_areas(pocket: Pocket | None) -> dict[FeatureKind, float]:
+    """Areas of corners, floor edges and web floors of the two pockets, by Steiner's formula."""
+    if pocket is None:
+        return dict.fromkeys((FeatureKind.POCKET_CORNER, FeatureKind.POCKET_FLOOR, FeatureKind.WEB), 0.0)
+    outline, r = pocket.outline(), pocket.floor_radius
+    perimeter = sum(piece.length for piece in outline)
+    area = _enclosed(pocket)
+    wall = 2 * math.pi * pocket.corner * (pocket.depth - r)
+    # Offsetting a convex curve inwards by s leaves perimeter − 2πs: integrate over the quarter arc.
+    floor_edge = r * (perimeter * math.pi / 2 - 2 * math.pi * r * (math.pi / 2 - 1))
+    floor = area - perimeter * r + math.pi * r**2
+    return {
+        FeatureKind.POCKET_CORNER: 2 * wall,
+        FeatureKind.POCKET_FLOOR: 2 * floor_edge,
+        FeatureKind.WEB: 2 * floor,
+    }
+
+
+def _enclosed(pocket: Pocket) -> float:
+    """Area of a pocket in plan: the trapezium of the corners' centres, grown by their radius."""
+    (x0, y0), (x1, y1) = pocket.corner_centers()
+    inner = (x1 - x0) * (y0 + y1)
+    around = 2 * (y0 + y1 + math.dist((x0, y0), (x1, y1)))
+    return inner + around * pocket.corner + math.pi * pocket.corner**2
