@@ -43,7 +43,6 @@ def proportioned(length: float, big_end_bore: float, small_end_bore: float, **gi
     big, small = rod["big_end_bore"], rod["small_end_bore"]
     big_radius = big / 2 + default("big_end_ring", 0.18 * big)
     small_radius = small / 2 + default("small_end_ring", 0.28 * small)
-    # Never negative: rings that overlap are refused by their own rule, at the end.
     leave_a_shank(rod["length"], big_radius, small_radius)  # before a derived dimension is blamed
     gap = rod["length"] - big_radius - small_radius
 

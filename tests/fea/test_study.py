@@ -1,5 +1,6 @@
 import math
 import tomllib
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -121,7 +122,7 @@ def test_a_range_holds_both_ends_and_rises(start, span, step):
     speeds = parse_speeds(f"{start!r}:{start + span!r}:{step!r}")
     assert speeds[0] == start
     assert math.isclose(speeds[-1], start + span)
-    assert all(b > a for a, b in zip(speeds, speeds[1:], strict=False))
+    assert all(b > a for a, b in pairwise(speeds))
 
 
 def test_python_flags_take_python_values():
