@@ -38,6 +38,9 @@ SMOOTH_DEGREES = 20.0
 TRACTION_WEIGHT = 3.0
 # Least ratio of the eigenvalues of a fit's normal matrix.
 RANK_TOLERANCE = 1e-9
+# Least cosine between a fan's normal and those at its nodes: a surface that turns further is not seen as
+# one sheet in the tangent plane.
+LEAST_COSINE = 0.2
 
 # Places of a facet's nodes in the reference triangle; its edges' vertices.
 _FACET_NODES = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
@@ -212,8 +215,8 @@ class SurfaceStress:
     Around each vertex and up to the next sharp edge the surface nodes are a *fan*. Its fit serves the
     vertex and the mid-edge nodes next to it; a node served by several fans takes the least-squares
     compromise, so that on a sharp outer edge the tractions of both sides and the strain along it
-    decide. Left out are nodes on inner (re-entrant) edges, where the stress is singular, on
-    `surfaces` that are not listed because their traction is unknown, and at fits without full rank.
+    decide. Left out are nodes on inner (re-entrant) edges, where the stress is singular, those on
+    other surfaces than `surfaces`, and those of fits that lack rank or turn too far.
 
     Parameters
     ----------
@@ -249,6 +252,8 @@ class SurfaceStress:
 
         self._origin, self._tangent = self.skin.points[vertex], _tangents(normal)
         self._fit(mesh.order, number, self.skin.facets[corner_facet])
+        turn = (normals[corner_facet] * normal[number, None]).sum(axis=2).min(axis=1)
+        self._usable[number[turn < LEAST_COSINE]] = False
         served = [self.skin.facets[corner_facet, corner]]
         if mesh.order == 2:
             served += [self.skin.facets[corner_facet, 3 + (corner + back) % 3] for back in (0, 2)]
@@ -291,12 +296,9 @@ class SurfaceStress:
         )
 
     def _flattened(self, fan: Ints, node: Ints) -> Floats:
-        """Surface coordinates (n, 2) of nodes: their direction in the tangent plane, their true distance."""
+        """Coordinates (n, 2) of nodes in the tangent plane at their fan's vertex."""
         away = self.skin.points[node] - self._origin[fan]
-        flat = np.stack([(away * tangent[fan]).sum(axis=1) for tangent in self._tangent], axis=1)
-        length = np.linalg.norm(flat, axis=1)
-        stretch = np.linalg.norm(away, axis=1) / np.where(length > 0, length, 1)
-        return np.asarray(flat * stretch[:, None])
+        return np.stack([(away * tangent[fan]).sum(axis=1) for tangent in self._tangent], axis=1)
 
     def _serve(self, order: int, number: Ints, nodes: Ints, allowed: Mask) -> None:
         """List which fan serves which nodes: its vertex and the mid-edge nodes next to it."""
