@@ -8,21 +8,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pyvista
-from PIL import Image
 
 from fea.output.frame import Frame
 from fea.output.scale import band_limits, round_down
 from fea.output.scene import Scene
 from fea.output.skin import refined_line
+from fea.output.strokes import GREY, INK, PAPER, SHADING, SIZE, add_edges, add_lines, canvas, finish, write
 from fea.output.view import View
 
 Floats = npt.NDArray[np.float64]
 
-SIZE = (1600, 1000)
 ROD_SHARE, SPOT_SHARE = 0.58, 0.64  # of the height for the rod, of the width for the hot spot
-OVERSAMPLED = 2  # lines come out thinner by this where edges are smoothed by drawing larger
 MAGNIFIED = 0.055  # half the height of the hot spot's frame, in parts of the rod's extent
-INK, GREY, PAPER = "#1a1a1a", "#a0a0a0", "white"
 # Blue over green to red, evenly bright and without the dark ends that hide shading.
 COLOURS = np.array(
     [
@@ -60,30 +57,16 @@ def draw(scene: Scene, title: str, png: Path, notes: Sequence[str] = ()) -> None
     RuntimeError
         The picture came out blank: some OpenGL libraries fail without saying so.
     """
-    plotter = pyvista.Plotter(
-        off_screen=True,
-        window_size=SIZE,
-        shape=(2, 2),
-        groups=[(0, slice(None))],
-        row_weights=[ROD_SHARE, 1 - ROD_SHARE],
-        col_weights=[SPOT_SHARE, 1 - SPOT_SHARE],
-        border=False,
-        lighting="none",
-    )
-    plotter.set_background(PAPER)
+    plotter = canvas([ROD_SHARE, 1 - ROD_SHARE], [SPOT_SHARE, 1 - SPOT_SHARE], groups=[(0, slice(None))])
     surface = _surface(scene)
     plotter.subplot(0, 0)
     _draw_rod(plotter, scene, surface)
-    _text(plotter, title, (0.02, 0.91), size=30)
+    write(plotter, title, (0.02, 0.91), size=30)
     plotter.subplot(1, 0)
     _draw_spot(plotter, scene, surface)
     plotter.subplot(1, 1)
     _draw_legend(plotter, scene, notes)
-    plotter.enable_anti_aliasing("ssaa")
-    image = plotter.screenshot(return_img=True)
-    plotter.close()
-    _require_colours(image[: int(ROD_SHARE * SIZE[1])])
-    _save(image, png)
+    finish(plotter, png, ROD_SHARE)
 
 
 def _draw_rod(plotter: Any, scene: Scene, surface: Any) -> None:
@@ -91,8 +74,8 @@ def _draw_rod(plotter: Any, scene: Scene, surface: Any) -> None:
     aspect = SIZE[0] / (SIZE[1] * ROD_SHARE)
     frame = Frame.around(scene.deformed, scene.view(closeness=0.8), aspect, width=0.9, height=0.7)
     _add_surface(plotter, scene, surface)
-    _add_edges(plotter, scene, scene.skin.points, frame, (GREY, 1.0))
-    _add_edges(plotter, scene, scene.deformed, frame, (INK, 1.5))
+    add_edges(plotter, scene.skin, scene.skin.points, frame, (GREY, 1.0))
+    add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 1.5))
     radius = 0.5 * MAGNIFIED * scene.extent
     _add_ring(plotter, scene, frame, radius)
     _add_label(plotter, scene, frame, radius)
@@ -109,9 +92,9 @@ def _add_label(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
     above = beside.max() - y < y - beside.min()
     end = beside.max() + gap if above else beside.min() - gap
     start = y + radius if above else y - radius
-    _add_lines(plotter, frame.lifted(np.array([[[x, start], [x, end]]])), INK, 2)
+    add_lines(plotter, frame.lifted(np.array([[[x, start], [x, end]]])), INK, 2)
     place = frame.relative(np.array([x, end + (0.3 if above else -0.9) * gap]))
-    _text(plotter, f"max {scene.peak:.4g} MPa", place, size=24, centred=True)
+    write(plotter, f"max {scene.peak:.4g} MPa", place, size=24, centred=True)
 
 
 def _draw_spot(plotter: Any, scene: Scene, surface: Any) -> None:
@@ -122,15 +105,15 @@ def _draw_spot(plotter: Any, scene: Scene, surface: Any) -> None:
     frame = Frame(view, view.across(scene.deformed[scene.node]), half, aspect, near)
     _add_surface(plotter, scene, surface)
     elements = refined_line(scene.deformed, scene.skin.sides[0]) + frame.nudge
-    _add_lines(plotter, elements, INK, 1.0, opacity=0.35)
-    _add_edges(plotter, scene, scene.deformed, frame, (INK, 2.0))
+    add_lines(plotter, elements, INK, 1.0, opacity=0.35)
+    add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 2.0))
     _add_ring(plotter, scene, frame, 0.06 * half)
     length = round_down(0.6 * half)
     start = frame.place((0.03, 0.08))
     end = start + np.array([length, 0.0])
-    _add_lines(plotter, frame.lifted(np.array([[start, end]])), INK, 4)
+    add_lines(plotter, frame.lifted(np.array([[start, end]])), INK, 4)
     above = (start + end) / 2 + np.array([0.0, 0.06 * half])
-    _text(plotter, f"{length:g} mm", frame.relative(above), size=20, centred=True)
+    write(plotter, f"{length:g} mm", frame.relative(above), size=20, centred=True)
     frame.aim(plotter)
 
 
@@ -147,9 +130,9 @@ def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
     bar.cell_data["colours"] = colours
     plotter.add_mesh(bar, scalars="colours", rgb=True, lighting=False, show_edges=True, edge_color=INK)
     frame.aim(plotter)
-    _text(plotter, "von Mises stress, MPa", (edges[0], high + 0.035), size=24)
+    write(plotter, "von Mises stress, MPa", (edges[0], high + 0.035), size=24)
     for edge, limit in zip(edges, limits, strict=True):
-        _text(plotter, f"{limit:g}", (edge, low - 0.065), size=19, centred=True)
+        write(plotter, f"{limit:g}", (edge, low - 0.065), size=19, centred=True)
     x, y, z = (round(float(coordinate), 1) + 0.0 for coordinate in scene.at)
     lines = [
         f"max {scene.peak:.4g} MPa at x = {x}, y = {y}, z = {z} mm",
@@ -158,7 +141,7 @@ def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
         "grey lines: the rod without load",
     ]
     for k, line in enumerate(lines):
-        _text(plotter, line, (edges[0], 0.56 - 0.085 * k), size=21)
+        write(plotter, line, (edges[0], 0.56 - 0.085 * k), size=21)
 
 
 def _surface(scene: Scene) -> Any:
@@ -186,27 +169,9 @@ def _add_surface(plotter: Any, scene: Scene, surface: Any) -> None:
         cmap=pyvista.LookupTable(values=opaque, scalar_range=(limits[0], limits[-1])),
         show_scalar_bar=False,
         smooth_shading=False,
-        ambient=0.5,
-        diffuse=0.52,
-        specular=0.0,
+        **SHADING,
         copy_mesh=False,
     )
-
-
-def _add_edges(plotter: Any, scene: Scene, points: Floats, frame: Frame, pen: tuple[str, float]) -> None:
-    """Draw the edges of the shape (not of the elements), with its nodes at `points`."""
-    sides, sharp = scene.skin.sides
-    _add_lines(plotter, refined_line(points, sides[sharp]) + frame.nudge, *pen)
-
-
-def _add_lines(plotter: Any, lines: Floats, colour: str, width: float, opacity: float = 1.0) -> None:
-    """Draw lines through (n_lines, n_points, 3)."""
-    if len(lines) == 0:
-        return
-    count, length, _ = lines.shape
-    cells = np.column_stack([np.full(count, length), np.arange(count * length).reshape(count, length)])
-    drawn = pyvista.PolyData(lines.reshape(-1, 3), lines=cells.ravel())
-    plotter.add_mesh(drawn, color=colour, line_width=OVERSAMPLED * width, opacity=opacity, lighting=False)
 
 
 def _add_ring(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
@@ -214,27 +179,5 @@ def _add_ring(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
     angle = np.linspace(0, 2 * np.pi, 73)[:, None]
     middle = frame.view.across(scene.deformed[scene.node])
     ring = frame.lifted(middle + radius * np.hstack([np.cos(angle), np.sin(angle)]))[None]
-    _add_lines(plotter, ring, PAPER, 6)
-    _add_lines(plotter, ring, INK, 3)
-
-
-def _text(plotter: Any, text: str, place: tuple[float, float], size: int, *, centred: bool = False) -> None:
-    """Write at a place in parts of the active frame's width and height; `size` in pixels."""
-    actor = plotter.add_text(text, position=place, viewport=True, color=INK, font="arial")
-    actor.prop.font_size = size
-    if centred:
-        actor.prop.justification_horizontal = "center"
-
-
-def _require_colours(image: npt.NDArray[np.uint8]) -> None:
-    """Make sure that the rod is on the picture: its stress is the only colour there."""
-    coloured = np.ptp(image[::4, ::4].astype(int), axis=2) > 40
-    if coloured.mean() < 0.005:
-        raise RuntimeError("the picture came out blank")
-
-
-def _save(image: npt.NDArray[np.uint8], png: Path) -> None:
-    """Write the picture with 256 colours of its own: a third of the size, and no eye sees it."""
-    few = Image.fromarray(image).quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-    few.putpalette([255 if level > 250 else level for level in few.getpalette() or []])  # white stays white
-    few.save(png, format="PNG")
+    add_lines(plotter, ring, PAPER, 6)
+    add_lines(plotter, ring, INK, 3)

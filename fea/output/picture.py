@@ -14,6 +14,7 @@ import numpy as np
 
 from fea.output.errors import PictureError
 from fea.output.png import is_complete_png
+from fea.output.text import make_directory
 from fea.output.vtu import write_vtu
 from mesh.tetmesh import TetMesh
 
@@ -37,6 +38,8 @@ class Picture:
         Where it is, (x, y, z) in mm; None for where the file's largest is.
     notes
         More lines beside the legend.
+    mesh_only
+        Show the rod and its elements; there are no results.
     """
 
     vtu: Path
@@ -45,6 +48,7 @@ class Picture:
     peak: float | None = None
     at: tuple[float, float, float] | None = None
     notes: tuple[str, ...] = ()
+    mesh_only: bool = False
 
 
 def take_pictures(folder: Path, summary: Mapping[str, Any]) -> list[Path]:
@@ -63,6 +67,26 @@ def picture_of(vtu: Path, png: Path) -> Path:
         See `draw_pictures`.
     """
     draw_pictures([described(vtu, png)])
+    return png
+
+
+def picture_of_mesh(mesh: TetMesh, name: str, folder: Path) -> Path:
+    """Draw a rod and its elements as ``<name>-rod.png`` in `folder`, which is made; return the file.
+
+    Raises
+    ------
+    PictureError
+        See `draw_pictures`.
+    StorageError
+        The folder cannot be made.
+    """
+    png = folder / f"{name}-rod.png"
+    title = f"{name}: {len(mesh.points)} nodes, {len(mesh.tets)} elements"
+    with TemporaryDirectory() as scratch:
+        vtu = Path(scratch, "mesh.vtu")
+        write_vtu(vtu, mesh, {})
+        make_directory(folder)
+        draw_pictures([Picture(vtu, png, title, mesh_only=True)])
     return png
 
 

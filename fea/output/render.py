@@ -8,14 +8,18 @@ import sys
 from pathlib import Path
 
 from fea.output.drawing import draw
-from fea.output.scene import Scene
+from fea.output.mesh_drawing import draw_mesh
+from fea.output.scene import Scene, read_skin
 
 
 def main() -> None:
     """Draw every picture asked for."""
     for picture in json.load(sys.stdin):
-        scene = Scene.read(Path(picture["vtu"]), picture["peak"], picture["at"])
-        draw(scene, picture["title"], Path(picture["png"]), picture["notes"])
+        vtu, png, title = Path(picture["vtu"]), Path(picture["png"]), picture["title"]
+        if picture["mesh_only"]:
+            draw_mesh(read_skin(vtu), title, png)
+        else:
+            draw(Scene.read(vtu, picture["peak"], picture["at"]), title, png, picture["notes"])
 
 
 if __name__ == "__main__":

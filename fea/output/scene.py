@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pyvista
 
 from fea.output.scale import exaggeration
-from fea.output.skin import Skin
+from fea.output.skin import Ints, Skin
 from fea.output.view import View, choose_view
 
 Floats = npt.NDArray[np.float64]
@@ -48,15 +48,13 @@ class Scene:
         ValueError
             The file holds no tetrahedra, or not ``displacement`` and ``von_mises`` at its nodes.
         """
-        grid = pyvista.read(vtu)
-        tets = [cells for cells in getattr(grid, "cells_dict", {}).values() if cells.shape[1] in (4, 10)]
-        missing = {"displacement", "von_mises"} - set(grid.point_data)
-        if missing or len(tets) != 1:
-            raise ValueError(f"{vtu} is not a result: it lacks {', '.join(sorted(missing)) or 'tetrahedra'}.")
-        points, stress = np.array(grid.points, float), np.array(grid.point_data["von_mises"], float)
+        points, tets, data = _read(vtu)
+        if missing := {"displacement", "von_mises"} - data.keys():
+            raise ValueError(f"{vtu} is not a result: it lacks {', '.join(sorted(missing))}.")
+        stress = data["von_mises"]
         return cls(
-            Skin.of(points, tets[0]),
-            np.array(grid.point_data["displacement"], float),
+            Skin.of(points, tets),
+            data["displacement"],
             stress,
             points[stress.argmax()] if at is None else np.array(at),
             float(stress.max()) if peak is None else peak,
@@ -94,3 +92,19 @@ class Scene:
         normal = mean / np.linalg.norm(mean)
         start = self.skin.points[self.node] + 2e-3 * self.extent * normal
         return choose_view(normal, lambda towards: not self.skin.hides(start, towards), closeness)
+
+
+def read_skin(vtu: Path) -> Skin:
+    """Return the outer surface of a mesh, with or without results; ValueError where there is none."""
+    points, tets, _ = _read(vtu)
+    return Skin.of(points, tets)
+
+
+def _read(vtu: Path) -> tuple[Floats, Ints, dict[str, Floats]]:
+    """Return nodes, tetrahedra and the arrays at the nodes."""
+    grid = pyvista.read(vtu)
+    tets = [cells for cells in getattr(grid, "cells_dict", {}).values() if cells.shape[1] in (4, 10)]
+    if len(tets) != 1:
+        raise ValueError(f"{vtu} is not a result: it lacks tetrahedra.")
+    data = {name: np.array(values, float) for name, values in grid.point_data.items()}
+    return np.array(grid.points, float), tets[0], data

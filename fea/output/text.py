@@ -1,4 +1,4 @@
-"""Small text files."""
+"""Small text files and the directories they are in."""
 
 from pathlib import Path
 
@@ -11,3 +11,11 @@ def write_text(path: Path, text: str) -> None:
         path.write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
         raise StorageError(f"{path} could not be written: {error.strerror}.") from error
+
+
+def make_directory(path: Path) -> None:
+    """Make a directory and its parents where they are missing; `StorageError` where the system refuses."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(f"{path} could not be made: {error.strerror}.") from error

@@ -7,7 +7,15 @@ from PIL import Image
 
 from fea.output import picture
 from fea.output.errors import PictureError
-from fea.output.picture import Picture, described, draw_pictures, picture_of, take_pictures, try_rendering
+from fea.output.picture import (
+    Picture,
+    described,
+    draw_pictures,
+    picture_of,
+    picture_of_mesh,
+    take_pictures,
+    try_rendering,
+)
 from fea.output.png import is_complete_png
 from fea.output.summary import json_text
 from fea.output.vtu import write_vtu
@@ -53,6 +61,13 @@ def test_a_picture_shows_the_result_in_colour_and_is_small(result):
     assert red[:580].any()
     assert blue[:580].any()
     assert np.argwhere(red[:580])[:, 1].mean() > np.argwhere(blue[:580])[:, 1].mean()  # x runs to the right
+
+
+def test_a_mesh_is_drawn_without_results(tmp_path):
+    points = np.vstack([np.zeros(3), np.diag([150.0, 40, 20])])
+    png = picture_of_mesh(TetMesh(points, np.array([[0, 1, 2, 3]])), "mine", tmp_path / "results")
+    assert png == tmp_path / "results" / "mine-rod.png"
+    assert is_complete_png(png)
 
 
 def test_a_drawing_process_that_dies_is_an_error_with_a_remedy_and_leaves_the_result(result, monkeypatch):
