@@ -179,11 +179,12 @@ def _environments() -> list[dict[str, str]]:
 
 def _render(orders: str, environment: Mapping[str, str], timeout: float) -> str:
     """Run the drawing process; return what went wrong, in a line."""
-    command = [sys.executable, "-P", "-m", "fea.output.render"]  # -P: no module of the user's directory
+    # Without a pipe to it: gmsh lets a broken one end this process. -P: no module of the user's directory.
+    command = [sys.executable, "-P", "-m", "fea.output.render", orders]
     try:
         done = subprocess.run(  # noqa: S603 - our own interpreter and module
             command,
-            input=orders,
+            stdin=subprocess.DEVNULL,
             env=environment,
             timeout=timeout,
             capture_output=True,

@@ -1,4 +1,4 @@
-"""The process that draws: ``python -m fea.output.render`` reads its pictures as JSON from standard input.
+"""The process that draws: ``python -m fea.output.render ORDERS``, its pictures as JSON.
 
 It is a process of its own because an OpenGL library that is missing or broken may end it at once.
 """
@@ -14,7 +14,7 @@ from fea.output.scene import Scene, read_skin
 
 def main() -> None:
     """Draw every picture asked for."""
-    for picture in json.load(sys.stdin):
+    for picture in json.loads(sys.argv[1]):
         vtu, png, title = Path(picture["vtu"]), Path(picture["png"]), picture["title"]
         if picture["mesh_only"]:
             draw_mesh(read_skin(vtu), title, png)
