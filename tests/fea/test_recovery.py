@@ -9,6 +9,7 @@ from fea.material import Material
 from fea.solid.elasticity import stress_from_gradient
 from fea.solid.parity import Parity
 from fea.solid.recovery import ElementStress, Recovery
+from fea.solid.recovery_surface import SurfaceStress
 from geometry.surfaces import Surface
 from mesh.mirror import PLANE_AXIS, reflect, unmirrored
 from mesh.tetmesh import EDGES, TetMesh
@@ -186,6 +187,24 @@ def test_a_surface_of_unknown_traction_keeps_the_mean():
         [facets.ravel() for surface, facets in mesh.facets.items() if surface is not Surface.FREE]
     )
     np.testing.assert_array_equal(changed, np.setdiff1d(mesh.facets[Surface.FREE], held))
+
+
+def turned(mesh, angle):
+    """The box rolled about an axis beyond its face y = 0, so that its faces y turn by `angle`."""
+    x, y, z = mesh.points.T
+    rolled = [(0.5 + y) * np.sin(angle * x), (0.5 + y) * np.cos(angle * x), z]
+    return TetMesh(np.stack(rolled, axis=1), mesh.tets, mesh.facets)
+
+
+@pytest.mark.parametrize(("degrees", "fitted"), [(60, True), (250, False)])
+def test_a_surface_that_turns_too_far_between_nodes_keeps_the_mean(degrees, fitted):
+    mesh = turned(box(2), np.radians(degrees))
+    inside = np.setdiff1d(
+        mesh.facets[Surface.FREE],
+        np.concatenate([facets.ravel() for s, facets in mesh.facets.items() if s is not Surface.FREE]),
+    )
+    served = np.isin(inside, SurfaceStress(mesh, (Surface.FREE,), ()).nodes)
+    assert served.all() if fitted else not served.all()
 
 
 def test_gauss_stress_is_the_elements_own():
