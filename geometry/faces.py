@@ -27,6 +27,7 @@ class FeatureKind(StrEnum):
     POCKET_CORNER = "pocket_corner"
     POCKET_FLOOR = "pocket_floor"  # the rounded edge of the floor
     WEB = "web"
+    ROUND = "round"  # a concave radius of an imported solid
 
 
 @dataclass(frozen=True)
@@ -97,13 +98,36 @@ def faces_of(volumes: Sequence[int]) -> tuple[Face, ...]:
     return tuple(_face(tag) for _, tag in boundary)
 
 
-def surfaces(rod: Rod, mirror: Mirror, faces: Sequence[Face]) -> dict[Surface, tuple[int, ...]]:
-    """Sort faces into the named surfaces; each face belongs to exactly one."""
-    slack = _SLACK * rod.length
-    places = {
-        Surface.BIG_END_BORE: (0.0, 0.0, rod.big_end_bore / 2, slack),
-        Surface.SMALL_END_BORE: (rod.length, 0.0, rod.small_end_bore / 2, slack),
-    }
+@dataclass(frozen=True)
+class Bore:
+    """A bore about a z-parallel axis through (x, 0).
+
+    Attributes
+    ----------
+    x, radius
+        mm.
+    width
+        Length along the axis, mm.
+    """
+
+    x: float
+    radius: float
+    width: float
+
+
+def surfaces(
+    bores: tuple[Bore, Bore], mirror: Mirror, faces: Sequence[Face]
+) -> dict[Surface, tuple[int, ...]]:
+    """Sort faces into the named surfaces; each face belongs to exactly one.
+
+    Parameters
+    ----------
+    bores
+        Of the big and the small end.
+    """
+    slack = _SLACK * bores[1].x
+    names = (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
+    places = {name: (bore.x, 0.0, bore.radius, slack) for name, bore in zip(names, bores, strict=True)}
 
     def surface(face: Face) -> Surface:
         for plane in mirror.planes:
@@ -149,7 +173,7 @@ def features(rod: Rod, faces: Sequence[Face]) -> tuple[Feature, ...]:
 def _face(tag: int) -> Face:
     x0, y0, z0, x1, y1, z1 = gmsh.model.getBoundingBox(2, tag)
     _, values = gmsh.model.getEntityProperties(2, tag)
-    return Face(tag, gmsh.model.getType(2, tag), (x0, y0, z0), (x1, y1, z1), tuple(values))
+    return Face(tag, gmsh.model.getType(2, tag), (x0, y0, z0), (x1, y1, z1), tuple(map(float, values)))
 
 
 def _torus(face: Face, x: float, major: float, minor: float, slack: float) -> bool:

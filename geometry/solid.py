@@ -7,7 +7,7 @@ import gmsh
 from geometry import kernel
 from geometry.areas import check_areas
 from geometry.errors import GeometryError
-from geometry.faces import Feature, faces_of, features, surfaces
+from geometry.faces import Bore, Feature, faces_of, features, surfaces
 from geometry.invalid import require
 from geometry.mass import MassProperties
 from geometry.mirror import AXIS, Mirror
@@ -46,6 +46,8 @@ class Solid:
     ----------
     mirror
         The cell that was drawn.
+    bores
+        Of the big and the small end; the distance of their centres is `bores[1].x`.
     parts
         By material; at least one.
     faces
@@ -57,6 +59,7 @@ class Solid:
     """
 
     mirror: Mirror
+    bores: tuple[Bore, Bore]
     parts: tuple[Part, ...]
     faces: dict[Surface, tuple[int, ...]]
     features: tuple[Feature, ...]
@@ -93,11 +96,16 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER) -> Solid:
     with kernel.attempt("cut ring steps and web pockets"):
         body = kernel.cut(body, tools)
     gmsh.model.occ.synchronize()
-    mass = _whole(body, mirror)
+    mass = whole_mass(body, mirror)
     faces = faces_of((body,))
     found = features(rod, faces)
     check_areas(rod, mirror, found)
-    return Solid(mirror, (Part("rod", (body,), mass),), surfaces(rod, mirror, faces), found, mass)
+    bores = (
+        Bore(0.0, rod.big_end_bore / 2, rod.big_end_width),
+        Bore(rod.length, rod.small_end_bore / 2, rod.small_end_width),
+    )
+    part = Part("rod", (body,), mass)
+    return Solid(mirror, bores, (part,), surfaces(bores, mirror, faces), found, mass)
 
 
 def _require_symmetry(rod: Rod, mirror: Mirror) -> None:
@@ -153,8 +161,8 @@ def _pocket_tool(pocket: Pocket, top: float) -> int:
     return kernel.bottom_rounded(tool, pocket.floor, pocket.floor_radius)
 
 
-def _whole(body: int, mirror: Mirror) -> MassProperties:
-    """Return the kernel's own mass properties, completed by reflection."""
+def whole_mass(body: int, mirror: Mirror) -> MassProperties:
+    """Return the kernel's own mass properties of a cell's volume, completed by reflection."""
     occ = gmsh.model.occ
     with kernel.attempt("integrate the volume"):
         volume = occ.getMass(kernel.SOLID, body)

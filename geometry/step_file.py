@@ -1,0 +1,83 @@
+"""STEP files: a rod written for other programs, and solids of other programs read."""
+
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import gmsh
+
+from geometry import kernel
+from geometry.errors import GeometryError
+from geometry.mirror import Mirror
+from geometry.rod import Rod
+from geometry.solid import build
+
+_KINDS = ("points", "curves", "surfaces", "solids")
+
+
+def export_step(rod: Rod, path: Path) -> None:
+    """Write the whole rod as a STEP file in millimetres, inside an open session.
+
+    Raises
+    ------
+    GeometryError
+        The CAD kernel failed.
+    OSError
+        The file cannot be written.
+    """
+    build(rod, Mirror.NONE)
+    path.touch()  # a folder that is missing or read-only speaks for itself
+    with tempfile.TemporaryDirectory() as folder:  # gmsh tells the format by the ending only
+        written = Path(folder) / "rod.step"
+        with kernel.attempt(f"write {path}"), _quiet():
+            gmsh.write(str(written))
+        path.write_bytes(written.read_bytes())
+
+
+def read_step(path: Path) -> tuple[list[int], list[str]]:
+    """Read the solids of a file, in millimetres, into a new model; return volume tags and names.
+
+    Raises
+    ------
+    GeometryError
+        It is not a STEP file, or holds no solid.
+    OSError
+        The file cannot be read.
+    """
+    with path.open("rb") as file:
+        if not file.read(200).lstrip().startswith(b"ISO-10303-21"):
+            raise GeometryError(f"{path} is not a STEP file: it must begin with ISO-10303-21")
+    gmsh.model.add(path.stem)
+    gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+    with kernel.attempt(f"read {path}"), _quiet():
+        entities = gmsh.model.occ.importShapes(str(path), format="step")
+        gmsh.model.occ.synchronize()
+    volumes = [tag for dim, tag in entities if dim == kernel.SOLID]
+    if not volumes:
+        kinds = ", ".join(sorted({_KINDS[dim] for dim, _ in entities})) or "nothing"
+        raise GeometryError(f"{path} holds no solid, only {kinds}. Export the rod as a solid")
+    names = [gmsh.model.getEntityName(3, tag).rpartition("/")[2] for tag in volumes]
+    if len(names) == 1:
+        return volumes, ["rod"]
+    unnamed = ("", "Open CASCADE STEP translator")  # the latter stands for no name
+    return volumes, [
+        f"part {number}" if name.startswith(unnamed[1]) or name == unnamed[0] else name
+        for number, name in enumerate(names, 1)
+    ]
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep the kernel's own chatter off standard output, where it would spoil `--json`."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    try:
+        with tempfile.TemporaryFile() as drain:
+            os.dup2(drain.fileno(), 1)
+            yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)

@@ -1,0 +1,187 @@
+import math
+
+import gmsh
+import pytest
+
+from geometry.errors import GeometryError
+from geometry.faces import FeatureKind
+from geometry.imported import import_step
+from geometry.mirror import Mirror
+from geometry.presets import LEON_2001
+from geometry.session import session
+from geometry.solid import build
+from geometry.step_file import export_step
+from geometry.surfaces import Surface
+
+CENTER = (12.0, -30.0, 7.0)
+
+
+@pytest.fixture(scope="module")
+def leon(tmp_path_factory):
+    path = tmp_path_factory.mktemp("step") / "leon.step"
+    with session():
+        export_step(LEON_2001, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def mass():
+    with session():
+        return build(LEON_2001, Mirror.NONE).mass
+
+
+def write(path, draw):
+    """Write what `draw(occ)` leaves in the model."""
+    with session():
+        gmsh.model.add("drawn")
+        draw(gmsh.model.occ)
+        gmsh.model.occ.synchronize()
+        gmsh.write(str(path))
+    return path
+
+
+def strap(occ, holes=((0, 10), (100, 5)), thickness=12):
+    """A bar with holes (x, radius) along z."""
+    bar = occ.addBox(-25, -20, -thickness / 2, 150, 40, thickness)
+    tools = [(3, occ.addCylinder(x, 0, -50, 0, 0, 100, r)) for x, r in holes]
+    return occ.cut([(3, bar)], tools)[0] if tools else [(3, bar)]
+
+
+def test_a_written_rod_comes_back_with_the_same_mass(leon, mass):
+    with session():
+        solid = import_step(leon, Mirror.NONE)
+    assert solid.mass.mass == pytest.approx(mass.mass, rel=1e-6)
+    assert solid.mass.center == pytest.approx(mass.center, rel=1e-6, abs=1e-5)
+    assert solid.mass.inertia_z == pytest.approx(mass.inertia_z, rel=1e-6)
+    assert [part.name for part in solid.parts] == ["rod"]
+
+
+def test_mirror_planes_are_found_and_cut(leon, mass):
+    with session():
+        solid = import_step(leon)
+    assert solid.mirror is Mirror.QUARTER
+    assert set(solid.faces) == set(Surface)
+    assert solid.mass.mass == pytest.approx(mass.mass, rel=1e-6)
+    assert [2 * bore.radius for bore in solid.bores] == pytest.approx([50, 24])
+    assert [bore.width for bore in solid.bores] == pytest.approx([30, 30])
+    assert solid.bores[1].x == pytest.approx(141)
+    radii = {round(item.radius, 3) for item in solid.features if item.kind is FeatureKind.ROUND}
+    assert radii == {2.0, 2.4, 10.0, 22.0, 30.0}
+
+
+def test_a_rod_lying_anywhere_is_placed_in_its_frame(tmp_path, leon, mass):
+    def moved(occ):
+        entities = occ.importShapes(str(leon))
+        occ.rotate(entities, 0, 0, 0, 1, 2, 3, 1.1)
+        occ.translate(entities, *CENTER)
+
+    path = write(tmp_path / "moved.step", moved)
+    with session():
+        solid = import_step(path)
+    assert solid.mirror is Mirror.QUARTER
+    assert solid.mass.center == pytest.approx(mass.center, rel=1e-6, abs=1e-5)
+    assert solid.mass.inertia_z == pytest.approx(mass.inertia_z, rel=1e-6)
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("SI_UNIT($,.METRE.)", 1e3), ("SI_UNIT(.CENTI.,.METRE.)", 10)])
+def test_the_unit_of_the_file_is_respected(tmp_path, leon, mass, unit, scale):
+    path = tmp_path / "unit.step"
+    path.write_text(leon.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", unit))
+    with session():
+        solid = import_step(path, Mirror.NONE)
+    assert solid.bores[1].x == pytest.approx(141 * scale)
+    assert solid.mass.mass == pytest.approx(mass.mass * scale**3, rel=1e-6)
+
+
+def test_several_solids_stay_parts_that_share_their_faces(tmp_path):
+    def bushed(occ):
+        strap(occ, ((0, 20 / 2), (100, 8)))
+        outer = occ.addCylinder(100, 0, -6, 0, 0, 12, 8)
+        occ.cut([(3, outer)], [(3, occ.addCylinder(100, 0, -50, 0, 0, 100, 6))])
+
+    path = write(tmp_path / "bushed.step", bushed)
+    with session():
+        solid = import_step(path)
+        shared = math.prod([2, math.pi, 8, 12]) / solid.mirror.copies
+        boundary = [{tag for _, tag in gmsh.model.getBoundary([(3, v) for v in part.volumes], oriented=False)}
+                    for part in solid.parts]  # fmt: skip
+        common = boundary[0] & boundary[1]
+        assert sum(gmsh.model.occ.getMass(2, tag) for tag in common) == pytest.approx(shared)
+    assert [part.name for part in solid.parts] == ["part 1", "part 2"]
+    assert solid.parts[1].mass.mass == pytest.approx(math.pi * (64 - 36) * 12)
+    assert solid.bores[1].radius == pytest.approx(6)
+    assert solid.mirror is Mirror.QUARTER
+
+
+def test_a_lopsided_solid_is_not_cut_and_a_missing_plane_is_refused(tmp_path):
+    def lopsided(occ):
+        bar = strap(occ)
+        occ.cut(bar, [(3, occ.addCylinder(50, 12, 0, 0, 0, 50, 3))])
+
+    path = write(tmp_path / "lopsided.step", lopsided)
+    with session():
+        assert import_step(path).mirror is Mirror.NONE
+    with session(), pytest.raises(GeometryError, match=r"no half symmetry; at most none is possible"):
+        import_step(path, Mirror.HALF)
+
+
+def test_bores_that_cannot_be_told_are_listed_with_the_keys_that_name_them(tmp_path):
+    path = write(tmp_path / "one.step", lambda occ: strap(occ, ((0, 10),)))
+    with session(), pytest.raises(GeometryError) as refusal:
+        import_step(path)
+    for text in ("diameter 20 mm", "rod.big_end_bore_mm", "rod.small_end_bore_mm"):
+        assert text in str(refusal.value)
+
+
+def test_alike_holes_are_told_apart_by_the_diameters_given(tmp_path):
+    holes = ((0, 10), (100, 5), (50, 5))
+    path = write(tmp_path / "three.step", lambda occ: strap(occ, holes))
+    with session(), pytest.raises(GeometryError, match="more than one pair"):
+        import_step(path)
+    holes = ((0, 10), (100, 5), (50, 7))
+    path = write(tmp_path / "large.step", lambda occ: strap(occ, holes))
+    with session():
+        assert import_step(path).bores[1].x == pytest.approx(50)
+    with session():
+        assert import_step(path, small_end_bore=10).bores[1].x == pytest.approx(100)
+    with session(), pytest.raises(GeometryError, match="no two parallel bores"):
+        import_step(path, small_end_bore=11)
+
+
+def test_a_blind_hole_and_a_boss_are_no_bores(tmp_path):
+    def draw(occ):
+        bar = strap(occ)
+        occ.cut(bar, [(3, occ.addCylinder(50, 0, 2, 0, 0, 50, 12))])
+
+    path = write(tmp_path / "blind.step", draw)
+    with session():
+        solid = import_step(path)
+    assert [bore.radius for bore in solid.bores] == pytest.approx([10, 5])
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "not a STEP file"),
+        (b"solid stl", "not a STEP file"),
+        (b"ISO-10303-21;\nrubbish", "could not read"),
+    ],
+)
+def test_a_file_that_is_no_step_file_is_refused(tmp_path, content, message):
+    path = tmp_path / "bad.step"
+    path.write_bytes(content)
+    with session(), pytest.raises(GeometryError, match=message):
+        import_step(path)
+
+
+def test_a_missing_file_is_the_systems_error(tmp_path):
+    with session(), pytest.raises(FileNotFoundError):
+        import_step(tmp_path / "none.step")
+
+
+def test_nothing_is_printed(leon, tmp_path, capfd):
+    with session():
+        export_step(LEON_2001, tmp_path / "again")
+    with session():
+        import_step(tmp_path / "again")
+    assert capfd.readouterr().out == ""
