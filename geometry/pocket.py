@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geometry.segments import Arc, Floats, Line, Point, Segment, mirrored
+from geometry.segments import Arc, Floats, Line, Point, Segment, half_chord, mirrored
 from geometry.step import ring_steps
 from geometry.tangency import Edge
 
@@ -83,7 +83,7 @@ class Pocket:
         nx = self.edge.normal[0]
 
         def arc(center: float, height: float) -> Floats:
-            return height + np.sqrt(np.maximum(radius**2 - (x - center) ** 2, 0.0))
+            return height + half_chord(radius, x - center)
 
         side = self.edge.inset(inset)
         straight = (side.offset - side.normal[0] * x) / side.normal[1]
@@ -107,7 +107,7 @@ class Pocket:
         """Return z of the pocket's surface at points of the plan, mm; infinite outside it."""
         inside = self.inside(x, y)
         short = np.clip(self.floor_radius - inside, 0.0, self.floor_radius)
-        z = self.floor + self.floor_radius - np.sqrt(self.floor_radius**2 - short**2)
+        z = self.floor + self.floor_radius - half_chord(self.floor_radius, short)
         return np.where(inside > 0, z, np.inf)
 
 

@@ -10,7 +10,7 @@ from geometry.mass import MassProperties
 from geometry.outline import Outline
 from geometry.pocket import Pocket, web_pocket
 from geometry.rod import Rod
-from geometry.segments import Floats
+from geometry.segments import Floats, half_chord
 from geometry.step import RingStep, ring_steps
 
 # Gauss's nodes over the angle of a half circle: exact enough for arcs that end upright.
@@ -134,7 +134,7 @@ class HeightField:
         top = self.outline.height(x)
         circles = [(bore.center[0], bore.radius) for bore in self.outline.bores]
         circles += [(step.center, radius) for step in self.steps for radius in (step.rim, step.foot)]
-        seams = [np.sqrt(np.maximum(radius**2 - (x - center) ** 2, 0.0)) for center, radius in circles]
+        seams = [half_chord(radius, x - center) for center, radius in circles]
         if self.pocket is not None:
             seams += [self.pocket.upper_side(x, inset) for inset in (0.0, self.pocket.floor_radius)]
             seams += [np.full_like(x, center[1]) for center in self.pocket.corner_centers()]

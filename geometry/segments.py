@@ -94,11 +94,16 @@ class Arc:
         Such a piece lies above its centre when it turns clockwise, else below.
         """
         across = np.clip(x - self.center[0], -self.radius, self.radius)
-        y = self.center[1] - math.copysign(1, self.sweep) * np.sqrt(self.radius**2 - across**2)
+        y = self.center[1] - math.copysign(1, self.sweep) * half_chord(self.radius, across)
         return np.where(_within(x, self.start[0], self.end[0]), y, -np.inf)
 
 
 Segment = Line | Arc
+
+
+def half_chord(radius: float, across: Floats) -> Floats:
+    """Return √(radius² − across²); 0 where rounding, or the circle, leaves nothing."""
+    return np.asarray(np.sqrt(np.maximum(radius**2 - across**2, 0.0)))
 
 
 def mirrored(chain: tuple[Segment, ...]) -> tuple[Segment, ...]:

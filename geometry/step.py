@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geometry.segments import Arc, Floats, Line, Point, Segment
+from geometry.segments import Arc, Floats, Line, Point, Segment, half_chord
 
 if TYPE_CHECKING:
     from geometry.rod import Rod
@@ -55,7 +55,7 @@ class RingStep:
     def half_width(self, distance: Floats) -> Floats:
         """Return z of the faces at distances from the bore's axis, mm."""
         short = np.clip(self.foot - distance, 0.0, self.radius)
-        flank = self.shank + self.radius - np.sqrt(self.radius**2 - short**2)
+        flank = self.shank + self.radius - half_chord(self.radius, short)
         return np.where(distance <= self.rim, self.ring, flank)
 
     def space_above(self, top: float, far: float) -> tuple[Segment, ...]:

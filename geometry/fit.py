@@ -1,0 +1,132 @@
+"""Dimensions found from a target mass, centre of gravity and inertia."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from geometry.invalid import InvalidValue, require, require_positive
+from geometry.mass import MassProperties
+from geometry.rod import Rod, dimensions
+from geometry.section import HeightField
+from geometry.segments import Floats
+
+SPAN = 3.0  # a free dimension may grow or shrink by this factor
+_MET = 1e-3
+_REFUSED = 10.0  # residual where the dimensions make no rod: the step is taken back
+
+
+@dataclass(frozen=True)
+class Targets:
+    """What a rod must weigh; None leaves a figure open.
+
+    Attributes
+    ----------
+    density
+        t/mm³.
+    mass
+        t.
+    center
+        Centre of gravity, mm from the crank-pin centre.
+    inertia_z
+        About the pin-parallel axis through the centre of gravity, t·mm².
+    """
+
+    density: float
+    mass: float | None = None
+    center: float | None = None
+    inertia_z: float | None = None
+
+    def given(self) -> dict[str, float]:
+        """Return the figures that are sought."""
+        every = {"mass": self.mass, "center": self.center, "inertia_z": self.inertia_z}
+        sought = {name: value for name, value in every.items() if value is not None}
+        return {name: require_positive(f"target {name}", value) for name, value in sought.items()}
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The rod that comes nearest to its targets.
+
+    Attributes
+    ----------
+    rod
+        The rod.
+    residuals
+        Relative misfit of each target, computed / target − 1.
+    at_limit
+        Free dimensions that ended at the limit of what was allowed.
+    """
+
+    rod: Rod
+    residuals: dict[str, float]
+    at_limit: tuple[str, ...]
+
+    @property
+    def met(self) -> bool:
+        """Whether every target is met to a thousandth."""
+        return all(abs(misfit) <= _MET for misfit in self.residuals.values())
+
+    def text(self) -> str:
+        """Say whether the targets are met together, and what stands in the way."""
+        if self.met:
+            return "all targets are met to 0.1 %"
+        misfits = ", ".join(f"{name} {100 * value:+.2g} %" for name, value in self.residuals.items())
+        limits = f"; at their limits: {', '.join(self.at_limit)}" if self.at_limit else ""
+        return f"the targets cannot be met together with these free dimensions: {misfits}{limits}"
+
+
+def fit(rod: Rod, targets: Targets, free: Sequence[str]) -> Fit:
+    """Adjust free dimensions of a rod until its mass properties meet the targets, or come nearest.
+
+    Parameters
+    ----------
+    rod
+        Where to start from; what is not free stays.
+    targets
+        At least one figure.
+    free
+        Names of `Rod`'s dimensions. Each may change by the factor `SPAN` either way.
+
+    Returns
+    -------
+    Fit
+        Of bounded least squares over the relative misfits.
+
+    Raises
+    ------
+    InvalidValue
+        No target, nothing free, or a name that is no dimension.
+    """
+    from scipy.optimize import least_squares  # noqa: PLC0415 - only a fit needs it
+
+    sought = targets.given()
+    require(bool(sought), "targets", None, "at least one of mass, center, inertia_z must be given")
+    require(bool(free), "free dimensions", list(free), "at least one must be named")
+    for name in free:
+        require(name in dimensions(), "free dimension", name, f"must be one of {', '.join(dimensions())}")
+    start = np.array([getattr(rod, name) for name in free])
+
+    def misfit(shares: Floats) -> Floats:
+        try:
+            changed = _changed(rod, free, shares * start)
+        except InvalidValue:
+            return np.full(len(sought), _REFUSED)
+        return np.array(list(_misfits(changed, targets.density, sought).values()))
+
+    found = least_squares(misfit, np.ones(len(free)), bounds=(1 / SPAN, SPAN), xtol=1e-6, max_nfev=50)
+    best = _changed(rod, free, found.x * start)
+    limits = tuple(name for name, active in zip(free, found.active_mask, strict=True) if active)
+    return Fit(best, _misfits(best, targets.density, sought), limits)
+
+
+def _changed(rod: Rod, free: Sequence[str], values: Floats) -> Rod:
+    changes: dict[str, Any] = dict(zip(free, map(float, values), strict=True))
+    return replace(rod, **changes)
+
+
+def _misfits(rod: Rod, density: float, sought: dict[str, float]) -> dict[str, float]:
+    mass: MassProperties = HeightField(rod).mass().times(density)
+    reached = {"mass": mass.mass, "center": mass.center[0], "inertia_z": mass.inertia_z}
+    return {name: reached[name] / target - 1 for name, target in sought.items()}

@@ -1,0 +1,41 @@
+import pytest
+
+from geometry.fit import Targets, fit
+from geometry.invalid import InvalidValue
+from geometry.presets import FORSA_G10
+from geometry.section import HeightField
+
+STEEL = 7.85e-9
+FREE = ("big_end_ring", "small_end_ring", "shank_depth_small_end")
+
+
+def test_a_heavier_rod_with_its_centre_elsewhere_is_found():
+    targets = Targets(STEEL, mass=0.40e-3, center=33.0, inertia_z=1.0)
+    found = fit(FORSA_G10, targets, FREE)
+    mass = HeightField(found.rod).mass().times(STEEL)
+    assert found.met
+    assert (mass.mass, mass.center[0], mass.inertia_z) == pytest.approx((0.40e-3, 33.0, 1.0), rel=1e-3)
+    assert found.rod.big_end_bore == FORSA_G10.big_end_bore
+
+
+def test_targets_that_contradict_each_other_are_said_to():
+    # No rod of 120 mm has its centre at 32 mm and a third of the inertia that this takes.
+    found = fit(FORSA_G10, Targets(STEEL, mass=0.384e-3, center=31.77, inertia_z=0.3), FREE)
+    assert not found.met
+    assert "cannot be met together" in found.text()
+    assert max(map(abs, found.residuals.values())) > 0.05
+
+
+@pytest.mark.parametrize(
+    ("targets", "free", "name"),
+    [
+        (Targets(STEEL), FREE, "targets"),
+        (Targets(STEEL, mass=-1.0), FREE, "target mass"),
+        (Targets(STEEL, mass=1e-3), (), "free dimensions"),
+        (Targets(STEEL, mass=1e-3), ("girth",), "free dimension"),
+    ],
+)
+def test_a_fit_without_sense_is_refused(targets, free, name):
+    with pytest.raises(InvalidValue) as refusal:
+        fit(FORSA_G10, targets, free)
+    assert refusal.value.name == name
