@@ -18,6 +18,7 @@ from fea.output.picture import (
     try_rendering,
 )
 from fea.output.png import is_complete_png
+from fea.output.strokes import require_rod
 from fea.output.summary import json_text
 from fea.output.vtu import write_vtu
 from mesh.tetmesh import TetMesh
@@ -133,6 +134,14 @@ def test_a_file_beside_its_summary_is_titled_by_it(tmp_path):
     assert described(tmp_path / "other.vtu", png) == Picture(tmp_path / "other.vtu", png, "other")
 
 
+def test_a_blank_picture_is_an_error_whatever_the_library_says():
+    image = np.full((400, 1600, 3), 255, np.uint8)
+    with pytest.raises(RuntimeError, match="blank"):
+        require_rod(image)
+    image[100:200, 200:1400] = (66, 148, 255)
+    require_rod(image)
+
+
 def test_a_png_that_is_cut_short_damaged_or_blank_is_none(tmp_path):
     png = tmp_path / "a.png"
     assert not is_complete_png(png)
@@ -141,6 +150,12 @@ def test_a_png_that_is_cut_short_damaged_or_blank_is_none(tmp_path):
     Image.fromarray(np.arange(7500, dtype=np.uint8).reshape(50, 50, 3)).save(png)
     assert is_complete_png(png)
     whole = png.read_bytes()
-    for broken in (whole[:-12], whole[:100], b"GIF89a" + whole, whole[:60] + b"\0\0" + whole[62:]):
+    for broken in (
+        whole[:-12],
+        whole[:100],
+        b"GIF89a" + whole,
+        whole[:60] + b"\0\0" + whole[62:],
+        whole[:-14] + b"\0\0" + whole[-12:],
+    ):
         png.write_bytes(broken)
         assert not is_complete_png(png)

@@ -8,19 +8,17 @@ from fea.output.skin import Skin, refined_line
 from fea.output.view import View, choose_view
 from mesh.tetmesh import EDGES
 
-OCTANTS = [
-    (a, b, c, d)
-    for a in [0]
-    for b, c, d in [(1, 3, 5), (3, 2, 5), (2, 4, 5), (4, 1, 5), (3, 1, 6), (2, 3, 6), (4, 2, 6), (1, 4, 6)]
-]
+OUTER = [(1, 3, 5), (3, 2, 5), (2, 4, 5), (4, 1, 5), (3, 1, 6), (2, 3, 6), (4, 2, 6), (1, 4, 6)]
+OCTANTS = [(0, *outer) for outer in OUTER]
 
 
 def ball(order: int) -> tuple[np.ndarray, np.ndarray]:
     """Eight tetrahedra around the origin; with order 2 their outer edges lie on the unit sphere."""
     points = [np.zeros(3), *(sign * axis for axis in np.eye(3) for sign in (1.0, -1.0))]
-    points = [points[k] for k in (0, 1, 2, 3, 4, 5, 6)]
     tets = []
-    for tet in OCTANTS:
+    for number, octant in enumerate(OCTANTS):
+        # every face of a tetrahedron is an outer one somewhere: even permutations keep it outside out
+        tet = [octant[k] for k in [(0, 1, 2, 3), (1, 0, 3, 2), (2, 3, 0, 1), (3, 2, 1, 0)][number % 4]]
         nodes = list(tet)
         if order == 2:
             for i, j in EDGES:
@@ -108,6 +106,10 @@ def test_the_view_faces_the_place_with_the_rod_across(normal):
     assert view.towards @ normal > 0.3
     assert view.right[0] > 0.75  # the rod's length
     np.testing.assert_allclose(np.cross(view.right, view.up), view.towards, atol=1e-12)
+
+
+def test_a_place_on_the_far_side_is_faced_however_unusual_that_is():
+    assert choose_view(np.array([0.0, 0, -1]), lambda _: True, closeness=0).towards[2] < -0.1
 
 
 def test_the_view_avoids_what_hides_the_place():
