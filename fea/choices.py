@@ -36,4 +36,4 @@ class SolverName(StrEnum):
 
     AUTO = "auto"
     PARDISO = "pardiso"
-    SUPERLU = "superlu"
+    CHOLMOD = "cholmod"

@@ -79,12 +79,14 @@ def _library(what: str, package: str, code: str, remedy: str) -> Finding:
 
 
 def _pardiso() -> Finding:
-    complaint = _tried("from fea.solid.solvers import _pardiso_solver; _pardiso_solver()")
+    complaint = _tried("from fea.solid.pardiso import PardisoCholesky; PardisoCholesky(1)")
     if complaint is None:
         found = f"Pardiso (pypardiso {importlib.metadata.version('pypardiso')})"
         return Finding("linear solver", found, good=True, needed=False, remedy="")
-    found = f"SciPy's SuperLU only: slow on fine meshes ({complaint})"
-    return Finding("linear solver", found, good=False, needed=False, remedy="pip install pypardiso")
+    fallback = _tried("import cvxopt.cholmod, pymetis")
+    if fallback is None:
+        return Finding("linear solver", f"CHOLMOD ({complaint})", good=True, needed=True, remedy="")
+    return Finding("linear solver", complaint, good=False, needed=True, remedy="pip install pypardiso")
 
 
 def _rendering() -> Finding:

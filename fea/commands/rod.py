@@ -42,9 +42,11 @@ def rod(
     report = rod_report(asked)
     written: list[Path] = []
     if step is not None:
-        from geometry.step_file import write_step
+        from geometry.session import session
+        from geometry.step_file import export_step
 
-        write_step(asked.rod.solid(), step)
+        with session():
+            export_step(asked.rod.solid(), step)
         written.append(step)
     if screenshot:
         from fea.output.picture import picture_of_mesh

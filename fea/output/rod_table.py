@@ -18,10 +18,14 @@ def print_rod(figures: Mapping[str, Any], console: Console | None = None) -> Non
         f"{figures['study']}: {figures['mass_kg']:.4g} kg, {figures['length_mm']:g} mm between the bores",
         f"centre of gravity ({x:.2f}, {y + 0.0:.2f}, {z + 0.0:.2f}) mm from the crank pin",
         f"inertia about it, kg·m²: xx {tensor[0][0]:.4g}, yy {tensor[1][1]:.4g}, zz {tensor[2][2]:.4g}",
-        f"least section {least['area_mm2']:.2f} mm² at x = {least['x_mm']:.1f} mm, "
-        f"I_y {least['inertia_y_mm4']:.0f} and I_z {least['inertia_z_mm4']:.0f} mm⁴",
-        f"slenderness K l / r {slenderness['in_plane']:.1f} in the plane of motion (K = 1), "
-        f"{slenderness['sideways']:.1f} sideways (K = 0.5)",
+        (
+            f"least section {least['area_mm2']:.2f} mm² at x = {least['x_mm']:.1f} mm, "
+            f"I_y {least['inertia_y_mm4']:.0f} and I_z {least['inertia_z_mm4']:.0f} mm⁴"
+        ),
+        (
+            f"slenderness K l / r {slenderness['in_plane']:.1f} in the plane of motion (K = 1), "
+            f"{slenderness['sideways']:.1f} sideways (K = 0.5)"
+        ),
     ]
     for line in lines:
         console.print(line, markup=False, soft_wrap=True)

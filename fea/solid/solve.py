@@ -11,7 +11,7 @@ from fea.clock import Clock
 from fea.material import Material
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.parity import Parity, Split
-from fea.solid.solvers import Factor, factorise
+from fea.solid.solvers import direct_solver
 from fea.solid.supports import (
     clamped,
     determinate_restraints,
@@ -86,36 +86,38 @@ class Model:
     ) -> None:
         self.mesh = mesh
         self._clock = clock or Clock()
-        self._choice = solver
+        self._solver = direct_solver(solver, slots=len(Parity))
+        self._factorised: list[Parity] = []
         self._held = (
             clamped(mesh, Surface.BIG_END_BORE)
             if support is Support.CLAMPED
             else determinate_restraints(mesh)
         )
-        self._factors: dict[Parity, Factor] = {}
         with self._clock("assembly"):
             self._K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
 
     @property
     def solved_dofs(self) -> int:
         """Unknowns over the parities factorised so far."""
-        return sum(int(np.count_nonzero(~self._fixed(parity))) for parity in self._factors)
+        return sum(int(np.count_nonzero(~self._fixed(parity))) for parity in self._factorised)
 
     @property
     def solver(self) -> str:
-        """Name of the solver used, empty before the first solve."""
-        return next((factor.name for factor in self._factors.values()), "")
+        """Name of the solver used."""
+        return self._solver.name
 
     def _fixed(self, parity: Parity) -> npt.NDArray[np.bool_]:
         return (plane_conditions(self.mesh, parity) | self._held).ravel()
 
-    def _factor(self, parity: Parity) -> Factor:
-        if parity not in self._factors:
+    def _slot(self, parity: Parity) -> int:
+        """Slot of the solver that holds the factor of a parity."""
+        if parity not in self._factorised:
             fixed = self._fixed(parity)
             require_restrained(self.mesh, fixed.reshape(-1, 3))
             with self._clock("factor"):
-                self._factors[parity] = factorise(self._K.constrained(fixed), self._choice)
-        return self._factors[parity]
+                self._solver.factorise(len(self._factorised), self._K.constrained(fixed))
+            self._factorised.append(parity)
+        return self._factorised.index(parity)
 
     def solve(self, loads: Sequence[Split]) -> Solution:
         """Displacements of the cell under each load.
@@ -131,9 +133,9 @@ class Model:
         residuals: dict[Parity, Residuals] = {}
         for parity, f in _right_hand_sides(loads).items():
             fixed = self._fixed(parity)
-            factor = self._factor(parity)
+            slot = self._slot(parity)
             with self._clock("solve"):
-                u = factor.solve(np.where(fixed[:, None], 0.0, f))
+                u = self._solver.solve(slot, np.where(fixed[:, None], 0.0, f))
                 u[fixed] = 0.0
                 held = self._held.ravel() & ~plane_conditions(self.mesh, parity).ravel()
                 residuals[parity] = _residuals(self._K, u, f, fixed, held)
