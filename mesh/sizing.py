@@ -8,7 +8,7 @@ import gmsh
 from geometry.faces import Feature, FeatureKind
 
 # Second-order elements through an arc, around a bore, across a web, along the rod.
-PER_ARC, PER_BORE, PER_WEB, PER_LENGTH = 3, 32, 2, 40
+PER_ARC, PER_BORE, PER_WEB, PER_LENGTH = 4, 32, 2, 28
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Sizing:
 
     size: float
     order: int = 2
-    growth: float = 0.4
+    growth: float = 0.5
 
 
 def default_size(rod_length: float) -> float:

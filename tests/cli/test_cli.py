@@ -20,7 +20,7 @@ def fea(*arguments, cwd, environment=None):
     )
 
 
-COARSE = ("--size", 9)
+COARSE = ("--size", 12)
 
 
 @pytest.fixture(scope="module")
@@ -153,7 +153,7 @@ def test_bad_usage_is_one_line_and_its_code(arguments, code, says, tmp_path):
 
 def test_init_writes_a_study_that_runs(tmp_path):
     assert fea("init", "mine.toml", cwd=tmp_path).returncode == 0
-    done = fea("run", "mine.toml", "--size", 9, "--quiet", cwd=tmp_path)
+    done = fea("run", "mine.toml", "--size", 12, "--quiet", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert fea("init", "mine.toml", cwd=tmp_path).returncode == 2
 
@@ -162,7 +162,7 @@ def test_python_does_the_same_job(tmp_path, monkeypatch):
     from fea import run
 
     monkeypatch.chdir(tmp_path)
-    summary = run(rpm=3000, size=9, out="here")
+    summary = run(rpm=3000, size=12, out="here")
     assert summary["rpm"] == 3000
     assert (tmp_path / "here" / "summary.json").exists()
 
