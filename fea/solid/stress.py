@@ -19,13 +19,16 @@ def principal(stress: Floats) -> Floats:
     Trigonometric roots of the characteristic cubic (Smith 1961), good to 1e-8 of the largest stress
     where two roots coincide and to rounding elsewhere; LAPACK takes four times as long.
     """
-    xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
+    largest = float(np.abs(stress).max(initial=0.0)) or 1.0
+    xx, yy, zz, xy, yz, xz = np.moveaxis(stress / largest, -1, 0)  # cubes neither over- nor underflow
     mean = (xx + yy + zz) / 3
     a, b, c = xx - mean, yy - mean, zz - mean
     J2 = (a * a + b * b + c * c) / 2 + xy * xy + yz * yz + xz * xz
     J3 = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz)
     radius = np.sqrt(J2 / 3)
-    lode = np.divide(J3, 2 * radius**3, out=np.ones_like(J3), where=radius > 0)
+    cube = radius**3
+    lode = np.divide(J3, 2 * cube, out=np.ones_like(J3), where=cube > 0)
     angle = np.arccos(np.clip(lode, -1, 1)) / 3
     thirds = 2 * np.pi / 3 * np.array([0, -1, 1])
-    return np.asarray(mean[..., None] + 2 * radius[..., None] * np.cos(angle[..., None] + thirds))
+    roots = mean[..., None] + 2 * radius[..., None] * np.cos(angle[..., None] + thirds)
+    return np.asarray(largest * roots)
