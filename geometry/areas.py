@@ -13,6 +13,7 @@ from geometry.pocket import Pocket
 from geometry.rod import Rod
 from geometry.section import HeightField
 from geometry.segments import Arc
+from geometry.slant import slanted_half_width
 from geometry.step import RingStep
 
 # Sampling in place of integrals with kinks: a lost or doubled face is off by far more.
@@ -46,19 +47,27 @@ def feature_areas(rod: Rod) -> dict[FeatureKind, float]:
     field = HeightField(rod)
     big, small = field.outline.bores
     areas = {
-        FeatureKind.BORE: 2 * math.pi * (big.radius * rod.big_end_width + small.radius * rod.small_end_width),
+        FeatureKind.BORE: _bore(big, rod.big_end_width)
+        + _bore(small, rod.pin_bearing_width)
+        - math.pi * rod.oil_hole**2 / 4,
         FeatureKind.RING_FILLET: sum(_ring_fillet(field, arc) for arc in field.outline.fillets),
         FeatureKind.RING_STEP: sum(_ring_step(field, step) for step in field.steps),
     }
+    if (bosses := field.outline.bosses) is not None:
+        lengths = sum(arc.length for arc in bosses.fillets())
+        areas[FeatureKind.BOSS_FILLET] = 2 * lengths * rod.big_end_width
     return areas | _pocket_areas(field.pocket)
+
+
+def _bore(bore: Arc, width: float) -> float:
+    return 2 * math.pi * bore.radius * width
 
 
 def _ring_fillet(field: HeightField, arc: Arc) -> float:
     """Area of a fillet in plan, on both edges of the shank, under the ring step that it crosses."""
     angle = arc.begin + _ALONG * arc.sweep
     x, y = arc.center[0] + arc.radius * np.cos(angle), arc.center[1] + arc.radius * np.sin(angle)
-    half = np.maximum(*(step.half_width(np.hypot(x - step.center, y)) for step in field.steps))
-    return 4 * arc.length * float(half.mean())
+    return 4 * arc.length * float(field.face(x, y).mean())
 
 
 def _ring_step(field: HeightField, step: RingStep) -> float:
@@ -69,7 +78,10 @@ def _ring_step(field: HeightField, step: RingStep) -> float:
     azimuth, rise = np.meshgrid(_ALONG * math.pi / 2, _ACROSS * step.sweep)
     distance = step.foot - step.radius * np.sin(rise)
     x = step.center + side * distance * np.cos(azimuth)
-    within = distance * np.sin(azimuth) < field.outline.height(x)
+    height = step.shank + step.radius * (1 - np.cos(rise))
+    y = distance * np.sin(azimuth)
+    within = (np.arctan2(y, x) < field.outline.shank_sector) & (y < field.outline.height(x))
+    within &= height < slanted_half_width(field.rod, x)
     return 4 * step.radius * step.sweep * (math.pi / 2) * float((within * distance).mean())
 
 

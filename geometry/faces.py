@@ -23,6 +23,7 @@ class FeatureKind(StrEnum):
 
     BORE = "bore"
     RING_FILLET = "ring_fillet"  # in plan, between a ring and the shank's edge
+    BOSS_FILLET = "boss_fillet"  # in plan, between a cap bolt's boss and the ring
     RING_STEP = "ring_step"  # at the foot of the step from ring to shank
     POCKET_CORNER = "pocket_corner"
     POCKET_FLOOR = "pocket_floor"  # the rounded edge of the floor
@@ -154,9 +155,12 @@ def features(rod: Rod, faces: Sequence[Face]) -> tuple[Feature, ...]:
 
     found = [
         cylinders(FeatureKind.BORE, outline.bores[0], 2 * math.pi, rod.big_end_ring),
-        cylinders(FeatureKind.BORE, outline.bores[1], 2 * math.pi, rod.small_end_ring),
+        cylinders(FeatureKind.BORE, outline.bores[1], 2 * math.pi, rod.bushing or rod.small_end_ring),
         *(cylinders(FeatureKind.RING_FILLET, arc, abs(arc.sweep)) for arc in outline.fillets),
     ]
+    if outline.bosses is not None:
+        arcs = outline.bosses.fillets()
+        found += [cylinders(FeatureKind.BOSS_FILLET, arc, abs(arc.sweep)) for arc in arcs]
     for step in ring_steps(rod):
         tags = tuple(face.tag for face in faces if _torus(face, step.center, step.foot, step.radius, slack))
         found.append(Feature(FeatureKind.RING_STEP, tags, step.radius, step.sweep))

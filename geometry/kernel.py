@@ -49,12 +49,22 @@ def prism(outer: Sequence[Segment], holes: Sequence[Sequence[Segment]], bottom: 
     return _only_volume(swept)
 
 
-def revolution(profile: Sequence[Segment], x: float) -> int:
-    """Turn a profile (distance, z) about the z-parallel axis at `x`."""
+def prism_along_y(profile: Sequence[Segment], half: float) -> int:
+    """Extrude a side view (x, z) along y from −half to half."""
+    base = face(profile, (), in_profile)
+    gmsh.model.occ.translate([(2, base)], 0, -half, 0)
+    return _only_volume(gmsh.model.occ.extrude([(2, base)], 0, 2 * half, 0))
+
+
+def revolution(profile: Sequence[Segment], x: float, sector: float = math.pi) -> int:
+    """Turn a profile (distance, z) about the z-parallel axis at `x`, from −sector to sector (rad)."""
     base = face(profile, (), in_profile)
     gmsh.model.occ.translate([(2, base)], x, 0, 0)
-    swept = gmsh.model.occ.revolve([(2, base)], x, 0, 0, 0, 0, 1, 2 * math.pi)
-    gmsh.model.occ.remove([(2, base)], recursive=True)  # else it would be meshed as a loose face
+    if sector < math.pi:
+        gmsh.model.occ.rotate([(2, base)], x, 0, 0, 0, 0, 1, -sector)
+    swept = gmsh.model.occ.revolve([(2, base)], x, 0, 0, 0, 0, 1, 2 * sector)
+    if sector == math.pi:
+        gmsh.model.occ.remove([(2, base)], recursive=True)  # else it would be meshed as a loose face
     return _only_volume(swept)
 
 
@@ -64,6 +74,14 @@ def cut(body: int, tools: Sequence[int]) -> int:
         return body
     left, _ = gmsh.model.occ.cut([(SOLID, body)], [(SOLID, tool) for tool in tools])
     return _only_volume(left)
+
+
+def drilled(bodies: Sequence[int], tools: Sequence[int]) -> list[int]:
+    """Take tools from several bodies at once, which keep sharing their faces; the tools are used up."""
+    if not tools:
+        return list(bodies)
+    _, pieces = gmsh.model.occ.cut([(SOLID, body) for body in bodies], [(SOLID, tool) for tool in tools])
+    return [_only_volume(pieces[number]) for number in range(len(bodies))]
 
 
 def common(one: int, other: int) -> int:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geometry.bosses import Bosses, bosses
 from geometry.segments import Arc, Floats, Line, Segment
 from geometry.tangency import Edge, fillet_center, foot, shank_edge
 
@@ -37,13 +38,35 @@ class Outline:
         )
 
     @cached_property
+    def bosses(self) -> Bosses | None:
+        """The bosses of the cap bolts."""
+        return bosses(self.rod)
+
+    @cached_property
+    def shank_sector(self) -> float:
+        """Half the angle about the crank pin that holds the shank and no boss, rad; π without bosses."""
+        if self.bosses is None:
+            return math.pi
+        boss, shank = self.bosses.fillets()[1].end, self.fillets[0].start
+        return (math.atan2(boss[1], boss[0]) + math.atan2(shank[1], shank[0])) / 2
+
+    @cached_property
     def upper(self) -> tuple[Segment, ...]:
         """The outline from (−, 0) at the cap over the shank to (+, 0) at the crown."""
         rod, (big, small) = self.rod, self.fillets
         origin, pin = (0.0, 0.0), (rod.length, 0.0)
         left, right = (-math.inf, 0.0), (math.inf, 0.0)
+        ring = Arc.towards(origin, rod.big_end_radius, left, big.center, anticlockwise=False)
+        around: tuple[Segment, ...] = (ring,)
+        if self.bosses is not None:
+            cap, shank = self.bosses.fillets()
+            around = (
+                Arc.towards(origin, rod.big_end_radius, left, cap.center, anticlockwise=False),
+                *self.bosses.outline(),
+                Arc.towards(origin, rod.big_end_radius, shank.center, big.center, anticlockwise=False),
+            )
         return (
-            Arc.towards(origin, rod.big_end_radius, left, big.center, anticlockwise=False),
+            *around,
             big,
             Line(big.end, small.start),
             small,

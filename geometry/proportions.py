@@ -1,9 +1,10 @@
 """A whole rod from a few dimensions: what is not given follows usual proportions."""
 
+import math
 from typing import Any
 
-from geometry.invalid import require_positive
-from geometry.rod import Rod, ShankSection
+from geometry.invalid import require_number, require_positive
+from geometry.rod import Rod, ShankSection, options
 from geometry.rules import leave_a_shank
 
 
@@ -34,7 +35,11 @@ def proportioned(length: float, big_end_bore: float, small_end_bore: float, **gi
         )
     }  # fmt: skip
     for name, value in given.items():
-        rod[name] = value if name == "shank_section" else require_positive(f"rod.{name}_mm", value)
+        if name == "shank_section":
+            rod[name] = value
+        else:
+            check = require_number if name in options() else require_positive
+            rod[name] = check(f"rod.{name}_mm", value)
 
     def default(name: str, value: float) -> float:
         return float(rod.setdefault(name, value))
@@ -63,4 +68,16 @@ def proportioned(length: float, big_end_bore: float, small_end_bore: float, **gi
     corner = default("pocket_corner_radius", max(min(0.6 * (depth / 2 - flange), 0.1 * gap), 0.12))
     default("pocket_floor_radius", max(min(0.5 * corner, 0.3 * (shank - web)), 0.1))
     default("pocket_setback", 0.05 * gap)
+    if bolt := rod.get("cap_bolt", 0.0):
+        _default_bosses(rod, bolt, big_radius)
     return Rod(**rod)
+
+
+def _default_bosses(rod: dict[str, Any], bolt: float, ring: float) -> None:
+    """Complete the bosses: the holes as near to the bore as plane seats allow."""
+    half = (rod.get("cap_boss_length") or 1.3 * ring) / 2
+    fillet = rod.get("cap_boss_fillet") or 0.12 * ring
+    seat = math.sqrt(max((ring + fillet) ** 2 - (half + fillet) ** 2, 0.0))
+    inner = max(seat, 0.53 * rod["big_end_bore"], ring - 1.5 * bolt)
+    spacing = rod.get("cap_bolt_spacing") or 2 * inner + 1.05 * bolt
+    rod |= {"cap_boss_length": 2 * half, "cap_boss_fillet": fillet, "cap_bolt_spacing": spacing}

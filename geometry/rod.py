@@ -47,6 +47,16 @@ class Rod:
         Of the web pockets, in plan and along the edge of the floor.
     pocket_setback
         Distance of the pockets' ends from the feet of the ring steps (from the rings, without a step).
+    small_end_crown_width
+        Width of a slanted small end at its crown; it narrows from `small_end_width` where the ring begins.
+    bushing
+        Radial thickness of a bushing in the small end, a part of its own inside `small_end_ring`; the
+        small-end bore is the bushing's.
+    oil_hole
+        Diameter of a hole along x through the crown of the small end.
+    cap_bolt, cap_bolt_spacing, cap_boss_length, cap_boss_fillet
+        Diameter of the cap bolts' holes, distance of their axes, length of the bosses along x (half of it
+        on either side of the crank pin) and radius between bosses and ring.
 
     Raises
     ------
@@ -73,6 +83,14 @@ class Rod:
     pocket_corner_radius: float
     pocket_floor_radius: float
     pocket_setback: float
+    # Options: 0 leaves them out.
+    small_end_crown_width: float = 0.0
+    bushing: float = 0.0
+    oil_hole: float = 0.0
+    cap_bolt: float = 0.0
+    cap_bolt_spacing: float = 0.0
+    cap_boss_length: float = 0.0
+    cap_boss_fillet: float = 0.0
 
     def __post_init__(self) -> None:
         rules.check(self)
@@ -88,6 +106,11 @@ class Rod:
         return self.small_end_bore / 2 + self.small_end_ring
 
     @property
+    def pin_bearing_width(self) -> float:
+        """Length of the small-end bore, in the mean where the end is slanted, mm."""
+        return (self.small_end_width + (self.small_end_crown_width or self.small_end_width)) / 2
+
+    @property
     def has_pockets(self) -> bool:
         """Whether the shank is an I-section."""
         return self.shank_section is ShankSection.I
@@ -101,6 +124,11 @@ class Rod:
 def dimensions() -> tuple[str, ...]:
     """Names of the fields that are lengths in mm."""
     return tuple(field.name for field in fields(Rod) if field.type is float)
+
+
+def options() -> tuple[str, ...]:
+    """Names of the dimensions that may be 0: what they describe is then left out."""
+    return tuple(field.name for field in fields(Rod) if field.default == 0)
 
 
 def key(dimension: str) -> str:

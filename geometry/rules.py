@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from geometry.invalid import InvalidValue, require, require_number
+from geometry.optional_rules import check_options
 from geometry.outline import Outline
 from geometry.pocket import Pocket, web_pocket
 from geometry.step import ring_steps
@@ -20,6 +21,7 @@ def check(rod: "Rod") -> None:
     _shank(rod)
     _fillets(rod)
     _steps(rod)
+    check_options(rod)
     if rod.has_pockets:
         _web(rod)
         _pocket(rod, web_pocket(rod, Outline(rod).edge))
@@ -30,13 +32,14 @@ def _key(dimension: str) -> str:
 
 
 def _sizes(rod: "Rod") -> None:
-    from geometry.rod import ShankSection, dimensions  # noqa: PLC0415 - a rod checks itself
+    from geometry.rod import ShankSection, dimensions, options  # noqa: PLC0415 - a rod checks itself
 
     for name in dimensions():
         value = require_number(_key(name), getattr(rod, name))
         object.__setattr__(rod, name, value)
         rule = f"must lie between {LEAST:g} and {MOST:g} mm"
-        require(LEAST <= value <= MOST, _key(name), value, rule, "Lengths are in millimetres.")
+        left_out = value == 0 and name in options()
+        require(left_out or LEAST <= value <= MOST, _key(name), value, rule, "Lengths are in millimetres.")
     known = [str(section) for section in ShankSection]
     section = rod.shank_section
     rule = f"must be one of {', '.join(known)}"

@@ -11,6 +11,7 @@ from geometry.outline import Outline
 from geometry.pocket import Pocket, web_pocket
 from geometry.rod import Rod
 from geometry.segments import Floats, half_chord
+from geometry.slant import slanted_half_width
 from geometry.step import RingStep, ring_steps
 
 # Gauss's nodes over the angle of a half circle: exact enough for arcs that end upright.
@@ -71,13 +72,30 @@ class HeightField:
         """The ring steps."""
         return ring_steps(self.rod)
 
+    def face(self, x: Floats, y: Floats) -> Floats:
+        """Return z of the upper side faces at points of the plan, mm, without pockets and bores."""
+        big, small = self.steps
+        beside = np.arctan2(y, x) > self.outline.shank_sector  # the bosses and the ring between them
+        z_big = np.where(beside, big.ring, big.half_width(np.hypot(x, y)))
+        z = np.maximum(z_big, small.half_width(np.hypot(x - small.center, y)))
+        return np.minimum(z, slanted_half_width(self.rod, x))
+
     def half_width(self, x: Floats, y: Floats) -> Floats:
-        """Return z of the upper face at points of the plan, mm; 0 in the bores."""
-        z = np.maximum(*(step.half_width(np.hypot(x - step.center, y)) for step in self.steps))
+        """Return z of the upper surface at points of the plan, mm; 0 in the bores."""
+        z = self.face(x, y)
         if self.pocket is not None:
             z = np.minimum(z, self.pocket.half_width(x, y))
         for bore in self.outline.bores:
             z = np.where(np.hypot(x - bore.center[0], y) < bore.radius, 0.0, z)
+        return z
+
+    def void(self, x: Floats, y: Floats) -> Floats:
+        """Return z up to which bolt and oil holes leave the rod hollow, mm."""
+        rod, bosses = self.rod, self.outline.bosses
+        z = np.where(x > rod.length, half_chord(rod.oil_hole / 2, y), 0.0)
+        if bosses is not None:
+            bolt = half_chord(bosses.bolt_radius, y - bosses.bolt_at)
+            z = np.maximum(z, np.where(np.abs(x) < bosses.half_length, bolt, 0.0))
         return z
 
     def section(self, x: float) -> Section:
@@ -100,9 +118,11 @@ class HeightField:
     def _moments(self, x: Floats) -> tuple[Floats, Floats, Floats]:
         """Integrate z, z y² and z³ over y ≥ 0 at every `x`."""
         y, weight = _nodes(self._seams(x))
-        z = self.half_width(x[:, None, None], y)
-        axes = (1, 2)
-        return (weight * z).sum(axes), (weight * z * y**2).sum(axes), (weight * z**3).sum(axes)
+        x = x[:, None, None]
+        z = self.half_width(x, y)
+        void = np.minimum(self.void(x, y), z)
+        solid, axes = weight * (z - void), (1, 2)
+        return solid.sum(axes), (solid * y**2).sum(axes), (weight * (z**3 - void**3)).sum(axes)
 
     def _stations(self) -> Floats:
         """Return the x between which sections change smoothly."""
@@ -118,11 +138,17 @@ class HeightField:
             for inset in (0.0, self.pocket.floor_radius):
                 ends += [self.pocket.big_end + inset, self.pocket.small_end - inset]
             ends += [big.center[0], big.end[0], small.start[0], small.center[0]]
+        hole = self.rod.oil_hole / 2
+        for radius in (self.rod.small_end_bore / 2, self.rod.small_end_radius):
+            ends.append(self.rod.length + math.sqrt(radius**2 - hole**2))
+        ends.append(self.rod.length - self.rod.small_end_radius)
         return np.unique(np.clip(ends, first, last))
 
     def _crossing(self, center: float, side: int, radius: float) -> float:
         """Return x where a circle about a bore crosses the outline, by bisection."""
-        low, high = 0.0, radius
+        big, small = self.outline.fillets
+        begin = big.start[0] if side > 0 else small.end[0]  # on the ring, inside the circle
+        low, high = abs(begin - center), radius
         for _ in range(50):
             middle = (low + high) / 2
             height = float(self.outline.height(np.array(center + side * middle)))
@@ -138,6 +164,11 @@ class HeightField:
         if self.pocket is not None:
             seams += [self.pocket.upper_side(x, inset) for inset in (0.0, self.pocket.floor_radius)]
             seams += [np.full_like(x, center[1]) for center in self.pocket.corner_centers()]
+        levels = [self.rod.oil_hole / 2]
+        if self.outline.bosses is not None:
+            at, radius = self.outline.bosses.bolt_at, self.outline.bosses.bolt_radius
+            levels += [at - radius, at + radius]
+        seams += [np.full_like(x, level) for level in levels]
         stacked = np.stack([np.zeros_like(x), *seams, top], axis=-1)
         return np.sort(np.clip(stacked, 0.0, top[:, None]), axis=-1)
 

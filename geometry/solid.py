@@ -9,14 +9,13 @@ from geometry.areas import check_areas
 from geometry.errors import GeometryError
 from geometry.faces import Bore, Feature, faces_of, features, surfaces
 from geometry.invalid import require
-from geometry.mass import MassProperties
+from geometry.mass import MassProperties, joined
 from geometry.mirror import AXIS, Mirror
 from geometry.outline import Outline
-from geometry.pocket import Pocket, web_pocket
 from geometry.rod import Rod
 from geometry.segments import Line, Segment, mirrored
-from geometry.step import RingStep, ring_steps
 from geometry.surfaces import Surface
+from geometry.tools import bushed, holes, tools_above
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class Part:
     Attributes
     ----------
     name
-        ``"rod"``.
+        ``"rod"``, ``"bushing"``, or the name in the imported file.
     volumes
         gmsh's volume tags.
     mass
@@ -90,22 +89,26 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER) -> Solid:
     _require_symmetry(rod, mirror)
     gmsh.model.add("rod")
     body = _plan(rod, mirror)
-    tools = _tools(rod)
+    above = tools_above(rod)
     if mirror is Mirror.NONE:
-        tools += [kernel.turned_over(tool) for tool in tools]
+        above += [kernel.turned_over(tool) for tool in above]
     with kernel.attempt("cut ring steps and web pockets"):
-        body = kernel.cut(body, tools)
+        body = kernel.cut(body, above)
+    with kernel.attempt("part the bushing from the rod (rod.bushing_mm)"):
+        bodies = bushed(rod, body)
+    with kernel.attempt("drill bolt and oil holes (rod.cap_bolt_mm, rod.oil_hole_mm)"):
+        bodies = dict(zip(bodies, kernel.drilled(list(bodies.values()), holes(rod)), strict=True))
     gmsh.model.occ.synchronize()
-    mass = whole_mass(body, mirror)
-    faces = faces_of((body,))
+    parts = tuple(Part(name, (tag,), whole_mass(tag, mirror)) for name, tag in bodies.items())
+    faces = faces_of(tuple(bodies.values()))
     found = features(rod, faces)
     check_areas(rod, mirror, found)
     bores = (
         Bore(0.0, rod.big_end_bore / 2, rod.big_end_width),
-        Bore(rod.length, rod.small_end_bore / 2, rod.small_end_width),
+        Bore(rod.length, rod.small_end_bore / 2, rod.pin_bearing_width),
     )
-    part = Part("rod", (body,), mass)
-    return Solid(mirror, bores, (part,), surfaces(bores, mirror, faces), found, mass)
+    mass = joined([part.mass for part in parts])
+    return Solid(mirror, bores, parts, surfaces(bores, mirror, faces), found, mass)
 
 
 def _require_symmetry(rod: Rod, mirror: Mirror) -> None:
@@ -133,32 +136,6 @@ def _upper_loop(outline: Outline) -> tuple[Segment, ...]:
     cap, crown = outline.upper[0].start, outline.upper[-1].end
     back = (Line(crown, small.start), small, Line(small.end, big.start), big, Line(big.end, cap))
     return (*outline.upper, *back)
-
-
-def _tools(rod: Rod) -> list[int]:
-    """Draw what is cut from the extruded outline above z = 0."""
-    tools = []
-    big, small = ring_steps(rod)
-    top = max(big.ring, small.ring)
-    if top > rod.shank_width / 2:
-        # Their common part is what lies above both rings' faces: no seam where they meet on the shank.
-        with kernel.attempt("draw the ring steps"):
-            tools.append(kernel.common(_above(big, top, rod), _above(small, top, rod)))
-    if rod.has_pockets:
-        with kernel.attempt("round the pocket floor (rod.pocket_floor_radius_mm)"):
-            tools.append(_pocket_tool(web_pocket(rod, Outline(rod).edge), top))
-    return tools
-
-
-def _above(step: RingStep, top: float, rod: Rod) -> int:
-    """Draw the space above a ring's face, its step and the plane of the shank's face."""
-    far = 3 * (rod.length + rod.big_end_radius + rod.small_end_radius)
-    return kernel.revolution(step.space_above(top, far), step.center)
-
-
-def _pocket_tool(pocket: Pocket, top: float) -> int:
-    tool = kernel.prism(pocket.outline(), (), pocket.floor, pocket.floor + 1.1 * (top - pocket.floor))
-    return kernel.bottom_rounded(tool, pocket.floor, pocket.floor_radius)
 
 
 def whole_mass(body: int, mirror: Mirror) -> MassProperties:

@@ -1,12 +1,12 @@
 """Rods drawn at random over the allowed range of dimensions."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 
 from geometry.invalid import InvalidValue
 from geometry.proportions import proportioned
-from geometry.rod import Rod, ShankSection, dimensions
+from geometry.rod import Rod, ShankSection, dimensions, options
 
 
 def random_rod(seed: int) -> Rod | InvalidValue:
@@ -23,8 +23,24 @@ def random_rod(seed: int) -> Rod | InvalidValue:
     try:
         section = draw.choice(list(ShankSection))
         rod = proportioned(length, big, big * draw.uniform(0.3, 0.9), shank_section=section)
+        rod = proportioned(**_given(rod), **_options(rod, draw))
         free = dimensions()[3:]  # beyond length and bores
         changes = {name: getattr(rod, name) * float(np.exp(draw.normal(0, 0.25))) for name in free}
         return replace(rod, **changes)
     except InvalidValue as refusal:
         return refusal
+
+
+def _given(rod: Rod) -> dict[str, object]:
+    return {field.name: getattr(rod, field.name) for field in fields(Rod) if field.name not in options()}
+
+
+def _options(rod: Rod, draw: np.random.Generator) -> dict[str, float]:
+    """Draw what a rod may have besides, each half of the time or less."""
+    sizes = {
+        "small_end_crown_width": 0.6 * rod.small_end_width,
+        "bushing": 0.3 * rod.small_end_ring,
+        "oil_hole": 0.15 * rod.small_end_bore,
+        "cap_bolt": 0.35 * rod.big_end_width,
+    }
+    return {name: size for name, size in sizes.items() if draw.random() < 0.4}

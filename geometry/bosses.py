@@ -1,0 +1,77 @@
+"""Bolt bosses of the big-end cap: lugs on both sides of the ring; cap and rod are one piece."""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from geometry.segments import Arc, Line, Segment
+
+if TYPE_CHECKING:
+    from geometry.rod import Rod
+
+
+@dataclass(frozen=True)
+class Bosses:
+    """The upper (y > 0) boss in plan.
+
+    Attributes
+    ----------
+    half_length
+        From the plane x = 0 to either seat of bolt and nut, mm.
+    top
+        y of the outer face, mm.
+    fillet
+        Radius between a seat and the ring, mm.
+    ring
+        Outer radius of the ring, mm.
+    bolt_at, bolt_radius
+        y of the bolt's axis and radius of its hole, mm.
+    """
+
+    half_length: float
+    top: float
+    fillet: float
+    ring: float
+    bolt_at: float
+    bolt_radius: float
+
+    @property
+    def seat(self) -> float:
+        """Least y of the plane seats, where the fillets begin, mm; 0 where they miss the ring."""
+        reach, across = self.ring + self.fillet, self.half_length + self.fillet
+        return math.sqrt(max(reach**2 - across**2, 0.0))
+
+    def fillets(self) -> tuple[Arc, Arc]:
+        """Return the fillets on the cap's and the shank's side, running towards +x."""
+        x, y, origin = self.half_length + self.fillet, self.seat, (0.0, 0.0)
+        return (
+            Arc.towards((-x, y), self.fillet, origin, (math.inf, y), anticlockwise=True),
+            Arc.towards((x, y), self.fillet, (-math.inf, y), origin, anticlockwise=True),
+        )
+
+    def outline(self) -> tuple[Segment, ...]:
+        """Return the pieces from ring to ring, over the boss."""
+        cap, shank = self.fillets()
+        corners = (-self.half_length, self.top), (self.half_length, self.top)
+        return (
+            cap,
+            Line(cap.end, corners[0]),
+            Line(*corners),
+            Line(corners[1], shank.start),
+            shank,
+        )
+
+
+def bosses(rod: "Rod") -> Bosses | None:
+    """Return the bosses of a rod; None without cap bolts. Beyond the bolt's axis they are one bolt thick."""
+    if rod.cap_bolt == 0:
+        return None
+    at = rod.cap_bolt_spacing / 2
+    return Bosses(
+        half_length=rod.cap_boss_length / 2,
+        top=at + rod.cap_bolt,
+        fillet=rod.cap_boss_fillet,
+        ring=rod.big_end_radius,
+        bolt_at=at,
+        bolt_radius=rod.cap_bolt / 2,
+    )
