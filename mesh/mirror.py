@@ -8,7 +8,7 @@ import numpy.typing as npt
 from geometry.surfaces import Surface
 from mesh.tetmesh import Floats, Ints, TetMesh
 
-PLANE_AXIS = {Surface.SYMMETRY_Y: 1, Surface.SYMMETRY_Z: 2}
+PLANE_AXIS = {Surface.SYMMETRY_X: 0, Surface.SYMMETRY_Y: 1, Surface.SYMMETRY_Z: 2}
 
 # A reflection turns an element inside out; exchanging two vertices turns it back.
 _TET_TURN = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]}
@@ -86,6 +86,7 @@ def reflect(whole: MirroredMesh, plane: Surface) -> MirroredMesh:
             for surface, facets in mesh.facets.items()
             if surface is not plane
         },
+        None if mesh.part is None else np.concatenate([mesh.part, mesh.part]),
     )
     return MirroredMesh(
         joined,

@@ -1,0 +1,1 @@
+"""Simple bodies with named surfaces: what published benchmark problems are about."""

@@ -1,0 +1,100 @@
+"""Draw bodies with gmsh's OpenCASCADE kernel, inside an open session."""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import gmsh
+
+from geometry.bodies.shape import Body, Curve, EllipticArc, Prism, Revolution, Side
+from geometry.errors import GeometryError
+from geometry.kernel import SOLID, Place, Placing, attempt, in_plan, in_profile
+from geometry.segments import Arc, Line
+from geometry.surfaces import Surface
+
+_Named = list[tuple[Surface, int]]
+
+
+def draw(body: Body) -> dict[Surface, tuple[int, ...]]:
+    """Draw a body in a new model of the open session.
+
+    Returns
+    -------
+    dict
+        gmsh's face tags per surface.
+
+    Raises
+    ------
+    GeometryError
+        The CAD kernel failed.
+    """
+    gmsh.model.add("body")
+    with attempt("sweep the outline"):
+        named = _prism(body) if isinstance(body, Prism) else _revolution(body)
+    gmsh.model.occ.synchronize()
+    for _, volume in gmsh.model.getEntities(SOLID):
+        gmsh.model.mesh.setOutwardOrientation(volume)  # a swept face may point inwards
+    faces: dict[Surface, tuple[int, ...]] = {}
+    for surface, tag in named:
+        faces[surface] = (*faces.get(surface, ()), tag)
+    return faces
+
+
+def _prism(body: Prism) -> _Named:
+    base = _face(body.sides, in_plan)
+    gmsh.model.occ.translate([(2, base)], 0, 0, body.levels[0])
+    named, floor = [(body.bottom, base)], base
+    for low, high in pairwise(body.levels):
+        floor_and_sides = gmsh.model.occ.extrude([(2, floor)], 0, 0, high - low)
+        floor, *lateral = _faces(floor_and_sides)
+        named += _by_side(body.sides, lateral)
+    return [*named, (body.top, floor)]
+
+
+def _revolution(body: Revolution) -> _Named:
+    base = _face(body.sides, in_profile)
+    swept = gmsh.model.occ.revolve([(2, base)], 0, 0, 0, 0, 0, 1, math.pi / 2)
+    end, *lateral = _faces(swept)
+    sweeping = [side for side in body.sides if not _on_axis(side.curve)]
+    return [(Surface.SYMMETRY_Y, base), (Surface.SYMMETRY_X, end), *_by_side(sweeping, lateral)]
+
+
+def _faces(swept: Sequence[tuple[int, int]]) -> list[int]:
+    return [tag for dimension, tag in swept if dimension == 2]
+
+
+def _by_side(sides: Sequence[Side], lateral: Sequence[int]) -> _Named:
+    """Name swept faces: the kernel lists them in the order of the sides."""
+    if len(sides) != len(lateral):
+        raise GeometryError(f"the CAD kernel swept {len(lateral)} faces from {len(sides)} sides")
+    return [(side.surface, tag) for side, tag in zip(sides, lateral, strict=True)]
+
+
+def _on_axis(curve: Curve) -> bool:
+    return isinstance(curve, Line) and abs(curve.start[0]) + abs(curve.end[0]) < 1e-12 * curve.length
+
+
+def _face(sides: Sequence[Side], place: Placing) -> int:
+    occ = gmsh.model.occ
+    corners = [occ.addPoint(*place(side.curve.start)) for side in sides]
+    helpers: list[int] = []
+    curves = []
+    for side, begin, end in zip(sides, corners, corners[1:] + corners[:1], strict=True):
+        match side.curve:
+            case Line():
+                curves.append(occ.addLine(begin, end))
+            case Arc() as arc:
+                helpers.append(occ.addPoint(*place(arc.at(0.5))))
+                curves.append(occ.addCircleArc(begin, helpers[-1], end, center=False))
+            case EllipticArc() as arc:
+                center, major = (occ.addPoint(*point) for point in _axes(arc, place))
+                helpers += [center, major]
+                curves.append(occ.addEllipseArc(begin, center, major, end))
+    occ.remove([(0, helper) for helper in helpers])  # else they would be meshed as loose nodes
+    return int(occ.addPlaneSurface([occ.addCurveLoop(curves)]))
+
+
+def _axes(arc: EllipticArc, place: Placing) -> tuple[Place, Place]:
+    """Return the centre and a point on the major axis."""
+    a, b = arc.semi_axes
+    return place((0.0, 0.0)), place((a, 0.0) if a >= b else (0.0, b))
