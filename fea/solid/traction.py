@@ -1,0 +1,59 @@
+"""Nodal forces of a traction on a surface."""
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.solid.element import tabulate
+from fea.solid.integration import jacobians
+from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
+
+Floats = npt.NDArray[np.float64]
+# From places (n, 3) and unit outward normals (n, 3) to tractions (n, 3), MPa.
+Traction = Callable[[Floats, Floats], Floats]
+
+TRACTION_DEGREE = 6
+
+
+def traction_forces(mesh: TetMesh, surface: Surface, traction: Traction) -> Floats:
+    """Nodal forces ∫ N_a t dA, (n_nodes, 3), N.
+
+    Parameters
+    ----------
+    mesh
+        Gives the facets of `surface`.
+    surface
+        Where the traction acts.
+    traction
+        t at quadrature points, MPa.
+    """
+    nodes = mesh.facets[surface]
+    table = tabulate(nodes.shape[1], TRACTION_DEGREE)
+    corners = mesh.points[nodes]
+    tangents = jacobians(corners, table.gradients)
+    areas = np.cross(tangents[..., 0], tangents[..., 1])
+    size = np.linalg.norm(areas, axis=-1, keepdims=True)
+    places, normals = (array.reshape(-1, 3) for array in (table.values @ corners, areas / size))
+    pulled = traction(places, normals).reshape(areas.shape) * size * table.weights[:, None]
+    return scattered(nodes, table.values.T @ pulled, len(mesh.points))
+
+
+def scattered(nodes: npt.NDArray[np.int64], forces: Floats, n_nodes: int) -> Floats:
+    """Sum forces (n_elements, n_local, 3) at the nodes (n_elements, n_local) they act on: (n_nodes, 3)."""
+    return np.stack(
+        [np.bincount(nodes.ravel(), forces[..., axis].ravel(), minlength=n_nodes) for axis in range(3)],
+        axis=1,
+    )
+
+
+def nodal_traction(mesh: TetMesh, surface: Surface, traction: Callable[[Floats], Floats]) -> Floats:
+    """Traction (n_nodes, 3, 1) at the nodes of a surface from their places (n, 3); zero elsewhere.
+
+    The form in which `fea.solid.recovery.Recovery` takes it.
+    """
+    nodes = np.unique(mesh.facets[surface])
+    values = np.zeros((len(mesh.points), 3, 1))
+    values[nodes, :, 0] = traction(mesh.points[nodes])
+    return values
