@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+import numpy.typing as npt
+
 from geometry.invalid import require, require_number, require_positive
 
 
@@ -42,6 +45,10 @@ class Material:
             if value is not None:
                 require_positive(f"material.{name}", value)
 
+    def of(self, elements: slice) -> "Material":  # noqa: ARG002 - as `Materials.of`
+        """The material of some elements: this one."""
+        return self
+
     @property
     def lame_lambda(self) -> float:
         """First Lamé constant λ, MPa."""
@@ -52,3 +59,39 @@ class Material:
     def shear_modulus(self) -> float:
         """Shear modulus μ, MPa."""
         return self.youngs_modulus / (2 * (1 + self.poissons_ratio))
+
+
+@dataclass(frozen=True)
+class Constants:
+    """What the isotropic operator and the inertia need of elements of several materials, each (n_elements,)."""
+
+    lame_lambda: npt.NDArray[np.float64]
+    shear_modulus: npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Materials:
+    """The materials of a mesh of several parts.
+
+    Attributes
+    ----------
+    materials
+        One a part.
+    part
+        (n_elements,) which part an element belongs to.
+    """
+
+    materials: tuple[Material, ...]
+    part: npt.NDArray[np.int64]
+
+    def of(self, elements: slice) -> Constants:
+        """Elastic constants of some elements."""
+        part = self.part[elements]
+        lame = np.array([material.lame_lambda for material in self.materials])
+        shear = np.array([material.shear_modulus for material in self.materials])
+        return Constants(lame[part], shear[part])
+
+    @property
+    def density(self) -> npt.NDArray[np.float64]:
+        """Density (n_elements,) of each element, t/mm³."""
+        return np.array([material.density for material in self.materials])[self.part]

@@ -1,6 +1,7 @@
 """From a solid in the open gmsh session to a mesh as arrays."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import gmsh
 import numpy as np
@@ -18,7 +19,10 @@ _FROM_GMSH = {1: [0, 1, 2, 3], 2: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]}
 
 
 def tetrahedralise(
-    surfaces: Mapping[Surface, Sequence[int]], refinements: Sequence[Refinement], sizing: Sizing
+    surfaces: Mapping[Surface, Sequence[int]],
+    refinements: Sequence[Refinement],
+    sizing: Sizing,
+    parts: Sequence[Sequence[int]] = (),
 ) -> tuple[TetMesh, Quality]:
     """Mesh every volume of the open model.
 
@@ -30,6 +34,8 @@ def tetrahedralise(
         Faces with smaller elements.
     sizing
         Size and order.
+    parts
+        gmsh's volume tags of each part, where there are several.
 
     Returns
     -------
@@ -49,7 +55,7 @@ def tetrahedralise(
     except Exception as error:  # gmsh raises nothing more specific
         message = f"gmsh could not mesh the solid at size {sizing.size:g} mm: {error}. Try another --size"
         raise MeshError(message) from error
-    mesh, straightened = mended(_snapped(_arrays(surfaces, sizing.order)))
+    mesh, straightened = mended(_snapped(_arrays(surfaces, sizing.order, parts)))
     quality = measure(mesh, straightened)
     if not quality.least_scaled_jacobian > 0:
         worst = mesh.tets[int(scaled_jacobian(mesh).argmin()), :4]
@@ -63,9 +69,11 @@ def tetrahedralise(
     return mesh, quality
 
 
-def _arrays(surfaces: Mapping[Surface, Sequence[int]], order: int) -> TetMesh:
+def _arrays(
+    surfaces: Mapping[Surface, Sequence[int]], order: int, parts: Sequence[Sequence[int]]
+) -> TetMesh:
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    _, tet_nodes = gmsh.model.mesh.getElementsByType(_TET[order])
+    tet_nodes, part = _tets(order, parts)
     if not len(tet_nodes):
         raise MeshError("gmsh made no tetrahedra. Try a smaller --size")
     place = np.empty(int(tags.max()) + 1, dtype=np.int64)
@@ -84,7 +92,20 @@ def _arrays(surfaces: Mapping[Surface, Sequence[int]], order: int) -> TetMesh:
         coordinates.reshape(-1, 3)[used],
         compact[tets],
         {surface: facets(faces) for surface, faces in surfaces.items() if len(faces)},
+        part,
     )
+
+
+def _tets(order: int, parts: Sequence[Sequence[int]]) -> tuple[Ints, Ints | None]:
+    """Node tags of the tetrahedra, and the part of each where there are several."""
+    if len(parts) < 2:
+        return gmsh.model.mesh.getElementsByType(_TET[order])[1], None
+    found = [
+        gmsh.model.mesh.getElementsByType(_TET[order], volume)[1] for part in parts for volume in part
+    ]
+    numbers = [number for number, part in enumerate(parts) for _ in part]
+    counts = [nodes.size // len(_FROM_GMSH[order]) for nodes in found]
+    return np.concatenate(found), np.repeat(numbers, counts)
 
 
 def _snapped(mesh: TetMesh) -> TetMesh:
@@ -93,4 +114,4 @@ def _snapped(mesh: TetMesh) -> TetMesh:
     for plane, axis in PLANE_AXIS.items():
         if plane in mesh.facets:
             points[mesh.facets[plane].ravel(), axis] = 0.0
-    return TetMesh(points, mesh.tets, mesh.facets)
+    return replace(mesh, points=points)

@@ -1,6 +1,6 @@
 """How good the elements are, measured on the curved element and not on its straight shadow."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import factorial
 
 import numpy as np
@@ -122,5 +122,5 @@ def mended(mesh: TetMesh) -> tuple[TetMesh, int]:
         for middle, (a, b) in enumerate(EDGES, start=4):
             tets = mesh.tets[bad]
             points[tets[:, middle]] = points[tets[:, [a, b]]].mean(axis=1)
-        mesh = TetMesh(points, mesh.tets, mesh.facets)
+        mesh = replace(mesh, points=points)
     return mesh, int(np.count_nonzero(straightened))

@@ -28,11 +28,14 @@ class TetMesh:
     facets
         Per surface (n_facets, 3) or (n_facets, 6) node numbers: three vertices, then the mid-edge
         nodes of (0,1), (1,2), (2,0); outward orientation.
+    part
+        (n_elements,) number of the part each element belongs to, or None where there is one part.
     """
 
     points: Floats
     tets: Ints
     facets: dict[Surface, Ints] = field(default_factory=dict)
+    part: Ints | None = None
 
     @property
     def order(self) -> int:

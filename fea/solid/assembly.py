@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
-from fea.material import Material
+from fea.material import Material, Materials
 from fea.solid.elasticity import node_pair_blocks
 from fea.solid.integration import gauss_blocks, stiffness_degree
 from mesh.tetmesh import TetMesh
@@ -121,14 +121,14 @@ def _scalar_upper(
     return gather, indices.astype(np.int32), indptr.astype(np.int32)
 
 
-def stiffness(mesh: TetMesh, material: Material, layout: Pattern) -> SymmetricMatrix:
+def stiffness(mesh: TetMesh, material: Material | Materials, layout: Pattern) -> SymmetricMatrix:
     """Assemble the stiffness matrix of `mesh`, degrees of freedom node-wise (u_x, u_y, u_z), N/mm."""
     pairs = local_pairs(mesh.tets.shape[1])
     values = np.empty((len(mesh.tets), pairs[0].size, 3, 3))
     for part, gauss in gauss_blocks(mesh, stiffness_degree(mesh.tets.shape[1])):
         order = layout.node_order[part][:, None, :, None]
         ordered = type(gauss)(np.take_along_axis(gauss.gradients, order, axis=2), gauss.volumes)
-        values[part] = node_pair_blocks(ordered, material, pairs)
+        values[part] = node_pair_blocks(ordered, material.of(part), pairs)
     summed = layout.scatter @ values.reshape(-1, 9)
     data = summed.ravel()[layout.gather]
     n_dofs = 3 * len(mesh.points)

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from fea.material import Material
+from fea.material import Constants, Material
 from fea.solid.integration import GaussBlock
 
 Floats = npt.NDArray[np.float64]
@@ -14,7 +14,7 @@ COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 COMPONENT_NAMES = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
 
 
-def node_pair_blocks(gauss: GaussBlock, material: Material, pairs: tuple[Ints, Ints]) -> Floats:
+def node_pair_blocks(gauss: GaussBlock, material: Material | Constants, pairs: tuple[Ints, Ints]) -> Floats:
     """3×3 stiffness blocks of the node pairs (a, b) of each element.
 
     K_ab = ∫ λ ∇N_a ⊗ ∇N_b + μ ∇N_b ⊗ ∇N_a + μ (∇N_a · ∇N_b) I dV; every product ∇N_a ⊗ ∇N_b of an
@@ -39,9 +39,9 @@ def node_pair_blocks(gauss: GaussBlock, material: Material, pairs: tuple[Ints, I
     weighted = flat * gauss.volumes[:, :, None]
     products = (weighted.transpose(0, 2, 1) @ flat).reshape(n_elements, n_nodes, 3, n_nodes, 3)
     outer = products.transpose(0, 1, 3, 2, 4)[:, pairs[0], pairs[1]]
-    lam, mu = material.lame_lambda, material.shear_modulus
+    lam, mu = (np.reshape(value, (-1, 1, 1, 1)) for value in (material.lame_lambda, material.shear_modulus))
     stiffness = lam * outer + mu * outer.swapaxes(-1, -2)
-    trace = mu * (outer[..., 0, 0] + outer[..., 1, 1] + outer[..., 2, 2])
+    trace = mu[..., 0, 0] * (outer[..., 0, 0] + outer[..., 1, 1] + outer[..., 2, 2])
     for i in range(3):
         stiffness[..., i, i] += trace
     return stiffness

@@ -52,7 +52,7 @@ class Inertia:
         return Split(symmetric + antisymmetric, None)
 
 
-def inertia(mesh: TetMesh, density: float) -> Inertia:
+def inertia(mesh: TetMesh, density: float | Floats) -> Inertia:
     """Integrate mass and its moments over the mesh; the planes it is cut at complete the properties.
 
     Parameters
@@ -60,10 +60,10 @@ def inertia(mesh: TetMesh, density: float) -> Inertia:
     mesh
         The meshed cell.
     density
-        t/mm³.
+        Of every element, or (n_elements,) of each, t/mm³.
     """
     places, volumes = volume_points(mesh)
-    mass = volumes * density
+    mass = volumes * np.reshape(density, (-1, 1))
     values = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values
 
     def nodal(field: Floats) -> Floats:

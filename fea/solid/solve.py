@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from fea.choices import SolverName, Support
 from fea.clock import Clock
-from fea.material import Material
+from fea.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.parity import Parity, Split
 from fea.solid.solvers import direct_solver
@@ -67,7 +67,7 @@ class Model:
     mesh
         The meshed cell.
     material
-        Of every element.
+        Of every element, or of each part.
     support
         How the rod is held.
     solver
@@ -79,7 +79,7 @@ class Model:
     def __init__(
         self,
         mesh: TetMesh,
-        material: Material,
+        material: Material | Materials,
         support: Support,
         solver: SolverName = SolverName.AUTO,
         clock: Clock | None = None,
