@@ -3,7 +3,7 @@
 from fea.cycle_report import CycleReport, cycle_reports
 from fea.study import Study
 from geometry.invalid import InvalidValue
-from geometry.mass import MassProperties
+from geometry.mass import MassProperties, joined
 
 
 def study_cycles(study: Study, *, every_cylinder: bool) -> list[CycleReport]:
@@ -19,13 +19,16 @@ def study_cycles(study: Study, *, every_cylinder: bool) -> list[CycleReport]:
     if study.engine is None:
         remedy = "Given forces are for fea run."
         raise InvalidValue("STUDY", study.name, "has no [engine], so there is no crank cycle", remedy)
-    engine = study.engine.engine(study.rod.length)
+    if study.rod.length is not None:  # refused before anything is drawn
+        study.engine.gas_model(study.engine.engine(study.rod.length))
+    length, mass = rod_mass(study)
+    engine = study.engine.engine(length)
     gas = study.engine.gas_model(engine)
-    return cycle_reports(engine, rod_mass(study), gas, study.speed.speeds(), every_cylinder=every_cylinder)
+    return cycle_reports(engine, mass, gas, study.speed.speeds(), every_cylinder=every_cylinder)
 
 
-def rod_mass(study: Study) -> MassProperties:
-    """Return the given mass properties, or the CAD kernel's of the rod's solid.
+def rod_mass(study: Study) -> tuple[float, MassProperties]:
+    """Return the rod's length, mm, and the given mass properties or the CAD kernel's of its solid.
 
     Raises
     ------
@@ -34,12 +37,14 @@ def rod_mass(study: Study) -> MassProperties:
     GeometryError
         No solid came out.
     """
-    if study.rod.mass is not None:
-        return study.rod.mass
-    from geometry.mirror import Mirror  # noqa: PLC0415 - gmsh is loaded only where a solid is drawn
-    from geometry.session import session  # noqa: PLC0415
-    from geometry.solid import build  # noqa: PLC0415
+    if study.rod.mass is not None and study.rod.length is not None:
+        return study.rod.length, study.rod.mass
+    from geometry.session import session  # noqa: PLC0415 - gmsh is loaded only where a solid is drawn
 
     with session():
-        solid = build(study.rod.solid(), Mirror.QUARTER)
-    return solid.mass.times(study.material.material().density)
+        solid = study.rod.draw()
+    materials = study.materials(part.name for part in solid.parts)
+    drawn = joined(
+        [part.mass.times(material.density) for part, material in zip(solid.parts, materials, strict=True)]
+    )
+    return solid.bores[1].x, study.rod.mass or drawn

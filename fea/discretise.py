@@ -1,16 +1,18 @@
 """From a study's rod to the meshed cell and the whole it stands for."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from fea.case_loads import Bores
 from fea.choices import Symmetry
 from fea.clock import Clock
+from fea.material import Material
 from fea.omission import Omission
 from fea.study import Study
+from geometry.invalid import require
 from geometry.mirror import Mirror
-from geometry.rod import Rod
 from geometry.session import session
-from geometry.solid import build
+from geometry.solid import Solid
 from geometry.surfaces import Surface
 from mesh.generate import tetrahedralise
 from mesh.mirror import MirroredMesh, reflect, unmirrored
@@ -40,8 +42,8 @@ class Discretised:
         Of the mesh.
     bores
         Dimensions the pressures need.
-    volume
-        Of the whole solid by the CAD kernel, mm³.
+    parts
+        Volume of each part of the whole solid by the CAD kernel, mm³, by name.
     symmetry
         Which part the cell is.
     size
@@ -56,7 +58,7 @@ class Discretised:
     whole: MirroredMesh
     quality: Quality
     bores: Bores
-    volume: float
+    parts: dict[str, float]
     symmetry: Symmetry
     size: float
     left_out: tuple[Omission, ...]
@@ -77,9 +79,11 @@ class Discretised:
         """How many cells make the whole."""
         return 1 << len(self.planes)
 
-    def volume_error(self, meshed: float) -> float:
-        """Relative difference of a meshed volume (whole rod, mm³) from the solid's."""
-        return abs(meshed / self.volume - 1)
+    def mass_error(self, meshed: float, materials: Sequence[Material]) -> float:
+        """Relative difference of the meshed mass (whole rod, t) from the solid's."""
+        volumes = self.parts.values()
+        solid = sum(m.density * volume for m, volume in zip(materials, volumes, strict=True))
+        return abs(meshed / solid - 1)
 
 
 def discretise(study: Study, clock: Clock) -> Discretised:
@@ -95,21 +99,20 @@ def discretise(study: Study, clock: Clock) -> Discretised:
     GeometryError, MeshError
         No solid or no usable mesh came out.
     """
-    rod = study.rod.solid()
     with session() as log:
         with clock("geometry"):
-            solid = build(rod, rod.smallest_cell)
+            solid = study.rod.draw()
         with clock("mesh"):
-            size = study.mesh.size_mm or default_size(rod.length)
-            refined = refinements(solid.features, size, rod.length)
+            length = solid.bores[1].x
+            size = study.mesh.size_mm or default_size(length)
+            refined = refinements(solid.features, size, length)
             sizing = Sizing(size, study.mesh.element.order)
-            base, quality = tetrahedralise(solid.faces, refined, sizing)
-    symmetry = study.analysis.symmetry
-    if symmetry is Symmetry.AUTO:
-        symmetry = Symmetry.QUARTER
+            volumes = [part.volumes for part in solid.parts]
+            base, quality = tetrahedralise(solid.faces, refined, sizing, volumes)
+    symmetry = _symmetry(study.analysis.symmetry, solid.mirror)
     with clock("mesh"):
         cell = unmirrored(base)
-        for plane in _planes(solid.mirror):
+        for plane in solid.mirror.planes:
             if plane not in _KEPT[symmetry]:
                 cell = reflect(cell, plane)
         whole = unmirrored(cell.mesh)
@@ -119,8 +122,8 @@ def discretise(study: Study, clock: Clock) -> Discretised:
         cell.mesh,
         whole,
         quality,
-        _bores(rod),
-        solid.mass.mass,
+        _bores(solid),
+        {part.name: part.mass.mass for part in solid.parts},
         symmetry,
         size,
         _spared(symmetry),
@@ -128,14 +131,28 @@ def discretise(study: Study, clock: Clock) -> Discretised:
     )
 
 
-def _planes(mirror: Mirror) -> tuple[Surface, ...]:
-    return mirror.planes
+def _symmetry(asked: Symmetry, possible: Mirror) -> Symmetry:
+    """The part to solve: the smallest cell unless a larger one is asked for.
 
-
-def _bores(rod: Rod) -> Bores:
-    return Bores(
-        rod.length, rod.big_end_bore / 2, rod.big_end_width, rod.small_end_bore / 2, rod.small_end_width
+    Raises
+    ------
+    InvalidValue
+        The rod does not have the symmetry asked for.
+    """
+    smallest = Symmetry(possible.value)
+    if asked is Symmetry.AUTO:
+        return smallest
+    order = (Symmetry.NONE, Symmetry.HALF, Symmetry.QUARTER)
+    rule = f"the rod's smallest mirror cell is {smallest}"
+    require(
+        order.index(asked) <= order.index(smallest), "analysis.symmetry", str(asked), rule, "Choose auto."
     )
+    return asked
+
+
+def _bores(solid: Solid) -> Bores:
+    big, small = solid.bores
+    return Bores(small.x, big.radius, big.width, small.radius, small.width)
 
 
 def _spared(symmetry: Symmetry) -> tuple[Omission, ...]:

@@ -103,7 +103,7 @@ def _leave(analysis: Analysis, result: SpeedResult, folder: Path, clock: Clock) 
                     place / f"{case.case.name}.vtu",
                     mesh,
                     case.point_data(),
-                    case.cell_data(mesh, analysis.material),
+                    case.cell_data(mesh, analysis.materials),
                 )
             write_text(place / "study.toml", _study_text(analysis.study, result.rpm))
             if analysis.engine is not None and analysis.gas is not None and result.rpm is not None:

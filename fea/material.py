@@ -63,7 +63,7 @@ class Material:
 
 @dataclass(frozen=True)
 class Constants:
-    """What the isotropic operator and the inertia need of elements of several materials, each (n_elements,)."""
+    """Elastic constants of elements of several materials, each (n_elements,), MPa."""
 
     lame_lambda: npt.NDArray[np.float64]
     shear_modulus: npt.NDArray[np.float64]

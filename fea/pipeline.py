@@ -10,13 +10,13 @@ from fea.checks import Check, check
 from fea.choices import Support
 from fea.clock import Clock
 from fea.discretise import Discretised, discretise
-from fea.material import Material
+from fea.material import Material, Materials
 from fea.omission import Omission
 from fea.results import CaseResult, case_result
 from fea.solid.datum import referred_to_bores
 from fea.solid.inertia import inertia
 from fea.solid.parity import Parity
-from fea.solid.recovery import Recovery
+from fea.solid.part_recovery import PartRecovery
 from fea.solid.solve import Model, Residuals, Solution
 from fea.study import Study
 from fea.units import RPM
@@ -90,7 +90,7 @@ class Analysis:
 
     def __init__(self, study: Study, clock: Clock) -> None:
         self.study, self._clock = study, clock
-        self.material: Material = study.material.material()
+        self.materials: tuple[Material, ...] = ()
         self.pressure = BorePressure.parse(study.analysis.pressure)
         self.engine: Engine | None = None
         self.gas: GasModel | None = None
@@ -98,19 +98,23 @@ class Analysis:
         if study.engine is None and study.forces is None:
             rule = "has neither [engine] nor [forces]"
             raise InvalidValue("STUDY", study.name, rule, "Add one of them.")
-        if study.engine is not None:
-            self.engine = study.engine.engine(study.rod.length)
-            self.gas = study.engine.gas_model(self.engine)
+        if study.engine is not None and study.rod.length is not None:
+            study.engine.gas_model(study.engine.engine(study.rod.length))
         self.mesh: Discretised = discretise(study, clock)
+        if study.engine is not None:
+            self.engine = study.engine.engine(self.mesh.bores.rod_length)
+            self.gas = study.engine.gas_model(self.engine)
+        self.materials = study.materials(self.mesh.parts)
         cell = self.mesh.cell
+        elastic = self.materials[0] if cell.part is None else Materials(self.materials, cell.part)
         with clock("loads"):
-            self._inertia = inertia(cell, self.material.density)
+            self._inertia = inertia(cell, elastic.density)
             self._case_loads = CaseLoads(
                 cell, self.mesh.bores, self._inertia, self.pressure, study.analysis.support
             )
-        self.model = Model(cell, self.material, study.analysis.support, study.analysis.solver, clock)
+        self.model = Model(cell, elastic, study.analysis.support, study.analysis.solver, clock)
         with clock("stress"):
-            self._recovery = Recovery(cell, self.mesh.planes, self._free_surfaces())
+            self._recovery = PartRecovery(cell, self.mesh.planes, self._free_surfaces())
 
     @property
     def rod(self) -> MassProperties:
@@ -164,16 +168,20 @@ class Analysis:
     ) -> Iterator[CaseResult]:
         whole = self.mesh.whole
         stress = {
-            parity: self._recovery.nodal_stress(u, self.material, parity, _traction(forces, parity))
+            parity: self._recovery.nodal_stress(u, self.materials, parity, _traction(forces, parity))
             for parity, u in solution.displacement.items()
         }
         symmetric, odd = solution.displacement[Parity.SYMMETRIC], Parity.ANTISYMMETRIC
         displacement = whole.vector(symmetric, solution.displacement.get(odd))
         if self.study.analysis.support is not Support.CLAMPED:
             displacement = referred_to_bores(whole.mesh, displacement, self.mesh.bores.rod_length)
-        tensor = whole.tensor(stress[Parity.SYMMETRIC], stress.get(odd))
+        tensors = [
+            whole.tensor(even, stress[odd][number] if odd in stress else None)
+            for number, even in enumerate(stress[Parity.SYMMETRIC])
+        ]
         for index, case in enumerate(cases):
-            yield case_result(case, displacement[..., index], tensor[..., index], self.material)
+            stresses = [tensor[..., index] for tensor in tensors]
+            yield case_result(case, displacement[..., index], stresses, self.materials)
 
     def _checks(
         self, forces: list[CaseForces], solution: Solution, cases: tuple[CaseResult, ...]
@@ -183,7 +191,7 @@ class Analysis:
         values = {
             "finite": float(sum(not case.finite for case in cases)),
             "inverted_elements": float(self.mesh.quality.least_scaled_jacobian <= 0),
-            "mesh_mass": self.mesh.volume_error(self.rod.mass / self.material.density),
+            "mesh_mass": self.mesh.mass_error(self.rod.mass, self.materials),
             "bore_pressure_scale": max(abs(case.scale - 1) for case in forces),
             "backward_error": max(item.backward_error for item in residuals),
             "energy_balance": max(item.energy for item in residuals),

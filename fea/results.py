@@ -1,5 +1,6 @@
 """What a load case does to the rod: fields on the whole rod and their extremes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,9 @@ class CaseResult:
         (n_nodes, 3), MPa, largest first.
     safety_factor
         (n_nodes,) against yielding.
+    part_von_mises
+        Per part (n_nodes,), MPa, NaN where it has no node. Where parts meet the fields above are those
+        of the part that is nearer to yielding.
     """
 
     case: LoadCase
@@ -38,6 +42,7 @@ class CaseResult:
     von_mises: Floats
     principal: Floats
     safety_factor: Floats
+    part_von_mises: tuple[Floats, ...]
 
     @property
     def finite(self) -> bool:
@@ -56,10 +61,14 @@ class CaseResult:
             "safety_factor": self.safety_factor,
         }
 
-    def cell_data(self, mesh: TetMesh, material: Material) -> dict[str, npt.NDArray[np.float64]]:
+    def cell_data(self, mesh: TetMesh, materials: Sequence[Material]) -> dict[str, npt.NDArray[np.float64]]:
         """Arrays of the elements, by their names in the VTU file: the worst node of each counts."""
-        largest = element_largest(self.von_mises, mesh.tets)
-        return {"von_mises": largest, "safety_factor": safety_factor(largest, material.yield_strength)}
+        largest, factor = np.empty((2, len(mesh.tets)))
+        for number, (equivalent, material) in enumerate(zip(self.part_von_mises, materials, strict=True)):
+            own = slice(None) if mesh.part is None else mesh.part == number
+            largest[own] = element_largest(equivalent, mesh.tets[own])
+            factor[own] = safety_factor(largest[own], material.yield_strength)
+        return {"von_mises": largest, "safety_factor": factor}
 
     def extremes(self, mesh: TetMesh) -> dict[str, object]:
         """The figures of the summary."""
@@ -74,8 +83,19 @@ class CaseResult:
         }
 
 
-def case_result(case: LoadCase, displacement: Floats, stress: Floats, material: Material) -> CaseResult:
-    """Judge displacement (n_nodes, 3) and stress (n_nodes, 6) of a case."""
-    equivalent = von_mises(stress)
-    factor = safety_factor(equivalent, material.yield_strength)
-    return CaseResult(case, displacement, stress, equivalent, principal(stress), factor)
+def case_result(
+    case: LoadCase, displacement: Floats, stresses: Sequence[Floats], materials: Sequence[Material]
+) -> CaseResult:
+    """Judge displacement (n_nodes, 3) and each part's stress (n_nodes, 6) of a case."""
+    equivalents = tuple(von_mises(stress) for stress in stresses)
+    factors = [
+        safety_factor(equivalent, material.yield_strength)
+        for equivalent, material in zip(equivalents, materials, strict=True)
+    ]
+    stress, equivalent, factor = stresses[0], equivalents[0], factors[0]
+    for other, its_equivalent, its_factor in zip(stresses[1:], equivalents[1:], factors[1:], strict=True):
+        worse = np.isnan(factor) | (its_factor < factor)
+        stress = np.where(worse[:, None], other, stress)
+        equivalent = np.where(worse, its_equivalent, equivalent)
+        factor = np.where(worse, its_factor, factor)
+    return CaseResult(case, displacement, stress, equivalent, principal(stress), factor, equivalents)

@@ -5,6 +5,7 @@ from typing import Any
 
 from fea.clock import Clock
 from fea.discretise import Discretised, discretise
+from fea.material import Materials
 from fea.solid.inertia import inertia
 from fea.study import Study
 from fea.units import KG, KG_M2
@@ -29,7 +30,7 @@ class RodReport:
     properties
         From the mesh's quadrature.
     along
-        Sections evenly spaced from ring to ring.
+        Sections evenly spaced from ring to ring; none of a solid from a file.
     least
         The section of least area.
     """
@@ -38,7 +39,7 @@ class RodReport:
     mesh: Discretised
     properties: MassProperties
     along: tuple[Section, ...]
-    least: Section
+    least: Section | None
 
     def figures(self) -> dict[str, Any]:
         """The figures in the units their names say."""
@@ -50,18 +51,17 @@ class RodReport:
             "mass_kg": rod.mass / KG,
             "center_of_gravity_mm": list(rod.center),
             "inertia_kg_m2": [[value / KG_M2 for value in row] for row in rod.inertia],
-            "volume_mm3": self.mesh.volume,
+            "volume_mm3": sum(self.mesh.parts.values()),
+            "parts_mm3": dict(self.mesh.parts),
+            "symmetry": self.mesh.symmetry.value,
             "sections": [_section(section) for section in self.along],
-            "least_section": _section(self.least),
-            "slenderness": {
-                "in_plane": IN_PLANE * length / self.least.gyration_z,
-                "sideways": SIDEWAYS * length / self.least.gyration_y,
-            },
+            "least_section": None if self.least is None else _section(self.least),
+            "slenderness": None if self.least is None else _slenderness(self.least, length),
             "mesh": {
                 "nodes": len(self.mesh.whole.mesh.points),
                 "elements": len(self.mesh.whole.mesh.tets),
                 "size_mm": self.mesh.size,
-                "volume_error": self.mesh.volume_error(rod.mass / self.study.material.material().density),
+                "mass_error": self.mesh.mass_error(rod.mass, self.study.materials(self.mesh.parts)),
                 "least_scaled_jacobian": quality.least_scaled_jacobian,
                 "least_shape": quality.least_shape,
                 "median_shape": quality.median_shape,
@@ -80,6 +80,13 @@ def _section(section: Section) -> dict[str, float]:
     }
 
 
+def _slenderness(section: Section, length: float) -> dict[str, float]:
+    return {
+        "in_plane": IN_PLANE * length / section.gyration_z,
+        "sideways": SIDEWAYS * length / section.gyration_y,
+    }
+
+
 def rod_report(study: Study) -> RodReport:
     """Draw, mesh and measure the rod of a study.
 
@@ -90,7 +97,11 @@ def rod_report(study: Study) -> RodReport:
     GeometryError, MeshError
         No solid or no usable mesh came out.
     """
-    rod = study.rod.solid()
     mesh = discretise(study, Clock())
-    properties = inertia(mesh.cell, study.material.material().density).properties
+    materials, part = study.materials(mesh.parts), mesh.cell.part
+    density = materials[0].density if part is None else Materials(materials, part).density
+    properties = inertia(mesh.cell, density).properties
+    if study.rod.rod is None:
+        return RodReport(study, mesh, properties, (), None)
+    rod = study.rod.rod
     return RodReport(study, mesh, properties, sections(rod, _STATIONS), least_section(rod))

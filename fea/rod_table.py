@@ -1,9 +1,10 @@
-"""[rod]: a preset, dimensions, or mass properties for dynamics alone."""
+"""[rod]: a preset, dimensions, a STEP file, or mass properties for dynamics alone."""
 
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from fea.tables import checked, mapping_text, unknown_key
 from fea.units import KG, KG_M2
@@ -11,29 +12,69 @@ from geometry.invalid import InvalidValue, require, require_positive
 from geometry.mass import MassProperties
 from geometry.presets import PRESETS
 from geometry.proportions import proportioned
-from geometry.rod import Rod, ShankSection, dimensions
+from geometry.rod import Rod, ShankSection, dimensions, options
+
+if TYPE_CHECKING:
+    from geometry.solid import Solid
 
 _MASS_KEYS = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
 _LEAST = ("length", "big_end_bore", "small_end_bore")
 
 
 @dataclass(frozen=True)
+class StepFile:
+    """A solid from a CAD program.
+
+    Attributes
+    ----------
+    path
+        The file.
+    big_end_bore, small_end_bore
+        Diameters that tell the bores, mm, where the two largest parallel through-holes are not they.
+    """
+
+    path: Path
+    big_end_bore: float | None = None
+    small_end_bore: float | None = None
+
+
+@dataclass(frozen=True)
 class RodTable:
-    """A rod as a study gives it.
+    """A rod as a study gives it: dimensions, a STEP file, or its mass properties alone.
 
     Attributes
     ----------
     rod
-        Its dimensions, or None where only mass properties are given.
-    length
-        Distance of the bores' centres, mm.
+        Its dimensions.
+    step
+        The file it comes from.
     mass
         Given mass properties, for the dynamics alone.
+    length
+        Distance of the bores' centres, mm; None where only the solid of a file tells.
     """
 
     rod: Rod | None
-    length: float
-    mass: MassProperties | None = None
+    step: StepFile | None
+    mass: MassProperties | None
+    length: float | None
+
+    def draw(self) -> "Solid":
+        """Draw the smallest mirror cell in the open gmsh session.
+
+        Raises
+        ------
+        InvalidValue
+            Only mass properties are given, or the file cannot be read.
+        GeometryError
+            No solid came out, or its bores cannot be told.
+        """
+        if self.step is not None:
+            return _imported(self.step)
+        from geometry.solid import build  # noqa: PLC0415 - dynamics alone need no gmsh
+
+        rod = self.solid()
+        return build(rod, rod.smallest_cell)
 
     def solid(self) -> Rod:
         """Return the dimensions.
@@ -41,26 +82,43 @@ class RodTable:
         Raises
         ------
         InvalidValue
-            Only mass properties are given.
+            There are none.
         """
         if self.rod is None:
+            given = "a STEP file" if self.step is not None else "mass properties only"
             remedy = "Give big_end_bore_mm and small_end_bore_mm beside length_mm, or a preset."
-            rule = "has no dimensions to make a solid of"
-            raise InvalidValue("[rod]", "mass properties only", rule, remedy)
+            raise InvalidValue("[rod]", given, "has no dimensions to make a solid of", remedy)
         return self.rod
 
     def text(self) -> str:
         """Return the table as TOML text."""
-        entries: dict[str, object] = {"length_mm": self.length}
-        if self.rod is not None:
+        entries: dict[str, object] = {}
+        if self.step is not None:
+            bores = {"big_end_bore_mm": self.step.big_end_bore, "small_end_bore_mm": self.step.small_end_bore}
+            entries["step"] = str(self.step.path)
+            entries |= {key: value for key, value in bores.items() if value is not None}
+        elif self.rod is not None:
             for field in dataclasses.fields(self.rod):
                 value = getattr(self.rod, field.name)
-                entries[_key(field.name)] = str(value) if isinstance(value, ShankSection) else value
+                if value or field.name not in options():
+                    entries[_key(field.name)] = str(value) if isinstance(value, ShankSection) else value
+        else:
+            entries["length_mm"] = self.length
         if self.mass is not None:
             entries["mass_kg"] = self.mass.mass / KG
             entries["center_of_gravity_mm"] = self.mass.center[0]
             entries["inertia_kg_m2"] = self.mass.inertia_z / KG_M2
         return mapping_text("rod", entries)
+
+
+def _imported(step: StepFile) -> "Solid":
+    from geometry.imported import import_step  # noqa: PLC0415 - dynamics alone need no gmsh
+
+    try:
+        return import_step(step.path, None, step.big_end_bore, step.small_end_bore)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InvalidValue("rod.step", str(step.path), f"cannot be read ({reason})") from error
 
 
 def _key(field: str) -> str:
@@ -72,8 +130,8 @@ def _fields() -> dict[str, str]:
     return {_key(field.name): field.name for field in dataclasses.fields(Rod)}
 
 
-def read_rod(raw: object) -> RodTable:
-    """Read the [rod] table.
+def read_rod(raw: object, folder: Path) -> RodTable:
+    """Read the [rod] table; a relative path starts at `folder`.
 
     Raises
     ------
@@ -84,27 +142,46 @@ def read_rod(raw: object) -> RodTable:
         raise InvalidValue("rod", raw, "must be a table, [rod]")
     fields = _fields()
     for key in raw:
-        if key not in fields and key not in _MASS_KEYS and key != "preset":
-            raise unknown_key("[rod]", key, [*fields, *_MASS_KEYS, "preset"])
+        if key not in fields and key not in _MASS_KEYS and key not in ("preset", "step"):
+            raise unknown_key("[rod]", key, [*fields, *_MASS_KEYS, "preset", "step"])
     given: dict[str, Any] = {
         fields[key]: checked(f"rod.{key}", value, ShankSection if fields[key] == "shank_section" else float)
         for key, value in raw.items()
         if key in fields
     }
     mass = _mass(raw)
+    if "step" in raw:
+        return RodTable(None, _step(raw, given, folder), mass, None)
     if "preset" in raw:
         name = checked("rod.preset", raw["preset"], str)
         if name not in PRESETS:
             raise unknown_key("rod.preset", name, PRESETS)
         rod = dataclasses.replace(PRESETS[name], **given)
-        return RodTable(rod, rod.length, mass)
+        return RodTable(rod, None, mass, rod.length)
     if mass is not None and set(given) == {"length"}:
-        return RodTable(None, require_positive("rod.length_mm", given["length"]), mass)
+        return RodTable(None, None, mass, require_positive("rod.length_mm", given["length"]))
     for name in _LEAST:
         remedy = "Give length_mm, big_end_bore_mm and small_end_bore_mm, or a preset."
         require(name in given, f"rod.{name}_mm", None, "is missing", remedy)
     rod = proportioned(**given)
-    return RodTable(rod, rod.length, mass)
+    return RodTable(rod, None, mass, rod.length)
+
+
+def _step(raw: Mapping[str, object], given: Mapping[str, Any], folder: Path) -> StepFile:
+    """Read the keys of a rod from a file."""
+    allowed = {"big_end_bore", "small_end_bore"}
+    for name in given:
+        rule = "does not go with step: the file has its own dimensions"
+        require(name in allowed, f"rod.{_key(name)}", given[name], rule, "Remove one of them.")
+    require(
+        "preset" not in raw, "rod.preset", raw.get("preset"), "does not go with step", "Remove one of them."
+    )
+    path = (folder / checked("rod.step", raw["step"], str)).resolve()
+    require(path.is_file(), "rod.step", str(path), "is not a file")
+    bores = {
+        f"rod.{_key(name)}": require_positive(f"rod.{_key(name)}", value) for name, value in given.items()
+    }
+    return StepFile(path, bores.get("rod.big_end_bore_mm"), bores.get("rod.small_end_bore_mm"))
 
 
 def _mass(raw: Mapping[str, object]) -> MassProperties | None:

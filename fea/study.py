@@ -2,7 +2,7 @@
 
 import dataclasses
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
@@ -12,7 +12,7 @@ from fea.choices import Element, SolverName, Support, Symmetry
 from fea.engine_table import EngineTable
 from fea.material import Material
 from fea.rod_table import RodTable, read_rod
-from fea.tables import read_table, table_text, unknown_key
+from fea.tables import key_text, read_table, table_text, unknown_key
 from fea.units import GPA, KG_M3
 from geometry.invalid import InvalidValue, require, require_number, require_positive
 from loads.bearing import BorePressure
@@ -152,6 +152,8 @@ class Study:
     ----------
     name
         Of the shipped study or the file.
+    part_material
+        [material.<part>] by the part's name: a bushing, or a solid of a STEP file.
     rod, material, engine, speed, forces, mesh, analysis, output
         The tables of the study file, in engineering units.
     folder
@@ -161,6 +163,7 @@ class Study:
     name: str
     rod: RodTable
     material: MaterialTable = field(default_factory=lambda: MaterialTable(preset="leon-2001"))
+    part_material: Mapping[str, MaterialTable] = field(default_factory=dict)
     engine: EngineTable | None = None
     speed: SpeedTable = field(default_factory=SpeedTable)
     forces: ForcesTable | None = None
@@ -172,6 +175,8 @@ class Study:
     def __post_init__(self) -> None:
         """Check every value now, before anything is computed."""
         self.material.material()
+        for table in self.part_material.values():
+            table.material()
         self.speed.speeds()
         if self.forces is not None:
             given = list(self.forces.pin_N)
@@ -185,9 +190,26 @@ class Study:
                 'Say support = "clamped", or leave the transverse part out.',
             )
 
+    def materials(self, parts: Iterable[str]) -> tuple[Material, ...]:
+        """Return the material of each part; those without a table of their own are of [material].
+
+        Raises
+        ------
+        InvalidValue
+            A table names a part that the rod does not have.
+        """
+        names = list(parts)
+        for part in self.part_material:
+            remedy = f"Its parts: {', '.join(names)}."
+            require(part in names, f"material.{part}", "", "is no part of this rod", remedy)
+        return tuple(self.part_material.get(name, self.material).material() for name in names)
+
     def text(self) -> str:
         """Return the study as a TOML file that runs again and gives the same."""
         tables: list[tuple[str, Any]] = [("material", self.material.resolved())]
+        tables += [
+            (f"material.{key_text(part)}", table.resolved()) for part, table in self.part_material.items()
+        ]
         for name in ("engine", "speed", "forces", "mesh", "analysis", "output"):
             table = getattr(self, name)
             if table is not None and not (name == "speed" and self.engine is None):
@@ -250,8 +272,21 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
         if key != "rod" and key not in _TABLES:
             raise unknown_key("STUDY", key, ["rod", *_TABLES])
     require("rod" in raw, "STUDY", name, "has no [rod] table", 'Give dimensions or preset = "leon-2001".')
+    raw, part_material = _parted(raw)
     tables = {key: read_table(cls, key, raw[key]) for key, cls in _TABLES.items() if key in raw}
-    rod = read_rod(raw["rod"])
+    rod = read_rod(raw["rod"], folder)
     if "engine" in tables:
         tables["engine"] = tables["engine"].located(folder)
-    return Study(name, rod, folder=folder, **tables)
+    return Study(name, rod, part_material=part_material, folder=folder, **tables)
+
+
+def _parted(raw: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, MaterialTable]]:
+    """Take the [material.<part>] tables out of [material]."""
+    material = raw.get("material")
+    if not isinstance(material, Mapping):
+        return dict(raw), {}
+    parts = {key: value for key, value in material.items() if isinstance(value, Mapping)}
+    rest = {key: value for key, value in material.items() if key not in parts}
+    tables = {key: read_table(MaterialTable, f"material.{key}", value) for key, value in parts.items()}
+    left = {key: value for key, value in raw.items() if key != "material"}
+    return (left | {"material": rest} if rest else left), tables

@@ -3,6 +3,7 @@
 import dataclasses
 import difflib
 import json
+import re
 import types
 import typing
 from collections.abc import Iterable, Mapping
@@ -105,6 +106,11 @@ def table_text(where: str, table: Any) -> str:
         if getattr(table, field.name) not in (None, ())
     }
     return mapping_text(where, entries)
+
+
+def key_text(key: str) -> str:
+    """Return a key as TOML writes it, quoted where it must be."""
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _value_text(key)
 
 
 def mapping_text(where: str, entries: Mapping[str, object]) -> str:

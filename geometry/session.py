@@ -7,6 +7,9 @@ from contextlib import contextmanager
 
 import gmsh
 
+# Those that gmsh changes.
+_SIGNALS = [signal.SIGINT] + ([signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else [])
+
 
 class GmshLog:
     """What gmsh said during a session; can still be read after the session has ended."""
@@ -52,8 +55,8 @@ def session(*, threads: int = 1) -> Iterator[GmshLog]:
     if gmsh.isInitialized():
         raise RuntimeError("a gmsh session is already open in this process: close it first")
     main = threading.current_thread() is threading.main_thread()
-    handler = signal.getsignal(signal.SIGINT) if main else None
-    # A user's ~/.gmshrc must not change results, nor gmsh take over Ctrl-C.
+    handlers = {number: signal.getsignal(number) for number in _SIGNALS} if main else {}
+    # A user's ~/.gmshrc must not change results, nor gmsh take over Ctrl-C and broken pipes.
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     log = GmshLog()
     try:
@@ -66,5 +69,5 @@ def session(*, threads: int = 1) -> Iterator[GmshLog]:
             log._end()  # noqa: SLF001 - the session and its log are one
         finally:
             gmsh.finalize()
-            if handler is not None:
-                signal.signal(signal.SIGINT, handler)
+            for number, handler in handlers.items():
+                signal.signal(number, handler)

@@ -69,9 +69,7 @@ def tetrahedralise(
     return mesh, quality
 
 
-def _arrays(
-    surfaces: Mapping[Surface, Sequence[int]], order: int, parts: Sequence[Sequence[int]]
-) -> TetMesh:
+def _arrays(surfaces: Mapping[Surface, Sequence[int]], order: int, parts: Sequence[Sequence[int]]) -> TetMesh:
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     tet_nodes, part = _tets(order, parts)
     if not len(tet_nodes):
@@ -100,9 +98,7 @@ def _tets(order: int, parts: Sequence[Sequence[int]]) -> tuple[Ints, Ints | None
     """Node tags of the tetrahedra, and the part of each where there are several."""
     if len(parts) < 2:
         return gmsh.model.mesh.getElementsByType(_TET[order])[1], None
-    found = [
-        gmsh.model.mesh.getElementsByType(_TET[order], volume)[1] for part in parts for volume in part
-    ]
+    found = [gmsh.model.mesh.getElementsByType(_TET[order], volume)[1] for part in parts for volume in part]
     numbers = [number for number, part in enumerate(parts) for _ in part]
     counts = [nodes.size // len(_FROM_GMSH[order]) for nodes in found]
     return np.concatenate(found), np.repeat(numbers, counts)

@@ -13,11 +13,35 @@ def print_rod(figures: Mapping[str, Any], console: Console | None = None) -> Non
     console = console or Console(highlight=False)
     x, y, z = figures["center_of_gravity_mm"]
     tensor = figures["inertia_kg_m2"]
-    least, slenderness, mesh = figures["least_section"], figures["slenderness"], figures["mesh"]
+    mesh = figures["mesh"]
     lines = [
-        f"{figures['study']}: {figures['mass_kg']:.4g} kg, {figures['length_mm']:g} mm between the bores",
+        f"{figures['study']}: {figures['mass_kg']:.4g} kg, {figures['length_mm']:.6g} mm between the bores",
         f"centre of gravity ({x:.2f}, {y + 0.0:.2f}, {z + 0.0:.2f}) mm from the crank pin",
         f"inertia about it, kg·m²: xx {tensor[0][0]:.4g}, yy {tensor[1][1]:.4g}, zz {tensor[2][2]:.4g}",
+        *_column(figures),
+    ]
+    if len(figures["parts_mm3"]) > 1:
+        volumes = ", ".join(f"{name} {volume:.0f} mm³" for name, volume in figures["parts_mm3"].items())
+        lines.append(f"parts: {volumes}")
+    for line in lines:
+        console.print(line, markup=False, soft_wrap=True)
+    if figures["sections"]:
+        console.print(_sections(figures["sections"]))
+    console.print(
+        f"mesh at {mesh['size_mm']:.4g} mm: {mesh['nodes']} nodes, {mesh['elements']} elements, "
+        f"smallest cell {figures['symmetry']}; mass within {100 * mesh['mass_error']:.2g} % of the solid's; "
+        f"least shape {mesh['least_shape']:.2f}, least scaled Jacobian {mesh['least_scaled_jacobian']:.2f}",
+        markup=False,
+        soft_wrap=True,
+    )
+
+
+def _column(figures: Mapping[str, Any]) -> list[str]:
+    """The rod as a column, where its sections are known."""
+    least, slenderness = figures["least_section"], figures["slenderness"]
+    if least is None:
+        return []
+    return [
         (
             f"least section {least['area_mm2']:.2f} mm² at x = {least['x_mm']:.1f} mm, "
             f"I_y {least['inertia_y_mm4']:.0f} and I_z {least['inertia_z_mm4']:.0f} mm⁴"
@@ -27,16 +51,6 @@ def print_rod(figures: Mapping[str, Any], console: Console | None = None) -> Non
             f"{slenderness['sideways']:.1f} sideways (K = 0.5)"
         ),
     ]
-    for line in lines:
-        console.print(line, markup=False, soft_wrap=True)
-    console.print(_sections(figures["sections"]))
-    console.print(
-        f"mesh at {mesh['size_mm']:g} mm: {mesh['nodes']} nodes, {mesh['elements']} elements, volume within "
-        f"{100 * mesh['volume_error']:.2g} % of the solid's; least shape {mesh['least_shape']:.2f}, "
-        f"least scaled Jacobian {mesh['least_scaled_jacobian']:.2f}",
-        markup=False,
-        soft_wrap=True,
-    )
 
 
 def _sections(sections: list[Mapping[str, float]]) -> Table:
