@@ -26,7 +26,9 @@ class Hole:
     center, direction
         Middle of its axis, mm, and the axis's unit vector.
     radius, width
-        mm; the width is its length along the axis.
+        mm; the width is its length along the axis, at its longest.
+    area
+        Of its wall, mm².
     faces
         gmsh's tags of its wall.
     """
@@ -35,7 +37,13 @@ class Hole:
     direction: Vector
     radius: float
     width: float
+    area: float
     faces: tuple[int, ...]
+
+    @property
+    def mean_width(self) -> float:
+        """Length of its wall along the axis in the mean (ends may be slanted, an oil hole missing), mm."""
+        return self.area / (2 * math.pi * self.radius)
 
     def parallel(self, other: "Hole") -> bool:
         """Whether the axes are parallel."""
@@ -137,7 +145,7 @@ def _walls(group: Sequence[Face]) -> list[Hole]:
         if area > 0.8 * 2 * math.pi * radius * (high - low):  # an oil hole may be missing from it
             center = point + (low + high) / 2 * direction
             tags = tuple(face.tag for face in same)
-            walls.append(Hole(center, direction, same[0].values[6], high - low, tags))
+            walls.append(Hole(center, direction, same[0].values[6], high - low, area, tags))
     return walls
 
 

@@ -26,6 +26,12 @@ def test_targets_that_contradict_each_other_are_said_to():
     assert max(map(abs, found.residuals.values())) > 0.05
 
 
+def test_a_dimension_that_would_have_to_leave_its_range_is_named():
+    found = fit(FORSA_G10, Targets(STEEL, mass=2e-3), ("big_end_width",))
+    assert found.at_limit == ("big_end_width",)
+    assert "at their limits: big_end_width" in found.text()
+
+
 @pytest.mark.parametrize(
     ("targets", "free", "name"),
     [
