@@ -130,6 +130,20 @@ def _fields() -> dict[str, str]:
     return {_key(field.name): field.name for field in dataclasses.fields(Rod)}
 
 
+def dimension_of(key: str) -> str:
+    """Return the dimension behind a key of the [rod] table.
+
+    Raises
+    ------
+    InvalidValue
+        It is no dimension.
+    """
+    keys = {_key(name): name for name in dimensions()}
+    if key not in keys:
+        raise unknown_key("[rod]", key, keys)
+    return keys[key]
+
+
 def read_rod(raw: object, folder: Path) -> RodTable:
     """Read the [rod] table; a relative path starts at `folder`.
 

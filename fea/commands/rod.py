@@ -12,6 +12,10 @@ def rod(
     size: float | None = None,
     step: Path | None = None,
     screenshot: bool = False,
+    fit: str | None = None,
+    mass_kg: float | None = None,
+    center_of_gravity_mm: float | None = None,
+    inertia_kg_m2: float | None = None,
     json: bool = False,
     quiet: bool = False,
 ) -> None:
@@ -26,7 +30,16 @@ def rod(
     step
         Write the whole solid as a STEP file.
     screenshot
-        Draw the meshed rod: results/<study>-rod.png.
+        Draw the meshed rod: results/STUDY-rod.png.
+    fit
+        Dimensions to adjust to the targets below (or to those in [rod]), as keys with commas between;
+        prints the fitted [rod] table.
+    mass_kg
+        Target of --fit.
+    center_of_gravity_mm
+        Target of --fit, from the crank pin.
+    inertia_kg_m2
+        Target of --fit, about the pin-parallel axis through the centre of gravity.
     json
         Print the figures as JSON and nothing else.
     quiet
@@ -36,6 +49,18 @@ def rod(
     from fea.study import load_study
 
     asked = Flags(size=size).applied(load_study(study))
+    if fit is not None:
+        from fea.rod_fit import fitted
+
+        table, found = fitted(asked, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
+        if json:
+            from fea.output.summary import json_text
+
+            outcome = {"met": found.met, "residuals": found.residuals, "at_limit": found.at_limit}
+            sys.stdout.write(json_text(outcome | {"rod": vars(found.rod)}))
+        elif not quiet:
+            sys.stdout.write(f"# {found.text()}\n{table.text()}")
+        return
 
     from fea.rod_report import rod_report
 

@@ -1,26 +1,11 @@
 """The program as a process: what it prints where, and how it leaves."""
 
 import json
-import os
 import subprocess
 import sys
 
 import pytest
-
-
-def fea(*arguments, cwd, environment=None):
-    return subprocess.run(
-        [sys.executable, "-m", "fea", *map(str, arguments)],
-        cwd=cwd,
-        env=os.environ | (environment or {}),
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-
-
-COARSE = ("--size", 12)
+from program import COARSE, fea
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,51 @@
+"""Dimensions of a study's rod fitted to mass properties."""
+
+import dataclasses
+from collections.abc import Sequence
+
+from fea.rod_table import RodTable, dimension_of
+from fea.study import Study
+from fea.units import KG, KG_M2
+from geometry.fit import Fit, Targets, fit
+from geometry.invalid import require
+
+
+def fitted(
+    study: Study,
+    free: Sequence[str],
+    mass_kg: float | None,
+    center_of_gravity_mm: float | None,
+    inertia_kg_m2: float | None,
+) -> tuple[RodTable, Fit]:
+    """Adjust named dimensions of the study's rod until its mass properties meet the targets.
+
+    Parameters
+    ----------
+    study
+        Gives the rod to start from and the density.
+    free
+        Keys of the [rod] table that may change.
+    mass_kg, center_of_gravity_mm, inertia_kg_m2
+        Targets; where all are None, those that the [rod] table gives.
+
+    Raises
+    ------
+    InvalidValue
+        No target, nothing free, a key that is no dimension, or a rod without dimensions.
+    """
+    rod, density = study.rod.solid(), study.material.material().density
+    given = study.rod.mass
+    if (mass_kg, center_of_gravity_mm, inertia_kg_m2) == (None, None, None):
+        remedy = "Say --mass-kg, --center-of-gravity-mm or --inertia-kg-m2, or give them in [rod]."
+        require(given is not None, "--fit", list(free), "has no target", remedy)
+    if given is not None and mass_kg is center_of_gravity_mm is inertia_kg_m2 is None:
+        targets = Targets(density, given.mass, given.center[0], given.inertia_z)
+    else:
+        targets = Targets(
+            density,
+            None if mass_kg is None else mass_kg * KG,
+            center_of_gravity_mm,
+            None if inertia_kg_m2 is None else inertia_kg_m2 * KG_M2,
+        )
+    found = fit(rod, targets, [dimension_of(key) for key in free])
+    return dataclasses.replace(study.rod, rod=found.rod, length=found.rod.length), found

@@ -1,0 +1,95 @@
+"""Rods from every source, through the program."""
+
+import json
+
+import pytest
+from program import COARSE, fea
+
+ENGINE = """
+[engine]
+stroke_mm = 94.0
+bore_mm = 76.0
+piston_mass_kg = 1.3345
+gas = "leon-2001"
+"""
+
+
+def figures(*arguments, cwd):
+    done = fea(*arguments, "--json", cwd=cwd)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_a_step_file_gives_what_the_dimensions_gave(tmp_path):
+    assert fea("rod", "--step", "leon.step", "--quiet", cwd=tmp_path).returncode == 0
+    (tmp_path / "mine.toml").write_text(
+        '[rod]\nstep = "leon.step"\n[material]\npreset = "leon-2001"\n' + ENGINE
+    )
+    drawn, read = (figures("rod", study, cwd=tmp_path) for study in ("leon-2001", "mine.toml"))
+    assert read["volume_mm3"] == pytest.approx(drawn["volume_mm3"], rel=1e-5)  # six digits are printed
+    assert read["symmetry"] == "quarter"
+    assert read["sections"] == []
+    run = figures("run", "mine.toml", *COARSE, cwd=tmp_path)
+    reference = figures("run", "leon-2001", *COARSE, cwd=tmp_path)
+    assert run["trusted"]
+    for case, load in reference["loads"].items():
+        assert run["loads"][case]["crank_axial_N"] == pytest.approx(load["crank_axial_N"], rel=1e-4, abs=1)
+    # other elements, the same rod: peaks agree to the discretisation error of so coarse a mesh
+    stress = [summary["results"]["tension"]["max_von_mises_MPa"] for summary in (run, reference)]
+    assert stress[0] == pytest.approx(stress[1], rel=0.1)
+
+
+def test_a_bushing_of_bronze_is_a_part_with_its_own_yield(tmp_path):
+    text = '[rod]\npreset = "leon-2001"\nbushing_mm = 2.0\n[material]\npreset = "leon-2001"\n' + ENGINE
+    bronze = "[material.bushing]\nE_GPa = 110.0\nnu = 0.34\ndensity_kg_m3 = 8800.0\nyield_MPa = {}\n"
+    (tmp_path / "strong.toml").write_text(text + bronze.format(5000.0))
+    (tmp_path / "weak.toml").write_text(text + bronze.format(1.0))
+    strong, weak = (figures("run", f"{name}.toml", *COARSE, cwd=tmp_path) for name in ("strong", "weak"))
+    assert strong["trusted"]
+    assert weak["trusted"]
+    # the field is the same; only the judgement of the bushing differs
+    assert (
+        weak["results"]["tension"]["max_displacement_mm"]
+        == strong["results"]["tension"]["max_displacement_mm"]
+    )
+    assert (
+        weak["results"]["tension"]["min_safety_factor"]
+        < 0.1
+        < strong["results"]["tension"]["min_safety_factor"]
+    )
+    (tmp_path / "typo.toml").write_text(text + bronze.format(1.0).replace("bushing", "bushin"))
+    done = fea("run", "typo.toml", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "Its parts: rod, bushing" in done.stderr
+
+
+def test_fit_meets_targets_or_says_that_it_cannot(tmp_path):
+    free = "big_end_ring_mm,small_end_ring_mm"
+    met = fea("rod", "--fit", free, "--mass-kg", 0.7, "--center-of-gravity-mm", 60, cwd=tmp_path)
+    assert met.stdout.startswith("# all targets are met")
+    (tmp_path / "fitted.toml").write_text(met.stdout)
+    rod = figures("rod", "fitted.toml", cwd=tmp_path)
+    assert rod["mass_kg"] == pytest.approx(0.7, rel=2e-3)
+    assert rod["center_of_gravity_mm"][0] == pytest.approx(60, rel=2e-3)
+    missed = fea("rod", "--fit", free, "--mass-kg", 0.3, "--center-of-gravity-mm", 130, cwd=tmp_path)
+    assert missed.stdout.startswith("# the targets cannot be met together")
+
+
+@pytest.mark.parametrize(
+    ("rod", "code", "says"),
+    [
+        ('step = "none.step"', 2, "is not a file"),
+        ('step = "text.step"', 3, "is not a STEP file"),
+        ('step = "text.step"\nlength_mm = 3.0', 2, "does not go with step"),
+        ('preset = "leon-2001"\nshank_width_mm = 99.0', 2, "rod.shank_width_mm"),
+        ('preset = "leon-2001"\nweb_thickness_mm = -1.0', 2, "rod.web_thickness_mm"),
+        ('preset = "leon-2001"\nsmall_end_bore_mm = 500.0', 2, "reduce bores or rings"),
+    ],
+)
+def test_bad_rods_are_refused(rod, code, says, tmp_path):
+    (tmp_path / "text.step").write_text("not a solid")
+    (tmp_path / "bad.toml").write_text(f'[rod]\n{rod}\n[material]\npreset = "leon-2001"\n{ENGINE}')
+    done = fea("run", "bad.toml", cwd=tmp_path)
+    assert done.returncode == code, done.stderr
+    assert says in done.stderr
+    assert not (tmp_path / "results").exists()
