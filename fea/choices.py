@@ -37,3 +37,4 @@ class SolverName(StrEnum):
     AUTO = "auto"
     PARDISO = "pardiso"
     CHOLMOD = "cholmod"
+    AMG = "amg"

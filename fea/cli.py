@@ -22,6 +22,7 @@ _COMMANDS = {
     "loads": "Forces over the crank cycle, without a mesh.",
     "rod": "The solid: mass properties and sections, STEP export, a picture.",
     "reproduce": "Published figures against computed ones.",
+    "verify": "Benchmark problems with known answers.",
     "view": "A picture of a result.",
     "init": "Write a commented study to edit.",
     "doctor": "What this machine can and cannot do.",
@@ -71,7 +72,12 @@ def _dispatch(arguments: Sequence[str]) -> int:
 def exit_code(error: Exception) -> int | None:
     """Return the documented exit code of an error, None for one nobody foresaw."""
     from fea.output.errors import OccupiedError, OutputError
-    from fea.solid.errors import SingularMatrixError, SolverUnavailableError, UnderconstrainedError
+    from fea.solid.errors import (
+        SingularMatrixError,
+        SolverUnavailableError,
+        StagnationError,
+        UnderconstrainedError,
+    )
     from geometry.errors import GeometryError
     from geometry.invalid import InvalidValue
     from mesh.errors import MeshError
@@ -79,7 +85,7 @@ def exit_code(error: Exception) -> int | None:
     codes: dict[int, tuple[type[Exception], ...]] = {
         USAGE: (InvalidValue, CycloptsError, OccupiedError),
         GEOMETRY: (GeometryError, MeshError),
-        SINGULAR: (UnderconstrainedError, SingularMatrixError),
+        SINGULAR: (UnderconstrainedError, SingularMatrixError, StagnationError),
         MACHINE: (SolverUnavailableError, OutputError, OSError, MemoryError, ImportError),
     }
     return next((code for code, kinds in codes.items() if isinstance(error, kinds)), None)

@@ -11,3 +11,7 @@ class SingularMatrixError(RuntimeError):
 
 class SolverUnavailableError(RuntimeError):
     """The named solver is not installed on this machine."""
+
+
+class StagnationError(RuntimeError):
+    """The iterative solver did not reach its tolerance."""

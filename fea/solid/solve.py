@@ -11,7 +11,7 @@ from fea.clock import Clock
 from fea.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.parity import Parity, Split
-from fea.solid.solvers import direct_solver
+from fea.solid.solvers import linear_solver
 from fea.solid.supports import (
     clamped,
     determinate_restraints,
@@ -86,7 +86,8 @@ class Model:
     ) -> None:
         self.mesh = mesh
         self._clock = clock or Clock()
-        self._solver = direct_solver(solver, slots=len(Parity))
+        cut = Surface.SYMMETRY_Y in mesh.facets
+        self._solver = linear_solver(solver, mesh.points, slots=len(Parity) if cut else 1)
         self._factorised: list[Parity] = []
         self._held = (
             clamped(mesh, Surface.BIG_END_BORE)

@@ -1,4 +1,4 @@
-"""Direct solvers behind one small protocol, and the choice among them."""
+"""Linear solvers behind one small protocol, and the choice among them."""
 
 import importlib.util
 from dataclasses import dataclass
@@ -8,50 +8,93 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.choices import SolverName
-from fea.solid import pardiso
+from fea.solid import memory, pardiso
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.errors import SolverUnavailableError
 
 Floats = npt.NDArray[np.float64]
 
+_PACKAGES = {
+    SolverName.PARDISO: ("pypardiso",),
+    SolverName.CHOLMOD: ("cvxopt", "pymetis"),
+    SolverName.AMG: ("pyamg",),
+}
 
-class DirectSolver(Protocol):
-    """Holds factors of symmetric positive definite matrices with one sparsity, each in a slot."""
+
+class LinearSolver(Protocol):
+    """Solves with symmetric positive definite matrices of one sparsity, each kept in a slot."""
 
     name: str
 
     def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
-        """Put the factor of `matrix` into a slot; raises `SingularMatrixError`."""
+        """Make ready to solve with `matrix`; raises `SingularMatrixError`."""
 
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
-        """Solve for (n, k) right-hand sides with the factor in a slot."""
+        """Solve for (n, k) right-hand sides with the matrix in a slot."""
 
 
-def direct_solver(choice: SolverName, slots: int) -> DirectSolver:
-    """Return the solver named; `AUTO` takes Pardiso where it is installed, else CHOLMOD.
+def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
+    """Resolve `AUTO`: a direct solver while its factors fit into memory, multigrid beyond.
+
+    Parameters
+    ----------
+    choice
+        What was asked.
+    n_dofs
+        Rows of each matrix.
+    slots
+        Matrices kept at once.
+
+    Raises
+    ------
+    MemoryError
+        Not even multigrid fits; says the prediction and what would fit.
+    """
+    if choice is not SolverName.AUTO:
+        return choice
+    free = memory.SHARE * memory.available_bytes()
+    if memory.direct_bytes(n_dofs, slots) <= free:
+        return SolverName.PARDISO if pardiso.is_installed() else SolverName.CHOLMOD
+    need = memory.iterative_bytes(n_dofs, slots)
+    if need <= free:
+        return SolverName.AMG
+    coarser = (need / free) ** (1 / 3)
+    message = (
+        f"{n_dofs} unknowns need about {need / memory.MIB:.0f} MiB even for the iterative solver, and "
+        f"{free / memory.MIB:.0f} MiB may be used. Elements {coarser:.2f} times as large (--size) would fit"
+    )
+    raise MemoryError(message)
+
+
+def linear_solver(choice: SolverName, points: Floats, slots: int) -> LinearSolver:
+    """Return a solver for matrices of the nodes at `points` (n_nodes, 3), three unknowns each.
 
     Raises
     ------
     SolverUnavailableError
         The named solver is not installed.
+    MemoryError
+        See `chosen`.
     """
-    if choice is SolverName.AUTO:
-        choice = SolverName.PARDISO if pardiso.is_installed() else SolverName.CHOLMOD
+    choice = chosen(choice, points.size, slots)
+    for package in _PACKAGES[choice]:
+        _require(package, choice)
     if choice is SolverName.PARDISO:
-        _require("pypardiso", choice)
         return pardiso.PardisoCholesky(slots)
-    _require("cvxopt", choice)
-    _require("pymetis", choice)
-    from fea.solid.cholmod import CholmodCholesky  # noqa: PLC0415 - loads only what is used
+    if choice is SolverName.CHOLMOD:
+        from fea.solid.cholmod import CholmodCholesky  # noqa: PLC0415 - only what is used is loaded
 
-    return CholmodCholesky()
+        return CholmodCholesky()
+    from fea.solid.amg import SmoothedAggregation  # noqa: PLC0415
+
+    return SmoothedAggregation(points)
 
 
 @dataclass(frozen=True)
 class Factor:
     """One factorised matrix."""
 
-    solver: DirectSolver
+    solver: LinearSolver
 
     def solve(self, right_hand_sides: Floats) -> Floats:
         """Solve for (n, k) right-hand sides at once."""
@@ -59,7 +102,7 @@ class Factor:
 
 
 def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> Factor:
-    """Factorise one matrix.
+    """Factorise one matrix with a direct solver.
 
     Raises
     ------
@@ -68,7 +111,9 @@ def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> 
     SolverUnavailableError
         The named solver is not installed.
     """
-    solver = direct_solver(choice, slots=1)
+    direct = SolverName.PARDISO if pardiso.is_installed() else SolverName.CHOLMOD
+    nowhere = np.zeros((matrix.size // 3, 3))  # only multigrid asks where the nodes are
+    solver = linear_solver(direct if choice is SolverName.AUTO else choice, nowhere, slots=1)
     solver.factorise(0, matrix)
     return Factor(solver)
 

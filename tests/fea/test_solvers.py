@@ -1,3 +1,6 @@
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from strap import strap
@@ -6,14 +9,15 @@ from fea.choices import SolverName
 from fea.material import Material
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.cholmod import node_order
-from fea.solid.errors import SingularMatrixError
+from fea.solid.errors import SingularMatrixError, StagnationError
 from fea.solid.parity import Parity
-from fea.solid.solvers import direct_solver
+from fea.solid.solvers import chosen, linear_solver
 from fea.solid.supports import clamped, plane_conditions
 from geometry.surfaces import Surface
 
 STEEL = Material(207e3, 0.28, 7.7e-9, 620.4)
 DIRECT = [SolverName.PARDISO, SolverName.CHOLMOD]
+NOWHERE = strap().points
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +30,7 @@ def matrices():
 
 @pytest.mark.parametrize("name", DIRECT)
 def test_both_slots_solve_to_backward_stability(name, matrices):
-    solver = direct_solver(name, slots=2)
+    solver = linear_solver(name, NOWHERE, slots=2)
     f = np.random.default_rng(0).standard_normal((matrices[0].size, 3))
     for slot, matrix in enumerate(matrices):
         solver.factorise(slot, matrix)
@@ -41,10 +45,50 @@ def test_an_indefinite_matrix_is_refused(name, matrices):
     upper = matrices[0].upper.copy()
     upper.setdiag(-matrices[0].diagonal())
     with pytest.raises(SingularMatrixError, match="not positive definite"):
-        direct_solver(name, slots=1).factorise(0, SymmetricMatrix(upper))
+        linear_solver(name, NOWHERE, slots=1).factorise(0, SymmetricMatrix(upper))
 
 
 def test_the_node_order_is_a_permutation_that_keeps_nodes_together(matrices):
     order = node_order(matrices[0].upper)
     assert np.array_equal(np.sort(order), np.arange(matrices[0].size))
     assert np.array_equal(order.reshape(-1, 3) % 3, np.tile([0, 1, 2], (len(order) // 3, 1)))
+
+
+def test_multigrid_agrees_with_the_direct_solver(matrices):
+    f = np.random.default_rng(0).standard_normal((matrices[0].size, 2))
+    f[:, 1] = 0.0
+    iterative = linear_solver(SolverName.AMG, NOWHERE, slots=2)
+    direct = linear_solver(SolverName.PARDISO, NOWHERE, slots=2)
+    for slot, matrix in enumerate(matrices):
+        for solver in (iterative, direct):
+            solver.factorise(slot, matrix)
+        expected = direct.solve(slot, f)
+        # a residual of 1e-8 in a matrix of condition 1e6, damped by the smoothness of the error
+        assert iterative.solve(slot, f) == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+
+
+def test_stagnation_is_never_returned(matrices, monkeypatch):
+    monkeypatch.setattr("fea.solid.amg.MOST_ITERATIONS", 2)
+    solver = linear_solver(SolverName.AMG, NOWHERE, slots=1)
+    solver.factorise(0, matrices[0])
+    with pytest.raises(StagnationError, match="stagnated at a relative residual"):
+        solver.solve(0, np.ones((matrices[0].size, 1)))
+
+
+@pytest.mark.parametrize(("free_gib", "solver"), [(24, SolverName.PARDISO), (4, SolverName.AMG), (0.5, None)])
+def test_auto_chooses_by_predicted_memory(free_gib, solver, monkeypatch):
+    monkeypatch.setattr("fea.solid.memory.available_bytes", lambda: free_gib * 2**30)
+    if solver is None:
+        with pytest.raises(MemoryError, match=r"unknowns need about .* MiB.*times as large"):
+            chosen(SolverName.AUTO, 500_000, slots=2)
+    else:
+        assert chosen(SolverName.AUTO, 500_000, slots=2) is solver
+
+
+def test_memory_under_a_limit_is_seen():
+    code = (
+        "import resource; resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30)); "
+        "from fea.solid.memory import available_bytes; print(available_bytes())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert 0 < float(done.stdout) < 4 * 2**30

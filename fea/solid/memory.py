@@ -1,0 +1,64 @@
+"""How much memory a solver will want, and how much there is."""
+
+import os
+import sys
+from pathlib import Path
+
+MIB = 2**20
+# Of what is free, what a solver may plan with: the rest is for stress, output and other programs.
+SHARE = 0.8
+
+
+def direct_bytes(n_dofs: int, slots: int) -> float:
+    """Predicted bytes of Cholesky factors.
+
+    Entries of the factor grow like n^1.5 on rods of second-order tetrahedra between 40 000 and 280 000
+    degrees of freedom (nested dissection in three dimensions tends to n^(4/3): the prediction errs high
+    for larger ones).
+    """
+    return float(slots * 8 * 1.2 * n_dofs**1.5)
+
+
+def iterative_bytes(n_dofs: int, slots: int) -> float:
+    """Predicted bytes of smoothed-aggregation hierarchies: in proportion to the degrees of freedom."""
+    return slots * 2500.0 * n_dofs
+
+
+def available_bytes() -> float:
+    """Memory this process may still take: free on the machine, in its control group, under its ulimit."""
+    limits = [_free_on_machine(), _free_in_group(), _free_under_limit()]
+    return min((limit for limit in limits if limit is not None), default=float("inf"))
+
+
+def _free_on_machine() -> float | None:
+    if sys.platform.startswith("linux"):
+        for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
+            if line.startswith("MemAvailable:"):
+                return 1024.0 * int(line.split()[1])
+    if hasattr(os, "sysconf") and "SC_PHYS_PAGES" in os.sysconf_names:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    return None
+
+
+def _free_in_group() -> float | None:
+    """Limit of a version 2 control group less what it uses."""
+    group = Path("/sys/fs/cgroup")
+    try:
+        limit = (group / "memory.max").read_text(encoding="ascii").strip()
+        used = (group / "memory.current").read_text(encoding="ascii").strip()
+    except OSError:
+        return None
+    return None if limit == "max" else float(limit) - float(used)
+
+
+def _free_under_limit() -> float | None:
+    """Address space left under ``ulimit -v``."""
+    try:
+        import resource  # noqa: PLC0415 - not on Windows
+    except ImportError:
+        return None
+    soft, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if soft == resource.RLIM_INFINITY:
+        return None
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+    return float(soft) - pages * resource.getpagesize()
