@@ -94,6 +94,4 @@ Published: length 150 mm; nothing else of the rod (the study is kinematic). Ours
 engine, 0.569 kg at 7850 kg/m³ with its centre of gravity 47.8 mm from the crank pin.
 """
 
-PRESETS = MappingProxyType(
-    {"leon-2001": LEON_2001, "forsa-g10": FORSA_G10, "molina-2000cc": MOLINA_2000CC}
-)
+PRESETS = MappingProxyType({"leon-2001": LEON_2001, "forsa-g10": FORSA_G10, "molina-2000cc": MOLINA_2000CC})

@@ -134,5 +134,3 @@ def options() -> tuple[str, ...]:
 def key(dimension: str) -> str:
     """Return the name of a field in a study file."""
     return f"rod.{dimension}_mm" if dimension in dimensions() else f"rod.{dimension}"
-
-

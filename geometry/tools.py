@@ -66,5 +66,3 @@ def _above(step: RingStep, top: float, rod: Rod, sector: float = math.pi) -> int
 def _pocket_tool(pocket: Pocket, top: float) -> int:
     tool = kernel.prism(pocket.outline(), (), pocket.floor, pocket.floor + 1.1 * (top - pocket.floor))
     return kernel.bottom_rounded(tool, pocket.floor, pocket.floor_radius)
-
-
