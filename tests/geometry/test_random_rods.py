@@ -1,6 +1,7 @@
 import pytest
 from rods import random_rod
 
+from fea.solid.inertia import inertia
 from geometry.invalid import InvalidValue
 from geometry.rod import dimensions
 from geometry.session import session
@@ -22,4 +23,4 @@ def test_a_random_rod_meshes_or_is_refused_by_name(seed):
             solid.faces, refinements(solid.features, size, rod.length), Sizing(size)
         )
     assert quality.least_scaled_jacobian > 0
-    assert len(mesh.tets) > 100
+    assert inertia(mesh, 1.0).properties.mass == pytest.approx(solid.mass.mass, rel=1e-3)
