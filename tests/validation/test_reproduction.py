@@ -19,6 +19,11 @@ def test_no_printed_figure_is_unexplained(table):
     assert [row for row in table.rows if row.status is Status.UNEXPLAINED] == []
 
 
+def test_remarks_are_sentences():
+    remarks = [remark for table in ALL for remark in table.remarks]
+    assert all(remark.endswith(".") and " " in remark for remark in remarks)
+
+
 def test_every_printed_cell_is_compared():
     # Cells of the published tables: 36+111+36+3·37 (1–6), 444 (7), 3·74 (8–10), 111+3 (11), 148 (12),
     # 3·292 (13–15), 15 (17), 6 (column); 50+8+30+40+30+20; 5+8+4+2.

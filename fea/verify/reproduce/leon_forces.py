@@ -109,7 +109,7 @@ _REMARKS = {
         "The sums use 1.690·a, not the misprinted forces of table 9 at 130° and 230°.",
         "One digit of the rod force is wrong at 170° and at 180°.",
     ),
-    800: ("The crank angle in degrees was added into the sum: one newton more per degree."),
+    800: ("The crank angle in degrees was added into the sum: one newton more per degree.",),
 }
 
 
