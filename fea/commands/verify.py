@@ -1,0 +1,44 @@
+"""`fea verify`."""
+
+import sys
+from pathlib import Path
+
+CHECK_FAILED = 5
+_DIGITS = 9
+
+
+def verify(*cases: str, json: bool = False, report: Path | None = None, quiet: bool = False) -> int:
+    """Benchmark problems with known answers, through the same elements, solver and recovery as a run.
+
+    Parameters
+    ----------
+    cases
+        Which ones (le1, le10, le11, lame, goodier, cook, …); all without.
+    json
+        Print every row as JSON and nothing else.
+    report
+        Write a Markdown report with its plot beside it: every case on coarser meshes too.
+    quiet
+        Print nothing.
+    """
+    from fea.progress import stages
+    from fea.verify.verify import verify as compute
+
+    with stages(silent=quiet) as listener:
+        rows = compute(cases, listener)
+        if report is not None:
+            from fea.verify.verification_report import write_report
+
+            target = report.name if report.is_absolute() else report.as_posix()
+            write_report(report, rows, " ".join(["fea verify", *cases, f"--report {target}"]), listener)
+    if json:
+        from fea.output.summary import json_text
+
+        sys.stdout.write(json_text([row.as_dict() for row in rows], _DIGITS))
+    elif not quiet:
+        from fea.output.verification_table import print_verification
+
+        print_verification(rows)
+        if report is not None:
+            sys.stdout.write(f"Wrote {report}\n")
+    return 0 if all(row.passed for row in rows) else CHECK_FAILED

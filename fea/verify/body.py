@@ -1,0 +1,94 @@
+"""What the cases share: a meshed body held at its mirror planes, and its recovered stress at a place."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.material import Material
+from fea.solid.parity import Parity
+from fea.solid.recovery import Recovery
+from geometry.surfaces import Surface
+from mesh.mirror import PLANE_AXIS
+from mesh.tetmesh import Floats, Ints, TetMesh
+
+Mask = npt.NDArray[np.bool_]
+
+# Of NAFEMS's benchmarks and most others; density and strength matter to those that say so.
+STEEL = Material(youngs_modulus=210e3, poissons_ratio=0.3, density=7.85e-9, yield_strength=400.0)
+
+
+def mirror_planes(mesh: TetMesh) -> tuple[Surface, ...]:
+    """Mirror planes the mesh is cut at."""
+    return tuple(plane for plane in PLANE_AXIS if plane in mesh.facets)
+
+
+def held(mesh: TetMesh, supports: Mapping[Surface, tuple[int, ...]]) -> Mask:
+    """Degrees of freedom (n_nodes, 3) fixed by the mirror planes and on other surfaces, by axes."""
+    fixed = np.zeros((len(mesh.points), 3), dtype=bool)
+    planes = {plane: (PLANE_AXIS[plane],) for plane in mirror_planes(mesh)}
+    for surface, axes in (planes | dict(supports)).items():
+        for axis in axes:
+            fixed[mesh.facets[surface].ravel(), axis] = True
+    return fixed
+
+
+def nodes_of(mesh: TetMesh, *surfaces: Surface) -> Ints:
+    """Nodes that lie on every one of the surfaces."""
+    common = np.arange(len(mesh.points))
+    for surface in surfaces:
+        common = np.intersect1d(common, mesh.facets[surface])
+    return common
+
+
+def furthest(values: Floats, target: float) -> float:
+    """The value that is furthest from the target."""
+    return float(values[np.abs(values - target).argmax()])
+
+
+@dataclass(frozen=True)
+class SolvedBody:
+    """A body with its displacement.
+
+    Attributes
+    ----------
+    mesh, material
+        What was solved.
+    displacement
+        (n_nodes, 3, 1), mm, symmetric about the mirror planes but for `parity`.
+    known
+        Surfaces whose traction is known.
+    traction
+        On those that are loaded, (n_nodes, 3, 1), MPa.
+    parity
+        About y = 0.
+    """
+
+    mesh: TetMesh
+    material: Material
+    displacement: Floats
+    known: tuple[Surface, ...] = ()
+    traction: Mapping[Surface, Floats] | None = None
+    parity: Parity = Parity.SYMMETRIC
+
+    @property
+    def dofs(self) -> int:
+        """Degrees of freedom of the mesh."""
+        return self.mesh.points.size
+
+    @cached_property
+    def stress(self) -> Floats:
+        """Recovered as in a run: (n_nodes, 6), MPa, components XX YY ZZ XY YZ XZ."""
+        recovery = Recovery(self.mesh, mirror_planes(self.mesh), self.known)
+        nodal = recovery.nodal_stress(self.displacement, self.material, self.parity, self.traction)
+        return np.asarray(nodal[:, :, 0])
+
+    def node_at(self, *place: float) -> int:
+        """Node at a corner of the body."""
+        away = np.linalg.norm(self.mesh.points - place, axis=1)
+        nearest = int(away.argmin())
+        # A benchmark's point is a corner of its drawing, so a node is there.
+        assert away[nearest] < 1e-6 * np.ptp(self.mesh.points)  # noqa: S101
+        return nearest

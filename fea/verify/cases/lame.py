@@ -1,0 +1,78 @@
+"""Lamé's thick cylinder under inner pressure in plane strain: hoop stress and widening of the bore."""
+
+import math
+
+import numpy as np
+
+from fea.solid.prescribed import displacement
+from fea.solid.traction import nodal_traction, traction_forces
+from fea.verify.benchmark import Benchmark, Computed, Goal
+from fea.verify.body import STEEL, SolvedBody, furthest, held, nodes_of
+from geometry.bodies.shape import Prism, Side
+from geometry.segments import Arc, Line
+from geometry.surfaces import Surface
+from mesh.body import Fine, mesh_body
+
+INSIDE, OUTSIDE, THICKNESS, PRESSURE = 10.0, 20.0, 3.0, 100.0
+_A2, _B2 = INSIDE**2, OUTSIDE**2
+_WIDENING = (
+    (1 + STEEL.poissons_ratio)
+    / STEEL.youngs_modulus
+    * PRESSURE
+    * INSIDE
+    * ((1 - 2 * STEEL.poissons_ratio) * _A2 + _B2)
+    / (_B2 - _A2)
+)
+
+HOOP = Goal(
+    "hoop stress, worst of the bore",
+    "MPa",
+    PRESSURE * (_B2 + _A2) / (_B2 - _A2),
+    0.2,
+    "exact solution: what the recovery leaves at this size, at the worst of all nodes",
+)
+WIDENING = Goal(
+    "widening, worst of the bore",
+    "mm",
+    _WIDENING,
+    0.02,
+    "exact solution: displacements converge one order faster than stress",
+)
+
+
+def compute(size: float) -> Computed:
+    """Solve a quarter, one slice of it, with elements of `size` outside and half of it at the bore."""
+    quarter = math.pi / 2
+    sides = (
+        Side(Line((INSIDE, 0.0), (OUTSIDE, 0.0)), Surface.SYMMETRY_Y),
+        Side(Arc((0.0, 0.0), OUTSIDE, 0.0, quarter), Surface.OUTER),
+        Side(Line((0.0, OUTSIDE), (0.0, INSIDE)), Surface.SYMMETRY_X),
+        Side(Arc((0.0, 0.0), INSIDE, quarter, -quarter), Surface.INNER),
+    )
+    body = Prism(sides, (0.0, THICKNESS), top=Surface.ROLLER)
+    mesh = mesh_body(body, size, fine={Surface.INNER: Fine(size / 2)})
+    forces = traction_forces(mesh, Surface.INNER, lambda _, normals: -PRESSURE * normals)
+    u = displacement(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}))
+    radial = np.array([PRESSURE, PRESSURE, 0.0]) / INSIDE
+    pressed = nodal_traction(mesh, Surface.INNER, lambda places: radial * places)
+    solved = SolvedBody(mesh, STEEL, u, (Surface.INNER, Surface.OUTER), {Surface.INNER: pressed})
+    # At the mirror plane; at the lid, a mirror plane of the problem too, the recovery sees one side only.
+    bore = nodes_of(mesh, Surface.INNER, Surface.SYMMETRY_Z)
+    x, y, _ = mesh.points[bore].T / INSIDE
+    xx, yy, _, xy, _, _ = solved.stress[bore].T
+    hoop = xx * y**2 + yy * x**2 - 2 * xy * x * y
+    widening = x * u[bore, 0, 0] + y * u[bore, 1, 0]
+    found = {
+        HOOP.quantity: furthest(hoop, HOOP.target),
+        WIDENING.quantity: furthest(widening, WIDENING.target),
+    }
+    return Computed(found, solved.dofs)
+
+
+BENCHMARK = Benchmark(
+    title="Lamé: thick cylinder under inner pressure, plane strain",
+    source="Lamé 1852; Timoshenko & Goodier 1970, article 28",
+    goals=(HOOP, WIDENING),
+    compute=compute,
+    size=0.9,
+)

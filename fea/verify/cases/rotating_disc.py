@@ -1,0 +1,72 @@
+"""Rotating disc: the centrifugal body force.
+
+The disc is thin but three-dimensional: to the stress of plane stress comes ν (1 + ν)/(6 (1 − ν)) ρω² (c² −
+3z²), half the thickness being c, which is exact away from the rim
+(the edge effect decays within a thickness). The mean displacement of the rim is
+that of plane stress exactly (reciprocal theorem).
+"""
+
+import math
+
+from fea.choices import Support
+from fea.solid.inertia import inertia
+from fea.solid.parity import Parity
+from fea.solid.solve import Model
+from fea.solid.traction import traction_forces
+from fea.verify.benchmark import Benchmark, Computed, Goal
+from fea.verify.body import STEEL, SolvedBody
+from geometry.bodies.shape import Prism, Side
+from geometry.segments import Arc, Line
+from geometry.surfaces import Surface
+from loads.cases import RodMotion
+from mesh.body import mesh_body
+
+RADIUS, HALF_THICKNESS, OMEGA = 100.0, 5.0, 1000.0
+_NU = STEEL.poissons_ratio
+_SQUARE = STEEL.density * OMEGA**2
+
+CENTRE = Goal(
+    "σxx at the centre, mid-plane",
+    "MPa",
+    _SQUARE * ((3 + _NU) / 8 * RADIUS**2 + _NU * (1 + _NU) / (6 * (1 - _NU)) * HALF_THICKNESS**2),
+    0.1,
+    "exact solution: the mean over elements inside the body, at a single node",
+)
+RIM = Goal(
+    "mean widening of the rim",
+    "mm",
+    _SQUARE * (1 - _NU) * RADIUS**3 / (4 * STEEL.youngs_modulus),
+    0.01,
+    "exact solution: displacements converge one order faster than stress",
+)
+
+
+def compute(size: float) -> Computed:
+    """Solve y ≥ 0 and z ≥ 0 with elements of `size`."""
+    sides = (
+        Side(Line((-RADIUS, 0.0), (0.0, 0.0)), Surface.SYMMETRY_Y),
+        Side(Line((0.0, 0.0), (RADIUS, 0.0)), Surface.SYMMETRY_Y),
+        Side(Arc((0.0, 0.0), RADIUS, 0.0, math.pi), Surface.OUTER),
+    )
+    mesh = mesh_body(Prism(sides, (0.0, HALF_THICKNESS)), size)
+    spinning = inertia(mesh, STEEL.density).forces(RodMotion((0.0, 0.0), OMEGA, 0.0))
+    solution = Model(mesh, STEEL, Support.INERTIA_RELIEF).solve([spinning])
+    u = solution.displacement[Parity.SYMMETRIC]
+    solved = SolvedBody(mesh, STEEL, u, (Surface.FREE, Surface.OUTER))
+    outward = traction_forces(mesh, Surface.OUTER, lambda _, normals: normals)  # ∫ N_a n dA
+    area = (outward * mesh.points).sum() / RADIUS
+    found = {
+        CENTRE.quantity: float(solved.stress[solved.node_at(0.0, 0.0, 0.0), 0]),
+        # The slide along x that the restraints leave open has no part in ∫ u · n dA.
+        RIM.quantity: float((outward * u[:, :, 0]).sum() / area),
+    }
+    return Computed(found, solved.dofs)
+
+
+BENCHMARK = Benchmark(
+    title="Rotating disc",
+    source="Timoshenko & Goodier 1970, articles 32 and 134 (Love 1927, article 102)",
+    goals=(CENTRE, RIM),
+    compute=compute,
+    size=5.0,
+)

@@ -1,0 +1,107 @@
+import json
+
+import pytest
+
+from fea.cli import call
+from fea.output.png import is_complete_png
+from fea.verify import verify
+from fea.verify.benchmark import Benchmark, Computed, Goal, Row
+from geometry.invalid import InvalidValue
+
+PEAK = Goal("peak", "MPa", -200.0, 0.5, "a reason")
+
+
+def row(computed):
+    return Row("made-up", "nobody", PEAK, computed, 300, 0.1)
+
+
+def test_the_error_is_relative_and_signed():
+    assert row(-201.0).error_percent == pytest.approx(-0.5)
+    assert row(-198.0).error_percent == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("computed", "passed"), [(-200.9, True), (-201.1, False), (-198.9, False), (float("nan"), False)]
+)
+def test_what_is_beyond_its_tolerance_or_no_number_fails(computed, passed):
+    assert row(computed).passed is passed
+
+
+def test_every_case_says_where_from_and_why():
+    for name in verify.case_names():
+        case = verify.benchmark(name)
+        assert case.source
+        assert case.title
+        assert len({goal.quantity for goal in case.goals}) == len(case.goals)
+        for goal in case.goals:
+            assert goal.why
+            assert goal.target
+            assert 0 < goal.tolerance_percent <= 10
+
+
+def test_the_cases_asked_of_the_project_are_there():
+    asked = {"le1", "le10", "le11", "lame", "goodier", "plate-with-hole", "cook", "patch", "manufactured"}
+    assert asked | {"rotating-disc", "accelerated-bar", "pin-loaded-eye"} <= set(verify.case_names())
+
+
+def test_an_unknown_case_is_refused_before_anything_is_computed():
+    told = []
+    with pytest.raises(InvalidValue, match="must be one of accelerated-bar, cook"):
+        verify.verify(["patch", "le99"], told.append)
+    assert told == []
+
+
+def test_an_unknown_case_is_wrong_usage(capsys):
+    assert call(["verify", "le99"]) == 2
+    assert "le10" in capsys.readouterr().err
+
+
+def test_json_is_rows_and_nothing_else(capsys):
+    assert call(["verify", "patch", "accelerated-bar", "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert [row["case"] for row in rows] == ["patch"] * 4 + ["accelerated-bar"] * 2
+    keys = {"case", "quantity", "target", "computed", "error_percent", "dofs", "seconds", "pass", "source"}
+    for found in rows:
+        assert keys <= found.keys()
+        assert found["pass"] is True
+
+
+def test_the_table_names_every_quantity(capsys):
+    assert call(["verify", "lame"]) == 0
+    out = capsys.readouterr().out
+    assert "widening" in out
+    assert "hoop stress" in out
+    assert "All 2 quantities of 1 benchmark problems" in out
+
+
+def test_a_row_out_of_tolerance_fails_the_command(monkeypatch, capsys):
+    wrong = Benchmark("t", "s", (PEAK,), lambda size: Computed({"peak": -210.0}, 3), 1.0)
+    monkeypatch.setattr(verify, "benchmark", lambda name: wrong)
+    assert call(["verify", "patch"]) == 5
+    out = capsys.readouterr().out
+    assert "FAIL" in out
+    assert "1 of 1 quantities" in out
+
+
+def test_the_report_tells_command_sources_and_reasons(tmp_path, capsys):
+    path = tmp_path / "new" / "verification.md"
+    assert call(["verify", "plate-with-hole", "patch", "--report", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)
+    text = path.read_text(encoding="utf-8")
+    assert "fea verify plate-with-hole patch --report verification.md" in text
+    assert str(tmp_path) not in text
+    for name in ("plate-with-hole", "patch"):
+        case = verify.benchmark(name)
+        assert case.source in text
+        assert all(goal.why in text for goal in case.goals)
+    plot = path.with_name("verification-convergence.png")
+    assert f"]({plot.name})" in text
+    assert is_complete_png(plot)
+    assert plot.stat().st_size < 300_000
+
+
+def test_nothing_to_plot_no_plot(tmp_path):
+    path = tmp_path / "patch.md"
+    assert call(["verify", "patch", "--report", str(path), "--quiet"]) == 0
+    assert not list(tmp_path.glob("*.png"))
+    assert "Convergence" not in path.read_text(encoding="utf-8")

@@ -1,0 +1,41 @@
+"""The benchmark problems of `fea verify`, each by the source its module names.
+
+Those that take seconds are computed on coarser meshes, with a tolerance of twice the error seen there;
+the others must meet their own goals.
+"""
+
+import pytest
+
+from fea.verify.verify import benchmark, case_names, computed_rows
+
+# Element size relative to the case's own, and what errors are allowed relative to its tolerances.
+COARSER = {
+    "le10": (1.8, 7.0),  # 1.1 % off, of 0.3 % allowed on the fine mesh
+    "goodier": (2.0, 8.0),  # 0.8 % off, of 0.2 %
+    "cook": (2.0, 3.0),  # 0.14 % off, of 0.2 %
+}
+
+
+@pytest.mark.parametrize("name", case_names())
+def test_case(name):
+    case = benchmark(name)
+    factor, allowance = COARSER.get(name, (1.0, 1.0))
+    rows = computed_rows(name, case, factor * case.size)
+    assert [row.goal for row in rows] == list(case.goals)
+    for row in rows:
+        assert abs(row.error_percent) <= allowance * row.goal.tolerance_percent, row.goal.quantity
+
+
+@pytest.mark.parametrize("name", ["lame", "rotating-disc", "spun-up-ring"])
+def test_displacements_converge(name):
+    case = benchmark(name)
+    quantity = next(goal.quantity for goal in case.goals if goal.unit in ("mm", "rad"))
+
+    def error(factor):
+        rows = computed_rows(name, case, factor * case.size)
+        row = next(row for row in rows if row.goal.quantity == quantity)
+        return abs(row.error_percent), row.dofs
+
+    (coarse, few), (fine, many) = error(2.8), error(1.4)
+    # With the third power of the element length, dofs^(−1/3), or faster; the second is asked for.
+    assert fine < coarse * (few / many) ** (2 / 3)
