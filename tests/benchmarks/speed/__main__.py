@@ -14,7 +14,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from programs import PROGRAMS
+from programs import PROCESSES, PROGRAMS
 from runs import Bench, Limits, slice_of
 
 ROOT = Path(__file__).parents[3]
@@ -26,6 +26,7 @@ def main() -> None:
     )
     parser.add_argument("--dofs", default="20000,40000,105000", help="sizes of the whole rod")
     parser.add_argument("--programs", default=",".join(PROGRAMS), help=f"of {', '.join(PROGRAMS)}")
+    parser.add_argument("--process-dofs", type=int, default=64_485, help="size of the whole process; 0: none")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--seconds", type=float, default=600, help="longest run")
@@ -41,8 +42,12 @@ def main() -> None:
         shutil.rmtree(folder, ignore_errors=True)
     bench = Bench(folder, options.peer_python, Limits(options.threads, options.seconds, options.memory_gb))
     sizes = [int(float(size)) for size in options.dofs.split(",") if size]
-    whole = slice_of(bench, sizes, options.programs.split(","), options.rounds, options.minutes)
-    if not whole:
+    programs = [name for name in options.programs.split(",") if name]
+    done = slice_of(bench, sizes, programs, options.rounds, options.minutes)
+    if options.process_dofs:
+        at = [options.process_dofs]
+        done = slice_of(bench, at, list(PROCESSES), options.rounds, options.minutes) and done
+    if not done:
         sys.stderr.write("the time of this slice is up: call again to go on\n")
     if options.report:
         from report import write_report

@@ -6,6 +6,7 @@ at 6000 rpm (half-cosine bearing pressures and inertia) as nodal forces; six deg
 nodes are held.
 """
 
+import json
 from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 
@@ -55,10 +56,11 @@ def make_case(path: Path, dofs: int) -> None:
     material = load_study(STUDY).material.material()
     title = f"{STUDY}, {LOAD}, {SPEED:g} rpm"
     write_inp(path.with_suffix(".inp"), whole.mesh, material, forces, fixed, title=title)
+    facts = {"dofs": forces.size, "elements": len(whole.mesh.tets), "size_mm": found.size}
+    path.with_suffix(".json").write_text(json.dumps(facts), encoding="utf-8")
     # What the peers read: no package of ours.
     np.savez(
         path,
-        size=found.size,
         bores=astuple(found.bores),
         cell_points=cell.points,
         cell_tets=cell.tets,

@@ -1,5 +1,6 @@
 """The programs that are compared, and how each is called on a case."""
 
+import json
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -49,6 +50,8 @@ class Program:
     whole_process
         Whether its time is that of the whole process, reading and writing included; otherwise the stages
         it reports add up to it, imports and the reading of the case excluded.
+    compared
+        Whether it has an answer to be compared.
     """
 
     name: str
@@ -56,10 +59,15 @@ class Program:
     answer: str = "out.npz"
     straight: bool = False
     whole_process: bool = False
+    compared: bool = True
 
 
 def _ours(what: str) -> Callable[[Place], list[str | Path]]:
     return lambda place: [sys.executable, HERE / "ours.py", place.case, place.out, *what.split()]
+
+
+def _ours_script(script: str) -> Callable[[Place], list[str | Path]]:
+    return lambda place: [sys.executable, HERE / script, place.case, place.out]
 
 
 def _peer(script: str) -> Callable[[Place], list[str | Path]]:
@@ -72,11 +80,27 @@ def _calculix(place: Place) -> list[str | Path]:
     return ["ccx", "-i", "job"]
 
 
+def _run(place: Place) -> list[str | Path]:
+    size = json.loads(place.case.with_suffix(".json").read_text(encoding="utf-8"))["size_mm"]
+    flags = ["--rpm", "6000", "--size", f"{size:g}", "--out", place.folder / "run", "--quiet"]
+    return [sys.executable, HERE / "imports.py", "run", place.folder.parent / "imports.txt", *flags]
+
+
+def _imports(place: Place) -> list[str | Path]:
+    return [sys.executable, HERE / "imports.py", "floor", place.folder.parent / "imports.txt"]
+
+
 PROGRAMS = {
     "whole": Program("fea, whole rod", _ours("whole")),
     "quarter": Program("fea, mirror planes", _ours("quarter")),
     "ngsolve": Program("NGSolve", _peer("peer_ngsolve.py")),
     "calculix": Program("CalculiX", _calculix, "job.frd", whole_process=True),
     "sfepy": Program("SfePy", _peer("peer_sfepy.py"), straight=True),
+    "pardiso": Program("Pardiso's phases", _ours_script("kernels.py"), compared=False),
+}
+# At one size, that of the thesis's model.
+PROCESSES = {
+    "run": Program("fea run --rpm 6000", _run, whole_process=True, compared=False),
+    "imports": Program("imports alone", _imports, whole_process=True, compared=False),
 }
 REFERENCES = {False: _ours("reference"), True: _ours("reference straight")}

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from measure import Measured, measured
-from programs import HERE, PROGRAMS, REFERENCES, Place
+from programs import HERE, PROCESSES, PROGRAMS, REFERENCES, Place
 
 Row = dict[str, Any]
 
@@ -86,16 +86,17 @@ class Bench:
 
     def measure(self, dofs: int, key: str, number: int) -> Row:
         """Run one program once and keep what it took; the first run is also compared with the reference."""
-        program = PROGRAMS[key]
+        program = (PROGRAMS | PROCESSES)[key]
         place = Place(self.case(dofs), self._scratch(), self._peer_python)
         taken = self._measured(program.command(place), place.folder)
         row: Row = {"dofs": dofs, "program": key, "round": number, **taken.as_dict()}
         row["load"] = os.getloadavg()[0]
+        row["case"] = json.loads(place.case.with_suffix(".json").read_text(encoding="utf-8"))
         report = place.folder / "out.json"
         if report.exists():
             row = json.loads(report.read_text(encoding="utf-8")) | row
         row["seconds"] = taken.wall if program.whole_process else sum(row.get("stages", {}).values())
-        if taken.status == "done" and number == 0:
+        if taken.status == "done" and number == 0 and program.compared:
             row["agreement"] = self._agreement(dofs, place.folder / program.answer, straight=program.straight)
             if key == "whole":  # what our quarter is compared with, stress included
                 shutil.copy(place.folder / program.answer, self.folder / f"whole-{dofs}.npz")
@@ -125,6 +126,11 @@ class Bench:
         return folder
 
 
+def most_rounds(dofs: int) -> int:
+    """Fewer runs of the largest sizes."""
+    return 5 if dofs < 200_000 else 3 if dofs < 450_000 else 1
+
+
 def pending(
     bench: Bench, sizes: Iterable[int], programs: Iterable[str], rounds: int
 ) -> list[tuple[int, str, int]]:
@@ -141,7 +147,7 @@ def pending(
     return [
         (dofs, key, number)
         for dofs in sorted(sizes)
-        for number in range(rounds)
+        for number in range(min(rounds, most_rounds(dofs)))
         for key in programs
         if (dofs, key, number) not in made and dofs < failed.get(key, sys.maxsize)
     ]
