@@ -12,7 +12,7 @@ from fea.verify.benchmark import Row
 
 def print_verification(rows: Sequence[Row]) -> None:
     """Print a line a quantity under each case, and how many failed."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=0)
     table.add_column("case and quantity")
     for name in ("target", "computed", "error %", "limit %"):
         table.add_column(name, justify="right", no_wrap=True)

@@ -22,14 +22,14 @@ CORNER = Goal(
     "mm",
     32.30,
     0.2,
-    "published values differ by 0.1 % (32.27 to 32.30), as the clamped corners are singular",
+    "0.1 % between the published value (32.27) and the extrapolated one; singular corners converge late",
 )
 INCOMPRESSIBLE = Goal(
     "the same for ν = 0.4999",
     "mm",
     8.076,
     0.5,
-    "displacements of second-order elements do not lock, but they converge later",
+    "displacements of second-order elements do not lock, but converge later than with ν = 1/3",
 )
 # The load of the right edge: a shear stress, and a force spread over the edge's 16 mm.
 _CASES = ((CORNER, COMPRESSIBLE, 6.25), (INCOMPRESSIBLE, NEARLY_NOT, 100 / 16))

@@ -27,7 +27,7 @@ PIECES = 8
 _NU = STEEL.poissons_ratio
 
 EQUATOR = Goal(
-    "σxx, worst node of the equator",
+    "worst σxx of the equator",
     "MPa",
     TENSION * (27 - 15 * _NU) / (2 * (7 - 5 * _NU)),
     0.2,
@@ -101,7 +101,7 @@ def compute(size: float) -> Computed:
 
 BENCHMARK = Benchmark(
     title="Goodier: spherical cavity under remote tension",
-    source="Goodier 1933, Trans. ASME 55, 39-44; Timoshenko & Goodier 1970, article 137",
+    source="Goodier 1933, Trans. ASME 55, 39-44; Timoshenko & Goodier 1970, chapter 12",
     goals=(EQUATOR, POLE),
     compute=compute,
     size=0.04,

@@ -25,14 +25,14 @@ _WIDENING = (
 )
 
 HOOP = Goal(
-    "hoop stress, worst of the bore",
+    "worst hoop stress of the bore",
     "MPa",
     PRESSURE * (_B2 + _A2) / (_B2 - _A2),
     0.2,
     "exact solution: what the recovery leaves at this size, at the worst of all nodes",
 )
 WIDENING = Goal(
-    "widening, worst of the bore",
+    "worst widening of the bore",
     "mm",
     _WIDENING,
     0.02,

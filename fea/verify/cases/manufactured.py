@@ -109,7 +109,7 @@ def _solved(mesh: TetMesh) -> Floats:
 
 BENCHMARK = Benchmark(
     title="Manufactured solution: rates of convergence",
-    source="Ciarlet, The Finite Element Method for Elliptic Problems (1978), theorem 3.2.5",
+    source="Ciarlet, The Finite Element Method for Elliptic Problems (1978), section 3.2",
     goals=GOALS,
     compute=compute,
     size=0.5,

@@ -27,7 +27,7 @@ PEAK = Goal(
     "1",
     NET_FACTOR / _X,
     0.5,
-    "the chart's polynomial is a fit, stated as good to half a per cent",
+    "the chart's polynomial is a fit to Howland's figures (1930), which have three digits",
 )
 
 

@@ -65,7 +65,7 @@ def compute(size: float) -> Computed:
 
 BENCHMARK = Benchmark(
     title="Rotating disc",
-    source="Timoshenko & Goodier 1970, articles 32 and 134 (Love 1927, article 102)",
+    source="Timoshenko & Goodier 1970, chapters 4 and 12",
     goals=(CENTRE, RIM),
     compute=compute,
     size=5.0,
