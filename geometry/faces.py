@@ -22,6 +22,7 @@ class FeatureKind(StrEnum):
     """A place that asks for small elements."""
 
     BORE = "bore"
+    HOLE = "hole"  # for a bolt or for oil, along x
     RING_FILLET = "ring_fillet"  # in plan, between a ring and the shank's edge
     BOSS_FILLET = "boss_fillet"  # in plan, between a cap bolt's boss and the ring
     RING_STEP = "ring_step"  # at the foot of the step from ring to shank
@@ -84,6 +85,11 @@ class Face:
     def upright(self) -> bool:
         """Whether it is a cylinder about a z-parallel axis."""
         return self.shape == "Cylinder" and abs(self.values[5]) > 1 - 1e-9
+
+    def lengthwise(self, radius: float, slack: float) -> bool:
+        """Whether it is a cylinder of this radius along x."""
+        along = self.shape == "Cylinder" and abs(self.values[3]) > 1 - 1e-9
+        return along and abs(self.values[6] - radius) < slack
 
     def about(self, x: float, y: float, radius: float, slack: float) -> bool:
         """Whether it is a cylinder about the z-parallel axis through (x, ±y)."""
@@ -158,6 +164,9 @@ def features(rod: Rod, faces: Sequence[Face]) -> tuple[Feature, ...]:
         cylinders(FeatureKind.BORE, outline.bores[1], 2 * math.pi, rod.bushing or rod.small_end_ring),
         *(cylinders(FeatureKind.RING_FILLET, arc, abs(arc.sweep)) for arc in outline.fillets),
     ]
+    for diameter in filter(None, (rod.cap_bolt, rod.oil_hole)):
+        tags = tuple(face.tag for face in faces if face.lengthwise(diameter / 2, slack))
+        found.append(Feature(FeatureKind.HOLE, tags, diameter / 2, 2 * math.pi))
     if outline.bosses is not None:
         arcs = outline.bosses.fillets()
         found += [cylinders(FeatureKind.BOSS_FILLET, arc, abs(arc.sweep)) for arc in arcs]

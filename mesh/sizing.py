@@ -7,8 +7,11 @@ import gmsh
 
 from geometry.faces import Feature, FeatureKind
 
-# Second-order elements through an arc, around a bore, across a web, along the rod.
-PER_ARC, PER_BORE, PER_WEB, PER_LENGTH = 4, 32, 2, 28
+# Second-order elements through an arc, around a bore or a small hole, across a web, along the rod.
+PER_ARC, PER_BORE, PER_HOLE, PER_WEB, PER_LENGTH = 4, 32, 12, 2, 28
+
+# Refinements grow with the general size up to this factor: coarser curved elements cannot follow an arc.
+COARSEST = 2.4
 
 
 @dataclass(frozen=True)
@@ -60,12 +63,14 @@ def feature_size(feature: Feature) -> float:
         return feature.thickness / PER_WEB
     if feature.kind is FeatureKind.BORE:
         return feature.arc_length / PER_BORE
+    if feature.kind is FeatureKind.HOLE:
+        return feature.arc_length / PER_HOLE
     return feature.arc_length / PER_ARC
 
 
 def refinements(features: Sequence[Feature], size: float, rod_length: float) -> tuple[Refinement, ...]:
     """Refinements for these features, in proportion to `size`: halving it halves every element."""
-    scale = size / default_size(rod_length)
+    scale = min(size / default_size(rod_length), COARSEST)
     return tuple(
         Refinement(feature.faces, scale * feature_size(feature), _width(feature)) for feature in features
     )
