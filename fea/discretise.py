@@ -17,8 +17,9 @@ from geometry.surfaces import Surface
 from mesh.generate import tetrahedralise
 from mesh.mirror import MirroredMesh, reflect, unmirrored
 from mesh.quality import Quality
+from mesh.size_field import SizeField
 from mesh.sizing import Sizing, default_size, refinements
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import Ints, TetMesh
 
 # Planes the solved cell keeps.
 _KEPT = {
@@ -38,6 +39,10 @@ class Discretised:
         What is solved.
     whole
         The whole rod, from the cell.
+    drawn
+        What gmsh meshed, the smallest mirror cell: its nodes and elements come first in the others.
+    drawn_node
+        (n_nodes,) node of `drawn` behind each node of the whole.
     quality
         Of the mesh.
     bores
@@ -56,6 +61,8 @@ class Discretised:
 
     cell: TetMesh
     whole: MirroredMesh
+    drawn: TetMesh
+    drawn_node: Ints
     quality: Quality
     bores: Bores
     parts: dict[str, float]
@@ -86,11 +93,20 @@ class Discretised:
         return abs(meshed / solid - 1)
 
 
-def discretise(study: Study, clock: Clock) -> Discretised:
+def discretise(study: Study, clock: Clock, wanted: SizeField | None = None) -> Discretised:
     """Draw and mesh the rod of a study.
 
     The smallest mirror cell is meshed; larger cells are put together from its reflections, so that
     the mesh of the whole is the same whichever part is solved.
+
+    Parameters
+    ----------
+    study
+        What is asked.
+    clock
+        Times the stages ``geometry`` and ``mesh``.
+    wanted
+        Sizes that an earlier solution asks for, on `Discretised.drawn`.
 
     Raises
     ------
@@ -108,7 +124,7 @@ def discretise(study: Study, clock: Clock) -> Discretised:
             refined = refinements(solid.features, size, length)
             sizing = Sizing(size, study.mesh.element.order)
             volumes = [part.volumes for part in solid.parts]
-            base, quality = tetrahedralise(solid.faces, refined, sizing, volumes)
+            base, quality = tetrahedralise(solid.faces, refined, sizing, volumes, wanted)
     symmetry = _symmetry(study.analysis.symmetry, solid.mirror)
     with clock("mesh"):
         cell = unmirrored(base)
@@ -121,6 +137,8 @@ def discretise(study: Study, clock: Clock) -> Discretised:
     return Discretised(
         cell.mesh,
         whole,
+        base,
+        cell.source[whole.source],
         quality,
         _bores(solid),
         {part.name: part.mass.mass for part in solid.parts},

@@ -28,6 +28,7 @@ from loads.cases import LoadCase, given
 from loads.engine import Engine
 from loads.gas import GasModel
 from loads.peaks import peak_cases
+from mesh.size_field import SizeField
 from mesh.tetmesh import Floats
 
 
@@ -79,6 +80,8 @@ class Analysis:
         What is asked.
     clock
         Times the stages.
+    wanted
+        Element sizes that an earlier solution asks for.
 
     Raises
     ------
@@ -88,7 +91,7 @@ class Analysis:
         No solid or no usable mesh came out.
     """
 
-    def __init__(self, study: Study, clock: Clock) -> None:
+    def __init__(self, study: Study, clock: Clock, wanted: SizeField | None = None) -> None:
         self.study, self._clock = study, clock
         self.materials: tuple[Material, ...] = ()
         self.pressure = BorePressure.parse(study.analysis.pressure)
@@ -100,7 +103,7 @@ class Analysis:
             raise InvalidValue("STUDY", study.name, rule, "Add one of them.")
         if study.engine is not None and study.rod.length is not None:
             study.engine.gas_model(study.engine.engine(study.rod.length))
-        self.mesh: Discretised = discretise(study, clock)
+        self.mesh: Discretised = discretise(study, clock, wanted)
         if study.engine is not None:
             self.engine = study.engine.engine(self.mesh.bores.rod_length)
             self.gas = study.engine.gas_model(self.engine)

@@ -10,6 +10,7 @@ from geometry.surfaces import Surface
 from mesh.errors import MeshError
 from mesh.mirror import PLANE_AXIS
 from mesh.quality import LEAST_SCALED_JACOBIAN, Quality, measure, mended, scaled_jacobian
+from mesh.size_field import SizeField
 from mesh.sizing import Refinement, Sizing, apply
 from mesh.tetmesh import Ints, TetMesh
 
@@ -23,6 +24,7 @@ def tetrahedralise(
     refinements: Sequence[Refinement],
     sizing: Sizing,
     parts: Sequence[Sequence[int]] = (),
+    wanted: SizeField | None = None,
 ) -> tuple[TetMesh, Quality]:
     """Mesh every volume of the open model.
 
@@ -36,6 +38,8 @@ def tetrahedralise(
         Size and order.
     parts
         gmsh's volume tags of each part, where there are several.
+    wanted
+        Sizes that an earlier solution asks for; where they are larger than the others, those hold.
 
     Returns
     -------
@@ -47,7 +51,7 @@ def tetrahedralise(
     MeshError
         gmsh failed, or inverted elements could not be mended.
     """
-    apply(sizing, refinements)
+    apply(sizing, refinements, wanted)
     gmsh.option.setNumber("Mesh.Algorithm3D", 1)  # Delaunay: with one thread, the same mesh every time
     try:
         gmsh.model.mesh.generate(3)

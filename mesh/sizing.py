@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import gmsh
 
 from geometry.faces import Feature, FeatureKind
+from mesh.size_field import SizeField
 
 # Second-order elements through an arc, around a bore or a small hole, across a web, along the rod.
 PER_ARC, PER_BORE, PER_HOLE, PER_WEB, PER_LENGTH = 4, 32, 12, 2, 28
@@ -85,14 +86,16 @@ def _width(feature: Feature) -> float:
     return float(extents[1] if feature.kind is FeatureKind.WEB else extents[0])  # the web is flat
 
 
-def apply(sizing: Sizing, refinements: Sequence[Refinement]) -> None:
-    """Give the open model a background field with this size and these refinements."""
+def apply(sizing: Sizing, refinements: Sequence[Refinement], wanted: SizeField | None = None) -> None:
+    """Give the open model a background field with this size and these refinements, and sizes wanted."""
     field = gmsh.model.mesh.field
     bounds = [
         _bound(refinement, sizing)
         for refinement in refinements
         if refinement.size < sizing.size and refinement.faces
     ]
+    if wanted is not None:
+        bounds.append(wanted.graded(sizing.growth).add())
     if bounds:
         least = field.add("Min")
         field.setNumbers(least, "FieldsList", bounds)
