@@ -66,6 +66,10 @@ class Figures:
         ]
         return statistics.median(pairs) if pairs else math.nan
 
+    def solver(self, program: str, size: int) -> str:
+        """The linear solver a program chose, where it says so."""
+        return str(next((row["solver"] for row in self.done(program, size) if "solver" in row), ""))
+
     def agreement(self, program: str, size: int) -> dict[str, float]:
         """Largest differences from the reference."""
         found = [row["agreement"] for row in self.done(program, size) if row.get("agreement")]

@@ -60,8 +60,8 @@ def main() -> None:
         tensor = carrier.tensor(stress[Parity.SYMMETRIC], stress.get(odd))[..., 0]
         equivalent = von_mises(tensor)
     run.stages |= clock.seconds
-    run.facts |= {"all": clock.total}
-    run.finish(displacement=displacement, recovered=equivalent)
+    run.facts |= {"all": clock.total, "solver": model.solver}
+    run.finish(displacement=displacement, recovered=equivalent, points=carrier.mesh.points)
 
 
 def warm_up(material: object) -> None:

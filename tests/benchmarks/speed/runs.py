@@ -97,19 +97,22 @@ class Bench:
             row = json.loads(report.read_text(encoding="utf-8")) | row
         row["seconds"] = taken.wall if program.whole_process else sum(row.get("stages", {}).values())
         if taken.status == "done" and number == 0 and program.compared:
-            row["agreement"] = self._agreement(dofs, place.folder / program.answer, straight=program.straight)
-            if key == "whole":  # what our quarter is compared with, stress included
-                shutil.copy(place.folder / program.answer, self.folder / f"whole-{dofs}.npz")
+            row["agreement"] = self._agreement(dofs, key, place.folder / program.answer)
         self.keep(row)
         return row
 
-    def _agreement(self, dofs: int, answer: Path, *, straight: bool) -> dict[str, float]:
-        reference = self.reference(dofs, straight=straight)
+    def _agreement(self, dofs: int, key: str, answer: Path) -> dict[str, float]:
+        """Compare with our whole rod: its own answer, or for the peers one with the stress they form."""
+        whole = self.folder / f"whole-{dofs}.npz"
+        if key == "whole":
+            shutil.copy(answer, whole)
+            return {}
+        own = whole if whole.exists() else None
+        straight = PROGRAMS[key].straight
+        reference = own if key == "quarter" else self.reference(dofs, straight=straight)
         if reference is None:
             return {}
-        whole = self.folder / f"whole-{dofs}.npz"
-        extra = [whole] if whole.exists() and not straight else []
-        command = [sys.executable, HERE / "agreement.py", reference, answer, *extra]
+        command = [sys.executable, HERE / "agreement.py", reference, answer]
         said = subprocess.run(command, check=True, capture_output=True, text=True)
         found: dict[str, float] = json.loads(said.stdout)
         return found
@@ -126,9 +129,9 @@ class Bench:
         return folder
 
 
-def most_rounds(dofs: int) -> int:
-    """Fewer runs of the largest sizes."""
-    return 5 if dofs < 200_000 else 3 if dofs < 450_000 else 1
+def most_rounds(first: float) -> int:
+    """Fewer rounds of what takes long: by the seconds of its first run."""
+    return 5 if first < 20 else 3 if first < 100 else 1
 
 
 def pending(
@@ -140,6 +143,7 @@ def pending(
     """
     rows = bench.rows()
     made = {(row["dofs"], row["program"], row["round"]) for row in rows}
+    first = {(row["dofs"], row["program"]): row["wall"] for row in rows if row["round"] == 0}
     failed: dict[str, int] = {}
     for row in rows:
         if row["status"] != "done":
@@ -147,9 +151,11 @@ def pending(
     return [
         (dofs, key, number)
         for dofs in sorted(sizes)
-        for number in range(min(rounds, most_rounds(dofs)))
+        for number in range(rounds)
         for key in programs
-        if (dofs, key, number) not in made and dofs < failed.get(key, sys.maxsize)
+        if (dofs, key, number) not in made
+        and number < most_rounds(first.get((dofs, key), 0.0))
+        and dofs < failed.get(key, sys.maxsize)
     ]
 
 

@@ -24,7 +24,7 @@ class Run:
         self._out = sys.argv[2]
         self.arguments = sys.argv[3:]
         self.stages: dict[str, float] = {}
-        self.facts: dict[str, float] = {}
+        self.facts: dict[str, float | str] = {}
         self._base = 0.0
 
     def start(self) -> None:
