@@ -18,7 +18,7 @@ from mesh.generate import tetrahedralise
 from mesh.mirror import MirroredMesh, reflect, unmirrored
 from mesh.quality import Quality
 from mesh.size_field import SizeField
-from mesh.sizing import Sizing, default_size, refinements
+from mesh.sizing import PER_ARC, Sizing, default_size, refinements
 from mesh.tetmesh import Ints, TetMesh
 
 # Planes the solved cell keeps.
@@ -70,6 +70,21 @@ class Discretised:
     size: float
     left_out: tuple[Omission, ...]
     warnings: tuple[str, ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know of the mesh: a coarse size, mended elements, complaints of gmsh."""
+        coarser = self.size / default_size(self.bores.rod_length)
+        count = self.quality.straightened
+        notes = []
+        if coarser > 1.01:
+            notes.append(
+                f"elements of {self.size:g} mm are {coarser:.2g} times the default: {PER_ARC / coarser:.1f} "
+                f"in place of {PER_ARC} through a fillet's arc, so peaks may be too low"
+            )
+        if count:
+            notes.append(f"the edges of {count} drawn elements were straightened to mend them")
+        return (*notes, *(f"gmsh: {warning}" for warning in self.warnings))
 
     @property
     def planes(self) -> tuple[Surface, ...]:

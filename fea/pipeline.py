@@ -139,7 +139,7 @@ class Analysis:
             else (Omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"),)
         )
         left_out = (*self.mesh.left_out, *parities, *loads.left_out)
-        return SpeedResult(rpm, cases, checks, left_out, loads.notes)
+        return SpeedResult(rpm, cases, checks, left_out, (*loads.notes, *self.mesh.notes))
 
     def _loads(self, rpm: float | None) -> SpeedLoads:
         if self.study.forces is not None:
