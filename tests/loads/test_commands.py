@@ -93,7 +93,7 @@ def test_reproduce_json_and_report(tmp_path, capsys):
 def test_reproduce_prints_counts_and_misprints(capsys):
     assert call(["reproduce"]) == 0
     out = " ".join(capsys.readouterr().out.split())
-    assert "2316 printed figures compared" in out
+    assert "2359 printed figures compared" in out
     assert "0 are unexplained" in out
     assert "62.61 taken for the 62.81" in out
 

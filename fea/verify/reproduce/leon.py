@@ -1,10 +1,14 @@
-"""León 2001: every printed table of the dynamics and the column check.
+"""León 2001: every printed table."""
 
-The stresses (tables 21–23) follow the finite-element model, not the mechanism: they join `tables` from a
-module of their own.
-"""
-
-from fea.verify.reproduce import leon_column, leon_forces, leon_gas, leon_inertia, leon_motion, leon_pin_loads
+from fea.verify.reproduce import (
+    leon_column,
+    leon_forces,
+    leon_gas,
+    leon_inertia,
+    leon_motion,
+    leon_pin_loads,
+    leon_stress,
+)
 from fea.verify.reproduce.leon_engine import SOURCE
 from fea.verify.reproduce.table import Table
 
@@ -19,6 +23,7 @@ def tables() -> list[Table]:
         *leon_inertia.tables(),
         *leon_forces.tables(),
         leon_pin_loads.pin_loads(),
+        *leon_stress.tables(),
         leon_column.buckling(),
     ]
     return sorted(found, key=_number)
