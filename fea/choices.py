@@ -38,3 +38,11 @@ class SolverName(StrEnum):
     PARDISO = "pardiso"
     CHOLMOD = "cholmod"
     AMG = "amg"
+
+
+class Fatigue(StrEnum):
+    """The lines that judge mean and amplitude of a cycle."""
+
+    GOODMAN = "goodman"
+    GERBER = "gerber"
+    SODERBERG = "soderberg"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fea.choices import Element, SolverName, Support, Symmetry
+from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
 from fea.speeds import parse_speeds
 from fea.study import Study
 from fea.tables import checked, unknown_key
@@ -39,6 +39,12 @@ class Flags:
     solver: SolverName | None = None
     """Linear solver."""
 
+    cycle: bool = False
+    """Work out every degree of the crank cycle: envelope, histories, fatigue."""
+
+    fatigue: Fatigue | None = None
+    """How mean and amplitude of the cycle are judged."""
+
     min_safety: float | None = None
     """Exit with 6 when a safety factor is below this."""
 
@@ -65,6 +71,8 @@ class Flags:
                 "pressure": self.pressure,
                 "solver": self.solver,
                 "min_safety": self.min_safety,
+                "cycle": self.cycle or None,
+                "fatigue": self.fatigue,
             },
             "output": {
                 "screenshot": self.screenshot or None,

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fea.clock import Clock
+from fea.cycle.analysis import CycleResult
 from fea.cycle_table import cycle_columns
 from fea.output.cycle import write_cycle_csv
 from fea.output.errors import PictureError
@@ -109,6 +110,11 @@ def _leave(analysis: Analysis, result: SpeedResult, folder: Path, clock: Clock) 
             if analysis.engine is not None and analysis.gas is not None and result.rpm is not None:
                 columns = cycle_columns(analysis.engine, analysis.rod, analysis.gas, result.rpm)
                 write_cycle_csv(place / "loads.csv", columns)
+            if result.cycle is not None:
+                write_vtu(place / "envelope.vtu", mesh, result.cycle.envelope.point_data())
+        if result.cycle is not None:
+            with clock("plot"):
+                _plot_history(place / "history.png", analysis.study.name, result, result.cycle)
         figures = summary(analysis, result, clock)
         complaint = ""
         if analysis.study.output.screenshot:
@@ -116,6 +122,22 @@ def _leave(analysis: Analysis, result: SpeedResult, folder: Path, clock: Clock) 
             figures["timings_s"], figures["total_s"] = dict(clock.seconds), clock.total
         write_text(place / "summary.json", json_text(figures))
     return RunReport(folder, figures, complaint)
+
+
+def _plot_history(path: Path, study: str, result: SpeedResult, cycle: CycleResult) -> None:
+    from fea.output.history_plot import plot_histories  # noqa: PLC0415 - only a plot needs it
+
+    plot_histories(
+        path,
+        f"{study} at {result.rpm:g} rpm",
+        cycle.angles,
+        [(spot.place.tolist(), spot.signed) for spot in cycle.spots],
+        {
+            case.case.name: case.case.crank_angle
+            for case in result.cases
+            if case.case.crank_angle is not None and case.case.motion is not None
+        },
+    )
 
 
 def _take_pictures(place: Path, figures: dict[str, Any], clock: Clock) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -9,6 +10,9 @@ from fea.case_loads import CaseForces, CaseLoads, imbalance
 from fea.checks import Check, check
 from fea.choices import Support
 from fea.clock import Clock
+from fea.cycle.analysis import CycleAnalysis, CycleResult
+from fea.cycle.unit_loads import UnitLoads
+from fea.cycle.unit_solutions import unit_solutions
 from fea.discretise import Discretised, discretise
 from fea.material import Material, Materials
 from fea.omission import Omission
@@ -48,6 +52,8 @@ class SpeedResult:
         What was not computed, and why.
     notes
         What a reader must know beside the figures.
+    cycle
+        The whole crank cycle, where it was asked for.
     """
 
     rpm: float | None
@@ -55,6 +61,7 @@ class SpeedResult:
     checks: dict[str, Check]
     left_out: tuple[Omission, ...]
     notes: tuple[str, ...]
+    cycle: CycleResult | None = None
 
     @property
     def trusted(self) -> bool:
@@ -139,7 +146,32 @@ class Analysis:
             else (Omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"),)
         )
         left_out = (*self.mesh.left_out, *parities, *loads.left_out)
-        return SpeedResult(rpm, cases, checks, left_out, (*loads.notes, *self.mesh.notes))
+        notes = (*loads.notes, *self.mesh.notes)
+        cycle = self._cycle_at(rpm, cases)
+        if cycle is not None:
+            checks |= cycle.checks()
+            notes += cycle.notes()
+        return SpeedResult(rpm, cases, checks, left_out, notes, cycle)
+
+    @cached_property
+    def cycle_analysis(self) -> CycleAnalysis:
+        """The unit solutions of the whole crank cycle at any speed, solved when first asked for."""
+        with self._clock("cycle"):
+            loads = UnitLoads(
+                self.mesh.cell, self.mesh.bores, self._inertia, self.pressure, self.study.analysis.support
+            )
+            units = unit_solutions(
+                self.model, self._recovery, loads, self.materials, cut_y=self.mesh.cut_y
+            )
+        fatigue = self.study.analysis.fatigue
+        return CycleAnalysis(self.mesh, self.rod, self.materials, loads, units, fatigue)
+
+    def _cycle_at(self, rpm: float | None, cases: tuple[CaseResult, ...]) -> CycleResult | None:
+        if not self.study.analysis.cycle or self.engine is None or self.gas is None or rpm is None:
+            return None
+        analysis = self.cycle_analysis
+        with self._clock("cycle"):
+            return analysis.at(self.engine, self.gas, rpm * RPM, cases)
 
     def _loads(self, rpm: float | None) -> SpeedLoads:
         if self.study.forces is not None:

@@ -8,6 +8,7 @@ from importlib.metadata import version
 from typing import Any
 
 from fea.clock import Clock
+from fea.cycle.report import envelope_figures
 from fea.pipeline import Analysis, SpeedResult
 from fea.units import DEG, KG, KG_M2, N_M
 from loads.cases import LoadCase
@@ -29,6 +30,7 @@ def summary(analysis: Analysis, result: SpeedResult, clock: Clock) -> dict[str, 
         "loads": {case.case.name: _load(case.case) for case in result.cases},
         "model": _model(analysis),
         "results": {case.case.name: case.extremes(mesh) for case in result.cases},
+        **_envelope(analysis, result),
         "checks": {
             name: {"value": item.value, "limit": item.limit, "pass": item.passed}
             for name, item in result.checks.items()
@@ -46,6 +48,13 @@ def peak_memory() -> float:
     """Largest resident memory of this process so far, MiB."""
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak / (2**20 if sys.platform == "darwin" else 2**10)
+
+
+def _envelope(analysis: Analysis, result: SpeedResult) -> dict[str, Any]:
+    if result.cycle is None:
+        return {}
+    mesh = analysis.mesh.whole.mesh
+    return {"envelope": envelope_figures(result.cycle, mesh, analysis.study.analysis.fatigue)}
 
 
 def _rod(analysis: Analysis) -> dict[str, Any]:
@@ -115,6 +124,9 @@ def _environment() -> dict[str, Any]:
     }
 
 
-def worst_safety(results: dict[str, dict[str, Any]]) -> float:
-    """Smallest safety factor over the cases of a summary's ``results``."""
-    return min(float(case["min_safety_factor"]) for case in results.values())
+def worst_safety(figures: dict[str, Any]) -> float:
+    """Smallest safety factor of a summary: of its cases, and with the cycle also against fatigue."""
+    envelope = figures.get("envelope", {})
+    factors = [case["min_safety_factor"] for case in figures["results"].values()]
+    factors += [envelope.get("min_safety_factor"), envelope.get("min_fatigue_safety_factor")]
+    return min(float(factor) for factor in factors if factor is not None)

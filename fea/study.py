@@ -8,7 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from fea.choices import Element, SolverName, Support, Symmetry
+from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
 from fea.engine_table import EngineTable
 from fea.material import Material
 from fea.rod_table import RodTable, read_rod
@@ -128,6 +128,8 @@ class AnalysisTable:
     pressure: str = "cosine-180"
     solver: SolverName = SolverName.AUTO
     min_safety: float | None = None
+    cycle: bool = False
+    fatigue: Fatigue = Fatigue.GOODMAN
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""
@@ -181,6 +183,8 @@ class Study:
         if self.forces is not None:
             given = list(self.forces.pin_N)
             require(self.engine is None, "forces.pin_N", given, "stand in place of an engine", "Remove one.")
+            rule = "needs an [engine]: given forces have no crank cycle"
+            require(not self.analysis.cycle, "analysis.cycle", True, rule)
             _, transverse = self.forces.pin()
             require(
                 transverse == 0 or self.analysis.support is Support.CLAMPED,

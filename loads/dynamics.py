@@ -114,7 +114,7 @@ def cycle(
 def rod_motion(engine: Engine, speed: float, crank_angle: float) -> RodMotion:
     """Rigid-body motion of the rod at one crank angle (rad) and speed (rad/s), in rod axes."""
     motion = kinematics(engine, crank_angle, speed)
-    a_x, a_y = _origin_acceleration(engine, motion)
+    a_x, a_y = origin_acceleration(engine, motion)
     return RodMotion(
         acceleration=(float(a_x), float(a_y)),
         angular_velocity=-float(motion.rod_rate),
@@ -136,13 +136,13 @@ def to_engine_axes(vector: Pair, rod_angle: Floats) -> Pair:
 
 def center_acceleration(engine: Engine, rod: MassProperties, motion: Kinematics) -> Pair:
     """Acceleration of the rod's centre of gravity in rod axes, mm/s²: a₀ + α×r − ω² r."""
-    a_x, a_y = _origin_acceleration(engine, motion)
+    a_x, a_y = origin_acceleration(engine, motion)
     x, y, _ = rod.center
     alpha, omega2 = -motion.rod_acceleration, motion.rod_rate**2
     return a_x - alpha * y - omega2 * x, a_y + alpha * x - omega2 * y
 
 
-def _origin_acceleration(engine: Engine, motion: Kinematics) -> Pair:
+def origin_acceleration(engine: Engine, motion: Kinematics) -> Pair:
     """Centripetal acceleration of the crank pin in rod axes, mm/s²."""
     inward = engine.crank_radius * motion.speed**2
     angle = motion.crank_angle + motion.rod_angle

@@ -64,6 +64,6 @@ def verdict(summaries: list[dict[str, Any]], min_safety: float | None) -> int:
 
     if not all(figures["trusted"] for figures in summaries):
         return CHECK_FAILED
-    if min_safety is not None and any(worst_safety(figures["results"]) < min_safety for figures in summaries):
+    if min_safety is not None and any(worst_safety(figures) < min_safety for figures in summaries):
         return UNSAFE
     return 0

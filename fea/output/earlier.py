@@ -5,7 +5,7 @@ from pathlib import Path
 
 CASES = ("tension", "compression", "side", "bending", "gas", "given", "envelope")
 RUN_FILES = frozenset(
-    {"summary.json", "study.toml", "loads.csv"}
+    {"summary.json", "study.toml", "loads.csv", "history.png"}
     | {f"{case}.{extension}" for case in CASES for extension in ("vtu", "png")},
 )
 SWEEP_FILES = frozenset({"map.csv", "map.png"})  # beside one directory a speed

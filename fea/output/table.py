@@ -59,7 +59,8 @@ def _console() -> Console:
 def _print_run(console: Console, folder: Path, summary: Summary) -> None:
     console.print(_headline(summary), markup=False, style="bold", soft_wrap=True)
     console.print(case_table(summary))
-    for line in (*_doubts(summary), _model(summary), *_files(folder), _next(folder, summary)):
+    said = (*_doubts(summary), *_cycle(summary), _model(summary))
+    for line in (*said, *_files(folder), _next(folder, summary)):
         console.print(line, markup=False, soft_wrap=True)
 
 
@@ -111,6 +112,23 @@ def _doubts(summary: Summary) -> list[str]:
         for name, check in failed.items()
     ]
     return [*doubts, *summary.get("notes", [])]
+
+
+def _cycle(summary: Summary) -> list[str]:
+    """Return what the whole crank cycle adds, where it was worked out."""
+    envelope = summary.get("envelope")
+    if envelope is None:
+        return []
+    static = f"Whole cycle: smallest factor against yield {_number(envelope['min_safety_factor'], '.2f')}"
+    static += f" at {_number(envelope['crank_deg'], '.0f')}°"
+    fatigue = envelope["fatigue"]
+    if fatigue is None:
+        return [f"{static}; fatigue is not judged (see notes)."]
+    at = ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in fatigue["at_mm"])
+    judged = f"against fatigue {_number(fatigue['fatigue_safety_factor'], '.2f')} at ({at}) mm"
+    history = f"mean {fatigue['mean_MPa']:.0f}, amplitude {fatigue['amplitude_MPa']:.0f} MPa"
+    ratio = f"R = {fatigue['stress_ratio']:.2f} ({envelope['fatigue_criterion']})"
+    return [f"{static}; {judged}: {history}, {ratio}."]
 
 
 def _model(summary: Summary) -> str:

@@ -15,8 +15,9 @@ from mesh.tetmesh import TetMesh
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-# The kinks at an arc's ends need points rather than order.
-FACET_DEGREE = 6
+# The kinks at an arc's ends need points rather than order: with these 25, stress away from the bore is
+# within 1e-4 of the peak of what exact integration gives on the coarsest of the default meshes.
+FACET_DEGREE = 10
 
 
 @dataclass(frozen=True)
@@ -121,14 +122,19 @@ def bore_load(
     there, nodal = exact(bore.angle), exact(bore.node_angle)
     if not bore.cut_y:
         return BoreLoad(
-            Split(_forces(bore, n_nodes, there), None), Split(_traction(bore, n_nodes, nodal), None), float(a)
+            Split(radial_forces(bore, n_nodes, there), None),
+            Split(radial_traction(bore, n_nodes, nodal), None),
+            float(a),
         )
     mirrored, nodal_mirrored = exact(-bore.angle), exact(-bore.node_angle)
     return BoreLoad(
-        Split(_forces(bore, n_nodes, (there + mirrored) / 2), _forces(bore, n_nodes, (there - mirrored) / 2)),
         Split(
-            _traction(bore, n_nodes, (nodal + nodal_mirrored) / 2),
-            _traction(bore, n_nodes, (nodal - nodal_mirrored) / 2),
+            radial_forces(bore, n_nodes, (there + mirrored) / 2),
+            radial_forces(bore, n_nodes, (there - mirrored) / 2),
+        ),
+        Split(
+            radial_traction(bore, n_nodes, (nodal + nodal_mirrored) / 2),
+            radial_traction(bore, n_nodes, (nodal - nodal_mirrored) / 2),
         ),
         float(a),
     )
@@ -151,7 +157,7 @@ def _wrapped(angle: Floats) -> Floats:
     return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
 
 
-def _forces(bore: BoreFacets, n_nodes: int, pressure: Floats) -> Floats:
+def radial_forces(bore: BoreFacets, n_nodes: int, pressure: Floats) -> Floats:
     """Nodal forces (n_nodes, 3) of a radial traction at the quadrature points."""
     traction = bore.areas * pressure
     forces = np.zeros((n_nodes, 3))
@@ -161,7 +167,7 @@ def _forces(bore: BoreFacets, n_nodes: int, pressure: Floats) -> Floats:
     return forces
 
 
-def _traction(bore: BoreFacets, n_nodes: int, pressure: Floats) -> Floats:
+def radial_traction(bore: BoreFacets, n_nodes: int, pressure: Floats) -> Floats:
     """Radial traction (n_nodes, 3) of a pressure at the facets' nodes."""
     traction = np.zeros((n_nodes, 3))
     traction[bore.nodes, 0] = pressure * np.cos(bore.node_angle)

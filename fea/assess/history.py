@@ -1,0 +1,128 @@
+"""What a stress history means to the node that bears it.
+
+Fatigue is judged by one signed number a crank angle. The equivalent here is the von Mises stress with the
+sign of q(θ) · q(θ*), q the deviatoric vector and θ* the instant of its greatest length: plus while the
+stress points the way it does then, minus while it points against it. The whole takes the sign of the mean
+stress at θ*, so that plus is tension. For a proportional history, σ(θ) = f(θ) σ₀, this is exactly ±σ_vM
+with the sign of f. The usual signs (of the mean stress, or of the principal stress of largest magnitude)
+fail for alternating torsion, where both give R = 0 for R = −1 and half the amplitude; this one does not.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.assess.deviatoric import TO_TENSOR
+from fea.assess.safety import CAP
+from fea.solid.stress import principal
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# Mean stress below this part of the von Mises stress has no sign: pure shear counts as tension.
+_NO_SIGN = 1e-9
+# Rounding in the bounds on principal stress.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """Extremes of stress histories, each (n,).
+
+    Attributes
+    ----------
+    von_mises
+        Largest von Mises stress, MPa.
+    instant
+        Which instant that is.
+    principal_1, principal_3
+        Largest and least principal stress, MPa.
+    highest, lowest
+        Of the signed equivalent stress, MPa.
+    """
+
+    von_mises: Floats
+    instant: Ints
+    principal_1: Floats
+    principal_3: Floats
+    highest: Floats
+    lowest: Floats
+
+    @property
+    def mean(self) -> Floats:
+        """Mean of the signed equivalent's extremes, MPa."""
+        return (self.highest + self.lowest) / 2
+
+    @property
+    def amplitude(self) -> Floats:
+        """Half the range of the signed equivalent, MPa."""
+        return (self.highest - self.lowest) / 2
+
+    @property
+    def ratio(self) -> Floats:
+        """R, least over largest of the signed equivalent; capped where the largest vanishes."""
+        least = np.abs(self.lowest) / CAP
+        below = np.where(np.abs(self.highest) > least, self.highest, np.copysign(least, self.highest))
+        return np.divide(self.lowest, below, out=np.zeros_like(below), where=below != 0)
+
+
+def signed_equivalent(history: Floats) -> Floats:
+    """Signed von Mises stress (n, n_instants), MPa.
+
+    Parameters
+    ----------
+    history
+        (n, 6, n_instants), MPa, as `fea.assess.deviatoric.deviatoric` gives it.
+    """
+    squares, _, _ = _signed_squares(history)
+    return np.asarray(_signed_root(squares))
+
+
+def _signed_squares(history: Floats) -> tuple[Floats, Floats, Ints]:
+    """Signed square and square of the von Mises stress (n, n_instants), and the instant of the largest."""
+    q, mean = history[:, :5], history[:, 5]
+    square = np.einsum("nct,nct->nt", q, q)
+    instant = square.argmax(axis=1)
+    rows = np.arange(len(q))
+    worst = q[rows, :, instant]
+    compressed = mean[rows, instant] < -_NO_SIGN * np.sqrt(square[rows, instant])
+    worst = np.where(compressed[:, None], -worst, worst)
+    along = (worst[:, None] @ q)[:, 0]
+    return np.copysign(square, along), square, instant
+
+
+def _signed_root(square: Floats) -> Floats:
+    return np.copysign(np.sqrt(np.abs(square)), square)
+
+
+def extremes(history: Floats) -> Extremes:
+    """Find the extremes of histories (n, 6, n_instants), MPa, as `deviatoric` gives them."""
+    signed, square, instant = _signed_squares(history)
+    equivalent = np.sqrt(square)
+    return Extremes(
+        equivalent[np.arange(len(history)), instant],
+        instant,
+        _largest_principal(history, equivalent, 1),
+        -_largest_principal(history, equivalent, -1),
+        _signed_root(signed.max(axis=1)),
+        _signed_root(signed.min(axis=1)),
+    )
+
+
+def _largest_principal(history: Floats, equivalent: Floats, sign: int) -> Floats:
+    """Largest principal stress (n,) over the instants of ±1 times the stress.
+
+    σ₁ = σ_m + ⅔ σ_vM cos θ with the Lode angle θ in 0…60°. The instant with the greatest upper bound,
+    σ_m + ⅔ σ_vM, is worked out; then those whose bound exceeds what it gave, no other can be larger.
+    """
+    bound = sign * history[:, 5] + 2 / 3 * equivalent
+    rows, best = np.arange(len(history)), bound.argmax(axis=1)
+    found = _principal(history[rows, :, best], sign)
+    node, instant = np.nonzero(bound > (found + _ROUNDING * np.abs(found))[:, None])
+    np.maximum.at(found, node, _principal(history[node, :, instant], sign))
+    return found
+
+
+def _principal(components: Floats, sign: int) -> Floats:
+    return principal(sign * (components @ TO_TENSOR.T))[:, 0]

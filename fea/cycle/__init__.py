@@ -1,0 +1,1 @@
+"""Stress over the whole crank cycle, superposed from unit solutions."""

@@ -1,0 +1,161 @@
+"""The whole crank cycle of a rod at one speed after another, from one set of unit solutions."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.checks import Check, check
+from fea.choices import Fatigue
+from fea.cycle.envelope import Envelope, envelope, with_cases
+from fea.cycle.series import TOLERANCE
+from fea.cycle.spots import Spot, distinct, spots
+from fea.cycle.unit_loads import UnitLoads
+from fea.cycle.unit_solutions import UnitSolutions, Weights
+from fea.cycle_table import cycle_angles
+from fea.discretise import Discretised
+from fea.material import Material
+from fea.results import CaseResult
+from fea.solid.stress import von_mises
+from geometry.mass import MassProperties
+from loads.dynamics import cycle, origin_acceleration
+from loads.engine import Engine
+from loads.gas import GasModel
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CycleResult:
+    """A cycle at one speed.
+
+    Attributes
+    ----------
+    angles
+        (n_instants,) crank angles of the histories, rad: every degree.
+    envelope
+        On the whole rod.
+    spots
+        The worst places against yielding, the worst first.
+    weakest
+        The worst place against fatigue, or None where no fatigue strength is known.
+    superposition
+        Largest difference of superposed from directly solved von Mises stress over the peak cases, in
+        parts of each case's largest.
+    series_error
+        What the cosine series misses of the bore pressure at worst, in parts of its peak.
+    unit_solutions
+        How many there are.
+    """
+
+    angles: Floats
+    envelope: Envelope
+    spots: tuple[Spot, ...]
+    weakest: Spot | None
+    superposition: float
+    series_error: float
+    unit_solutions: int
+
+    def checks(self) -> dict[str, Check]:
+        """Hold the superposition against the directly solved cases, where the pressure has no jump."""
+        return {} if self._jumps else {"superposition": check("superposition", self.superposition)}
+
+    def notes(self) -> tuple[str, ...]:
+        """Say what a reader must know of the cycle."""
+        notes = []
+        if self._jumps:
+            notes.append(
+                f"the bore pressure jumps at its arc's ends, where no series converges: superposed stress is "
+                f"within {100 * self.superposition:.2g} % of each peak case's largest"
+            )
+        if self.weakest is None:
+            notes.append(
+                "fatigue is not judged: [material] has no endurance_MPa, or no ultimate_MPa to go with it"
+            )
+        return tuple(notes)
+
+    @property
+    def _jumps(self) -> bool:
+        return self.series_error > 10 * TOLERANCE
+
+
+@dataclass(frozen=True)
+class CycleAnalysis:
+    """Superposes the unit solutions of a rod.
+
+    Attributes
+    ----------
+    mesh
+        The meshed rod.
+    rod
+        Its mass properties, from the quadrature of the inertia fields.
+    materials
+        One a part.
+    loads, units
+        The unit loads and their solutions.
+    fatigue
+        The criterion.
+    """
+
+    mesh: Discretised
+    rod: MassProperties
+    materials: tuple[Material, ...]
+    loads: UnitLoads
+    units: UnitSolutions
+    fatigue: Fatigue
+
+    def weights(self, engine: Engine, gas: GasModel, speed: float, angles: Floats) -> Weights:
+        """Weights (n_units, n_instants) on the even and the odd unit solutions; speed in rad/s."""
+        c = cycle(engine, self.rod, gas, speed, angles)
+        return self.loads.weights(
+            np.stack([c.pin_axial, c.pin_transverse]),
+            np.stack([-c.crank_axial, c.crank_transverse]),
+            np.stack(origin_acceleration(engine, c.motion)),
+            -c.motion.rod_rate,
+            -c.motion.rod_acceleration,
+        )
+
+    def at(self, engine: Engine, gas: GasModel, speed: float, cases: Sequence[CaseResult]) -> CycleResult:
+        """Work out the cycle at one speed.
+
+        Parameters
+        ----------
+        engine, gas, speed
+            What drives the rod; speed in rad/s.
+        cases
+            The peak cases at that speed, directly solved: the envelope is no less than these.
+        """
+        degrees = cycle_angles()
+        peaks = [case for case in cases if case.case.motion is not None]
+        angles = np.concatenate([degrees, [case.case.crank_angle or 0.0 for case in peaks]])
+        every = self.weights(engine, gas, speed, angles)
+        whole = self.mesh.whole
+        found = envelope(self.units, every, angles, whole, materials=self.materials, criterion=self.fatigue)
+        found = with_cases(found, cases)
+        count = len(degrees)
+        of_degrees = every[0][:, :count], every[1][:, :count]
+        of_peaks = every[0][:, count:], every[1][:, count:]
+        points, length = whole.mesh.points, self.mesh.bores.rod_length
+        worst = distinct(points, found.safety_factor, length)
+        weakest = [] if found.fatigue_factor is None else [int(np.nanargmin(found.fatigue_factor))]
+        histories = spots([*worst, *weakest], self.units, of_degrees, whole, found)
+        return CycleResult(
+            degrees,
+            found,
+            histories[: len(worst)],
+            histories[-1] if weakest else None,
+            self._difference(of_peaks, peaks),
+            self.loads.series_error,
+            self.units.count,
+        )
+
+    def _difference(self, weights: Weights, peaks: Sequence[CaseResult]) -> float:
+        worst = 0.0
+        for number in range(len(self.units.parts)):
+            tensors = self.units.tensor(number, weights, self.mesh.whole)
+            for k, case in enumerate(peaks):
+                direct = case.part_von_mises[number]
+                apart = np.abs(von_mises(tensors[..., k]) - direct)
+                worst = max(worst, float(np.nanmax(apart) / np.nanmax(direct)))
+        return worst

@@ -1,0 +1,193 @@
+"""The worst of the cycle at every node."""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.assess.fatigue import fatigue_factor
+from fea.assess.history import Extremes, extremes
+from fea.assess.safety import safety_factor
+from fea.choices import Fatigue
+from fea.cycle.unit_solutions import PartStress, UnitSolutions, Weights
+from fea.material import Material
+from fea.results import CaseResult
+from fea.units import DEG
+from mesh.mirror import MirroredMesh
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# Bytes of stress history formed at a time; what is made of it takes about as much again four times over.
+BLOCK_BYTES = 2 * 2**20
+
+
+@dataclass(frozen=True)
+class Envelope:
+    """Extremes over the cycle on the whole rod, each (n_nodes,).
+
+    Attributes
+    ----------
+    von_mises, crank_angle
+        Largest von Mises stress, MPa, and where in the cycle, rad.
+    principal_1, principal_3
+        Largest and least principal stress, MPa.
+    mean, amplitude, ratio
+        Of the signed equivalent stress (see `fea.assess.history`), MPa; R = least over largest.
+    safety_factor
+        Against yielding.
+    fatigue_factor
+        Against fatigue, or None where the material's strengths are not known.
+    part
+        Which part's stress this is: where parts meet, of the one that is nearer to yielding.
+    """
+
+    von_mises: Floats
+    crank_angle: Floats
+    principal_1: Floats
+    principal_3: Floats
+    mean: Floats
+    amplitude: Floats
+    ratio: Floats
+    safety_factor: Floats
+    fatigue_factor: Floats | None
+    part: Ints
+
+    def point_data(self) -> dict[str, Floats]:
+        """Arrays at the nodes, by their names in the VTU file."""
+        data = {
+            "von_mises": self.von_mises,
+            "crank_deg": self.crank_angle / DEG,
+            "principal_1": self.principal_1,
+            "principal_3": self.principal_3,
+            "mean": self.mean,
+            "amplitude": self.amplitude,
+            "stress_ratio": self.ratio,
+            "safety_factor": self.safety_factor,
+        }
+        return data if self.fatigue_factor is None else data | {"fatigue_safety_factor": self.fatigue_factor}
+
+
+def part_extremes(part: PartStress, weights: Weights, sides: tuple[int, ...]) -> list[Extremes]:
+    """Extremes at every node of a part, and of its image across y = 0, a block of nodes at a time."""
+    instants = weights[0].shape[1]
+    rows = max(1, BLOCK_BYTES // (6 * 8 * instants))
+    found: list[list[Extremes]] = [[] for _ in sides]
+    for start in range(0, len(part.nodes), rows):
+        histories = part.histories(weights, sides, slice(start, start + rows))
+        for own, history in zip(found, histories, strict=True):
+            own.append(extremes(history))
+    return [_joined(blocks) for blocks in found]
+
+
+def _joined(blocks: list[Extremes]) -> Extremes:
+    return Extremes(
+        *(
+            np.concatenate([getattr(block, field.name) for block in blocks])
+            for field in dataclasses.fields(Extremes)
+        )
+    )
+
+
+def envelope(
+    units: UnitSolutions,
+    weights: Weights,
+    angles: Floats,
+    whole: MirroredMesh,
+    *,
+    materials: Sequence[Material],
+    criterion: Fatigue,
+) -> Envelope:
+    """Take the extremes over the instants of a cycle.
+
+    Parameters
+    ----------
+    units
+        Unit solutions.
+    weights
+        On the even and the odd ones, (n_units, n_instants).
+    angles
+        (n_instants,) crank angles, rad.
+    whole
+        Carries the cell to the whole rod.
+    materials
+        One a part.
+    criterion
+        Of fatigue.
+    """
+    merged: Envelope | None = None
+    for number, (part, material) in enumerate(zip(units.parts, materials, strict=True)):
+        own = _on_whole(part, part_extremes(part, weights, units.sides), whole)
+        of_part = _judged(own, angles, material, criterion, number)
+        merged = of_part if merged is None else _worse(merged, of_part)
+    if merged is None:
+        raise ValueError("a rod has at least one part")
+    return merged
+
+
+def _on_whole(part: PartStress, sides: list[Extremes], whole: MirroredMesh) -> Extremes:
+    """Carry extremes of a part's nodes to the whole rod; NaN (instant 0) elsewhere."""
+    place = np.full(int(whole.source.max()) + 1, -1)
+    place[part.nodes] = np.arange(len(part.nodes))
+    place = place[whole.source]
+    mirrored = whole.sign[:, 1] < 0
+
+    def carried(name: str) -> npt.NDArray[np.float64]:
+        values = getattr(sides[0], name)[place]
+        if len(sides) > 1:
+            values = np.where(mirrored, getattr(sides[1], name)[place], values)
+        return np.where(place < 0, 0 if name == "instant" else np.nan, values)
+
+    fields = {field.name: carried(field.name) for field in dataclasses.fields(Extremes)}
+    return Extremes(**fields | {"instant": fields["instant"].astype(int)})
+
+
+def _judged(found: Extremes, angles: Floats, material: Material, criterion: Fatigue, number: int) -> Envelope:
+    return Envelope(
+        found.von_mises,
+        angles[found.instant],
+        found.principal_1,
+        found.principal_3,
+        found.mean,
+        found.amplitude,
+        found.ratio,
+        safety_factor(found.von_mises, material.yield_strength),
+        fatigue_factor(criterion, found.mean, found.amplitude, material),
+        np.full(len(found.von_mises), number),
+    )
+
+
+def _worse(one: Envelope, other: Envelope) -> Envelope:
+    """Of two parts that share nodes, take the one nearer to yielding, and the lesser fatigue factor."""
+    worse = np.isnan(one.safety_factor) | (other.safety_factor < one.safety_factor)
+    chosen = {
+        field.name: np.where(worse, getattr(other, field.name), getattr(one, field.name))
+        for field in dataclasses.fields(Envelope)
+        if field.name != "fatigue_factor"
+    }
+    factors = [item.fatigue_factor for item in (one, other) if item.fatigue_factor is not None]
+    least = np.fmin.reduce(factors) if factors else None
+    return Envelope(fatigue_factor=least, **chosen)
+
+
+def with_cases(envelope: Envelope, cases: Sequence[CaseResult]) -> Envelope:
+    """Let the envelope be no less than the directly solved peak cases.
+
+    Their von Mises and principal stresses count, also those of ``gas``, which is no instant of the cycle;
+    mean and amplitude are the cycle's alone.
+    """
+    for case in cases:
+        more = case.von_mises > envelope.von_mises
+        angle = envelope.crank_angle if case.case.crank_angle is None else case.case.crank_angle
+        equivalent = np.where(more, case.von_mises, envelope.von_mises)
+        envelope = dataclasses.replace(
+            envelope,
+            von_mises=equivalent,
+            crank_angle=np.where(more, angle, envelope.crank_angle),
+            principal_1=np.maximum(envelope.principal_1, case.principal[:, 0]),
+            principal_3=np.minimum(envelope.principal_3, case.principal[:, 2]),
+            safety_factor=np.minimum(envelope.safety_factor, case.safety_factor),
+        )
+    return envelope

@@ -1,0 +1,47 @@
+"""The cycle in a run's summary."""
+
+from typing import Any
+
+from fea.choices import Fatigue
+from fea.cycle.analysis import CycleResult
+from fea.cycle.spots import Spot
+from fea.units import DEG
+from mesh.tetmesh import TetMesh
+
+
+def envelope_figures(result: CycleResult, mesh: TetMesh, criterion: Fatigue) -> dict[str, Any]:
+    """Return the figures of ``envelope`` in ``summary.json``: the worst of the cycle and its worst places."""
+    found = result.envelope
+    worst = int(found.safety_factor.argmin())
+    fatigue = None if result.weakest is None else _place(result.weakest, result)
+    return {
+        "min_safety_factor": float(found.safety_factor[worst]),
+        "at_mm": mesh.points[worst].tolist(),
+        "crank_deg": float(found.crank_angle[worst]) / DEG,
+        "max_von_mises_MPa": float(found.von_mises.max()),
+        "max_principal_MPa": float(found.principal_1.max()),
+        "min_principal_MPa": float(found.principal_3.min()),
+        "min_fatigue_safety_factor": None if fatigue is None else fatigue["fatigue_safety_factor"],
+        "fatigue_criterion": criterion.value,
+        "fatigue": fatigue,
+        "spots": [_place(spot, result) for spot in result.spots],
+        "unit_solutions": result.unit_solutions,
+        "instants": len(result.angles),
+    }
+
+
+def _place(spot: Spot, result: CycleResult) -> dict[str, Any]:
+    """Return the extremes of a place; ``history_MPa`` is its signed von Mises stress at every degree."""
+    found, node = result.envelope, spot.node
+    factor = None if found.fatigue_factor is None else float(found.fatigue_factor[node])
+    return {
+        "at_mm": spot.place.tolist(),
+        "max_von_mises_MPa": float(found.von_mises[node]),
+        "crank_deg": float(found.crank_angle[node]) / DEG,
+        "mean_MPa": float(found.mean[node]),
+        "amplitude_MPa": float(found.amplitude[node]),
+        "stress_ratio": float(found.ratio[node]),
+        "safety_factor": float(found.safety_factor[node]),
+        "fatigue_safety_factor": factor,
+        "history_MPa": spot.signed.tolist(),
+    }

@@ -1,0 +1,84 @@
+"""The worst places of a rod, each with its stress over the cycle."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.assess.deviatoric import tensor
+from fea.assess.history import signed_equivalent
+from fea.cycle.envelope import Envelope
+from fea.cycle.unit_solutions import UnitSolutions, Weights
+from mesh.mirror import MirroredMesh
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+COUNT = 5
+# Places nearer to each other than this part of the rod's length are one place.
+APART = 0.1
+
+
+@dataclass(frozen=True)
+class Spot:
+    """One of the worst places.
+
+    Attributes
+    ----------
+    node
+        On the whole rod.
+    place
+        (3,) mm.
+    stress
+        (6, n_instants), MPa, components XX YY ZZ XY YZ XZ.
+    signed
+        (n_instants,) signed von Mises stress, MPa.
+    """
+
+    node: int
+    place: Floats
+    stress: Floats
+    signed: Floats
+
+
+def distinct(points: Floats, factor: Floats, length: float, count: int = COUNT) -> list[int]:
+    """Nodes of the smallest factors that lie apart from each other.
+
+    Parameters
+    ----------
+    points
+        (n_nodes, 3), mm; images across z = 0 are one place.
+    factor
+        (n_nodes,).
+    length
+        Of the rod, mm.
+    count
+        At most so many.
+    """
+    folded = np.abs(points * [0, 0, 1]) + points * [1, 1, 0]
+    open_ = points[:, 2] >= -1e-9 * length
+    chosen: list[int] = []
+    while len(chosen) < count and open_.any():
+        node = int(np.where(open_, factor, np.inf).argmin())
+        chosen.append(node)
+        open_ &= np.linalg.norm(folded - folded[node], axis=1) > APART * length
+    return chosen
+
+
+def spots(
+    nodes: Sequence[int], units: UnitSolutions, weights: Weights, whole: MirroredMesh, found: Envelope
+) -> tuple[Spot, ...]:
+    """Return the histories of some nodes of the whole rod."""
+    return tuple(_spot(node, units, weights, whole, int(found.part[node])) for node in nodes)
+
+
+def _spot(node: int, units: UnitSolutions, weights: Weights, whole: MirroredMesh, number: int) -> Spot:
+    part = units.parts[number]
+    row = np.searchsorted(part.nodes, whole.source[node])[None]
+    x, y, z = whole.sign[node]
+    side = int(y) if len(units.sides) > 1 else 1
+    (history,) = part.histories(weights, (side,), row)
+    stress = tensor(history[0]) * np.array([1, 1, 1, x * y, y * z, x * z])[:, None]
+    signed = signed_equivalent(history)[0]
+    return Spot(node, whole.mesh.points[node], stress, signed)

@@ -1,0 +1,210 @@
+"""Unit loads that span every instant of every speed: harmonics of the bore pressures, four inertia fields.
+
+A rod in plane motion is pressed at two bores and carries −ρ(a₀ + α × x − ω² x). Each load is even about
+y = 0 (cos nφ, a_x, ω²) or odd (sin nφ, a_y, α). Weights on them follow from force and motion alone.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.case_loads import Bores
+from fea.choices import Support
+from fea.cycle.series import series
+from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction
+from fea.solid.inertia import Inertia
+from geometry.surfaces import Surface
+from loads.bearing import Arc, BorePressure
+from loads.cases import RodMotion
+from mesh.tetmesh import TetMesh
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# Unit accelerations a_x, ω² and a_y, α.
+_EVEN = (RodMotion((1.0, 0.0), 0.0, 0.0), RodMotion((0.0, 0.0), 1.0, 0.0))
+_ODD = (RodMotion((0.0, 1.0), 0.0, 0.0), RodMotion((0.0, 0.0), 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class Fields:
+    """Unit loads of one parity on the cell.
+
+    Attributes
+    ----------
+    forces
+        (n_nodes, 3, n_units), N.
+    traction
+        Per bore (n_nodes, 3, n_units), MPa.
+    """
+
+    forces: Floats
+    traction: dict[Surface, Floats]
+
+
+@dataclass(frozen=True)
+class PressedBore:
+    """Harmonic pressures of 1 MPa on one bore.
+
+    Attributes
+    ----------
+    surface
+        Which bore.
+    facets
+        Of the meshed cell.
+    radius, width
+        mm.
+    outwards
+        Sign of the force along x that pulls this end outwards.
+    arcs
+        The pressures in tension and in compression.
+    orders
+        (n_terms,) of the harmonics: cos nφ of all, sin nφ of all but n = 0.
+    """
+
+    surface: Surface
+    facets: BoreFacets
+    radius: float
+    width: float
+    outwards: int
+    arcs: tuple[Arc, Arc]
+    orders: Ints
+
+    def pressures(self, angle: Floats) -> tuple[Floats, Floats]:
+        """Harmonics cos nφ (n_terms, …) and sin nφ (n_terms − 1, …) at angles."""
+        turned = np.multiply.outer(self.orders, angle)
+        return np.cos(turned), np.sin(turned[1:])
+
+    def resultants(self) -> tuple[Floats, Floats]:
+        """Force (2, n) on the whole rod of each even and each odd harmonic, N."""
+        facets = self.facets
+        images = (2 if facets.cut_y else 1) * (2 if facets.cut_z else 1)
+        radial = np.stack([np.cos(facets.angle), np.sin(facets.angle)]) * facets.areas * images
+        even, odd = (
+            np.einsum("dfq,nfq->dn", radial, pressure, optimize=True)
+            for pressure in self.pressures(facets.angle)
+        )
+        if facets.cut_y:  # what the images across y = 0 cancel
+            even[1], odd[0] = 0.0, 0.0
+        return even, odd
+
+    def weights(self, force: Floats) -> tuple[Floats, Floats]:
+        """Weights (n_terms, n) and (n_terms − 1, n) that press with `force` (2, n), N, exactly.
+
+        The series is scaled until its discrete resultant along the force is the force; the first
+        harmonics take what is left across it.
+        """
+        magnitude, direction = np.hypot(*force), np.arctan2(force[1], force[0])
+        pulled = self.outwards * force[0] > 0
+        along = np.stack([self._coefficients(arc) / self._force_per_peak(arc) for arc in self.arcs])
+        amplitude = np.where(pulled, along[0][:, None], along[1][:, None]) * magnitude
+        cosines, sines = self.pressures(direction)
+        even, odd = amplitude * cosines, amplitude[1:] * sines
+        of_even, of_odd = self.resultants()
+        reached = of_even @ even + of_odd @ odd
+        work = (reached * force).sum(axis=0)
+        scale = np.divide(magnitude**2, work, out=np.ones_like(work), where=work > 0)
+        even, odd = even * scale, odd * scale
+        first = np.column_stack([of_even[:, 1], of_odd[:, 0]])
+        left = np.linalg.solve(first, force - reached * scale)
+        even[1] += left[0]
+        odd[0] += left[1]
+        return even, odd
+
+    def _coefficients(self, arc: Arc) -> Floats:
+        found = series(arc)
+        every = np.zeros(len(self.orders))
+        every[np.searchsorted(self.orders, found.orders)] = found.coefficients
+        return every
+
+    def _force_per_peak(self, arc: Arc) -> float:
+        return self.radius * self.width * arc.resultant
+
+
+class UnitLoads:
+    """The unit loads of a meshed rod.
+
+    Parameters
+    ----------
+    mesh
+        The meshed cell.
+    bores
+        Dimensions of the bores.
+    inertia
+        Of the same mesh.
+    pressure
+        How a pin presses on its bore.
+    support
+        A clamped big end takes the crank force as its reaction.
+    """
+
+    def __init__(
+        self, mesh: TetMesh, bores: Bores, inertia: Inertia, pressure: BorePressure, support: Support
+    ) -> None:
+        self._n_nodes, self._inertia = len(mesh.points), inertia
+        arcs = (pressure.tension, pressure.compression)
+        orders = np.union1d(*(series(arc).orders for arc in arcs))
+        self.series_error = max(series(arc).error for arc in arcs)
+        small = bore_facets(mesh, Surface.SMALL_END_BORE, bores.rod_length)
+        self.bores = [
+            PressedBore(Surface.SMALL_END_BORE, small, bores.small_radius, bores.small_width, 1, arcs, orders)
+        ]
+        if support is not Support.CLAMPED:
+            big = bore_facets(mesh, Surface.BIG_END_BORE, 0.0)
+            self.bores.append(
+                PressedBore(Surface.BIG_END_BORE, big, bores.big_radius, bores.big_width, -1, arcs, orders)
+            )
+
+    def fields(self) -> tuple[Fields, Fields]:
+        """Return the even and the odd unit loads."""
+        accelerated = [[self._inertia.forces(motion) for motion in motions] for motions in (_EVEN, _ODD)]
+        even = [split.symmetric for split in accelerated[0]]
+        odd = [
+            split.symmetric if split.antisymmetric is None else split.antisymmetric
+            for split in accelerated[1]
+        ]
+        return self._fields(0, even), self._fields(1, odd)
+
+    def _fields(self, parity: int, inertial: list[Floats]) -> Fields:
+        """Harmonics of every bore, then the inertia fields."""
+        count = sum(len(bore.orders) - parity for bore in self.bores) + len(inertial)
+        forces = np.zeros((self._n_nodes, 3, count))
+        traction = {bore.surface: np.zeros_like(forces) for bore in self.bores}
+        start = 0
+        for bore in self.bores:
+            for pressed, nodal in _harmonics(bore, parity):
+                forces[..., start] = radial_forces(bore.facets, self._n_nodes, pressed)
+                traction[bore.surface][..., start] = radial_traction(bore.facets, self._n_nodes, nodal)
+                start += 1
+        for field in inertial:
+            forces[..., start] = field
+            start += 1
+        return Fields(forces, traction)
+
+    def weights(
+        self, pin: Floats, crank: Floats, acceleration: Floats, rate: Floats, turning: Floats
+    ) -> tuple[Floats, Floats]:
+        """Weights of the even (n_even, n) and the odd (n_odd, n) unit loads at n instants.
+
+        Parameters
+        ----------
+        pin, crank
+            (2, n) forces on the rod along rod x and y, N.
+        acceleration
+            (2, n) of the rod frame's origin in rod axes, mm/s².
+        rate, turning
+            (n,) angular velocity and acceleration of the rod about +z, rad/s and rad/s².
+        """
+        forces = {Surface.SMALL_END_BORE: pin, Surface.BIG_END_BORE: crank}
+        pressed = [bore.weights(forces[bore.surface]) for bore in self.bores]
+        even = [*(weights for weights, _ in pressed), acceleration[:1], rate[None] ** 2]
+        odd = [*(weights for _, weights in pressed), acceleration[1:], turning[None]]
+        return np.concatenate(even), np.concatenate(odd)
+
+
+def _harmonics(bore: PressedBore, parity: int) -> Iterator[tuple[Floats, Floats]]:
+    """Pressure of each harmonic at the quadrature points and at the nodes of the facets."""
+    there, nodal = bore.pressures(bore.facets.angle), bore.pressures(bore.facets.node_angle)
+    yield from zip(there[parity], nodal[parity], strict=True)
