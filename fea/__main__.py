@@ -1,6 +1,32 @@
-"""`python -m fea` is `fea`."""
+"""The program: `fea`, which is also `python -m fea`."""
 
-from fea.cli import main
+import os
+import sys
+
+from fea.guard import MACHINE, guarded
+
+_INTERRUPTED = 130
+
+
+def main() -> None:
+    """Run the program and leave with its exit code."""
+    sys.exit(guarded(_called))
+
+
+def _called() -> int:
+    """Run the command line; what goes wrong before it can speak is told here."""
+    try:
+        from fea.cli import call  # noqa: PLC0415 - an interrupt of the import has its exit code too
+    except KeyboardInterrupt:
+        return _INTERRUPTED
+    except Exception as error:
+        if os.environ.get("FEA_DEBUG") == "1":
+            raise
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        sys.__stderr__.write(f"fea: the program could not be loaded: {reason}\n")  # type: ignore[union-attr]
+        return MACHINE
+    return call(sys.argv[1:])
+
 
 if __name__ == "__main__":
     main()

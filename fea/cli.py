@@ -1,7 +1,10 @@
 """The command line: commands by name, errors as one line, exit codes."""
 
 import os
+import signal
 import sys
+import threading
+import time
 from collections.abc import Sequence
 from importlib.metadata import version
 
@@ -30,6 +33,8 @@ _COMMANDS = {
 for _name, _help in _COMMANDS.items():
     app.command(f"fea.commands.{_name}:{_name}", name=_name, help=_help)
 
+_LONGEST_MESSAGE = 1500
+_CALM = 1.0  # seconds from one Ctrl-C to the next that counts
 USAGE, GEOMETRY, SINGULAR, MACHINE, INTERRUPTED = 2, 3, 4, 7, 130
 
 
@@ -40,6 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def call(arguments: Sequence[str]) -> int:
     """Run the program and return its exit code."""
+    _interrupt_once()
     if os.environ.get("FEA_DEBUG") == "1":
         return _dispatch(arguments)
     try:
@@ -48,12 +54,28 @@ def call(arguments: Sequence[str]) -> int:
         _say("interrupted; nothing was left half-written")
         return INTERRUPTED
     except Exception as error:  # noqa: BLE001 - every error becomes one line and a code
-        code = exit_code(error)
+        code = MACHINE if "bad_alloc" in str(error) else exit_code(error)  # C++ for: no memory
         if code is None:
             _say(f"internal error: {type(error).__name__}: {error}. Run again with FEA_DEBUG=1 and report it")
             return 1
         _say(str(error) or type(error).__name__)
         return code
+
+
+def _interrupt_once() -> None:
+    """Take several Ctrl-C in quick succession as one, so that the others do not cut short its clean-up."""
+    if threading.current_thread() is not threading.main_thread():
+        return
+    last = -_CALM
+
+    def interrupt(_number: int, _frame: object) -> None:
+        nonlocal last
+        since, last = time.monotonic() - last, time.monotonic()
+        if since >= _CALM:
+            raise KeyboardInterrupt
+
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, interrupt)
 
 
 def _dispatch(arguments: Sequence[str]) -> int:
@@ -92,5 +114,7 @@ def exit_code(error: Exception) -> int | None:
 
 
 def _say(message: str) -> None:
-    text = " ".join(message.split())
+    text = "".join(letter if letter.isprintable() else "?" for letter in " ".join(message.split()))
+    if len(text) > _LONGEST_MESSAGE:
+        text = f"{text[: _LONGEST_MESSAGE // 2]} … {text[-_LONGEST_MESSAGE // 2 :]}"
     Console(stderr=True, highlight=False, soft_wrap=True).print(f"fea: {text}", markup=False)

@@ -4,6 +4,7 @@ import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 
+from fea.paths import located
 from fea.traces import SHIPPED, read_trace, shipped_trace
 from fea.units import BAR, DEG, KG
 from geometry.invalid import InvalidValue, require, require_positive
@@ -42,7 +43,7 @@ class EngineTable:
         if not self.gas.lower().endswith(".csv"):
             choices = ", ".join((*SHIPPED, *_CYCLES))
             raise InvalidValue("engine.gas", self.gas, "is no gas model", f"Choose {choices} or a .csv file.")
-        return dataclasses.replace(self, gas=str((folder / self.gas).resolve()))
+        return dataclasses.replace(self, gas=str(located("engine.gas", self.gas, folder)))
 
     def engine(self, rod_length: float) -> Engine:
         """Return the engine with a rod of `rod_length` (mm), in coherent units."""

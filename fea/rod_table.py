@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fea.paths import is_file, located
 from fea.tables import checked, mapping_text, unknown_key
 from fea.units import KG, KG_M2
 from geometry.invalid import InvalidValue, require, require_positive
@@ -190,8 +191,8 @@ def _step(raw: Mapping[str, object], given: Mapping[str, Any], folder: Path) -> 
     require(
         "preset" not in raw, "rod.preset", raw.get("preset"), "does not go with step", "Remove one of them."
     )
-    path = (folder / checked("rod.step", raw["step"], str)).resolve()
-    require(path.is_file(), "rod.step", str(path), "is not a file")
+    path = located("rod.step", checked("rod.step", raw["step"], str), folder)
+    require(is_file(path), "rod.step", str(path), "is not a file")
     bores = {
         f"rod.{_key(name)}": require_positive(f"rod.{_key(name)}", value) for name, value in given.items()
     }

@@ -39,9 +39,11 @@ def _range(text: str) -> list[float]:
     start, end, step = (_number(part) for part in parts)
     if step <= 0 or end < start:
         raise InvalidValue("--rpm", text, "a range goes up by a positive step", _FORMS)
-    count = math.floor((end - start) / step * (1 + 1e-12) + 1e-9) + 1
-    if count > _MOST:
-        raise InvalidValue("--rpm", text, f"holds {count} speeds, more than {_MOST}", "Take a larger step.")
+    steps = (end - start) / step * (1 + 1e-12) + 1e-9
+    if not steps < _MOST:
+        rule = f"holds {steps + 1:.0f} speeds, more than {_MOST}"
+        raise InvalidValue("--rpm", text, rule, "Take a larger step.")
+    count = math.floor(steps) + 1
     speeds = [start + index * step for index in range(count)]
     if not math.isclose(speeds[-1], end):
         speeds.append(end)

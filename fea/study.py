@@ -1,6 +1,7 @@
 """A study: everything a run is asked, from a shipped name or a TOML file, with flags on top."""
 
 import dataclasses
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -11,14 +12,18 @@ from typing import Any
 from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
 from fea.engine_table import EngineTable
 from fea.material import Material
+from fea.paths import is_file, located, require_size
 from fea.rod_table import RodTable, read_rod
 from fea.tables import key_text, read_table, table_text, unknown_key
 from fea.units import GPA, KG_M3
 from geometry.invalid import InvalidValue, require, require_number, require_positive
 from loads.bearing import BorePressure
 
+# A key of so many parts: the parser's time grows with their square.
+_NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")
 # Beyond any piston engine; model aircraft engines reach about 40 000.
 LARGEST_RPM = 50_000.0
+LARGEST_STUDY = 2**18  # bytes; the longest list of speeds takes a tenth
 DEFAULT_STUDY = "leon-2001"
 
 
@@ -180,6 +185,8 @@ class Study:
         for table in self.part_material.values():
             table.material()
         self.speed.speeds()
+        if self.output.directory is not None:
+            located("output.directory", self.output.directory, self.folder)
         if self.forces is not None:
             given = list(self.forces.pin_N)
             require(self.engine is None, "forces.pin_N", given, "stand in place of an engine", "Remove one.")
@@ -250,10 +257,11 @@ def load_study(source: str = DEFAULT_STUDY) -> Study:
         text = (resources.files("fea") / "studies" / f"{source}.toml").read_text(encoding="utf-8")
         return parse_study(text, source, Path.cwd())
     path = Path(source)
-    if not path.is_file():
+    if not is_file(path):
         shipped = ", ".join(shipped_studies())
         raise InvalidValue("STUDY", source, "is neither a shipped study nor a file", f"Shipped: {shipped}.")
     try:
+        require_size("STUDY", path, LARGEST_STUDY)
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidValue("STUDY", source, f"cannot be read ({error})") from error
@@ -268,9 +276,11 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
     InvalidValue
         See `load_study`.
     """
+    rule = "nests its keys deeper than any study"
+    require(_NESTED.search(text) is None, "STUDY", name, rule, "Tables have one level, or two for parts.")
     try:
         raw = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # of a number with too many digits a plain ValueError
         raise InvalidValue("STUDY", name, f"is not valid TOML: {error}") from error
     for key in raw:
         if key != "rod" and key not in _TABLES:

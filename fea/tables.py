@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from enum import StrEnum
 from typing import Any, TypeVar
 
-from geometry.invalid import InvalidValue
+from geometry.invalid import InvalidValue, is_finite
 
 Table = TypeVar("Table")
 
@@ -40,7 +40,7 @@ def read_table(cls: type[Table], where: str, raw: object) -> Table:
     Raises
     ------
     InvalidValue
-        Not a table, an unknown key or a value of the wrong type.
+        Not a table, an unknown or a missing key, or a value of the wrong type.
     """
     if not isinstance(raw, Mapping):
         raise InvalidValue(where, raw, f"must be a table, [{where}]")
@@ -50,11 +50,30 @@ def read_table(cls: type[Table], where: str, raw: object) -> Table:
         if key not in hints:
             raise unknown_key(f"[{where}]", key, hints)
         values[key] = checked(f"{where}.{key}", value, hints[key])
+    for name in _required(cls):
+        if name not in values:
+            raise InvalidValue(f"{where}.{name}", None, "is missing", f"Give it in [{where}].")
     return cls(**values)
 
 
+def _required(cls: Any) -> list[str]:
+    """Names of the fields without a default."""
+    absent = dataclasses.MISSING
+    return [
+        field.name
+        for field in dataclasses.fields(cls)
+        if field.default is absent and field.default_factory is absent
+    ]
+
+
 def checked(name: str, value: object, hint: Any) -> Any:
-    """Return `value` as the annotated type `hint`, or raise `InvalidValue`."""
+    """Return `value` as the annotated type `hint`, or raise `InvalidValue`.
+
+    A number that is not finite is none: no quantity of a study may be.
+    """
+    for number in value if isinstance(value, list | tuple) else [value]:
+        if isinstance(number, int | float) and not is_finite(number):
+            raise InvalidValue(name, number, "must be a finite number")
     options = [option for option in _options(hint) if option is not types.NoneType]
     for option in options:
         converted = _convert(value, option)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fea.paths import require_size
 from fea.units import BAR, DEG, RPM
 from geometry.invalid import InvalidValue, require
 from loads.gas import Trace
@@ -22,6 +23,7 @@ Row = tuple[int, list[str]]
 
 SHIPPED = ("leon-2001",)
 _HINT = "Columns: crank_deg, pressure_bar (gauge), or crank_deg, pressure_bar_<rpm>rpm, one a speed."
+LARGEST_TRACE = 2**24  # bytes: a hundred samples a degree at fifty speeds
 _PER_SPEED = re.compile(r"pressure_bar_(\d+(?:\.\d+)?)rpm")
 
 
@@ -47,6 +49,7 @@ def read_trace(path: Path) -> Trace:
         When the file cannot be read or does not hold a cycle; names file, line, value and rule.
     """
     try:
+        require_size("engine.gas", path, LARGEST_TRACE)
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not a text file in UTF-8"
@@ -56,7 +59,10 @@ def read_trace(path: Path) -> Trace:
 
 def parse_trace(text: str, source: str) -> Trace:
     """Turn the text of a CSV file into a trace; `source` is its name in messages."""
-    rows = list(_rows(text))
+    try:
+        rows = list(_rows(text))
+    except csv.Error as error:
+        raise InvalidValue("engine.gas", source, f"is not a CSV file ({error})", _HINT) from error
     require(bool(rows), "engine.gas", source, "holds no data", _HINT)
     (_, header), samples = rows[0], rows[1:]
     speeds = _speeds([column.strip() for column in header], source)

@@ -2,6 +2,9 @@
 
 import math
 
+# Of a value in a message: enough to recognise it by.
+_SHOWN = 160
+
 
 class InvalidValue(ValueError):  # noqa: N818 - named for what it says
     """A given value breaks a stated rule.
@@ -20,8 +23,16 @@ class InvalidValue(ValueError):  # noqa: N818 - named for what it says
 
     def __init__(self, name: str, value: object, rule: str, remedy: str = "") -> None:
         self.name, self.value, self.rule, self.remedy = name, value, rule, remedy
-        shown = f"{value:g}" if isinstance(value, float) else repr(value)
-        super().__init__(f"{name} = {shown}: {rule}." + (f" {remedy}" if remedy else ""))
+        super().__init__(f"{name} = {_shown(value)}: {rule}." + (f" {remedy}" if remedy else ""))
+
+
+def _shown(value: object) -> str:
+    """Return a value as text, however long or unprintable it is."""
+    try:
+        text = f"{value:g}" if isinstance(value, float) else repr(value)
+    except (ValueError, RecursionError):  # Python prints no integer beyond 4300 digits
+        return f"<{type(value).__name__}>"
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN // 2]}…{text[-_SHOWN // 2 :]}"
 
 
 def require(condition: bool, name: str, value: object, rule: str, remedy: str = "") -> None:  # noqa: FBT001
@@ -32,9 +43,17 @@ def require(condition: bool, name: str, value: object, rule: str, remedy: str = 
 
 def require_number(name: str, value: object) -> float:
     """Return `value` as a finite float, or raise `InvalidValue` (booleans are not numbers)."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not is_finite(value):
         raise InvalidValue(name, value, "must be a finite number")
     return float(value)
+
+
+def is_finite(value: float) -> bool:
+    """Whether a number has a finite float (an integer may be too large for one)."""
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
 
 
 def require_positive(name: str, value: object) -> float:

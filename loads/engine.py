@@ -5,6 +5,9 @@ from dataclasses import dataclass
 
 from geometry.invalid import require, require_number, require_positive
 
+# Beyond any engine built; each cylinder is computed.
+MOST_CYLINDERS = 100
+
 
 @dataclass(frozen=True)
 class Engine:
@@ -78,7 +81,10 @@ class Engine:
     def _require_cylinders(self) -> None:
         whole = isinstance(self.cylinders, int) and not isinstance(self.cylinders, bool)
         require(
-            whole and self.cylinders >= 1, "engine.cylinders", self.cylinders, "must be a whole number from 1"
+            whole and 1 <= self.cylinders <= MOST_CYLINDERS,
+            "engine.cylinders",
+            self.cylinders,
+            f"must be a whole number within 1…{MOST_CYLINDERS}",
         )
         require_number("engine.phase_deg", self.phase)
 

@@ -1,0 +1,126 @@
+"""Under a memory limit, run in a child process, whose death is told in words.
+
+A library that gets no memory mostly ends its process: gmsh aborts, OpenBLAS steps on a null pointer, MKL
+leaves with a code of its own. Without a limit memory is not refused, and nothing is done here.
+"""
+
+import contextlib
+import os
+import signal
+import sys
+import tempfile
+from collections.abc import Callable
+from typing import IO
+
+MACHINE = 7
+_MIB = 2**20
+# Below this some libraries neither load nor fail: they wait for memory without end.
+LEAST = 512 * _MIB
+_PR_SET_PDEATHSIG = 1
+_LONGEST_REASON = 200
+
+
+def guarded(job: Callable[[], int]) -> int:
+    """Return the exit code of `job`, or 7 where a memory limit made it die.
+
+    Parameters
+    ----------
+    job
+        Does everything and returns an exit code.
+    """
+    limit = memory_limit()
+    if limit is None or not hasattr(os, "fork"):
+        return job()
+    if limit < LEAST:
+        sys.stderr.write(
+            f"fea: the memory limit of {limit // _MIB} MiB is too low: the libraries alone need more than "
+            f"{LEAST // _MIB} MiB. Raise it (ulimit -v)\n"
+        )
+        return MACHINE
+    with tempfile.TemporaryFile() as chatter:
+        told, tell = os.pipe()
+        child = os.fork()
+        if not child:
+            os.close(told)
+            _run(job, tell, chatter)
+        os.close(tell)
+        _forward_interrupts(child)
+        with os.fdopen(told, "rb") as pipe:
+            said = pipe.read(1)
+        _, status = os.waitpid(child, 0)
+        if said:
+            return said[0]
+        chatter.seek(0)
+        _explain(limit, status, chatter.read().decode(errors="replace"))
+    return MACHINE
+
+
+def memory_limit() -> int | None:
+    """Return the smallest limit on this process's memory, bytes; None without one."""
+    try:
+        import resource  # noqa: PLC0415 - not on Windows
+    except ImportError:
+        return None
+    limits = [resource.getrlimit(kind)[0] for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA)]
+    return min((limit for limit in limits if limit != resource.RLIM_INFINITY), default=None)
+
+
+def _run(job: Callable[[], int], tell: int, chatter: IO[bytes]) -> None:
+    """In the child: do the job, say its code and end, without the clean-up that would need memory."""
+    code: int | None = None
+    try:
+        _die_with_parent()
+        _keep_apart(chatter)
+        code = job()
+    except SystemExit as leaving:
+        code = leaving.code if isinstance(leaving.code, int) else 1
+    finally:
+        with contextlib.suppress(OSError, ValueError):
+            sys.stdout.flush()
+        with contextlib.suppress(OSError, ValueError):
+            sys.stderr.flush()
+        if code is not None:
+            os.write(tell, bytes([code & 0xFF]))
+        os._exit(MACHINE)
+
+
+def _keep_apart(chatter: IO[bytes]) -> None:
+    """Let Python speak through copies of its streams, and libraries into `chatter`."""
+    for name, descriptor in (("stdout", 1), ("stderr", 2)):
+        stream = getattr(sys, name)
+        stream.flush()
+        own = os.fdopen(os.dup(descriptor), "w", encoding=stream.encoding, buffering=1)
+        setattr(sys, name, own)
+        setattr(sys, f"__{name}__", own)
+        os.dup2(chatter.fileno(), descriptor)
+
+
+def _die_with_parent() -> None:
+    """Ask the system to end this process when its parent is killed."""
+    if not sys.platform.startswith("linux"):
+        return
+    with contextlib.suppress(Exception):  # it is a courtesy
+        import ctypes  # noqa: PLC0415
+
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+def _forward_interrupts(child: int) -> None:
+    """Hand Ctrl-C on to the child; the program takes one that comes twice as one."""
+
+    def forward(number: int, _frame: object) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(child, number)
+
+    signal.signal(signal.SIGINT, forward)
+
+
+def _explain(limit: int, status: int, chatter: str) -> None:
+    """Say why there is no result."""
+    how = f"was ended by {signal.Signals(os.WTERMSIG(status)).name}" if os.WIFSIGNALED(status) else "gave up"
+    lines = [line.strip() for line in chatter.splitlines() if line.strip()]
+    reason = f" ({lines[-1][:_LONGEST_REASON]})" if lines else ""
+    sys.stderr.write(
+        f"fea: a library {how}{reason} under the memory limit of {limit // _MIB} MiB. "
+        "Raise the limit (ulimit -v), or take larger elements (--size)\n"
+    )
