@@ -46,7 +46,6 @@ def measured(
         "OMP_NUM_THREADS": str(threads),
         "MKL_NUM_THREADS": str(threads),
         "OPENBLAS_NUM_THREADS": str(threads),
-        "PYTHONDONTWRITEBYTECODE": "",
     }
     limit = int(memory_gb * 1e9)
     log = folder / "log.txt"
@@ -70,8 +69,13 @@ def measured(
 
         timer = threading.Timer(seconds, stop)
         timer.start()
-        _, code, usage = os.wait4(process.pid, 0)
-        timer.cancel()
+        try:
+            _, code, usage = os.wait4(process.pid, 0)
+        except KeyboardInterrupt:  # it has a session of its own, which hears no Ctrl-C
+            os.killpg(process.pid, signal.SIGKILL)
+            raise
+        finally:
+            timer.cancel()
         wall = time.perf_counter() - start
         process.returncode = os.waitstatus_to_exitcode(code)
     said = log.read_text(encoding="utf-8", errors="replace")
