@@ -9,6 +9,7 @@ import numpy as np
 from geometry.surfaces import Surface
 from mesh.errors import MeshError
 from mesh.mirror import PLANE_AXIS
+from mesh.outward import outward
 from mesh.quality import LEAST_SCALED_JACOBIAN, Quality, measure, mended, scaled_jacobian
 from mesh.size_field import SizeField
 from mesh.sizing import Refinement, Sizing, apply
@@ -59,7 +60,7 @@ def tetrahedralise(
     except Exception as error:  # gmsh raises nothing more specific
         message = f"gmsh could not mesh the solid at size {sizing.size:g} mm: {error}. Try another --size"
         raise MeshError(message) from error
-    mesh, straightened = mended(_snapped(_arrays(surfaces, sizing.order, parts)))
+    mesh, straightened = mended(_snapped(outward(_arrays(surfaces, sizing.order, parts))))
     quality = measure(mesh, straightened)
     if not quality.least_scaled_jacobian > 0:
         worst = mesh.tets[int(scaled_jacobian(mesh).argmin()), :4]

@@ -1,0 +1,38 @@
+"""Turn the boundary facets outwards: CAD kernels orient faces as they please."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from mesh.tetmesh import Ints, TetMesh
+
+# The faces of a positively oriented tetrahedron, seen from outside counter-clockwise.
+_FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+_TURN = {3: [0, 2, 1], 6: [0, 2, 1, 5, 4, 3]}
+
+
+def outward(mesh: TetMesh) -> TetMesh:
+    """Return the mesh with every facet turned as the element behind it demands."""
+    faces = mesh.tets[:, _FACES].reshape(-1, 3)
+    keys = _keys(faces, len(mesh.points))
+    order = np.argsort(keys)
+    even = _even(faces)
+
+    def turned(facets: Ints) -> Ints:
+        behind = order[np.searchsorted(keys[order], _keys(facets[:, :3], len(mesh.points)))]
+        wrong = even[behind] != _even(facets[:, :3])
+        return np.where(wrong[:, None], facets[:, _TURN[facets.shape[1]]], facets)
+
+    return replace(mesh, facets={surface: turned(facets) for surface, facets in mesh.facets.items()})
+
+
+def _keys(faces: Ints, n_points: int) -> Ints:
+    """One number for the three nodes of a face, in whatever order."""
+    a, b, c = np.sort(faces, axis=1).T
+    return np.asarray((a * n_points + b) * n_points + c)
+
+
+def _even(faces: Ints) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    """Whether the nodes stand in an even permutation of their ascending order."""
+    a, b, c = faces.T
+    return np.asarray((a < b).astype(int) + (b < c) + (c < a) == 2)

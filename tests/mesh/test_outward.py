@@ -1,0 +1,42 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from strap import strap
+
+from fea.clock import Clock
+from fea.discretise import discretise
+from fea.study import load_study
+from geometry.surfaces import Surface
+from mesh.mirror import reflect, unmirrored
+from mesh.outward import outward
+
+
+def enclosed(mesh):
+    """The volume by Gauss's theorem: as large as the tetrahedra's only if every facet points outwards."""
+    a, b, c = np.concatenate([facets[:, :3] for facets in mesh.facets.values()]).T
+    return (mesh.points[a] * np.cross(mesh.points[b], mesh.points[c])).sum() / 6
+
+
+def volume(mesh):
+    corners = mesh.points[mesh.tets[:, :4]]
+    return np.linalg.det(corners[:, 1:] - corners[:, :1]).sum() / 6
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_facets_turned_at_random_are_turned_back(order):
+    mesh = strap(order=order)
+    turn = [0, 2, 1] if order == 1 else [0, 2, 1, 5, 4, 3]
+    wrong = np.random.default_rng(1).random(len(mesh.facets[Surface.FREE])) < 0.5
+    facets = np.where(wrong[:, None], mesh.facets[Surface.FREE][:, turn], mesh.facets[Surface.FREE])
+    mended = outward(replace(mesh, facets=mesh.facets | {Surface.FREE: facets}))
+    assert enclosed(mended) == pytest.approx(volume(mesh), rel=1e-12)
+
+
+def test_the_rod_and_its_reflections_are_closed_by_outward_facets():
+    found = discretise(load_study(), Clock())
+    whole = found.whole.mesh
+    assert enclosed(found.drawn) == pytest.approx(volume(found.drawn), rel=1e-12)
+    assert enclosed(whole) == pytest.approx(volume(whole), rel=1e-12)
+    half = reflect(unmirrored(found.drawn), Surface.SYMMETRY_Y).mesh
+    assert enclosed(half) == pytest.approx(volume(half), rel=1e-12)
