@@ -40,6 +40,15 @@ class SolverName(StrEnum):
     AMG = "amg"
 
 
+class Finish(StrEnum):
+    """How a part's surface was made."""
+
+    GROUND = "ground"
+    MACHINED = "machined"
+    HOT_ROLLED = "hot-rolled"
+    AS_FORGED = "as-forged"
+
+
 class Fatigue(StrEnum):
     """The lines that judge mean and amplitude of a cycle."""
 

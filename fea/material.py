@@ -23,7 +23,11 @@ class Material:
     yield_strength
         S_y, MPa.
     ultimate_strength, endurance_limit
-        S_u and S_e, MPa, where known.
+        S_u and S_e, the limit of the part under fully reversed tension, MPa, where known.
+    torsion_limit
+        The part's limit under fully reversed torsion, MPa, where known.
+    endurance_estimated
+        Whether S_e follows from S_u and not from tests.
     """
 
     youngs_modulus: float
@@ -32,6 +36,8 @@ class Material:
     yield_strength: float
     ultimate_strength: float | None = None
     endurance_limit: float | None = None
+    torsion_limit: float | None = None
+    endurance_estimated: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what no isotropic solid can be."""
@@ -40,7 +46,11 @@ class Material:
         require(-1 < nu < 0.5, "material.nu", nu, "must lie between −1 and 0.5, both excluded")
         require_positive("material.density_kg_m3", self.density * 1e12)
         require_positive("material.yield_MPa", self.yield_strength)
-        known = {"ultimate_MPa": self.ultimate_strength, "endurance_MPa": self.endurance_limit}
+        known = {
+            "ultimate_MPa": self.ultimate_strength,
+            "endurance_MPa": self.endurance_limit,
+            "endurance_torsion_MPa": self.torsion_limit,
+        }
         for name, value in known.items():
             if value is not None:
                 require_positive(f"material.{name}", value)

@@ -53,8 +53,8 @@ def peak_memory() -> float:
 def _envelope(analysis: Analysis, result: SpeedResult) -> dict[str, Any]:
     if result.cycle is None:
         return {}
-    mesh = analysis.mesh.whole.mesh
-    return {"envelope": envelope_figures(result.cycle, mesh, analysis.study.analysis.fatigue)}
+    mesh, criterion = analysis.mesh.whole.mesh, analysis.study.analysis.fatigue
+    return {"envelope": envelope_figures(result.cycle, mesh, criterion, analysis.materials)}
 
 
 def _rod(analysis: Analysis) -> dict[str, Any]:

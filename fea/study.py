@@ -12,10 +12,10 @@ from typing import Any
 from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
 from fea.engine_table import EngineTable
 from fea.material import Material
+from fea.material_table import MaterialTable
 from fea.paths import is_file, located, require_size
 from fea.rod_table import RodTable, read_rod
 from fea.tables import key_text, read_table, table_text, unknown_key
-from fea.units import GPA, KG_M3
 from geometry.invalid import InvalidValue, require, require_number, require_positive
 from loads.bearing import BorePressure
 
@@ -25,60 +25,6 @@ _NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")
 LARGEST_RPM = 50_000.0
 LARGEST_STUDY = 2**18  # bytes; the longest list of speeds takes a tenth
 DEFAULT_STUDY = "leon-2001"
-
-
-@dataclass(frozen=True)
-class MaterialTable:
-    """[material]: a preset's name, or the constants; the constants win where both are given."""
-
-    preset: str | None = None
-    E_GPa: float | None = None
-    nu: float | None = None
-    density_kg_m3: float | None = None
-    yield_MPa: float | None = None
-    ultimate_MPa: float | None = None
-    endurance_MPa: float | None = None
-
-    def resolved(self) -> "MaterialTable":
-        """Return the table with the preset's constants filled in."""
-        base = {}
-        if self.preset is not None:
-            if self.preset not in MATERIALS:
-                raise unknown_key("material.preset", self.preset, MATERIALS)
-            base = MATERIALS[self.preset]
-        own = {key: value for key, value in dataclasses.asdict(self).items() if value is not None}
-        own.pop("preset", None)
-        return MaterialTable(**base | own)
-
-    def material(self) -> Material:
-        """Return the material in coherent units."""
-        table = self.resolved()
-
-        def needed(key: str) -> float:
-            value = getattr(table, key)
-            require(value is not None, f"material.{key}", None, "is missing", "Give it, or a preset.")
-            return float(value)
-
-        return Material(
-            needed("E_GPa") * GPA,
-            needed("nu"),
-            needed("density_kg_m3") * KG_M3,
-            needed("yield_MPa"),
-            table.ultimate_MPa,
-            table.endurance_MPa,
-        )
-
-
-MATERIALS: dict[str, dict[str, float]] = {
-    # León 2001, finite-element chapter.
-    "leon-2001": {
-        "E_GPa": 207.0,
-        "nu": 0.28,
-        "density_kg_m3": 7700.0,
-        "yield_MPa": 620.4,
-        "ultimate_MPa": 723.8,
-    },
-}
 
 
 @dataclass(frozen=True)
@@ -191,7 +137,7 @@ class Study:
             given = list(self.forces.pin_N)
             require(self.engine is None, "forces.pin_N", given, "stand in place of an engine", "Remove one.")
             rule = "needs an [engine]: given forces have no crank cycle"
-            require(not self.analysis.cycle, "analysis.cycle", True, rule)
+            require(not self.analysis.cycle, "analysis.cycle", "true", rule)
             _, transverse = self.forces.pin()
             require(
                 transverse == 0 or self.analysis.support is Support.CLAMPED,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from fea.assess.remarks import fatigue_remarks
 from fea.checks import Check, check
 from fea.choices import Fatigue
 from fea.cycle.envelope import Envelope, envelope, with_cases
@@ -47,6 +48,8 @@ class CycleResult:
         What the cosine series misses of the bore pressure at worst, in parts of its peak.
     unit_solutions
         How many there are.
+    remarks
+        What a reader must know of the material.
     """
 
     angles: Floats
@@ -56,6 +59,7 @@ class CycleResult:
     superposition: float
     series_error: float
     unit_solutions: int
+    remarks: tuple[str, ...] = ()
 
     def checks(self) -> dict[str, Check]:
         """Hold the superposition against the directly solved cases, where the pressure has no jump."""
@@ -63,15 +67,11 @@ class CycleResult:
 
     def notes(self) -> tuple[str, ...]:
         """Say what a reader must know of the cycle."""
-        notes = []
+        notes = list(self.remarks)
         if self._jumps:
             notes.append(
                 f"the bore pressure jumps at its arc's ends, where no series converges: superposed stress is "
                 f"within {100 * self.superposition:.2g} % of each peak case's largest"
-            )
-        if self.weakest is None:
-            notes.append(
-                "fatigue is not judged: [material] has no endurance_MPa, or no ultimate_MPa to go with it"
             )
         return tuple(notes)
 
@@ -148,6 +148,7 @@ class CycleAnalysis:
             self._difference(of_peaks, peaks),
             self.loads.series_error,
             self.units.count,
+            fatigue_remarks(self.materials),
         )
 
     def _difference(self, weights: Weights, peaks: Sequence[CaseResult]) -> float:

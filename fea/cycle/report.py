@@ -1,19 +1,25 @@
 """The cycle in a run's summary."""
 
+from collections.abc import Sequence
 from typing import Any
 
+from fea.assess.crossland import crossland
+from fea.assess.deviatoric import deviatoric
 from fea.choices import Fatigue
 from fea.cycle.analysis import CycleResult
 from fea.cycle.spots import Spot
+from fea.material import Material
 from fea.units import DEG
 from mesh.tetmesh import TetMesh
 
 
-def envelope_figures(result: CycleResult, mesh: TetMesh, criterion: Fatigue) -> dict[str, Any]:
+def envelope_figures(
+    result: CycleResult, mesh: TetMesh, criterion: Fatigue, materials: Sequence[Material]
+) -> dict[str, Any]:
     """Return the figures of ``envelope`` in ``summary.json``: the worst of the cycle and its worst places."""
     found = result.envelope
     worst = int(found.safety_factor.argmin())
-    fatigue = None if result.weakest is None else _place(result.weakest, result)
+    fatigue = None if result.weakest is None else _place(result.weakest, result, materials)
     return {
         "min_safety_factor": float(found.safety_factor[worst]),
         "at_mm": mesh.points[worst].tolist(),
@@ -24,16 +30,17 @@ def envelope_figures(result: CycleResult, mesh: TetMesh, criterion: Fatigue) -> 
         "min_fatigue_safety_factor": None if fatigue is None else fatigue["fatigue_safety_factor"],
         "fatigue_criterion": criterion.value,
         "fatigue": fatigue,
-        "spots": [_place(spot, result) for spot in result.spots],
+        "spots": [_place(spot, result, materials) for spot in result.spots],
         "unit_solutions": result.unit_solutions,
         "instants": len(result.angles),
     }
 
 
-def _place(spot: Spot, result: CycleResult) -> dict[str, Any]:
+def _place(spot: Spot, result: CycleResult, materials: Sequence[Material]) -> dict[str, Any]:
     """Return the extremes of a place; ``history_MPa`` is its signed von Mises stress at every degree."""
     found, node = result.envelope, spot.node
     factor = None if found.fatigue_factor is None else float(found.fatigue_factor[node])
+    material = materials[int(found.part[node])]
     return {
         "at_mm": spot.place.tolist(),
         "max_von_mises_MPa": float(found.von_mises[node]),
@@ -43,5 +50,6 @@ def _place(spot: Spot, result: CycleResult) -> dict[str, Any]:
         "stress_ratio": float(found.ratio[node]),
         "safety_factor": float(found.safety_factor[node]),
         "fatigue_safety_factor": factor,
+        "crossland_safety_factor": crossland(deviatoric(spot.stress), material),
         "history_MPa": spot.signed.tolist(),
     }

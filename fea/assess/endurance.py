@@ -1,0 +1,64 @@
+"""From a polished specimen's endurance to that of a part: Marin's factors.
+
+S_e = k_a k_b k_e S_e′ (Marin 1962), with the factors of Budynas & Nisbett, Shigley's Mechanical Engineering
+Design, 9th ed., sections 6-8 and 6-9.
+"""
+
+from statistics import NormalDist
+
+from fea.choices import Finish
+from geometry.invalid import require, require_positive
+
+# k_a = a S_u^b, S_u in MPa: table 6-2, after Noll & Lipson (1946).
+_FINISHES = {
+    Finish.GROUND: (1.58, -0.085),
+    Finish.MACHINED: (4.51, -0.265),
+    Finish.HOT_ROLLED: (57.7, -0.718),
+    Finish.AS_FORGED: (272.0, -0.995),
+}
+# Endurance scatters by 8 % of its mean (section 6-9, after Stulen, Cummings & Schulte 1961).
+_SCATTER = 0.08
+# Of steels: S_e′ = S_u/2, at most 700 MPa (equation 6-8).
+_STEEL_RATIO, _STEEL_LIMIT = 0.5, 700.0
+_STEEL_MODULI = (185e3, 225e3)
+
+
+def finish_factor(finish: Finish, ultimate: float) -> float:
+    """k_a of a surface finish on a metal of ultimate strength in MPa (equation 6-19), at most 1."""
+    a, b = _FINISHES[finish]
+    return float(min(1.0, a * ultimate**b))
+
+
+def size_factor(diameter: float) -> float:
+    """k_b of a round section in bending, diameter in mm (equation 6-20); 1 under axial load (6-21).
+
+    Raises
+    ------
+    InvalidValue
+        The diameter is beyond 254 mm, the largest tested.
+    """
+    require_positive("material.size_mm", diameter)
+    require(diameter <= 254, "material.size_mm", diameter, "must not exceed 254, the largest tested")
+    if diameter <= 51:
+        return float(min(1.0, (diameter / 7.62) ** -0.107))
+    return float(1.51 * diameter**-0.157)
+
+
+def reliability_factor(percent: float) -> float:
+    """k_e = 1 − 0.08 z of the reliability in per cent (equation 6-29).
+
+    Raises
+    ------
+    InvalidValue
+        Below 50, where it would raise the strength, or not below 100.
+    """
+    require(50 <= percent < 100, "material.reliability_percent", percent, "must be at least 50 and below 100")
+    return 1 - _SCATTER * NormalDist().inv_cdf(percent / 100)
+
+
+def estimated_endurance(ultimate: float, youngs_modulus: float) -> float | None:
+    """S_e′ of a steel from its ultimate strength, MPa; None for other metals, which may have none."""
+    low, high = _STEEL_MODULI
+    if not low <= youngs_modulus <= high:
+        return None
+    return min(_STEEL_RATIO * ultimate, _STEEL_LIMIT)

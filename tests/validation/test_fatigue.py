@@ -1,0 +1,139 @@
+"""Fatigue criteria on histories and parts with published answers."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fea.assess.crossland import ball_radius, crossland_factor
+from fea.assess.deviatoric import deviatoric, tensor
+from fea.assess.endurance import estimated_endurance, finish_factor, reliability_factor, size_factor
+from fea.assess.fatigue import gerber, goodman, soderberg
+from fea.assess.history import extremes
+from fea.choices import Finish
+from fea.solid.stress import von_mises
+from geometry.invalid import InvalidValue
+
+KPSI = 6.894757  # MPa
+TURN = np.linspace(0, 2 * math.pi, 721)
+
+
+def bending_and_torsion(
+    bending: float, torsion: float, phase: float = 0.0, mean: tuple[float, float] = (0.0, 0.0)
+) -> np.ndarray:
+    """History (1, 6, 721) of σxx = m + σ sin θ and σxy = m + τ sin(θ − phase)."""
+    history = np.zeros((1, 6, TURN.size))
+    history[0, 0] = mean[0] + bending * np.sin(TURN)
+    history[0, 3] = mean[1] + torsion * np.sin(TURN - phase)
+    return history
+
+
+def test_shigley_example_6_10_a_machined_bar_under_pulsating_tension():
+    # Budynas & Nisbett, 9th ed., example 6-10: S_ut = 100 kpsi, machined, axial load (k_c = 0.85), local
+    # σ_a = σ_m = 8.38 kpsi; k_a = 0.797, S_e = 33.9 kpsi, n_f = 3.66 by Gerber. Printed with three digits.
+    k_a = finish_factor(Finish.MACHINED, 100 * KPSI)
+    assert k_a == pytest.approx(0.797, rel=2e-3)
+    endurance = k_a * 0.85 * estimated_endurance(100 * KPSI, 207e3) / KPSI
+    assert endurance == pytest.approx(33.9, rel=2e-3)
+    stress = np.array(8.38)
+    assert gerber(stress, stress, endurance, 100.0) == pytest.approx(3.66, rel=5e-3)
+    # The lines order themselves so for any tensile mean.
+    lines = [soderberg(stress, stress, endurance, 84.0), goodman(stress, stress, endurance, 100.0)]
+    assert lines[0] < lines[1] < gerber(stress, stress, endurance, 100.0)
+    assert lines[1] == pytest.approx(1 / (8.38 / 33.9 + 8.38 / 100), rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("computed", "printed"),
+    [
+        (finish_factor(Finish.MACHINED, 520.0), 0.860),  # example 6-3
+        (finish_factor(Finish.AS_FORGED, 520.0), 0.540),  # the same steel forged
+        (size_factor(32.0), 0.858),  # example 6-4
+        (reliability_factor(50), 1.0),  # table 6-5
+        (reliability_factor(90), 0.897),
+        (reliability_factor(99), 0.814),
+        (reliability_factor(99.99), 0.702),
+    ],
+)
+def test_marin_factors_are_shigleys(computed, printed):
+    assert computed == pytest.approx(printed, rel=1.5e-3)  # printed with three digits
+
+
+def test_only_steels_have_half_their_ultimate_strength():
+    assert estimated_endurance(1000.0, 207e3) == 500.0
+    assert estimated_endurance(1600.0, 207e3) == 700.0
+    assert estimated_endurance(572.0, 71.7e3) is None
+
+
+@pytest.mark.parametrize(
+    "value", [(size_factor, 300.0), (reliability_factor, 100.0), (reliability_factor, 40.0)]
+)
+def test_factors_refuse_what_was_never_tested(value):
+    factor, argument = value
+    with pytest.raises(InvalidValue):
+        factor(argument)
+
+
+@pytest.mark.parametrize(("bending", "torsion"), [(100.0, 0.0), (0.0, 100.0), (100.0, 80.0), (-60.0, 100.0)])
+def test_a_symmetric_proportional_cycle_has_ratio_minus_one(bending, torsion):
+    found = extremes(deviatoric(bending_and_torsion(bending, torsion)))
+    assert found.ratio[0] == pytest.approx(-1)
+    assert found.amplitude[0] == pytest.approx(math.hypot(bending, math.sqrt(3) * torsion))
+    assert found.mean[0] == pytest.approx(0, abs=1e-9)
+
+
+def test_pulsating_tension_has_ratio_zero_and_pulsating_compression_none():
+    pull = extremes(deviatoric(bending_and_torsion(50.0, 0.0, mean=(50.0, 0.0))))
+    assert (pull.ratio[0], pull.mean[0], pull.amplitude[0]) == pytest.approx((0, 50, 50), abs=1e-9)
+    push = extremes(deviatoric(bending_and_torsion(50.0, 0.0, mean=(-50.0, 0.0))))
+    assert (push.mean[0], push.amplitude[0]) == pytest.approx((-50, 50))
+    assert goodman(push.mean, push.amplitude, 300.0, 700.0)[0] == pytest.approx(6)  # no benefit, no harm
+    assert goodman(pull.mean, pull.amplitude, 300.0, 700.0)[0] == pytest.approx(4.2)
+
+
+def test_extreme_principal_stresses_are_those_of_every_instant():
+    history = np.random.default_rng(3).normal(size=(40, 6, 60))
+    found = extremes(deviatoric(history))
+    tensors = np.moveaxis(history, 1, -1)
+    roots = np.linalg.eigvalsh(tensors[..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])
+    np.testing.assert_allclose(found.principal_1, roots[..., 2].max(axis=1), rtol=1e-7)
+    np.testing.assert_allclose(found.principal_3, roots[..., 0].min(axis=1), rtol=1e-7)
+    np.testing.assert_allclose(found.von_mises, von_mises(tensors).max(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(tensor(deviatoric(history)), history, atol=1e-14)
+
+
+@pytest.mark.parametrize("phase_deg", [0, 30, 60, 90])
+@pytest.mark.parametrize(("bending", "torsion"), [(138.1, 167.1), (245.3, 122.6), (100.0, 57.7)])
+def test_crossland_in_and_out_of_phase(bending, torsion, phase_deg):
+    # Papadopoulos, Davoli, Gorla, Filippini & Bernasconi 1997 (Int. J. Fatigue 19, 219): for bending and
+    # torsion out of phase by δ, 2 J₂,a = σ²/3 + τ² + √((σ²/3 + τ²)² − 4/3 σ²τ² sin²δ); σ_H,max = σ/3.
+    f, t, delta = 313.9, 196.2, math.radians(phase_deg)
+    both = bending**2 / 3 + torsion**2
+    root = math.sqrt(both**2 - 4 / 3 * (bending * torsion * math.sin(delta)) ** 2)
+    used = math.sqrt((both + root) / 2) + (3 * t / f - math.sqrt(3)) * bending / 3
+    history = deviatoric(bending_and_torsion(bending, torsion, delta))[0]
+    assert crossland_factor(history, f, t) == pytest.approx(t / used, rel=2e-3)  # 721 instants, ball to 1e-4
+
+
+def test_crossland_meets_both_limits_it_was_made_from():
+    limits = 313.9, 196.2
+    assert crossland_factor(deviatoric(bending_and_torsion(313.9, 0.0))[0], *limits) == pytest.approx(
+        1, rel=1e-3
+    )
+    assert crossland_factor(deviatoric(bending_and_torsion(0.0, 196.2))[0], *limits) == pytest.approx(
+        1, rel=1e-3
+    )
+
+
+def test_crossland_refuses_a_torsion_limit_that_rewards_tension():
+    with pytest.raises(InvalidValue, match="torsion"):
+        crossland_factor(deviatoric(bending_and_torsion(100.0, 0.0))[0], 300.0, 150.0)
+
+
+def test_ball_round_points_on_a_sphere_and_within():
+    points = np.random.default_rng(5).normal(size=(5, 300))
+    points /= np.linalg.norm(points, axis=0)
+    points[:, 150:] *= 0.6
+    center = np.arange(5.0)[:, None]
+    assert ball_radius(7 * points + center) == pytest.approx(7, rel=1e-3)
+    assert ball_radius(np.ones((5, 10))) == 0
