@@ -10,7 +10,12 @@ _INTERRUPTED = 130
 
 def main() -> None:
     """Run the program and leave with its exit code."""
-    sys.exit(guarded(_called))
+    code = guarded(_called)
+    if code == _INTERRUPTED:  # Python would end by the signal where an `exec` was interrupted, handled or not
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+    sys.exit(code)
 
 
 def _called() -> int:
@@ -18,6 +23,7 @@ def _called() -> int:
     try:
         from fea.cli import call  # noqa: PLC0415 - an interrupt of the import has its exit code too
     except KeyboardInterrupt:
+        sys.stderr.write("fea: interrupted; nothing was left half-written\n")
         return _INTERRUPTED
     except Exception as error:
         if os.environ.get("FEA_DEBUG") == "1":

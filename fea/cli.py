@@ -17,6 +17,7 @@ app = App(
     "and how far can the answer be trusted?",
     version=lambda: version("conrod-fea"),
     default_parameter=Parameter(negative=""),
+    suppress_keyboard_interrupt=False,  # ours has a message
 )
 
 # Each command lives in a module of its own, loaded when it is called.

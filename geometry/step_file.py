@@ -14,6 +14,7 @@ from geometry.errors import GeometryError
 from geometry.mirror import Mirror
 from geometry.rod import Rod
 from geometry.solid import build
+from geometry.trial import survive
 
 _KINDS = ("points", "curves", "surfaces", "solids")
 
@@ -53,8 +54,8 @@ def read_step(path: Path) -> tuple[list[int], list[str]]:
     gmsh.model.add(path.stem)
     gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
     with kernel.attempt(f"read {path}"), _quiet():
-        entities = gmsh.model.occ.importShapes(str(path), format="step")
-        gmsh.model.occ.synchronize()
+        survive(lambda: _imported(path), f"read {path}")
+        entities = _imported(path)
     volumes = [tag for dim, tag in entities if dim == kernel.SOLID]
     if not volumes:
         kinds = ", ".join(sorted({_KINDS[dim] for dim, _ in entities})) or "nothing"
@@ -67,6 +68,13 @@ def read_step(path: Path) -> tuple[list[int], list[str]]:
         f"part {number}" if name.startswith(unnamed[1]) or name == unnamed[0] else name
         for number, name in enumerate(names, 1)
     ]
+
+
+def _imported(path: Path) -> list[tuple[int, int]]:
+    """Let the kernel read a file into the open model."""
+    entities = gmsh.model.occ.importShapes(str(path), format="step")
+    gmsh.model.occ.synchronize()
+    return [(int(dim), int(tag)) for dim, tag in entities]
 
 
 @contextmanager

@@ -1,0 +1,155 @@
+"""What a machine, a file system and an impatient user do to a run: its exit code, one message, no remains."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from program import COARSE, fea
+
+MEBI = 2**20
+PROGRAM = [sys.executable, "-m", "fea"]
+
+
+def names(folder):
+    return {entry.name for entry in folder.iterdir()}
+
+
+def one_line(done, code, *words):
+    assert done.returncode == code, done.stderr
+    assert done.stderr.count("\n") <= 2
+    assert "Traceback" not in done.stderr
+    for word in words:
+        assert word in done.stderr
+
+
+def limited(arguments, cwd, **limits):
+    """The program under limits of the system, by the names of `resource`."""
+
+    def limit():
+        for name, value in limits.items():
+            resource.setrlimit(getattr(resource, name), (value, value))
+
+    command = [*PROGRAM, *map(str, arguments)]
+    return subprocess.run(
+        command, cwd=cwd, capture_output=True, text=True, timeout=300, check=False, preexec_fn=limit
+    )
+
+
+def unprivileged(arguments, cwd):
+    command = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", *PROGRAM, *map(str, arguments)]
+    environment = os.environ | {"HOME": "/nonexistent", "PYTHONDONTWRITEBYTECODE": "1"}
+    return subprocess.run(
+        command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=300, check=False
+    )
+
+
+@pytest.mark.parametrize("mebibytes", [300, 600, 900])
+def test_too_little_memory_is_exit_7(tmp_path, mebibytes):
+    done = limited(["run", *COARSE, "--quiet"], tmp_path, RLIMIT_AS=mebibytes * MEBI)
+    if done.returncode:
+        one_line(done, 7)
+        assert done.stderr.count("\n") == 1
+        assert not (tmp_path / "results").exists()
+    assert done.stdout == ""
+
+
+def test_enough_memory_is_noticed_by_nobody(tmp_path):
+    done = limited(["run", *COARSE, "--json"], tmp_path, RLIMIT_AS=4000 * MEBI)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("{")
+    one_line(limited(["run", "--rpm", "-1"], tmp_path, RLIMIT_AS=4000 * MEBI), 2, "speed.rpm")
+
+
+def test_a_full_disk_is_exit_7_and_harms_nothing(tmp_path):
+    assert fea("run", *COARSE, "--quiet", "--out", "r", cwd=tmp_path).returncode == 0
+    kept = {path.name: path.read_bytes() for path in (tmp_path / "r").iterdir()}
+    for most in (100_000,):  # bytes a file
+        done = limited(["run", *COARSE, "--quiet", "--out", "r"], tmp_path, RLIMIT_FSIZE=most)
+        one_line(done, 7, "could not be written")
+    assert {path.name: path.read_bytes() for path in (tmp_path / "r").iterdir()} == kept
+    assert names(tmp_path) == {"r"}
+
+
+def test_places_that_take_no_run(tmp_path):
+    (tmp_path / "file").write_text("keep me")
+    for place, code in (("file", 2), ("/etc", 2), ("/proc/x", 7)):
+        one_line(fea("run", *COARSE, "--out", place, cwd=tmp_path), code, place)
+    study = '[rod]\npreset = "leon-2001"\n[forces]\npin_N = [1000, 0]\n[output]\ndirectory = "/etc/passwd"\n'
+    (tmp_path / "evil.toml").write_text(study)
+    one_line(fea("run", "evil.toml", cwd=tmp_path), 2, "/etc/passwd")
+    assert (tmp_path / "file").read_text() == "keep me"
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() != 0, reason="needs root to become somebody else")
+def test_a_directory_that_may_not_be_written_is_exit_7(tmp_path):
+    if unprivileged(["--version"], "/").returncode:
+        pytest.skip("the program cannot be read by others here")
+    one_line(unprivileged(["run", *COARSE, "--out", "/usr/r"], "/"), 7, "/usr/r", "Permission denied")
+    one_line(unprivileged(["loads", "--csv", "/usr/r.csv"], "/"), 7, "/usr/r.csv")
+
+
+@pytest.mark.parametrize("after", [0.7, 1.4])
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
+def test_an_end_at_any_moment_leaves_nothing_half_written(tmp_path, after, sent):
+    process = subprocess.Popen(
+        [*PROGRAM, "run", "--size", "5", "--quiet", "--out", "r"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    time.sleep(after)
+    process.send_signal(sent)
+    said = process.communicate(timeout=120)[1]
+    if sent is signal.SIGINT:
+        assert process.returncode in (0, 130), said
+        assert process.returncode == 0 or said == "fea: interrupted; nothing was left half-written\n"
+        assert names(tmp_path) <= {"r"}
+    assert not (tmp_path / "r").exists() or (tmp_path / "r" / "summary.json").exists()
+    if sent is signal.SIGKILL and after == 1.4:
+        assert fea("run", *COARSE, "--quiet", "--out", "r", cwd=tmp_path).returncode == 0
+        assert names(tmp_path) == {"r"}
+
+
+def test_two_runs_into_one_place(tmp_path):
+    command = [*PROGRAM, "run", "--size", "12", "--quiet", "--out", "r"]
+    both = [subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE) for _ in range(2)]
+    assert [process.communicate()[1] for process in both] == [b"", b""]
+    assert [process.returncode for process in both] == [0, 0]
+    assert names(tmp_path) == {"r"}
+    assert (tmp_path / "r" / "summary.json").exists()
+
+
+def test_without_a_renderer_the_figures_stay(tmp_path):
+    environment = {"VTK_DEFAULT_OPENGL_WINDOW": "no-such-window", "DISPLAY": ""}
+    done = fea("run", *COARSE, "--quiet", "--screenshot", "--out", "r", cwd=tmp_path, environment=environment)
+    assert done.returncode in (0, 7), done.stderr
+    if done.returncode:
+        one_line(done, 7, "libegl1")
+    assert (tmp_path / "r" / "summary.json").exists()
+    assert names(tmp_path) == {"r"}
+
+
+@pytest.mark.parametrize(
+    ("engine", "code", "says"),
+    [
+        ('gas = "missing.csv"', 2, "missing.csv"),
+        ('gas = "torn.csv"', 2, "line 3"),
+        ('gas = "back.csv"', 2, "must increase"),
+        ('gas = "fan"', 2, "fan"),
+        ("stroke_mm = 300.0", 2, "crank"),
+        ("cylinders = 1000000000", 2, "engine.cylinders"),
+    ],
+)
+def test_engines_that_cannot_be(tmp_path, engine, code, says):
+    (tmp_path / "torn.csv").write_text("crank_deg,pressure_bar\n0,1\n360,2,3\n")
+    (tmp_path / "back.csv").write_text("crank_deg,pressure_bar\n0,1\n360,20\n350,3\n700,1\n")
+    table = {"stroke_mm": "94.0", "bore_mm": "76.0", "piston_mass_kg": "1.0"}
+    key, value = engine.split(" = ")
+    text = "\n".join(f"{name} = {entry}" for name, entry in (table | {key: value}).items())
+    (tmp_path / "s.toml").write_text(f'[rod]\npreset = "leon-2001"\n[engine]\n{text}\n')
+    one_line(fea("run", "s.toml", *COARSE, cwd=tmp_path), code, says)
+    assert not (tmp_path / "results").exists()
