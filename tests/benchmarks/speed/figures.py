@@ -58,6 +58,11 @@ class Figures:
         values = [row["stages"].get(stage, 0.0) for row in self.done(program, size) if "stages" in row]
         return statistics.median(values) if values else math.nan
 
+    @property
+    def load(self) -> float:
+        """Median load average of the machine at the end of the runs."""
+        return statistics.median(row["load"] for row in self._rows)
+
     def ratio(self, program: str, other: str, size: int) -> float:
         """Median over the rounds of the ratio of the two programs' times within a round."""
         times = {row["round"]: row["seconds"] for row in self.done(other, size)}
@@ -82,9 +87,9 @@ class Figures:
         return extra * 2**20 / self.dofs(size)
 
     def exponent(self, program: str, key: str = "seconds") -> float:
-        """Slope of log figure over log dofs by least squares, from the sizes above 30 000 dofs."""
+        """Slope of log figure over log dofs by least squares, of the least figures above 30 000 dofs."""
         points = [
-            (math.log(self.dofs(size)), math.log(self.median(program, size, key)))
+            (math.log(self.dofs(size)), math.log(min(row[key] for row in self.done(program, size))))
             for size in self.sizes(program)
             if size > 30_000 and self.done(program, size)
         ]

@@ -24,7 +24,8 @@ One problem for all: the León rod at 6000 rpm, at the crank angle with the larg
 pressures on both bores and the rod's inertia, as the same nodal forces on the same curved ten-node
 tetrahedra. Every run is a process of its own with two threads. The programs take turns within each round,
 and ratios are formed within a round, for the machine is shared. Medians of five rounds; of three where a run
-takes longer than 20 s, one beyond 100 s. A run may take ten minutes.
+takes longer than 20 s, one beyond 100 s. A run may take ten minutes. The load average was {load} in the
+median: the seconds say how busy the machine was, the ratios compare the programs.
 
 ![Time and memory against degrees of freedom]({plot})
 
@@ -49,7 +50,7 @@ edges, of which `fea`'s reference is made anew. `fea` solves by Pardiso where a 
 
 ## Growth
 
-Exponents of the degrees of freedom, fitted above 30 000.
+Exponents of the degrees of freedom, of the shortest run of each size above 30 000.
 """
 FACTORISATION = """
 ## Factorisation
@@ -88,7 +89,7 @@ def write_report(rows: list[Row], path: Path) -> None:
 
 def text(figures: Figures, plot: str) -> Iterator[str]:
     sizes = figures.sizes("whole")
-    yield INTRODUCTION.format(plot=plot)
+    yield INTRODUCTION.format(plot=plot, load=number(figures.load))
     yield from table(
         ["degrees of freedom", *(f"{ours(a)} / {PROGRAMS[b].name}, goal {goal:g}" for a, b, goal in GOALS)],
         (ratios(figures, size) for size in sizes if figures.sizes("ngsolve")),
