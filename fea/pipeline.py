@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fea.case_error import CaseErrors
 from fea.case_loads import CaseForces, CaseLoads, imbalance
 from fea.checks import Check, check
 from fea.choices import Support
@@ -125,6 +126,8 @@ class Analysis:
         self.model = Model(cell, elastic, study.analysis.support, study.analysis.solver, clock)
         with clock("stress"):
             self._recovery = PartRecovery(cell, self.mesh.planes, self._free_surfaces())
+            held = () if study.analysis.support is not Support.CLAMPED else (Surface.BIG_END_BORE,)
+            self._errors = CaseErrors(self.mesh, self.materials, held)
 
     @property
     def rod(self) -> MassProperties:
@@ -160,9 +163,7 @@ class Analysis:
             loads = UnitLoads(
                 self.mesh.cell, self.mesh.bores, self._inertia, self.pressure, self.study.analysis.support
             )
-            units = unit_solutions(
-                self.model, self._recovery, loads, self.materials, cut_y=self.mesh.cut_y
-            )
+            units = unit_solutions(self.model, self._recovery, loads, self.materials, cut_y=self.mesh.cut_y)
         fatigue = self.study.analysis.fatigue
         return CycleAnalysis(self.mesh, self.rod, self.materials, loads, units, fatigue)
 
@@ -214,9 +215,10 @@ class Analysis:
             whole.tensor(even, stress[odd][number] if odd in stress else None)
             for number, even in enumerate(stress[Parity.SYMMETRIC])
         ]
-        for index, case in enumerate(cases):
+        errors = self._errors(solution.displacement, stress)
+        for index, (case, error) in enumerate(zip(cases, errors, strict=True)):
             stresses = [tensor[..., index] for tensor in tensors]
-            yield case_result(case, displacement[..., index], stresses, self.materials)
+            yield case_result(case, displacement[..., index], stresses, self.materials, error)
 
     def _checks(
         self, forces: list[CaseForces], solution: Solution, cases: tuple[CaseResult, ...]

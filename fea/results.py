@@ -7,6 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.assess.safety import element_largest, safety_factor
+from fea.assess.verdict import Peak, Verdict, peak
+from fea.case_error import CaseError
 from fea.material import Material
 from fea.solid.stress import principal, von_mises
 from loads.cases import LoadCase
@@ -34,6 +36,10 @@ class CaseResult:
     part_von_mises
         Per part (n_nodes,), MPa, NaN where it has no node. Where parts meet the fields above are those
         of the part that is nearer to yielding.
+    error
+        What may be wrong with them.
+    von_mises_error
+        (n_nodes,) estimated error of `von_mises`, MPa.
     """
 
     case: LoadCase
@@ -43,6 +49,8 @@ class CaseResult:
     principal: Floats
     safety_factor: Floats
     part_von_mises: tuple[Floats, ...]
+    error: CaseError
+    von_mises_error: Floats
 
     @property
     def finite(self) -> bool:
@@ -68,23 +76,62 @@ class CaseResult:
             own = slice(None) if mesh.part is None else mesh.part == number
             largest[own] = element_largest(equivalent, mesh.tets[own])
             factor[own] = safety_factor(largest[own], material.yield_strength)
-        return {"von_mises": largest, "safety_factor": factor}
+        return {"von_mises": largest, "safety_factor": factor, "error_percent": self.error.element_percent}
 
-    def extremes(self, mesh: TetMesh) -> dict[str, object]:
-        """The figures of the summary."""
-        hottest = int(self.von_mises.argmax())
-        return {
-            "max_von_mises_MPa": float(self.von_mises[hottest]),
-            "at_mm": mesh.points[hottest].tolist(),
-            "max_principal_MPa": float(self.principal[:, 0].max()),
-            "min_principal_MPa": float(self.principal[:, 2].min()),
-            "max_displacement_mm": float(np.linalg.norm(self.displacement, axis=1).max()),
-            "min_safety_factor": float(self.safety_factor.min()),
+    @property
+    def peak(self) -> Peak:
+        """The largest von Mises stress, MPa."""
+        return peak(self.von_mises, self.von_mises_error, self.error.masked)
+
+    @property
+    def worst(self) -> Peak:
+        """The largest utilisation, which is one over the safety factor."""
+        utilisation = 1 / self.safety_factor
+        stressed = self.von_mises > 0
+        relative = np.divide(
+            self.von_mises_error, self.von_mises, out=np.zeros_like(self.von_mises), where=stressed
+        )
+        return peak(utilisation, utilisation * relative, self.error.masked)
+
+    @property
+    def error_percent(self) -> float:
+        """Bar of the largest von Mises stress or of the least safety factor, whichever is larger."""
+        return max(self.peak.error_percent, self.worst.error_percent)
+
+    def verdict(self, tolerance_percent: float | None = None) -> Verdict:
+        """The worse verdict on the largest von Mises stress and the least safety factor."""
+        severity = list(Verdict)
+        return max(
+            (found.verdict(tolerance_percent) for found in (self.peak, self.worst)), key=severity.index
+        )
+
+    def extremes(self, mesh: TetMesh, tolerance_percent: float | None = None) -> dict[str, object]:
+        """The figures of the summary, over the nodes that are not near a singular place."""
+        hottest, worst, masked = self.peak, self.worst, self.error.masked
+        counts = ~masked if not masked.all() else masked
+        unmasked = {
+            "unmasked_max_von_mises_MPa": hottest.unmasked,
+            "unmasked_min_safety_factor": 1 / worst.unmasked,
         }
+        return {
+            "max_von_mises_MPa": hottest.value,
+            "at_mm": mesh.points[hottest.node].tolist(),
+            "max_principal_MPa": float(self.principal[counts, 0].max()),
+            "min_principal_MPa": float(self.principal[counts, 2].min()),
+            "max_displacement_mm": float(np.linalg.norm(self.displacement, axis=1).max()),
+            "min_safety_factor": 1 / worst.value,
+            "error_percent": self.error_percent,
+            "energy_error_percent": self.error.energy_percent,
+            "verdict": self.verdict(tolerance_percent).value,
+        } | (unmasked if masked.any() else {})
 
 
 def case_result(
-    case: LoadCase, displacement: Floats, stresses: Sequence[Floats], materials: Sequence[Material]
+    case: LoadCase,
+    displacement: Floats,
+    stresses: Sequence[Floats],
+    materials: Sequence[Material],
+    error: CaseError,
 ) -> CaseResult:
     """Judge displacement (n_nodes, 3) and each part's stress (n_nodes, 6) of a case."""
     equivalents = tuple(von_mises(stress) for stress in stresses)
@@ -92,10 +139,14 @@ def case_result(
         safety_factor(equivalent, material.yield_strength)
         for equivalent, material in zip(equivalents, materials, strict=True)
     ]
-    stress, equivalent, factor = stresses[0], equivalents[0], factors[0]
-    for other, its_equivalent, its_factor in zip(stresses[1:], equivalents[1:], factors[1:], strict=True):
+    stress, equivalent, factor, off = stresses[0], equivalents[0], factors[0], error.part_von_mises[0]
+    others = zip(stresses[1:], equivalents[1:], factors[1:], error.part_von_mises[1:], strict=True)
+    for its_stress, its_equivalent, its_factor, its_error in others:
         worse = np.isnan(factor) | (its_factor < factor)
-        stress = np.where(worse[:, None], other, stress)
+        stress = np.where(worse[:, None], its_stress, stress)
         equivalent = np.where(worse, its_equivalent, equivalent)
+        off = np.where(worse, its_error, off)
         factor = np.where(worse, its_factor, factor)
-    return CaseResult(case, displacement, stress, equivalent, principal(stress), factor, equivalents)
+    return CaseResult(
+        case, displacement, stress, equivalent, principal(stress), factor, equivalents, error, off
+    )
