@@ -54,7 +54,7 @@ def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
         return choice
     free = memory.SHARE * memory.available_bytes()
     if memory.direct_bytes(n_dofs, slots) <= free:
-        return SolverName.PARDISO if pardiso.is_installed() else SolverName.CHOLMOD
+        return direct()
     need = memory.iterative_bytes(n_dofs, slots)
     if need <= free:
         return SolverName.AMG
@@ -64,6 +64,11 @@ def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
         f"{free / memory.MIB:.0f} MiB may be used. Elements {coarser:.2f} times as large (--size) would fit"
     )
     raise MemoryError(message)
+
+
+def direct() -> SolverName:
+    """Name the direct solver of this machine."""
+    return SolverName.PARDISO if pardiso.is_installed() else SolverName.CHOLMOD
 
 
 def linear_solver(choice: SolverName, points: Floats, slots: int) -> LinearSolver:
@@ -111,9 +116,8 @@ def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> 
     SolverUnavailableError
         The named solver is not installed.
     """
-    direct = SolverName.PARDISO if pardiso.is_installed() else SolverName.CHOLMOD
     nowhere = np.zeros((matrix.size // 3, 3))  # only multigrid asks where the nodes are
-    solver = linear_solver(direct if choice is SolverName.AUTO else choice, nowhere, slots=1)
+    solver = linear_solver(direct() if choice is SolverName.AUTO else choice, nowhere, slots=1)
     solver.factorise(0, matrix)
     return Factor(solver)
 

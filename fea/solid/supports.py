@@ -2,6 +2,8 @@
 
 import numpy as np
 import numpy.typing as npt
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
@@ -69,20 +71,53 @@ def rigid_modes(points: Floats) -> Floats:
     return modes
 
 
+def components(mesh: TetMesh) -> npt.NDArray[np.int64]:
+    """Number (n_nodes,) of the connected piece of the mesh that each node belongs to."""
+    n_nodes = len(mesh.points)
+    first = np.repeat(mesh.tets[:, 0], mesh.tets.shape[1] - 1)
+    links = (np.ones(first.size, dtype=np.int8), (first, mesh.tets[:, 1:].ravel()))
+    _, labels = connected_components(sparse.csr_array(links, shape=(n_nodes, n_nodes)), directed=False)
+    return np.asarray(labels, dtype=np.int64)
+
+
 def require_restrained(mesh: TetMesh, fixed: Mask) -> None:
-    """Refuse a model whose fixed degrees of freedom leave a rigid motion.
+    """Refuse a model that leaves a rigid motion to one of its connected pieces.
+
+    Found before anything is factorised, from the rank of the six rigid modes of each piece on its fixed
+    degrees of freedom.
 
     Raises
     ------
     UnderconstrainedError
-        Naming the motions left.
+        Naming the piece, where there are several, and the motions left to it.
     """
-    modes = rigid_modes(mesh.points)[fixed]
-    gram = modes.T @ modes
-    values, vectors = np.linalg.eigh(gram)
+    labels = components(mesh)
+    count = int(labels.max()) + 1
+    for piece in range(count):
+        own = labels == piece
+        motions = free_motions(mesh.points[own], fixed[own])
+        if motions:
+            who = "the model" if count == 1 else _piece(mesh.points[own], count)
+            raise UnderconstrainedError(f"{who} can still move: {motions}. {_remedy(count)}")
+
+
+def free_motions(points: Floats, fixed: Mask) -> str:
+    """Rigid motions of a body that its fixed degrees of freedom (n_nodes, 3) leave free, in words."""
+    modes = rigid_modes(points)[fixed]
+    values, vectors = np.linalg.eigh(modes.T @ modes)
     # Each fixed entry contributes order one to a mode it stops.
     free = vectors[:, values < 1e-8 * max(values.max(initial=0.0), 1e-300)]
-    if free.shape[1]:
-        moves = ", ".join(name for name, row in zip(_MODES, free, strict=True) if np.abs(row).max() > 0.1)
-        message = f"the model can still move: {moves}. Add a support that stops this"
-        raise UnderconstrainedError(message)
+    # Which modes a null space is made of does not depend on the vectors that span it.
+    share = np.linalg.norm(free, axis=1)
+    return ", ".join(name for name, size in zip(_MODES, share, strict=True) if size > 0.1)
+
+
+def _piece(points: Floats, count: int) -> str:
+    x, y, z = points.mean(axis=0)
+    return (
+        f"one of {count} pieces that do not touch, {len(points)} nodes around ({x:.4g}, {y:.4g}, {z:.4g}) mm,"
+    )
+
+
+def _remedy(count: int) -> str:
+    return "Add a support that stops this" + (" or join the pieces" if count > 1 else "")
