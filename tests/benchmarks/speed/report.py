@@ -23,9 +23,9 @@ Made by `python tests/benchmarks/speed --peer-python PYTHON --report`, where PYT
 One problem for all: the León rod at 6000 rpm, at the crank angle with the largest side force: half-cosine
 pressures on both bores and the rod's inertia, as the same nodal forces on the same curved ten-node
 tetrahedra. Every run is a process of its own with two threads. The programs take turns within each round,
-and ratios are formed within a round, for the machine is shared. Medians of five rounds; of three where a run
-takes longer than 20 s, one beyond 100 s. A run may take ten minutes. The load average was {load} in the
-median: the seconds say how busy the machine was, the ratios compare the programs.
+and ratios are formed within a round, for the machine is shared.
+Figures are medians over the runs that the table counts: five, fewer of what takes long. The load average was
+{load} in the median: the seconds say how busy the machine was, the ratios compare the programs.
 
 ![Time and memory against degrees of freedom]({plot})
 
@@ -97,7 +97,7 @@ def text(figures: Figures, plot: str) -> Iterator[str]:
     yield "\n## Times, memory and agreement\n"
     yield from table(
         [
-            *("degrees of freedom", "program", "seconds", "shortest…longest", *STAGES),
+            *("degrees of freedom", "program", "runs", "seconds", "shortest…longest", *STAGES),
             *("peak MB", "bytes a dof", "displacement differs by", "von Mises differs by"),
         ],
         (times(figures, key, size) for size in sizes for key in COMPARED if size in figures.sizes(key)),
@@ -141,7 +141,7 @@ def times(figures: Figures, key: str, size: int) -> list[str]:
     program = PROGRAMS[key]
     head = [count(figures.dofs(size)), program.name]
     if not figures.done(key, size):
-        return [*head, figures.failure(key, size), *["–"] * 9]
+        return [*head, "0", figures.failure(key, size), *["–"] * 9]
     if figures.solver(key, size) not in ("", "pardiso"):
         head[1] += f" ({figures.solver(key, size)})"
     low, high = figures.spread(key, size)
@@ -153,6 +153,7 @@ def times(figures: Figures, key: str, size: int) -> list[str]:
         displacement, stress = "reference", ["reference"]
     return [
         *head,
+        str(len(figures.done(key, size))),
         number(figures.median(key, size)),
         f"{number(low)}…{number(high)}",
         *stages,
