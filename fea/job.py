@@ -10,6 +10,7 @@ from typing import Any
 
 from fea.clock import Clock
 from fea.cycle.analysis import CycleResult
+from fea.cycle.speed_map import speed_map
 from fea.cycle_table import cycle_columns
 from fea.output.cycle import write_cycle_csv
 from fea.output.errors import PictureError
@@ -77,7 +78,18 @@ def run_study(study: Study, listener: Callable[[str], None] | None = None) -> li
         reports.append(_leave(analysis, result, folder, clock))
     if len(reports) > 1:
         write_text(folders[0].parent / "map.csv", map_text(reports))
+        with clock("plot"):
+            _map_speeds(folders[0].parent, study.name, reports)
     return reports
+
+
+def _map_speeds(place: Path, study: str, reports: Sequence[RunReport]) -> None:
+    found = speed_map([report.summary for report in reports])
+    if found is not None:
+        from fea.output.speed_map import plot_speed_map, write_speed_map  # noqa: PLC0415 - only a sweep needs it
+
+        write_speed_map(place / "cycle_map.csv", found)
+        plot_speed_map(place / "cycle_map.png", study, found)
 
 
 def default_directory(study: Study, rpm: float | None) -> Path:

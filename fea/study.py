@@ -1,6 +1,5 @@
 """A study: everything a run is asked, from a shipped name or a TOML file, with flags on top."""
 
-import dataclasses
 import re
 import tomllib
 from collections.abc import Iterable, Mapping

@@ -8,7 +8,8 @@ RUN_FILES = frozenset(
     {"summary.json", "study.toml", "loads.csv", "history.png"}
     | {f"{case}.{extension}" for case in CASES for extension in ("vtu", "png")},
 )
-SWEEP_FILES = frozenset({"map.csv", "map.png"})  # beside one directory a speed
+# Beside one directory a speed.
+SWEEP_FILES = frozenset({"map.csv", "cycle_map.csv", "cycle_map.png", "map.png"})
 
 
 def is_earlier_run(directory: Path) -> bool:

@@ -4,9 +4,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
+
+from fea.cycle.speed_map import speed_map
 
 Summary = Mapping[str, Any]
 UNKNOWN = "–"
@@ -81,8 +84,23 @@ def _print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None
         )
     console.print(f"{runs[0][1]['study']}: {len(runs)} speeds", markup=False, style="bold")
     console.print(table)
+    for line in _critical([summary for _, summary in runs]):
+        console.print(line, markup=False, soft_wrap=True)
     folder = runs[0][0].parent
     console.print(f"Written: {folder}/map.csv, and a directory for each speed.", markup=False, soft_wrap=True)
+
+
+def _critical(summaries: Sequence[Summary]) -> list[str]:
+    """Return from which speed the rod fails, where the whole cycle was worked out."""
+    found = speed_map(summaries)
+    if found is None:
+        return []
+    said = [
+        f"{mode} {'within no speed' if rpm is None else f'from {rpm:.0f} rpm'}"
+        for mode, rpm in found.critical.items()
+        if not np.isnan(found.columns[f"{mode}_safety_factor"]).all()
+    ]
+    return [f"Whole cycle, safety factor below 1: {', '.join(said)} (cycle_map.csv, cycle_map.png)."]
 
 
 def _cells(load: Summary, result: Summary) -> list[str]:

@@ -1,0 +1,91 @@
+"""Safety factors of the cycle against engine speed, and the speeds at which they fall below 1."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+COLUMNS = (
+    "rpm",
+    "yield_safety_factor",
+    "yield_crank_deg",
+    "yield_x_mm",
+    "yield_y_mm",
+    "yield_z_mm",
+    "fatigue_safety_factor",
+    "fatigue_x_mm",
+    "fatigue_y_mm",
+    "fatigue_z_mm",
+    "mean_MPa",
+    "amplitude_MPa",
+    "stress_ratio",
+)
+
+
+@dataclass(frozen=True)
+class SpeedMap:
+    """The worst of the cycle at several speeds.
+
+    Attributes
+    ----------
+    columns
+        (n_speeds,) by the names of `COLUMNS`, speeds increasing; NaN where fatigue is not judged.
+    """
+
+    columns: dict[str, Floats]
+
+    @property
+    def critical(self) -> dict[str, float | None]:
+        """Speed, rpm, at which each failure mode begins; None where it does not within the map."""
+        modes = {"yield": "yield_safety_factor", "fatigue": "fatigue_safety_factor"}
+        return {
+            mode: critical_speed(self.columns["rpm"], self.columns[column]) for mode, column in modes.items()
+        }
+
+
+def critical_speed(rpm: Floats, factor: Floats) -> float | None:
+    """Lowest speed from which a safety factor is below 1, linear between speeds.
+
+    Parameters
+    ----------
+    rpm
+        (n,) increasing.
+    factor
+        (n,); NaN where it is not known.
+
+    Returns
+    -------
+    float or None
+        The lowest speed of all where the factor is below 1 already there.
+    """
+    below = np.flatnonzero(factor < 1)
+    if below.size == 0:
+        return None
+    first = int(below[0])
+    if first == 0 or np.isnan(factor[first - 1]):
+        return float(rpm[first])
+    share = (factor[first - 1] - 1) / (factor[first - 1] - factor[first])
+    return float(rpm[first - 1] + share * (rpm[first] - rpm[first - 1]))
+
+
+def speed_map(summaries: Sequence[Mapping[str, Any]]) -> SpeedMap | None:
+    """Gather the envelopes of the summaries of several speeds; None where no cycle was worked out."""
+    rows = [_row(item) for item in summaries if "envelope" in item and item["rpm"] is not None]
+    if not rows:
+        return None
+    values = np.array(sorted(rows), dtype=np.float64)
+    return SpeedMap(dict(zip(COLUMNS, values.T, strict=True)))
+
+
+def _row(summary: Mapping[str, Any]) -> list[float]:
+    envelope = summary["envelope"]
+    fatigue = envelope["fatigue"]
+    row = [summary["rpm"], envelope["min_safety_factor"], envelope["crank_deg"], *envelope["at_mm"]]
+    if fatigue is None:
+        return row + [float("nan")] * (len(COLUMNS) - len(row))
+    figures = (fatigue[name] for name in ("mean_MPa", "amplitude_MPa", "stress_ratio"))
+    return [*row, fatigue["fatigue_safety_factor"], *fatigue["at_mm"], *figures]

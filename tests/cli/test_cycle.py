@@ -1,0 +1,56 @@
+import csv
+import json
+
+import meshio
+import pytest
+from program import fea
+
+
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cycle") / "sweep"
+    return folder, fea(
+        "run", "--rpm", "3000,6000", "--cycle", "--size", "14", "--out", folder, cwd=folder.parent
+    )
+
+
+def test_cycle_leaves_an_envelope_a_history_and_a_map(sweep):
+    folder, run = sweep
+    assert run.returncode == 0, run.stderr
+    fast = folder / "6000rpm"
+    envelope = meshio.read(fast / "envelope.vtu").point_data
+    assert {"von_mises", "crank_deg", "mean", "amplitude", "stress_ratio"} <= set(envelope)
+    figures = json.loads((fast / "summary.json").read_text())["envelope"]
+    assert figures["min_safety_factor"] == pytest.approx(envelope["safety_factor"].min(), rel=1e-5)
+    assert figures["min_fatigue_safety_factor"] == pytest.approx(
+        envelope["fatigue_safety_factor"].min(), rel=1e-5
+    )
+    assert len(figures["spots"]) == 5
+    assert len(figures["spots"][0]["history_MPa"]) == 721
+    assert figures["spots"][0]["crossland_safety_factor"] > 0
+    assert (fast / "history.png").stat().st_size > 10_000
+    rows = list(csv.DictReader((folder / "cycle_map.csv").read_text().splitlines()))
+    assert [float(row["rpm"]) for row in rows] == [3000, 6000]
+    assert float(rows[1]["yield_safety_factor"]) == pytest.approx(figures["min_safety_factor"], rel=1e-5)
+    assert "safety factor below 1: yield" in run.stdout
+
+
+def test_a_sweep_with_its_map_may_be_replaced(sweep):
+    folder, _ = sweep
+    assert (
+        fea(
+            "run", "--rpm", "3000,6000", "--size", "14", "--out", folder, "--quiet", cwd=folder.parent
+        ).returncode
+        == 0
+    )
+    assert not (folder / "6000rpm" / "envelope.vtu").exists()
+
+
+def test_given_forces_have_no_cycle(tmp_path):
+    study = tmp_path / "press.toml"
+    study.write_text(
+        '[rod]\npreset = "leon-2001"\n[forces]\npin_N = [1000.0, 0.0]\n[analysis]\ncycle = true\n'
+    )
+    run = fea("run", study, cwd=tmp_path)
+    assert run.returncode == 2
+    assert "needs an [engine]" in run.stderr
