@@ -21,6 +21,10 @@ LIMITS = {
     "mesh_mass": 1e-3,
     # Superposed against directly solved peak cases: a tenth of what a 5 % mesh error is.
     "superposition": 5e-3,
+    # Poisson's ratio of the least compressible part: beyond these the mean stress of displacement elements
+    # oscillates, and those of first order lock too (`fea stability incompressible` shows it).
+    "poissons_ratio_p1": 0.4,
+    "poissons_ratio_p2": 0.49,
     # Negative: an element is inside out.
     "inverted_elements": 0.0,
 }

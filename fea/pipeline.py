@@ -228,6 +228,7 @@ class Analysis:
         values = {
             "finite": float(sum(not case.finite for case in cases)),
             "inverted_elements": float(self.mesh.quality.least_scaled_jacobian <= 0),
+            f"poissons_ratio_{self.study.mesh.element}": max(m.poissons_ratio for m in self.materials),
             "mesh_mass": self.mesh.mass_error(self.rod.mass, self.materials),
             "bore_pressure_scale": max(abs(case.scale - 1) for case in forces),
             "backward_error": max(item.backward_error for item in residuals),
