@@ -24,9 +24,11 @@ app = App(
 _COMMANDS = {
     "run": "Analyse a rod: stresses and safety factors at the peaks of the crank cycle.",
     "loads": "Forces over the crank cycle, without a mesh.",
+    "modes": "Free vibration of the free rod, against the orders of the speed.",
     "rod": "The solid: mass properties and sections, STEP export, a picture.",
     "reproduce": "Published figures against computed ones.",
     "verify": "Benchmark problems with known answers.",
+    "stability": "Stiff and extreme cases: each right, marked or refused.",
     "view": "A picture of a result.",
     "init": "Write a commented study to edit.",
     "doctor": "What this machine can and cannot do.",

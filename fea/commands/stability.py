@@ -1,0 +1,44 @@
+"""`fea stability`."""
+
+import sys
+from pathlib import Path
+
+CHECK_FAILED = 5
+_DIGITS = 9
+
+
+def stability(*cases: str, json: bool = False, report: Path | None = None, quiet: bool = False) -> int:
+    """Stiff and extreme cases with known answers: each must come out right, marked or refused.
+
+    Parameters
+    ----------
+    cases
+        Which ones (contrast, slender, incompressible, …); all without.
+    json
+        Print every row as JSON and nothing else.
+    report
+        Write a Markdown report with its plot beside it.
+    quiet
+        Print nothing.
+    """
+    from fea.progress import stages
+    from fea.verify.stability.stability import stability as compute
+
+    with stages(silent=quiet) as listener:
+        rows = compute(cases, listener)
+    if report is not None:
+        from fea.output.stability_report import write_report
+
+        target = report.name if report.is_absolute() else report.as_posix()
+        write_report(report, rows, " ".join(["fea stability", *cases, f"--report {target}"]))
+    if json:
+        from fea.output.summary import json_text
+
+        sys.stdout.write(json_text([row.as_dict() for row in rows], _DIGITS))
+    elif not quiet:
+        from fea.output.stability_table import print_stability
+
+        print_stability(rows)
+        if report is not None:
+            sys.stdout.write(f"Wrote {report}\n")
+    return 0 if all(row.passed for row in rows) else CHECK_FAILED

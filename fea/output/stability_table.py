@@ -1,0 +1,40 @@
+"""Extreme cases on the terminal."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from fea.verify.stability.row import ExtremeRow, Verdict
+
+HEADER = ("case", "value", "backward error", "condition", "energy error", "error %", "verdict")
+_STYLE = {Verdict.WRONG: "bold red", Verdict.MARKED: "yellow", Verdict.REFUSED: "yellow"}
+
+
+def print_stability(rows: Sequence[ExtremeRow]) -> None:
+    """Print a line a row, and how many came out how."""
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    table.add_column(HEADER[0])
+    for name in HEADER[1:]:
+        table.add_column(name, justify="right", no_wrap=True)
+    for row in rows:
+        table.add_row(*cells(row), style=_STYLE.get(row.verdict))
+    console = Console(highlight=False)
+    console.print(table)
+    console.print(counts(rows), style="bold")
+
+
+def cells(row: ExtremeRow) -> tuple[str, ...]:
+    """Return the row as text, in the order of `HEADER`."""
+    quality = (row.backward_error, row.condition_estimate, row.energy_error, row.result_error_percent)
+    shown = ("–" if value is None else f"{value:.1e}" for value in quality)
+    return (row.case, f"{row.parameter} = {row.value:g}", *shown, row.verdict.value)
+
+
+def counts(rows: Sequence[ExtremeRow]) -> str:
+    """Say in a sentence what became of the cases."""
+    found = Counter(row.verdict for row in rows)
+    each = ", ".join(f"{found[verdict]} {verdict.value}" for verdict in Verdict)
+    return f"{len(rows)} extreme cases: {each}."

@@ -1,0 +1,99 @@
+"""Solve a body and keep what tells how well that went."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.checks import LIMITS
+from fea.material import Material, Materials
+from fea.solid.assembly import pattern, stiffness
+from fea.solid.condition import condition_estimate
+from fea.solid.solvers import factorise
+from fea.solid.supports import require_restrained
+from fea.verify.stability.row import ExtremeRow, judged
+from mesh.tetmesh import TetMesh
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A displacement and its numerical quality.
+
+    Attributes
+    ----------
+    displacement
+        (n_nodes, 3), mm.
+    backward_error, energy_error, condition
+        See `ExtremeRow`.
+    """
+
+    displacement: Floats
+    backward_error: float
+    energy_error: float
+    condition: float
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the checks of a run would pass."""
+        return (
+            self.backward_error <= LIMITS["backward_error"] and self.energy_error <= LIMITS["energy_balance"]
+        )
+
+    def row(
+        self,
+        case: str,
+        parameter: str,
+        value: float,
+        error_percent: float,
+        tolerance_percent: float,
+        *,
+        marked: bool = False,
+    ) -> ExtremeRow:
+        """Judge an answer that was drawn from the displacement; `marked` by another check."""
+        verdict = judged(error_percent, tolerance_percent, marked=marked or not self.trusted)
+        return ExtremeRow(
+            case,
+            parameter,
+            value,
+            verdict,
+            error_percent,
+            self.backward_error,
+            self.condition,
+            self.energy_error,
+        )
+
+
+def solved(
+    mesh: TetMesh, material: Material | Materials, forces: Floats, fixed: npt.NDArray[np.bool_]
+) -> Solved:
+    """Solve K u = f with `fixed` displacements (n_nodes, 3) zero, as a run does.
+
+    Raises
+    ------
+    UnderconstrainedError, SingularMatrixError
+        There is no answer.
+    """
+    require_restrained(mesh, fixed)
+    K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
+    held = fixed.ravel()
+    constrained = K.constrained(held)
+    factor = factorise(constrained)
+    f = np.where(held, 0.0, forces.ravel())
+    u = factor.solve(f[:, None])[:, 0]
+    u[held] = 0.0
+    product = K @ u
+    residual = np.abs(np.where(held, 0.0, product - f)).max()
+    work = float(u @ f)
+    return Solved(
+        u.reshape(-1, 3),
+        float(residual / (K.norm() * np.abs(u).max() + np.abs(f).max())),
+        abs(float(u @ product) - work) / abs(work),
+        condition_estimate(constrained, factor),
+    )
+
+
+def percent(computed: float, exact: float) -> float:
+    """Error without sign, %."""
+    return 100 * abs(computed / exact - 1)

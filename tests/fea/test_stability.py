@@ -1,0 +1,69 @@
+"""Extreme cases: none is wrong, what breaks is marked, and the report says so."""
+
+import pytest
+
+from fea import run
+from fea.output.stability_report import write_report
+from fea.output.stability_table import counts
+from fea.verify.stability.row import ExtremeRow, Verdict, judged
+from fea.verify.stability.stability import CASES, stability
+from geometry.invalid import InvalidValue
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return stability()
+
+
+def test_none_is_wrong_and_metals_are_right(rows):
+    assert not [row for row in rows if row.verdict is Verdict.WRONG]
+    ordinary = {"material contrast": 1.0, "slenderness, p2": 10.0, "near-incompressible, p2": 0.3}
+    found = {row.case: row.verdict for row in rows if ordinary.get(row.case) == row.value}
+    assert found == dict.fromkeys(ordinary, Verdict.RIGHT)
+
+
+def test_what_breaks_is_marked(rows):
+    off = [
+        row for row in rows if row.case.startswith("near-incompressible") and row.result_error_percent > 20
+    ]
+    assert len(off) >= 5
+    assert {row.verdict for row in off} == {Verdict.MARKED}
+
+
+def test_the_condition_follows_slenderness(rows):
+    """κ grows with (L/h)⁴, as the softest mode of a beam does."""
+    ten, hundred = [row.condition_estimate for row in rows if row.case.startswith("slenderness")][:2]
+    assert hundred / ten == pytest.approx(1e4, rel=0.2)
+
+
+def test_a_case_that_is_off_unnoticed_is_wrong():
+    assert judged(2.0, 1.0, marked=False) is Verdict.WRONG
+    assert judged(2.0, 1.0, marked=True) is Verdict.MARKED
+    assert judged(float("nan"), 1.0, marked=False) is Verdict.WRONG
+    assert "1 wrong" in counts([ExtremeRow("c", "p", 1.0, Verdict.WRONG)])
+
+
+def test_a_case_that_is_not_there_is_refused():
+    with pytest.raises(InvalidValue, match="contrast"):
+        stability(["nonsense"])
+
+
+def test_the_report_and_its_plot(rows, tmp_path):
+    write_report(tmp_path / "new" / "stability.md", rows, "fea stability")
+    text = (tmp_path / "new" / "stability.md").read_text()
+    assert all(row.case in text for row in rows)
+    assert 10_000 < (tmp_path / "new" / "stability.png").stat().st_size < 300_000
+    assert len(CASES) >= 6
+
+
+@pytest.mark.parametrize(
+    ("nu", "element", "trusted"), [(0.49, "p2", True), (0.495, "p2", False), (0.45, "p1", False)]
+)
+def test_a_run_marks_a_material_that_hardly_gives(tmp_path, monkeypatch, nu, element, trusted):
+    monkeypatch.chdir(tmp_path)
+    preset = 'preset = "leon-2001"'
+    text = f"[rod]\n{preset}\n[material]\n{preset}\nnu = {nu}\n[forces]\npin_N = [1e4, 0]\n"
+    (tmp_path / "s.toml").write_text(text)
+    summary = run("s.toml", size=12, element=element)
+    assert summary["checks"][f"poissons_ratio_{element}"]["pass"] is trusted
+    assert summary["trusted"] is trusted
