@@ -1,0 +1,60 @@
+"""`fea modes`."""
+
+import sys
+from pathlib import Path
+
+from fea.study import DEFAULT_STUDY
+
+CHECK_FAILED = 5
+
+
+def modes(
+    study: str = DEFAULT_STUDY,
+    *,
+    rpm: str | None = None,
+    size: float | None = None,
+    count: int = 6,
+    vtu: Path | None = None,
+    json: bool = False,
+    quiet: bool = False,
+) -> int:
+    """Free vibration of the free rod: frequencies, and which orders of the speed excite them.
+
+    Parameters
+    ----------
+    study
+        A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.
+    rpm
+        Speed or speeds: 6000, 800,3000,6000 or 800:9000:200.
+    size
+        Element size, mm.
+    count
+        How many elastic modes.
+    vtu
+        Write the mode shapes (.vtu).
+    json
+        Print the figures as JSON and nothing else.
+    quiet
+        Print nothing.
+    """
+    from fea.flags import Flags
+    from fea.modes import modes_report
+    from fea.study import load_study
+
+    report = modes_report(Flags(rpm=rpm, size=size).applied(load_study(study)), count)
+    figures = report.figures()
+    if vtu is not None:
+        from fea.output.vtu import write_vtu
+
+        write_vtu(vtu, report.mesh, report.shapes)
+    if json:
+        from fea.output.summary import json_text
+
+        sys.stdout.write(json_text(figures))
+    elif not quiet:
+        from fea.output.modes_table import print_modes
+
+        print_modes(figures)
+        if vtu is not None:
+            sys.stdout.write(f"Wrote {vtu}\n")
+    return 0 if report.trusted else CHECK_FAILED

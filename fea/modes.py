@@ -1,0 +1,114 @@
+"""The job behind `fea modes`: free vibration of the free rod."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.clock import Clock
+from fea.discretise import discretise
+from fea.material import Materials
+from fea.solid.eigen import RIGID, Modes, free_modes
+from fea.study import Study
+from geometry.invalid import require
+from mesh.tetmesh import TetMesh
+
+Floats = npt.NDArray[np.float64]
+
+MOST = 50
+# Rigid motions have no frequency: what rounding leaves, in parts of the first elastic one.
+RIGID_LIMIT = 1e-3
+BACKWARD_LIMIT = 1e-10
+_DIRECTIONS = ("lengthwise", "in the plane of motion", "sideways")
+
+
+@dataclass(frozen=True)
+class ModesReport:
+    """Free vibration of a rod.
+
+    Attributes
+    ----------
+    study
+        What was asked.
+    mesh
+        The whole rod.
+    modes
+        The six rigid motions first.
+    """
+
+    study: Study
+    mesh: TetMesh
+    modes: Modes
+
+    @property
+    def elastic(self) -> Floats:
+        """Elastic frequencies (n,), Hz, rising."""
+        return self.modes.frequencies[RIGID:]
+
+    @property
+    def shapes(self) -> dict[str, Floats]:
+        """Elastic mode shapes (n_nodes, 3) by name, their largest displacement 1 mm."""
+        found = np.moveaxis(self.modes.shapes[..., RIGID:], -1, 0)
+        return {
+            f"mode_{number}": shape / np.linalg.norm(shape, axis=1).max()
+            for number, shape in enumerate(found, start=1)
+        }
+
+    @property
+    def rigid_share(self) -> float:
+        """Largest frequency of a rigid motion in parts of the first elastic one."""
+        return float(self.modes.frequencies[:RIGID].max() / self.elastic[0])
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the rigid motions are six and the modes solve their equation."""
+        return self.rigid_share <= RIGID_LIMIT and self.modes.backward_error <= BACKWARD_LIMIT
+
+    def figures(self) -> dict[str, Any]:
+        """The figures in the units their names say.
+
+        ``orders`` are multiples of the crank's rate at each speed: a four-stroke engine excites
+        whole and half ones.
+        """
+        speeds = self.study.speed.speeds() if self.study.engine else ()
+        return {
+            "study": self.study.name,
+            "nodes": len(self.mesh.points),
+            "modes": [
+                {
+                    "frequency_Hz": float(frequency),
+                    "moves": moves(shape),
+                    "orders": {f"{rpm:g}rpm": float(60 * frequency / rpm) for rpm in speeds if rpm > 0},
+                }
+                for frequency, shape in zip(self.elastic, self.shapes.values(), strict=True)
+            ],
+            "rigid_share": self.rigid_share,
+            "backward_error": self.modes.backward_error,
+            "trusted": self.trusted,
+        }
+
+
+def moves(shape: Floats) -> str:
+    """Say which way a mode shape (n_nodes, 3) mostly moves."""
+    return _DIRECTIONS[int((shape**2).sum(axis=0).argmax())]
+
+
+def modes_report(study: Study, count: int) -> ModesReport:
+    """Find the lowest `count` elastic modes of a study's rod.
+
+    Raises
+    ------
+    InvalidValue
+        A value of the study breaks a rule.
+    GeometryError, MeshError
+        No solid or no usable mesh came out.
+    SingularMatrixError
+        The factorisation broke down.
+    """
+    require(1 <= count <= MOST, "--count", count, f"must lie within 1…{MOST}")
+    found = discretise(study, Clock())
+    whole = found.whole.mesh
+    materials = study.materials(found.parts)
+    elastic = materials[0] if whole.part is None else Materials(materials, whole.part)
+    return ModesReport(study, whole, free_modes(whole, elastic, elastic.density, count))
