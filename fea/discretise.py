@@ -108,7 +108,9 @@ class Discretised:
         return abs(meshed / solid - 1)
 
 
-def discretise(study: Study, clock: Clock, wanted: SizeField | None = None) -> Discretised:
+def discretise(
+    study: Study, clock: Clock, wanted: Sequence[SizeField] = (), coarser: float = 1.0
+) -> Discretised:
     """Draw and mesh the rod of a study.
 
     The smallest mirror cell is meshed; larger cells are put together from its reflections, so that
@@ -121,7 +123,9 @@ def discretise(study: Study, clock: Clock, wanted: SizeField | None = None) -> D
     clock
         Times the stages ``geometry`` and ``mesh``.
     wanted
-        Sizes that an earlier solution asks for, on `Discretised.drawn`.
+        Sizes that earlier solutions ask for, on their `Discretised.drawn`.
+    coarser
+        Factor on the default size.
 
     Raises
     ------
@@ -135,7 +139,7 @@ def discretise(study: Study, clock: Clock, wanted: SizeField | None = None) -> D
             solid = study.rod.draw()
         with clock("mesh"):
             length = solid.bores[1].x
-            size = study.mesh.size_mm or default_size(length)
+            size = study.mesh.size_mm or coarser * default_size(length)
             refined = refinements(solid.features, size, length)
             sizing = Sizing(size, study.mesh.element.order)
             volumes = [part.volumes for part in solid.parts]

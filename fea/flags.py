@@ -45,6 +45,9 @@ class Flags:
     fatigue: Fatigue | None = None
     """How mean and amplitude of the cycle are judged."""
 
+    tolerance: float | None = None
+    """Refine the mesh until every peak is within this, percent."""
+
     min_safety: float | None = None
     """Exit with 6 when a safety factor is below this."""
 
@@ -70,6 +73,7 @@ class Flags:
                 "symmetry": self.symmetry,
                 "pressure": self.pressure,
                 "solver": self.solver,
+                "tolerance_percent": self.tolerance,
                 "min_safety": self.min_safety,
                 "cycle": self.cycle or None,
                 "fatigue": self.fatigue,

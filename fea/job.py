@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fea.adapt import Adapted, analysed
 from fea.clock import Clock
 from fea.cycle.analysis import CycleResult
 from fea.cycle.speed_map import speed_map
@@ -18,7 +19,7 @@ from fea.output.folder import require_replaceable, run_folder
 from fea.output.summary import json_text
 from fea.output.text import write_text
 from fea.output.vtu import write_vtu
-from fea.pipeline import Analysis, SpeedResult
+from fea.pipeline import SpeedResult
 from fea.report import summary
 from fea.study import Study
 
@@ -71,11 +72,10 @@ def run_study(study: Study, listener: Callable[[str], None] | None = None) -> li
     for folder in folders:
         require_replaceable(folder)
     clock = Clock(listener)
-    analysis = Analysis(study, clock)
+    adapted = analysed(study, speeds, clock, listener)
     reports = []
     for rpm, folder in zip(speeds, folders, strict=True):
-        result = analysis.at(rpm)
-        reports.append(_leave(analysis, result, folder, clock))
+        reports.append(_leave(adapted, adapted.at(rpm), folder, clock))
     if len(reports) > 1:
         write_text(folders[0].parent / "map.csv", map_text(reports))
         with clock("plot"):
@@ -106,8 +106,9 @@ def _folders(study: Study, speeds: Sequence[float | None]) -> list[Path]:
     return [parent / f"{rpm:g}rpm" for rpm in speeds]
 
 
-def _leave(analysis: Analysis, result: SpeedResult, folder: Path, clock: Clock) -> RunReport:
+def _leave(adapted: Adapted, result: SpeedResult, folder: Path, clock: Clock) -> RunReport:
     """Write one speed's run and return its summary."""
+    analysis = adapted.analysis
     mesh = analysis.mesh.whole.mesh
     with run_folder(folder) as place:
         with clock("write"):
@@ -127,7 +128,7 @@ def _leave(analysis: Analysis, result: SpeedResult, folder: Path, clock: Clock) 
         if result.cycle is not None:
             with clock("plot"):
                 _plot_history(place / "history.png", analysis.study.name, result, result.cycle)
-        figures = summary(analysis, result, clock)
+        figures = summary(analysis, result, clock, adapted.passes)
         complaint = ""
         if analysis.study.output.screenshot:
             complaint = _take_pictures(place, figures, clock)

@@ -1,6 +1,6 @@
 """The main job: a study through geometry, mesh, loads, solution and judgement, to figures."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -89,7 +89,9 @@ class Analysis:
     clock
         Times the stages.
     wanted
-        Element sizes that an earlier solution asks for.
+        Element sizes that earlier solutions ask for.
+    coarser
+        Factor on the default element size.
 
     Raises
     ------
@@ -99,7 +101,9 @@ class Analysis:
         No solid or no usable mesh came out.
     """
 
-    def __init__(self, study: Study, clock: Clock, wanted: SizeField | None = None) -> None:
+    def __init__(
+        self, study: Study, clock: Clock, wanted: Sequence[SizeField] = (), coarser: float = 1.0
+    ) -> None:
         self.study, self._clock = study, clock
         self.materials: tuple[Material, ...] = ()
         self.pressure = BorePressure.parse(study.analysis.pressure)
@@ -111,7 +115,7 @@ class Analysis:
             raise InvalidValue("STUDY", study.name, rule, "Add one of them.")
         if study.engine is not None and study.rod.length is not None:
             study.engine.gas_model(study.engine.engine(study.rod.length))
-        self.mesh: Discretised = discretise(study, clock, wanted)
+        self.mesh: Discretised = discretise(study, clock, wanted, coarser)
         if study.engine is not None:
             self.engine = study.engine.engine(self.mesh.bores.rod_length)
             self.gas = study.engine.gas_model(self.engine)
@@ -134,8 +138,16 @@ class Analysis:
         """Mass properties of the meshed rod."""
         return self._inertia.properties
 
-    def at(self, rpm: float | None) -> SpeedResult:
-        """Solve the load cases of one speed (rpm); None for given forces."""
+    def at(self, rpm: float | None, *, cycle: bool = True) -> SpeedResult:
+        """Solve the load cases of one speed (rpm); None for given forces.
+
+        Parameters
+        ----------
+        rpm
+            The speed.
+        cycle
+            Whether the whole crank cycle is worked out as well, where the study asks for it.
+        """
         with self._clock("loads"):
             loads = self._loads(rpm)
             forces = [self._case_loads(case) for case in loads.cases]
@@ -150,11 +162,11 @@ class Analysis:
         )
         left_out = (*self.mesh.left_out, *parities, *loads.left_out)
         notes = (*loads.notes, *self.mesh.notes)
-        cycle = self._cycle_at(rpm, cases)
-        if cycle is not None:
-            checks |= cycle.checks()
-            notes += cycle.notes()
-        return SpeedResult(rpm, cases, checks, left_out, notes, cycle)
+        history = self._cycle_at(rpm, cases) if cycle else None
+        if history is not None:
+            checks |= history.checks()
+            notes += history.notes()
+        return SpeedResult(rpm, cases, checks, left_out, notes, history)
 
     @cached_property
     def cycle_analysis(self) -> CycleAnalysis:

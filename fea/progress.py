@@ -26,4 +26,11 @@ def stages(*, silent: bool) -> Iterator[Callable[[str], None] | None]:
         yield None
         return
     with console.status("starting") as status:
-        yield lambda stage: status.update(f"{_WORDS.get(stage, stage)}…")
+
+        def show(stage: str) -> None:
+            if stage.startswith("pass "):  # stays on the screen
+                console.print(stage, style="dim", highlight=False)
+            else:
+                status.update(f"{_WORDS.get(stage, stage)}…")
+
+        yield show

@@ -4,9 +4,12 @@ import os
 import platform
 import resource
 import sys
+from collections.abc import Sequence
+from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any
 
+from fea.adapt import Pass
 from fea.clock import Clock
 from fea.cycle.report import envelope_figures
 from fea.pipeline import Analysis, SpeedResult
@@ -17,9 +20,11 @@ SCHEMA = "fea/summary/1"
 _PACKAGES = ("conrod-fea", "gmsh", "scikit-fem", "numpy", "scipy", "pyvista", "vtk")
 
 
-def summary(analysis: Analysis, result: SpeedResult, clock: Clock) -> dict[str, Any]:
+def summary(
+    analysis: Analysis, result: SpeedResult, clock: Clock, passes: Sequence[Pass] = ()
+) -> dict[str, Any]:
     """Return the figures of one speed, in the units their names say."""
-    mesh = analysis.mesh.whole.mesh
+    mesh, tolerance = analysis.mesh.whole.mesh, analysis.study.analysis.tolerance_percent
     return {
         "schema": SCHEMA,
         "study": analysis.study.name,
@@ -29,7 +34,8 @@ def summary(analysis: Analysis, result: SpeedResult, clock: Clock) -> dict[str, 
         "engine": _engine(analysis),
         "loads": {case.case.name: _load(case.case) for case in result.cases},
         "model": _model(analysis),
-        "results": {case.case.name: case.extremes(mesh) for case in result.cases},
+        "results": {case.case.name: case.extremes(mesh, tolerance) for case in result.cases},
+        **({"passes": [asdict(item) for item in passes]} if passes else {}),
         **_envelope(analysis, result),
         "checks": {
             name: {"value": item.value, "limit": item.limit, "pass": item.passed}

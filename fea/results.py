@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -79,19 +80,21 @@ class CaseResult:
         return {"von_mises": largest, "safety_factor": factor, "error_percent": self.error.element_percent}
 
     @property
+    def judged(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+        """Von Mises stress, and utilisation (one over the safety factor), each (n_nodes,) with its error."""
+        utilisation, stressed = 1 / self.safety_factor, self.von_mises > 0
+        ratio = np.divide(utilisation, self.von_mises, out=np.zeros_like(utilisation), where=stressed)
+        return (self.von_mises, self.von_mises_error), (utilisation, self.von_mises_error * ratio)
+
+    @cached_property
     def peak(self) -> Peak:
         """The largest von Mises stress, MPa."""
-        return peak(self.von_mises, self.von_mises_error, self.error.masked)
+        return peak(*self.judged[0], self.error.masked)
 
-    @property
+    @cached_property
     def worst(self) -> Peak:
-        """The largest utilisation, which is one over the safety factor."""
-        utilisation = 1 / self.safety_factor
-        stressed = self.von_mises > 0
-        relative = np.divide(
-            self.von_mises_error, self.von_mises, out=np.zeros_like(self.von_mises), where=stressed
-        )
-        return peak(utilisation, utilisation * relative, self.error.masked)
+        """The largest utilisation."""
+        return peak(*self.judged[1], self.error.masked)
 
     @property
     def error_percent(self) -> float:

@@ -77,6 +77,7 @@ class AnalysisTable:
     symmetry: Symmetry = Symmetry.AUTO
     pressure: str = "cosine-180"
     solver: SolverName = SolverName.AUTO
+    tolerance_percent: float | None = None
     min_safety: float | None = None
     cycle: bool = False
     fatigue: Fatigue = Fatigue.GOODMAN
@@ -86,6 +87,8 @@ class AnalysisTable:
         BorePressure.parse(self.pressure)
         if self.min_safety is not None:
             require_positive("analysis.min_safety", self.min_safety)
+        if self.tolerance_percent is not None:
+            require_positive("analysis.tolerance_percent", self.tolerance_percent)
 
 
 @dataclass(frozen=True)

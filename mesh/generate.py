@@ -25,7 +25,7 @@ def tetrahedralise(
     refinements: Sequence[Refinement],
     sizing: Sizing,
     parts: Sequence[Sequence[int]] = (),
-    wanted: SizeField | None = None,
+    wanted: Sequence[SizeField] = (),
 ) -> tuple[TetMesh, Quality]:
     """Mesh every volume of the open model.
 
@@ -40,7 +40,7 @@ def tetrahedralise(
     parts
         gmsh's volume tags of each part, where there are several.
     wanted
-        Sizes that an earlier solution asks for; where they are larger than the others, those hold.
+        Sizes that earlier solutions ask for; everywhere the smallest size holds.
 
     Returns
     -------

@@ -86,7 +86,7 @@ def _width(feature: Feature) -> float:
     return float(extents[1] if feature.kind is FeatureKind.WEB else extents[0])  # the web is flat
 
 
-def apply(sizing: Sizing, refinements: Sequence[Refinement], wanted: SizeField | None = None) -> None:
+def apply(sizing: Sizing, refinements: Sequence[Refinement], wanted: Sequence[SizeField] = ()) -> None:
     """Give the open model a background field with this size and these refinements, and sizes wanted."""
     field = gmsh.model.mesh.field
     bounds = [
@@ -94,8 +94,7 @@ def apply(sizing: Sizing, refinements: Sequence[Refinement], wanted: SizeField |
         for refinement in refinements
         if refinement.size < sizing.size and refinement.faces
     ]
-    if wanted is not None:
-        bounds.append(wanted.graded(sizing.growth).add())
+    bounds += [field.graded(sizing.growth).add() for field in wanted]
     if bounds:
         least = field.add("Min")
         field.setNumbers(least, "FieldsList", bounds)

@@ -37,7 +37,7 @@ def case_table(summary: Summary) -> Table:
     """Return the load cases of one speed with what they do to the rod; the worst one is bold."""
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     table.add_column("case")
-    for title in ("crank\n°", "pin\nkN", "crank\nkN", "wall\nkN", "von Mises\nMPa"):
+    for title in ("crank\n°", "pin\nkN", "crank\nkN", "wall\nkN", "von Mises\nMPa", "±\n%"):
         table.add_column(title, justify="right")
     table.add_column("at x, y, z\nmm", no_wrap=True)
     for title in ("safety\nfactor", "displ.\nmm"):
@@ -109,6 +109,7 @@ def _cells(load: Summary, result: Summary) -> list[str]:
         _number(load.get("crank_deg"), ".0f"),
         *(_kilo(load.get(name)) for name in ("pin_axial_N", "crank_axial_N", "wall_N")),
         _number(result.get("max_von_mises_MPa"), ".1f"),
+        _bar(result.get("error_percent")),
         ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in at) if at else UNKNOWN,
         _number(result.get("min_safety_factor"), ".2f"),
         _number(result.get("max_displacement_mm"), ".3f"),
@@ -129,7 +130,24 @@ def _doubts(summary: Summary) -> list[str]:
         f"NOT TO BE TRUSTED: {name} = {_number(check['value'], '.3g')}, beyond {check['limit']:.3g}"
         for name, check in failed.items()
     ]
-    return [*doubts, *summary.get("notes", [])]
+    return [*doubts, *_unsettled(summary["results"]), *summary.get("notes", [])]
+
+
+def _unsettled(results: Mapping[str, Summary]) -> list[str]:
+    """Return the peaks that finer elements would change, and those that no element could settle."""
+    by_verdict: dict[str, list[str]] = {}
+    for case, result in results.items():
+        by_verdict.setdefault(result.get("verdict", ""), []).append(case)
+    lines = []
+    if "not converged" in by_verdict:
+        lines.append(f"Not converged: {', '.join(by_verdict['not converged'])} (try --tolerance 5 or less)")
+    for case in by_verdict.get("diverging", []):
+        unmasked = _number(results[case].get("unmasked_max_von_mises_MPa"), ".1f")
+        lines.append(
+            f"Diverging: {case} has {unmasked} MPa at a sharp inner edge or a clamped border, where the "
+            "exact stress is infinite; the table leaves such places out"
+        )
+    return lines
 
 
 def _cycle(summary: Summary) -> list[str]:
@@ -176,6 +194,10 @@ def _next(folder: Path, summary: Summary) -> str:
 
 def _number(value: float | None, form: str) -> str:
     return UNKNOWN if value is None else format(value + 0.0, form)
+
+
+def _bar(percent: float | None) -> str:
+    return _number(percent, ".1f" if percent is None or percent < 9.95 else ".0f")
 
 
 def _kilo(newtons: float | None) -> str:

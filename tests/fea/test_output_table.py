@@ -17,6 +17,8 @@ SUMMARY = {
     "results": {
         "tension": {
             "max_von_mises_MPa": 312.04,
+            "error_percent": 3.14,
+            "verdict": "not converged",
             "at_mm": [22.17, -0.0, 7.5],
             "min_safety_factor": 1.9884,
             "max_displacement_mm": 0.10912,
@@ -56,13 +58,21 @@ def test_the_table_tells_each_case_with_forces_in_kilonewton(folder):
         "+48.1",
         "-0.2",
         "312.0",
+        "3.1",
         "22.2,",
         "0.0,",
         "7.5",
         "1.99",
         "0.109",
     ] in rows
-    assert ["given", "–", "-30.2", "-40.0", "–", "210.0", "–", "–", "0.050"] in rows
+    assert ["given", "–", "-30.2", "-40.0", "–", "210.0", "–", "–", "–", "0.050"] in rows
+
+
+def test_peaks_that_are_not_settled_are_named(folder):
+    assert "Not converged: tension (" in said((folder, SUMMARY))
+    singular = deepcopy(SUMMARY)
+    singular["results"]["given"] |= {"verdict": "diverging", "unmasked_max_von_mises_MPa": 999.0}
+    assert "Diverging: given has 999.0 MPa" in said((folder, singular))
 
 
 def test_it_fits_eighty_columns(folder):

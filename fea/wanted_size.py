@@ -1,0 +1,100 @@
+"""Element sizes that a tolerance on the peaks asks for, from the errors of a solution."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fea.discretise import Discretised
+from fea.results import CaseResult
+from mesh.size_field import SizeField
+from mesh.tetmesh import EDGES, Floats, TetMesh
+
+# Errors fall with this power of the element size, as the rate of the stress in second-order elements.
+_RATE = {1: 1.0, 2: 2.0}
+# Of the tolerance, what is aimed at: predictions scatter, and a further pass costs a whole solution.
+_AIM = 0.65
+# No element shrinks further than this in one pass: what its error says so far off is too vague.
+LEAST_RATIO = 0.25
+# Beyond this error in the energy norm a whole rod is too coarse for any peak to be trusted; elements with
+# more than their share of it shrink (Zienkiewicz & Zhu 1987, eq. 21), and no further than by half.
+ENERGY_PERCENT = 15.0
+_LEAST_ENERGY_RATIO = 0.5
+# Mean length of the edges that gmsh makes, over the size it was asked for.
+REALISED = 1.25
+# A size, mm, that binds nobody.
+_ANYTHING = 1e6
+
+
+def size_ratio(mesh: TetMesh, cases: Sequence[CaseResult], tolerance_percent: float) -> Floats:
+    """Factor (n_nodes,) on the size of the elements that brings the peaks of every case within a tolerance.
+
+    Parameters
+    ----------
+    mesh
+        The whole rod.
+    cases
+        Solved on it.
+    tolerance_percent
+        Of the largest von Mises stress and of the least safety factor.
+    """
+    ratio, rate = np.ones(len(mesh.points)), _RATE[mesh.order]
+    for case in cases:
+        ratio = np.minimum(ratio, _nodal_ratio(case, tolerance_percent / 100, rate))
+        np.minimum.at(ratio, mesh.tets, _energy_ratio(case, mesh, rate)[:, None])
+    return ratio
+
+
+def wanted_sizes(mesh: Discretised, ratio: Floats) -> SizeField | None:
+    """Sizes on what gmsh meshed, from a factor at each node of the whole; None where no factor is below 1."""
+    drawn = mesh.drawn
+    on_drawn = np.ones(len(drawn.points))
+    np.minimum.at(on_drawn, mesh.drawn_node, ratio)
+    # The elements around a node decide its error: all their vertices get the size, or none would.
+    np.minimum.at(on_drawn, drawn.tets[:, :4], on_drawn[drawn.tets].min(axis=1)[:, None])
+    if not (on_drawn < 1).any():
+        return None
+    size = np.where(on_drawn < 1, on_drawn * edge_length(drawn) / REALISED, np.inf)
+    return SizeField(drawn.points, drawn.tets[:, :4], np.minimum(size, _ANYTHING))
+
+
+def _nodal_ratio(case: CaseResult, tolerance: float, rate: float) -> Floats:
+    """Factor on the size at each node of the whole, for the bars of the peaks."""
+    ratio = np.ones(len(case.von_mises))
+    for value, error in case.judged:
+        counts = ~case.error.masked & (error > 0)
+        peak = value[~case.error.masked].max(initial=0.0)
+        # A node counts as far as its stress and error together reach beyond the peak's bar.
+        allowed = np.maximum(peak * (1 + _AIM * tolerance) - value, _AIM * tolerance * peak)
+        factor = (np.divide(allowed, error, out=np.ones_like(error), where=counts)) ** (1 / rate)
+        ratio = np.minimum(ratio, factor)
+    return np.maximum(ratio, LEAST_RATIO)
+
+
+def _energy_ratio(case: CaseResult, mesh: TetMesh, rate: float) -> Floats:
+    """Factor on the size of each element, for the error in the energy norm."""
+    share = case.error.element_percent
+    if case.error.energy_percent <= ENERGY_PERCENT:
+        return np.ones_like(share)
+    permitted = ENERGY_PERCENT / np.sqrt(share.size)
+    factor = (permitted / np.maximum(share, permitted)) ** (1 / (rate + 1.5))  # volume counts as h^(3/2)
+    smooth = ~case.error.masked[mesh.tets].any(axis=1)
+    return np.where(smooth, np.maximum(factor, _LEAST_ENERGY_RATIO), 1.0)
+
+
+def edge_length(mesh: TetMesh) -> Floats:
+    """Mean length (n_nodes,) of the edges at each vertex, mm; infinite at other nodes."""
+    total, count = np.zeros((2, len(mesh.points)))
+    for a, b in EDGES:
+        length = np.linalg.norm(mesh.points[mesh.tets[:, a]] - mesh.points[mesh.tets[:, b]], axis=1)
+        for end in (a, b):
+            total += np.bincount(mesh.tets[:, end], length, minlength=total.size)
+            count += np.bincount(mesh.tets[:, end], minlength=total.size)
+    return np.divide(total, count, out=np.full_like(total, np.inf), where=count > 0)
+
+
+def predicted_elements(mesh: Discretised, wanted: SizeField, growth: float) -> float:
+    """How many elements of the whole rod the wanted sizes will make."""
+    graded = wanted.graded(growth)
+    tets = mesh.drawn.tets[:, :4]
+    ratio = np.minimum(1.0, graded.size[tets].mean(axis=1) / edge_length(mesh.drawn)[tets].mean(axis=1))
+    return float((ratio**-3.0).sum()) * len(mesh.whole.mesh.tets) / len(tets)
