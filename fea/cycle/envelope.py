@@ -20,6 +20,8 @@ from mesh.mirror import MirroredMesh
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
+# Written in place of a fatigue factor where a part's strengths are not known: NaN spoils ranges and filters.
+NOT_JUDGED = -1.0
 # Bytes of stress history formed at a time; what is made of it takes about as much again four times over.
 BLOCK_BYTES = 2 * 2**20
 
@@ -39,7 +41,7 @@ class Envelope:
     safety_factor
         Against yielding.
     fatigue_factor
-        Against fatigue, or None where the material's strengths are not known.
+        Against fatigue: None where no part's strengths are known, NaN at nodes of parts whose are not.
     part
         Which part's stress this is: where parts meet, of the one that is nearer to yielding.
     """
@@ -67,7 +69,10 @@ class Envelope:
             "stress_ratio": self.ratio,
             "safety_factor": self.safety_factor,
         }
-        return data if self.fatigue_factor is None else data | {"fatigue_safety_factor": self.fatigue_factor}
+        if self.fatigue_factor is None:
+            return data
+        judged = np.nan_to_num(self.fatigue_factor, nan=NOT_JUDGED)
+        return data | {"fatigue_safety_factor": judged}
 
 
 def part_extremes(part: PartStress, weights: Weights, sides: tuple[int, ...]) -> list[Extremes]:

@@ -8,6 +8,7 @@ import pytest
 from cycles import SPEEDS, analysis, direct, on_bores
 
 from fea.choices import Symmetry
+from fea.cycle.envelope import NOT_JUDGED
 from fea.cycle.series import series
 from fea.cycle.spots import distinct
 from fea.solid.stress import von_mises
@@ -127,3 +128,11 @@ def test_a_pressure_that_jumps_is_noted_instead(at_6000):
     jumping = replace(at_6000.cycle, series_error=0.5)
     assert jumping.checks() == {}
     assert any("jumps" in note for note in jumping.notes())
+
+
+def test_a_factor_that_is_not_known_is_no_nan_in_the_file(at_6000):
+    envelope = at_6000.cycle.envelope
+    unknown = np.full(len(envelope.mean), np.nan)
+    data = replace(envelope, fatigue_factor=unknown).point_data()
+    assert (data["fatigue_safety_factor"] == NOT_JUDGED).all()
+    assert "fatigue_safety_factor" not in replace(envelope, fatigue_factor=None).point_data()
