@@ -196,6 +196,10 @@ class Analysis:
                 "study", self.study.name, "has neither [engine] nor [forces]", "Add one of them."
             )
         peaks = peak_cases(self.engine, self.rod, self.gas, rpm * RPM)
+        if not peaks.cases:
+            raise InvalidValue(
+                "speed.rpm", rpm, "loads the rod with nothing", "Give it speed, or the engine gas."
+            )
         omitted = tuple(Omission(f"case {name}", why) for name, why in peaks.left_out)
         if rpm == 0:
             omitted += (Omission("inertia of the rod", "the engine stands still"),)

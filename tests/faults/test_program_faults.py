@@ -142,6 +142,7 @@ def test_without_a_renderer_the_figures_stay(tmp_path):
         ('gas = "fan"', 2, "fan"),
         ("stroke_mm = 300.0", 2, "crank"),
         ("cylinders = 1000000000", 2, "engine.cylinders"),
+        ('gas = "none"', 2, "loads the rod with nothing"),
     ],
 )
 def test_engines_that_cannot_be(tmp_path, engine, code, says):
@@ -150,6 +151,7 @@ def test_engines_that_cannot_be(tmp_path, engine, code, says):
     table = {"stroke_mm": "94.0", "bore_mm": "76.0", "piston_mass_kg": "1.0"}
     key, value = engine.split(" = ")
     text = "\n".join(f"{name} = {entry}" for name, entry in (table | {key: value}).items())
-    (tmp_path / "s.toml").write_text(f'[rod]\npreset = "leon-2001"\n[engine]\n{text}\n')
+    text = f'[rod]\npreset = "leon-2001"\n[speed]\nrpm = 0\n[engine]\n{text}\n'
+    (tmp_path / "s.toml").write_text(text)
     one_line(fea("run", "s.toml", *COARSE, cwd=tmp_path), code, says)
     assert not (tmp_path / "results").exists()

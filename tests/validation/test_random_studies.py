@@ -10,8 +10,8 @@ from recheck import Told, recheck
 
 from fea import run
 
-# Without 1, whose mesh takes long.
-SEEDS = (0, *range(2, 21))
+# Without two whose meshes take long.
+SEEDS = (0, *range(2, 13), *range(14, 21))
 
 
 @pytest.mark.parametrize("seed", SEEDS)
