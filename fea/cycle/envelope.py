@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -57,11 +58,15 @@ class Envelope:
     fatigue_factor: Floats | None
     part: Ints
 
-    def point_data(self) -> dict[str, Floats]:
-        """Arrays at the nodes, by their names in the VTU file."""
-        data = {
+    def point_data(self) -> dict[str, npt.NDArray[np.floating[Any]]]:
+        """Arrays at the nodes, by their names in the VTU file.
+
+        The angle comes first and in single precision: meshio 5.3.5 takes one array for another in files
+        whose arrays are all of one size, where four thirds of one's place is another's.
+        """
+        data: dict[str, npt.NDArray[np.floating[Any]]] = {
+            "crank_deg": (self.crank_angle / DEG).astype(np.float32),
             "von_mises": self.von_mises,
-            "crank_deg": self.crank_angle / DEG,
             "principal_1": self.principal_1,
             "principal_3": self.principal_3,
             "mean": self.mean,

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import meshio
 import numpy as np
 import pytest
 from cycles import SPEEDS, analysis, direct, on_bores
@@ -11,6 +12,7 @@ from fea.choices import Symmetry
 from fea.cycle.envelope import NOT_JUDGED
 from fea.cycle.series import series
 from fea.cycle.spots import distinct
+from fea.output.vtu import write_vtu
 from fea.solid.stress import von_mises
 from fea.units import RPM
 from loads.bearing import BorePressure
@@ -136,3 +138,16 @@ def test_a_factor_that_is_not_known_is_no_nan_in_the_file(at_6000):
     data = replace(envelope, fatigue_factor=unknown).point_data()
     assert (data["fatigue_safety_factor"] == NOT_JUDGED).all()
     assert "fatigue_safety_factor" not in replace(envelope, fatigue_factor=None).point_data()
+
+
+def test_the_file_can_be_read_by_meshio(tmp_path, quarter, at_6000):
+    # Nodes in a number of the kind 3k + 2 fill blocks whose base64 text has no padding.
+    whole = quarter.mesh.whole.mesh
+    count = len(whole.points) - (len(whole.points) - 2) % 3
+    within = (whole.tets < count).all(axis=1)
+    cut = replace(whole, points=whole.points[:count], tets=whole.tets[within], facets={})
+    data = {name: values[:count] for name, values in at_6000.cycle.envelope.point_data().items()}
+    write_vtu(tmp_path / "envelope.vtu", cut, data)
+    read = meshio.read(tmp_path / "envelope.vtu").point_data
+    for name, values in data.items():
+        np.testing.assert_array_equal(read[name], values)
