@@ -36,8 +36,8 @@ def print_runs(runs: Sequence[tuple[Path, Summary]], console: Console | None = N
 def case_table(summary: Summary) -> Table:
     """Return the load cases of one speed with what they do to the rod; the worst one is bold."""
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    table.add_column("case")
-    for title in ("crank\n°", "pin\nkN", "crank\nkN", "wall\nkN", "von Mises\nMPa", "±\n%"):
+    table.add_column("case", no_wrap=True)
+    for title in ("crank\n°", "pin\nkN", "crank\nkN", "wall\nkN", "Mises\nMPa", "±\n%"):
         table.add_column(title, justify="right")
     table.add_column("at x, y, z\nmm", no_wrap=True)
     for title in ("safety\nfactor", "displ.\nmm"):
