@@ -25,7 +25,6 @@ _COMMANDS = {
     "run": "Analyse a rod: stresses and safety factors at the peaks of the crank cycle.",
     "loads": "Forces over the crank cycle, without a mesh.",
     "modes": "Free vibration of the free rod, against the orders of the speed.",
-    "modes": "Free vibration of the free rod, against the orders of the speed.",
     "rod": "The solid: mass properties and sections, STEP export, a picture.",
     "reproduce": "Published figures against computed ones.",
     "verify": "Benchmark problems with known answers.",
