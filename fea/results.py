@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from fea.assess.safety import element_largest, safety_factor
+from fea.assess.safety import CAP, element_largest, safety_factor
 from fea.assess.verdict import Peak, Verdict, peak
 from fea.case_error import CaseError
 from fea.material import Material
@@ -82,8 +82,9 @@ class CaseResult:
     @property
     def judged(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
         """Von Mises stress, and utilisation (one over the safety factor), each (n_nodes,) with its error."""
-        utilisation, stressed = 1 / self.safety_factor, self.von_mises > 0
-        ratio = np.divide(utilisation, self.von_mises, out=np.zeros_like(utilisation), where=stressed)
+        utilisation = 1 / self.safety_factor
+        free = self.safety_factor < CAP  # where the factor is capped it says nothing of the stress
+        ratio = np.divide(utilisation, self.von_mises, out=np.zeros_like(utilisation), where=free)
         return (self.von_mises, self.von_mises_error), (utilisation, self.von_mises_error * ratio)
 
     @cached_property

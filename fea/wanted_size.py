@@ -96,5 +96,6 @@ def predicted_elements(mesh: Discretised, wanted: SizeField, growth: float) -> f
     """How many elements of the whole rod the wanted sizes will make."""
     graded = wanted.graded(growth)
     tets = mesh.drawn.tets[:, :4]
-    ratio = np.minimum(1.0, graded.size[tets].mean(axis=1) / edge_length(mesh.drawn)[tets].mean(axis=1))
+    expected = REALISED * graded.size[tets].mean(axis=1)
+    ratio = np.minimum(1.0, expected / edge_length(mesh.drawn)[tets].mean(axis=1))
     return float((ratio**-3.0).sum()) * len(mesh.whole.mesh.tets) / len(tets)

@@ -1,0 +1,86 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from fea import adapt
+from fea.adapt import analysed
+from fea.clock import Clock
+from fea.discretise import discretise
+from fea.study import AnalysisTable, MeshTable, load_study
+from fea.wanted_size import edge_length, predicted_elements, wanted_sizes
+from geometry.invalid import InvalidValue
+
+
+def study(tolerance, size=None):
+    shipped = load_study()
+    return dataclasses.replace(
+        shipped,
+        analysis=dataclasses.replace(shipped.analysis, tolerance_percent=tolerance),
+        mesh=MeshTable(size_mm=size),
+    )
+
+
+@pytest.fixture(scope="module")
+def within_six():
+    said = []
+    return analysed(study(6.0), (6000.0,), Clock(), said.append), said
+
+
+def test_it_refines_until_every_peak_is_within_the_tolerance(within_six):
+    adapted, _ = within_six
+    result = adapted.at(6000.0)
+    assert not adapted.shortfall
+    assert 2 <= len(adapted.passes) <= 3
+    assert adapted.passes[0].error_percent > 6 >= adapted.passes[-1].error_percent
+    assert max(case.error_percent for case in result.cases) == adapted.passes[-1].error_percent
+    assert all(case.verdict(6.0) == "converged" for case in result.cases)
+
+
+def test_it_refines_where_the_peaks_are(within_six):
+    adapted, _ = within_six
+    mesh, result = adapted.analysis.mesh, adapted.at(6000.0)
+    heat = np.max([case.von_mises / case.peak.value for case in result.cases], axis=0)[
+        : len(mesh.drawn.points)
+    ]
+    length = edge_length(mesh.drawn)
+    vertices = np.isfinite(length)
+    assert np.median(length[vertices & (heat > 0.9)]) < 0.4 * np.median(length[vertices & (heat < 0.5)])
+
+
+def test_each_pass_is_told(within_six):
+    adapted, said = within_six
+    assert len(said) == len(adapted.passes)
+    assert said[0].startswith(f"pass 1: {adapted.passes[0].elements} elements, ±")
+
+
+def test_a_tolerance_out_of_reach_is_said(monkeypatch):
+    monkeypatch.setattr(adapt, "MAX_PASSES", 1)
+    adapted = analysed(study(0.01, size=14.0), (6000.0,), Clock())
+    assert len(adapted.passes) == 1
+    assert "tolerance of 0.01 % is not met" in adapted.at(6000.0).notes[-1]
+    monkeypatch.setattr(adapt, "MAX_PASSES", 3)
+    monkeypatch.setattr(adapt, "MAX_ELEMENTS", 1000)
+    assert "more than 1000" in analysed(study(0.01, size=14.0), (6000.0,), Clock()).shortfall
+
+
+def test_without_a_tolerance_there_is_one_mesh_and_no_passes():
+    adapted = analysed(study(None, size=14.0), (6000.0,), Clock())
+    assert adapted.passes == ()
+    assert adapted.at(6000.0).cases
+
+
+@pytest.mark.parametrize("value", [0.0, -2.0, float("nan")])
+def test_a_tolerance_is_positive(value):
+    with pytest.raises(InvalidValue, match="tolerance_percent"):
+        AnalysisTable(tolerance_percent=value)
+
+
+def test_the_prediction_counts_elements():
+    mesh = discretise(study(None, size=14.0), Clock())
+    ratio = np.where(mesh.whole.mesh.points[:, 0] > 70, 0.5, 1.0)
+    wanted = wanted_sizes(mesh, ratio)
+    finer = discretise(study(None, size=14.0), Clock(), [wanted])
+    predicted = predicted_elements(mesh, wanted, 0.5)
+    assert predicted == pytest.approx(len(finer.whole.mesh.tets), rel=0.6)
+    assert wanted_sizes(mesh, np.ones(len(mesh.whole.mesh.points))) is None

@@ -1,0 +1,114 @@
+import math
+
+import numpy as np
+import pytest
+
+from fea.assess.verdict import CONVERGED_PERCENT, Verdict, peak
+from fea.clock import Clock
+from fea.discretise import discretise
+from fea.solid.error_estimate import ErrorEstimator
+from fea.solid.prescribed import displacement
+from fea.solid.recovery import Recovery
+from fea.solid.singular import masked_nodes, singular_nodes
+from fea.solid.stress import von_mises
+from fea.solid.traction import traction_forces
+from fea.study import load_study
+from fea.verify.body import STEEL, held, mirror_planes
+from geometry.bodies.shape import Prism, Side, polygon
+from geometry.segments import Arc, Line
+from geometry.surfaces import Surface
+from mesh.body import mesh_body
+
+
+def test_a_place_that_comes_second_counts_with_its_error():
+    found = peak(np.array([100.0, 90.0, 10.0]), np.array([2.0, 20.0, 1.0]))
+    assert (found.node, found.value, found.bar) == (0, 100.0, 10.0)
+    assert found.error_percent == pytest.approx(10.0)
+    assert found.verdict() is Verdict.NOT_CONVERGED
+    assert found.verdict(12.0) is Verdict.CONVERGED
+
+
+def test_the_threshold_is_the_documented_one():
+    def verdict(percent):
+        return peak(np.array([100.0]), np.array([percent])).verdict()
+
+    assert verdict(CONVERGED_PERCENT) is Verdict.CONVERGED
+    assert verdict(CONVERGED_PERCENT + 0.1) is Verdict.NOT_CONVERGED
+
+
+def test_a_masked_place_counts_in_the_unmasked_peak_only():
+    value, error, masked = np.array([300.0, 100.0]), np.array([50.0, 1.0]), np.array([True, False])
+    found = peak(value, error, masked)
+    assert (found.node, found.value, found.unmasked) == (1, 100.0, 300.0)
+    assert found.verdict() is Verdict.DIVERGING
+    assert peak(value, error, ~masked).verdict() is Verdict.NOT_CONVERGED
+
+
+def test_no_stress_has_no_error():
+    assert peak(np.zeros(3), np.zeros(3)).error_percent == 0
+
+
+def bracket(fillet: float) -> Prism:
+    """An L whose inner corner is at (10, 10), sharp or rounded."""
+    corners = (((0.0, 30.0), Surface.FREE), ((0.0, 0.0), Surface.FREE), ((30.0, 0.0), Surface.LOADED))
+    if not fillet:
+        inner = (((30.0, 10.0), Surface.FREE), ((10.0, 10.0), Surface.FREE), ((10.0, 30.0), Surface.CLAMPED))
+        return Prism(polygon(*corners, *inner), (0.0, 4.0))
+    r = 10 + fillet
+    lines = [
+        Side(Line((0.0, 30.0), (0.0, 0.0)), Surface.FREE),
+        Side(Line((0.0, 0.0), (30.0, 0.0)), Surface.FREE),
+        Side(Line((30.0, 0.0), (30.0, 10.0)), Surface.LOADED),
+        Side(Line((30.0, 10.0), (r, 10.0)), Surface.FREE),
+        Side(Arc((r, r), fillet, 1.5 * math.pi, -math.pi / 2), Surface.FREE),
+        Side(Line((10.0, r), (10.0, 30.0)), Surface.FREE),
+        Side(Line((10.0, 30.0), (0.0, 30.0)), Surface.CLAMPED),
+    ]
+    return Prism(tuple(lines), (0.0, 4.0))
+
+
+def judged(fillet: float, order: int, size: float = 2.5):
+    """Verdict on the bracket pulled sideways."""
+    mesh = mesh_body(bracket(fillet), size, order=order)
+    forces = traction_forces(
+        mesh, Surface.LOADED, lambda places, _: np.tile([0.0, -1.0, 0.0], (len(places), 1))
+    )
+    u = displacement(mesh, STEEL, forces, held(mesh, {Surface.CLAMPED: (0, 1, 2)}))
+    stress = Recovery(mesh, mirror_planes(mesh), (Surface.FREE,)).nodal_stress(u, STEEL)
+    error = ErrorEstimator(mesh, (STEEL,))(u, [stress]).stress[0][:, 0]
+    masked = masked_nodes(mesh, (Surface.CLAMPED,))
+    return mesh, peak(von_mises(stress[..., 0]), error, masked)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_sharp_re_entrant_corner_diverges(order):
+    _, found = judged(0.0, order, 1.5)
+    assert found.verdict(1e6) is Verdict.DIVERGING
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_rounded_corner_does_not(order):
+    mesh, found = judged(4.0, order)
+    assert found.verdict(1e6) is Verdict.CONVERGED
+    assert not singular_nodes(mesh).size
+
+
+def test_the_singular_places_are_the_corner_and_the_clamps_border():
+    mesh, _ = judged(0.0, 2)
+    x, y, _ = mesh.points[singular_nodes(mesh)].T
+    assert (x, y) == (pytest.approx(10), pytest.approx(10))
+    on_border = mesh.points[singular_nodes(mesh, (Surface.CLAMPED,))]
+    clamped = on_border[on_border[:, 1] > 29]
+    assert clamped[:, 1] == pytest.approx(30)
+    outer = np.isclose(clamped[:, 0], 0) | np.isclose(clamped[:, 0], 10) | np.isclose(clamped[:, 2], 4)
+    assert outer.all()
+
+
+def test_the_rod_is_smooth_and_its_clamp_is_not():
+    mesh = discretise(load_study(), Clock()).cell
+    assert not singular_nodes(mesh).size
+    border = mesh.points[singular_nodes(mesh, (Surface.BIG_END_BORE,))]
+    assert border[:, 2] == pytest.approx(border[:, 2].max())
+    assert not masked_nodes(mesh).any()
+    masked = mesh.points[masked_nodes(mesh, (Surface.BIG_END_BORE,))]
+    assert np.linalg.norm(masked[:, :2], axis=1).max() < 1.5 * np.linalg.norm(border[:, :2], axis=1).max()

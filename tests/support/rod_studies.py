@@ -1,0 +1,31 @@
+"""Studies of rods and engines drawn at random."""
+
+import numpy as np
+from rods import random_rod
+
+from fea.engine_table import EngineTable
+from fea.rod_table import RodTable
+from fea.study import SpeedTable, Study
+from geometry.invalid import InvalidValue
+
+
+def random_study(seed: int) -> Study | None:
+    """A random rod in a random engine at full speed; None where the rod is refused."""
+    rod = random_rod(seed)
+    if isinstance(rod, InvalidValue):
+        return None
+    draw = np.random.default_rng(10_000 + seed)
+    stroke = rod.length * draw.uniform(0.45, 0.75)
+    bore = stroke * draw.uniform(0.8, 1.2)
+    speed = draw.uniform(8, 20) * 30 / (stroke * 1e-3)  # from the mean piston speed, m/s
+    engine = EngineTable(
+        stroke_mm=float(stroke),
+        bore_mm=float(bore),
+        piston_mass_kg=float(1.2 * (bore / 86) ** 3 * draw.uniform(0.5, 1.0)),
+        cylinders=4,
+        gas="otto",
+        compression_ratio=10.0,
+        peak_pressure_bar=float(draw.uniform(50, 110)),
+    )
+    table = RodTable(rod, None, None, rod.length)
+    return Study(f"random-{seed}", table, engine=engine, speed=SpeedTable(rpm=float(speed)))
