@@ -4,9 +4,10 @@ The exact stress is not known, but the recovered one is nearer to it than what t
 the difference of the two estimates the error (Zienkiewicz & Zhu 1987, eqs. 13-16).
 
 *Energy.* ‖e‖² = ∫ (σ* − σ_h) : C⁻¹ (σ* − σ_h) dV. With σ* interpolated quadratically second-order elements
-seem better than they are (effectivity, estimated over true error, 0.6 on a smooth manufactured solution, 0.9 to
-1.2 on Lamé, Kirsch, Goodier and a rod), interpolated linearly from the vertices worse (1.0, 1.4 to 2.5). Half-way
-between, and times `ENERGY_FACTOR`, it is 0.93 to 1.97 on all of them; on first-order elements 0.93 to 1.24.
+seem better than they are (effectivity, estimated over true error, 0.6 on a smooth manufactured solution, 0.9
+to 1.2 on Lamé, Kirsch, Goodier and a rod), interpolated linearly from the vertices worse (1.0, 1.4 to 2.5).
+Half-way between, and times `ENERGY_FACTOR`, it is 0.93 to 1.97 on all of them; on first-order elements 0.93
+to 1.24.
 
 *Stress at a node.* `STRESS_FACTOR` times the root of the sum of two squares, in the von Mises norm: the root
 mean square over the node's elements of σ* − σ_h, which is what the elements do not agree on; and the largest
