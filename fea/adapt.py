@@ -16,8 +16,10 @@ from mesh.errors import MeshError
 from mesh.size_field import SizeField
 from mesh.sizing import Sizing
 
-# The first mesh costs a third of the default one and tells as well where elements are needed.
-FIRST_FACTOR = 1.5
+# Of the first mesh, over the default size: it costs a third of the default mesh and tells as well where
+# elements are needed. The later ones keep the default sizes, which follow the rod's features, wherever
+# nothing is wanted.
+COARSER = 1.5
 # The last pass is the answer, and those before it may cost no more than one and a half times as much.
 MAX_PASSES = 4
 # About ten gigabytes and some minutes with a direct solver on a quarter of the rod.
@@ -108,7 +110,7 @@ def analysed(
     fields: list[SizeField] = []
     while True:
         start = time.perf_counter()
-        analysis = Analysis(study, clock, fields) if passes else _first(study, clock)
+        analysis = _meshed(study, clock, fields)
         worst, ratio = 0.0, np.ones(len(analysis.mesh.whole.mesh.points))
         for rpm in speeds:  # one after another: a sweep's fields are too many to keep
             result = analysis.at(rpm, cycle=False)
@@ -129,12 +131,12 @@ def analysed(
     return Adapted(analysis, tuple(passes), shortfall, kept)
 
 
-def _first(study: Study, clock: Clock) -> Analysis:
-    """Begin on a coarse mesh, unless a size is asked for."""
-    if study.mesh.size_mm is not None:
-        return Analysis(study, clock)
+def _meshed(study: Study, clock: Clock, fields: Sequence[SizeField]) -> Analysis:
+    """Mesh coarsely at first, then as without a tolerance but for the wanted sizes."""
+    if fields or study.mesh.size_mm is not None:
+        return Analysis(study, clock, fields)
     try:
-        return Analysis(study, clock, coarser=FIRST_FACTOR)
+        return Analysis(study, clock, coarser=COARSER)
     except (GeometryError, MeshError):  # what only smaller elements can follow
         return Analysis(study, clock)
 

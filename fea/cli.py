@@ -28,6 +28,7 @@ _COMMANDS = {
     "rod": "The solid: mass properties and sections, STEP export, a picture.",
     "reproduce": "Published figures against computed ones.",
     "verify": "Benchmark problems with known answers.",
+    "converge": "Error against run time, for a rod and two exact problems.",
     "stability": "Stiff and extreme cases: each right, marked or refused.",
     "view": "A picture of a result.",
     "init": "Write a commented study to edit.",

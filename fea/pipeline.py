@@ -20,7 +20,7 @@ from fea.omission import Omission
 from fea.results import CaseResult, case_result
 from fea.solid.datum import referred_to_bores
 from fea.solid.inertia import inertia
-from fea.solid.parity import Parity
+from fea.solid.parity import Parity, Split
 from fea.solid.part_recovery import PartRecovery
 from fea.solid.solve import Model, Residuals, Solution
 from fea.study import Study
@@ -137,6 +137,10 @@ class Analysis:
     def rod(self) -> MassProperties:
         """Mass properties of the meshed rod."""
         return self._inertia.properties
+
+    def forces(self, rpm: float | None) -> list[Split]:
+        """Nodal forces of each load case on the cell, N."""
+        return [self._case_loads(case).forces for case in self._loads(rpm).cases]
 
     def at(self, rpm: float | None, *, cycle: bool = True) -> SpeedResult:
         """Solve the load cases of one speed (rpm); None for given forces.

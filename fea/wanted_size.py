@@ -12,12 +12,12 @@ from mesh.tetmesh import EDGES, Floats, TetMesh
 # Errors fall with this power of the element size, as the rate of the stress in second-order elements.
 _RATE = {1: 1.0, 2: 2.0}
 # Of the tolerance, what is aimed at: predictions scatter, and a further pass costs a whole solution.
-_AIM = 0.65
+_AIM = 0.5
 # No element shrinks further than this in one pass: what its error says so far off is too vague.
 LEAST_RATIO = 0.25
 # Beyond this error in the energy norm a whole rod is too coarse for any peak to be trusted; elements with
 # more than their share of it shrink (Zienkiewicz & Zhu 1987, eq. 21), and no further than by half.
-ENERGY_PERCENT = 15.0
+ENERGY_PERCENT = 20.0
 _LEAST_ENERGY_RATIO = 0.5
 # Mean length of the edges that gmsh makes, over the size it was asked for.
 REALISED = 1.25

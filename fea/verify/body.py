@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from fea.material import Material
 from fea.solid.parity import Parity
+from fea.solid.prescribed import displacement
 from fea.solid.recovery import Recovery
 from geometry.surfaces import Surface
 from mesh.mirror import PLANE_AXIS
@@ -46,6 +47,35 @@ def nodes_of(mesh: TetMesh, *surfaces: Surface) -> Ints:
 def furthest(values: Floats, target: float) -> float:
     """The value that is furthest from the target."""
     return float(values[np.abs(values - target).argmax()])
+
+
+@dataclass(frozen=True)
+class LoadedBody:
+    """A body with what acts on it.
+
+    Attributes
+    ----------
+    mesh, material
+        What is solved.
+    forces, fixed
+        (n_nodes, 3) nodal forces, N, and held degrees of freedom.
+    known
+        Surfaces whose traction is known.
+    traction
+        On those that are loaded, (n_nodes, 3, 1), MPa.
+    """
+
+    mesh: TetMesh
+    material: Material
+    forces: Floats
+    fixed: Mask
+    known: tuple[Surface, ...] = ()
+    traction: Mapping[Surface, Floats] | None = None
+
+    def solved(self) -> "SolvedBody":
+        """Solve it."""
+        u = displacement(self.mesh, self.material, self.forces, self.fixed)
+        return SolvedBody(self.mesh, self.material, u, self.known, self.traction)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,59 @@
+"""`fea converge`."""
+
+import sys
+from pathlib import Path
+
+from fea.study import DEFAULT_STUDY
+
+_DIGITS = 6
+
+
+def converge(
+    study: str = DEFAULT_STUDY,
+    *,
+    minutes: float = 10.0,
+    json: bool = False,
+    report: Path | None = None,
+    quiet: bool = False,
+) -> int:
+    """Error against total run time, for a rod and for two problems with exact solutions.
+
+    Parameters
+    ----------
+    study
+        A shipped study or a TOML file: its first speed and load case count.
+    minutes
+        Time limit of everything.
+    json
+        Print every row as JSON and nothing else.
+    report
+        Write a Markdown report with its plot beside it.
+    quiet
+        Print nothing.
+    """
+    from fea.progress import stages
+    from fea.study import load_study
+    from fea.verify.converge.advice import advice
+    from fea.verify.converge.converge import converge as compute
+    from geometry.invalid import require_positive
+
+    require_positive("--minutes", minutes)
+    asked = load_study(study)
+    with stages(silent=quiet or json) as listener:
+        found = compute(asked, minutes, listener)
+    if report is not None:
+        from fea.verify.converge.report import write_report
+
+        target = report.name if report.is_absolute() else report.as_posix()
+        write_report(report, found, f"fea converge {study} --minutes {minutes:g} --report {target}")
+    if json:
+        from fea.output.summary import json_text
+
+        sys.stdout.write(json_text([row.as_dict() for row in found.rows], _DIGITS))
+    elif not quiet:
+        from fea.output.converge_table import print_comparison
+
+        print_comparison(found.rows, advice([r for r in found.rows if r.computation.problem == "rod"]))
+        if report is not None:
+            sys.stdout.write(f"Wrote {report}\n")
+    return 0

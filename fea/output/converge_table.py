@@ -1,0 +1,29 @@
+"""The comparison of error and run time on the terminal."""
+
+from collections.abc import Sequence
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from fea.verify.converge.row import Row
+
+
+def print_comparison(rows: Sequence[Row], advice: Sequence[str]) -> None:
+    """Print a line a computation, and what to use when."""
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    table.add_column("problem", no_wrap=True)
+    table.add_column("tool", no_wrap=True)
+    for name in ("size mm", "dofs", "seconds", "MiB", "MPa", "error %"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for row in rows:
+        found, what = row.measured, row.computation
+        table.add_row(
+            *(what.problem, f"{what.tool}, {what.element}", f"{found.size:.3g}", str(found.dofs)),
+            *(f"{found.seconds:.2f}", f"{found.peak_memory:.0f}", f"{found.value:.1f}"),
+            f"{row.error_percent:+.2f}",
+        )
+    console = Console(highlight=False)
+    console.print(table)
+    for line in advice:
+        console.print(line, markup=False)

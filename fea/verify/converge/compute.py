@@ -1,0 +1,123 @@
+"""Computations of the work-precision comparison, each meant for a process of its own."""
+
+import dataclasses
+import resource
+import subprocess
+import sys
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.adapt import analysed
+from fea.choices import Element, Symmetry
+from fea.clock import Clock
+from fea.material import Material
+from fea.output.frd import read_frd
+from fea.output.inp import write_inp
+from fea.pipeline import Analysis, SpeedResult
+from fea.report import peak_memory
+from fea.solid.stress import von_mises
+from fea.solid.supports import clamped, determinate_restraints
+from fea.study import MeshTable, Study
+from fea.verify.cases import goodier, lame
+from fea.verify.converge.row import Computation, Measured
+from geometry.surfaces import Surface
+from mesh.tetmesh import Floats, TetMesh
+
+_BODIES = {"lame": (lame.loaded, lame.worst_hoop), "goodier": (goodier.loaded, goodier.worst_equator)}
+
+
+class _MeanAnalysis(Analysis):
+    """An analysis whose recovery knows no traction, so that it averages at the boundary too."""
+
+    def _free_surfaces(self) -> tuple[Surface, ...]:
+        return ()
+
+
+def compute(computation: Computation, study: Study) -> Measured:
+    """Carry out a computation; `study` is the rod's."""
+    if computation.tool == "CalculiX":
+        calculix = _calculix_rod if computation.problem == "rod" else _calculix_body
+        return calculix(computation, study)
+    start = time.perf_counter()
+    size, dofs, value = (_rod if computation.problem == "rod" else _body)(computation, study)
+    return Measured(size, dofs, time.perf_counter() - start, peak_memory(), value)
+
+
+def _body(computation: Computation, _: Study) -> tuple[float, int, float]:
+    loaded, quantity = _BODIES[computation.problem]
+    solved = loaded(computation.size, computation.order).solved()
+    if computation.tool == "fea, mean":
+        solved = dataclasses.replace(solved, known=(), traction=None)
+    return computation.size, solved.dofs, quantity(solved.mesh, solved.stress)
+
+
+def _rod(computation: Computation, study: Study) -> tuple[float, int, float]:
+    speed, clock = _speed(study), Clock()
+    if computation.tool == "fea --tolerance":
+        options = dataclasses.replace(study.analysis, tolerance_percent=computation.size)
+        adapted = analysed(dataclasses.replace(study, analysis=options), (speed,), clock)
+        return adapted.analysis.mesh.size, *_peak(adapted.analysis, adapted.at(speed))
+    kind = _MeanAnalysis if computation.tool == "fea, mean" else Analysis
+    analysis = kind(_meshed(computation, study), clock)
+    return computation.size, *_peak(analysis, analysis.at(speed))
+
+
+def _speed(study: Study) -> float | None:
+    return study.speed.speeds()[0] if study.engine else None
+
+
+def _meshed(computation: Computation, study: Study) -> Study:
+    symmetry = Symmetry.NONE if computation.tool in ("fea, whole", "CalculiX") else study.analysis.symmetry
+    options = dataclasses.replace(study.analysis, symmetry=symmetry, tolerance_percent=None, cycle=False)
+    table = MeshTable(size_mm=computation.size, element=Element(computation.element))
+    return dataclasses.replace(study, mesh=table, analysis=options)
+
+
+def _peak(analysis: Analysis, result: SpeedResult) -> tuple[int, float]:
+    """Degrees of freedom and the largest von Mises stress of the first case."""
+    return analysis.mesh.whole.mesh.points.size, result.cases[0].peak.value
+
+
+def _calculix_body(computation: Computation, _: Study) -> Measured:
+    start = time.perf_counter()
+    loaded, quantity = _BODIES[computation.problem]
+    body = loaded(computation.size, computation.order)
+    stress = _calculix(body.mesh, body.material, body.forces, body.fixed)
+    value = quantity(body.mesh, stress)
+    return _measured(computation, body.mesh, time.perf_counter() - start, value)
+
+
+def _calculix_rod(computation: Computation, study: Study) -> Measured:
+    clock = Clock()
+    asked = _meshed(computation, study)
+    analysis = Analysis(asked, clock)
+    mesh = analysis.mesh.cell
+    forces = analysis.forces(_speed(study))[0].symmetric
+    held = asked.analysis.support == "clamped"
+    fixed = clamped(mesh, Surface.BIG_END_BORE) if held else determinate_restraints(mesh)
+    # Drawing, meshing and loads are ours for both; our assembly is not CalculiX's to bear.
+    before = sum(clock.seconds[stage] for stage in ("geometry", "mesh", "loads"))
+    start = time.perf_counter()
+    stress = _calculix(mesh, analysis.materials[0], forces, fixed)
+    seconds = before + time.perf_counter() - start
+    return _measured(computation, mesh, seconds, float(np.nanmax(von_mises(stress))))
+
+
+def _measured(computation: Computation, mesh: TetMesh, seconds: float, value: float) -> Measured:
+    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / (
+        2**20 if sys.platform == "darwin" else 2**10
+    )
+    return Measured(computation.size, mesh.points.size, seconds, peak, value)
+
+
+def _calculix(mesh: TetMesh, material: Material, forces: Floats, fixed: npt.NDArray[np.bool_]) -> Floats:
+    """Nodal stress (n_nodes, 6) that CalculiX finds on a mesh."""
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        write_inp(folder / "job.inp", mesh, material, forces, fixed)
+        subprocess.run(["ccx", "-i", "job"], cwd=folder, capture_output=True, check=True)  # noqa: S607
+        return read_frd(folder / "job.frd", "STRESS", len(mesh.points))

@@ -1,0 +1,129 @@
+"""Run the comparison within a time limit, each computation in a process of its own."""
+
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_all_start_methods, get_context
+from multiprocessing.context import BaseContext
+
+from fea.study import Study
+from fea.verify.cases.goodier import EQUATOR
+from fea.verify.cases.lame import HOOP
+from fea.verify.converge.compute import compute
+from fea.verify.converge.plan import series
+from fea.verify.converge.reference import Reference, extrapolated
+from fea.verify.converge.row import Computation, Measured, Row
+from mesh.sizing import default_size
+
+PROBLEMS = ("rod", "lame", "goodier")
+# The rod is the question; the others show that its answer is not luck.
+SHARE = {"rod": 0.7, "lame": 0.15, "goodier": 0.15}
+QUANTITY = {
+    "rod": "rod: largest von Mises stress",
+    "lame": f"lame: {HOOP.quantity}",
+    "goodier": f"goodier: {EQUATOR.quantity}",
+}
+EXACT = {"lame": HOOP.target, "goodier": EQUATOR.target}
+# What one more size costs at most, over the one before: 2.4 times the nodes, to the power 1.5.
+_GROWTH = 3.5
+
+Outcomes = dict[Computation, Measured]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All rows, and what they are held against.
+
+    Attributes
+    ----------
+    rows
+        By problem, tool, element and size.
+    references
+        By problem.
+    """
+
+    rows: list[Row]
+    references: dict[str, Reference]
+
+
+def converge(
+    study: Study, minutes: float = 10.0, listener: Callable[[str], None] | None = None
+) -> Comparison:
+    """Compare tools, elements and recoveries by error and total run time.
+
+    Parameters
+    ----------
+    study
+        The rod; its first speed and first load case count.
+    minutes
+        Time limit of everything.
+    listener
+        Told each computation as it begins.
+    """
+    length = study.rod.length or 0.0
+    rows: list[Row] = []
+    references = {}
+    for problem in PROBLEMS:
+        outcomes = _computed(study, problem, default_size(length), 60 * minutes * SHARE[problem], listener)
+        references[problem] = _reference(problem, outcomes)
+        truth = references[problem].value
+        rows += [
+            Row(computation, found, QUANTITY[problem], 100 * (found.value / truth - 1))
+            for computation, found in sorted(
+                outcomes.items(), key=lambda item: (item[0].series, -item[0].size)
+            )
+        ]
+    return Comparison(rows, references)
+
+
+def _computed(
+    study: Study, problem: str, size: float, seconds: float, listener: Callable[[str], None] | None
+) -> Outcomes:
+    """Refine whichever series has the cheapest next step, until none fits what is left of the time."""
+    end = time.perf_counter() + seconds
+    waiting = [(0.0, computations) for computations in series(problem, size)]
+    outcomes: Outcomes = {}
+    while waiting:
+        waiting.sort(key=lambda item: item[0])
+        cost, (computation, *finer) = waiting.pop(0)
+        if time.perf_counter() + cost > end:
+            break
+        if listener:
+            listener(f"{problem}, {computation.tool}, {computation.element}, {computation.size:.3g}")
+        start = time.perf_counter()
+        found = _apart(computation, study)
+        if found is None:
+            if finer and not any(done.series == computation.series for done in outcomes):
+                waiting.append((cost, finer))  # too coarse to be meshed
+            continue
+        outcomes[computation] = found
+        if finer:
+            waiting.append((_GROWTH * (time.perf_counter() - start), finer))
+    return outcomes
+
+
+def _apart(computation: Computation, study: Study) -> Measured | None:
+    """Compute in a fresh process, so that its peak memory is its own; None where it fails."""
+    with ProcessPoolExecutor(1, mp_context=_context()) as pool:
+        try:
+            return pool.submit(compute, computation, study).result()
+        except Exception:  # noqa: BLE001 - one that fails must not take the others with it
+            return None
+
+
+def _context() -> BaseContext:
+    """Processes that have imported everything but computed nothing, where the system has such."""
+    if "forkserver" not in get_all_start_methods():
+        return get_context("spawn")
+    context = get_context("forkserver")
+    context.set_forkserver_preload([compute.__module__])
+    return context
+
+
+def _reference(problem: str, outcomes: Outcomes) -> Reference:
+    if problem in EXACT:
+        return Reference(EXACT[problem])
+    fine = [item for item in outcomes.items() if item[0].series == (problem, "fea", "p2")]
+    fine.sort(key=lambda item: -item[0].size)
+    return extrapolated([key.size for key, _ in fine], [found.value for _, found in fine])
