@@ -1,0 +1,127 @@
+import json
+import math
+
+import pytest
+
+from fea.cli import call
+from fea.output.frd import read_frd
+from fea.output.png import is_complete_png
+from fea.study import load_study
+from fea.verify.converge import converge as module
+from fea.verify.converge.advice import advice
+from fea.verify.converge.compute import compute
+from fea.verify.converge.front import fastest_within, pareto
+from fea.verify.converge.plan import series
+from fea.verify.converge.reference import extrapolated
+from fea.verify.converge.row import Computation, Measured, Row
+
+
+def row(seconds, error, tool="fea", element="p2", size=1.0):
+    computation = Computation(tool, element, "rod", size)
+    return Row(computation, Measured(size, 3000, seconds, 100.0, 700.0), "peak", error)
+
+
+def test_richardson_finds_the_limit_of_a_power_law():
+    sizes = [4.0, 2.0, 1.0]
+    found = extrapolated(sizes, [100 - 3 * size**2 for size in sizes])
+    assert found.value == pytest.approx(100)
+    # Grid convergence index: 1.25 times the distance from the finest, here 3 of 97.
+    assert found.uncertainty_percent == pytest.approx(100 * 1.25 * 3 / 97)
+
+
+def test_values_that_scatter_are_uncertain_by_their_spread():
+    found = extrapolated([4.0, 2.0, 1.0], [99.0, 101.0, 100.0])
+    assert found.value == 100.0
+    assert found.uncertainty_percent == pytest.approx(2.0)
+
+
+def test_two_meshes_tell_nothing_of_the_uncertainty():
+    assert extrapolated([2.0, 1.0], [99.0, 100.0]).uncertainty_percent == math.inf
+
+
+def test_the_front_has_what_nothing_beats():
+    cheap, better, worse, best = row(1, -9.0), row(2, 3.0), row(3, 4.0), row(5, -0.5)
+    assert pareto([best, worse, better, cheap]) == [cheap, better, best]
+    assert pareto([row(1, 0.02), row(2, 0.01)]) == [row(1, 0.02)]  # both below the floor
+
+
+def test_a_coarse_mesh_that_happens_to_be_right_does_not_count():
+    lucky, bad, good = row(1, 0.1, size=4.0), row(2, 5.0, size=2.0), row(4, 0.5, size=1.0)
+    assert fastest_within([lucky, bad, good], 1.0) == {("fea", "p2"): good}
+
+
+def test_the_advice_is_three_sentences_on_what_was_measured():
+    rows = [row(1, 4.0, size=2.0), row(3, 0.5), row(50, 1.5, tool="CalculiX"), row(9, 20.0, element="p1")]
+    five, two, one = advice(rows)
+    assert five.startswith("For a peak within 5 % use `fea` with P2 elements: 1.0 s")
+    assert "CalculiX takes 50 s" in two
+    assert "CalculiX did not get there" in one
+    assert all("no first-order mesh" in line for line in (five, two, one))
+
+
+def test_the_plan_holds_what_is_to_be_compared():
+    found = {(c.tool, c.element) for computations in series("rod", 5.0) for c in computations}
+    ours = {("fea", "p1"), ("fea", "p2"), ("fea, mean", "p1"), ("fea, mean", "p2"), ("fea, whole", "p2")}
+    assert ours | {("fea --tolerance", "p2")} <= found
+    for computations in series("lame", 5.0):
+        sizes = [c.size for c in computations]
+        assert sizes == sorted(sizes, reverse=True)
+
+
+@pytest.mark.parametrize("problem", ["lame", "goodier"])
+def test_surface_recovery_beats_the_mean_on_exact_problems(problem):
+    size = 2.0 if problem == "lame" else 0.25
+    truth = module.EXACT[problem]
+    error = {
+        tool: abs(compute(Computation(tool, "p2", problem, size), load_study()).value / truth - 1)
+        for tool in ("fea", "fea, mean")
+    }
+    assert error["fea"] < error["fea, mean"] < 0.1
+
+
+def test_quarter_and_whole_give_the_same_peak():
+    quarter, whole = (
+        compute(Computation(tool, "p2", "rod", 14.0), load_study()) for tool in ("fea", "fea, whole")
+    )
+    assert quarter.value == pytest.approx(whole.value, rel=1e-6)
+    assert quarter.dofs == whole.dofs
+
+
+def test_the_command_writes_rows_and_a_report(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(module, "_apart", lambda computation, study: fake(computation))
+    report = tmp_path / "deep" / "error-vs-runtime.md"
+    assert call(["converge", "--minutes", "0.01", "--json", "--report", str(report)]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    names = {"tool", "element", "size_mm", "dofs", "seconds", "peak_memory_MiB", "quantity", "value"}
+    assert all(set(row) == names | {"error_percent"} for row in rows)
+    text = report.read_text()
+    assert text.startswith("# Error against run time")
+    assert "| fea | P2 |" in text
+    assert is_complete_png(report.with_suffix(".png"))
+    assert report.with_suffix(".png").stat().st_size < 300_000
+
+
+def fake(computation):
+    truth = module.EXACT.get(computation.problem, 700.0)
+    value = truth * (1 - 0.001 * computation.size**computation.order)
+    return Measured(computation.size, round(1e6 / computation.size**3), 1 / computation.size, 200.0, value)
+
+
+def test_a_time_limit_is_positive(capsys):
+    assert call(["converge", "--minutes", "0"]) == 2
+    assert "--minutes" in capsys.readouterr().err
+
+
+def test_calculix_results_are_read_node_by_node(tmp_path):
+    path = tmp_path / "a.frd"
+    path.write_text(
+        " -4  DISP        4    1\n -5  D1          1    2    1    0\n"
+        " -1         3 1.00000E+00-2.00000E+00 3.00000E-01\n"
+        " -1         1 4.00000E+00 5.00000E+00 6.00000E+00\n -3\n"
+    )
+    found = read_frd(path, "DISP", 3)
+    assert found[0].tolist() == [4, 5, 6]
+    assert found[2].tolist() == [1, -2, 0.3]
+    assert math.isnan(found[1, 0])
+    with pytest.raises(ValueError, match="no field STRESS"):
+        read_frd(path, "STRESS", 3)
