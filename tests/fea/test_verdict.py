@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from fea.assess.verdict import CONVERGED_PERCENT, Verdict, peak
+from fea.case_error import CaseError
 from fea.clock import Clock
 from fea.discretise import discretise
+from fea.results import case_result
 from fea.solid.error_estimate import ErrorEstimator
 from fea.solid.prescribed import displacement
 from fea.solid.recovery import Recovery
@@ -17,6 +19,7 @@ from fea.verify.body import STEEL, held, mirror_planes
 from geometry.bodies.shape import Prism, Side, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
+from loads.cases import given
 from mesh.body import mesh_body
 
 
@@ -46,6 +49,16 @@ def test_a_masked_place_counts_in_the_unmasked_peak_only():
 
 def test_no_stress_has_no_error():
     assert peak(np.zeros(3), np.zeros(3)).error_percent == 0
+
+
+def test_where_hardly_any_stress_is_the_safety_factors_cap_hides_no_error_in_it():
+    stress = np.zeros((3, 6))
+    stress[:, 0] = [200.0, 1e-9, 0.0]
+    error = CaseError((np.array([10.0, 300.0, 50.0]),), np.zeros(1), np.zeros(3, dtype=bool))
+    found = case_result(given(1.0, 0.0), np.zeros((3, 3)), [stress], [STEEL], error)
+    assert found.worst.value == pytest.approx(200 / 400)
+    assert found.worst.error_percent == pytest.approx(5.0)
+    assert found.error_percent == pytest.approx(50.0)  # of the stress: 300 MPa may be hidden in the second
 
 
 def bracket(fillet: float) -> Prism:

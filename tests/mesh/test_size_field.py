@@ -49,9 +49,12 @@ def test_sizes_that_are_larger_bind_nobody(coarse):
 
 def test_graded_sizes_grow_no_faster_than_asked(coarse):
     size = np.full(len(coarse.points), 1e6)
-    seed = coarse.tets[0, 0]
-    size[seed] = 0.5
+    small, large = coarse.tets[0, 0], coarse.tets[-1, 0]
+    size[[small, large]] = 0.5, 1.0
     graded = SizeField(coarse.points, coarse.tets[:, :4], size).graded(0.4)
     vertices = np.unique(coarse.tets[:, :4])
-    away = np.linalg.norm(coarse.points[vertices] - coarse.points[seed], axis=1)
-    assert graded.size[vertices] == pytest.approx(0.5 + 0.4 * away)
+    from_small, from_large = (
+        np.linalg.norm(coarse.points[vertices] - coarse.points[seed], axis=1) for seed in (small, large)
+    )
+    expected = np.minimum(0.5 + 0.4 * from_small, 1.0 + 0.4 * from_large)
+    assert graded.size[vertices] == pytest.approx(expected)
