@@ -6,8 +6,9 @@ Every case is a peak von Mises stress with the bar that `fea run` gives it. Know
 plane strain and with free ends, Kirsch's hole, Goodier's cavity. Rods: drawn at random with their engines,
 five load cases each, at the default size, at one and a half times that, with first-order elements, and
 refined to a tolerance; the reference has elements of 0.8 of the default size and, wherever the stress exceeds
-0.78 of the peak in any case, of little more than a third of those there. Printed per group: how many bars hold the
-error, the median of bar over error, the median bar. Outcomes are kept in error_bars.json beside this file.
+0.78 of the peak in any case, of little more than a third of those there. Printed per group: how many bars
+hold the error, the median of bar over error, the median bar. Outcomes are kept in error_bars.json beside
+this file.
 """
 
 import argparse

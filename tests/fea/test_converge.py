@@ -12,7 +12,7 @@ from fea.verify.converge.advice import advice
 from fea.verify.converge.compute import compute
 from fea.verify.converge.front import fastest_within, pareto
 from fea.verify.converge.plan import series
-from fea.verify.converge.reference import extrapolated
+from fea.verify.converge.reference import Reference, extrapolated
 from fea.verify.converge.row import Computation, Measured, Row
 
 
@@ -88,7 +88,7 @@ def test_quarter_and_whole_give_the_same_peak():
 
 
 def test_the_command_writes_rows_and_a_report(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(module, "_apart", lambda computation, study: fake(computation))
+    monkeypatch.setattr(module, "_apart", fake)
     report = tmp_path / "deep" / "error-vs-runtime.md"
     assert call(["converge", "--minutes", "0.01", "--json", "--report", str(report)]) == 0
     rows = json.loads(capsys.readouterr().out)
@@ -101,7 +101,10 @@ def test_the_command_writes_rows_and_a_report(tmp_path, monkeypatch, capsys):
     assert report.with_suffix(".png").stat().st_size < 300_000
 
 
-def fake(computation):
+def fake(work, *arguments):
+    if work is not compute:
+        return Reference(700.0, 0.5)
+    computation = arguments[0]
     truth = module.EXACT.get(computation.problem, 700.0)
     value = truth * (1 - 0.001 * computation.size**computation.order)
     return Measured(computation.size, round(1e6 / computation.size**3), 1 / computation.size, 200.0, value)

@@ -10,7 +10,7 @@ STEP = 0.75
 LEVELS = 9
 # Coarsest sizes: of the rod over its default size, of the others in mm.
 COARSEST = {"rod": 2.4, "lame": 8.0, "goodier": 0.6}
-TOLERANCES = (20.0, 10.0, 5.0, 3.0, 2.0, 1.0)
+TOLERANCES = (10.0, 5.0, 3.0, 2.0, 1.0)
 TOOLS = ("fea", "fea, mean", "CalculiX")
 
 

@@ -14,7 +14,8 @@ two cores that other work shared: only large ratios mean something. *Memory* is 
 recovers stress on the boundary from surface strain and known traction; *fea, mean* averages over elements;
 *fea, whole* uses no mirror plane; *fea --tolerance* refines where its error bars say. CalculiX solves the
 same meshes as *fea* (of the rod: *fea, whole*); drawing, meshing and loads are counted for both. Errors are
-signed, against the exact value or, on the rod, against the finest P2 meshes extrapolated by Richardson.
+signed, against the exact value or, on the rod, against P2 meshes ever finer
+at the peak, extrapolated by Richardson.
 """
 
 
