@@ -30,9 +30,9 @@ def run(study: str = "leon-2001", **flags: Any) -> dict[str, Any] | list[dict[st
     geometry.invalid.InvalidValue
         A value breaks a rule.
     """
-    from fea.flags import python_flags
-    from fea.job import run_study
-    from fea.study import load_study
+    from fea.jobs.job import run_study
+    from fea.study.flags import python_flags
+    from fea.study.study import load_study
 
     reports = run_study(python_flags(flags).applied(load_study(study)))
     summaries = [report.summary for report in reports]

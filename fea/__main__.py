@@ -3,7 +3,7 @@
 import os
 import sys
 
-from fea.guard import MACHINE, guarded
+from fea.machine.guard import MACHINE, guarded
 
 _INTERRUPTED = 130
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from fea.case_loads import Bores
 from fea.choices import Symmetry
-from fea.clock import Clock
+from fea.machine.clock import Clock
 from fea.material import Material
 from fea.omission import Omission
-from fea.study import Study
+from fea.study.study import Study
 from geometry.invalid import require
 from geometry.mirror import Mirror
 from geometry.session import session

@@ -6,15 +6,15 @@ from functools import cached_property
 
 import numpy as np
 
-from fea.case_error import CaseErrors
+from fea.adaptive.case_error import CaseErrors
 from fea.case_loads import CaseForces, CaseLoads, imbalance
 from fea.checks import Check, check
 from fea.choices import Support
-from fea.clock import Clock
 from fea.cycle.analysis import CycleAnalysis, CycleResult
 from fea.cycle.unit_loads import UnitLoads
 from fea.cycle.unit_solutions import unit_solutions
 from fea.discretise import Discretised, discretise
+from fea.machine.clock import Clock
 from fea.material import Material, Materials
 from fea.omission import Omission
 from fea.results import CaseResult, case_result
@@ -23,7 +23,7 @@ from fea.solid.inertia import inertia
 from fea.solid.parity import Parity, Split
 from fea.solid.part_recovery import PartRecovery
 from fea.solid.solve import Model, Residuals, Solution
-from fea.study import Study
+from fea.study.study import Study
 from fea.units import RPM
 from geometry.invalid import InvalidValue
 from geometry.mass import MassProperties

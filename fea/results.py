@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from fea.adaptive.case_error import CaseError
 from fea.assess.safety import CAP, element_largest, safety_factor
 from fea.assess.verdict import Peak, Verdict, peak
-from fea.case_error import CaseError
 from fea.material import Material
 from fea.solid.stress import principal, von_mises
 from loads.cases import LoadCase

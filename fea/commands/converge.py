@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from fea.study import DEFAULT_STUDY
+from fea.study.study import DEFAULT_STUDY
 
 _DIGITS = 6
 
@@ -31,8 +31,8 @@ def converge(
     quiet
         Print nothing.
     """
-    from fea.progress import stages
-    from fea.study import load_study
+    from fea.machine.progress import stages
+    from fea.study.study import load_study
     from fea.verify.converge.advice import advice
     from fea.verify.converge.converge import converge as compute
     from geometry.invalid import require_positive

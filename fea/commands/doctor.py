@@ -14,7 +14,7 @@ def doctor(*, json: bool = False) -> int:
     json
         Print the findings as JSON.
     """
-    from fea.doctor import examine
+    from fea.machine.doctor import examine
 
     findings = examine()
     if json:

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 from typing import Literal
 
-from fea.study import DEFAULT_STUDY
+from fea.study.study import DEFAULT_STUDY
 
 
 def loads(
@@ -36,14 +36,14 @@ def loads(
     quiet
         Print nothing.
     """
-    from fea.cycle_job import study_cycles
-    from fea.flags import Flags
-    from fea.study import load_study
+    from fea.jobs.cycle_job import study_cycles
+    from fea.study.flags import Flags
+    from fea.study.study import load_study
 
     asked = Flags(rpm=rpm).applied(load_study(study))
     reports = study_cycles(asked, every_cylinder=cylinders == "all")
     if csv is not None:
-        from fea.cycle_report import stacked
+        from fea.jobs.cycle_report import stacked
         from fea.output.cycle import write_cycle_csv
 
         write_cycle_csv(csv, stacked(reports))

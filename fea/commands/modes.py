@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from fea.study import DEFAULT_STUDY
+from fea.study.study import DEFAULT_STUDY
 
 CHECK_FAILED = 5
 
@@ -37,9 +37,9 @@ def modes(
     quiet
         Print nothing.
     """
-    from fea.flags import Flags
-    from fea.modes import modes_report
-    from fea.study import load_study
+    from fea.jobs.modes import modes_report
+    from fea.study.flags import Flags
+    from fea.study.study import load_study
 
     report = modes_report(Flags(rpm=rpm, size=size).applied(load_study(study)), count)
     figures = report.figures()

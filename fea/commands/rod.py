@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from fea.study import DEFAULT_STUDY
+from fea.study.study import DEFAULT_STUDY
 
 
 def rod(
@@ -45,12 +45,12 @@ def rod(
     quiet
         Print nothing.
     """
-    from fea.flags import Flags
-    from fea.study import load_study
+    from fea.study.flags import Flags
+    from fea.study.study import load_study
 
     asked = Flags(size=size).applied(load_study(study))
     if fit is not None:
-        from fea.rod_fit import fitted
+        from fea.jobs.rod_fit import fitted
 
         table, found = fitted(asked, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
         if json:
@@ -62,7 +62,7 @@ def rod(
             sys.stdout.write(f"# {found.text()}\n{table.text()}")
         return
 
-    from fea.rod_report import rod_report
+    from fea.jobs.rod_report import rod_report
 
     report = rod_report(asked)
     written: list[Path] = []

@@ -5,8 +5,8 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from fea.flags import Flags
-from fea.study import DEFAULT_STUDY
+from fea.study.flags import Flags
+from fea.study.study import DEFAULT_STUDY
 
 CHECK_FAILED, UNSAFE, NO_PICTURE = 5, 6, 7
 
@@ -32,14 +32,14 @@ def run(
     quiet
         Print nothing.
     """
-    from fea.study import load_study
-    from fea.threads import limit_threads
+    from fea.machine.threads import limit_threads
+    from fea.study.study import load_study
 
     limit_threads(threads)
     asked = flags.applied(load_study(study))
 
-    from fea.job import run_study
-    from fea.progress import stages
+    from fea.jobs.job import run_study
+    from fea.machine.progress import stages
 
     with stages(silent=quiet or json) as listener:
         reports = run_study(asked, listener)
@@ -60,7 +60,7 @@ def run(
 
 def verdict(summaries: list[dict[str, Any]], min_safety: float | None) -> int:
     """Exit code of finished runs: a failed check wins over a low safety factor."""
-    from fea.report import worst_safety
+    from fea.jobs.report import worst_safety
 
     if not all(figures["trusted"] for figures in summaries):
         return CHECK_FAILED

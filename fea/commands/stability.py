@@ -21,7 +21,7 @@ def stability(*cases: str, json: bool = False, report: Path | None = None, quiet
     quiet
         Print nothing.
     """
-    from fea.progress import stages
+    from fea.machine.progress import stages
     from fea.verify.stability.stability import stability as compute
 
     with stages(silent=quiet) as listener:

@@ -21,7 +21,7 @@ def verify(*cases: str, json: bool = False, report: Path | None = None, quiet: b
     quiet
         Print nothing.
     """
-    from fea.progress import stages
+    from fea.machine.progress import stages
     from fea.verify.verify import verify as compute
 
     with stages(silent=quiet) as listener:

@@ -14,8 +14,8 @@ from fea.cycle.series import TOLERANCE
 from fea.cycle.spots import Spot, distinct, spots
 from fea.cycle.unit_loads import UnitLoads
 from fea.cycle.unit_solutions import UnitSolutions, Weights
-from fea.cycle_table import cycle_angles
 from fea.discretise import Discretised
+from fea.jobs.cycle_table import cycle_angles
 from fea.material import Material
 from fea.results import CaseResult
 from fea.solid.stress import von_mises

@@ -16,7 +16,7 @@ def print_modes(figures: Mapping[str, Any], console: Console | None = None) -> N
     Parameters
     ----------
     figures
-        Of `fea.modes.ModesReport`.
+        Of `fea.jobs.modes.ModesReport`.
     console
         Where to; standard output by default.
     """

@@ -9,7 +9,7 @@ from rich.table import Table
 
 
 def print_rod(figures: Mapping[str, Any], console: Console | None = None) -> None:
-    """Print the figures of `fea.rod_report.RodReport`."""
+    """Print the figures of `fea.jobs.rod_report.RodReport`."""
     console = console or Console(highlight=False)
     x, y, z = figures["center_of_gravity_mm"]
     tensor = figures["inertia_kg_m2"]

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.choices import SolverName, Support
-from fea.clock import Clock
+from fea.machine.clock import Clock
 from fea.material import Material, Materials
 from fea.solid import memory
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness

@@ -25,16 +25,16 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from exact_bodies import HEIGHT, MATERIAL, PLANES, PROBLEMS, solve, tetrahedralise
 from rod_studies import random_study
 
-from fea.adapt import analysed
+from fea.adaptive.adapt import analysed
+from fea.adaptive.wanted_size import wanted_sizes
 from fea.assess.verdict import peak
 from fea.choices import Element
-from fea.clock import Clock
+from fea.machine.clock import Clock
 from fea.pipeline import Analysis
 from fea.solid.error_estimate import ErrorEstimator
 from fea.solid.recovery import Recovery
 from fea.solid.stress import von_mises
-from fea.study import MeshTable, Study
-from fea.wanted_size import wanted_sizes
+from fea.study.study import MeshTable, Study
 
 KEPT = Path(__file__).with_suffix(".json")
 SIZES = (0.6, 0.42, 0.3, 0.2, 0.15)

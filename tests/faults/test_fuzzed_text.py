@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fea.cli import USAGE, exit_code
-from fea.speeds import parse_speeds
-from fea.study import parse_study, shipped_studies
-from fea.tables import mapping_text
-from fea.traces import parse_trace
+from fea.study.speeds import parse_speeds
+from fea.study.study import parse_study, shipped_studies
+from fea.study.tables import mapping_text
+from fea.study.traces import parse_trace
 from geometry.invalid import InvalidValue
 
 STUDY = """

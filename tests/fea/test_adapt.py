@@ -3,12 +3,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fea import adapt
-from fea.adapt import analysed
-from fea.clock import Clock
+from fea.adaptive import adapt
+from fea.adaptive.adapt import analysed
+from fea.adaptive.wanted_size import edge_length, predicted_elements, wanted_sizes
 from fea.discretise import discretise
-from fea.study import AnalysisTable, MeshTable, load_study
-from fea.wanted_size import edge_length, predicted_elements, wanted_sizes
+from fea.machine.clock import Clock
+from fea.study.study import AnalysisTable, MeshTable, load_study
 from geometry.invalid import InvalidValue
 
 

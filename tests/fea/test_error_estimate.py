@@ -9,7 +9,7 @@ from exact_bodies import HEIGHT, MATERIAL, PROBLEMS, solved
 
 from fea.assess.verdict import peak
 from fea.choices import Symmetry
-from fea.clock import Clock
+from fea.machine.clock import Clock
 from fea.material import Material
 from fea.pipeline import Analysis
 from fea.solid.element import tabulate
@@ -17,7 +17,7 @@ from fea.solid.error_estimate import ErrorEstimator, sagitta
 from fea.solid.integration import gauss_block
 from fea.solid.recovery import ElementStress, Recovery, reference_nodes
 from fea.solid.stress import von_mises
-from fea.study import MeshTable, load_study
+from fea.study.study import MeshTable, load_study
 from fea.verify.body import STEEL
 from fea.verify.cases import manufactured
 from geometry.bodies.shape import block

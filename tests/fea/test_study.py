@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fea.choices import Element, Support
-from fea.flags import Flags, python_flags
-from fea.speeds import parse_speeds
-from fea.study import load_study, parse_study, shipped_studies
+from fea.study.flags import Flags, python_flags
+from fea.study.speeds import parse_speeds
+from fea.study.study import load_study, parse_study, shipped_studies
 from geometry.invalid import InvalidValue
 
 LEON = """

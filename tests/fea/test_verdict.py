@@ -3,10 +3,10 @@ import math
 import numpy as np
 import pytest
 
+from fea.adaptive.case_error import CaseError
 from fea.assess.verdict import CONVERGED_PERCENT, Verdict, peak
-from fea.case_error import CaseError
-from fea.clock import Clock
 from fea.discretise import discretise
+from fea.machine.clock import Clock
 from fea.results import case_result
 from fea.solid.error_estimate import ErrorEstimator
 from fea.solid.prescribed import displacement
@@ -14,7 +14,7 @@ from fea.solid.recovery import Recovery
 from fea.solid.singular import masked_nodes, singular_nodes
 from fea.solid.stress import von_mises
 from fea.solid.traction import traction_forces
-from fea.study import load_study
+from fea.study.study import load_study
 from fea.verify.body import STEEL, held, mirror_planes
 from geometry.bodies.shape import Prism, Side, polygon
 from geometry.segments import Arc, Line

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from engines import DEG, LEON, LEON_ROD, RPM, rod_of
 
-from fea.traces import shipped_trace
+from fea.study.traces import shipped_trace
 from loads.cylinders import whole_engine
 from loads.dynamics import cycle
 from loads.engine import Engine

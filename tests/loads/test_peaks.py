@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from engines import DEG, LEON, LEON_ROD, RPM, rod_of
 
-from fea.traces import shipped_trace
+from fea.study.traces import shipped_trace
 from geometry.invalid import InvalidValue
 from loads.cases import given
 from loads.dynamics import cycle

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from strap import strap
 
-from fea.clock import Clock
 from fea.discretise import discretise
-from fea.study import load_study
+from fea.machine.clock import Clock
+from fea.study.study import load_study
 from geometry.surfaces import Surface
 from mesh.mirror import reflect, unmirrored
 from mesh.outward import outward

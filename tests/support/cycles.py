@@ -5,10 +5,10 @@ from functools import cache
 import numpy as np
 
 from fea.choices import Symmetry
-from fea.clock import Clock
-from fea.flags import Flags
+from fea.machine.clock import Clock
 from fea.pipeline import Analysis
-from fea.study import load_study
+from fea.study.flags import Flags
+from fea.study.study import load_study
 from fea.units import RPM
 from geometry.surfaces import Surface
 from loads.peaks import load_case

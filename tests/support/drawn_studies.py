@@ -15,9 +15,9 @@ def outcome(seed):
     """What became of a study: refused, rechecked, marked (untrusted), or what must never be."""
     from fea import run
     from fea.cli import exit_code
-    from fea.engine_table import EngineTable
-    from fea.rod_table import RodTable
-    from fea.study import MeshTable, SpeedTable, Study
+    from fea.study.engine_table import EngineTable
+    from fea.study.rod_table import RodTable
+    from fea.study.study import MeshTable, SpeedTable, Study
     from geometry.invalid import InvalidValue
 
     rod = random_rod(seed)

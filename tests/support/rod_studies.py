@@ -3,9 +3,9 @@
 import numpy as np
 from rods import random_rod
 
-from fea.engine_table import EngineTable
-from fea.rod_table import RodTable
-from fea.study import SpeedTable, Study
+from fea.study.engine_table import EngineTable
+from fea.study.rod_table import RodTable
+from fea.study.study import SpeedTable, Study
 from geometry.invalid import InvalidValue
 
 

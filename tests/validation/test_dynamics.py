@@ -6,7 +6,7 @@ from engines import DEG, LEON, LEON_ROD, RPM, engines, rod_of, rods
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.traces import shipped_trace
+from fea.study.traces import shipped_trace
 from fea.verify.newton_euler import solve
 from loads.dynamics import center_acceleration, cycle, to_engine_axes
 from loads.engine import Engine

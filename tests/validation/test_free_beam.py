@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from fea.flags import Flags
+from fea.jobs.modes import modes_report, moves
 from fea.material import Material
-from fea.modes import modes_report, moves
 from fea.solid.eigen import RIGID, free_modes
 from fea.solid.inertia import inertia
 from fea.solid.mass import mass_matrix
-from fea.study import load_study
+from fea.study.flags import Flags
+from fea.study.study import load_study
 from geometry.bodies.shape import block
 from geometry.invalid import InvalidValue
 from mesh.body import mesh_body

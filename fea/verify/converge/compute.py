@@ -11,17 +11,17 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import numpy.typing as npt
 
-from fea.adapt import analysed
+from fea.adaptive.adapt import analysed
 from fea.choices import Element, Symmetry
-from fea.clock import Clock
+from fea.jobs.report import peak_memory
+from fea.machine.clock import Clock
 from fea.material import Material
 from fea.output.frd import read_frd
 from fea.output.inp import write_inp
 from fea.pipeline import Analysis, SpeedResult
-from fea.report import peak_memory
 from fea.solid.stress import von_mises
 from fea.solid.supports import clamped, determinate_restraints
-from fea.study import MeshTable, Study
+from fea.study.study import MeshTable, Study
 from fea.verify.cases import goodier, lame
 from fea.verify.converge.row import Computation, Measured
 from geometry.surfaces import Surface

@@ -9,7 +9,7 @@ from multiprocessing import get_all_start_methods, get_context
 from multiprocessing.context import BaseContext
 from typing import TypeVar
 
-from fea.study import Study
+from fea.study.study import Study
 from fea.verify.cases.goodier import EQUATOR
 from fea.verify.cases.lame import HOOP
 from fea.verify.converge.compute import compute

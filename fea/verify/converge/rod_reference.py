@@ -4,11 +4,11 @@ import dataclasses
 
 import numpy as np
 
-from fea.clock import Clock
+from fea.adaptive.wanted_size import wanted_sizes
+from fea.machine.clock import Clock
 from fea.pipeline import Analysis
-from fea.study import MeshTable, Study
+from fea.study.study import MeshTable, Study
 from fea.verify.converge.reference import Reference, extrapolated
-from fea.wanted_size import wanted_sizes
 
 # Elements shrink by these factors, in constant ratio, where the stress exceeds `HOT` of the peak.
 FACTORS = (1.8, 2.7, 4.05)

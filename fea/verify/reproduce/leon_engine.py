@@ -8,7 +8,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from fea.traces import shipped_trace
+from fea.study.traces import shipped_trace
 from fea.units import DEG, KG, KG_M2, RPM
 from geometry.mass import MassProperties
 from loads.dynamics import Cycle, cycle

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fea.traces import shipped_trace
+from fea.study.traces import shipped_trace
 from fea.units import BAR, DEG, RPM
 from fea.verify.reproduce.leon_engine import AREA_USED, SOURCE, SPEEDS, engine
 from fea.verify.reproduce.printed import column, degrees, values

@@ -12,9 +12,9 @@ from functools import cache
 
 import numpy as np
 
-from fea.clock import Clock
+from fea.machine.clock import Clock
 from fea.pipeline import Analysis, SpeedResult
-from fea.study import ForcesTable, MeshTable, load_study
+from fea.study.study import ForcesTable, MeshTable, load_study
 from fea.verify.reproduce.leon_engine import SOURCE
 from fea.verify.reproduce.printed import decimals, records
 from fea.verify.reproduce.row import Row, Slip

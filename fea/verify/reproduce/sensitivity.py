@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from fea.traces import shipped_trace
+from fea.study.traces import shipped_trace
 from fea.units import DEG, RPM
 from fea.verify.reproduce.leon_engine import ROD, SOURCE, SPEEDS, engine
 from loads.peaks import peak_cases

@@ -14,12 +14,12 @@ import numpy as np
 
 from fea.case_loads import Bores, CaseForces, CaseLoads
 from fea.choices import Support
-from fea.clock import Clock
 from fea.discretise import Discretised, discretise
+from fea.machine.clock import Clock
 from fea.output.inp import write_inp
 from fea.solid.inertia import inertia
 from fea.solid.supports import determinate_restraints
-from fea.study import load_study
+from fea.study.study import load_study
 from fea.units import RPM
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure

@@ -16,7 +16,7 @@ from fea.solid.assembly import SymmetricMatrix
 from fea.solid.pardiso import _ANALYSE, _FACTORISE, _SOLVE, PardisoCholesky
 from fea.solid.parity import Parity
 from fea.solid.solve import Model
-from fea.study import load_study
+from fea.study.study import load_study
 
 COUNT, SCHEDULING = 18, 23  # iparm(19): −1 asks for the count, in millions; iparm(24): 0 is the classic one
 SIDE = 3000

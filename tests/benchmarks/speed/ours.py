@@ -11,14 +11,14 @@ from case import nodal_forces, read_case
 from worker import Run
 
 from fea.choices import Support
-from fea.clock import Clock
+from fea.machine.clock import Clock
 from fea.solid.element import tabulate
 from fea.solid.integration import stiffness_degree
 from fea.solid.parity import Parity, Split
 from fea.solid.recovery import ElementStress, Recovery
 from fea.solid.solve import Model
 from fea.solid.stress import von_mises
-from fea.study import load_study
+from fea.study.study import load_study
 from geometry.surfaces import Surface
 from mesh.mirror import unmirrored
 from mesh.tetmesh import TetMesh

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fea.paths import require_size
+from fea.study.paths import require_size
 from fea.units import BAR, DEG, RPM
 from geometry.invalid import InvalidValue, require
 from loads.gas import Trace

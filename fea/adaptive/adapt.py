@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.clock import Clock
+from fea.adaptive.wanted_size import predicted_elements, size_ratio, wanted_sizes
+from fea.machine.clock import Clock
 from fea.pipeline import Analysis, SpeedResult
-from fea.study import Study
-from fea.wanted_size import predicted_elements, size_ratio, wanted_sizes
+from fea.study.study import Study
 from geometry.errors import GeometryError
 from mesh.errors import MeshError
 from mesh.size_field import SizeField

@@ -9,9 +9,9 @@ from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any
 
-from fea.adapt import Pass
-from fea.clock import Clock
+from fea.adaptive.adapt import Pass
 from fea.cycle.report import envelope_figures
+from fea.machine.clock import Clock
 from fea.pipeline import Analysis, SpeedResult
 from fea.units import DEG, KG, KG_M2, N_M
 from loads.cases import LoadCase

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from typing import Any
 
-from fea.clock import Clock
 from fea.discretise import Discretised, discretise
+from fea.machine.clock import Clock
 from fea.material import Materials
 from fea.solid.inertia import inertia
-from fea.study import Study
+from fea.study.study import Study
 from fea.units import KG, KG_M2
 from geometry.mass import MassProperties
 from geometry.section import Section, least_section, sections

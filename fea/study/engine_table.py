@@ -4,8 +4,8 @@ import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 
-from fea.paths import located
-from fea.traces import SHIPPED, read_trace, shipped_trace
+from fea.study.paths import located
+from fea.study.traces import SHIPPED, read_trace, shipped_trace
 from fea.units import BAR, DEG, KG
 from geometry.invalid import InvalidValue, require, require_positive
 from loads.engine import Engine

@@ -3,8 +3,8 @@
 import dataclasses
 from collections.abc import Sequence
 
-from fea.rod_table import RodTable, dimension_of
-from fea.study import Study
+from fea.study.rod_table import RodTable, dimension_of
+from fea.study.study import Study
 from fea.units import KG, KG_M2
 from geometry.fit import Fit, Targets, fit
 from geometry.invalid import require

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fea.adapt import Adapted, analysed
-from fea.clock import Clock
+from fea.adaptive.adapt import Adapted, analysed
 from fea.cycle.analysis import CycleResult
 from fea.cycle.speed_map import speed_map
-from fea.cycle_table import cycle_columns
+from fea.jobs.cycle_table import cycle_columns
+from fea.jobs.report import summary
+from fea.machine.clock import Clock
 from fea.output.cycle import write_cycle_csv
 from fea.output.errors import PictureError
 from fea.output.folder import require_replaceable, run_folder
@@ -20,8 +21,7 @@ from fea.output.summary import json_text
 from fea.output.text import write_text
 from fea.output.vtu import write_vtu
 from fea.pipeline import SpeedResult
-from fea.report import summary
-from fea.study import Study
+from fea.study.study import Study
 
 
 @dataclass(frozen=True)

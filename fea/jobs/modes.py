@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.clock import Clock
 from fea.discretise import discretise
+from fea.machine.clock import Clock
 from fea.material import Materials
 from fea.solid.eigen import RIGID, Modes, free_modes
-from fea.study import Study
+from fea.study.study import Study
 from geometry.invalid import require
 from mesh.tetmesh import TetMesh
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
-from fea.speeds import parse_speeds
-from fea.study import Study
-from fea.tables import checked, unknown_key
+from fea.study.speeds import parse_speeds
+from fea.study.study import Study
+from fea.study.tables import checked, unknown_key
 from geometry.invalid import require_number
 
 

@@ -1,7 +1,7 @@
 """The job behind `fea loads`: the crank cycle of a study, without a mesh."""
 
-from fea.cycle_report import CycleReport, cycle_reports
-from fea.study import Study
+from fea.jobs.cycle_report import CycleReport, cycle_reports
+from fea.study.study import Study
 from geometry.invalid import InvalidValue
 from geometry.mass import MassProperties, joined
 

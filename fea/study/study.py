@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
-from fea.engine_table import EngineTable
 from fea.material import Material
-from fea.material_table import MaterialTable
-from fea.paths import is_file, located, require_size
-from fea.rod_table import RodTable, read_rod
-from fea.tables import key_text, read_table, table_text, unknown_key
+from fea.study.engine_table import EngineTable
+from fea.study.material_table import MaterialTable
+from fea.study.paths import is_file, located, require_size
+from fea.study.rod_table import RodTable, read_rod
+from fea.study.tables import key_text, read_table, table_text, unknown_key
 from geometry.invalid import InvalidValue, require, require_number, require_positive
 from loads.bearing import BorePressure
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fea.paths import is_file, located
-from fea.tables import checked, mapping_text, unknown_key
+from fea.study.paths import is_file, located
+from fea.study.tables import checked, mapping_text, unknown_key
 from fea.units import KG, KG_M2
 from geometry.invalid import InvalidValue, require, require_positive
 from geometry.mass import MassProperties

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from fea.assess.endurance import estimated_endurance, finish_factor, reliability_factor, size_factor
 from fea.choices import Finish
 from fea.material import Material
-from fea.material_presets import MATERIALS
-from fea.tables import unknown_key
+from fea.study.material_presets import MATERIALS
+from fea.study.tables import unknown_key
 from fea.units import GPA, KG_M3
 from geometry.invalid import require, require_positive
 

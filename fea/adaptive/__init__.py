@@ -1,0 +1,1 @@
+"""Errors of the peaks, and meshes that bring them within a tolerance."""

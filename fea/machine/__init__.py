@@ -1,0 +1,1 @@
+"""The machine a run happens on: threads, memory limits, time, terminal."""
