@@ -45,10 +45,8 @@ class SmoothedAggregation:
         """Build the hierarchy of `matrix` in a slot."""
         from pyamg import smoothed_aggregation_solver  # noqa: PLC0415 - only large models need it
 
-        upper = matrix.upper
-        strictly = sparse.triu(upper, k=1, format="csr")
-        full = sparse.bsr_matrix((upper + strictly.T).tobsr(blocksize=(3, 3)))
-        modes = np.where(_fixed(strictly)[:, None], 0.0, self._modes)
+        full = sparse.bsr_matrix(matrix.full())
+        modes = np.where(_fixed(matrix)[:, None], 0.0, self._modes)
         self._hierarchies[slot] = smoothed_aggregation_solver(
             full,
             B=modes,
@@ -88,8 +86,6 @@ class SmoothedAggregation:
         return np.asarray(u)
 
 
-def _fixed(strictly_upper: Any) -> npt.NDArray[np.bool_]:
+def _fixed(matrix: SymmetricMatrix) -> npt.NDArray[np.bool_]:
     """Degrees of freedom (n,) whose row holds nothing but its diagonal."""
-    coupled = abs(strictly_upper)
-    ones = np.ones(coupled.shape[0])
-    return np.asarray((coupled @ ones + coupled.T @ ones) == 0)
+    return np.equal(matrix.row_sums, matrix.diagonal())

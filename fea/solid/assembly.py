@@ -1,6 +1,7 @@
 """The stiffness matrix: sparsity once, numbers in dense batches, the upper triangle only."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -17,47 +18,89 @@ Ints = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class SymmetricMatrix:
-    """A symmetric matrix held by its upper triangle.
+    """A symmetric matrix of 3×3 node blocks, held by its upper triangle.
 
     Attributes
     ----------
     upper
-        CSR upper triangle with the diagonal, sorted indices.
+        BSR of 3×3 blocks, indices sorted and of 32 bits: the blocks of node pairs a ≤ b, those of the
+        diagonal present and whole.
     """
 
-    upper: sparse.csr_array
+    upper: sparse.bsr_array
 
     @property
     def size(self) -> int:
         """Number of rows."""
         return int(self.upper.shape[0])
 
+    @cached_property
+    def _rows(self) -> Ints:
+        """Block row of every block."""
+        return np.repeat(np.arange(self.size // 3), np.diff(self.upper.indptr))
+
+    @cached_property
+    def _scalar(self) -> sparse.csr_array:
+        # Several times as fast in products as blocks of three are.
+        return sparse.csr_array(self.upper)
+
+    @cached_property
+    def _diagonal_blocks(self) -> Floats:
+        """Return (n_nodes, 3, 3): the first block of every row."""
+        return np.asarray(self.upper.data[self.upper.indptr[:-1]])
+
     def diagonal(self) -> Floats:
         """Diagonal entries."""
-        return np.asarray(self.upper.diagonal())
+        return np.asarray(np.einsum("nii->ni", self._diagonal_blocks)).reshape(-1)
 
     def __matmul__(self, vectors: Floats) -> Floats:
         """Product with a vector (n,) or a block of vectors (n, k)."""
-        diagonal = self.diagonal().reshape(-1, *([1] * (vectors.ndim - 1)))
-        return np.asarray(self.upper @ vectors + self.upper.T @ vectors - diagonal * vectors)
+        both = self._scalar @ vectors + self._scalar.T @ vectors
+        twice = self._diagonal_blocks @ vectors.reshape(len(self._diagonal_blocks), 3, -1)
+        return np.asarray(both - twice.reshape(vectors.shape))
+
+    @cached_property
+    def row_sums(self) -> Floats:
+        """Sums (n,) of the magnitudes in each row."""
+        magnitude = np.abs(self.upper.data)
+        above = np.add.reduceat(magnitude.sum(axis=2), self.upper.indptr[:-1], axis=0)
+        mirrored = magnitude.sum(axis=1)
+        mirrored[self.upper.indptr[:-1]] = 0.0
+        n = self.size // 3
+        below = [np.bincount(self.upper.indices, mirrored[:, i], minlength=n) for i in range(3)]
+        return (above + np.stack(below, axis=1)).reshape(-1)
 
     def norm(self) -> float:
         """Largest absolute row sum."""
-        magnitude = SymmetricMatrix(abs(self.upper))
-        return float((magnitude @ np.ones(self.size)).max())
+        return float(self.row_sums.max())
 
     def constrained(self, fixed: npt.NDArray[np.bool_]) -> "SymmetricMatrix":
         """Replace rows and columns of `fixed` degrees of freedom by their diagonal; the sparsity stays."""
-        rows = np.repeat(np.arange(self.size), np.diff(self.upper.indptr))
-        upper = self.upper
-        keep = ~(fixed[rows] | fixed[upper.indices]) | (rows == upper.indices)
-        data = np.where(keep, upper.data, 0.0)
-        return SymmetricMatrix(sparse.csr_array((data, upper.indices, upper.indptr), upper.shape))
+        held = fixed.reshape(-1, 3)
+        free, cut = ~held, np.asarray(held.any(axis=1))
+        indptr, indices = self.upper.indptr, self.upper.indices
+        touched = np.flatnonzero(cut[self._rows] | cut[indices])
+        data = self.upper.data.copy()
+        data[touched] *= free[self._rows[touched]][:, :, None] & free[indices[touched]][:, None, :]
+        node, axis = np.nonzero(held)
+        data[indptr[node], axis, axis] = self.diagonal()[fixed]
+        return SymmetricMatrix(sparse.bsr_array((data, indices, indptr), shape=self.upper.shape))
+
+    def scalar_upper(self) -> sparse.csr_array:
+        """Return the upper triangle entry by entry, for programs that know no blocks."""
+        return sparse.csr_array(sparse.triu(self._scalar, format="csr"))
+
+    def full(self) -> sparse.bsr_array:
+        """Both triangles, in blocks."""
+        strictly = self.upper.data.copy()
+        strictly[self.upper.indptr[:-1]] = 0.0
+        above = sparse.bsr_array((strictly, self.upper.indices, self.upper.indptr), shape=self.upper.shape)
+        return sparse.bsr_array(self.upper + above.T)
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """Where each element's node pairs go in the upper triangle.
+    """Where each element's node pairs go in the upper triangle of 3×3 blocks.
 
     Attributes
     ----------
@@ -66,17 +109,20 @@ class Pattern:
         a pair of the upper triangle.
     scatter
         CSR (n_blocks, n_elements·n_pairs) of ones: sums element blocks into matrix blocks.
-    gather
-        Place in the flattened 3×3 blocks of each scalar entry of the upper triangle.
     indices, indptr
-        The scalar upper triangle.
+        The blocks' columns, and where each block row starts.
     """
 
     node_order: Ints
     scatter: sparse.csr_array
-    gather: npt.NDArray[np.int64]
     indices: npt.NDArray[np.int32]
     indptr: npt.NDArray[np.int32]
+
+    def matrix(self, values: Floats) -> SymmetricMatrix:
+        """Sum element blocks (n_elements, n_pairs, 3, 3) of the local pairs into a matrix."""
+        summed = (self.scatter @ values.reshape(-1, 9)).reshape(-1, 3, 3)
+        size = 3 * (len(self.indptr) - 1)
+        return SymmetricMatrix(sparse.bsr_array((summed, self.indices, self.indptr), shape=(size, size)))
 
 
 def local_pairs(n_nodes: int) -> tuple[Ints, Ints]:
@@ -98,22 +144,8 @@ def pattern(tets: Ints, n_points: int) -> Pattern:
         (np.ones(keys.size), by_key, np.r_[starts, keys.size]), shape=(starts.size, keys.size)
     )
     rows, columns = np.divmod(sorted_keys[starts], n_points)
-    return Pattern(node_order, scatter, *_scalar_upper(rows, columns, n_points))
-
-
-def _scalar_upper(
-    rows: Ints, columns: Ints, n_points: int
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32], npt.NDArray[np.int32]]:
-    """Expand the upper triangle of 3×3 blocks to scalars: gather, indices, indptr."""
-    first = np.r_[0, np.cumsum(np.bincount(rows, minlength=n_points))]
-    places = np.arange(9 * rows.size).reshape(-1, 3, 3)
-    every = sparse.bsr_array((places, columns, first), shape=(3 * n_points, 3 * n_points)).tocsr()
-    row = np.repeat(np.arange(3 * n_points), np.diff(every.indptr))
-    keep = every.indices >= row  # diagonal blocks bring what lies below the diagonal
-    # Of the three rows of a block row, d = 0, 1, 2 entries fall away.
-    fallen = np.r_[0, np.cumsum(np.tile([0, 1, 2], n_points))]
-    indptr = (every.indptr - fallen).astype(np.int32)
-    return every.data[keep], every.indices[keep].astype(np.int32), indptr
+    indptr = np.r_[0, np.cumsum(np.bincount(rows, minlength=n_points))]
+    return Pattern(node_order, scatter, columns.astype(np.int32), indptr.astype(np.int32))
 
 
 def stiffness(mesh: TetMesh, material: Material | Materials, layout: Pattern) -> SymmetricMatrix:
@@ -124,7 +156,4 @@ def stiffness(mesh: TetMesh, material: Material | Materials, layout: Pattern) ->
         order = layout.node_order[part][:, None, :, None]
         ordered = type(gauss)(np.take_along_axis(gauss.gradients, order, axis=2), gauss.volumes)
         values[part] = node_pair_blocks(ordered, material.of(part), pairs)
-    summed = layout.scatter @ values.reshape(-1, 9)
-    data = summed.ravel()[layout.gather]
-    n_dofs = 3 * len(mesh.points)
-    return SymmetricMatrix(sparse.csr_array((data, layout.indices, layout.indptr), shape=(n_dofs, n_dofs)))
+    return layout.matrix(values)

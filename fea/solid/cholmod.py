@@ -45,9 +45,9 @@ class CholmodCholesky:
         from cvxopt import matrix as dense  # noqa: PLC0415
         from cvxopt import spmatrix  # noqa: PLC0415
 
-        upper = matrix.upper
         if self._order is None:
-            self._order = dense(node_order(upper))
+            self._order = dense(node_order(matrix))
+        upper = matrix.scalar_upper()
         # The upper triangle by rows is the lower one by columns.
         columns = np.repeat(np.arange(matrix.size), np.diff(upper.indptr))
         lower = spmatrix(
@@ -70,19 +70,17 @@ class CholmodCholesky:
         return np.array(solution)
 
 
-def node_order(upper: sparse.csr_array) -> Ints:
-    """Nested-dissection order (n_dofs,) of a matrix of 3×3 node blocks, from METIS (Karypis & Kumar 1998).
+def node_order(matrix: SymmetricMatrix) -> Ints:
+    """Nested-dissection order (n_dofs,) of a matrix, from METIS (Karypis & Kumar 1998).
 
     Ordering nodes instead of degrees of freedom works on a graph with a ninth of the edges.
     """
     from pymetis import CSRAdjacency, nested_dissection  # noqa: PLC0415 - optional
 
-    n_nodes = upper.shape[0] // 3
-    # Row 3i holds every block of block row i.
-    blocks = sparse.csr_array(
-        (np.ones(upper.nnz, dtype=np.int8), upper.indices // 3, upper.indptr), shape=(3 * n_nodes, n_nodes)
-    )[::3]
-    blocks.sum_duplicates()
+    upper = matrix.upper
+    n_nodes = matrix.size // 3
+    ones = np.ones(upper.indices.size, dtype=np.int8)
+    blocks = sparse.csr_array((ones, upper.indices, upper.indptr), shape=(n_nodes, n_nodes))
     graph = sparse.csr_array(blocks + blocks.T)
     graph.setdiag(0)
     graph.eliminate_zeros()

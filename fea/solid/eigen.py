@@ -93,11 +93,10 @@ def free_modes(mesh: TetMesh, material: Material | Materials, density: float | F
 
 
 def _sum(K: SymmetricMatrix, M: SymmetricMatrix, factor: float) -> SymmetricMatrix:
-    """K + factor M, in the form the direct solvers want: sorted, 32-bit indices."""
-    total = sparse.csr_array(K.upper + factor * M.upper)
-    total.sort_indices()
-    indices, indptr = total.indices.astype(np.int32), total.indptr.astype(np.int32)
-    return SymmetricMatrix(sparse.csr_array((total.data, indices, indptr), shape=total.shape))
+    """K + factor M, of one sparsity."""
+    upper = K.upper
+    data = upper.data + factor * M.upper.data
+    return SymmetricMatrix(sparse.bsr_array((data, upper.indices, upper.indptr), shape=upper.shape))
 
 
 def _bending_estimate(mesh: TetMesh, K: SymmetricMatrix, M: SymmetricMatrix) -> float:

@@ -61,3 +61,16 @@ def test_constrained_rows_keep_only_their_diagonal():
     expected[fixed] = expected[:, fixed] = 0
     expected[fixed, fixed] = K.diagonal()[fixed]
     assert held == pytest.approx(expected, abs=1e-9 * K.norm())
+
+
+def test_triangles_and_products_are_of_one_matrix():
+    mesh = strap(size=8.0, order=1)
+    K = stiffness(mesh, STEEL, pattern(mesh.tets, len(mesh.points)))
+    full = K.full().toarray()
+    close = 1e-13 * K.norm()
+    assert full == pytest.approx(full.T, abs=close)
+    assert K.scalar_upper().toarray() == pytest.approx(np.triu(full), abs=close)
+    assert K @ np.eye(K.size) == pytest.approx(full, abs=close)
+    assert K @ np.ones(K.size) == pytest.approx(full.sum(axis=1), abs=close)
+    assert K.row_sums == pytest.approx(np.abs(full).sum(axis=1), rel=1e-12)
+    assert K.diagonal() == pytest.approx(np.diag(full), rel=1e-15)
