@@ -1,4 +1,4 @@
-"""Crossland's criterion for a multiaxial, non-proportional history.
+"""Crossland's criterion for multiaxial, non-proportional histories.
 
 √J₂,a + α σ_H,max ≤ β (Crossland 1956): the amplitude of the deviatoric stress, which is the radius of the
 smallest ball round its path, and the largest mean stress. From the endurance limits f (fully reversed
@@ -8,67 +8,40 @@ tension) and t (fully reversed torsion): β = t, α = 3t/f − √3.
 import numpy as np
 import numpy.typing as npt
 
+from fea.assess.ball import ball_radii
 from fea.assess.safety import CAP
 from fea.material import Material
 from geometry.invalid import require
 
 Floats = npt.NDArray[np.float64]
 
-# t/f of wrought steels lies between 0.58 and 0.65: hard steel 0.625 (Nishihara & Kawamoto 1945), 34Cr4 and
-# 30NCD16 0.62 (as tabled by Papadopoulos et al. 1997).
-TORSION_RATIO = 0.62
-# Relative to the radius, which then is that much too large at most.
-_TOLERANCE = 1e-4
-_MOST_STEPS = 20_000
-
-
-def ball_radius(path: Floats) -> float:
-    """Radius of the smallest ball round the points (n_dimensions, n) of a path.
-
-    The centre is the weighted mean of the points with the weights that make the weighted mean square
-    distance largest (Yildirim 2008): Frank & Wolfe's steps towards the farthest point, or away from
-    the nearest that still has weight. The radius returned reaches every point.
-    """
-    weight = np.zeros(path.shape[1])
-    weight[np.linalg.norm(path - path[:, :1], axis=0).argmax()] = 1.0
-    center = path @ weight
-    for _ in range(_MOST_STEPS):
-        square = ((path - center[:, None]) ** 2).sum(axis=0)
-        mean, far = float(weight @ square), int(square.argmax())
-        near = int(np.where(weight > 0, square, np.inf).argmin())
-        if square[far] <= mean * (1 + 2 * _TOLERANCE) + 1e-300:
-            break
-        above, below = square[far] / mean - 1 if mean > 0 else np.inf, 1 - square[near] / max(mean, 1e-300)
-        if above >= below:
-            step = 0.5 if not np.isfinite(above) else above / (2 * (1 + above))
-            point = far
-        else:
-            step = -min(below / (2 * (1 - below)) if below < 1 else np.inf, weight[near] / (1 - weight[near]))
-            point = near
-        weight *= 1 - step
-        weight[point] = max(weight[point] + step, 0.0)
-        center = (1 - step) * center + step * path[:, point]
-    return float(np.sqrt(((path - center[:, None]) ** 2).sum(axis=0).max()))
+# t/f of 31 wrought steels: 0.60 ± 0.03, all within 0.52…0.69 (Forrest 1962, as table 6-14 of Budynas &
+# Nisbett, Shigley's Mechanical Engineering Design, 9th ed.). Aluminium has 0.55 there, titanium 0.48: below
+# 1/√3, where the criterion ends.
+TORSION_RATIO = 0.60
 
 
 def crossland(history: Floats, material: Material) -> float | None:
-    """Return `crossland_factor` of a material; None where its endurance is not known.
-
-    Where the limit in torsion is not known it is taken as `TORSION_RATIO` of that in tension.
-    """
-    tension, torsion = material.endurance_limit, material.torsion_limit
-    if tension is None:
-        return None
-    return crossland_factor(history, tension, TORSION_RATIO * tension if torsion is None else torsion)
+    """Return the factor of one history (6, n_instants); None where the endurance is not known."""
+    factors = crossland_factors(history[None], material)
+    return None if factors is None else float(factors[0])
 
 
-def crossland_factor(history: Floats, tension_limit: float, torsion_limit: float) -> float:
-    """Factor by which a history may grow until Crossland's criterion is met, at most `CAP`.
+def crossland_factors(histories: Floats, material: Material) -> Floats | None:
+    """Return `crossland_factor` of a material; None where its endurance is not known."""
+    limits = _limits(material)
+    return None if limits is None else crossland_factor(histories, *limits)
+
+
+def crossland_factor(histories: Floats, tension_limit: float, torsion_limit: float) -> Floats:
+    """Factor (n,) by which histories may grow until Crossland's criterion is met, at most `CAP`.
+
+    Too small by `fea.assess.ball.TOLERANCE` at most, never too large.
 
     Parameters
     ----------
-    history
-        (6, n), MPa, as `fea.assess.deviatoric.deviatoric` gives it.
+    histories
+        (n, 6, n_instants), MPa, as `fea.assess.deviatoric.deviatoric` gives them.
     tension_limit, torsion_limit
         f and t, MPa, of the part.
 
@@ -77,9 +50,38 @@ def crossland_factor(history: Floats, tension_limit: float, torsion_limit: float
     InvalidValue
         t/f is below 1/√3, where mean tension would do good.
     """
+    return _factor(ball_radii(histories[:, :5]), histories[:, 5].max(axis=1), tension_limit, torsion_limit)
+
+
+def crossland_bound(von_mises: Floats, principal: Floats, material: Material) -> Floats | None:
+    """Return what `crossland_factors` cannot be below, without the histories; None as there.
+
+    The ball round the origin that reaches the largest von Mises stress holds the path, and the mean stress
+    is never above the largest principal stress. Where this bound exceeds the factor of some other place,
+    that place is the worse.
+
+    Parameters
+    ----------
+    von_mises, principal
+        (n,) largest von Mises stress and largest principal stress of the histories, MPa.
+    material
+        Gives the limits.
+    """
+    limits = _limits(material)
+    return None if limits is None else _factor(von_mises, principal, *limits)
+
+
+def _limits(material: Material) -> tuple[float, float] | None:
+    """Limits f and t of a part; t is taken as `TORSION_RATIO` of f where it is not known."""
+    tension, torsion = material.endurance_limit, material.torsion_limit
+    if tension is None:
+        return None
+    return tension, TORSION_RATIO * tension if torsion is None else torsion
+
+
+def _factor(radius: Floats, mean: Floats, tension_limit: float, torsion_limit: float) -> Floats:
     ratio = torsion_limit / tension_limit
     rule = "must be at least 0.577 of the endurance in tension for Crossland's criterion"
     require(ratio >= 3**-0.5 * (1 - 1e-9), "material.endurance_torsion_MPa", torsion_limit, rule)
-    amplitude = ball_radius(history[:5]) / 3**0.5
-    used = amplitude + (3 * ratio - 3**0.5) * float(history[5].max())
-    return float(torsion_limit / max(used, torsion_limit / CAP))
+    used = radius / 3**0.5 + (3 * ratio - 3**0.5) * mean
+    return np.asarray(torsion_limit / np.maximum(used, torsion_limit / CAP))

@@ -1,16 +1,25 @@
 """Fatigue criteria on histories and parts with published answers."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from fea.assess.crossland import ball_radius, crossland_factor
+from fea.assess.ball import ball_radii
+from fea.assess.crossland import (
+    TORSION_RATIO,
+    crossland,
+    crossland_bound,
+    crossland_factor,
+    crossland_factors,
+)
 from fea.assess.deviatoric import deviatoric, tensor
 from fea.assess.endurance import estimated_endurance, finish_factor, reliability_factor, size_factor
 from fea.assess.fatigue import gerber, goodman, soderberg
 from fea.assess.history import extremes
 from fea.choices import Finish
+from fea.material import Material
 from fea.solid.stress import von_mises
 from geometry.invalid import InvalidValue
 
@@ -41,6 +50,21 @@ def test_shigley_example_6_10_a_machined_bar_under_pulsating_tension():
     lines = [soderberg(stress, stress, endurance, 84.0), goodman(stress, stress, endurance, 100.0)]
     assert lines[0] < lines[1] < gerber(stress, stress, endurance, 100.0)
     assert lines[1] == pytest.approx(1 / (8.38 / 33.9 + 8.38 / 100), rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("line", "strength", "diameter"),
+    [(gerber, 100e3, 1.016), (soderberg, 80e3, 1.090), (goodman, 100e3, 1.073)],
+)
+def test_shigley_problem_7_1_a_shaft_in_bending_and_torsion_with_means(line, strength, diameter):
+    # Budynas & Nisbett, 8th ed., problem 7-1 and its solution: M = 500 ± 600 and T = 300 ± 400 lbf in,
+    # K_f = 2.2, K_fs = 1.8, S_e = 30, S_ut = 100, S_y = 80 kpsi; diameters in inches for a factor of 2. They
+    # take the von Mises stress of means and of amplitudes; the history is nearly proportional.
+    modulus = math.pi * diameter**3 / 32
+    bending, torsion = 2.2 / modulus, 1.8 / (2 * modulus)
+    history = bending_and_torsion(600 * bending, 400 * torsion, mean=(500 * bending, 300 * torsion))
+    found = extremes(deviatoric(history))
+    assert line(found.mean, found.amplitude, 30e3, strength)[0] == pytest.approx(2, rel=5e-3)
 
 
 @pytest.mark.parametrize(
@@ -111,23 +135,49 @@ def test_crossland_in_and_out_of_phase(bending, torsion, phase_deg):
     both = bending**2 / 3 + torsion**2
     root = math.sqrt(both**2 - 4 / 3 * (bending * torsion * math.sin(delta)) ** 2)
     used = math.sqrt((both + root) / 2) + (3 * t / f - math.sqrt(3)) * bending / 3
-    history = deviatoric(bending_and_torsion(bending, torsion, delta))[0]
-    assert crossland_factor(history, f, t) == pytest.approx(t / used, rel=2e-3)  # 721 instants, ball to 1e-4
+    history = deviatoric(bending_and_torsion(bending, torsion, delta))
+    assert crossland_factor(history, f, t)[0] == pytest.approx(t / used, rel=2e-3)  # the ball is to 1e-3
 
 
-def test_crossland_meets_both_limits_it_was_made_from():
-    limits = 313.9, 196.2
-    assert crossland_factor(deviatoric(bending_and_torsion(313.9, 0.0))[0], *limits) == pytest.approx(
-        1, rel=1e-3
+@pytest.mark.parametrize(("bending", "torsion"), [(313.9, 0.0), (0.0, 196.2)])
+def test_crossland_meets_both_limits_it_was_made_from(bending, torsion):
+    history = deviatoric(bending_and_torsion(bending, torsion))
+    assert crossland_factor(history, 313.9, 196.2)[0] == pytest.approx(1, rel=1.1e-3)
+
+
+def test_crossland_under_steady_torsion_is_that_of_the_bending_alone():
+    # A steady shear moves the path and not its ball (Crossland 1956; Sines 1959 measured as much).
+    alone, sheared = (
+        crossland_factor(deviatoric(bending_and_torsion(200.0, 0.0, mean=(0.0, steady))), 313.9, 196.2)
+        for steady in (0.0, 120.0)
     )
-    assert crossland_factor(deviatoric(bending_and_torsion(0.0, 196.2))[0], *limits) == pytest.approx(
-        1, rel=1e-3
-    )
+    assert sheared[0] == pytest.approx(alone[0], rel=1.1e-3)
+    # Mean tension counts: σ_H,max = (m + σ)/3.
+    pulled = crossland_factor(deviatoric(bending_and_torsion(200.0, 0.0, mean=(200.0, 0.0))), 313.9, 196.2)
+    used = 200 / math.sqrt(3) + (3 * 196.2 / 313.9 - math.sqrt(3)) * 400 / 3
+    assert pulled[0] == pytest.approx(196.2 / used, rel=1.1e-3)
 
 
 def test_crossland_refuses_a_torsion_limit_that_rewards_tension():
     with pytest.raises(InvalidValue, match="torsion"):
-        crossland_factor(deviatoric(bending_and_torsion(100.0, 0.0))[0], 300.0, 150.0)
+        crossland_factor(deviatoric(bending_and_torsion(100.0, 0.0)), 300.0, 150.0)
+
+
+def test_crossland_without_a_torsion_limit_takes_that_of_wrought_steels():
+    steel = Material(206e3, 0.29, 7.85e-9, 500.0, 680.0, 313.9)
+    history = deviatoric(bending_and_torsion(0.0, 100.0))
+    assert crossland(history[0], steel) == pytest.approx(TORSION_RATIO * 3.139, rel=1.1e-3)
+    assert crossland_factors(history, replace(steel, endurance_limit=None)) is None
+
+
+def test_no_history_is_worse_than_its_bound():
+    steel = Material(206e3, 0.29, 7.85e-9, 500.0, 680.0, 313.9, 196.2)
+    history = 100 * np.random.default_rng(7).normal(size=(200, 6, 40))
+    q = deviatoric(history)
+    found = extremes(q)
+    bound = crossland_bound(found.von_mises, found.principal_1, steel)
+    assert (bound <= crossland_factors(q, steel)).all()
+    assert bound[0] == pytest.approx(crossland_factors(q, steel)[0], rel=0.8)  # and it says something
 
 
 def test_ball_round_points_on_a_sphere_and_within():
@@ -135,5 +185,20 @@ def test_ball_round_points_on_a_sphere_and_within():
     points /= np.linalg.norm(points, axis=0)
     points[:, 150:] *= 0.6
     center = np.arange(5.0)[:, None]
-    assert ball_radius(7 * points + center) == pytest.approx(7, rel=1e-3)
-    assert ball_radius(np.ones((5, 10))) == 0
+    assert ball_radii((7 * points + center)[None])[0] == pytest.approx(7, rel=1e-3)
+    assert ball_radii(np.ones((1, 5, 10)))[0] == 0
+
+
+def test_balls_of_many_paths_are_the_smallest():
+    # A simplex of unit edge in d dimensions: R = √(d/(2(d + 1))) (Jung 1901); an obtuse triangle: half its
+    # longest side. Between them, points that reach no farther.
+    corners = np.pad(np.eye(6) / math.sqrt(2), ((0, 0), (0, 1)))[:, :6]  # in the plane Σx = const. of six
+    basis = np.linalg.svd(corners - corners.mean(axis=0))[2][:5]
+    simplex = (corners @ basis.T).T
+    inside = simplex @ np.random.default_rng(2).dirichlet(np.ones(6), 54).T
+    obtuse = np.zeros((5, 60))
+    obtuse[:2, :3] = [[0, 10, 4], [0, 0, 1]]
+    obtuse[:, 3:] = obtuse[:, [2]]
+    radii = ball_radii(np.stack([np.hstack([simplex, inside]), obtuse]))
+    assert radii == pytest.approx([math.sqrt(5 / 12), 5], rel=1e-3)
+    assert (radii >= [math.sqrt(5 / 12) - 1e-9, 5 - 1e-9]).all()
