@@ -1,4 +1,4 @@
-"""Conjugate gradients preconditioned by smoothed aggregation, for models whose factor does not fit.
+"""Conjugate gradients preconditioned by smoothed aggregation, for first-order models too large to factorise.
 
 Vaněk, Mandel & Brezina (1996) through pyamg, on 3×3 node blocks with the six rigid modes as near-null space.
 """
@@ -10,15 +10,11 @@ import numpy.typing as npt
 from scipy import sparse
 
 from fea.solid.assembly import SymmetricMatrix
+from fea.solid.conjugate_gradients import MOST_ITERATIONS, TOLERANCE
 from fea.solid.errors import StagnationError
 from fea.solid.supports import rigid_modes
 
 Floats = npt.NDArray[np.float64]
-
-# Relative residual. Its error in energy is this squared times the condition number of the preconditioned
-# matrix (about ten): far below any discretisation error.
-TOLERANCE = 1e-8
-MOST_ITERATIONS = 300
 
 
 class SmoothedAggregation:

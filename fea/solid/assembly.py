@@ -10,7 +10,7 @@ from scipy import sparse
 from fea.material import Material, Materials
 from fea.solid.elasticity import node_pair_blocks
 from fea.solid.integration import gauss_blocks, stiffness_degree
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import EDGES, TetMesh
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -62,13 +62,11 @@ class SymmetricMatrix:
     @cached_property
     def row_sums(self) -> Floats:
         """Sums (n,) of the magnitudes in each row."""
-        magnitude = np.abs(self.upper.data)
-        above = np.add.reduceat(magnitude.sum(axis=2), self.upper.indptr[:-1], axis=0)
-        mirrored = magnitude.sum(axis=1)
-        mirrored[self.upper.indptr[:-1]] = 0.0
-        n = self.size // 3
-        below = [np.bincount(self.upper.indices, mirrored[:, i], minlength=n) for i in range(3)]
-        return (above + np.stack(below, axis=1)).reshape(-1)
+        upper = self._scalar
+        magnitude = sparse.csr_array((np.abs(upper.data), upper.indices, upper.indptr), shape=upper.shape)
+        ones = np.ones(self.size)
+        twice = np.abs(self._diagonal_blocks).sum(axis=2).reshape(-1)
+        return np.asarray(magnitude @ ones + magnitude.T @ ones - twice)
 
     def norm(self) -> float:
         """Largest absolute row sum."""
@@ -150,10 +148,32 @@ def pattern(tets: Ints, n_points: int) -> Pattern:
 
 def stiffness(mesh: TetMesh, material: Material | Materials, layout: Pattern) -> SymmetricMatrix:
     """Assemble the stiffness matrix of `mesh`, degrees of freedom node-wise (u_x, u_y, u_z), N/mm."""
-    pairs = local_pairs(mesh.tets.shape[1])
+    return _assembled(mesh, material, layout)
+
+
+def linear_stiffness(mesh: TetMesh, material: Material | Materials) -> SymmetricMatrix:
+    """Assemble the stiffness of the linear functions on the curved cells of a second-order mesh.
+
+    They lie in the quadratic ones, so this is those' matrix restricted to them (Galerkin). The nodes are the
+    vertices, in the order of their numbers.
+    """
+    vertices, corners = np.unique(mesh.tets[:, :4], return_inverse=True)
+    layout = pattern(corners.reshape(-1, 4), len(vertices))
+    ends = np.zeros((mesh.tets.shape[1], 4))
+    ends[np.arange(4), np.arange(4)] = 1.0
+    ends[np.arange(4, 10)[:, None], np.array(EDGES)] = 0.5
+    return _assembled(mesh, material, layout, ends)
+
+
+def _assembled(
+    mesh: TetMesh, material: Material | Materials, layout: Pattern, nodal: Floats | None = None
+) -> SymmetricMatrix:
+    """Assemble the element's functions, or those with values `nodal` (n_nodes, n_functions) at its nodes."""
+    pairs = local_pairs(layout.node_order.shape[1])
     values = np.empty((len(mesh.tets), pairs[0].size, 3, 3))
     for part, gauss in gauss_blocks(mesh, stiffness_degree(mesh.tets.shape[1])):
+        gradients = gauss.gradients if nodal is None else nodal.T @ gauss.gradients
         order = layout.node_order[part][:, None, :, None]
-        ordered = type(gauss)(np.take_along_axis(gauss.gradients, order, axis=2), gauss.volumes)
+        ordered = type(gauss)(np.take_along_axis(gradients, order, axis=2), gauss.volumes)
         values[part] = node_pair_blocks(ordered, material.of(part), pairs)
     return layout.matrix(values)

@@ -1,7 +1,7 @@
 """Solve K u = f for every load at once, one factorisation a parity, and check what came out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -25,9 +25,9 @@ from mesh.tetmesh import TetMesh
 
 Floats = npt.NDArray[np.float64]
 
-# A direct solver leaves a few units in the last place; more than this asks for a step of refinement
-# (Wilkinson 1963), an iterative one gets as many as help.
-REFINE_ABOVE = 1e-13
+# A direct solver leaves a few units in the last place, the iterative one some thousand. What would fail its
+# check (1e-12) gets a step of refinement (Wilkinson 1963), or as many as help.
+REFINE_ABOVE = 9e-13
 MOST_REFINEMENTS = 3
 
 
@@ -60,10 +60,14 @@ class Solution:
         Per parity (n_nodes, 3, n_cases), mm; the antisymmetric part is absent where no load has one.
     residuals
         Per parity.
+    pressure
+        Per parity, by the number of each part that has one (`fea.solid.mixed`): (n_nodes, n_cases), MPa,
+        positive in tension.
     """
 
     displacement: dict[Parity, Floats]
     residuals: dict[Parity, Residuals]
+    pressure: dict[Parity, dict[int, Floats]] = field(default_factory=dict)
 
 
 class Model:
@@ -94,7 +98,8 @@ class Model:
         self.mesh = mesh
         self._clock = clock or Clock()
         cut = Surface.SYMMETRY_Y in mesh.facets
-        self._solver = linear_solver(solver, mesh.points, slots=len(Parity) if cut else 1)
+        self._material = material
+        self._solver = linear_solver(solver, mesh, material, slots=len(Parity) if cut else 1)
         self._factorised: list[Parity] = []
         self._held = (
             clamped(mesh, Surface.BIG_END_BORE)
@@ -139,7 +144,7 @@ class Model:
         """
         displacement: dict[Parity, Floats] = {}
         residuals: dict[Parity, Residuals] = {}
-        for parity, f in _right_hand_sides(loads).items():
+        for parity, f in right_hand_sides(loads).items():
             fixed = self._fixed(parity)
             slot = self._slot(parity)
             with self._clock("solve"):
@@ -167,14 +172,16 @@ class Model:
             slots = len(Parity) if Surface.SYMMETRY_Y in self.mesh.facets else 1
             if memory.direct_bytes(self.mesh.points.size, slots) > memory.SHARE * memory.available_bytes():
                 raise
-            self._solver = linear_solver(direct(), self.mesh.points, slots)
+            self._solver = linear_solver(direct(), self.mesh, self._material, slots)
             parities, self._factorised = self._factorised, []
             for parity in parities:
                 self._slot(parity)
             return self._solver.solve(slot, f)
 
 
-def _right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:
+def right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:
+    """Columns (3 n_nodes, n_cases) per parity; the antisymmetric one only where a load has that part."""
+
     def column_stack(parts: Sequence[Floats]) -> Floats:
         return np.stack([part.ravel() for part in parts], axis=1)
 
@@ -198,13 +205,13 @@ def _residuals(
     energy = (u * product).sum(axis=0)
     reaction = np.abs((product - f)[held]).max(initial=0.0)
     return Residuals(
-        _worst(np.abs(residual).max(axis=0), scale),
-        _worst(np.abs(energy - work), np.abs(work)),
+        worst_ratio(np.abs(residual).max(axis=0), scale),
+        worst_ratio(np.abs(energy - work), np.abs(work)),
         float(reaction),
     )
 
 
-def _worst(error: Floats, scale: Floats) -> float:
+def worst_ratio(error: Floats, scale: Floats) -> float:
     """Largest ratio; a load case without any load counts as exact, a value that is not finite as infinite."""
     if not (np.isfinite(error).all() and np.isfinite(scale).all()):
         return float("inf")

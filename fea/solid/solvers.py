@@ -8,9 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.choices import SolverName
+from fea.material import Material, Materials
 from fea.solid import memory, pardiso
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.errors import SolverUnavailableError
+from mesh.tetmesh import TetMesh
 
 Floats = npt.NDArray[np.float64]
 
@@ -71,8 +73,10 @@ def direct() -> SolverName:
     return SolverName.PARDISO if pardiso.is_installed() else SolverName.CHOLMOD
 
 
-def linear_solver(choice: SolverName, points: Floats, slots: int) -> LinearSolver:
-    """Return a solver for matrices of the nodes at `points` (n_nodes, 3), three unknowns each.
+def linear_solver(
+    choice: SolverName, mesh: TetMesh, material: Material | Materials, slots: int
+) -> LinearSolver:
+    """Return a solver for stiffness matrices of a mesh, three unknowns a node.
 
     Raises
     ------
@@ -81,18 +85,26 @@ def linear_solver(choice: SolverName, points: Floats, slots: int) -> LinearSolve
     MemoryError
         See `chosen`.
     """
-    choice = chosen(choice, points.size, slots)
-    for package in _PACKAGES[choice]:
-        _require(package, choice)
-    if choice is SolverName.PARDISO:
-        return pardiso.PardisoCholesky(slots)
-    if choice is SolverName.CHOLMOD:
-        from fea.solid.cholmod import CholmodCholesky  # noqa: PLC0415 - only what is used is loaded
+    choice = chosen(choice, mesh.points.size, slots)
+    if choice is not SolverName.AMG:
+        return _direct_solver(choice, slots)
+    if mesh.order == 2:
+        from fea.solid.multigrid import Multigrid  # noqa: PLC0415 - only large models need it
 
-        return CholmodCholesky()
+        return Multigrid(mesh, material, lambda coarse: factorise(coarse).solve)
+    _require_packages(choice)
     from fea.solid.amg import SmoothedAggregation  # noqa: PLC0415
 
-    return SmoothedAggregation(points)
+    return SmoothedAggregation(mesh.points)
+
+
+def _direct_solver(choice: SolverName, slots: int) -> LinearSolver:
+    _require_packages(choice)
+    if choice is SolverName.PARDISO:
+        return pardiso.PardisoCholesky(slots)
+    from fea.solid.cholmod import CholmodCholesky  # noqa: PLC0415 - only what is used is loaded
+
+    return CholmodCholesky()
 
 
 @dataclass(frozen=True)
@@ -107,7 +119,7 @@ class Factor:
 
 
 def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> Factor:
-    """Factorise one matrix with a direct solver.
+    """Factorise one matrix with a direct solver: the one named, or that of this machine.
 
     Raises
     ------
@@ -116,10 +128,15 @@ def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> 
     SolverUnavailableError
         The named solver is not installed.
     """
-    nowhere = np.zeros((matrix.size // 3, 3))  # only multigrid asks where the nodes are
-    solver = linear_solver(direct() if choice is SolverName.AUTO else choice, nowhere, slots=1)
+    named = choice in {SolverName.PARDISO, SolverName.CHOLMOD}
+    solver = _direct_solver(choice if named else direct(), slots=1)
     solver.factorise(0, matrix)
     return Factor(solver)
+
+
+def _require_packages(choice: SolverName) -> None:
+    for package in _PACKAGES[choice]:
+        _require(package, choice)
 
 
 def _require(package: str, choice: SolverName) -> None:

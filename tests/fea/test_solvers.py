@@ -17,12 +17,12 @@ from geometry.surfaces import Surface
 
 STEEL = Material(207e3, 0.28, 7.7e-9, 620.4)
 DIRECT = [SolverName.PARDISO, SolverName.CHOLMOD]
-NOWHERE = strap().points
+MESH = strap()
 
 
 @pytest.fixture(scope="module")
 def matrices():
-    mesh = strap()
+    mesh = MESH
     K = stiffness(mesh, STEEL, pattern(mesh.tets, len(mesh.points)))
     held = clamped(mesh, Surface.BIG_END_BORE)
     return [K.constrained((plane_conditions(mesh, parity) | held).ravel()) for parity in Parity]
@@ -30,7 +30,7 @@ def matrices():
 
 @pytest.mark.parametrize("name", DIRECT)
 def test_both_slots_solve_to_backward_stability(name, matrices):
-    solver = linear_solver(name, NOWHERE, slots=2)
+    solver = linear_solver(name, MESH, STEEL, slots=2)
     f = np.random.default_rng(0).standard_normal((matrices[0].size, 3))
     for slot, matrix in enumerate(matrices):
         solver.factorise(slot, matrix)
@@ -45,7 +45,7 @@ def test_an_indefinite_matrix_is_refused(name, matrices):
     upper = matrices[0].upper.copy()
     upper.data[upper.indptr[:-1]] *= -1
     with pytest.raises(SingularMatrixError, match="not positive definite"):
-        linear_solver(name, NOWHERE, slots=1).factorise(0, SymmetricMatrix(upper))
+        linear_solver(name, MESH, STEEL, slots=1).factorise(0, SymmetricMatrix(upper))
 
 
 def test_the_node_order_is_a_permutation_that_keeps_nodes_together(matrices):
@@ -57,8 +57,8 @@ def test_the_node_order_is_a_permutation_that_keeps_nodes_together(matrices):
 def test_multigrid_agrees_with_the_direct_solver(matrices):
     f = np.random.default_rng(0).standard_normal((matrices[0].size, 2))
     f[:, 1] = 0.0
-    iterative = linear_solver(SolverName.AMG, NOWHERE, slots=2)
-    direct = linear_solver(SolverName.PARDISO, NOWHERE, slots=2)
+    iterative = linear_solver(SolverName.AMG, MESH, STEEL, slots=2)
+    direct = linear_solver(SolverName.PARDISO, MESH, STEEL, slots=2)
     for slot, matrix in enumerate(matrices):
         for solver in (iterative, direct):
             solver.factorise(slot, matrix)
@@ -68,8 +68,8 @@ def test_multigrid_agrees_with_the_direct_solver(matrices):
 
 
 def test_stagnation_is_never_returned(matrices, monkeypatch):
-    monkeypatch.setattr("fea.solid.amg.MOST_ITERATIONS", 2)
-    solver = linear_solver(SolverName.AMG, NOWHERE, slots=1)
+    monkeypatch.setattr("fea.solid.conjugate_gradients.MOST_ITERATIONS", 2)
+    solver = linear_solver(SolverName.AMG, MESH, STEEL, slots=1)
     solver.factorise(0, matrices[0])
     with pytest.raises(StagnationError, match="stagnated at a relative residual"):
         solver.solve(0, np.ones((matrices[0].size, 1)))

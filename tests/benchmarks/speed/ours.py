@@ -1,6 +1,6 @@
 """`fea`'s own solution: assembly, factor, solve, nodal stress; of the whole rod or of a quarter of it.
 
-    python ours.py CASE.npz OUT whole|quarter|reference [straight]
+    python ours.py CASE.npz OUT whole|quarter|multigrid|reference [straight]
 
 `reference` is the answer that all others are compared with: the whole rod, and in place of `fea`'s
 recovered stress the plain nodal mean of extrapolated Gauss values, which is what CalculiX forms.
@@ -10,7 +10,7 @@ import numpy as np
 from case import nodal_forces, read_case
 from worker import Run
 
-from fea.choices import Support
+from fea.choices import SolverName, Support
 from fea.machine.clock import Clock
 from fea.solid.element import tabulate
 from fea.solid.integration import stiffness_degree
@@ -45,7 +45,8 @@ def main() -> None:
     }
     run.start()
     clock = Clock()
-    model = Model(cell, material, Support.INERTIA_RELIEF, clock=clock)
+    solver = SolverName.AMG if what == "multigrid" else SolverName.AUTO
+    model = Model(cell, material, Support.INERTIA_RELIEF, solver, clock)
     solution = model.solve([loads.forces])
     with clock("stress"):
         recovery = Recovery(cell, planes, SURFACES)

@@ -93,6 +93,7 @@ def _imports(place: Place) -> list[str | Path]:
 PROGRAMS = {
     "whole": Program("fea, whole rod", _ours("whole")),
     "quarter": Program("fea, mirror planes", _ours("quarter")),
+    "multigrid": Program("fea, whole rod, multigrid", _ours("multigrid")),
     "ngsolve": Program("NGSolve", _peer("peer_ngsolve.py")),
     "calculix": Program("CalculiX", _calculix, "job.frd", whole_process=True),
     "sfepy": Program("SfePy", _peer("peer_sfepy.py"), straight=True),

@@ -70,6 +70,7 @@ KINDS = {"gauss": "Gauss points", "mean": "nodal mean", "recovered": "recovered"
 COLORS = {
     "whole": "#c44e52",
     "quarter": "#8c1d40",
+    "multigrid": "#dd8452",
     "ngsolve": "#4c72b0",
     "calculix": "#55a868",
     "sfepy": "#8172b3",
@@ -142,7 +143,7 @@ def times(figures: Figures, key: str, size: int) -> list[str]:
     head = [count(figures.dofs(size)), program.name]
     if not figures.done(key, size):
         return [*head, "0", figures.failure(key, size), *["–"] * 9]
-    if figures.solver(key, size) not in ("", "pardiso"):
+    if key != "multigrid" and figures.solver(key, size) not in ("", "pardiso"):
         head[1] += f" ({figures.solver(key, size)})"
     low, high = figures.spread(key, size)
     stages = [number(figures.stage(key, size, stage)) for stage in STAGES]
