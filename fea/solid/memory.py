@@ -20,8 +20,8 @@ def direct_bytes(n_dofs: int, slots: int) -> float:
 
 
 def iterative_bytes(n_dofs: int, slots: int) -> float:
-    """Predicted bytes of smoothed-aggregation hierarchies: in proportion to the degrees of freedom."""
-    return slots * 2500.0 * n_dofs
+    """Predicted bytes of multigrid: in proportion to the degrees of freedom, and the coarse level's factor."""
+    return slots * (2300.0 * n_dofs + direct_bytes(n_dofs // 8, 1))
 
 
 def available_bytes() -> float:
