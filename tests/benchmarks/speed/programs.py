@@ -97,6 +97,7 @@ PROGRAMS = {
     "ngsolve": Program("NGSolve", _peer("peer_ngsolve.py")),
     "calculix": Program("CalculiX", _calculix, "job.frd", whole_process=True),
     "sfepy": Program("SfePy", _peer("peer_sfepy.py"), straight=True),
+    "skfem": Program("scikit-fem", _ours_script("peer_skfem.py"), compared=False),
     "pardiso": Program("Pardiso's phases", _ours_script("kernels.py"), compared=False),
 }
 # At one size, that of the thesis's model.

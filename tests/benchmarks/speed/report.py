@@ -58,6 +58,12 @@ FACTORISATION = """
 Pardiso's phases on the whole rod's matrix. The matrix product is a dense one by NumPy, double precision, in
 the same process with the same threads.
 """
+ASSEMBLY = """
+## Assembly
+
+From the mesh in memory to the whole rod's matrix: `fea` in batches of dense products, of which it keeps one
+triangle, beside scikit-fem's general assembly (both triangles) with scikit-fem's own mesh and basis.
+"""
 PROCESS = """
 ## Whole process
 
@@ -112,6 +118,7 @@ def text(figures: Figures, plot: str) -> Iterator[str]:
             if not math.isnan(figures.exponent(key))
         ),
     )
+    yield from assembly(figures)
     yield from factorisation(figures)
     yield from whole_process(figures)
 
@@ -163,6 +170,19 @@ def times(figures: Figures, key: str, size: int) -> list[str]:
         displacement,
         ", ".join(stress) or "–",
     ]
+
+
+def assembly(figures: Figures) -> Iterator[str]:
+    yield ASSEMBLY
+    rows = (
+        (size, figures.stage("whole", size, "assembly"), figures.stage("skfem", size, "assembly"))
+        for size in figures.sizes("skfem")
+        if figures.done("skfem", size) and figures.done("whole", size)
+    )
+    yield from table(
+        ["degrees of freedom", "fea s", "scikit-fem s", "ratio"],
+        ([count(figures.dofs(size)), number(a), number(b), number(a / b)] for size, a, b in rows),
+    )
 
 
 def factorisation(figures: Figures) -> Iterator[str]:

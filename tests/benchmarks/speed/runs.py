@@ -109,7 +109,7 @@ class Bench:
             return {}
         own = whole if whole.exists() else None
         straight = PROGRAMS[key].straight
-        reference = own if key == "quarter" else self.reference(dofs, straight=straight)
+        reference = own if key in {"quarter", "multigrid"} else self.reference(dofs, straight=straight)
         if reference is None:
             return {}
         command = [sys.executable, HERE / "agreement.py", reference, answer]
