@@ -34,3 +34,20 @@ def deviatoric(history: Floats) -> Floats:
 def tensor(components: Floats) -> Floats:
     """Return stress (…, 6, n) of q and σ_m (…, 6, n)."""
     return np.asarray(TO_TENSOR @ components)
+
+
+def extreme_principals(components: Floats, equivalent: Floats) -> tuple[Floats, Floats]:
+    """Largest and least principal stress (…, n) of q and σ_m (…, 6, n) with their von Mises stress (…, n).
+
+    σ₁ = σ_m + ⅔ σ_vM cos θ and σ₃ = σ_m − ⅔ σ_vM cos(60° − θ) with the Lode angle θ in 0…60°: cos 3θ is
+    the determinant of the deviator over its largest at that von Mises stress (Smith 1961).
+    """
+    q1, q2, xy, yz, xz, mean = np.moveaxis(components, -2, 0)
+    first = q1 / _ROOT
+    b, c = q2 - first, -q2 - first
+    determinant = 2 * first * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz)
+    cube = 2 / _ROOT**3 * equivalent**3
+    cosine = np.divide(determinant, cube, out=np.ones_like(cube), where=cube > 0)
+    theta = np.arccos(np.clip(cosine, -1, 1)) / 3
+    radius = 2 / 3 * equivalent
+    return mean + radius * np.cos(theta), mean - radius * np.cos(np.pi / 3 - theta)

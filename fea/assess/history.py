@@ -13,17 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from fea.assess.deviatoric import TO_TENSOR
+from fea.assess.deviatoric import extreme_principals
 from fea.assess.safety import CAP
-from fea.solid.stress import principal
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 # Mean stress below this part of the von Mises stress has no sign: pure shear counts as tension.
-_NO_SIGN = 1e-9
-# Rounding in the bounds on principal stress.
-_ROUNDING = 1e-9
+NO_SIGN = 1e-9
 
 
 @dataclass(frozen=True)
@@ -86,7 +83,7 @@ def _signed_squares(history: Floats) -> tuple[Floats, Floats, Ints]:
     instant = square.argmax(axis=1)
     rows = np.arange(len(q))
     worst = q[rows, :, instant]
-    compressed = mean[rows, instant] < -_NO_SIGN * np.sqrt(square[rows, instant])
+    compressed = mean[rows, instant] < -NO_SIGN * np.sqrt(square[rows, instant])
     worst = np.where(compressed[:, None], -worst, worst)
     along = (worst[:, None] @ q)[:, 0]
     return np.copysign(square, along), square, instant
@@ -100,29 +97,12 @@ def extremes(history: Floats) -> Extremes:
     """Find the extremes of histories (n, 6, n_instants), MPa, as `deviatoric` gives them."""
     signed, square, instant = _signed_squares(history)
     equivalent = np.sqrt(square)
+    largest, least = extreme_principals(history, equivalent)
     return Extremes(
         equivalent[np.arange(len(history)), instant],
         instant,
-        _largest_principal(history, equivalent, 1),
-        -_largest_principal(history, equivalent, -1),
+        largest.max(axis=1),
+        least.min(axis=1),
         _signed_root(signed.max(axis=1)),
         _signed_root(signed.min(axis=1)),
     )
-
-
-def _largest_principal(history: Floats, equivalent: Floats, sign: int) -> Floats:
-    """Largest principal stress (n,) over the instants of ±1 times the stress.
-
-    σ₁ = σ_m + ⅔ σ_vM cos θ with the Lode angle θ in 0…60°. The instant with the greatest upper bound,
-    σ_m + ⅔ σ_vM, is worked out; then those whose bound exceeds what it gave, no other can be larger.
-    """
-    bound = sign * history[:, 5] + 2 / 3 * equivalent
-    rows, best = np.arange(len(history)), bound.argmax(axis=1)
-    found = _principal(history[rows, :, best], sign)
-    node, instant = np.nonzero(bound > (found + _ROUNDING * np.abs(found))[:, None])
-    np.maximum.at(found, node, _principal(history[node, :, instant], sign))
-    return found
-
-
-def _principal(components: Floats, sign: int) -> Floats:
-    return principal(sign * (components @ TO_TENSOR.T))[:, 0]

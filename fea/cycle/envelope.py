@@ -9,9 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.assess.fatigue import fatigue_factor
-from fea.assess.history import Extremes, extremes
+from fea.assess.history import Extremes
 from fea.assess.safety import safety_factor
 from fea.choices import Fatigue
+from fea.cycle.path import path
+from fea.cycle.screened import extremes
 from fea.cycle.unit_solutions import PartStress, UnitSolutions, Weights
 from fea.material import Material
 from fea.results import CaseResult
@@ -23,8 +25,6 @@ Ints = npt.NDArray[np.int64]
 
 # Written in place of a fatigue factor where a part's strengths are not known: NaN spoils ranges and filters.
 NOT_JUDGED = -1.0
-# Bytes of stress history formed at a time; what is made of it takes about as much again four times over.
-BLOCK_BYTES = 2 * 2**20
 
 
 @dataclass(frozen=True)
@@ -80,27 +80,6 @@ class Envelope:
         return data | {"fatigue_safety_factor": judged}
 
 
-def part_extremes(part: PartStress, weights: Weights, sides: tuple[int, ...]) -> list[Extremes]:
-    """Extremes at every node of a part, and of its image across y = 0, a block of nodes at a time."""
-    instants = weights[0].shape[1]
-    rows = max(1, BLOCK_BYTES // (6 * 8 * instants))
-    found: list[list[Extremes]] = [[] for _ in sides]
-    for start in range(0, len(part.nodes), rows):
-        histories = part.histories(weights, sides, slice(start, start + rows))
-        for own, history in zip(found, histories, strict=True):
-            own.append(extremes(history))
-    return [_joined(blocks) for blocks in found]
-
-
-def _joined(blocks: list[Extremes]) -> Extremes:
-    return Extremes(
-        *(
-            np.concatenate([getattr(block, field.name) for block in blocks])
-            for field in dataclasses.fields(Extremes)
-        )
-    )
-
-
 def envelope(
     units: UnitSolutions,
     weights: Weights,
@@ -127,9 +106,11 @@ def envelope(
     criterion
         Of fatigue.
     """
+    order = np.argsort(angles)
+    along, angles = path((weights[0][:, order], weights[1][:, order])), angles[order]
     merged: Envelope | None = None
     for number, (part, material) in enumerate(zip(units.parts, materials, strict=True)):
-        own = _on_whole(part, part_extremes(part, weights, units.sides), whole)
+        own = _on_whole(part, extremes(part, along, units.sides), whole)
         of_part = _judged(own, angles, material, criterion, number)
         merged = of_part if merged is None else _worse(merged, of_part)
     if merged is None:

@@ -1,0 +1,162 @@
+"""Extremes over a cycle, worked out only at the instants that can be one.
+
+Every node is looked at where chords of the path end; within a chord only if the bound of `fea.cycle.path`
+exceeds what the node is known to reach. The result is that of looking everywhere.
+"""
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.assess.deviatoric import deviatoric, extreme_principals
+from fea.assess.history import NO_SIGN, Extremes
+from fea.cycle.path import Path
+from fea.cycle.unit_solutions import PartStress, Weights
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# Bytes of stress at the ends of chords formed at a time; what is made of it takes about three times that.
+BLOCK_BYTES = 8 * 2**20
+# Keeps a place without stress from dividing by zero, MPa.
+_TINY = 1e-300
+
+
+def extremes(part: PartStress, path: Path, sides: tuple[int, ...]) -> list[Extremes]:
+    """Find the extremes at every node of a part, and of its image across y = 0 (side −1)."""
+    rows = max(1, BLOCK_BYTES // (len(sides) * 6 * 8 * len(path.ends)))
+    blocks = []
+    for start in range(0, len(part.nodes), rows):
+        even, odd = (deviatoric(unit[start : start + rows]) for unit in (part.even, part.odd))
+        found = Block(even, odd, path, sides).extremes()
+        blocks.append([_rows(found, len(even), number) for number in range(len(sides))])
+    return [_joined(of_side) for of_side in zip(*blocks, strict=True)]
+
+
+class Block:
+    """Some nodes of a part and their images, over a path.
+
+    Parameters
+    ----------
+    even, odd
+        (n_nodes, 6, n_units) unit stresses, components of `fea.assess.deviatoric`.
+    path
+        The cycle.
+    sides
+        1 for the nodes, −1 for their images across y = 0: rows are those of the first side, then of the next.
+    """
+
+    def __init__(self, even: Floats, odd: Floats, path: Path, sides: tuple[int, ...]) -> None:
+        self._even, self._odd, self._path, self._sides = even, odd, path, sides
+        self._at_ends = self._stress(path.at_ends())
+        bounds = [_bounds(*item) for item in zip((even, odd), path.strays, strict=True)]
+        # (3, n_rows, n_chords): of the von Mises, the largest and the negative least principal stress.
+        self._strays = np.concatenate([bounds[0] + bounds[1]] * len(sides), axis=1)[[0, 1, 1]]
+
+    def extremes(self) -> Extremes:
+        """Find the extremes of every row."""
+        largest, instant, worst = self._largest()
+        least = self._least(largest[0], worst)
+        compressed = worst[:, 5] < -NO_SIGN * largest[0]
+        return Extremes(
+            largest[0],
+            instant,
+            largest[1],
+            -largest[2],
+            np.where(compressed, -least, largest[0]),
+            np.where(compressed, -largest[0], least),
+        )
+
+    def _largest(self) -> tuple[Floats, Ints, Floats]:
+        """Largest of the three (3, n_rows), and instant and stress (n_rows, 6) of the von Mises stress."""
+        at_ends = _three(self._at_ends)
+        end = at_ends[0].argmax(axis=1)
+        instant, worst = self._path.ends[end], self._at_ends[np.arange(len(end)), :, end]
+        largest = at_ends.max(axis=2)
+        for rows, start, stress in self._inside(_at_either_end(at_ends) + self._strays, largest):
+            inside = _three(stress)
+            best = inside[0].argmax(axis=1)
+            found = inside.max(axis=2)
+            more = found[0] > largest[0, rows]
+            instant[rows[more]] = start + best[more]
+            worst[rows[more]] = stress[more, :, best[more]]
+            largest[:, rows] = np.maximum(largest[:, rows], found)
+        return largest, instant, worst
+
+    def _least(self, largest: Floats, worst: Floats) -> Floats:
+        """Least von Mises stress (n_rows,), negative where the stress points against the worst.
+
+        It is no less than the part of q along the worst q, which strays from its chord as little.
+        """
+        direction = worst[:, None, :5] / np.maximum(largest, _TINY)[:, None, None]
+        along = (direction @ self._at_ends[:, :5])[:, 0]
+        equivalent = _equivalent(self._at_ends)
+        against = -np.copysign(equivalent, along).min(axis=1)
+        straight = _at_either_end(-along) + self._strays[0]
+        upper = np.where(straight < 0, straight, _at_either_end(equivalent) + self._strays[0])
+        for rows, _, stress in self._inside(upper[None], against[None]):
+            along = (direction[rows] @ stress[:, :5])[:, 0]
+            signed = np.copysign(_equivalent(stress), along)
+            against[rows] = np.maximum(against[rows], -signed.min(axis=1))
+        return np.asarray(-against)
+
+    def _stress(self, weights: Weights) -> Floats:
+        even, odd = self._even @ weights[0], self._odd @ weights[1]
+        return np.concatenate([even + odd if side > 0 else even - odd for side in self._sides])
+
+    def _inside(self, upper: Floats, reached: Floats) -> Iterator[tuple[Ints, int, Floats]]:
+        """Yield rows, first instant and stress (m, 6, n) inside the chords that may exceed what is reached.
+
+        Parameters
+        ----------
+        upper
+            (k, n_rows, n_chords) bounds of k quantities.
+        reached
+            (k, n_rows); it may grow meanwhile.
+        """
+        for chord in range(upper.shape[2]):
+            rows = np.flatnonzero((upper[..., chord] > reached).any(axis=0))
+            instants, weights = self._path.inside(chord)
+            if rows.size and weights[0].size:
+                image, node = np.divmod(rows, len(self._even))
+                side = np.asarray(self._sides)[image, None, None]
+                stress = self._even[node] @ weights[0] + side * (self._odd[node] @ weights[1])
+                yield rows, instants.start, stress
+
+
+def _three(stress: Floats) -> Floats:
+    """Von Mises, largest and negative least principal stress (3, n, n_instants)."""
+    equivalent = _equivalent(stress)
+    largest, least = extreme_principals(stress, equivalent)
+    return np.stack([equivalent, largest, -least])
+
+
+def _bounds(units: Floats, strays: Floats) -> Floats:
+    """Bounds (2, n, n_chords) on von Mises and principal stresses of what strays from the chords."""
+    equivalent = _equivalent(units)
+    return np.stack([equivalent @ strays, (np.abs(units[:, 5]) + 2 / 3 * equivalent) @ strays])
+
+
+def _equivalent(stress: Floats) -> Floats:
+    q = stress[:, :5]
+    return np.asarray(np.sqrt(np.einsum("nct,nct->nt", q, q)))
+
+
+def _at_either_end(values: Floats) -> Floats:
+    return np.maximum(values[..., :-1], values[..., 1:])
+
+
+def _rows(found: Extremes, count: int, number: int) -> Extremes:
+    own = slice(number * count, (number + 1) * count)
+    return Extremes(*(getattr(found, field.name)[own] for field in dataclasses.fields(Extremes)))
+
+
+def _joined(blocks: tuple[Extremes, ...]) -> Extremes:
+    return Extremes(
+        *(
+            np.concatenate([getattr(block, field.name) for block in blocks])
+            for field in dataclasses.fields(Extremes)
+        )
+    )

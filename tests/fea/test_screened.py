@@ -1,0 +1,71 @@
+"""What is worked out only where it can matter is what is found by looking everywhere."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from fea.assess.deviatoric import deviatoric, extreme_principals
+from fea.assess.history import Extremes
+from fea.assess.history import extremes as everywhere
+from fea.cycle.path import path
+from fea.cycle.screened import extremes
+from fea.cycle.unit_solutions import PartStress
+from fea.solid.stress import von_mises
+
+NODES, UNITS = 40, 6
+
+
+def _part(rng):
+    even, odd = rng.normal(size=(2, NODES, 6, UNITS)) * rng.lognormal(size=(2, NODES, 1, UNITS))
+    odd[::4] = 0.0  # some nodes lie on the plane
+    return PartStress(np.arange(NODES), even, odd)
+
+
+def _weights(rng, instants, roughness):
+    """Smooth curves, a sharp pulse and noise."""
+    angle = np.linspace(0, 4 * np.pi, instants)
+    orders = rng.integers(1, 9, (2, UNITS, 1))
+    smooth = rng.normal(size=(2, UNITS, 1)) * np.cos(orders * angle + rng.uniform(0, 6, (2, UNITS, 1)))
+    pulse = rng.normal(size=(2, UNITS, 1)) * 3 * np.exp(-(((angle - 7.0) / 0.1) ** 2))
+    mean = rng.normal(size=(2, UNITS, 1)) * rng.choice([0.0, 4.0])
+    return tuple(smooth + pulse + mean + roughness * rng.normal(size=smooth.shape))
+
+
+@pytest.mark.parametrize("sides", [(1,), (1, -1)], ids=["whole", "mirrored"])
+@pytest.mark.parametrize("seed", range(12))
+def test_screened_extremes_are_those_of_every_instant(seed, sides):
+    rng = np.random.default_rng(seed)
+    part = _part(rng)
+    instants = int(rng.integers(2, 400))
+    weights = _weights(rng, instants, rng.choice([0.0, 0.3]))
+    found = extremes(part, path(weights), sides)
+    for side, own in zip(sides, found, strict=True):
+        even, odd = deviatoric(part.even), deviatoric(part.odd)
+        expected = everywhere(even @ weights[0] + side * (odd @ weights[1]))
+        for field in dataclasses.fields(Extremes):
+            if field.name != "instant":  # of equal instants either may be named
+                np.testing.assert_allclose(
+                    getattr(own, field.name), getattr(expected, field.name), rtol=1e-9, err_msg=field.name
+                )
+
+
+def test_a_place_without_stress_has_extremes_of_zero():
+    part = PartStress(np.arange(2), np.zeros((2, 6, 1)), np.zeros((2, 6, 1)))
+    (found,) = extremes(part, path((np.ones((1, 30)), np.ones((1, 30)))), (1,))
+    for field in dataclasses.fields(Extremes):
+        assert not getattr(found, field.name).any()
+
+
+def test_extreme_principals_are_the_eigenvalues():
+    rng = np.random.default_rng(3)
+    turned = Rotation.random(50, rng=3).as_matrix()
+    roots = np.sort(rng.normal(size=(50, 3)), axis=1)
+    roots[0] = 0.0
+    roots[1, 1] = roots[1, 0]
+    matrices = turned @ (roots[:, :, None] * turned.swapaxes(1, 2))
+    stress = matrices[:, [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
+    largest, least = extreme_principals(deviatoric(stress[..., None]), von_mises(stress)[:, None])
+    np.testing.assert_allclose(largest[:, 0], roots[:, 2], rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(least[:, 0], roots[:, 0], rtol=1e-7, atol=1e-9)
