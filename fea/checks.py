@@ -21,10 +21,11 @@ LIMITS = {
     "mesh_mass": 1e-3,
     # Superposed against directly solved peak cases: a tenth of what a 5 % mesh error is.
     "superposition": 5e-3,
-    # Poisson's ratio of the least compressible part: beyond these the mean stress of displacement elements
-    # oscillates, and those of first order lock too (`fea stability incompressible` shows it).
+    # Poisson's ratio of the least compressible part without a pressure of its own: beyond these the mean
+    # stress of displacement elements oscillates, and those of first order lock too. Those of second order get
+    # the pressure there (`fea.solid.mixed`; `fea stability incompressible` shows why at this ratio).
     "poissons_ratio_p1": 0.4,
-    "poissons_ratio_p2": 0.49,
+    "poissons_ratio_p2": 0.4,
     # Negative: an element is inside out.
     "inverted_elements": 0.0,
 }

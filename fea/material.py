@@ -1,6 +1,6 @@
 """Materials: linear elastic and isotropic, with the strengths that judge a stress."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -58,6 +58,10 @@ class Material:
     def of(self, elements: slice) -> "Material":  # noqa: ARG002 - as `Materials.of`
         """The material of some elements: this one."""
         return self
+
+    def without_lambda(self) -> "Material":
+        """Return the material of the same μ whose λ vanishes: its stress is 2 μ ε."""
+        return replace(self, youngs_modulus=2 * self.shear_modulus, poissons_ratio=0.0)
 
     @property
     def lame_lambda(self) -> float:

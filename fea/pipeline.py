@@ -8,8 +8,8 @@ import numpy as np
 
 from fea.adaptive.case_error import CaseErrors
 from fea.case_loads import CaseForces, CaseLoads, imbalance
-from fea.checks import Check, check
-from fea.choices import Support
+from fea.checks import LIMITS, Check, check
+from fea.choices import Element, Support
 from fea.cycle.analysis import CycleAnalysis, CycleResult
 from fea.cycle.unit_loads import UnitLoads
 from fea.cycle.unit_solutions import unit_solutions
@@ -127,11 +127,29 @@ class Analysis:
             self._case_loads = CaseLoads(
                 cell, self.mesh.bores, self._inertia, self.pressure, study.analysis.support
             )
-        self.model = Model(cell, elastic, study.analysis.support, study.analysis.solver, clock)
+        self.model = self._model(elastic)
         with clock("stress"):
             self._recovery = PartRecovery(cell, self.mesh.planes, self._free_surfaces())
             held = () if study.analysis.support is not Support.CLAMPED else (Surface.BIG_END_BORE,)
             self._errors = CaseErrors(self.mesh, self.materials, held)
+
+    @property
+    def soft(self) -> tuple[int, ...]:
+        """Numbers of the parts that displacement alone would not hold: they get a pressure of their own."""
+        if self.study.mesh.element is not Element.P2:
+            return ()
+        limit = LIMITS["poissons_ratio_p2"]
+        return tuple(n for n, material in enumerate(self.materials) if material.poissons_ratio > limit)
+
+    def _model(self, elastic: Material | Materials) -> Model:
+        cell, asked = self.mesh.cell, self.study.analysis
+        if not self.soft:
+            return Model(cell, elastic, asked.support, asked.solver, self._clock)
+        from fea.solid.mixed import MixedModel  # noqa: PLC0415 - metal rods do without
+
+        return MixedModel(
+            cell, self.materials, self.soft, asked.support, solver=asked.solver, clock=self._clock
+        )
 
     @property
     def rod(self) -> MassProperties:
@@ -224,7 +242,9 @@ class Analysis:
     ) -> Iterator[CaseResult]:
         whole = self.mesh.whole
         stress = {
-            parity: self._recovery.nodal_stress(u, self.materials, parity, _traction(forces, parity))
+            parity: self._recovery.nodal_stress(
+                u, self.materials, parity, _traction(forces, parity), solution.pressure.get(parity)
+            )
             for parity, u in solution.displacement.items()
         }
         symmetric, odd = solution.displacement[Parity.SYMMETRIC], Parity.ANTISYMMETRIC
@@ -235,7 +255,7 @@ class Analysis:
             whole.tensor(even, stress[odd][number] if odd in stress else None)
             for number, even in enumerate(stress[Parity.SYMMETRIC])
         ]
-        errors = self._errors(solution.displacement, stress)
+        errors = self._errors(solution.displacement, stress, solution.pressure)
         for index, (case, error) in enumerate(zip(cases, errors, strict=True)):
             stresses = [tensor[..., index] for tensor in tensors]
             yield case_result(case, displacement[..., index], stresses, self.materials, error)
@@ -248,12 +268,14 @@ class Analysis:
         values = {
             "finite": float(sum(not case.finite for case in cases)),
             "inverted_elements": float(self.mesh.quality.least_scaled_jacobian <= 0),
-            f"poissons_ratio_{self.study.mesh.element}": max(m.poissons_ratio for m in self.materials),
             "mesh_mass": self.mesh.mass_error(self.rod.mass, self.materials),
             "bore_pressure_scale": max(abs(case.scale - 1) for case in forces),
             "backward_error": max(item.backward_error for item in residuals),
             "energy_balance": max(item.energy for item in residuals),
         }
+        plain = [m.poissons_ratio for n, m in enumerate(self.materials) if n not in self.soft]
+        if plain:
+            values[f"poissons_ratio_{self.study.mesh.element}"] = max(plain)
         if self.study.analysis.support is not Support.CLAMPED:
             values |= self._balance(forces, largest)
             values["reactions"] = max(item.reaction for item in residuals) / largest

@@ -65,7 +65,10 @@ class CaseErrors:
         self._element_side = beyond[whole.mesh.tets].any(axis=1).astype(int)
 
     def __call__(
-        self, displacement: Mapping[Parity, Floats], stresses: Mapping[Parity, Sequence[Floats]]
+        self,
+        displacement: Mapping[Parity, Floats],
+        stresses: Mapping[Parity, Sequence[Floats]],
+        pressure: Mapping[Parity, Mapping[int, Floats]],
     ) -> list[CaseError]:
         """Estimate the error of each case.
 
@@ -75,15 +78,19 @@ class CaseErrors:
             Per parity (n_nodes, 3, n_cases), mm, on the cell.
         stresses
             Per parity and part (n_nodes, 6, n_cases), MPa, recovered on the cell.
+        pressure
+            Per parity, by the number of each part that has one (n_nodes, n_cases), MPa.
         """
         even, odd = Parity.SYMMETRIC, Parity.ANTISYMMETRIC
+        soft = pressure.get(even, {})
         if odd not in displacement:
-            return self._on_whole([self._estimator(displacement[even], stresses[even])])
+            return self._on_whole([self._estimator(displacement[even], stresses[even], soft)])
         return self._on_whole(
             [
                 self._estimator(
                     displacement[even] + sign * displacement[odd],
                     [s + sign * a for s, a in zip(stresses[even], stresses[odd], strict=True)],
+                    {number: p + sign * pressure[odd][number] for number, p in soft.items()},
                 )
                 for sign in (1, -1)  # what stands at y > 0, then what stands at y < 0 turned over
             ]

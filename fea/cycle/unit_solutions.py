@@ -146,7 +146,8 @@ def _solved(
             columns = slice(start, min(stop, own.forces.shape[2]))
             u = solution.displacement[parity][..., : columns.stop - start]
             traction = {surface: values[..., columns] for surface, values in own.traction.items()}
-            found.append(recovery.nodal_stress(u, materials, parity, traction))
+            pressure = {n: p[:, : u.shape[2]] for n, p in solution.pressure.get(parity, {}).items()}
+            found.append(recovery.nodal_stress(u, materials, parity, traction, pressure))
     joined = [[np.concatenate(part, axis=2) for part in zip(*found, strict=True)] for found in blocks]
     return joined, errors
 

@@ -15,7 +15,7 @@ sagitta of σ* over an edge there, its value amid the edge against the mean of t
 the elements are large for the gradient of the stress. The factor is fitted: see `fea.assess.verdict`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,7 +88,12 @@ class ErrorEstimator:
         self._to_nodes = extrapolation(n_nodes)
         self._to_places = table.values @ self._to_nodes  # as the nodes of a linear field, to its places
 
-    def __call__(self, displacement: Floats, stresses: Sequence[Floats]) -> ErrorEstimate:
+    def __call__(
+        self,
+        displacement: Floats,
+        stresses: Sequence[Floats],
+        pressure: Mapping[int, Floats] | None = None,
+    ) -> ErrorEstimate:
         """Compare each part's recovered stress with that of its elements.
 
         Parameters
@@ -97,13 +102,15 @@ class ErrorEstimator:
             (n_nodes, 3, n_cases), mm.
         stresses
             Per part (n_nodes, 6, n_cases), recovered, MPa.
+        pressure
+            By the number of each part that has one, (n_nodes, n_cases), MPa.
         """
         n_elements, n_cases = len(self._mesh.tets), displacement.shape[2]
         energy, solution = np.zeros((2, n_elements, n_cases))
         errors = []
         for number, (stress, material) in enumerate(zip(stresses, self._materials, strict=True)):
             own = self._elements(number)
-            found = self._gauss_stress(displacement, material)
+            found = self._gauss_stress(displacement, material, (pressure or {}).get(number))
             spread = _NodalMean(len(stress), n_cases)
             for block in blocks(own.size, _BLOCK):
                 elements = own[block]

@@ -43,6 +43,7 @@ class PartRecovery:
         materials: Sequence[Material],
         parity: Parity = Parity.SYMMETRIC,
         traction: Mapping[Surface, Floats] | None = None,
+        pressure: Mapping[int, Floats] | None = None,
     ) -> list[Floats]:
         """Recover the stress of each part.
 
@@ -52,6 +53,8 @@ class PartRecovery:
             As for `Recovery.nodal_stress`.
         materials
             One a part.
+        pressure
+            By the number of each part that has one, (n_points, n_cases), MPa.
 
         Returns
         -------
@@ -59,14 +62,15 @@ class PartRecovery:
             Per part (n_points, 6, n_cases), MPa; NaN at nodes that are not the part's.
         """
         found = []
-        for piece, material in zip(self._pieces, materials, strict=True):
+        for number, (piece, material) in enumerate(zip(self._pieces, materials, strict=True)):
             nodes = piece.nodes
             own = {
                 surface: values[nodes]
                 for surface, values in (traction or {}).items()
                 if surface in piece.surfaces
             }
-            stress = piece.recovery.nodal_stress(displacement[nodes], material, parity, own)
+            p = pressure[number][nodes] if pressure and number in pressure else None
+            stress = piece.recovery.nodal_stress(displacement[nodes], material, parity, own, p)
             if len(nodes) < self._n_points:
                 every = np.full((self._n_points, *stress.shape[1:]), np.nan)
                 every[nodes] = stress

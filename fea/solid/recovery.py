@@ -62,18 +62,37 @@ class ElementStress:
     def __init__(self, mesh: TetMesh, places: Floats | None = None) -> None:
         n_nodes = mesh.tets.shape[1]
         self._tets = mesh.tets
-        _, self._slopes = shape_functions(n_nodes, (gauss_places(n_nodes) if places is None else places).T)
+        at = (gauss_places(n_nodes) if places is None else places).T
+        self._linear, _ = shape_functions(len(_VERTICES), at)
+        _, self._slopes = shape_functions(n_nodes, at)
         self._inverse, _ = inverse_and_determinant(jacobians(mesh.points[mesh.tets], self._slopes))
 
-    def __call__(self, displacement: Floats, material: Material) -> Floats:
-        """Stress (n_elements, n_places, 6, n_cases), MPa, of displacements (n_points, 3, n_cases), mm."""
+    def gradient(self, displacement: Floats) -> Floats:
+        """Gradients ∂u_i/∂x_j (n_elements, n_places, 3 j, 3 i, n_cases) of u (n_points, 3, n_cases)."""
         n_points, _, n_cases = displacement.shape
         n_places, n_nodes, _ = self._slopes.shape
-        flat = self._slopes.transpose(0, 2, 1).reshape(3 * n_places, n_nodes)
+        slopes = self._inverse.swapaxes(-1, -2) @ self._slopes.swapaxes(-1, -2)
         nodal = displacement.reshape(n_points, 3 * n_cases)[self._tets]
-        by_reference = (flat @ nodal).reshape(-1, n_places, 3, 3 * n_cases)
-        gradient = (self._inverse.swapaxes(-1, -2) @ by_reference).reshape(-1, n_places, 3, 3, n_cases)
-        return stress_from_gradient(gradient.transpose(0, 1, 4, 3, 2), material).swapaxes(-1, -2)
+        return (slopes.reshape(-1, 3 * n_places, n_nodes) @ nodal).reshape(-1, n_places, 3, 3, n_cases)
+
+    def __call__(self, displacement: Floats, material: Material, pressure: Floats | None = None) -> Floats:
+        """Stress (n_elements, n_places, 6, n_cases), MPa.
+
+        Parameters
+        ----------
+        displacement
+            (n_points, 3, n_cases), mm.
+        material
+            Of every element.
+        pressure
+            (n_points, n_cases), MPa, in place of λ ∇·u where the solution has one (`fea.solid.mixed`).
+        """
+        gradient = self.gradient(displacement).transpose(0, 1, 4, 3, 2)
+        if pressure is None:
+            return stress_from_gradient(gradient, material).swapaxes(-1, -2)
+        stress = stress_from_gradient(gradient, material.without_lambda()).swapaxes(-1, -2)
+        stress[:, :, :3] += (self._linear @ pressure[self._tets[:, : len(_VERTICES)]])[:, :, None]
+        return stress
 
 
 class Recovery:
@@ -107,9 +126,11 @@ class Recovery:
         n_places = weights.shape[2]
         places = np.broadcast_to(np.arange(n_elements * n_places).reshape(-1, 1, n_places), weights.shape)
         nodes = np.broadcast_to(mesh.tets[:, :, None], weights.shape)
-        self._mean = sparse.csr_array(
+        mean = sparse.csr_array(
             (weights.ravel(), (nodes.ravel(), places.ravel())), shape=(n_points, n_elements * n_places)
         )
+        self._inside = np.setdiff1d(np.arange(n_points), self._surface.nodes if self._surface else [])
+        self._mean = mean[self._inside]
 
     def nodal_stress(
         self,
@@ -117,6 +138,7 @@ class Recovery:
         material: Material,
         parity: Parity = Parity.SYMMETRIC,
         traction: Mapping[Surface, Floats] | None = None,
+        pressure: Floats | None = None,
     ) -> Floats:
         """Recover the stress at the nodes.
 
@@ -131,15 +153,23 @@ class Recovery:
         traction
             Per loaded surface (n_points, 3, n_cases), MPa, its part of that parity; of `surfaces`
             those not named are free.
+        pressure
+            (n_points, n_cases), MPa, as for `ElementStress`. Surfaces of known traction do without: the law
+            of `SurfaceStress`, in ν / (1 − ν), knows no λ.
 
         Returns
         -------
         ndarray
             (n_points, 6, n_cases), MPa, components in the order of `fea.solid.elasticity.COMPONENTS`.
         """
-        n_cases = displacement.shape[2]
-        sampled = self.gauss_stress(displacement, material).reshape(-1, 6 * n_cases)
-        stress: Floats = (self._mean @ sampled).reshape(-1, 6, n_cases)
+        n_points, _, n_cases = displacement.shape
+        stress = np.empty((n_points, 6, n_cases))
+        sampled = self.gauss_stress.gradient(displacement).reshape(-1, 9 * n_cases)
+        mean = (self._mean @ sampled).reshape(-1, 3, 3, n_cases)
+        law = material if pressure is None else material.without_lambda()
+        stress[self._inside] = stress_from_gradient(mean.transpose(0, 3, 2, 1), law).swapaxes(1, 2)
+        if pressure is not None:
+            stress[self._inside, :3] += pressure[self._inside, None]
         if self._surface is not None:
             stress[self._surface.nodes] = self._surface(displacement, material, traction or {}, parity)
         for plane, nodes in self._on_plane.items():
