@@ -2,12 +2,9 @@
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from geometry.dimensions import Dimensions
 from geometry.segments import Arc, Line, Segment
-
-if TYPE_CHECKING:
-    from geometry.rod import Rod
 
 
 @dataclass(frozen=True)
@@ -62,7 +59,7 @@ class Bosses:
         )
 
 
-def bosses(rod: "Rod") -> Bosses | None:
+def bosses(rod: Dimensions) -> Bosses | None:
     """Return the bosses of a rod; None without cap bolts. Beyond the bolt's axis they are one bolt thick."""
     if rod.cap_bolt == 0:
         return None

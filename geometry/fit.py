@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from geometry.dimensions import dimensions
 from geometry.invalid import InvalidValue, require, require_positive
 from geometry.mass import MassProperties
-from geometry.rod import Rod, dimensions
+from geometry.rod import Rod
 from geometry.section import HeightField
 from geometry.segments import Floats
 

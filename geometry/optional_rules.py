@@ -1,16 +1,12 @@
 """The rules for what a rod may have besides: slant, bushing, oil hole, cap bolts."""
 
-from typing import TYPE_CHECKING
-
 from geometry.bosses import Bosses
+from geometry.dimensions import Dimensions
 from geometry.invalid import require
 from geometry.outline import Outline
 
-if TYPE_CHECKING:
-    from geometry.rod import Rod
 
-
-def check_options(rod: "Rod") -> None:
+def check_options(rod: Dimensions) -> None:
     """Raise `InvalidValue` for the first rule that an option of `rod` breaks."""
     _small_end(rod)
     if (bosses := Outline(rod).bosses) is not None:
@@ -18,7 +14,7 @@ def check_options(rod: "Rod") -> None:
         _bolts(rod, bosses)
 
 
-def _small_end(rod: "Rod") -> None:
+def _small_end(rod: Dimensions) -> None:
     crown, least, most = rod.small_end_crown_width, 0.3 * rod.small_end_width, 0.98 * rod.small_end_width
     require(
         crown == 0 or least <= crown <= most,
@@ -34,7 +30,7 @@ def _small_end(rod: "Rod") -> None:
     require(rod.oil_hole <= most, "rod.oil_hole_mm", rod.oil_hole, rule, "Reduce it.")
 
 
-def _bosses(rod: "Rod", bosses: Bosses) -> None:
+def _bosses(rod: Dimensions, bosses: Bosses) -> None:
     for name in ("cap_bolt_spacing", "cap_boss_length", "cap_boss_fillet"):
         value = getattr(rod, name)
         require(value > 0, f"rod.{name}_mm", value, "must be given beside cap_bolt_mm")
@@ -62,7 +58,7 @@ def _bosses(rod: "Rod", bosses: Bosses) -> None:
     )
 
 
-def _bolts(rod: "Rod", bosses: Bosses) -> None:
+def _bolts(rod: Dimensions, bosses: Bosses) -> None:
     require(
         rod.cap_bolt <= 0.8 * rod.big_end_width,
         "rod.cap_bolt_mm",

@@ -3,23 +3,20 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geometry.bosses import Bosses, bosses
+from geometry.dimensions import Dimensions
 from geometry.segments import Arc, Floats, Line, Segment
 from geometry.tangency import Edge, fillet_center, foot, shank_edge
-
-if TYPE_CHECKING:
-    from geometry.rod import Rod
 
 
 @dataclass(frozen=True)
 class Outline:
     """The upper half (y ≥ 0) of the outline and of the bores of a rod."""
 
-    rod: "Rod"
+    rod: Dimensions
 
     @cached_property
     def edge(self) -> Edge:

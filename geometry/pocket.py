@@ -2,16 +2,13 @@
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geometry.dimensions import Dimensions
 from geometry.segments import Arc, Floats, Line, Point, Segment, half_chord, mirrored
 from geometry.step import ring_steps
 from geometry.tangency import Edge
-
-if TYPE_CHECKING:
-    from geometry.rod import Rod
 
 
 @dataclass(frozen=True)
@@ -111,7 +108,7 @@ class Pocket:
         return np.where(inside > 0, z, np.inf)
 
 
-def web_pocket(rod: "Rod", edge: Edge) -> Pocket:
+def web_pocket(rod: Dimensions, edge: Edge) -> Pocket:
     """Return the pocket of a rod whose shank has the upper edge `edge`."""
     big, small = ring_steps(rod)
     return Pocket(

@@ -2,7 +2,8 @@
 
 from types import MappingProxyType
 
-from geometry.rod import Rod, ShankSection
+from geometry.dimensions import ShankSection
+from geometry.rod import Rod
 
 LEON_2001 = Rod(
     length=141.0,

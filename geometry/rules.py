@@ -1,20 +1,16 @@
 """The rules that dimensions must obey for a rod to exist; each names the dimension to change."""
 
-from typing import TYPE_CHECKING
-
+from geometry.dimensions import Dimensions, ShankSection, dimensions, options
 from geometry.invalid import InvalidValue, require, require_number
 from geometry.optional_rules import check_options
 from geometry.outline import Outline
 from geometry.pocket import Pocket, web_pocket
 from geometry.step import ring_steps
 
-if TYPE_CHECKING:
-    from geometry.rod import Rod
-
 LEAST, MOST = 0.1, 10_000.0  # mm
 
 
-def check(rod: "Rod") -> None:
+def check(rod: Dimensions) -> None:
     """Raise `InvalidValue` for the first rule that `rod` breaks, from the single value to the whole."""
     _sizes(rod)
     _rings(rod)
@@ -31,9 +27,7 @@ def _key(dimension: str) -> str:
     return f"rod.{dimension}_mm"
 
 
-def _sizes(rod: "Rod") -> None:
-    from geometry.rod import ShankSection, dimensions, options  # noqa: PLC0415 - a rod checks itself
-
+def _sizes(rod: Dimensions) -> None:
     for name in dimensions():
         value = require_number(_key(name), getattr(rod, name))
         object.__setattr__(rod, name, value)
@@ -47,7 +41,7 @@ def _sizes(rod: "Rod") -> None:
     object.__setattr__(rod, "shank_section", ShankSection(section))
 
 
-def _rings(rod: "Rod") -> None:
+def _rings(rod: Dimensions) -> None:
     for end in ("big_end", "small_end"):
         ring, bore = getattr(rod, f"{end}_ring"), getattr(rod, f"{end}_bore")
         rule = f"the ring must be at least a fiftieth of its bore ({bore:g} mm) thick"
@@ -68,7 +62,7 @@ def leave_a_shank(length: float, big_end_radius: float, small_end_radius: float)
     )
 
 
-def _shank(rod: "Rod") -> None:
+def _shank(rod: Dimensions) -> None:
     for end in ("big_end", "small_end"):
         step = getattr(rod, f"{end}_width") - rod.shank_width
         rule = f"the shank must not be wider than the {end.replace('_', ' ')}, {rod.shank_width + step:g} mm"
@@ -93,7 +87,7 @@ def _shank(rod: "Rod") -> None:
         require(distance <= most, _key(name), getattr(rod, name), rule, "Reduce it or thicken the ring.")
 
 
-def _fillets(rod: "Rod") -> None:
+def _fillets(rod: Dimensions) -> None:
     big, small = Outline(rod).fillets
     larger = "big_end_fillet" if rod.big_end_fillet >= rod.small_end_fillet else "small_end_fillet"
     require(
@@ -105,7 +99,7 @@ def _fillets(rod: "Rod") -> None:
     )
 
 
-def _steps(rod: "Rod") -> None:
+def _steps(rod: Dimensions) -> None:
     big, small = ring_steps(rod)
     for step in (big, small):
         if step.height == 0:
@@ -121,7 +115,7 @@ def _steps(rod: "Rod") -> None:
     )
 
 
-def _web(rod: "Rod") -> None:
+def _web(rod: Dimensions) -> None:
     require(
         rod.web_thickness <= 0.95 * rod.shank_width,
         _key("web_thickness"),
@@ -136,7 +130,7 @@ def _web(rod: "Rod") -> None:
         require(radius <= 0.9 * limit, _key("pocket_floor_radius"), radius, rule, "Reduce it.")
 
 
-def _pocket(rod: "Rod", pocket: Pocket) -> None:
+def _pocket(rod: Dimensions, pocket: Pocket) -> None:
     length = pocket.small_end - pocket.big_end
     tangents = sum(pocket.tangents)
     if length <= 0.01 * rod.length:

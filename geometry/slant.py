@@ -1,16 +1,12 @@
 """The slanted small end: side faces that lean inwards from where the ring begins to its crown."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from geometry.dimensions import Dimensions
 from geometry.segments import Floats, Line, Segment
 
-if TYPE_CHECKING:
-    from geometry.rod import Rod
 
-
-def slanted_half_width(rod: "Rod", x: Floats) -> Floats:
+def slanted_half_width(rod: Dimensions, x: Floats) -> Floats:
     """Return z of the slanted faces at `x`, mm; infinite where there are none."""
     begin, slope = _slope(rod)
     if slope == 0:
@@ -18,7 +14,7 @@ def slanted_half_width(rod: "Rod", x: Floats) -> Floats:
     return np.where(x < begin, np.inf, rod.small_end_width / 2 - slope * (x - begin))
 
 
-def space_beside(rod: "Rod") -> tuple[Segment, ...]:
+def space_beside(rod: Dimensions) -> tuple[Segment, ...]:
     """Return the closed profile (x, z) of what a slanted small end lacks; empty without a slant."""
     begin, slope = _slope(rod)
     if slope == 0:
@@ -36,7 +32,7 @@ def space_beside(rod: "Rod") -> tuple[Segment, ...]:
     return tuple(Line(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True))
 
 
-def _slope(rod: "Rod") -> tuple[float, float]:
+def _slope(rod: Dimensions) -> tuple[float, float]:
     """Return where the slant begins and how much each face leans in, mm/mm."""
     begin = rod.length - rod.small_end_radius
     if rod.small_end_crown_width == 0:

@@ -3,14 +3,11 @@
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geometry.dimensions import Dimensions
 from geometry.segments import Arc, Floats, Line, Point, Segment, half_chord
-
-if TYPE_CHECKING:
-    from geometry.rod import Rod
 
 # The step begins this share of the ring's outer radius outside it, where it crosses the outline at an
 # angle; at the ring itself it would touch the outline tangentially.
@@ -81,7 +78,7 @@ class RingStep:
         return (arc, *_chain([arc.end, beyond, roof, (arc.start[0], ceiling), arc.start]))
 
 
-def ring_steps(rod: "Rod") -> tuple[RingStep, RingStep]:
+def ring_steps(rod: Dimensions) -> tuple[RingStep, RingStep]:
     """Return the steps of big and small end."""
     return (
         _step(0.0, rod.big_end_radius, rod.big_end_width / 2, rod),
@@ -89,7 +86,7 @@ def ring_steps(rod: "Rod") -> tuple[RingStep, RingStep]:
     )
 
 
-def _step(center: float, ring_radius: float, ring: float, rod: "Rod") -> RingStep:
+def _step(center: float, ring_radius: float, ring: float, rod: Dimensions) -> RingStep:
     shank = rod.shank_width / 2
     height = ring - shank
     # A wall lower than a twentieth of the radius would be a sliver: the arc then takes the whole step.

@@ -2,12 +2,9 @@
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from geometry.dimensions import Dimensions
 from geometry.segments import Point
-
-if TYPE_CHECKING:
-    from geometry.rod import Rod
 
 
 @dataclass(frozen=True)
@@ -39,7 +36,7 @@ class Edge:
         return (self.offset - self.normal[0] * x) / self.normal[1]
 
 
-def shank_edge(rod: "Rod") -> Edge:
+def shank_edge(rod: Dimensions) -> Edge:
     """Return the upper edge of the shank, whose depth is given where the axis meets each ring."""
     x0, y0 = rod.big_end_radius, rod.shank_depth_big_end / 2
     x1, y1 = rod.length - rod.small_end_radius, rod.shank_depth_small_end / 2

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 from fea.study.paths import is_file, located
 from fea.study.tables import checked, mapping_text, unknown_key
 from fea.units import KG, KG_M2
+from geometry.dimensions import ShankSection, dimensions, options
 from geometry.invalid import InvalidValue, require, require_positive
 from geometry.mass import MassProperties
 from geometry.presets import PRESETS
 from geometry.proportions import proportioned
-from geometry.rod import Rod, ShankSection, dimensions, options
+from geometry.rod import Rod
 
 if TYPE_CHECKING:
     from geometry.solid import Solid

@@ -2,8 +2,8 @@ import pytest
 from rods import random_rod
 
 from fea.solid.inertia import inertia
+from geometry.dimensions import dimensions
 from geometry.invalid import InvalidValue
-from geometry.rod import dimensions
 from geometry.session import session
 from geometry.solid import build
 from mesh.generate import tetrahedralise

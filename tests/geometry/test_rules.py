@@ -5,10 +5,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from geometry.dimensions import ShankSection, dimensions, options
 from geometry.invalid import InvalidValue
 from geometry.presets import LEON_2001
 from geometry.proportions import proportioned
-from geometry.rod import Rod, ShankSection, dimensions, options
+from geometry.rod import Rod
 
 ROD = proportioned(141, 50, 22, big_end_width=30, small_end_width=28)
 

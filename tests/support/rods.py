@@ -4,9 +4,10 @@ from dataclasses import fields, replace
 
 import numpy as np
 
+from geometry.dimensions import ShankSection, dimensions, options
 from geometry.invalid import InvalidValue
 from geometry.proportions import proportioned
-from geometry.rod import Rod, ShankSection, dimensions, options
+from geometry.rod import Rod
 
 
 def random_rod(seed: int) -> Rod | InvalidValue:
