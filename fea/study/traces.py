@@ -17,7 +17,7 @@ import numpy as np
 from fea.study.paths import require_size
 from fea.units import BAR, DEG, RPM
 from geometry.invalid import InvalidValue, require
-from loads.gas import Trace
+from loads.trace import Trace
 
 Row = tuple[int, list[str]]
 

@@ -6,7 +6,8 @@ from engines import DEG, LEON, RPM
 
 from geometry.invalid import InvalidValue
 from loads.engine import Engine
-from loads.gas import ATMOSPHERE, Boyle, NoGas, Otto, Trace, dead_centres
+from loads.gas import ATMOSPHERE, Boyle, NoGas, Otto, dead_centres
+from loads.trace import Trace
 
 DEGREES = np.arange(0, 720, 10.0)
 HUMP = 6.0 * np.exp(-(((DEGREES - 370) / 40) ** 2))
