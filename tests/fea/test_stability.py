@@ -17,7 +17,7 @@ def rows():
 
 def test_none_is_wrong_and_metals_are_right(rows):
     assert not [row for row in rows if row.verdict is Verdict.WRONG]
-    ordinary = {"material contrast": 1.0, "slenderness, p2": 10.0, "near-incompressible, p2": 0.3}
+    ordinary = {"material contrast": 1.0, "slenderness, p2": 10.0, "near-incompressible stress, p2": 0.3}
     found = {row.case: row.verdict for row in rows if ordinary.get(row.case) == row.value}
     assert found == dict.fromkeys(ordinary, Verdict.RIGHT)
 

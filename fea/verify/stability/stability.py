@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from types import MappingProxyType
 
-from fea.verify.stability import contrast, engines, incompressible, scaling, slender, slivers
+from fea.verify.stability import contrast, engines, incompressible, membrane, scaling, slender, slivers
 from fea.verify.stability.row import ExtremeRow
 from geometry.invalid import InvalidValue
 
@@ -13,6 +13,7 @@ CASES = MappingProxyType(
         "slender": slender.rows,
         "slivers": slivers.rows,
         "incompressible": incompressible.rows,
+        "membrane": membrane.rows,
         "scaling": scaling.rows,
         "engines": engines.rows,
     }

@@ -1,0 +1,30 @@
+"""Cook's membrane of ν = 0.4999 in plane strain, ever finer: how far its corner rises.
+
+The target is that of the benchmark `cook`; the corners of both vertical edges are singular.
+"""
+
+from fea.checks import LIMITS
+from fea.verify.cases.cook import INCOMPRESSIBLE, NEARLY_NOT, membrane, rise
+from fea.verify.stability.pair import solved_pair
+from fea.verify.stability.row import ExtremeRow
+from fea.verify.stability.solved import percent, solved
+
+SIZES = (12.0, 6.0, 3.0)
+METHODS = ("p1", "p2", "p2/p1")
+
+
+def rows() -> list[ExtremeRow]:
+    """Each method on the same sizes."""
+    return [_row(method, size) for method in METHODS for size in SIZES]
+
+
+def _row(method: str, size: float) -> ExtremeRow:
+    body = membrane(size, order=1 if method == "p1" else 2)
+    if method == "p2/p1":
+        result = solved_pair(body.mesh, NEARLY_NOT, body.forces, body.fixed).solved
+    else:
+        result = solved(body.mesh, NEARLY_NOT, body.forces, body.fixed)
+    marked = NEARLY_NOT.poissons_ratio > LIMITS.get(f"poissons_ratio_{method}", 0.5)
+    error = percent(rise(body.mesh, result.displacement), INCOMPRESSIBLE.target)
+    name, tolerance = f"Cook's membrane, ν = 0.4999, {method}", INCOMPRESSIBLE.tolerance_percent
+    return result.row(name, "mm", size, error, tolerance, marked=marked)

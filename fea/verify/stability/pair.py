@@ -1,0 +1,57 @@
+"""Solve a body with a pressure of its own, as a run does with nearly incompressible parts."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.material import Material
+from fea.solid.assembly import pattern, stiffness
+from fea.solid.condition import condition_estimate
+from fea.solid.mixed_system import MixedSystem, shear_materials
+from fea.solid.pressure import pressure_space
+from fea.solid.solvers import factorise
+from fea.solid.supports import require_restrained
+from fea.verify.stability.solved import Solved
+from mesh.tetmesh import TetMesh
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SolvedPair:
+    """A displacement and its pressure.
+
+    Attributes
+    ----------
+    solved
+        The displacement; the condition is that of what is factorised.
+    pressure
+        (n_nodes, 1), MPa, positive in tension.
+    """
+
+    solved: Solved
+    pressure: Floats
+
+
+def solved_pair(
+    mesh: TetMesh, material: Material, forces: Floats, fixed: npt.NDArray[np.bool_]
+) -> SolvedPair:
+    """Solve with `fixed` displacements (n_nodes, 3) zero.
+
+    Raises
+    ------
+    UnderconstrainedError, SingularMatrixError, StagnationError
+        There is no answer.
+    """
+    require_restrained(mesh, fixed)
+    held = fixed.ravel()
+    A = stiffness(mesh, shear_materials([material], [0])[0], pattern(mesh.tets, len(mesh.points)))
+    space = pressure_space(mesh, {0: material})
+    constrained = A.constrained(held)
+    factor = factorise(constrained)
+    system = MixedSystem(A, space, held, np.ones(space.lame_lambda.size, dtype=bool))
+    u, p, found = system.solve(factor.solve, forces.reshape(-1, 1))
+    condition = condition_estimate(constrained, factor)
+    solved = Solved(u.reshape(-1, 3), found.backward_error, found.energy, condition)
+    return SolvedPair(solved, space.nodal(p, len(mesh.points))[0])
