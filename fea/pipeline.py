@@ -141,6 +141,23 @@ class Analysis:
         limit = LIMITS["poissons_ratio_p2"]
         return tuple(n for n, material in enumerate(self.materials) if material.poissons_ratio > limit)
 
+    @property
+    def formulation(self) -> str:
+        """What is solved for."""
+        return "displacement-pressure" if self.soft else "displacement"
+
+    def _pressure_notes(self) -> list[str]:
+        names = list(self.mesh.parts)
+        return [
+            f"{names[n]}: solved with a pressure of its own, as ν = {self.materials[n].poissons_ratio:g}"
+            for n in self.soft
+        ]
+
+    def _pressure_left_out(self) -> tuple[Omission, ...]:
+        if self.soft or self.study.mesh.element is not Element.P2:
+            return ()
+        return (Omission("pressure unknowns", f"ν is at most {LIMITS['poissons_ratio_p2']} everywhere"),)
+
     def _model(self, elastic: Material | Materials) -> Model:
         cell, asked = self.mesh.cell, self.study.analysis
         if not self.soft:
@@ -182,8 +199,8 @@ class Analysis:
             if Parity.ANTISYMMETRIC in solution.displacement or not self.mesh.cut_y
             else (Omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"),)
         )
-        left_out = (*self.mesh.left_out, *parities, *loads.left_out)
-        notes = (*loads.notes, *self.mesh.notes)
+        left_out = (*self.mesh.left_out, *parities, *self._pressure_left_out(), *loads.left_out)
+        notes = (*loads.notes, *self.mesh.notes, *self._pressure_notes())
         history = self._cycle_at(rpm, cases) if cycle else None
         if history is not None:
             checks |= history.checks()

@@ -107,6 +107,7 @@ def _model(analysis: Analysis) -> dict[str, Any]:
         "dofs": whole.points.size,
         "solved_dofs": analysis.model.solved_dofs,
         "element": study.mesh.element.value,
+        "formulation": analysis.formulation,
         "size_mm": analysis.mesh.size,
         "symmetry": analysis.mesh.symmetry.value,
         "support": study.analysis.support.value,

@@ -20,9 +20,9 @@ error* is |uᵀKu − uᵀf| / uᵀf: it grows with the condition, and is what n
 digits. *Error* is that of the result against the exact one.
 
 Displacement elements do not hold nearly incompressible materials: those of first order lock, and the mean
-stress of both oscillates. Beyond ν = 0.4 those of second order get a pressure of their own by themselves (p2/p1,
-Taylor and Hood's pair), whose errors do not depend on ν; the rows of p2 beyond it show what this saves one
-from. Results of p1 beyond it are marked.
+stress of both oscillates. Beyond ν = 0.4 a run with those of second order gives each such part a pressure of
+its own (p2/p1, Taylor and Hood's pair), whose errors do not depend on ν; the rows of p2 beyond it show what
+that spares one. A run with p1 is marked beyond it.
 """
 _COLOR = {
     Verdict.RIGHT: "tab:green",
