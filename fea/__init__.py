@@ -18,7 +18,7 @@ def run(study: str = "leon-2001", **flags: Any) -> dict[str, Any] | list[dict[st
     **flags
         Those of ``fea run`` by their Python names: ``rpm`` (a number, a list or text), ``size``,
         ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``min_safety``,
-        ``screenshot``, ``out``.
+        ``screenshot``, ``cycle``, ``animate``, ``out``.
 
     Returns
     -------

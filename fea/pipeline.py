@@ -32,7 +32,7 @@ from loads.bearing import BorePressure
 from loads.cases import LoadCase, given
 from loads.engine import Engine
 from loads.gas import GasModel
-from loads.peaks import peak_cases
+from loads.peaks import load_case, peak_cases
 from mesh.size_field import SizeField
 from mesh.tetmesh import Floats
 
@@ -207,6 +207,21 @@ class Analysis:
             notes += history.notes()
         return SpeedResult(rpm, cases, checks, left_out, notes, history)
 
+    def displacement(self, rpm: float, angles: Floats) -> Floats:
+        """Displacement (n_nodes, 3, n) of the whole rod at crank angles (n,), rad: mm, seen from the bores.
+
+        Raises
+        ------
+        InvalidValue
+            There is no engine.
+        """
+        if self.engine is None or self.gas is None:
+            raise InvalidValue("study", self.study.name, "has no [engine]", "Add one.")
+        engine, gas, speed = self.engine, self.gas, rpm * RPM
+        cases = [load_case(engine, self.rod, gas, speed, angle, name="instant") for angle in angles]
+        solution = self.model.solve([self._case_loads(case).forces for case in cases])
+        return self._on_whole(solution)
+
     @cached_property
     def cycle_analysis(self) -> CycleAnalysis:
         """The unit solutions of the whole crank cycle at any speed, solved when first asked for."""
@@ -264,10 +279,7 @@ class Analysis:
             )
             for parity, u in solution.displacement.items()
         }
-        symmetric, odd = solution.displacement[Parity.SYMMETRIC], Parity.ANTISYMMETRIC
-        displacement = whole.vector(symmetric, solution.displacement.get(odd))
-        if self.study.analysis.support is not Support.CLAMPED:
-            displacement = referred_to_bores(whole.mesh, displacement, self.mesh.bores.rod_length)
+        displacement, odd = self._on_whole(solution), Parity.ANTISYMMETRIC
         tensors = [
             whole.tensor(even, stress[odd][number] if odd in stress else None)
             for number, even in enumerate(stress[Parity.SYMMETRIC])
@@ -276,6 +288,15 @@ class Analysis:
         for index, (case, error) in enumerate(zip(cases, errors, strict=True)):
             stresses = [tensor[..., index] for tensor in tensors]
             yield case_result(case, displacement[..., index], stresses, self.materials, error)
+
+    def _on_whole(self, solution: Solution) -> Floats:
+        """Displacement (n_nodes, 3, n_loads) of the whole rod, seen from the bores."""
+        whole = self.mesh.whole
+        symmetric = solution.displacement[Parity.SYMMETRIC]
+        displacement = whole.vector(symmetric, solution.displacement.get(Parity.ANTISYMMETRIC))
+        if self.study.analysis.support is Support.CLAMPED:
+            return displacement
+        return referred_to_bores(whole.mesh, displacement, self.mesh.bores.rod_length)
 
     def _checks(
         self, forces: list[CaseForces], solution: Solution, cases: tuple[CaseResult, ...]

@@ -52,6 +52,8 @@ def run(
         from fea.output.table import print_runs
 
         print_runs([(report.folder, report.summary) for report in reports])
+        for film in filter(None, (report.film for report in reports)):
+            sys.stdout.write(f"Wrote {film}\n")
     for complaint in dict.fromkeys(report.complaint for report in reports if report.complaint):
         sys.stderr.write(f"fea: {complaint}\n")
     code = verdict(summaries, asked.analysis.min_safety)

@@ -11,9 +11,11 @@ from typing import Any
 from fea.adaptive.adapt import Adapted, analysed
 from fea.cycle.analysis import CycleResult
 from fea.cycle.speed_map import speed_map
+from fea.jobs.animation import animation_file, filmed
 from fea.jobs.cycle_table import cycle_columns
 from fea.jobs.report import summary
 from fea.machine.clock import Clock
+from fea.output.animation import require_film, write_film
 from fea.output.cycle import write_cycle_csv
 from fea.output.errors import PictureError
 from fea.output.folder import require_replaceable, run_folder
@@ -35,12 +37,15 @@ class RunReport:
     summary
         What its `summary.json` says.
     complaint
-        Why there are no pictures although they were asked for; empty otherwise.
+        Why there are no pictures, or no animation, although they were asked for; empty otherwise.
+    film
+        The animation's file, if there is one.
     """
 
     folder: Path
     summary: dict[str, Any]
     complaint: str = ""
+    film: Path | None = None
 
 
 def run_study(study: Study, listener: Callable[[str], None] | None = None) -> list[RunReport]:
@@ -69,13 +74,17 @@ def run_study(study: Study, listener: Callable[[str], None] | None = None) -> li
     """
     speeds: Sequence[float | None] = study.speed.speeds() if study.engine else (None,)
     folders = _folders(study, speeds)
+    films = [animation_file(study, rpm) for rpm in speeds]
     for folder in folders:
         require_replaceable(folder)
+    for film in films:
+        if film is not None:
+            require_film(film)
     clock = Clock(listener)
     adapted = analysed(study, speeds, clock, listener)
     reports = []
-    for rpm, folder in zip(speeds, folders, strict=True):
-        reports.append(_leave(adapted, adapted.at(rpm), folder, clock))
+    for rpm, folder, film in zip(speeds, folders, films, strict=True):
+        reports.append(_leave(adapted, adapted.at(rpm), folder, film, clock))
     if len(reports) > 1:
         write_text(folders[0].parent / "map.csv", map_text(reports))
         with clock("plot"):
@@ -106,8 +115,8 @@ def _folders(study: Study, speeds: Sequence[float | None]) -> list[Path]:
     return [parent / f"{rpm:g}rpm" for rpm in speeds]
 
 
-def _leave(adapted: Adapted, result: SpeedResult, folder: Path, clock: Clock) -> RunReport:
-    """Write one speed's run and return its summary."""
+def _leave(adapted: Adapted, result: SpeedResult, folder: Path, film: Path | None, clock: Clock) -> RunReport:
+    """Write one speed's run, and its animation if one is asked for, and return its summary."""
     analysis = adapted.analysis
     mesh = analysis.mesh.whole.mesh
     with run_folder(folder) as place:
@@ -129,12 +138,18 @@ def _leave(adapted: Adapted, result: SpeedResult, folder: Path, clock: Clock) ->
             with clock("plot"):
                 _plot_history(place / "history.png", analysis.study.name, result, result.cycle)
         figures = summary(analysis, result, clock, adapted.passes)
-        complaint = ""
+        complaint, pages = "", b""
         if analysis.study.output.screenshot:
             complaint = _take_pictures(place, figures, clock)
-            figures["timings_s"], figures["total_s"] = dict(clock.seconds), clock.total
+        if film is not None and result.rpm is not None:
+            pages, refused = filmed(analysis, result.rpm, film, clock)
+            complaint = complaint or refused
+        figures["timings_s"], figures["total_s"] = dict(clock.seconds), clock.total
         write_text(place / "summary.json", json_text(figures))
-    return RunReport(folder, figures, complaint)
+    if film is None or not pages:
+        return RunReport(folder, figures, complaint)
+    write_film(film, pages)
+    return RunReport(folder, figures, complaint, film)
 
 
 def _plot_history(path: Path, study: str, result: SpeedResult, cycle: CycleResult) -> None:

@@ -119,7 +119,7 @@ def _draw_spot(plotter: Any, scene: Scene, surface: Any) -> None:
 
 def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
     """Draw the colours' meaning and what else must be known to read the picture."""
-    limits, colours = band_limits(scene.peak), _band_colours(scene)
+    limits, colours = band_limits(scene.peak), band_colours(scene.peak)
     edges = np.linspace(0.06, 0.94, len(limits))
     low, high = 0.76, 0.84
     corners = [[[a, low], [b, low], [b, high], [a, high]] for a, b in itertools.pairwise(edges)]
@@ -153,15 +153,15 @@ def _surface(scene: Scene) -> Any:
     return surface
 
 
-def _band_colours(scene: Scene) -> npt.NDArray[np.uint8]:
-    """Return the colours (n_bands, 3) of the legend's bands."""
-    places = np.linspace(0, len(COLOURS) - 1, len(band_limits(scene.peak)) - 1)
+def band_colours(peak: float) -> npt.NDArray[np.uint8]:
+    """Return the colours (n_bands, 3) of the bands that reach to a largest stress."""
+    places = np.linspace(0, len(COLOURS) - 1, len(band_limits(peak)) - 1)
     shades = [np.interp(places, range(len(COLOURS)), channel) for channel in COLOURS.T]
     return np.stack(shades, axis=1).round().astype(np.uint8)
 
 
 def _add_surface(plotter: Any, scene: Scene, surface: Any) -> None:
-    colours, limits = _band_colours(scene), band_limits(scene.peak)
+    colours, limits = band_colours(scene.peak), band_limits(scene.peak)
     opaque = np.column_stack([colours, np.full(len(colours), 255, np.uint8)])
     plotter.add_mesh(
         surface,

@@ -2,8 +2,6 @@
 
 import json
 import os
-import subprocess
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -12,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from fea.output.child import REMEDY, environments, run_drawing
 from fea.output.errors import PictureError
 from fea.output.png import is_complete_png
 from fea.output.text import make_directory
 from fea.output.vtu import write_vtu
 from mesh.tetmesh import TetMesh
 
-REMEDY = "On Debian or Ubuntu, `apt-get install libegl1 libgl1 libxrender1` brings what drawing needs."
 TIMEOUT = 60.0  # seconds a picture; one takes about one
 
 
@@ -126,10 +124,10 @@ def draw_pictures(pictures: Sequence[Picture]) -> None:
     if not pictures:
         return
     orders = json.dumps([_order(picture) for picture in pictures])
-    for environment in _environments():
+    for environment in environments():
         for picture in pictures:
             picture.png.unlink(missing_ok=True)
-        said = _render(orders, environment, TIMEOUT * (1 + len(pictures)))
+        said = run_drawing("fea.output.render", orders, environment, TIMEOUT * (1 + len(pictures)))
         missing = [picture.png.name for picture in pictures if not is_complete_png(picture.png)]
         if not missing:
             return
@@ -165,37 +163,3 @@ def _described(vtu: Path, summary: Mapping[str, Any], case: str) -> Picture:
 
 def _order(picture: Picture) -> dict[str, Any]:
     return asdict(picture) | {"vtu": os.fspath(picture.vtu), "png": os.fspath(picture.png)}
-
-
-def _environments() -> list[dict[str, str]]:
-    """Return what to tell the drawing process, in the order to try: on Linux first to need no display."""
-    plain = dict(os.environ)
-    headless = plain | {"VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow"}
-    if not sys.platform.startswith("linux") or "VTK_DEFAULT_OPENGL_WINDOW" in plain:
-        return [plain]
-    has_display = bool(plain.get("DISPLAY") or plain.get("WAYLAND_DISPLAY"))
-    return [headless, plain] if has_display else [headless]
-
-
-def _render(orders: str, environment: Mapping[str, str], timeout: float) -> str:
-    """Run the drawing process; return what went wrong, in a line."""
-    # Without a pipe to it: gmsh lets a broken one end this process. -P: no module of the user's directory.
-    command = [sys.executable, "-P", "-m", "fea.output.render", orders]
-    try:
-        done = subprocess.run(  # noqa: S603 - our own interpreter and module
-            command,
-            stdin=subprocess.DEVNULL,
-            env=environment,
-            timeout=timeout,
-            capture_output=True,
-            text=True,
-            encoding="utf-8",
-            errors="replace",
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        return f"drawing took longer than {timeout:g} s"
-    if done.returncode < 0:
-        return f"the drawing process was ended by signal {-done.returncode}"
-    lines = done.stderr.strip().splitlines()
-    return lines[-1].rstrip(".") if done.returncode and lines else "nothing came out"

@@ -1,7 +1,4 @@
-"""The process that draws: ``python -m fea.output.render ORDERS``, its pictures as JSON.
-
-It is a process of its own because an OpenGL library that is missing or broken may end it at once.
-"""
+"""The process that draws pictures: ``python -m fea.output.render ORDERS``, its pictures as JSON."""
 
 import json
 import sys

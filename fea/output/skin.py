@@ -14,7 +14,7 @@ Ints = npt.NDArray[Any]
 FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
 SIDES = np.array([[0, 1, 3], [1, 2, 4], [2, 0, 5]])  # of a face: two vertices and the node between
 SMOOTH = np.cos(np.radians(25.0))  # facets that meet at less are one smooth surface, cut by the mesher
-PIECES = 4  # a side of a facet is drawn as so many straight pieces
+PIECES = 4
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,13 @@ class Skin:
         (n_nodes, 3) coordinates of all nodes, mm.
     facets
         (n_facets, 3) or (n_facets, 6) node numbers: vertices, mid-edge nodes; outward orientation.
+    pieces
+        A side of a facet is drawn as so many straight pieces.
     """
 
     points: Floats
     facets: Ints
+    pieces: int = PIECES
 
     @classmethod
     def of(cls, points: Floats, tets: Ints) -> "Skin":
@@ -82,9 +85,9 @@ class Skin:
 
     def triangles(self) -> Ints:
         """Return the small triangles (n, 3), numbering the rows that `refined` gives."""
-        number = {place: k for k, place in enumerate(_places(PIECES))}
-        upward = [((i, j), (i + 1, j), (i, j + 1)) for i, j in number if i + j < PIECES]
-        downward = [((i + 1, j), (i + 1, j + 1), (i, j + 1)) for i, j in number if i + j < PIECES - 1]
+        number = {place: k for k, place in enumerate(_places(self.pieces))}
+        upward = [((i, j), (i + 1, j), (i, j + 1)) for i, j in number if i + j < self.pieces]
+        downward = [((i + 1, j), (i + 1, j + 1), (i, j + 1)) for i, j in number if i + j < self.pieces - 1]
         once = np.array([[number[place] for place in triangle] for triangle in upward + downward])
         return (once + len(number) * np.arange(len(self.facets))[:, None, None]).reshape(-1, 3)
 
@@ -97,7 +100,7 @@ class Skin:
         return _unit(self._refined(self.normals))
 
     def _refined(self, at_nodes: Floats) -> Floats:
-        xi, eta = np.array(_places(PIECES)).T / PIECES
+        xi, eta = np.array(_places(self.pieces)).T / self.pieces
         shapes = _shapes(np.stack([1 - xi - eta, xi, eta], axis=1), self.facets.shape[1])
         fine: Floats = np.einsum("pn,fn...->fp...", shapes, at_nodes)
         flat: Floats = fine.reshape(-1, *at_nodes.shape[2:])

@@ -54,6 +54,9 @@ class Flags:
     screenshot: bool = False
     """Take a picture of each load case."""
 
+    animate: Path | None = None
+    """Write an animation of the cycle to this file (.gif; .mp4 with the extra of that name)."""
+
     out: Path | None = None
     """Directory of the results."""
 
@@ -81,6 +84,7 @@ class Flags:
             "output": {
                 "screenshot": self.screenshot or None,
                 "directory": None if self.out is None else str(self.out.resolve()),
+                "animate": None if self.animate is None else str(self.animate.resolve()),
             },
         }
         changes = {}
@@ -108,7 +112,7 @@ def python_flags(values: Mapping[str, Any]) -> Flags:
             continue
         if name == "rpm":
             flags[name] = value if isinstance(value, str) else _speeds_text(value)
-        elif name == "out":
+        elif name in {"out", "animate"}:
             flags[name] = Path(value)
         else:
             flags[name] = checked(name, value, hints[name])

@@ -97,6 +97,7 @@ class OutputTable:
 
     directory: str | None = None
     screenshot: bool = False
+    animate: str | None = None
 
 
 @dataclass(frozen=True)
@@ -135,6 +136,8 @@ class Study:
         self.speed.speeds()
         if self.output.directory is not None:
             located("output.directory", self.output.directory, self.folder)
+        if self.output.animate is not None:
+            located("output.animate", self.output.animate, self.folder)
         if self.forces is not None:
             given = list(self.forces.pin_N)
             require(self.engine is None, "forces.pin_N", given, "stand in place of an engine", "Remove one.")

@@ -83,7 +83,7 @@ def broken_pipes_kill():
 @pytest.mark.skipif(not hasattr(signal, "SIGPIPE"), reason="there are no such signals")
 @pytest.mark.usefixtures("broken_pipes_kill")
 def test_a_drawing_process_that_dies_is_an_error_with_a_remedy_and_leaves_the_result(result, monkeypatch):
-    monkeypatch.setattr(picture, "_environments", lambda: [{"PATH": ""}])
+    monkeypatch.setattr(picture, "environments", lambda: [{"PATH": ""}])
     monkeypatch.setattr(sys, "executable", "/bin/false")
     before = result.read_bytes()
     with pytest.raises(PictureError, match=r"tension.png could not be drawn.*libegl1"):
@@ -99,7 +99,7 @@ def test_what_is_no_result_is_said(result):
 
 
 def test_no_picture_starts_no_process(monkeypatch):
-    monkeypatch.setattr(picture, "_render", lambda *_: pytest.fail("nothing to draw"))
+    monkeypatch.setattr(picture, "run_drawing", lambda *_: pytest.fail("nothing to draw"))
     draw_pictures([])
 
 
