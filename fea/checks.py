@@ -28,6 +28,9 @@ LIMITS = {
     "poissons_ratio_p2": 0.4,
     # Negative: an element is inside out.
     "inverted_elements": 0.0,
+    # One over the least mean ratio: a mesher that worked leaves ten at most. A single sliver of 200 makes the
+    # condition some four times what it was, and ever flatter ones with the power 3/2 (`fea stability slivers`).
+    "flattest_element": 200.0,
 }
 
 

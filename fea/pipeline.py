@@ -306,6 +306,7 @@ class Analysis:
         values = {
             "finite": float(sum(not case.finite for case in cases)),
             "inverted_elements": float(self.mesh.quality.least_scaled_jacobian <= 0),
+            "flattest_element": 1 / max(self.mesh.quality.least_shape, 1e-300),
             "mesh_mass": self.mesh.mass_error(self.rod.mass, self.materials),
             "bore_pressure_scale": max(abs(case.scale - 1) for case in forces),
             "backward_error": max(item.backward_error for item in residuals),

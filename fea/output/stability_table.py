@@ -10,15 +10,17 @@ from rich.table import Table
 from fea.verify.stability.row import ExtremeRow, Verdict
 
 HEADER = ("case", "value", "backward error", "condition", "energy error", "error %", "verdict")
+# Of 1e-16.
+_LEAST_WIDTH = 5
 _STYLE = {Verdict.WRONG: "bold red", Verdict.MARKED: "yellow", Verdict.REFUSED: "yellow"}
 
 
 def print_stability(rows: Sequence[ExtremeRow]) -> None:
     """Print a line a row, and how many came out how."""
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
-    table.add_column(HEADER[0])
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=0)
+    table.add_column(HEADER[0], no_wrap=True)
     for name in HEADER[1:]:
-        table.add_column(name, justify="right", no_wrap=True)
+        table.add_column(name, justify="right", min_width=_LEAST_WIDTH, no_wrap=name == HEADER[1])
     for row in rows:
         table.add_row(*cells(row), style=_STYLE.get(row.verdict))
     console = Console(highlight=False)
@@ -26,10 +28,10 @@ def print_stability(rows: Sequence[ExtremeRow]) -> None:
     console.print(counts(rows), style="bold")
 
 
-def cells(row: ExtremeRow) -> tuple[str, ...]:
-    """Return the row as text, in the order of `HEADER`."""
+def cells(row: ExtremeRow, digits: int = 0) -> tuple[str, ...]:
+    """Return the row as text, in the order of `HEADER`, with so many digits behind the point."""
     quality = (row.backward_error, row.condition_estimate, row.energy_error, row.result_error_percent)
-    shown = ("–" if value is None else f"{value:.1e}" for value in quality)
+    shown = ("–" if value is None else f"{value:.{digits}e}" for value in quality)
     return (row.case, f"{row.parameter} = {row.value:g}", *shown, row.verdict.value)
 
 

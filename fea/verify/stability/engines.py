@@ -36,7 +36,14 @@ def _row(
     engine = Engine(ratio * LENGTH, LENGTH, 76.0, 1.0 * KG)
     gas = Otto(engine, 8.0, peak * BAR)
     error = 100 * max(_imbalance(engine, gas, rpm * RPM, angle) for angle in np.arange(0, 4 * math.pi, 0.1))
-    return ExtremeRow(case, parameter, value, judged(error, TOLERANCE_PERCENT, marked=False), error)
+    return ExtremeRow(
+        case,
+        parameter,
+        value,
+        judged(error, TOLERANCE_PERCENT, marked=False),
+        error,
+        tolerance_percent=TOLERANCE_PERCENT,
+    )
 
 
 def _imbalance(engine: Engine, gas: Otto, speed: float, angle: float) -> float:

@@ -8,7 +8,7 @@ class Verdict(StrEnum):
     """What became of an extreme case."""
 
     RIGHT = "right"  # within its tolerance
-    MARKED = "marked"  # off, and a run of `fea run` would say that it is not to be trusted
+    MARKED = "marked"  # a run of `fea run` would say that it is not to be trusted, off or not
     REFUSED = "refused"  # an error instead of an answer
     WRONG = "wrong"  # off, and nothing says so
 
@@ -33,6 +33,10 @@ class ExtremeRow:
         See `fea.solid.condition`.
     energy_error
         |uᵀKu − uᵀf| / uᵀf.
+    tolerance_percent
+        Largest error that is right.
+    noticed_by
+        What a run says: names of its checks that fail, or its error bar.
     """
 
     case: str
@@ -43,6 +47,8 @@ class ExtremeRow:
     backward_error: float | None = None
     condition_estimate: float | None = None
     energy_error: float | None = None
+    tolerance_percent: float | None = None
+    noticed_by: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -59,6 +65,8 @@ class ExtremeRow:
             "condition_estimate": self.condition_estimate,
             "energy_error": self.energy_error,
             "result_error_percent": self.result_error_percent,
+            "tolerance_percent": self.tolerance_percent,
+            "noticed_by": list(self.noticed_by),
             "verdict": self.verdict.value,
         }
 

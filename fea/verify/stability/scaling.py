@@ -37,7 +37,7 @@ def rows() -> list[ExtremeRow]:
     for modulus in MODULI:
         result = _solved(mesh, modulus)
         found.append(
-            _row("stiffness of the body", "E, MPa", modulus, result, _off(result.displacement, reference))
+            _row("stiffness of the body", "MPa", modulus, result, _off(result.displacement, reference))
         )
     return found
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from fea.checks import LIMITS
+from fea.checks import check
 from fea.material import Material, Materials
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.condition import condition_estimate
@@ -35,11 +35,10 @@ class Solved:
     condition: float
 
     @property
-    def trusted(self) -> bool:
-        """Whether the checks of a run would pass."""
-        return (
-            self.backward_error <= LIMITS["backward_error"] and self.energy_error <= LIMITS["energy_balance"]
-        )
+    def failed(self) -> tuple[str, ...]:
+        """Checks of a run that would fail."""
+        values = {"backward_error": self.backward_error, "energy_balance": self.energy_error}
+        return tuple(name for name, value in values.items() if not check(name, value).passed)
 
     def row(
         self,
@@ -50,18 +49,33 @@ class Solved:
         tolerance_percent: float,
         *,
         marked: bool = False,
+        noticed_by: tuple[str, ...] = (),
     ) -> ExtremeRow:
-        """Judge an answer that was drawn from the displacement; `marked` by another check."""
-        verdict = judged(error_percent, tolerance_percent, marked=marked or not self.trusted)
+        """Judge an answer that was drawn from the displacement.
+
+        Parameters
+        ----------
+        case, parameter, value
+            See `ExtremeRow`.
+        error_percent, tolerance_percent
+            Of the answer, and the largest that is right.
+        marked
+            Whether another check would fail.
+        noticed_by
+            Names of other checks that would.
+        """
+        noticed = (*noticed_by, *self.failed)
         return ExtremeRow(
             case,
             parameter,
             value,
-            verdict,
+            judged(error_percent, tolerance_percent, marked=marked or bool(noticed)),
             error_percent,
             self.backward_error,
             self.condition,
             self.energy_error,
+            tolerance_percent,
+            noticed,
         )
 
 

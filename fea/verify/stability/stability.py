@@ -3,19 +3,37 @@
 from collections.abc import Callable, Sequence
 from types import MappingProxyType
 
-from fea.verify.stability import contrast, engines, incompressible, membrane, scaling, slender, slivers
+from fea.verify.stability import (
+    bending,
+    contrast,
+    engines,
+    grading,
+    incompressible,
+    liner,
+    membrane,
+    rods,
+    scaling,
+    slender,
+    slivers,
+    thin_ring,
+)
 from fea.verify.stability.row import ExtremeRow
 from geometry.invalid import InvalidValue
 
 CASES = MappingProxyType(
     {
         "contrast": contrast.rows,
+        "liner": liner.rows,
         "slender": slender.rows,
+        "ring": thin_ring.rows,
+        "grading": grading.rows,
         "slivers": slivers.rows,
+        "bending": bending.rows,
         "incompressible": incompressible.rows,
         "membrane": membrane.rows,
         "scaling": scaling.rows,
         "engines": engines.rows,
+        "rods": rods.rows,
     }
 )
 

@@ -1,0 +1,37 @@
+"""The peak of a solved body with its error bar, as a run prints it."""
+
+from fea.assess.verdict import CONVERGED_PERCENT, Peak, Verdict, peak
+from fea.solid.error_estimate import ErrorEstimator
+from fea.solid.stress import von_mises
+from fea.verify.body import SolvedBody
+from fea.verify.stability.row import ExtremeRow
+from fea.verify.stability.solved import Solved, percent
+
+
+def peak_of(body: SolvedBody) -> Peak:
+    """Find the largest von Mises stress and its bar, MPa."""
+    estimated = ErrorEstimator(body.mesh, [body.material])(body.displacement, [body.stress[:, :, None]])
+    return peak(von_mises(body.stress), estimated.stress[0][:, 0])
+
+
+def noticed(found: Peak) -> tuple[str, ...]:
+    """Return what a run says of a peak, in the words of `ExtremeRow.noticed_by`."""
+    if found.verdict() is Verdict.CONVERGED:
+        return ()
+    return (f"not converged, ±{found.error_percent:.2g} %",)
+
+
+def peak_row(place: tuple[str, str, float], result: Solved, found: Peak, exact: float) -> ExtremeRow:
+    """Judge a peak as its reader would: one that is called converged must be right within that.
+
+    Parameters
+    ----------
+    place
+        Case, parameter and its value.
+    result, found
+        The solution and its peak.
+    exact
+        The peak, MPa.
+    """
+    error = percent(found.value, exact)
+    return result.row(*place, error, CONVERGED_PERCENT, noticed_by=noticed(found))

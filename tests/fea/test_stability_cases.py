@@ -1,0 +1,67 @@
+"""What the extreme cases are made of: lattices, slivers, graded meshes and exact solutions."""
+
+import numpy as np
+import pytest
+
+from fea.solid.traction import traction_forces
+from fea.verify.stability import liner, thin_ring
+from fea.verify.stability.bending import beam
+from fea.verify.stability.grading import OUTSIDE, SIZE, sphere
+from fea.verify.stability.lattice import lattice
+from fea.verify.stability.slivers import with_sliver
+from geometry.surfaces import Surface
+from mesh.quality import measure, shape
+from mesh.tetmesh import EDGES
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_lattice_fills_its_body_and_its_facets_point_outwards(order):
+    size = np.array([3.0, 2.0, 5.0])
+    ends = {(axis, end): list(Surface)[2 * axis + end] for axis in range(3) for end in range(2)}
+    mesh = lattice((2, 3, 4), size.__mul__, ends, order=order)
+    spans = mesh.points[mesh.tets[:, 1:4]] - mesh.points[mesh.tets[:, :1]]
+    assert np.linalg.det(spans).sum() / 6 == pytest.approx(30)
+    assert len(mesh.points) == np.prod(np.array([2, 3, 4]) * order + 1)
+    assert measure(mesh).least_scaled_jacobian == pytest.approx(1)
+    for (axis, end), surface in ends.items():
+        force = traction_forces(mesh, surface, lambda _, normals: normals).sum(axis=0)
+        area = 30 / size[axis]
+        assert force == pytest.approx((2 * end - 1) * area * np.eye(3)[axis], abs=1e-12 * area)
+        assert mesh.points[np.unique(mesh.facets[surface]), axis] == pytest.approx(end * size[axis])
+
+
+@pytest.mark.parametrize("least", [1e-2, 1e-6])
+def test_a_sliver_has_the_shape_asked_for(least):
+    whole = beam(1.0, order=2)
+    mesh = with_sliver(whole, least)
+    assert shape(mesh).min() == pytest.approx(least, rel=1e-3)
+    assert measure(mesh).least_scaled_jacobian == pytest.approx(1, rel=1e-4)
+    assert np.count_nonzero((mesh.points[:, :] != whole.points).any(axis=1)) > 4
+
+
+def test_the_graded_mesh_grows_a_thousandfold():
+    mesh = sphere(1000.0)
+    edges = np.array(EDGES)
+    lengths = np.linalg.norm(np.diff(mesh.points[mesh.tets[:, edges]], axis=2)[:, :, 0], axis=2)
+    assert lengths.max() / lengths.min() > 1000
+    assert np.linalg.norm(mesh.points, axis=1).max() == pytest.approx(OUTSIDE)
+    assert lengths.max() < 2 * SIZE
+
+
+def test_a_liner_of_the_same_material_is_none():
+    """Then the two rings are one: Lame's cylinder in plane strain."""
+    E, nu = 210e3, 0.3
+    a, b, p = liner.BORE, liner.OUTSIDE, liner.PRESSURE
+    exact = [
+        (1 + nu) / E * p * a**2 / (b**2 - a**2) * ((1 - 2 * nu) * r + b**2 / r) for r in (a, liner.INTERFACE)
+    ]
+    assert liner.exact_displacement(1.0) == pytest.approx(exact, rel=1e-12)
+
+
+def test_a_thin_ring_bends_as_a_beam():
+    """Moment q R^2/3 at the ends of the axes; the hoop force, a share t/R of that, is left out."""
+    wall = 0.01
+    radius = thin_ring.BORE + wall / 2
+    bending = 6 * thin_ring.PRESSURE * radius**2 / 3 / wall**2
+    plane_strain = np.sqrt(1 - 0.3 + 0.3**2)
+    assert thin_ring.exact_peak(wall) == pytest.approx(plane_strain * bending, rel=1e-2)
