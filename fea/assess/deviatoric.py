@@ -6,10 +6,13 @@ The von Mises stress is the length of q, and a history of stress is a curve in t
 deviators are scalar products, and the smallest ball round the curve measures its amplitude.
 """
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
+Reals = npt.NDArray[np.floating[Any]]  # of either precision
 
 _ROOT = 3**0.5
 # Rows q₁…q₅ and σ_m, columns XX YY ZZ XY YZ XZ.
@@ -36,7 +39,7 @@ def tensor(components: Floats) -> Floats:
     return np.asarray(TO_TENSOR @ components)
 
 
-def extreme_principals(components: Floats, equivalent: Floats) -> tuple[Floats, Floats]:
+def extreme_principals(components: Reals, equivalent: Reals) -> tuple[Reals, Reals]:
     """Largest and least principal stress (…, n) of q and σ_m (…, 6, n) with their von Mises stress (…, n).
 
     σ₁ = σ_m + ⅔ σ_vM cos θ and σ₃ = σ_m − ⅔ σ_vM cos(60° − θ) with the Lode angle θ in 0…60°: cos 3θ is

@@ -101,8 +101,8 @@ def extremes(history: Floats) -> Extremes:
     return Extremes(
         equivalent[np.arange(len(history)), instant],
         instant,
-        largest.max(axis=1),
-        least.min(axis=1),
+        np.asarray(largest.max(axis=1), np.float64),
+        np.asarray(least.min(axis=1), np.float64),
         _signed_root(signed.max(axis=1)),
         _signed_root(signed.min(axis=1)),
     )

@@ -16,12 +16,14 @@ from fea.assess.deviatoric import deviatoric, extreme_principals
 from fea.assess.history import NO_SIGN, Extremes
 from fea.cycle.path import Path
 from fea.cycle.unit_solutions import PartStress, Weights
+from fea.machine.threads import side_by_side
 
 Floats = npt.NDArray[np.floating[Any]]
 Ints = npt.NDArray[np.int64]
 
-# Bytes of stress at the ends of chords formed at a time; what is made of it takes about three times that.
-BLOCK_BYTES = 8 * 2**20
+# Bytes of stress at the ends of chords formed at a time in each thread; what is made of it takes about
+# three times that.
+BLOCK_BYTES = 4 * 2**20
 # Keeps a place without stress from dividing by zero, MPa.
 _TINY = 1e-30
 
@@ -29,12 +31,14 @@ _TINY = 1e-30
 def extremes(part: PartStress, path: Path, sides: tuple[int, ...]) -> list[Extremes]:
     """Find the extremes at every node of a part, and of its image across y = 0 (side −1)."""
     rows = max(1, BLOCK_BYTES // (len(sides) * 6 * 4 * len(path.ends)))
-    blocks = []
-    for start in range(0, len(part.nodes), rows):
+
+    def block(start: int) -> list[Extremes]:
         units = (deviatoric(unit[start : start + rows]) for unit in (part.even, part.odd))
         even, odd = (unit.astype(np.float32) for unit in units)
         found = Block(even, odd, path, sides).extremes()
-        blocks.append([_rows(found, len(even), number) for number in range(len(sides))])
+        return [_rows(found, len(even), number) for number in range(len(sides))]
+
+    blocks = side_by_side(block, range(0, len(part.nodes), rows))
     return [_joined(of_side) for of_side in zip(*blocks, strict=True)]
 
 

@@ -35,12 +35,12 @@ class Fields:
     Attributes
     ----------
     forces
-        (n_nodes, 3, n_units), N.
+        (n_nodes, 3) each, N.
     traction
         Per bore (n_nodes, 3, n_units), MPa.
     """
 
-    forces: Floats
+    forces: tuple[Floats, ...]
     traction: dict[Surface, Floats]
 
 
@@ -169,19 +169,15 @@ class UnitLoads:
 
     def _fields(self, parity: int, inertial: list[Floats]) -> Fields:
         """Harmonics of every bore, then the inertia fields."""
+        forces: list[Floats] = []
         count = sum(len(bore.orders) - parity for bore in self.bores) + len(inertial)
-        forces = np.zeros((self._n_nodes, 3, count))
-        traction = {bore.surface: np.zeros_like(forces) for bore in self.bores}
-        start = 0
+        traction = {bore.surface: np.zeros((count, self._n_nodes, 3)) for bore in self.bores}
         for bore in self.bores:
             for pressed, nodal in _harmonics(bore, parity):
-                forces[..., start] = radial_forces(bore.facets, self._n_nodes, pressed)
-                traction[bore.surface][..., start] = radial_traction(bore.facets, self._n_nodes, nodal)
-                start += 1
-        for field in inertial:
-            forces[..., start] = field
-            start += 1
-        return Fields(forces, traction)
+                traction[bore.surface][len(forces)] = radial_traction(bore.facets, self._n_nodes, nodal)
+                forces.append(radial_forces(bore.facets, self._n_nodes, pressed))
+        every = {surface: np.moveaxis(values, 0, -1) for surface, values in traction.items()}
+        return Fields((*forces, *inertial), every)
 
     def weights(
         self, pin: Floats, crank: Floats, acceleration: Floats, rate: Floats, turning: Floats

@@ -2,17 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import partial
+from itertools import pairwise, starmap, zip_longest
 
 import numpy as np
 import numpy.typing as npt
 
 from fea.assess.deviatoric import deviatoric
 from fea.cycle.unit_loads import Fields, UnitLoads
+from fea.machine.threads import side_by_side
 from fea.material import Material
 from fea.solid.parity import Parity, Split
 from fea.solid.part_recovery import PartRecovery
-from fea.solid.solve import Model
+from fea.solid.solve import Model, Solution
 from mesh.mirror import MirroredMesh
 
 Floats = npt.NDArray[np.float64]
@@ -104,28 +106,18 @@ def unit_solutions(
         stresses, errors = _solved(model, recovery, materials, pairs, (even, odd))
     else:
         alone = [
-            _solved(model, recovery, materials, _alone(fields.forces), (fields,)) for fields in (even, odd)
+            _solved(model, recovery, materials, [Split(one, None) for one in fields.forces], (fields,))
+            for fields in (even, odd)
         ]
         stresses, errors = [found[0][0] for found in alone], [error for found in alone for error in found[1]]
     parts = tuple(_part(e, o) for e, o in zip(*stresses, strict=True))
-    count = even.forces.shape[2] + odd.forces.shape[2]
+    count = len(even.forces) + len(odd.forces)
     return UnitSolutions(parts, (1, -1) if cut_y else (1,), count, max(errors))
 
 
-def _paired(even: Floats, odd: Floats) -> list[Split]:
-    none = np.zeros(even.shape[:2])
-    columns = max(even.shape[2], odd.shape[2])
-    return [
-        Split(
-            even[..., k] if k < even.shape[2] else none,
-            odd[..., k] if k < odd.shape[2] else none,
-        )
-        for k in range(columns)
-    ]
-
-
-def _alone(forces: Floats) -> list[Split]:
-    return [Split(forces[..., k], None) for k in range(forces.shape[2])]
+def _paired(even: Sequence[Floats], odd: Sequence[Floats]) -> list[Split]:
+    none = np.zeros_like(even[0])
+    return list(starmap(Split, zip_longest(even, odd, fillvalue=none)))
 
 
 def _solved(
@@ -142,14 +134,29 @@ def _solved(
     for start, stop in pairwise(bounds):
         solution = model.solve(loads[start:stop])
         errors += [item.backward_error for item in solution.residuals.values()]
-        for parity, own, found in zip(Parity, fields, blocks, strict=False):
-            columns = slice(start, min(stop, own.forces.shape[2]))
-            u = solution.displacement[parity][..., : columns.stop - start]
-            traction = {surface: values[..., columns] for surface, values in own.traction.items()}
-            pressure = {n: p[:, : u.shape[2]] for n, p in solution.pressure.get(parity, {}).items()}
-            found.append(recovery.nodal_stress(u, materials, parity, traction, pressure))
+        part = partial(_recovered, recovery, materials, solution, range(start, stop))
+        of_parity = side_by_side(part, zip(Parity, fields, strict=False))
+        for found, stress in zip(blocks, of_parity, strict=True):
+            found.append(stress)
     joined = [[np.concatenate(part, axis=2) for part in zip(*found, strict=True)] for found in blocks]
     return joined, errors
+
+
+def _recovered(
+    recovery: PartRecovery,
+    materials: Sequence[Material],
+    solution: Solution,
+    solved: range,
+    item: tuple[Parity, Fields],
+) -> list[Floats]:
+    """Stress of each part (n_nodes, 6, n_units) of the units of one parity among those solved."""
+    parity, fields = item
+    columns = slice(solved.start, min(solved.stop, len(fields.forces)))
+    count = columns.stop - columns.start
+    traction = {surface: values[..., columns] for surface, values in fields.traction.items()}
+    pressure = {number: p[:, :count] for number, p in solution.pressure.get(parity, {}).items()}
+    u = solution.displacement[parity][..., :count]
+    return recovery.nodal_stress(u, materials, parity, traction, pressure)
 
 
 def _part(even: Floats, odd: Floats) -> PartStress:

@@ -43,9 +43,9 @@ def plot_histories(
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only a plot needs it
     from matplotlib.figure import Figure  # noqa: PLC0415
 
-    figure = Figure(figsize=(10, 5.5), layout="constrained")
+    figure = Figure(figsize=(10, 5.5))
     FigureCanvasAgg(figure)
-    panel = figure.subplots()
+    panel = figure.add_axes((0.08, 0.1, 0.9, 0.83))
     for place, signed in histories:
         x, y, z = (coordinate + 0.0 for coordinate in np.round(place, 1))
         panel.plot(angles / DEG, signed, lw=1.5, label=f"({x:g}, {y:g}, {z:g}) mm")

@@ -90,7 +90,7 @@ def test_envelope_is_the_largest_of_the_instants(quarter, at_6000):
     envelope, some = at_6000.cycle.envelope, slice(None, None, 50)
     roots = np.linalg.eigvalsh(tensors[some][..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])
     scale = envelope.von_mises.max()
-    assert (envelope.von_mises >= von_mises(tensors).max(axis=1) - 1e-9 * scale).all()
+    assert (envelope.von_mises >= von_mises(tensors).max(axis=1) - 1e-6 * scale).all()
     assert (envelope.principal_1[some] >= roots[..., 2].max(axis=1) - 1e-6 * scale).all()
     assert (envelope.principal_3[some] <= roots[..., 0].min(axis=1) + 1e-6 * scale).all()
     # Between two instants six degrees apart stress changes by a few per cent of its largest.
