@@ -5,7 +5,6 @@ cycles named. Published figures of one heat: a design wants those of its own.
 """
 
 MATERIALS: dict[str, dict[str, float]] = {
-    # León 2001, finite-element chapter. Without fatigue data, so that half the ultimate strength is taken.
     "leon-2001": {
         "E_GPa": 207.0,
         "nu": 0.28,
@@ -13,8 +12,6 @@ MATERIALS: dict[str, dict[str, float]] = {
         "yield_MPa": 620.4,
         "ultimate_MPa": 723.8,
     },
-    # Forged steel of a production connecting rod, specimens cut from rods: Shenoy & Fatemi, SAE 2005-01-0987.
-    # Strength at 10⁶ cycles.
     "forged-steel-2005": {
         "E_GPa": 207.0,
         "nu": 0.30,
@@ -23,7 +20,6 @@ MATERIALS: dict[str, dict[str, float]] = {
         "ultimate_MPa": 938.0,
         "endurance_MPa": 423.0,
     },
-    # C-70, the steel of fracture-split rods, same source. Strength at 10⁶ cycles.
     "c70-2005": {
         "E_GPa": 212.0,
         "nu": 0.30,
@@ -32,8 +28,6 @@ MATERIALS: dict[str, dict[str, float]] = {
         "ultimate_MPa": 966.0,
         "endurance_MPa": 339.0,
     },
-    # Hard steel of the bending and torsion tests of Nishihara & Kawamoto 1945; fatigue limits as tabled by
-    # Papadopoulos et al. 1997 (Int. J. Fatigue 19), elastic constants those of any steel.
     "hard-steel-1945": {
         "E_GPa": 206.0,
         "nu": 0.29,
@@ -43,7 +37,6 @@ MATERIALS: dict[str, dict[str, float]] = {
         "endurance_MPa": 313.9,
         "endurance_torsion_MPa": 196.2,
     },
-    # Ti-6Al-4V, annealed bar: ASM, Materials Properties Handbook: Titanium Alloys (1994). At 10⁷ cycles.
     "ti-6al-4v": {
         "E_GPa": 113.8,
         "nu": 0.342,
@@ -52,7 +45,6 @@ MATERIALS: dict[str, dict[str, float]] = {
         "ultimate_MPa": 950.0,
         "endurance_MPa": 510.0,
     },
-    # 7075-T6: ASM Handbook, volume 2 (1990). At 5·10⁸ cycles, rotating bending.
     "al-7075-t6": {
         "E_GPa": 71.7,
         "nu": 0.33,
@@ -61,4 +53,35 @@ MATERIALS: dict[str, dict[str, float]] = {
         "ultimate_MPa": 572.0,
         "endurance_MPa": 159.0,
     },
+}
+
+# Where the figures are from, and how far that was checked.
+SOURCES: dict[str, str] = {
+    "leon-2001": (
+        "León 2001, finite-element chapter. It gives no endurance: half the ultimate strength is taken."
+    ),
+    "forged-steel-2005": (
+        "Forged steel of a production connecting rod, Shenoy & Fatemi, SAE 2005-01-0987; endurance at 10⁶ "
+        "cycles. The table was not seen again: not traced, so check the figures before you rely on them."
+    ),
+    "c70-2005": (
+        "C-70, the steel of fracture-split rods, the same paper; endurance at 10⁶ cycles. Not traced either."
+    ),
+    "hard-steel-1945": (
+        "Hard steel of Nishihara & Kawamoto 1945, limits in bending and torsion as tabled by Papadopoulos "
+        "et al. 1997 (Int. J. Fatigue 19, 219). Their ratio, 0.625, is confirmed by Tveit et al. 2026 "
+        "(Procedia Structural Integrity 82, 112), the limits themselves and the static strengths are not "
+        "traced; elastic constants are those of any steel."
+    ),
+    "ti-6al-4v": (
+        "Ti-6Al-4V, grade 5, annealed: data sheet MTP641 of ASM and MatWeb; endurance of smooth specimens "
+        "at 10⁷ cycles, from sheet MTP644 of annealed bar. The sheet does not state the stress ratio; "
+        "fully reversed is assumed. Sintered grades have 300…600 MPa (Sci. Rep. 7, 41444, table 1)."
+    ),
+    "al-7075-t6": (
+        "7075-T6, typical values of the Aluminum Association on the data sheet of ASM and MatWeb, 'not "
+        "for design'; endurance by the rotating beam of R. R. Moore, fully reversed, customarily at 5·10⁸ "
+        "cycles. Strengths confirmed by two suppliers' tables (572, 503 and 158…159 MPa); one has 71.0 "
+        "GPa in place of 71.7."
+    ),
 }
