@@ -147,6 +147,16 @@ def test_run_leaves_a_film_where_it_was_asked_for(tmp_path):
     assert (tmp_path / "cycle.gif").stat().st_size < 3e6
 
 
+def test_without_a_renderer_the_figures_stay(tmp_path):
+    environment = {"VTK_DEFAULT_OPENGL_WINDOW": "no-such-window", "DISPLAY": ""}
+    flags = ("--cycle", "--animate", "cycle.gif", "--size", 14, "--quiet", "--out", "r")
+    run = fea("run", *flags, cwd=tmp_path, environment=environment)
+    assert run.returncode == 7
+    assert "libegl1" in run.stderr
+    assert (tmp_path / "r" / "summary.json").exists()
+    assert not (tmp_path / "cycle.gif").exists()
+
+
 def test_a_film_without_the_cycle_is_refused(tmp_path):
     run = fea("run", "--animate", "cycle.gif", "--size", 14, "--out", "r", cwd=tmp_path)
     assert run.returncode == 2
