@@ -12,6 +12,7 @@ from fea.adaptive.adapt import Adapted, analysed
 from fea.cycle.analysis import CycleResult
 from fea.cycle.speed_map import speed_map
 from fea.jobs.animation import animation_file, filmed
+from fea.jobs.buckling import buckling_report
 from fea.jobs.cycle_table import cycle_columns
 from fea.jobs.report import summary
 from fea.machine.clock import Clock
@@ -119,6 +120,10 @@ def _leave(adapted: Adapted, result: SpeedResult, folder: Path, film: Path | Non
     """Write one speed's run, and its animation if one is asked for, and return its summary."""
     analysis = adapted.analysis
     mesh = analysis.mesh.whole.mesh
+    buckling = buckling_report(analysis, result, clock)
+    result = dataclasses.replace(
+        result, checks=result.checks | buckling.checks, left_out=(*result.left_out, *buckling.left_out)
+    )
     with run_folder(folder) as place:
         with clock("write"):
             for case in result.cases:
@@ -134,10 +139,12 @@ def _leave(adapted: Adapted, result: SpeedResult, folder: Path, film: Path | Non
                 write_cycle_csv(place / "loads.csv", columns)
             if result.cycle is not None:
                 write_vtu(place / "envelope.vtu", mesh, result.cycle.envelope.point_data())
+            if buckling.shapes:
+                write_vtu(place / "buckling.vtu", mesh, buckling.shapes)
         if result.cycle is not None:
             with clock("plot"):
                 _plot_history(place / "history.png", analysis.study.name, result, result.cycle)
-        figures = summary(analysis, result, clock, adapted.passes)
+        figures = summary(analysis, result, buckling.figures, clock, adapted.passes)
         complaint, pages = "", b""
         if analysis.study.output.screenshot:
             complaint = _take_pictures(place, figures, clock)

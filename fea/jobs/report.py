@@ -4,7 +4,7 @@ import os
 import platform
 import resource
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any
@@ -21,7 +21,11 @@ _PACKAGES = ("conrod-fea", "gmsh", "scikit-fem", "numpy", "scipy", "pyvista", "v
 
 
 def summary(
-    analysis: Analysis, result: SpeedResult, clock: Clock, passes: Sequence[Pass] = ()
+    analysis: Analysis,
+    result: SpeedResult,
+    buckling: Mapping[str, Any],
+    clock: Clock,
+    passes: Sequence[Pass] = (),
 ) -> dict[str, Any]:
     """Return the figures of one speed, in the units their names say."""
     mesh, tolerance = analysis.mesh.whole.mesh, analysis.study.analysis.tolerance_percent
@@ -37,6 +41,7 @@ def summary(
         "results": {case.case.name: case.extremes(mesh, tolerance) for case in result.cases},
         **({"passes": [asdict(item) for item in passes]} if passes else {}),
         **_envelope(analysis, result),
+        "buckling": dict(buckling),
         "checks": {
             name: {"value": item.value, "limit": item.limit, "pass": item.passed}
             for name, item in result.checks.items()
@@ -132,8 +137,9 @@ def _environment() -> dict[str, Any]:
 
 
 def worst_safety(figures: dict[str, Any]) -> float:
-    """Smallest safety factor of a summary: of its cases, and with the cycle also against fatigue."""
+    """Smallest safety factor of a summary: of its cases, against buckling, with the cycle against fatigue."""
     envelope = figures.get("envelope", {})
     factors = [case["min_safety_factor"] for case in figures["results"].values()]
     factors += [envelope.get("min_safety_factor"), envelope.get("min_fatigue_safety_factor")]
+    factors.append(figures["buckling"]["min_safety_factor"])
     return min(float(factor) for factor in factors if factor is not None)

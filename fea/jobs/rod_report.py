@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+from fea.assess.column import Plane
 from fea.discretise import Discretised, discretise
 from fea.machine.clock import Clock
 from fea.material import Materials
@@ -12,8 +13,6 @@ from fea.units import KG, KG_M2
 from geometry.mass import MassProperties
 from geometry.section import Section, least_section, sections
 
-# Effective length factors of a rod as a column: pinned in the plane of motion, built in sideways by its pins.
-IN_PLANE, SIDEWAYS = 1.0, 0.5
 _STATIONS = 11
 
 
@@ -81,10 +80,7 @@ def _section(section: Section) -> dict[str, float]:
 
 
 def _slenderness(section: Section, length: float) -> dict[str, float]:
-    return {
-        "in_plane": IN_PLANE * length / section.gyration_z,
-        "sideways": SIDEWAYS * length / section.gyration_y,
-    }
+    return {plane.value: plane.length_factor * length / plane.gyration(section) for plane in Plane}
 
 
 def rod_report(study: Study) -> RodReport:

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-CASES = ("tension", "compression", "side", "bending", "gas", "given", "envelope")
+CASES = ("tension", "compression", "side", "bending", "gas", "given", "envelope", "buckling")
 RUN_FILES = frozenset(
     {"summary.json", "study.toml", "loads.csv", "history.png"}
     | {f"{case}.{extension}" for case in CASES for extension in ("vtu", "png")},

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.cycle.speed_map import speed_map
+from fea.output.buckling_lines import buckling_lines
 
 Summary = Mapping[str, Any]
 UNKNOWN = "–"
@@ -62,7 +63,7 @@ def _console() -> Console:
 def _print_run(console: Console, folder: Path, summary: Summary) -> None:
     console.print(_headline(summary), markup=False, style="bold", soft_wrap=True)
     console.print(case_table(summary))
-    said = (*_doubts(summary), *_cycle(summary), _model(summary))
+    said = (*_doubts(summary), *_cycle(summary), *buckling_lines(summary), _model(summary))
     for line in (*said, *_files(folder), _next(folder, summary)):
         console.print(line, markup=False, soft_wrap=True)
 

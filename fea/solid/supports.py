@@ -16,19 +16,24 @@ Mask = npt.NDArray[np.bool_]
 _MODES = ("slide along x", "slide along y", "slide along z", "turn about x", "turn about y", "turn about z")
 
 
-def plane_conditions(mesh: TetMesh, parity: Parity) -> Mask:
+def plane_conditions(mesh: TetMesh, parity: Parity, parity_z: Parity = Parity.SYMMETRIC) -> Mask:
     """Degrees of freedom (n_nodes, 3) that vanish on the mirror planes the mesh is cut at.
 
-    On z = 0 the normal displacement vanishes; on y = 0 the normal one for the symmetric part, both
-    tangential ones for the antisymmetric part.
+    Of a part that is symmetric about the plane that is the normal one, of an antisymmetric part the two
+    tangential ones.
+
+    Parameters
+    ----------
+    mesh
+        The cell.
+    parity, parity_z
+        About y = 0 and z = 0.
     """
     fixed = np.zeros((len(mesh.points), 3), dtype=bool)
-    if Surface.SYMMETRY_Z in mesh.facets:
-        fixed[mesh.facets[Surface.SYMMETRY_Z].ravel(), 2] = True
-    if Surface.SYMMETRY_Y in mesh.facets:
-        nodes = mesh.facets[Surface.SYMMETRY_Y].ravel()
-        for axis in (1,) if parity is Parity.SYMMETRIC else (0, 2):
-            fixed[nodes, axis] = True
+    for plane, normal, own in ((Surface.SYMMETRY_Y, 1, parity), (Surface.SYMMETRY_Z, 2, parity_z)):
+        if plane in mesh.facets:
+            across = np.arange(3) == normal
+            fixed[mesh.facets[plane].ravel()] |= across if own is Parity.SYMMETRIC else ~across
     return fixed
 
 

@@ -45,6 +45,9 @@ class Flags:
     fatigue: Fatigue | None = None
     """How mean and amplitude of the cycle are judged."""
 
+    buckling: bool = False
+    """Find the load factors at which the rod buckles, and the shapes it takes."""
+
     tolerance: float | None = None
     """Refine the mesh until every peak is within this, percent."""
 
@@ -80,6 +83,7 @@ class Flags:
                 "min_safety": self.min_safety,
                 "cycle": self.cycle or None,
                 "fatigue": self.fatigue,
+                "buckling": self.buckling or None,
             },
             "output": {
                 "screenshot": self.screenshot or None,

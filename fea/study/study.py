@@ -81,6 +81,7 @@ class AnalysisTable:
     min_safety: float | None = None
     cycle: bool = False
     fatigue: Fatigue = Fatigue.GOODMAN
+    buckling: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""

@@ -1,0 +1,142 @@
+"""The rod as a column: Euler's load of its sections, Johnson's parabola, Rankine's formula.
+
+A pin lets the rod turn in the plane of motion and holds it sideways: pinned at both ends there (effective
+length l), built in at both ends here (l/2). Shigley, Mechanical Engineering Design, chapter 4.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import eigh
+
+from geometry.section import Section
+
+Floats = npt.NDArray[np.float64]
+
+
+class Plane(StrEnum):
+    """Where a column bends."""
+
+    IN_PLANE = "in_plane"  # of motion
+    SIDEWAYS = "sideways"
+
+    @property
+    def length_factor(self) -> float:
+        """Effective length of a uniform column over its length."""
+        return 1.0 if self is Plane.IN_PLANE else 0.5
+
+    def inertia(self, section: Section) -> float:
+        """Second moment of a section that resists the bending, mm⁴."""
+        return section.inertia_z if self is Plane.IN_PLANE else section.inertia_y
+
+    def gyration(self, section: Section) -> float:
+        """Radius of gyration that goes with it, mm."""
+        return section.gyration_z if self is Plane.IN_PLANE else section.gyration_y
+
+
+@dataclass(frozen=True)
+class Column:
+    """Critical loads of a column that bends in one plane.
+
+    Attributes
+    ----------
+    slenderness
+        Effective length over the radius of gyration of the least section.
+    euler
+        Elastic critical load with the sections as they vary, N.
+    squash
+        Yield strength times least area, N.
+    """
+
+    slenderness: float
+    euler: float
+    squash: float
+
+    @property
+    def johnson(self) -> float:
+        """Johnson's parabola S_y A (1 − S_y A/4P_E), N; Euler's load where that is below S_y A/2.
+
+        J. B. Johnson 1893; the parabola touches Euler's curve at S_y/2.
+        """
+        if self.euler < self.squash / 2:
+            return self.euler
+        return self.squash * (1 - self.squash / (4 * self.euler))
+
+    @property
+    def rankine(self) -> float:
+        """Rankine and Gordon's S_y A/(1 + a (Kl/r)²) with a = S_y/π²E, N: 1/P = 1/S_y A + 1/P_E."""
+        return 1 / (1 / self.squash + 1 / self.euler)
+
+    @property
+    def least(self) -> float:
+        """The smallest of the critical loads, N."""
+        return min(self.euler, self.johnson, self.rankine)
+
+
+def column(
+    plane: Plane, stations: Sequence[Section], least: Section, youngs_modulus: float, yield_strength: float
+) -> Column:
+    """Work out the critical loads in a plane.
+
+    Parameters
+    ----------
+    plane
+        Where it bends, and so how its ends are held.
+    stations
+        Sections from one pin's centre to the other's, x rising.
+    least
+        The section of least area.
+    youngs_modulus, yield_strength
+        MPa.
+    """
+    x = np.array([section.x for section in stations])
+    inertia = np.array([plane.inertia(section) for section in stations])
+    slenderness = plane.length_factor * float(x[-1] - x[0]) / plane.gyration(least)
+    euler = euler_load(x, youngs_modulus * inertia, built_in=plane is Plane.SIDEWAYS)
+    return Column(slenderness, euler, yield_strength * least.area)
+
+
+def euler_load(x: Floats, bending_stiffness: Floats, *, built_in: bool) -> float:
+    """Critical load, N, of a column of varying section: (EI w″)″ + P w″ = 0.
+
+    Beam elements with cubic deflections between the stations (Przemieniecki 1968, chapter 15).
+
+    Parameters
+    ----------
+    x
+        (n,) stations, mm.
+    bending_stiffness
+        (n,) EI there, N·mm², linear between them.
+    built_in
+        Whether both ends are kept from turning; pinned otherwise.
+    """
+    n = 2 * len(x)
+    K, G = np.zeros((2, n, n))
+    middle = (bending_stiffness[1:] + bending_stiffness[:-1]) / 2
+    for i, (h, stiffness) in enumerate(zip(np.diff(x), middle, strict=True)):
+        own = slice(2 * i, 2 * i + 4)
+        scale = np.diag([1.0, h, 1.0, h])
+        K[own, own] += stiffness / h**3 * scale @ _BENDING @ scale
+        G[own, own] += scale @ _GEOMETRIC @ scale / (30 * h)
+    held = {0, n - 2} | ({1, n - 1} if built_in else set())
+    free = np.array([i for i in range(n) if i not in held])
+    inner = np.ix_(free, free)
+    largest = eigh(G[inner], K[inner], eigvals_only=True, subset_by_index=[len(free) - 1, len(free) - 1])
+    return float(1 / largest[0])
+
+
+_BENDING = np.array(
+    [[12.0, 6.0, -12.0, 6.0], [6.0, 4.0, -6.0, 2.0], [-12.0, -6.0, 12.0, -6.0], [6.0, 2.0, -6.0, 4.0]]
+)
+_GEOMETRIC = np.array(
+    [[36.0, 3.0, -36.0, 3.0], [3.0, 4.0, -3.0, -1.0], [-36.0, -3.0, 36.0, -3.0], [3.0, -1.0, -3.0, 4.0]]
+)
+
+
+def uniform_euler_load(bending_stiffness: float, length: float, length_factor: float) -> float:
+    """Euler's π² EI/(Kl)², N, of a uniform column."""
+    return math.pi**2 * bending_stiffness / (length_factor * length) ** 2

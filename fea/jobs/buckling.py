@@ -1,0 +1,166 @@
+"""Buckling in a run: column formulas always, modes of the meshed rod where they are asked for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.assess.column import Column, Plane, column
+from fea.checks import Check, check
+from fea.jobs.modes import moves
+from fea.machine.clock import Clock
+from fea.material import Materials
+from fea.omission import Omission
+from fea.pipeline import Analysis, SpeedResult
+from fea.solid.buckling import BucklingMode, buckling_modes
+from fea.solid.parity import Parity
+from fea.solid.pins import SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, Held
+from geometry.rod import Rod
+from geometry.section import HeightField, Section, least_section
+from geometry.surfaces import Surface
+from loads.cases import LoadCase
+from mesh.mirror import MirroredMesh
+
+Floats = npt.NDArray[np.float64]
+
+COUNT = 3
+# The stress of these is the reference load of the eigenvalue problem.
+_CASES = ("compression", "gas", "given")
+_STATIONS = 121
+_FROM_FILE = Omission("column formulas", "a rod from a file has no sections; --buckling needs none")
+
+
+@dataclass(frozen=True)
+class BucklingReport:
+    """Buckling at one speed.
+
+    Attributes
+    ----------
+    figures
+        For the summary, in the units their names say.
+    shapes
+        Mode shapes (n_nodes, 3) of the worst case by name, their largest displacement 1 mm.
+    checks
+        By name.
+    left_out
+        What was not computed, and why.
+    """
+
+    figures: dict[str, Any]
+    shapes: dict[str, Floats] = field(default_factory=dict)
+    checks: dict[str, Check] = field(default_factory=dict)
+    left_out: tuple[Omission, ...] = ()
+
+
+def buckling_report(analysis: Analysis, result: SpeedResult, clock: Clock) -> BucklingReport:
+    """Judge the rod against buckling at one speed.
+
+    Parameters
+    ----------
+    analysis
+        The meshed rod.
+    result
+        Its load cases.
+    clock
+        Times the stage ``buckling``.
+
+    Raises
+    ------
+    SingularMatrixError
+        A factorisation broke down.
+    """
+    cases = [case.case for case in result.cases]
+    columns, left_out = _columns(analysis, cases)
+    factors = [plane["safety_factor"] for plane in (columns or {}).get("planes", {}).values()]
+    figures: dict[str, Any] = {"column": columns}
+    shapes: dict[str, Floats] = {}
+    checks: dict[str, Check] = {}
+    pushed = [case.name for case in cases if case.name in _CASES and compression(case) > 0]
+    if analysis.study.analysis.buckling and pushed:
+        with clock("buckling"):
+            found = _modes(analysis, result.rpm, cases, pushed)
+        whole = analysis.mesh.whole
+        figures["modes"] = {name: [_mode(whole, mode) for mode in modes] for name, modes in found.items()}
+        worst = min(found, key=lambda name: min((mode.factor for mode in found[name]), default=np.inf))
+        figures["shapes_of"] = worst
+        shapes = {f"mode_{i}": _shape(whole, mode) for i, mode in enumerate(found[worst], start=1)}
+        every = [mode for modes in found.values() for mode in modes]
+        checks["buckling"] = check("buckling", max((mode.residual for mode in every), default=0.0))
+        factors += [mode.factor for mode in every]
+    figures["min_safety_factor"] = min((factor for factor in factors if factor is not None), default=None)
+    return BucklingReport(figures, shapes, checks, left_out)
+
+
+def compression(case: LoadCase) -> float:
+    """Return the larger force that presses the rod together, at either end, N; 0 where it is pulled."""
+    return max(0.0, -case.pin_axial, -case.crank_axial)
+
+
+def _columns(
+    analysis: Analysis, cases: Sequence[LoadCase]
+) -> tuple[dict[str, Any] | None, tuple[Omission, ...]]:
+    rod = analysis.study.rod.rod
+    if rod is None:
+        return None, (_FROM_FILE,)
+    worst = max(cases, key=compression)
+    force = compression(worst)
+    stations, least = _sections(rod)
+    material = analysis.materials[0]
+    planes = {
+        plane.value: _plane(
+            column(plane, stations, least, material.youngs_modulus, material.yield_strength), force
+        )
+        for plane in Plane
+    }
+    case = worst.name if force else None
+    return {"force_N": force, "case": case, "least_area_mm2": least.area, "planes": planes}, ()
+
+
+def _plane(found: Column, force: float) -> dict[str, Any]:
+    return {
+        "slenderness": found.slenderness,
+        "euler_N": found.euler,
+        "johnson_N": found.johnson,
+        "rankine_N": found.rankine,
+        "safety_factor": found.least / force if force else None,
+    }
+
+
+@lru_cache(maxsize=1)
+def _sections(rod: Rod) -> tuple[tuple[Section, ...], Section]:
+    """Sections from pin to pin, and the least of the shank; the same at every speed."""
+    solid = HeightField(rod)
+    stations = tuple(solid.section(float(x)) for x in np.linspace(0.0, rod.length, _STATIONS))
+    return stations, least_section(rod)
+
+
+def _modes(
+    analysis: Analysis, rpm: float | None, cases: Sequence[LoadCase], names: Sequence[str]
+) -> dict[str, list[BucklingMode]]:
+    cell = analysis.mesh.cell
+    forces = [part for part, case in zip(analysis.forces(rpm), cases, strict=True) if case.name in names]
+    displacement = analysis.model.solve(forces).displacement
+    material = analysis.materials[0] if cell.part is None else Materials(analysis.materials, cell.part)
+    ends = (
+        Held(Surface.BIG_END_BORE, 0.0, (SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
+        Held(Surface.SMALL_END_BORE, analysis.mesh.bores.rod_length, (SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
+    )
+    found = buckling_modes(
+        cell, material, displacement, ends, count=COUNT, choice=analysis.study.analysis.solver
+    )
+    return dict(zip(names, found, strict=True))
+
+
+def _mode(whole: MirroredMesh, mode: BucklingMode) -> dict[str, Any]:
+    return {"factor": mode.factor, "moves": moves(_shape(whole, mode))}
+
+
+def _shape(whole: MirroredMesh, mode: BucklingMode) -> Floats:
+    """Displacement (n_nodes, 3) of the whole rod, its largest 1 mm."""
+    shape = whole.vector(mode.shape[Parity.SYMMETRIC], mode.shape.get(Parity.ANTISYMMETRIC))
+    if mode.parity_z is Parity.ANTISYMMETRIC:
+        shape = shape * whole.sign[:, 2:]
+    return np.asarray(shape / np.linalg.norm(shape, axis=1).max())

@@ -1,0 +1,70 @@
+"""How a pin holds a bore: what the bore's surface does on average, and which of it is prevented."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.solid.parity import Parity
+from fea.solid.traction import traction_forces
+from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
+
+Floats = npt.NDArray[np.float64]
+
+SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z = range(6)
+# Each motion's parity about y = 0 and about z = 0.
+MOTION_PARITY = (
+    (Parity.SYMMETRIC, Parity.SYMMETRIC),
+    (Parity.ANTISYMMETRIC, Parity.SYMMETRIC),
+    (Parity.SYMMETRIC, Parity.ANTISYMMETRIC),
+    (Parity.ANTISYMMETRIC, Parity.ANTISYMMETRIC),
+    (Parity.SYMMETRIC, Parity.ANTISYMMETRIC),
+    (Parity.ANTISYMMETRIC, Parity.SYMMETRIC),
+)
+
+
+@dataclass(frozen=True)
+class Held:
+    """A surface and which of its six mean motions are prevented.
+
+    Attributes
+    ----------
+    surface
+        A bore, or the end of a strut.
+    center
+        (x, 0, 0) about which it turns, mm.
+    motions
+        Of `SLIDE_X` … `TURN_Z`.
+    """
+
+    surface: Surface
+    center: float
+    motions: tuple[int, ...]
+
+
+def motions(points: Floats, center: float) -> Floats:
+    """The six rigid motions (6, n_nodes, 3) about (`center`, 0, 0): slides, then turns by one radian."""
+    arm = points - np.array([center, 0.0, 0.0])
+    slides = np.broadcast_to(np.eye(3)[:, None, :], (3, *points.shape))
+    return np.concatenate([slides, np.cross(np.eye(3)[:, None, :], arm[None])])
+
+
+def mean_motions(mesh: TetMesh, surface: Surface, center: float) -> Floats:
+    """The rows (6, n_nodes, 3) that give the six mean motions of a surface from a displacement.
+
+    A mean turn is that of the rigid body nearest in the mean square. On a cell of a symmetric body only the
+    rows of the field's own parity mean anything.
+    """
+
+    def row(motion: int) -> Floats:
+        weights = traction_forces(mesh, surface, lambda places, _: motions(places, center)[motion])
+        return np.asarray(weights / (weights * motions(mesh.points, center)[motion]).sum())
+
+    return np.stack([row(motion) for motion in range(6)])
+
+
+def has_parity(motion: int, y: Parity | None, z: Parity | None) -> bool:
+    """Whether a motion belongs to fields of a parity about y = 0 and z = 0 (None: not cut there)."""
+    own_y, own_z = MOTION_PARITY[motion]
+    return y in (None, own_y) and z in (None, own_z)
