@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from fea.case_loads import Bores
 from fea.choices import Symmetry
 from fea.machine.clock import Clock
+from fea.machine.guard import memory_limit
 from fea.material import Material
 from fea.omission import Omission
 from fea.study.study import Study
@@ -14,6 +15,7 @@ from geometry.mirror import Mirror
 from geometry.session import session
 from geometry.solid import Solid
 from geometry.surfaces import Surface
+from geometry.trial import apart
 from mesh.generate import tetrahedralise
 from mesh.mirror import MirroredMesh, reflect, unmirrored
 from mesh.quality import Quality
@@ -108,6 +110,17 @@ class Discretised:
         return abs(meshed / solid - 1)
 
 
+@dataclass(frozen=True)
+class _Drawn:
+    """What leaves the session of gmsh."""
+
+    solid: Solid
+    mesh: TetMesh
+    quality: Quality
+    size: float
+    warnings: tuple[str, ...]
+
+
 def discretise(
     study: Study, clock: Clock, wanted: Sequence[SizeField] = (), coarser: float = 1.0
 ) -> Discretised:
@@ -134,16 +147,14 @@ def discretise(
     GeometryError, MeshError
         No solid or no usable mesh came out.
     """
-    with session() as log:
-        with clock("geometry"):
-            solid = study.rod.draw()
+    if study.rod.step is None or memory_limit() is not None:  # under a limit the whole program is guarded
+        drawn = _drawn(study, clock, wanted, coarser)
+    else:
         with clock("mesh"):
-            length = solid.bores[1].x
-            size = study.mesh.size_mm or coarser * default_size(length)
-            refined = refinements(solid.features, size, length)
-            sizing = Sizing(size, study.mesh.element.order)
-            volumes = [part.volumes for part in solid.parts]
-            base, quality = tetrahedralise(solid.faces, refined, sizing, volumes, wanted)
+            drawn = apart(
+                lambda: _drawn(study, Clock(), wanted, coarser), f"read and mesh {study.rod.step.path}"
+            )
+    solid, base = drawn.solid, drawn.mesh
     symmetry = _symmetry(study.analysis.symmetry, solid.mirror)
     with clock("mesh"):
         cell = unmirrored(base)
@@ -158,14 +169,29 @@ def discretise(
         whole,
         base,
         cell.source[whole.source],
-        quality,
+        drawn.quality,
         _bores(solid),
         {part.name: part.mass.mass for part in solid.parts},
         symmetry,
-        size,
+        drawn.size,
         _spared(symmetry),
-        log.warnings,
+        drawn.warnings,
     )
+
+
+def _drawn(study: Study, clock: Clock, wanted: Sequence[SizeField], coarser: float) -> _Drawn:
+    """Draw and mesh in a session of its own."""
+    with session() as log:
+        with clock("geometry"):
+            solid = study.rod.draw()
+        with clock("mesh"):
+            length = solid.bores[1].x
+            size = study.mesh.size_mm or coarser * default_size(length)
+            refined = refinements(solid.features, size, length)
+            sizing = Sizing(size, study.mesh.element.order)
+            volumes = [part.volumes for part in solid.parts]
+            mesh, quality = tetrahedralise(solid.faces, refined, sizing, volumes, wanted)
+    return _Drawn(solid, mesh, quality, size, log.warnings)
 
 
 def _symmetry(asked: Symmetry, possible: Mirror) -> Symmetry:

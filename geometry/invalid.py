@@ -25,6 +25,10 @@ class InvalidValue(ValueError):  # noqa: N818 - named for what it says
         self.name, self.value, self.rule, self.remedy = name, value, rule, remedy
         super().__init__(f"{name} = {_shown(value)}: {rule}." + (f" {remedy}" if remedy else ""))
 
+    def __reduce__(self) -> tuple[type["InvalidValue"], tuple[object, ...]]:
+        """Pickle what it was made of, for errors that come from another process."""
+        return type(self), (self.name, self.value, self.rule, self.remedy)
+
 
 def _shown(value: object) -> str:
     """Return a value as text, however long or unprintable it is."""

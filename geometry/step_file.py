@@ -14,7 +14,6 @@ from geometry.errors import GeometryError
 from geometry.mirror import Mirror
 from geometry.rod import Rod
 from geometry.solid import build
-from geometry.trial import survive
 
 _KINDS = ("points", "curves", "surfaces", "solids")
 
@@ -54,7 +53,6 @@ def read_step(path: Path) -> tuple[list[int], list[str]]:
     gmsh.model.add(path.stem)
     gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
     with kernel.attempt(f"read {path}"), _quiet():
-        survive(lambda: _imported(path), f"read {path}")
         entities = _imported(path)
     volumes = [tag for dim, tag in entities if dim == kernel.SOLID]
     if not volumes:

@@ -1,59 +1,110 @@
-"""Try first in a child process what may end its process."""
+"""Do in a child process what may end its process, and bring back what it gave."""
 
+import contextlib
 import os
+import pickle
 import signal
 import sys
 from collections.abc import Callable
+from typing import IO, Any, TypeVar
 
 from geometry.errors import GeometryError
 
-SECONDS = 300  # of one trial; a rod takes a tenth of one
+Result = TypeVar("Result")
+
+SECONDS = 600  # of one job; a rod takes a few
+_PR_SET_PDEATHSIG = 1
 
 
-def survive(job: Callable[[], object], what: str) -> None:
-    """Do `job` in a copy of this process, and refuse it when the copy does not live through it.
+def apart(job: Callable[[], Result], what: str) -> Result:
+    """Return what `job` returns in a copy of this process, or raise what it raises there.
 
-    The CAD kernel follows references in a file without looking where they lead, and a damaged file
-    makes it step on memory that is not its own. What goes wrong in an orderly way is left for the real
-    attempt to tell. Where processes cannot be copied (Windows) nothing is tried.
+    The CAD kernel follows references in a file without looking where they lead, and heals and meshes what
+    cannot be: a damaged file makes it step on memory that is not its own, or search without end. Where
+    processes cannot be copied (Windows) the job is done here.
 
     Parameters
     ----------
     job
-        What is tried; it may not write anything that lasts.
+        What is done; what it returns and raises can be pickled, and it leaves nothing else behind.
     what
         In words, for the message.
 
     Raises
     ------
     GeometryError
-        The copy was ended by a signal, or took longer than `SECONDS`.
+        The copy was ended by a signal, left without a word, or took longer than `SECONDS`.
     """
     if not hasattr(os, "fork"):
-        return
+        return job()
     sys.stdout.flush()
     sys.stderr.flush()
+    read, write = os.pipe()
     child = os.fork()
     if not child:
-        _attempt(job)
+        os.close(read)
+        _attempt(job, write)
+    os.close(write)
     try:
+        with os.fdopen(read, "rb") as pipe:
+            said = pipe.read()
         _, status = os.waitpid(child, 0)
     except BaseException:  # an interrupt: leave no orphan behind
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
         raise
-    if os.WIFSIGNALED(status):
-        raise GeometryError(f"the CAD kernel dies when it is to {what}. The file is damaged: export it again")
+    if status:
+        raise _death(status, what)
+    result, error = pickle.loads(said)  # noqa: S301 - our own copy wrote it
+    if error is not None:
+        raise error
+    return result  # type: ignore[no-any-return]
 
 
-def _attempt(job: Callable[[], object]) -> None:
-    """In the child: do the job and end, silently and without any clean-up."""
+def _death(status: int, what: str) -> BaseException:
+    """Say how the copy ended."""
+    if not os.WIFSIGNALED(status):
+        how = "gives up"
+    elif os.WTERMSIG(status) == signal.SIGINT:
+        return KeyboardInterrupt()
+    elif os.WTERMSIG(status) == signal.SIGALRM:
+        how = f"finds no end within {SECONDS} s"
+    else:
+        how = f"dies ({signal.Signals(os.WTERMSIG(status)).name})"
+    return GeometryError(f"the CAD kernel {how} when it is to {what}. The file is damaged: export it again")
+
+
+def _attempt(job: Callable[[], Any], write: int) -> None:
+    """In the child: do the job, say its outcome and end without any clean-up."""
+    code = 1
     try:
+        _die_with_parent()
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         signal.alarm(SECONDS)
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
-        job()
+        with os.fdopen(write, "wb") as pipe:
+            _tell(job, pipe)
+        code = 0
     finally:
-        os._exit(0)
+        os._exit(code)
+
+
+def _tell(job: Callable[[], Any], pipe: IO[bytes]) -> None:
+    """Write the pair of result and error."""
+    outcome: tuple[Any, Exception | None]
+    try:
+        outcome = job(), None
+    except Exception as error:  # noqa: BLE001 - whatever it is, the parent raises it
+        outcome = None, error
+    pickle.dump(outcome, pipe, protocol=pickle.HIGHEST_PROTOCOL)
+
+
+def _die_with_parent() -> None:
+    """Ask the system to end this process when its parent is killed."""
+    if sys.platform.startswith("linux"):
+        with contextlib.suppress(Exception):  # it is a courtesy
+            import ctypes  # noqa: PLC0415
+
+            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

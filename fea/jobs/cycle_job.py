@@ -1,9 +1,15 @@
 """The job behind `fea loads`: the crank cycle of a study, without a mesh."""
 
+from typing import TYPE_CHECKING
+
 from fea.jobs.cycle_report import CycleReport, cycle_reports
 from fea.study.study import Study
 from geometry.invalid import InvalidValue
 from geometry.mass import MassProperties, joined
+from geometry.trial import apart
+
+if TYPE_CHECKING:
+    from geometry.solid import Solid
 
 
 def study_cycles(study: Study, *, every_cylinder: bool) -> list[CycleReport]:
@@ -39,12 +45,20 @@ def rod_mass(study: Study) -> tuple[float, MassProperties]:
     """
     if study.rod.mass is not None and study.rod.length is not None:
         return study.rod.length, study.rod.mass
-    from geometry.session import session  # noqa: PLC0415 - gmsh is loaded only where a solid is drawn
-
-    with session():
-        solid = study.rod.draw()
+    solid = (
+        _drawn(study)
+        if study.rod.step is None
+        else apart(lambda: _drawn(study), f"read {study.rod.step.path}")
+    )
     materials = study.materials(part.name for part in solid.parts)
     drawn = joined(
         [part.mass.times(material.density) for part, material in zip(solid.parts, materials, strict=True)]
     )
     return solid.bores[1].x, study.rod.mass or drawn
+
+
+def _drawn(study: Study) -> "Solid":
+    from geometry.session import session  # noqa: PLC0415 - gmsh is loaded only where a solid is drawn
+
+    with session():
+        return study.rod.draw()

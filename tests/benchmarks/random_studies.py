@@ -1,9 +1,9 @@
 """Studies drawn at random over the input space: each is rechecked, marked or refused, none wrong or crashed.
 
-    python tests/benchmarks/random_studies.py --count 2000 --resume outcomes.json
+    python tests/benchmarks/random_studies.py --count 2000 --resume outcomes.json --workers 2
 
 The check of `tests/support/recheck.py` looks at the written files alone. Every study runs in a process that
-may crash or hang without taking the others with it.
+may crash or hang without taking the others with it. `--report FILE.md` writes the counts of what is kept.
 """
 
 import argparse
@@ -11,11 +11,15 @@ import json
 import multiprocessing
 import sys
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
+from threading import local
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 TIMEOUT = 300.0  # seconds a study
+BAD = ("WRONG", "crashed", "DIED", "HUNG")
+_own = local()
 
 
 def main() -> None:
@@ -23,48 +27,99 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=2000)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--again", nargs="*", help="seeds to run once more; all that were bad without any")
     parser.add_argument("--resume", type=Path, help="a JSON file to keep outcomes in")
+    parser.add_argument("--report", type=Path, help="a Markdown file for the counts")
     arguments = parser.parse_args()
     kept = json.loads(arguments.resume.read_text()) if arguments.resume and arguments.resume.exists() else {}
-    pool = None
-    for seed in map(str, range(arguments.first, arguments.first + arguments.count)):
-        if seed in kept:
-            continue
-        pool = pool or multiprocessing.get_context("spawn").Pool(1)
-        kept[seed] = attempt(pool, int(seed))
-        if kept[seed]["outcome"] == "HUNG":
-            pool.terminate()
-            pool = None
-        if arguments.resume:
-            arguments.resume.write_text(json.dumps(kept))
-    if pool:
-        pool.close()
-        pool.join()
-    report(kept)
+    if arguments.again is not None:
+        bad = [seed for seed, entry in kept.items() if entry["outcome"] in BAD]
+        kept = {seed: entry for seed, entry in kept.items() if seed not in (arguments.again or bad)}
+    seeds = [str(seed) for seed in range(arguments.first, arguments.first + arguments.count)]
+    with ThreadPoolExecutor(arguments.workers) as threads:
+        coming = {threads.submit(attempt, int(seed)): seed for seed in seeds if seed not in kept}
+        for number, done in enumerate(as_completed(coming)):
+            kept[coming[done]] = done.result()
+            if arguments.resume and (number % 20 == 0 or kept[coming[done]]["outcome"] in BAD):
+                keep(arguments.resume, kept)
+    if arguments.resume:
+        keep(arguments.resume, kept)
+    text = report(kept)
+    print(text)
+    if arguments.report:
+        arguments.report.write_text(f"# Random studies\n\n{text}")
 
 
-def attempt(pool, seed: int) -> dict[str, object]:
-    """One study in the pool's process."""
+def keep(path: Path, kept: dict[str, dict]) -> None:
+    """Write the outcomes, whole or not at all."""
+    beside = path.with_suffix(".part")
+    beside.write_text(json.dumps(kept))
+    beside.replace(path)
+
+
+def attempt(seed: int) -> dict[str, object]:
+    """One study in the process of this thread, which is started anew when it hangs or dies."""
+    process = getattr(_own, "process", None)
+    if process is None:
+        _own.pipe, theirs = multiprocessing.Pipe()
+        context = multiprocessing.get_context("spawn")
+        process = _own.process = context.Process(target=serve, args=(theirs,), daemon=True)
+        process.start()
+        theirs.close()
+    try:
+        _own.pipe.send(seed)
+        if _own.pipe.poll(TIMEOUT):
+            return _own.pipe.recv()
+        found = {"outcome": "HUNG"}
+        process.kill()
+    except (EOFError, OSError):
+        process.join()
+        found = {"outcome": "DIED", "code": process.exitcode}
+    _own.process = None
+    return found
+
+
+def serve(pipe) -> None:
+    """Run the studies whose seeds come through a pipe."""
     from drawn_studies import outcome
 
-    try:
-        return pool.apply_async(outcome, (seed,)).get(TIMEOUT)
-    except multiprocessing.TimeoutError:
-        return {"outcome": "HUNG"}
+    while True:
+        pipe.send(outcome(pipe.recv()))
 
 
-def report(kept: dict[str, dict]) -> None:
-    """Print the counts, by whom studies were refused or marked, and the worst that passed."""
-    print(len(kept), "studies:", dict(Counter(entry["outcome"] for entry in kept.values())))
-    for kind in ("refused", "marked"):
-        by = Counter(entry["by"].split(":")[0] for entry in kept.values() if entry["outcome"] == kind)
-        print(kind, "by", dict(by.most_common(12)))
-    for name in ("equilibrium", "section"):
+def report(kept: dict[str, dict]) -> str:
+    """The counts as Markdown: by whom studies were refused or marked, and the worst that passed."""
+    counts = Counter(entry["outcome"] for entry in kept.values())
+    lines = [f"{len(kept)} studies, seeds {min(map(int, kept))}…{max(map(int, kept))}.", ""]
+    lines += ["| outcome | studies |", "|---|--:|"]
+    said = {"rechecked": "trusted, and the recheck agrees", "marked": "marked as not to be trusted (exit 5)"}
+    said |= {"refused": "refused with a reason (exit 2, 3, 4)"}
+    lines += [
+        f"| {said.get(kind, kind)} | {counts[kind]} |" for kind in ("rechecked", "marked", "refused", *BAD)
+    ]
+    for kind in ("marked", "refused"):
+        by = Counter(
+            _by(entry["by"]) for _, entry in sorted(kept.items()) if entry["outcome"] == kind
+        ).most_common()
+        lines += ["", f"{kind.capitalize()} by: " + ", ".join(f"{who} {count}" for who, count in by) + "."]
+    lines += ["", "| largest error of a recheck | |", "|---|--:|"]
+    for name in ("equilibrium", "section", "piston"):
         worst = max((entry.get(name, 0.0) for entry in kept.values()), default=0.0)
-        print(f"worst {name}: {worst:.2g}")
-    for seed, entry in kept.items():
-        if entry["outcome"] in ("WRONG", "crashed", "HUNG"):
-            print(f"study {seed}: {entry}")
+        lines.append(f"| {name} | {worst:.2g} |")
+    bad = [f"- {seed}: {entry}" for seed, entry in sorted(kept.items(), key=_seed) if entry["outcome"] in BAD]
+    return "\n".join([*lines, "", *bad]).rstrip() + "\n"
+
+
+def _by(said: str) -> str:
+    """The value or the stage that a refusal names."""
+    kind, _, rest = said.partition(": ")
+    name = rest.split(" = ")[0] if kind == "InvalidValue" else kind
+    return f"`{name}`"
+
+
+def _seed(item: tuple[str, dict]) -> int:
+    return int(item[0])
 
 
 if __name__ == "__main__":

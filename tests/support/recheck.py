@@ -1,95 +1,153 @@
-"""A written run examined anew, with nothing of the program but its files: equilibrium and sections.
+"""A written run examined anew, with nothing of the program but its files: piston, equilibrium, sections.
 
-The stiffness is assembled from strain matrices, the loads are integrated from the figures of the summary,
-and both are applied to the displacement of the VTU file. The quadrature rules have the program's degrees,
-as the half cosine has a kink that no rule integrates exactly.
+The internal forces K u are integrated from the displacement of the VTU file, the loads from the figures of
+the summary. The quadrature rules have the program's degrees,
+as no rule integrates the kinks of a bore pressure exactly.
 """
 
 import json
 import math
+import re
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import meshio
 import numpy as np
 import pyvista as pv
-from scipy import sparse
-from skfem import ElementTetP2, ElementTriP2, MeshTet, MeshTri
+from recheck_pressure import pressures
+from skfem import ElementTetP1, ElementTetP2, ElementTriP1, ElementTriP2, MeshTet, MeshTri
 from skfem.quadrature import get_quadrature
 
-STIFFNESS, VOLUME, FACET = 2, 5, 10
+VOLUME, FACET = 5, 10
 FACES = np.array([[0, 1, 2, 4, 5, 6], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 2, 3, 6, 9, 7]])
+AT_REST = ("gas", "given")
 
 
 @dataclass(frozen=True)
 class Told:
-    """What was asked: mm, t, N, rad/s."""
+    """What was asked: mm, t, N, MPa, rad/s; materials as (E, nu, density), the bushing's last."""
 
-    youngs: float
-    poisson: float
-    density: float
+    materials: tuple[tuple[float, float, float], ...]
     big_radius: float
     small_radius: float
     length: float
-    crank_radius: float
-    speed: float
+    bushing: float = 0.0
+    pressure: str = "cosine-180"
+    clamped: bool = False
+    crank_radius: float = 0.0
+    speed: float = 0.0
+    offset: float = 0.0
+    friction: float = 0.0
+    piston_mass: float = 0.0
 
 
-def rule(element, mesh, degree):
-    """Weights, values (q, n) and slopes (q, n, dim) of a reference element."""
-    points, weights = get_quadrature(mesh.elem.refdom, degree)
-    tables = [element.lbasis(points, i) for i in range(10 if points.shape[0] == 3 else 6)]
+class Errors(NamedTuple):
+    """The largest over the cases of a run, each relative to the largest force."""
+
+    equilibrium: float = 0.0
+    section: float = 0.0
+    piston: float = 0.0
+
+    def worst(self, other):
+        """The larger of each."""
+        return Errors(*map(max, self, other))
+
+
+def rule(n_nodes, degree):
+    """Weights, values (q, n) and slopes (q, n, dim) of the reference element with so many nodes."""
+    element = {4: ElementTetP1(), 10: ElementTetP2(), 3: ElementTriP1(), 6: ElementTriP2()}[n_nodes]
+    points, weights = get_quadrature((MeshTet if n_nodes in (4, 10) else MeshTri).elem.refdom, degree)
+    tables = [element.lbasis(points, i) for i in range(n_nodes)]
     values = np.stack([np.broadcast_to(v, points.shape[1]) for v, _ in tables], axis=1)
-    slopes = np.stack([np.broadcast_to(np.asarray(g), points.shape).T for _, g in tables], axis=1)
+    slopes = np.stack([_spread(np.asarray(g, dtype=float), points.shape) for _, g in tables], axis=1)
     return weights, values, slopes
 
 
-def internal_forces(points, tets, u, told):
-    """K u at the nodes (n, 3), with K from B^T C B."""
-    weights, _, slopes = rule(ElementTetP2(), MeshTet, STIFFNESS)
-    E, nu = told.youngs, told.poisson
-    C = np.zeros((6, 6))
-    C[:3, :3] = nu
-    C[range(3), range(3)] = 1 - nu
-    C[range(3, 6), range(3, 6)] = (1 - 2 * nu) / 2
-    C *= E / ((1 + nu) * (1 - 2 * nu))
-    n = len(tets)
-    k = np.zeros((n, 30, 30))
-    for weight, slope in zip(weights, slopes, strict=True):
-        J = points[tets].transpose(0, 2, 1) @ slope
-        g = slope @ np.linalg.inv(J)
-        B = np.zeros((n, 6, 10, 3))
-        for row, pairs in enumerate(
-            [[(0, 0)], [(1, 1)], [(2, 2)], [(0, 1), (1, 0)], [(1, 2), (2, 1)], [(0, 2), (2, 0)]]
-        ):
-            for component, axis in pairs:
-                B[:, row, :, component] = g[:, :, axis]
-        B = B.reshape(n, 6, 30)
-        k += weight * np.linalg.det(J)[:, None, None] * (B.transpose(0, 2, 1) @ C @ B)
-    dofs = (3 * tets[:, :, None] + np.arange(3)).reshape(n, 30)
-    rows, columns = np.repeat(dofs, 30, axis=1).ravel(), np.tile(dofs, (1, 30)).ravel()
-    K = sparse.csr_array(sparse.coo_array((k.ravel(), (rows, columns)), shape=(u.size, u.size)))
-    return (K @ u.ravel()).reshape(-1, 3)
+def _spread(slope, shape):
+    return np.broadcast_to(slope.reshape(shape[0], -1), shape).T
 
 
-def bore_forces(points, tets, center, radius, force):
-    """Half-cosine pressure on a bore with the resultant `force` (x, y), as nodal forces (n, 3)."""
+@dataclass(frozen=True)
+class Body:
+    """The mesh of a run: places, elements with their materials, and what lies on its bores."""
+
+    points: np.ndarray
+    tets: np.ndarray
+    material: np.ndarray
+    small: np.ndarray
+    big: np.ndarray
+
+    @classmethod
+    def of(cls, written, told):
+        """The body of a VTU file."""
+        points, tets = written.points.astype(float), written.cells[0].data.astype(int)
+        small, big = (
+            bore_faces(points, tets, center, radius)
+            for center, radius in ((told.length, told.small_radius), (0.0, told.big_radius))
+        )
+        return cls(points, tets, _materials(points, tets, told), small, big)
+
+    def scattered(self, forces):
+        """Sum forces (n_elements, n_local, 3) at their nodes."""
+        sums = [
+            np.bincount(self.tets.ravel(), forces[..., axis].ravel(), minlength=len(self.points))
+            for axis in range(3)
+        ]
+        return np.stack(sums, axis=1)
+
+
+def internal_forces(body, u, told):
+    """K u at the nodes (n, 3): the work of the stress of u with each shape function's gradient."""
+    weights, values, slopes = rule(body.tets.shape[1], 2 if body.tets.shape[1] == 10 else 0)
+    E, nu = np.array([(E, nu) for E, nu, _ in told.materials])[body.material].T
+    mu, lame = E / (2 * (1 + nu)), E * nu / ((1 + nu) * (1 - 2 * nu))
+    J = [body.points[body.tets].transpose(0, 2, 1) @ slope for slope in slopes]
+    g = [slope @ np.linalg.inv(j) for slope, j in zip(slopes, J, strict=True)]
+    H = [u[body.tets].transpose(0, 2, 1) @ one for one in g]
+    volumes = weights * np.stack([np.linalg.det(j) for j in J], axis=1)
+    dilation = np.stack([np.trace(h, axis1=1, axis2=2) for h in H], axis=1)
+    pressure = pressures(body.tets, dilation, volumes, values, (lame, nu, body.material))
+    out = np.zeros((*body.tets.shape, 3))
+    for one, h, p, volume in zip(g, H, pressure.T, volumes.T, strict=True):
+        stress = mu[:, None, None] * (h + h.transpose(0, 2, 1)) + p[:, None, None] * np.eye(3)
+        out += volume[:, None, None] * (one @ stress)
+    return body.scattered(out)
+
+
+def bore_faces(points, tets, center, radius):
+    """Faces (n, 3 or 6) of the skin that lie on a bore."""
+    local = FACES if tets.shape[1] == 10 else FACES[:, :3]
+    faces = tets[:, local].reshape(-1, local.shape[1])
+    _, first, counts = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
+    faces = faces[first[counts == 1]]
+    away = np.hypot(points[:, 0] - center, points[:, 1])
+    return faces[(np.abs(away - radius) < 1e-6 * radius)[faces[:, :3]].all(axis=1)]
+
+
+def arc(pressure, axial):
+    """Relative pressure over the angle from the force, of an end pulled (axial > 0) or pushed."""
+    if pressure == "webster":
+        pressure = "cosine-180" if axial > 0 else "uniform-120"
+    shape, degrees = re.fullmatch(r"(cosine|uniform)-([\d.]+)", pressure).groups()
+    half = math.radians(float(degrees)) / 2
+    if shape == "uniform":
+        return lambda psi: np.where(np.abs(psi) <= half, 1.0, 0.0)
+    return lambda psi: np.where(np.abs(psi) <= half, np.cos(np.pi * psi / (2 * half)), 0.0)
+
+
+def bore_forces(points, faces, center, force, pressed):
+    """Pressure on a bore with the resultant `force` (x, y), as nodal forces (n, 3)."""
     out = np.zeros_like(points)
     magnitude, direction = math.hypot(*force), math.atan2(force[1], force[0])
     if not magnitude:
         return out
-    faces = tets[:, FACES].reshape(-1, 6)
-    _, first, counts = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
-    faces = faces[first[counts == 1]]
-    away = np.hypot(points[:, 0] - center, points[:, 1])
-    faces = faces[(np.abs(away - radius) < 1e-6 * radius)[faces[:, :3]].all(axis=1)]
-    weights, values, slopes = rule(ElementTriP2(), MeshTri, FACET)
+    weights, values, slopes = rule(faces.shape[1], FACET)
     tangents = np.einsum("fni,qnk->fqik", points[faces], slopes)
     area = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) * weights
     places = np.einsum("qn,fni->fqi", values, points[faces])
     angle = np.arctan2(places[..., 1], places[..., 0] - center)
     psi = np.mod(angle - direction + math.pi, 2 * math.pi) - math.pi
-    shape = np.where(np.abs(psi) <= math.pi / 2, np.cos(psi), 0.0)
-    basis = [shape, shape * np.sin(psi)]
+    basis = [pressed(psi), pressed(psi) * np.sin(psi)]
     system = [[(area * b * trig(psi)).sum() for b in basis] for trig in (np.cos, np.sin)]
     a, b = np.linalg.solve(system, [magnitude, 0.0])
     pressure = area * (a * basis[0] + b * basis[1])
@@ -98,51 +156,93 @@ def bore_forces(points, tets, center, radius, force):
     return out
 
 
-def inertia_forces(points, tets, told, crank_deg, cut):
-    """D'Alembert forces at the nodes (n, 3), and their resultant beyond x = `cut`."""
-    theta, ratio, w = math.radians(crank_deg), told.crank_radius / told.length, told.speed
-    sin_b = ratio * math.sin(theta)
+def rod_angle(told, theta):
+    """β of the rod, its first and second rate."""
+    ratio, w = told.crank_radius / told.length, told.speed
+    sin_b = ratio * math.sin(theta) - told.offset / told.length
     cos_b = math.sqrt(1 - sin_b**2)
     rate = ratio * w * math.cos(theta) / cos_b
-    growth = (-ratio * w * w * math.sin(theta) + rate**2 * sin_b) / cos_b
+    return math.asin(sin_b), rate, (-ratio * w * w * math.sin(theta) + rate**2 * sin_b) / cos_b
+
+
+def inertia_forces(body, told, crank_deg, cut):
+    """D'Alembert forces at the nodes (n, 3), and their resultant beyond x = `cut`."""
+    theta, w = math.radians(crank_deg), told.speed
+    beta, rate, growth = rod_angle(told, theta)
     inward = -told.crank_radius * w * w * np.array([math.cos(theta), math.sin(theta)])
-    a_x, a_y = inward @ [cos_b, -sin_b], inward @ [sin_b, cos_b]
-    weights, values, slopes = rule(ElementTetP2(), MeshTet, VOLUME)
-    out, beyond = np.zeros_like(points), np.zeros(3)
+    a_x, a_y = inward @ [math.cos(beta), -math.sin(beta)], inward @ [math.sin(beta), math.cos(beta)]
+    weights, values, slopes = rule(body.tets.shape[1], VOLUME)
+    density = np.array([rho for _, _, rho in told.materials])[body.material]
+    corners, beyond = body.points[body.tets], np.zeros(3)
+    out = np.zeros_like(corners)
     for weight, value, slope in zip(weights, values, slopes, strict=True):
-        mass = told.density * weight * np.linalg.det(points[tets].transpose(0, 2, 1) @ slope)
-        x, y, _ = (value @ points[tets]).T
+        mass = density * weight * np.linalg.det(corners.transpose(0, 2, 1) @ slope)
+        x, y, _ = (value @ corners).T
         force = -mass * np.stack([a_x + growth * y - rate**2 * x, a_y - growth * x - rate**2 * y, 0 * x])
         beyond += force[:, x > cut].sum(axis=1)
-        for axis in range(3):
-            np.add.at(out[:, axis], tets.ravel(), (force[axis][:, None] * value).ravel())
-    return out, beyond
+        out += force.T[:, None, :] * value[:, None]
+    return body.scattered(out), beyond
+
+
+def piston_error(load, told):
+    """What is left of m ẍ = −gas + friction − pin on the piston, over the largest of them."""
+    theta, w, r, l = math.radians(load["crank_deg"]), told.speed, told.crank_radius, told.length
+    beta, rate, growth = rod_angle(told, theta)
+    velocity = -r * w * math.sin(theta) - l * rate * math.sin(beta)
+    a = -r * w * w * math.cos(theta) - l * (rate**2 * math.cos(beta) + growth * math.sin(beta))
+    along, across = load["pin_axial_N"], load["pin_transverse_N"]
+    pin_x = along * math.cos(beta) + across * math.sin(beta)
+    pin_y = across * math.cos(beta) - along * math.sin(beta)
+    friction = -told.friction * abs(pin_y) * np.sign(velocity)
+    parts = [told.piston_mass * a, load["gas_N"], -friction, pin_x]
+    return float(abs(sum(parts)) / max(map(abs, parts)))
 
 
 def recheck(folder, figures, told):
-    """Largest errors over the cases of a run: of equilibrium, and of the section amid the shank.
+    """Largest errors over the cases of a run: of piston, equilibrium, and the section amid the shank.
 
-    Both are relative: to the largest nodal force, and to the largest force on the rod.
+    Returns
+    -------
+    Errors
     """
     assert json.loads((folder / "summary.json").read_text())["schema"] == figures["schema"]
-    equilibrium, section = 0.0, 0.0
+    found, body = Errors(), None
     for name, load in figures["loads"].items():
         written = meshio.read(folder / f"{name}.vtu")
-        points, tets = written.points.astype(float), written.cells_dict["tetra10"]
+        if body is None or not np.array_equal(body.points, written.points):
+            body = Body.of(written, told)
         pin = load["pin_axial_N"], load["pin_transverse_N"]
         crank = -load["crank_axial_N"], load["crank_transverse_N"]
+        largest = max(math.hypot(*pin), math.hypot(*crank))
         cut = 0.5 * told.length + 1e-3
-        f = bore_forces(points, tets, told.length, told.small_radius, pin)
-        f += bore_forces(points, tets, 0.0, told.big_radius, crank)
+        f = bore_forces(body.points, body.small, told.length, pin, arc(told.pressure, load["pin_axial_N"]))
         beyond = np.zeros(3)
-        if name != "gas":
-            inertia, beyond = inertia_forces(points, tets, told, load["crank_deg"], cut)
+        if name not in AT_REST:
+            inertia, beyond = inertia_forces(body, told, load["crank_deg"], cut)
             f += inertia
-        inside = internal_forces(points, tets, written.point_data["displacement"].astype(float), told)
-        equilibrium = max(equilibrium, float(np.abs(inside - f).max() / np.abs(f).max()))
+        if not told.clamped:
+            f += bore_forces(body.points, body.big, 0.0, crank, arc(told.pressure, load["crank_axial_N"]))
+        left = internal_forces(body, written.point_data["displacement"].astype(float), told) - f
+        reaction = 0.0
+        if told.clamped:
+            held = np.unique(body.big)
+            reaction = float(np.abs(left[held].sum(axis=0)[:2] - crank).max() / largest)
+            left[held] = 0.0
         plane = pv.read(folder / f"{name}.vtu").slice(normal="x", origin=(cut, 0, 0))
         stress = plane.integrate_data()["stress"][0]
         carried = np.array([stress[0], stress[3]])
-        largest = max(math.hypot(*pin), math.hypot(*crank))
-        section = max(section, float(np.abs(carried - (pin + beyond[:2])).max() / largest))
-    return equilibrium, section
+        found = found.worst(
+            Errors(
+                max(float(np.abs(left).max() / np.abs(f).max()), reaction),
+                float(np.abs(carried - (pin + beyond[:2])).max() / largest),
+                0.0 if name in AT_REST else piston_error(load, told),
+            )
+        )
+    return found
+
+
+def _materials(points, tets, told):
+    """Which material (n_tets,) an element has: the bushing's where it lies within its outer radius."""
+    away = np.hypot(points[:, 0] - told.length, points[:, 1])
+    within = away <= (told.small_radius + told.bushing) * (1 + 1e-6)
+    return (within[tets[:, :4]].all(axis=1) & (told.bushing > 0)).astype(int)

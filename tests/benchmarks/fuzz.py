@@ -1,0 +1,112 @@
+"""Damaged STEP, TOML and CSV files through the program: each ends with its exit code and one message.
+
+    python tests/benchmarks/fuzz.py --count 1000 --kinds step toml csv
+
+A run that ends otherwise, takes too long, or leaves a file or a process behind is printed with its seed.
+"""
+
+import argparse
+import random
+import sys
+import tempfile
+from collections import Counter
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+
+from contained import contained
+from mutated import mutated
+
+ENGINE = """
+[engine]
+stroke_mm = 94.0
+bore_mm = 76.0
+piston_mass_kg = 1.3345
+cylinders = 4
+gas = {gas}
+[speed]
+rpm = [6000]
+[mesh]
+size_mm = 14
+element = "p2"
+[analysis]
+support = "inertia-relief"
+symmetry = "auto"
+pressure = "cosine-180"
+solver = "auto"
+[material]
+preset = "leon-2001"
+"""
+STEP = '[rod]\nstep = "rod.step"\n'
+MASSES = "[rod]\nlength_mm = 141.0\nmass_kg = 0.785\ncenter_of_gravity_mm = 64.0\ninertia_kg_m2 = 3.9e-3\n"
+ROD = '[rod]\npreset = "leon-2001"\nbig_end_bore_mm = 50.0\nweb_thickness_mm = 5.0\n'
+SHIPPED = '"leon-2001"'
+
+
+@cache
+def whole_step(number: int) -> str:
+    """One of three rods as a STEP file: I-section, rectangular with holes, with a bushing."""
+    from geometry.presets import PRESETS
+    from geometry.proportions import proportioned
+    from geometry.session import session
+    from geometry.step_file import export_step
+
+    rods = (
+        PRESETS["leon-2001"],
+        proportioned(120, 40, 20, shank_section="rectangular", oil_hole=3.0),
+        proportioned(150, 52, 22, bushing=1.5),
+    )
+    with tempfile.TemporaryDirectory() as folder, session():
+        export_step(rods[number], Path(folder, "rod.step"))
+        return Path(folder, "rod.step").read_text()
+
+
+def ended(kind: str, seed: int):
+    """One damaged file through the program."""
+    draw = random.Random(f"{kind} {seed}")  # noqa: S311
+    if kind == "step":
+        step = mutated(whole_step(seed % 3), draw, most=draw.choice([1, 1, 2, 6]))
+        study = STEP + ENGINE.format(gas=SHIPPED)
+        command = ["rod", "s.toml", "--quiet"] if seed % 2 else ["run", "s.toml", "--quiet"]
+        return contained(
+            [*command, "--size", 14], {"s.toml": study.encode(), "rod.step": step.encode("latin-1")}
+        )
+    if kind == "toml":
+        rod, command = (ROD, "run") if seed % 5 == 0 else (MASSES, "loads")
+        study = mutated(rod + ENGINE.format(gas=SHIPPED), draw)
+        return contained(
+            [command, "s.toml", *["--quiet"][: command == "run"]], {"s.toml": study.encode("latin-1")}
+        )
+    shipped = (files("fea") / "studies" / "leon-2001-gas.csv").read_bytes().decode("latin-1")
+    trace = mutated(shipped, draw)
+    study = MASSES + ENGINE.format(gas='"g.csv"')
+    return contained(["loads", "s.toml"], {"s.toml": study.encode(), "g.csv": trace.encode("latin-1")})
+
+
+def main() -> None:
+    """Damage, run and count."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--kinds", nargs="+", default=["step", "toml", "csv"])
+    arguments = parser.parse_args()
+    import fea.jobs.job
+    import fea.jobs.rod_report  # noqa: F401 - loaded once, for every copy
+
+    for kind in arguments.kinds:
+        codes, faults, died = Counter(), 0, 0
+        for seed in range(arguments.first, arguments.first + arguments.count):
+            found = ended(kind, seed)
+            codes[found.code] += 1
+            died += "the CAD kernel" in found.said and "when it is to" in found.said
+            if fault := found.fault():
+                faults += 1
+                print(f"{kind} {seed}: {fault}: {found.said[-300:]}", flush=True)
+        print(f"{kind}: {arguments.count} files, exit codes {dict(sorted(codes.items()))},", end=" ")
+        print(f"{died} deaths of the CAD kernel survived, {faults} faults", flush=True)
+
+
+if __name__ == "__main__":
+    main()
