@@ -10,6 +10,7 @@ from fea.assess.remarks import fatigue_remarks
 from fea.checks import Check, check
 from fea.choices import Fatigue
 from fea.cycle.envelope import Envelope, envelope, with_cases
+from fea.cycle.multiaxial import worst_multiaxial
 from fea.cycle.series import TOLERANCE
 from fea.cycle.spots import Spot, distinct, spots
 from fea.cycle.unit_loads import UnitLoads
@@ -50,6 +51,8 @@ class CycleResult:
         How many there are.
     remarks
         What a reader must know of the material.
+    multiaxial
+        The worst place by Crossland's criterion, or None where no endurance is known.
     """
 
     angles: Floats
@@ -60,6 +63,7 @@ class CycleResult:
     series_error: float
     unit_solutions: int
     remarks: tuple[str, ...] = ()
+    multiaxial: Spot | None = None
 
     def checks(self) -> dict[str, Check]:
         """Hold the superposition against the directly solved cases, where the pressure has no jump."""
@@ -149,6 +153,7 @@ class CycleAnalysis:
             self.loads.series_error,
             self.units.count,
             fatigue_remarks(self.materials),
+            worst_multiaxial(found, self.units, of_degrees, whole, self.materials),
         )
 
     def _difference(self, weights: Weights, peaks: Sequence[CaseResult]) -> float:

@@ -20,6 +20,7 @@ def envelope_figures(
     found = result.envelope
     worst = int(found.safety_factor.argmin())
     fatigue = None if result.weakest is None else _place(result.weakest, result, materials)
+    multiaxial = None if result.multiaxial is None else _place(result.multiaxial, result, materials)
     return {
         "min_safety_factor": float(found.safety_factor[worst]),
         "at_mm": mesh.points[worst].tolist(),
@@ -30,6 +31,8 @@ def envelope_figures(
         "min_fatigue_safety_factor": None if fatigue is None else fatigue["fatigue_safety_factor"],
         "fatigue_criterion": criterion.value,
         "fatigue": fatigue,
+        "min_crossland_safety_factor": None if multiaxial is None else multiaxial["crossland_safety_factor"],
+        "crossland": multiaxial,
         "spots": [_place(spot, result, materials) for spot in result.spots],
         "unit_solutions": result.unit_solutions,
         "instants": len(result.angles),
