@@ -115,7 +115,8 @@ def analysed(
         for rpm in speeds:  # one after another: a sweep's fields are too many to keep
             result = analysis.at(rpm, cycle=False)
             worst = max(worst, *(case.error_percent for case in result.cases))
-            ratio = np.minimum(ratio, size_ratio(analysis.mesh.whole.mesh, result.cases, tolerance))
+            mesh = analysis.mesh.whole.mesh
+            ratio = np.minimum(ratio, size_ratio(mesh, result.cases, tolerance, again=bool(fields)))
         passes.append(_pass(analysis, worst, time.perf_counter() - start))
         if listener:
             listener(passes[-1].text(len(passes)))

@@ -11,10 +11,14 @@ from mesh.tetmesh import EDGES, Floats, TetMesh
 
 # Errors fall with this power of the element size, as the rate of the stress in second-order elements.
 _RATE = {1: 1.0, 2: 2.0}
-# Of the tolerance, what is aimed at: predictions scatter, and a further pass costs a whole solution.
-_AIM = 0.5
+# Places that an earlier pass refined in vain are less smooth: the ends of fillets, where curvature jumps.
+# There the rate is lower, and a step worth another pass has at least this ratio.
+_ROUGH_RATE, _ROUGH_RATIO = 1.0, 0.5
+# Of the tolerance, what is aimed at: predictions scatter, and a further pass costs a whole solution, smaller
+# elements at the peaks next to nothing.
+_AIM = 0.25
 # No element shrinks further than this in one pass: what its error says so far off is too vague.
-LEAST_RATIO = 0.25
+LEAST_RATIO = 0.2
 # Beyond this error in the energy norm a whole rod is too coarse for any peak to be trusted; elements with
 # more than their share of it shrink (Zienkiewicz & Zhu 1987, eq. 21), and no further than by half.
 ENERGY_PERCENT = 20.0
@@ -25,7 +29,9 @@ REALISED = 1.25
 _ANYTHING = 1e6
 
 
-def size_ratio(mesh: TetMesh, cases: Sequence[CaseResult], tolerance_percent: float) -> Floats:
+def size_ratio(
+    mesh: TetMesh, cases: Sequence[CaseResult], tolerance_percent: float, *, again: bool = False
+) -> Floats:
     """Factor (n_nodes,) on the size of the elements that brings the peaks of every case within a tolerance.
 
     Parameters
@@ -36,10 +42,15 @@ def size_ratio(mesh: TetMesh, cases: Sequence[CaseResult], tolerance_percent: fl
         Solved on it.
     tolerance_percent
         Of the largest von Mises stress and of the least safety factor.
+    again
+        Whether the mesh has been refined for this tolerance already.
     """
     ratio, rate = np.ones(len(mesh.points)), _RATE[mesh.order]
     for case in cases:
-        ratio = np.minimum(ratio, _nodal_ratio(case, tolerance_percent / 100, rate))
+        nodal = _nodal_ratio(case, tolerance_percent / 100, _ROUGH_RATE if again else rate)
+        if again:
+            nodal = np.where(nodal < 1, np.minimum(nodal, _ROUGH_RATIO), 1.0)
+        ratio = np.minimum(ratio, nodal)
         np.minimum.at(ratio, mesh.tets, _energy_ratio(case, mesh, rate)[:, None])
     return ratio
 

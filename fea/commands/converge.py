@@ -53,7 +53,8 @@ def converge(
     elif not quiet:
         from fea.output.converge_table import print_comparison
 
-        print_comparison(found.rows, advice([r for r in found.rows if r.computation.problem == "rod"]))
+        rod = [row for row in found.rows if row.computation.problem == "rod"]
+        print_comparison(found.rows, advice(rod, found.references["rod"].uncertainty_percent))
         if report is not None:
             sys.stdout.write(f"Wrote {report}\n")
     return 0

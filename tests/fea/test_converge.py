@@ -1,5 +1,6 @@
 import json
 import math
+import shutil
 
 import pytest
 
@@ -10,10 +11,11 @@ from fea.study.study import load_study
 from fea.verify.converge import converge as module
 from fea.verify.converge.advice import advice
 from fea.verify.converge.compute import compute
-from fea.verify.converge.front import fastest_within, pareto
+from fea.verify.converge.front import error_after, fastest_within, pareto, seconds_to, settled
 from fea.verify.converge.plan import series
 from fea.verify.converge.reference import Reference, extrapolated
 from fea.verify.converge.row import Computation, Measured, Row
+from fea.verify.converge.versus import equal_error, equal_time
 
 
 def row(seconds, error, tool="fea", element="p2", size=1.0):
@@ -53,10 +55,48 @@ def test_a_coarse_mesh_that_happens_to_be_right_does_not_count():
 def test_the_advice_is_three_sentences_on_what_was_measured():
     rows = [row(1, 4.0, size=2.0), row(3, 0.5), row(50, 1.5, tool="CalculiX"), row(9, 20.0, element="p1")]
     five, two, one = advice(rows)
-    assert five.startswith("For a peak within 5 % use `fea` with P2 elements: 1.0 s")
-    assert "CalculiX takes 50 s" in two
+    assert "stays within 5 % on all finer meshes use `fea` with P2 elements: 1.0 s" in five
+    assert "CalculiX takes" in two
     assert "CalculiX did not get there" in one
     assert all("no first-order mesh" in line for line in (five, two, one))
+
+
+def test_what_the_reference_does_not_tell_is_not_advised():
+    assert "not known that well" in advice([row(1, 0.1)], floor=1.5)[2]
+
+
+def test_the_error_of_a_mesh_is_the_worst_of_it_and_all_finer_ones():
+    rows = [row(1, -9.0, size=8.0), row(2, 0.0, size=4.0), row(4, 3.0, size=2.0), row(8, 1.0)]
+    assert settled(rows) == [9.0, 3.0, 3.0, 1.0]
+    assert settled(rows[:2]) == [9.0, pytest.approx(9 / 2**4)]  # no better than twice the rate of P2
+    assert settled([row(1, 0.01)]) == [0.05]
+
+
+def test_times_and_errors_are_interpolated_by_their_logarithms():
+    rows = [row(10.0**k, 10.0 ** (1 - k), size=4.0**-k) for k in range(3)]  # error = 10 / seconds
+    assert seconds_to(rows, 2.0) == pytest.approx(5.0)
+    assert error_after(rows, 5.0) == pytest.approx(2.0)
+    assert seconds_to(rows, 20.0) == 1.0
+    assert seconds_to(rows, 0.05) == math.inf
+    assert error_after(rows, 0.5) == math.inf
+    assert error_after(rows, 1e4) == pytest.approx(0.1)
+
+
+def test_ours_is_held_against_calculix_at_equal_error_and_equal_time():
+    ours = [row(10.0**k / 20, 10.0 ** (1 - k), size=4.0**-k) for k in range(4)]
+    theirs = [row(10.0**k, 10.0 ** (1 - k), "CalculiX", size=4.0**-k) for k in range(2)]
+    five, two, one = equal_error(ours + theirs)
+    assert (five.ratio, two.ratio) == (pytest.approx(20), pytest.approx(20))
+    assert five.goal_met
+    assert five.whole == math.inf
+    assert one.theirs == pytest.approx(10)
+    (within,) = (found for found in equal_error([*ours, *theirs[:1]]) if found.percent == 1)
+    assert within.theirs == math.inf
+    assert within.ratio == pytest.approx(2)  # at least: its only mesh took 1 s, ours 0.5 s
+    assert not within.goal_met
+    after = {seconds: (mine, other) for seconds, mine, other in equal_time(ours + theirs)}
+    assert after[3.0] == (pytest.approx(10 / 60), pytest.approx(10 / 3))
+    assert equal_error(ours) == []
 
 
 def test_the_plan_holds_what_is_to_be_compared():
@@ -97,6 +137,8 @@ def test_the_command_writes_rows_and_a_report(tmp_path, monkeypatch, capsys):
     text = report.read_text()
     assert text.startswith("# Error against run time")
     assert "| fea | P2 |" in text
+    assert "(−0." in text  # an error below the reference's uncertainty
+    assert ("## Against CalculiX" in text) == bool(shutil.which("ccx"))
     assert is_complete_png(report.with_suffix(".png"))
     assert report.with_suffix(".png").stat().st_size < 300_000
 

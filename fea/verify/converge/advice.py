@@ -2,31 +2,36 @@
 
 from collections.abc import Sequence
 
-from fea.verify.converge.front import fastest_within
+from fea.verify.converge.front import FLOOR, fastest_within
 from fea.verify.converge.row import Row
-
-PERCENTS = (5.0, 2.0, 1.0)
-
-
-def advice(rows: Sequence[Row]) -> list[str]:
-    """A sentence for each accuracy, from the rows of the rod."""
-    return [_sentence(rows, percent) for percent in PERCENTS]
+from fea.verify.converge.versus import PERCENTS, EqualError, equal_error
 
 
-def _sentence(rows: Sequence[Row], percent: float) -> str:
+def advice(rows: Sequence[Row], floor: float = FLOOR) -> list[str]:
+    """A sentence for each accuracy, from the rows of the rod, whose errors are known to `floor` percent."""
+    against = {compared.percent: compared for compared in equal_error(rows, floor)}
+    return [_sentence(rows, percent, against.get(percent), floor) for percent in PERCENTS]
+
+
+def _sentence(rows: Sequence[Row], percent: float, against: EqualError | None, floor: float) -> str:
+    if percent < floor:
+        return f"Within {percent:g} %: the reference is not known that well (±{floor:.2g} %)."
     found = fastest_within(rows, percent)
-    if not found:
-        return f"Within {percent:g} %: nothing that was computed in the time."
-    ranked = sorted(found.items(), key=lambda item: item[1].measured.seconds)
-    ((tool, element), best), others = ranked[0], ranked[1:]
+    ours = {kind: row for kind, row in found.items() if kind[0] != "CalculiX"}
+    if not ours:
+        return f"Within {percent:g} %: nothing that was computed in the time stays there."
+    (tool, element), best = min(ours.items(), key=lambda item: item[1].measured.seconds)
     text = (
-        f"For a peak within {percent:g} % use `{tool}` with {element.upper()} elements: "
-        f"{best.measured.seconds:.1f} s at {best.measured.dofs} degrees of freedom"
+        f"For a peak that stays within {percent:g} % on all finer meshes use `{tool}` with {element.upper()} "
+        f"elements: {best.measured.seconds:.1f} s at {best.measured.dofs} degrees of freedom"
     )
-    calculix = [row for (name, _), row in others if name == "CalculiX"]
+    if against is not None:
+        text += "; CalculiX " + _calculix(against)
     first = [name for name, kind in found if kind == "p1"]
-    if calculix:
-        text += f"; CalculiX takes {calculix[0].measured.seconds:.0f} s"
-    elif any(row.computation.tool == "CalculiX" for row in rows):
-        text += "; CalculiX did not get there in the time"
     return text + ("." if first else ", and no first-order mesh got there.")
+
+
+def _calculix(against: EqualError) -> str:
+    if against.theirs == float("inf"):
+        return f"did not get there in {against.longest:.0f} s"
+    return f"takes {against.ratio:.1f} times as long at that error"

@@ -1,11 +1,16 @@
-"""Which computations are worth their time."""
+"""Which computations are worth their time, and what error a time buys."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+
+import numpy as np
 
 from fea.verify.converge.row import Row
 
 # Errors below this are the reference's or an accident, percent.
 FLOOR = 0.05
+# The error of stress falls with the size to the power of the element's order, where it converges better with
+# up to twice that.
+_BEST_RATE = 2
 
 
 def pareto(rows: Sequence[Row], floor: float = FLOOR) -> list[Row]:
@@ -25,20 +30,76 @@ def pareto(rows: Sequence[Row], floor: float = FLOOR) -> list[Row]:
     return best
 
 
-def fastest_within(rows: Sequence[Row], percent: float) -> dict[tuple[str, str], Row]:
-    """Per tool and element the fastest row from which on, as sizes shrink, every error is within `percent`.
-
-    A coarse mesh that happens to be right does not count.
-    """
-    found = {}
-    for tool in dict.fromkeys((row.computation.tool, row.computation.element) for row in rows):
-        own = [row for row in rows if (row.computation.tool, row.computation.element) == tool]
-        own.sort(key=lambda row: row.computation.size)
-        settled = []
-        for row in own:
-            if abs(row.error_percent) > percent:
-                break
-            settled.append(row)
-        if settled:
-            found[tool] = min(settled, key=lambda row: row.measured.seconds)
+def by_tool(rows: Iterable[Row]) -> dict[tuple[str, str], list[Row]]:
+    """Rows of one problem by tool and element, each from coarse to fine."""
+    found: dict[tuple[str, str], list[Row]] = {}
+    for row in sorted(rows, key=lambda row: -row.computation.size):
+        found.setdefault((row.computation.tool, row.computation.element), []).append(row)
     return found
+
+
+def settled(rows: Sequence[Row], floor: float = FLOOR) -> list[float]:
+    """Below what error each mesh of a series and all finer ones stay, percent.
+
+    A signed error that crosses zero makes a mesh right by luck; the finer ones tell. The finest has none to
+    tell, so that it counts no better than twice the theoretical rate would make it from the one before.
+
+    Parameters
+    ----------
+    rows
+        Of one problem, tool and element, coarse to fine.
+    floor
+        Smaller errors count as this.
+    """
+    error = [abs(row.error_percent) for row in rows]
+    if len(rows) > 1 and rows[0].computation.tool != "fea --tolerance":
+        before, last = rows[-2].computation, rows[-1].computation
+        error[-1] = max(error[-1], error[-2] * (last.size / before.size) ** (_BEST_RATE * last.order))
+    running = np.maximum.accumulate(error[::-1])[::-1]
+    return [max(float(value), floor) for value in running]
+
+
+def fastest_within(rows: Sequence[Row], percent: float) -> dict[tuple[str, str], Row]:
+    """Per tool and element the fastest row from which on every error stays within `percent`."""
+    found = {}
+    for tool, own in by_tool(rows).items():
+        within = [row for row, error in zip(own, settled(own), strict=True) if error <= percent]
+        if within:
+            found[tool] = min(within, key=lambda row: row.measured.seconds)
+    return found
+
+
+def seconds_to(rows: Sequence[Row], percent: float, floor: float = FLOOR) -> float:
+    """Time in which a series settles below an error, between its rows by their logarithms; inf if never.
+
+    Parameters
+    ----------
+    rows
+        Of one problem, tool and element, coarse to fine.
+    percent
+        The error.
+    floor
+        Errors are not known better.
+    """
+    seconds = [row.measured.seconds for row in rows]
+    errors = settled(rows, floor)
+    if not errors or errors[-1] > percent:
+        return np.inf
+    first = next(number for number, error in enumerate(errors) if error <= percent)
+    if first == 0:
+        return seconds[0]
+    places = np.log([errors[first], errors[first - 1]])
+    return float(np.exp(np.interp(np.log(percent), places, np.log([seconds[first], seconds[first - 1]]))))
+
+
+def error_after(rows: Sequence[Row], seconds: float, floor: float = FLOOR) -> float:
+    """Error, percent, that a series settles below in a time, by logarithms between rows; inf before them.
+
+    Past its last row a series keeps that row's error.
+    """
+    points = sorted(zip((row.measured.seconds for row in rows), settled(rows, floor), strict=True))
+    if not points or seconds < points[0][0]:
+        return np.inf
+    times, errors = np.array(points).T
+    best = np.minimum.accumulate(errors)
+    return float(np.exp(np.interp(np.log(seconds), np.log(times), np.log(best))))

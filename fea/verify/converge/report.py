@@ -1,5 +1,6 @@
 """The comparison as a Markdown report."""
 
+import math
 from pathlib import Path
 
 from fea.output.text import make_directory, write_text
@@ -7,15 +8,24 @@ from fea.verify.converge.advice import advice
 from fea.verify.converge.converge import PROBLEMS, QUANTITY, Comparison
 from fea.verify.converge.front import FLOOR, pareto
 from fea.verify.converge.plot import draw
+from fea.verify.converge.row import Row
+from fea.verify.converge.versus import GOAL, EqualError, equal_error, equal_time
 
 _READING = """\
-*Seconds* are the whole of a run, from drawing the solid to the recovered stress, in a process of its own, on
-two cores that other work shared: only large ratios mean something. *Memory* is that process's peak. *fea*
-recovers stress on the boundary from surface strain and known traction; *fea, mean* averages over elements;
-*fea, whole* uses no mirror plane; *fea --tolerance* refines where its error bars say. CalculiX solves the
-same meshes as *fea* (of the rod: *fea, whole*); drawing, meshing and loads are counted for both. Errors are
-signed, against the exact value or, on the rod, against P2 meshes ever finer
-at the peak, extrapolated by Richardson.
+*Seconds* are the whole of a run, from drawing the solid to the recovered stress, in a process of its own that
+has its libraries loaded and started. *Memory* is that process's peak. *fea* recovers stress on the boundary
+from surface strain and known traction; *fea, mean* averages over elements; *fea, whole* uses no mirror plane;
+*fea --tolerance* refines where its error bars say. CalculiX solves the same meshes as *fea* (of the rod:
+*fea, whole*) with as many threads; drawing, meshing and loads are counted for both. Errors are signed,
+against the exact value or, on the rod, against meshes whose elements all shrink in proportion and are by far
+the smallest where the peak is, extrapolated by Richardson; none of them is among those compared. An error in
+parentheses is below the reference's uncertainty and says no more than that.
+"""
+_AGAINST = """\
+Of each program the fastest of its series counts. The error of a mesh is here the largest of that and all
+finer meshes, so that a mesh that is right by luck does not count, and that of the finest falls from the one
+before by no more than twice the theoretical rate allows; between meshes times are interpolated by the
+logarithms of time and error. "> x" is CalculiX's slowest mesh, where it did not get there.
 """
 
 
@@ -34,21 +44,71 @@ def write_report(path: Path, comparison: Comparison, command: str) -> None:
     make_directory(path.parent)
     plot = path.with_suffix(".png")
     draw(comparison, plot)
-    rod = [row for row in comparison.rows if row.computation.problem == "rod"]
+    rod = _of("rod", comparison)
     parts = [
         "# Error against run time",
         f"Made by `{command}`.",
-        "\n".join(f"- {line}" for line in advice(rod)),
+        "\n".join(f"- {line}" for line in advice(rod, _floor("rod", comparison))),
     ]
-    parts += [_READING, f"![error against total seconds]({plot.name})"]
+    parts += [_READING, f"![error against total seconds]({plot.name})", *_against(comparison)]
     parts += [_section(problem, comparison) for problem in PROBLEMS]
     write_text(path, "\n\n".join(part.strip() for part in parts) + "\n")
 
 
+def _floor(problem: str, comparison: Comparison) -> float:
+    return max(FLOOR, comparison.references[problem].uncertainty_percent)
+
+
+def _of(problem: str, comparison: Comparison) -> list[Row]:
+    return [row for row in comparison.rows if row.computation.problem == problem]
+
+
+def _against(comparison: Comparison) -> list[str]:
+    """The tables of equal error and equal time; none without CalculiX."""
+    equal = [
+        _equal_error_row(problem, found)
+        for problem in PROBLEMS
+        for found in equal_error(_of(problem, comparison), _floor(problem, comparison))
+    ]
+    if not equal:
+        return []
+    head = f"| problem | within % | fea s | fea, whole s | CalculiX s | CalculiX / fea | {GOAL:g} or more |"
+    timed = [
+        f"| {problem} | {seconds:g} | {ours:.2g} | {theirs:.2g} | {theirs / ours:.1f} |"
+        for problem in PROBLEMS
+        for seconds, ours, theirs in equal_time(_of(problem, comparison), _floor(problem, comparison))
+    ]
+    return [
+        "## Against CalculiX",
+        _AGAINST,
+        "\n".join([head, "| --- | ---: | ---: | ---: | ---: | ---: | --- |", *equal]),
+        "\n".join(
+            [
+                "| problem | after s | fea error % | CalculiX error % | CalculiX / fea |",
+                "| --- | ---: | ---: | ---: | ---: |",
+                *timed,
+            ]
+        ),
+    ]
+
+
+def _equal_error_row(problem: str, found: EqualError) -> str:
+    reached = math.isfinite(found.theirs)
+    theirs = _seconds(found.theirs) if reached else f"> {_seconds(found.longest)}"
+    ratio = "–" if math.isnan(found.ratio) else f"{'' if reached else '> '}{found.ratio:.1f}"
+    open_ended = "not known" if not reached else "no"
+    goal = "yes" if found.goal_met else open_ended
+    ours, whole = _seconds(found.ours), _seconds(found.whole)
+    return f"| {problem} | {found.percent:g} | {ours} | {whole} | {theirs} | {ratio} | {goal} |"
+
+
+def _seconds(value: float) -> str:
+    return f"{value:.2f}" if math.isfinite(value) else "–"
+
+
 def _section(problem: str, comparison: Comparison) -> str:
-    rows = [row for row in comparison.rows if row.computation.problem == problem]
-    reference = comparison.references[problem]
-    floor = max(FLOOR, reference.uncertainty_percent)
+    rows, reference = _of(problem, comparison), comparison.references[problem]
+    floor = _floor(problem, comparison)
     front = pareto(rows, floor)
     known = f" ± {reference.uncertainty_percent:.2g} %" if reference.uncertainty_percent else ", exact"
     lines = [
@@ -58,6 +118,8 @@ def _section(problem: str, comparison: Comparison) -> str:
     for row in rows:
         found = row.measured
         error = f"{row.error_percent:.2f}".replace("-", "−")
+        if abs(row.error_percent) < reference.uncertainty_percent:
+            error = f"({error})"
         cells = (
             *(row.computation.tool, row.computation.element.upper(), f"{found.size:.3g}", str(found.dofs)),
             *(f"{found.seconds:.2f}", f"{found.peak_memory:.0f}", f"{found.value:.2f}", error),

@@ -10,30 +10,30 @@ from fea.pipeline import Analysis
 from fea.study.study import MeshTable, Study
 from fea.verify.converge.reference import Reference, extrapolated
 
-# Elements shrink by these factors, in constant ratio, where the stress exceeds `HOT` of the peak.
-FACTORS = (1.8, 2.7, 4.05)
-HOT = 0.75
-# Elsewhere, over the default size.
-ELSEWHERE = 0.9
+# Sizes of the meshes over the default one, in constant ratio, and how much smaller still elements are where
+# the stress exceeds a share of the peak.
+SCALES = (1.0, 0.75, 0.5625)
+HOT = {0.75: 1 / 2.0, 0.9: 1 / 5.0}
 
 
 def rod_reference(study: Study) -> Reference:
     """Extrapolate the largest von Mises stress of the first case at the first speed.
 
-    Uniform meshes as fine would not fit a machine; the rest of the rod touches the peak by far less than the
-    uncertainty that is given.
+    All elements shrink in proportion from mesh to mesh, so that Richardson's extrapolation applies; they are
+    smallest at the peak, since uniform meshes as fine would not fit a machine.
     """
     options = dataclasses.replace(study.analysis, tolerance_percent=None, cycle=False)
     plain = dataclasses.replace(study, analysis=options, mesh=MeshTable())
     speed = study.speed.speeds()[0] if study.engine else None
     analysis = Analysis(plain, Clock())
     mesh, case = analysis.mesh, analysis.at(speed).cases[0]
-    hot = case.von_mises > HOT * case.peak.value
-    fine = dataclasses.replace(plain, mesh=MeshTable(size_mm=ELSEWHERE * mesh.size))
     del analysis
     values = []
-    for factor in FACTORS:
-        wanted = wanted_sizes(mesh, np.where(hot, 1 / factor, 1.0))
-        fields = [] if wanted is None else [wanted]
+    for scale in SCALES:
+        ratio = np.ones_like(case.von_mises)
+        for share, factor in HOT.items():
+            ratio[case.von_mises > share * case.peak.value] = scale * factor
+        fields = [field for field in (wanted_sizes(mesh, ratio),) if field]
+        fine = dataclasses.replace(plain, mesh=MeshTable(size_mm=scale * mesh.size))
         values.append(Analysis(fine, Clock(), fields).at(speed).cases[0].peak.value)
-    return extrapolated([1 / factor for factor in FACTORS], values)
+    return extrapolated(SCALES, values)
