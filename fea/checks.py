@@ -15,6 +15,8 @@ LIMITS = {
     "reactions": 1e-6,
     # Normwise backward error of a backward stable solver is of the order of machine precision.
     "backward_error": 1e-12,
+    # Rounding may take ε κ of the displacement: a thousandth, a fiftieth of what is called converged.
+    "condition": 1e-3 / 2.2e-16,
     # uᵀKu = uᵀf amplifies the backward error by the condition number.
     "energy_balance": 1e-6,
     # The mesh's mass against the solid's: curved elements miss it by far less unless some were straightened.
@@ -30,8 +32,8 @@ LIMITS = {
     "poissons_ratio_p2": 0.4,
     # Negative: an element is inside out.
     "inverted_elements": 0.0,
-    # One over the least mean ratio: a mesher that worked leaves ten at most. A single sliver of 200 makes the
-    # condition some four times what it was, and ever flatter ones with the power 3/2 (`fea stability slivers`).
+    # One over the least mean ratio: a mesher that worked leaves ten at most. A single sliver of 200 makes
+    # the condition some four times what it was, flatter ones ever more (`fea stability slivers`).
     "flattest_element": 200.0,
 }
 

@@ -312,6 +312,8 @@ class Analysis:
             "backward_error": max(item.backward_error for item in residuals),
             "energy_balance": max(item.energy for item in residuals),
         }
+        if solution.condition:
+            values["condition"] = max(solution.condition.values())
         plain = [m.poissons_ratio for n, m in enumerate(self.materials) if n not in self.soft]
         if plain:
             values[f"poissons_ratio_{self.study.mesh.element}"] = max(plain)

@@ -11,6 +11,7 @@ from fea.machine.clock import Clock
 from fea.material import Material, Materials
 from fea.solid import memory
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
+from fea.solid.condition import condition_of, probe
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
 from fea.solid.solvers import direct, linear_solver
@@ -63,11 +64,14 @@ class Solution:
     pressure
         Per parity, by the number of each part that has one (`fea.solid.mixed`): (n_nodes, n_cases), MPa,
         positive in tension.
+    condition
+        Of the stiffness, per parity (`fea.solid.condition`), where it was estimated.
     """
 
     displacement: dict[Parity, Floats]
     residuals: dict[Parity, Residuals]
     pressure: dict[Parity, dict[int, Floats]] = field(default_factory=dict)
+    condition: dict[Parity, float] = field(default_factory=dict)
 
 
 class Model:
@@ -101,6 +105,7 @@ class Model:
         self._material = material
         self._solver = linear_solver(solver, mesh, material, slots=len(Parity) if cut else 1)
         self._factorised: list[Parity] = []
+        self._condition: dict[Parity, float] = {}
         self._held = (
             clamped(mesh, Surface.BIG_END_BORE)
             if support is Support.CLAMPED
@@ -149,7 +154,7 @@ class Model:
             slot = self._slot(parity)
             with self._clock("solve"):
                 held = self._held.ravel() & ~plane_conditions(self.mesh, parity).ravel()
-                u = self._solved(slot, np.where(fixed[:, None], 0.0, f))
+                u = self._probed(parity, slot, np.where(fixed[:, None], 0.0, f))
                 u[fixed] = 0.0
                 residuals[parity] = _residuals(self._K, u, f, fixed, held)
                 for _ in range(MOST_REFINEMENTS):
@@ -162,7 +167,20 @@ class Model:
                         break
                     u, residuals[parity] = better, found
             displacement[parity] = u.reshape(len(self.mesh.points), 3, -1)
-        return Solution(displacement, residuals)
+        return Solution(displacement, residuals, condition=dict(self._condition))
+
+    def _probed(self, parity: Parity, slot: int, f: Floats) -> Floats:
+        """Solve, at first together with what tells the condition; an iterative solver has the loads alone."""
+        if parity in self._condition:
+            return self._solved(slot, f)
+        if self._solver.name == SolverName.AMG:
+            u = self._solved(slot, f)
+            self._condition[parity] = condition_of(self._K, u, f)
+            return u
+        softest = np.where(self._fixed(parity)[:, None], 0.0, probe(self._K))
+        u = self._solved(slot, np.hstack([f, softest]))
+        self._condition[parity] = condition_of(self._K, u[:, -1:], softest)
+        return u[:, :-1]
 
     def _solved(self, slot: int, f: Floats) -> Floats:
         """Solve with the factor in a slot; where the iterative solver stagnates, directly if that fits."""

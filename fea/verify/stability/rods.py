@@ -113,7 +113,7 @@ def _row(place: tuple[str, str, float], result: SpeedResult, error: float, toler
         judged(error, tolerance, marked=bool(failed)),
         error,
         result.checks["backward_error"].value,
-        None,
+        result.checks["condition"].value,
         result.checks["energy_balance"].value,
         tolerance,
         failed,

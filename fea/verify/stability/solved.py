@@ -37,7 +37,11 @@ class Solved:
     @property
     def failed(self) -> tuple[str, ...]:
         """Checks of a run that would fail."""
-        values = {"backward_error": self.backward_error, "energy_balance": self.energy_error}
+        values = {
+            "backward_error": self.backward_error,
+            "energy_balance": self.energy_error,
+            "condition": self.condition,
+        }
         return tuple(name for name, value in values.items() if not check(name, value).passed)
 
     def row(
