@@ -14,6 +14,7 @@ import numpy.typing as npt
 from fea.choices import SolverName, Support
 from fea.machine.clock import Clock
 from fea.material import Material, Materials
+from fea.solid.condition import condition_of, probe
 from fea.solid.mixed_system import MixedSystem, shear_materials
 from fea.solid.parity import Parity, Split
 from fea.solid.pressure import pressure_space
@@ -76,6 +77,7 @@ class MixedModel(Model):
         for parity, f in right_hand_sides(loads).items():
             slot = self._slot(parity)
             with self._clock("solve"):
+                self._estimate_condition(parity, slot)
                 system = MixedSystem(self._K, self._space, self._fixed(parity), self._alive(parity))
                 u, p, found = system.solve(partial(self._solved, slot), f)
                 held = self._held.ravel() & ~plane_conditions(self.mesh, parity).ravel()
@@ -83,7 +85,13 @@ class MixedModel(Model):
             displacement[parity] = u.reshape(n_nodes, 3, -1)
             pressure[parity] = self._space.nodal(p, n_nodes)
             residuals[parity] = Residuals(found.backward_error, found.energy, reaction)
-        return Solution(displacement, residuals, pressure)
+        return Solution(displacement, residuals, pressure, dict(self._condition))
+
+    def _estimate_condition(self, parity: Parity, slot: int) -> None:
+        """That of what is factorised; one solution more among dozens."""
+        if parity not in self._condition:
+            softest = np.where(self._fixed(parity)[:, None], 0.0, probe(self._K))
+            self._condition[parity] = condition_of(self._K, self._solved(slot, softest), softest)
 
     def _alive(self, parity: Parity) -> Mask:
         """Pressures that need not vanish, as an antisymmetric one does on y = 0."""

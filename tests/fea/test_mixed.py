@@ -197,6 +197,8 @@ def test_a_run_of_a_nearly_incompressible_rod(tmp_path, capsys):
     assert soft["trusted"]
     assert soft["checks"]["superposition"]["pass"]
     assert soft["checks"]["backward_error"]["value"] < 1e-13
+    conditions = [summary["checks"]["condition"]["value"] for summary in (plain, soft)]
+    assert conditions[1] < 2 * conditions[0]
     assert soft["model"]["solved_dofs"] > plain["model"]["solved_dofs"]
     assert any("rod: solved with a pressure" in note for note in soft["notes"])
     assert [item["what"] for item in plain["left_out"]].count("pressure unknowns") == 1
