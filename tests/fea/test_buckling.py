@@ -7,6 +7,7 @@ import pytest
 
 from fea.choices import Symmetry
 from fea.jobs.buckling import buckling_report
+from fea.jobs.report import worst_safety
 from fea.machine.clock import Clock
 from fea.pipeline import Analysis
 from fea.solid.buckling import buckling_modes
@@ -117,3 +118,9 @@ def test_mean_motions_measure_rigid_ones(quarter):
     mesh, length = analysis.mesh.whole.mesh, analysis.mesh.bores.rod_length
     rows = mean_motions(mesh, Surface.SMALL_END_BORE, length).reshape(6, -1)
     np.testing.assert_allclose(rows @ motions(mesh.points, length).reshape(6, -1).T, np.eye(6), atol=1e-4)
+
+
+def test_the_smallest_safety_factor_of_a_run_may_be_that_of_buckling():
+    summary = {"results": {"gas": {"min_safety_factor": 2.0}}, "buckling": {"min_safety_factor": 1.5}}
+    assert worst_safety(summary) == 1.5
+    assert worst_safety(summary | {"buckling": {"min_safety_factor": None}}) == 2.0
