@@ -1,5 +1,6 @@
 """STEP files: a rod written for other programs, and solids of other programs read."""
 
+import errno
 import os
 import sys
 import tempfile
@@ -11,6 +12,7 @@ import gmsh
 
 from geometry import kernel
 from geometry.errors import GeometryError
+from geometry.files import replaced
 from geometry.mirror import Mirror
 from geometry.rod import Rod
 from geometry.solid import build
@@ -29,12 +31,15 @@ def export_step(rod: Rod, path: Path) -> None:
         The file cannot be written.
     """
     build(rod, Mirror.NONE)
-    path.touch()  # a folder that is missing or read-only speaks for itself
     with tempfile.TemporaryDirectory() as folder:  # gmsh tells the format by the ending only
         written = Path(folder) / "rod.step"
         with kernel.attempt(f"write {path}"), _quiet():
             gmsh.write(str(written))
-        path.write_bytes(written.read_bytes())
+        content = written.read_bytes()
+    if not content.rstrip().endswith(b"END-ISO-10303-21;"):  # the kernel does not notice a full disk
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+    with replaced(path) as place:
+        place.write_bytes(content)
 
 
 def read_step(path: Path) -> tuple[list[int], list[str]]:

@@ -3,12 +3,14 @@
 from pathlib import Path
 
 from fea.output.errors import StorageError
+from geometry.files import replaced
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write UTF-8 text with the newlines it has; `StorageError` where the system refuses."""
+    """Write UTF-8 text with the newlines it has, wholly or not at all; `StorageError` where refused."""
     try:
-        path.write_text(text, encoding="utf-8", newline="\n")
+        with replaced(path) as place:
+            place.write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
         raise StorageError(f"{path} could not be written: {error.strerror}.") from error
 

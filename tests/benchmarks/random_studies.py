@@ -9,7 +9,9 @@ may crash or hang without taking the others with it. `--report FILE.md` writes t
 import argparse
 import json
 import multiprocessing
+import os
 import sys
+import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
@@ -17,7 +19,7 @@ from threading import local
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-TIMEOUT = 300.0  # seconds a study
+CPU, WALL = 300.0, 3600.0  # seconds a study
 BAD = ("WRONG", "crashed", "DIED", "HUNG")
 _own = local()
 
@@ -69,8 +71,10 @@ def attempt(seed: int) -> dict[str, object]:
         theirs.close()
     try:
         _own.pipe.send(seed)
-        if _own.pipe.poll(TIMEOUT):
-            return _own.pipe.recv()
+        end, limit = time.monotonic() + WALL, used(process.pid) + CPU
+        while time.monotonic() < end and used(process.pid) < limit:
+            if _own.pipe.poll(1.0):
+                return _own.pipe.recv()
         found = {"outcome": "HUNG"}
         process.kill()
     except (EOFError, OSError):
@@ -78,6 +82,12 @@ def attempt(seed: int) -> dict[str, object]:
         found = {"outcome": "DIED", "code": process.exitcode}
     _own.process = None
     return found
+
+
+def used(process: int) -> float:
+    """Processor time of a process so far, s: a busy machine is no reason to call a study hung."""
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def serve(pipe) -> None:

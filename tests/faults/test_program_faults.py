@@ -10,6 +10,10 @@ import time
 import pytest
 from program import COARSE, fea
 
+from geometry.presets import PRESETS
+from geometry.session import session
+from geometry.step_file import export_step
+
 MEBI = 2**20
 PROGRAM = [sys.executable, "-m", "fea"]
 
@@ -112,6 +116,82 @@ def test_an_end_at_any_moment_leaves_nothing_half_written(tmp_path, after, sent)
     if sent is signal.SIGKILL and after == 1.4:
         assert fea("run", *COARSE, "--quiet", "--out", "r", cwd=tmp_path).returncode == 0
         assert names(tmp_path) == {"r"}
+
+
+WITHIN = """
+import os, signal, sys, threading
+from {module} import {name}
+owner = {owner}
+original = owner.{method}
+def interrupted(*arguments):
+    threading.Timer(0.05, os.killpg, (0, signal.SIGINT)).start()
+    return original(*arguments)
+owner.{method} = interrupted
+from fea.cli import call
+sys.exit(call(sys.argv[1:]))
+"""
+
+
+GMSH = {"module": "mesh.generate", "name": "gmsh", "owner": "gmsh.model.mesh", "method": "generate"}
+PARDISO = {
+    "module": "fea.solid.pardiso",
+    "name": "PardisoCholesky",
+    "owner": "PardisoCholesky",
+    "method": "factorise",
+}
+
+
+@pytest.mark.parametrize(
+    ("library", "rod"),
+    [(GMSH, 'preset = "leon-2001"'), (GMSH, 'step = "rod.step"'), (PARDISO, 'preset = "leon-2001"')],
+    ids=["gmsh", "gmsh on STEP", "pardiso"],
+)
+def test_an_interrupt_within_a_library_is_one_line(tmp_path, library, rod):
+    with session():
+        export_step(PRESETS["leon-2001"], tmp_path / "rod.step")
+    (tmp_path / "s.toml").write_text(f"[rod]\n{rod}\n[forces]\npin_N = [1000, 0]\n")
+    code = WITHIN.format(**library)
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, "run", "s.toml", "--size", "6", "--solver", "pardiso", "--quiet"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    said = process.communicate(timeout=120)[1]
+    assert (process.returncode, said) == (130, "fea: interrupted; nothing was left half-written\n")
+    assert names(tmp_path) == {"rod.step", "s.toml"}
+    with pytest.raises(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGTERM)
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    place = tmp_path / "disk"
+    place.mkdir()
+    command = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(place)]
+    if subprocess.run(command, capture_output=True, check=False).returncode:
+        pytest.skip("no file system can be mounted here")
+    yield place
+    subprocess.run(["umount", str(place)], check=True)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "file"),
+    [
+        (["run", *COARSE, "--quiet", "--out", "disk/r"], "r"),
+        (["loads", "--csv", "disk/l.csv"], "l.csv"),
+        (["rod", *COARSE, "--quiet", "--step", "disk/r.step"], "r.step"),
+    ],
+)
+def test_a_disk_that_is_really_full(tmp_path, small_disk, arguments, file):
+    (small_disk / "fill").write_bytes(bytes(40_000))
+    if file != "r":
+        (small_disk / file).write_text("earlier")
+    before = names(small_disk)
+    one_line(fea(*arguments, cwd=tmp_path), 7, file)
+    assert names(small_disk) == before
+    assert file == "r" or (small_disk / file).read_text() == "earlier"
 
 
 def test_two_runs_into_one_place(tmp_path):

@@ -46,13 +46,14 @@ def contained(arguments, files, *, seconds=900):
     The copy saves loading the libraries for each of thousands of runs.
     """
     place = Path(tempfile.mkdtemp(prefix="fea-contained-"))
-    work, temporary = place / "work", place / "tmp"
-    work.mkdir()
-    temporary.mkdir()
+    work, temporary, home = place / "work", place / "tmp", place / "home"
+    for folder in (work, temporary, home):
+        folder.mkdir()
     for name, content in files.items():
         (work / name).write_bytes(content)
     child = os.fork()
     if not child:
+        os.environ["HOME"] = str(home)  # gmsh makes a directory of settings there
         _call(arguments, work, temporary, place / "stderr")
     code = _waited(child, seconds)
     orphans = False
@@ -85,8 +86,7 @@ def _call(arguments, work, temporary, stderr):
         os.setsid()
         os.chdir(work)
         tempfile.tempdir = str(temporary)
-        for name in ("TMPDIR", "HOME"):
-            os.environ[name] = str(temporary)
+        os.environ["TMPDIR"] = str(temporary)
         os.dup2(os.open(stderr, os.O_WRONLY | os.O_CREAT), 2)
         os.dup2(os.open(os.devnull, os.O_RDWR), 1)
         sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w", buffering=1)  # a test may hold others
