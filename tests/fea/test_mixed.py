@@ -83,6 +83,18 @@ def test_lame_whatever_poissons_ratio(nu):
     assert found[..., 0] == pytest.approx(stress, abs=1e-2 * np.abs(stress).max())
 
 
+def test_nodal_pressure_is_linear_and_keeps_to_its_part():
+    cube = mesh_body(block(1.0, 1.0, 1.0), 0.4)
+    part = (cube.points[cube.tets[:, :4], 0].mean(axis=1) > 0.5).astype(np.int64)
+    space = pressure_space(replace(cube, part=part), {1: RUBBER})
+    x, y, z = cube.points.T
+    linear = (1 + x - 2 * y + 3 * z)[:, None]
+    own = np.unique(cube.tets[part == 1])
+    expected = np.zeros_like(linear)
+    expected[own] = linear[own]
+    assert space.nodal(linear[space.vertex[0]], len(x))[1] == pytest.approx(expected, abs=1e-12)
+
+
 def test_the_pair_agrees_with_plain_elements_where_these_are_good():
     steel = replace(RUBBER, poissons_ratio=0.3)
     mesh = strap()
