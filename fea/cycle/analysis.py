@@ -21,6 +21,7 @@ from fea.material import Material
 from fea.results import CaseResult
 from fea.solid.stress import von_mises
 from geometry.mass import MassProperties
+from loads.cases import LoadCase, RodMotion
 from loads.dynamics import cycle, origin_acceleration
 from loads.engine import Engine
 from loads.gas import GasModel
@@ -118,6 +119,18 @@ class CycleAnalysis:
             np.stack(origin_acceleration(engine, c.motion)),
             -c.motion.rod_rate,
             -c.motion.rod_acceleration,
+        )
+
+    def case_weights(self, cases: Sequence[LoadCase]) -> Weights:
+        """Weights (n_units, n_cases) of load cases."""
+        still = RodMotion((0.0, 0.0), 0.0, 0.0)
+        motions = [case.motion or still for case in cases]
+        return self.loads.weights(
+            np.array([[case.pin_axial, case.pin_transverse] for case in cases]).T,
+            np.array([[-case.crank_axial, case.crank_transverse] for case in cases]).T,
+            np.array([motion.acceleration for motion in motions]).T,
+            np.array([motion.angular_velocity for motion in motions]),
+            np.array([motion.angular_acceleration for motion in motions]),
         )
 
     def at(self, engine: Engine, gas: GasModel, speed: float, cases: Sequence[CaseResult]) -> CycleResult:

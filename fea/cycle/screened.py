@@ -53,37 +53,45 @@ class Block:
         The cycle.
     sides
         1 for the nodes, −1 for their images across y = 0: rows are those of the first side, then of the next.
+    principals
+        Whether principal stresses are looked at, too.
     """
 
-    def __init__(self, even: Floats, odd: Floats, path: Path, sides: tuple[int, ...]) -> None:
+    def __init__(
+        self, even: Floats, odd: Floats, path: Path, sides: tuple[int, ...], *, principals: bool = True
+    ) -> None:
         self._even, self._odd, self._path, self._sides = even, odd, path, sides
+        self._measures = _three if principals else _one
         self._at_ends = self._stress(path.at_ends())
         bounds = [_bounds(*item) for item in zip((even, odd), path.strays, strict=True)]
         # (3, n_rows, n_chords): of the von Mises, the largest and the negative least principal stress.
-        self._strays = np.concatenate([bounds[0] + bounds[1]] * len(sides), axis=1)[[0, 1, 1]]
+        strays = np.concatenate([bounds[0] + bounds[1]] * len(sides), axis=1)
+        self._strays = strays[[0, 1, 1]] if principals else strays[:1]
 
     def extremes(self) -> Extremes:
-        """Find the extremes of every row."""
+        """Find the extremes of every row, principal stresses among them."""
         largest, instant, worst = self._largest()
-        least = self._least(largest[0], worst)
-        compressed = worst[:, 5] < -NO_SIGN * largest[0]
-        return Extremes(
-            largest[0],
-            instant,
-            largest[1],
-            -largest[2],
-            np.where(compressed, -least, largest[0]),
-            np.where(compressed, -largest[0], least),
-        )
+        highest, lowest = self._signed(largest[0], worst)
+        return Extremes(largest[0], instant, largest[1], -largest[2], highest, lowest)
+
+    def signed(self) -> tuple[Any, Any]:
+        """Find the highest and the lowest signed equivalent stress of every row."""
+        largest, _, worst = self._largest()
+        return self._signed(largest[0], worst)
+
+    def _signed(self, largest: Floats, worst: Floats) -> tuple[Any, Any]:
+        least = self._least(largest, worst)
+        compressed = worst[:, 5] < -NO_SIGN * largest
+        return np.where(compressed, -least, largest), np.where(compressed, -largest, least)
 
     def _largest(self) -> tuple[Floats, Ints, Floats]:
-        """Largest of the three (3, n_rows), and instant and stress (n_rows, 6) of the von Mises stress."""
-        at_ends = _three(self._at_ends)
+        """Largest measures (k, n_rows); instant and stress (n_rows, 6) of the largest von Mises stress."""
+        at_ends = self._measures(self._at_ends)
         end = at_ends[0].argmax(axis=1)
         instant, worst = self._path.ends[end], self._at_ends[np.arange(len(end)), :, end]
         largest = at_ends.max(axis=2)
         for rows, start, stress in self._inside(_at_either_end(at_ends) + self._strays, largest):
-            inside = _three(stress)
+            inside = self._measures(stress)
             best = inside[0].argmax(axis=1)
             found = inside.max(axis=2)
             more = found[0] > largest[0, rows]
@@ -110,7 +118,7 @@ class Block:
         return np.asarray(-against)
 
     def _stress(self, weights: Weights) -> Floats:
-        even, odd = _product(self._even, weights[0]), _product(self._odd, weights[1])
+        even, odd = product(self._even, weights[0]), product(self._odd, weights[1])
         return np.concatenate([even + odd if side > 0 else even - odd for side in self._sides])
 
     def _inside(self, upper: Floats, reached: Floats) -> Iterator[tuple[Ints, int, Floats]]:
@@ -129,11 +137,11 @@ class Block:
             if rows.size and weights[0].size:
                 image, node = np.divmod(rows, len(self._even))
                 side = np.asarray(self._sides, self._even.dtype)[image, None, None]
-                even, odd = _product(self._even[node], weights[0]), _product(self._odd[node], weights[1])
+                even, odd = product(self._even[node], weights[0]), product(self._odd[node], weights[1])
                 yield rows, instants.start, even + side * odd
 
 
-def _product(units: Floats, weights: Floats) -> Floats:
+def product(units: Floats, weights: Floats) -> Floats:
     """Stress (n, 6, n_instants) as one matrix product; numpy would take as many as there are nodes."""
     flat = units.reshape(-1, units.shape[2])
     return np.asarray((flat @ weights.astype(units.dtype)).reshape(len(units), 6, -1))
@@ -144,6 +152,11 @@ def _three(stress: Floats) -> Floats:
     equivalent = _equivalent(stress)
     largest, least = extreme_principals(stress, equivalent)
     return np.stack([equivalent, largest, -least])
+
+
+def _one(stress: Floats) -> Floats:
+    """Von Mises stress (1, n, n_instants)."""
+    return _equivalent(stress)[None]
 
 
 def _bounds(units: Floats, strays: Floats) -> Floats:

@@ -1,0 +1,89 @@
+"""The worst place of many speeds, found without looking at every place, is that of looking at all."""
+
+import numpy as np
+import pytest
+from cycles import analysis
+
+from fea.assess.deviatoric import deviatoric
+from fea.assess.fatigue import fatigue_factor
+from fea.assess.history import extremes
+from fea.choices import Fatigue, Symmetry
+from fea.cycle.search import SpeedSearch, _Part
+from fea.jobs.cycle_table import cycle_angles
+from fea.units import RPM
+from loads.peaks import peak_cases
+
+SPEEDS = np.linspace(800, 9000, 21)
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return analysis(Symmetry.QUARTER, 20.0)
+
+
+@pytest.fixture(scope="module")
+def search(rod):
+    return SpeedSearch(rod.cycle_analysis, rod.engine, rod.gas, SPEEDS)
+
+
+def _everywhere(rod, rpm):
+    """Extremes of every node and image over the same instants, and the largest stress of each case."""
+    cycle = rod.cycle_analysis
+    cases = peak_cases(rod.engine, rod.rod, rod.gas, rpm * RPM).cases
+    degrees, of_cases = (
+        cycle.weights(rod.engine, rod.gas, rpm * RPM, cycle_angles()),
+        cycle.case_weights(cases),
+    )
+    moving = [case.motion is not None for case in cases]
+    (own,) = cycle.units.parts
+    even, odd = deviatoric(own.even), deviatoric(own.odd)
+    weights = [np.append(w, c[:, moving], axis=1) for w, c in zip(degrees, of_cases, strict=True)]
+    sides = [extremes(even @ weights[0] + side * (odd @ weights[1])) for side in cycle.units.sides]
+    return [
+        np.concatenate([getattr(side, name) for side in sides]) for name in ("von_mises", "mean", "amplitude")
+    ]
+
+
+@pytest.mark.parametrize("rpm", [800.0, 2440.0, 9000.0])
+def test_worst_places_are_those_of_looking_everywhere(rod, search, rpm):
+    largest, mean, amplitude = _everywhere(rod, rpm)
+    material, found = rod.materials[0], search.at(rpm)
+    fatigue = fatigue_factor(rod.study.analysis.fatigue, mean, amplitude, material)
+    assert found.yielding.factor == pytest.approx(material.yield_strength / largest.max(), rel=1e-9)
+    assert found.fatigue.factor == pytest.approx(fatigue.min(), rel=1e-9)
+    assert found.fatigue.amplitude == pytest.approx(amplitude[fatigue.argmin()], rel=1e-9)
+
+
+@pytest.mark.parametrize("rpm", [1000.0, 8777.0])
+def test_bounds_are_never_below_what_they_bound(rod, search, rpm):
+    weights = rod.cycle_analysis.weights(rod.engine, rod.gas, rpm * RPM, cycle_angles())
+    (bound,) = search._bounds(rpm, weights)
+    (part,) = search._parts
+    some = np.arange(0, len(bound), 7)
+    at_degrees = np.linalg.norm(part.stress(weights, some)[:, :5], axis=1).max(axis=1)
+    assert (bound[some] >= at_degrees * (1 - 1e-9)).all()
+    assert np.median(bound[some] / at_degrees) < 1.3  # and yet of use
+
+
+@pytest.mark.parametrize("criterion", list(Fatigue))
+def test_no_history_of_that_size_is_nearer_to_fatigue(rod, criterion):
+    rng = np.random.default_rng(5)
+    highest, lowest = np.sort(rng.uniform(-400, 400, (2, 5000)), axis=0)[::-1]
+    part = object.__new__(_Part)
+    part.material, part._criterion = rod.materials[0], criterion
+    factors = part.fatigue_factor(highest, lowest)
+    assert (part.fatigue_bound(np.maximum(np.abs(highest), np.abs(lowest))) <= factors * (1 + 1e-12)).all()
+
+
+def test_few_places_are_looked_at_where_inertia_rules(search):
+    places = sum(len(part.points) for part in search._parts)
+    assert search.at(7000.0).looked_at < 0.1 * places
+
+
+def test_superposed_peaks_are_those_solved_directly(rod, search):
+    direct, found = rod.at(5000.0), search.at(5000.0)
+    for one, other in zip(direct.cases, found.cases, strict=True):
+        assert other.von_mises == pytest.approx(one.von_mises.max(), rel=5e-3)
+        assert other.factor == pytest.approx(one.safety_factor.min(), rel=5e-3)
+        assert other.principal_1 == pytest.approx(one.principal[:, 0].max(), rel=5e-3)
+        assert other.principal_3 == pytest.approx(one.principal[:, 2].min(), rel=5e-3)
