@@ -10,7 +10,7 @@ from geometry.files import replaced
 def test_a_failure_keeps_what_was_there(tmp_path):
     path = tmp_path / "a"
     path.write_text("earlier")
-    with pytest.raises(OSError, match="No space left.*a'"), replaced(path) as place:
+    with pytest.raises(OSError, match=r"No space left.*a'"), replaced(path) as place:
         place.write_text("half of i")
         raise OSError(28, "No space left")
     assert path.read_text() == "earlier"
