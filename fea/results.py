@@ -116,6 +116,8 @@ class CaseResult:
         unmasked = {
             "unmasked_max_von_mises_MPa": hottest.unmasked,
             "unmasked_min_safety_factor": 1 / worst.unmasked,
+            "singular_max_von_mises_MPa": hottest.singular,
+            "singular_verdict": Verdict.DIVERGING.value,
         }
         return {
             "max_von_mises_MPa": hottest.value,

@@ -42,12 +42,15 @@ class Peak:
         The true peak lies within `value` ± `bar`.
     unmasked
         The largest over all nodes.
+    singular
+        The largest near singular places, which finer elements raise without end; 0 without such places.
     """
 
     node: int
     value: float
     bar: float
     unmasked: float
+    singular: float = 0.0
 
     @property
     def error_percent(self) -> float:
@@ -78,4 +81,5 @@ def peak(value: Floats, error: Floats, masked: Mask | None = None) -> Peak:
     counts = np.ones(value.shape, dtype=bool) if masked is None or masked.all() else ~masked
     node = int(np.where(counts, value, -np.inf).argmax())
     highest = float(np.where(counts, value + error, -np.inf).max())
-    return Peak(node, float(value[node]), highest - float(value[node]), float(value.max()))
+    singular = float(value[~counts].max(initial=0.0))
+    return Peak(node, float(value[node]), highest - float(value[node]), float(value.max()), singular)

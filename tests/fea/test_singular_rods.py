@@ -1,0 +1,81 @@
+"""Which rods have singular places: clamped ones, and no others."""
+
+import dataclasses
+
+import pytest
+from rods import random_rod
+
+from fea.assess.verdict import Verdict, peak
+from fea.discretise import discretise
+from fea.machine.clock import Clock
+from fea.pipeline import Analysis
+from fea.solid.error_estimate import ErrorEstimator
+from fea.solid.prescribed import displacement
+from fea.solid.recovery import Recovery
+from fea.solid.singular import masked_nodes
+from fea.solid.stress import von_mises
+from fea.solid.traction import traction_forces
+from fea.study.rod_table import RodTable
+from fea.study.study import MeshTable, Study, load_study
+from fea.verify.body import STEEL, held
+from geometry.bodies.shape import Prism, polygon
+from geometry.invalid import InvalidValue
+from geometry.surfaces import Surface
+from mesh.body import mesh_body
+
+RODS = 12
+
+
+def drawn_rods():
+    """The first `RODS` seeds whose rod is allowed."""
+    allowed = (seed for seed in range(1000) if not isinstance(random_rod(seed), InvalidValue))
+    return [next(allowed) for _ in range(RODS)]
+
+
+@pytest.mark.parametrize("name", ["leon-2001", "columba-2022", "molina-2024"])
+def test_no_shipped_rod_can_diverge_at_its_default_size(name):
+    cell = discretise(load_study(name), Clock()).cell
+    assert not masked_nodes(cell).any()
+    assert masked_nodes(cell, (Surface.BIG_END_BORE,)).any()
+
+
+@pytest.mark.parametrize("seed", drawn_rods())
+def test_no_rod_drawn_at_random_can(seed):
+    rod = random_rod(seed)
+    cell = discretise(Study("drawn", RodTable(rod, None, None, rod.length)), Clock()).cell
+    assert not masked_nodes(cell).any()
+
+
+def test_the_clamped_rods_edge_is_told_as_diverging_while_the_peak_elsewhere_is_judged():
+    study = dataclasses.replace(load_study("leon-2001-as-published"), mesh=MeshTable(size_mm=9.0))
+    analysis = Analysis(study, Clock())
+    (case,) = analysis.at(None).cases
+    told = case.extremes(analysis.mesh.whole.mesh)
+    assert told["singular_verdict"] == "diverging"
+    assert told["singular_max_von_mises_MPa"] == case.peak.singular > 100
+    assert case.peak.singular < case.peak.value == case.peak.unmasked
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_clamped_bar_diverges(order):
+    sides = (
+        ((0.0, 0.0), Surface.FREE),
+        ((40.0, 0.0), Surface.LOADED),
+        ((40.0, 10.0), Surface.FREE),
+        ((0.0, 10.0), Surface.CLAMPED),
+    )
+    mesh = mesh_body(Prism(polygon(*sides), (0.0, 10.0)), 2.0, order=order)
+    forces = traction_forces(mesh, Surface.LOADED, lambda _, normals: 100.0 * normals)
+    u = displacement(mesh, STEEL, forces, held(mesh, {Surface.CLAMPED: (0, 1, 2)}))
+    stress = Recovery(mesh, (), (Surface.FREE,)).nodal_stress(u, STEEL)
+    error = ErrorEstimator(mesh, (STEEL,))(u, [stress]).stress[0][:, 0]
+    found = peak(von_mises(stress[..., 0]), error, masked_nodes(mesh, (Surface.CLAMPED,)))
+    assert found.verdict(1e6) is Verdict.DIVERGING
+    assert found.value == pytest.approx(100.0, rel=0.1)
+    assert found.singular == found.unmasked
+
+
+def test_a_coarse_smooth_rod_does_not():
+    study = dataclasses.replace(load_study(), mesh=MeshTable(size_mm=14.0))
+    verdicts = {case.verdict() for case in Analysis(study, Clock()).at(6000.0).cases}
+    assert Verdict.DIVERGING not in verdicts
