@@ -155,7 +155,7 @@ def _modes(
 
 
 def _mode(whole: MirroredMesh, mode: BucklingMode) -> dict[str, Any]:
-    return {"factor": mode.factor, "moves": moves(_shape(whole, mode))}
+    return {"factor": mode.factor, "moves": moves(whole.mesh.points, _shape(whole, mode))}
 
 
 def _shape(whole: MirroredMesh, mode: BucklingMode) -> Floats:

@@ -20,6 +20,8 @@ MOST = 50
 # Rigid motions have no frequency: what rounding leaves, in parts of the first elastic one.
 RIGID_LIMIT = 1e-3
 BACKWARD_LIMIT = 1e-10
+# Of the polynomials along the rod that tell twisting from bending.
+_DEGREE = 6
 _DIRECTIONS = ("lengthwise", "in the plane of motion", "sideways")
 
 
@@ -78,7 +80,7 @@ class ModesReport:
             "modes": [
                 {
                     "frequency_Hz": float(frequency),
-                    "moves": moves(shape),
+                    "moves": moves(self.mesh.points, shape),
                     "orders": {f"{rpm:g}rpm": float(60 * frequency / rpm) for rpm in speeds if rpm > 0},
                 }
                 for frequency, shape in zip(self.elastic, self.shapes.values(), strict=True)
@@ -89,8 +91,19 @@ class ModesReport:
         }
 
 
-def moves(shape: Floats) -> str:
-    """Say which way a mode shape (n_nodes, 3) mostly moves."""
+def moves(points: Floats, shape: Floats) -> str:
+    """Say which way a mode shape (n_nodes, 3) of a rod with nodes at `points` mostly moves."""
+    x, y, z = points.T
+    along = np.polynomial.chebyshev.chebvander(2 * (x - x.min()) / np.ptp(x) - 1, _DEGREE)
+    # Sections that turn about the rod's own axis move by u_y ∝ −z and u_z ∝ y.
+    turn = np.concatenate([-z[:, None] * along, y[:, None] * along])
+    whole = np.zeros_like(along)
+    slide = np.block([[along, whole], [whole, along]])
+    across = np.concatenate([shape[:, 1], shape[:, 2]])
+    coefficients = np.linalg.lstsq(np.hstack([turn, slide]), across)[0]
+    twist = turn @ coefficients[: turn.shape[1]]
+    if twist @ twist > (shape**2).sum() / 2:
+        return "twisting"
     return _DIRECTIONS[int((shape**2).sum(axis=0).argmax())]
 
 
