@@ -15,7 +15,7 @@ from geometry.mirror import Mirror
 from geometry.session import session
 from geometry.solid import Solid
 from geometry.surfaces import Surface
-from geometry.trial import apart
+from geometry.trial import allow, apart
 from mesh.generate import tetrahedralise
 from mesh.mirror import MirroredMesh, reflect, unmirrored
 from mesh.quality import Quality
@@ -23,6 +23,8 @@ from mesh.size_field import SizeField
 from mesh.sizing import PER_ARC, Sizing, default_size, refinements
 from mesh.tetmesh import Ints, TetMesh
 
+# Processor time, s, after which gmsh is taken to be lost in a damaged file: ten million elements take less.
+_MESHING = 3600.0
 # Planes the solved cell keeps.
 _KEPT = {
     Symmetry.QUARTER: (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z),
@@ -184,6 +186,7 @@ def _drawn(study: Study, clock: Clock, wanted: Sequence[SizeField], coarser: flo
     with session() as log:
         with clock("geometry"):
             solid = study.rod.draw()
+        allow(_MESHING)
         with clock("mesh"):
             length = solid.bores[1].x
             size = study.mesh.size_mm or coarser * default_size(length)

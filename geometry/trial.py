@@ -12,7 +12,9 @@ from geometry.errors import GeometryError
 
 Result = TypeVar("Result")
 
-SECONDS = 600  # of one job; a rod takes a few
+# Of processor time: a rod is read in a tenth of a second.
+SECONDS = 60.0
+_apart = False  # whether this process is the copy
 _PR_SET_PDEATHSIG = 1
 
 
@@ -33,7 +35,8 @@ def apart(job: Callable[[], Result], what: str) -> Result:
     Raises
     ------
     GeometryError
-        The copy was ended by a signal, left without a word, or took longer than `SECONDS`.
+        The copy was ended by a signal, left without a word, or took longer than `SECONDS` of processor
+        time or what it was allowed.
     """
     if not hasattr(os, "fork"):
         return job()
@@ -61,14 +64,20 @@ def apart(job: Callable[[], Result], what: str) -> Result:
     return result  # type: ignore[no-any-return]
 
 
+def allow(seconds: float) -> None:
+    """Give a job that is done apart so much processor time from now on; elsewhere nothing is limited."""
+    if _apart:
+        signal.setitimer(signal.ITIMER_PROF, seconds)
+
+
 def _death(status: int, what: str) -> BaseException:
     """Say how the copy ended."""
     if not os.WIFSIGNALED(status):
         how = "gives up"
     elif os.WTERMSIG(status) == signal.SIGINT:
         return KeyboardInterrupt()
-    elif os.WTERMSIG(status) == signal.SIGALRM:
-        how = f"finds no end within {SECONDS} s"
+    elif os.WTERMSIG(status) == signal.SIGPROF:
+        how = "finds no end"
     else:
         how = f"dies ({signal.Signals(os.WTERMSIG(status)).name})"
     return GeometryError(f"the CAD kernel {how} when it is to {what}. The file is damaged: export it again")
@@ -76,11 +85,13 @@ def _death(status: int, what: str) -> BaseException:
 
 def _attempt(job: Callable[[], Any], write: int) -> None:
     """In the child: do the job, say its outcome and end without any clean-up."""
-    code = 1
+    global _apart
+    _apart, code = True, 1
     try:
         _die_with_parent()
         signal.signal(signal.SIGINT, signal.SIG_DFL)
-        signal.alarm(SECONDS)
+        signal.signal(signal.SIGPROF, signal.SIG_DFL)
+        allow(SECONDS)
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
