@@ -12,7 +12,7 @@ from scipy import sparse
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.conjugate_gradients import MOST_ITERATIONS, TOLERANCE
 from fea.solid.errors import StagnationError
-from fea.solid.supports import rigid_modes
+from fea.solid.mechanism import rigid_modes
 
 Floats = npt.NDArray[np.float64]
 

@@ -14,8 +14,8 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from fea.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.mass import mass_matrix
+from fea.solid.mechanism import rigid_modes
 from fea.solid.solvers import factorise
-from fea.solid.supports import rigid_modes
 from mesh.tetmesh import TetMesh
 
 Floats = npt.NDArray[np.float64]

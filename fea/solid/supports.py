@@ -6,6 +6,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from fea.solid.errors import UnderconstrainedError
+from fea.solid.mechanism import FREE, bodies, free_shares, rigid_modes
 from fea.solid.parity import Parity
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -64,18 +65,6 @@ def clamped(mesh: TetMesh, surface: Surface) -> Mask:
     return held
 
 
-def rigid_modes(points: Floats) -> Floats:
-    """The six rigid displacements (n_nodes, 3, 6), rotations about the centroid scaled to unit size."""
-    centred = points - points.mean(axis=0)
-    x, y, z = (centred / np.abs(centred).max()).T
-    modes = np.zeros((len(points), 3, 6))
-    modes[:, [0, 1, 2], [0, 1, 2]] = 1
-    modes[:, 1, 3], modes[:, 2, 3] = -z, y
-    modes[:, 0, 4], modes[:, 2, 4] = z, -x
-    modes[:, 0, 5], modes[:, 1, 5] = -y, x
-    return modes
-
-
 def components(mesh: TetMesh) -> npt.NDArray[np.int64]:
     """Number (n_nodes,) of the connected piece of the mesh that each node belongs to."""
     n_nodes = len(mesh.points)
@@ -89,7 +78,7 @@ def require_restrained(mesh: TetMesh, fixed: Mask) -> None:
     """Refuse a model that leaves a rigid motion to one of its connected pieces.
 
     Found before anything is factorised, from the rank of the six rigid modes of each piece on its fixed
-    degrees of freedom.
+    degrees of freedom; where pieces meet without a common facet, of those of all with their joints.
 
     Raises
     ------
@@ -104,6 +93,27 @@ def require_restrained(mesh: TetMesh, fixed: Mask) -> None:
         if motions:
             who = "the model" if count == 1 else _piece(mesh.points[own], count)
             raise UnderconstrainedError(f"{who} can still move: {motions}. {_remedy(count)}")
+    body = bodies(mesh)
+    if body.max() > labels.max():
+        _require_no_mechanism(mesh, body, fixed)
+
+
+def _require_no_mechanism(mesh: TetMesh, body: npt.NDArray[np.int64], fixed: Mask) -> None:
+    shares = free_shares(mesh, body, fixed)
+    number = int(np.linalg.norm(shares, axis=1).argmax())
+    motions = _in_words(shares[number])
+    if motions:
+        own = np.unique(mesh.tets[body == number])
+        x, y, z = mesh.points[own].mean(axis=0)
+        message = (
+            f"a piece that meets the rest along an edge or at a point only, {len(own)} nodes around "
+            f"({x:.4g}, {y:.4g}, {z:.4g}) mm, can still move: {motions}. Join the pieces over a face"
+        )
+        raise UnderconstrainedError(message)
+
+
+def _in_words(share: Floats) -> str:
+    return ", ".join(name for name, size in zip(_MODES, share, strict=True) if size > 0.1)
 
 
 def free_motions(points: Floats, fixed: Mask) -> str:
@@ -111,10 +121,9 @@ def free_motions(points: Floats, fixed: Mask) -> str:
     modes = rigid_modes(points)[fixed]
     values, vectors = np.linalg.eigh(modes.T @ modes)
     # Each fixed entry contributes order one to a mode it stops.
-    free = vectors[:, values < 1e-8 * max(values.max(initial=0.0), 1e-300)]
+    free = vectors[:, values < FREE * max(values.max(initial=0.0), 1e-300)]
     # Which modes a null space is made of does not depend on the vectors that span it.
-    share = np.linalg.norm(free, axis=1)
-    return ", ".join(name for name, size in zip(_MODES, share, strict=True) if size > 0.1)
+    return _in_words(np.linalg.norm(free, axis=1))
 
 
 def _piece(points: Floats, count: int) -> str:

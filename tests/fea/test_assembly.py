@@ -10,7 +10,7 @@ from strap import strap
 
 from fea.material import Material
 from fea.solid.assembly import pattern, stiffness
-from fea.solid.supports import rigid_modes
+from fea.solid.mechanism import rigid_modes
 
 STEEL = Material(207e3, 0.28, 7.7e-9, 620.4)
 

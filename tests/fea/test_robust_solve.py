@@ -51,6 +51,33 @@ def test_the_motion_left_is_named(bar):
     assert "slide along x" not in str(refused.value)
 
 
+def hinged(mesh, axis):
+    """The mesh and its half turn about the x axis, which share the nodes that `axis` tells."""
+    count = len(mesh.points)
+    shared = np.flatnonzero(axis(mesh.points))
+    number = np.arange(count) + count
+    number[shared] = shared
+    points = np.vstack([mesh.points, mesh.points * [1, -1, -1]])
+    tets = np.vstack([mesh.tets, number[mesh.tets]])
+    used, tets = np.unique(tets, return_inverse=True)
+    return TetMesh(points[used], tets.reshape(-1, 10))
+
+
+@pytest.mark.parametrize("ends", [1, 2])
+def test_a_hinge_is_found(bar, ends):
+    """Joined along an edge the other piece turns about it; joined at a point as well about the others."""
+    along = lambda p: np.hypot(p[:, 1], p[:, 2]) < 1e-9  # noqa: E731
+    both = hinged(bar, along if ends == 1 else lambda p: along(p) & (p[:, 0] < 1e-9))
+    fixed = np.zeros_like(both.points, dtype=bool)
+    fixed[both.points[:, 1] > 2 - 1e-9] = True  # away from the joint
+    with pytest.raises(UnderconstrainedError, match=r"edge or at a point only.*turn about x") as refused:
+        require_restrained(both, fixed)
+    assert ("turn about y" in str(refused.value)) is (ends == 2)
+    held = both.points[:, 1] < -2 + 1e-9  # a face of the other piece
+    fixed[held] = True
+    require_restrained(both, fixed)
+
+
 def test_the_condition_is_estimated_to_its_order(bar):
     fixed = (np.abs(bar.points) < 1e-9)[:, :1].repeat(3, axis=1).ravel()
     K = stiffness(bar, STEEL, pattern(bar.tets, len(bar.points))).constrained(fixed)
@@ -62,15 +89,15 @@ def test_the_condition_is_estimated_to_its_order(bar):
 
 def test_every_run_estimates_its_condition_beside_the_loads(bar):
     model = solve.Model(bar, STEEL, Support.INERTIA_RELIEF)
-    (found,) = model.solve(pulled(bar)).condition.values()
-    K = model._K.constrained(model._held.ravel())
-    full = K.full().toarray()
-    root = np.sqrt(np.diag(full))
-    exact = np.linalg.cond(full / np.outer(root, root))
-    assert 0.3 * exact < found < 5 * exact
-    # A mere stretch would say nothing of bending.
+    K = model._K.constrained(model._held.ravel()).full().toarray()
+    root = np.sqrt(np.diag(K))
+    exact = np.linalg.cond(K / np.outer(root, root))
+    # A mere stretch says nothing of bending.
     stretch = np.where(np.arange(3) == 0, bar.points, 0.0).reshape(-1, 1)
-    assert condition_of(model._K, stretch, model._K @ stretch) < 0.3 * exact
+    load = model._K @ stretch
+    assert condition_of(model._K, stretch, load) < 0.3 * exact
+    (found,) = model.solve([Split(load.reshape(-1, 3), None)]).condition.values()
+    assert 0.3 * exact < found < 5 * exact
 
 
 def test_a_solution_against_its_load_has_no_condition(bar):

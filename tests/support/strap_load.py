@@ -5,8 +5,8 @@ from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH
 
 from fea.solid.bore import bore_facets, bore_load
 from fea.solid.inertia import inertia
+from fea.solid.mechanism import rigid_modes
 from fea.solid.parity import Split
-from fea.solid.supports import rigid_modes
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure
 from loads.cases import RodMotion
