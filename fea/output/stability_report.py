@@ -13,7 +13,8 @@ _READING = """\
 *Right*: within its tolerance of the exact answer. *Marked*: `fea run` says so, right or not: a check fails,
 so that the result is written with `trusted: false` and the exit code is 5, or the peak is called *not
 converged* with its error bar. The last column tells which. *Refused*: an error instead of an answer.
-*Wrong*: off, and nothing says so; there must be none.
+*Wrong*: off, and nothing says so; there must be none. A bar may be shorter than the error where it already
+says *not converged*, as in the thinnest rings.
 
 *Backward error* is ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖) in maximum norms: it stays at rounding whatever the case, and
 alone proves nothing. *Condition* is that of the stiffness after Jacobi scaling, by a probe solved with the
@@ -33,6 +34,8 @@ _COLOR = {
     Verdict.WRONG: "red",
 }
 _NOTICED = "#fdebd0"
+# Values whose labels must be small to stand side by side.
+_MANY = 8
 # What stands for zero on a logarithmic axis.
 _LEAST = 1e-18
 
@@ -124,7 +127,7 @@ def _draw_case(axes: Any, name: str, rows: Sequence[ExtremeRow]) -> None:
         axes.axhline(rows[0].tolerance_percent, ls="--", color="0.4", lw=1)
     axes.set_title(name, fontsize=9)
     axes.set_xlabel(rows[0].parameter, fontsize=8)
-    axes.set_xticks(places, [f"{row.value:g}" for row in rows], fontsize=7)
+    axes.set_xticks(places, [f"{row.value:g}" for row in rows], fontsize=7 if len(rows) < _MANY else 5)
     axes.set_xlim(-0.5, len(rows) - 0.5)
     axes.tick_params(axis="y", labelsize=7)
 
