@@ -34,13 +34,18 @@ class SpeedMap:
     ----------
     columns
         (n_speeds,) by the names of `COLUMNS`, speeds increasing; NaN where fatigue is not judged.
+    exact
+        Critical speeds that are known better than by interpolation.
     """
 
     columns: dict[str, Floats]
+    exact: Mapping[str, float | None] | None = None
 
     @property
-    def critical(self) -> dict[str, float | None]:
+    def critical(self) -> Mapping[str, float | None]:
         """Speed, rpm, at which each failure mode begins; None where it does not within the map."""
+        if self.exact is not None:
+            return self.exact
         modes = {"yield": "yield_safety_factor", "fatigue": "fatigue_safety_factor"}
         return {
             mode: critical_speed(self.columns["rpm"], self.columns[column]) for mode, column in modes.items()
@@ -62,14 +67,19 @@ def critical_speed(rpm: Floats, factor: Floats) -> float | None:
     float or None
         The lowest speed of all where the factor is below 1 already there.
     """
-    below = np.flatnonzero(factor < 1)
-    if below.size == 0:
+    first = first_below(factor)
+    if first is None:
         return None
-    first = int(below[0])
     if first == 0 or np.isnan(factor[first - 1]):
         return float(rpm[first])
     share = (factor[first - 1] - 1) / (factor[first - 1] - factor[first])
     return float(rpm[first - 1] + share * (rpm[first] - rpm[first - 1]))
+
+
+def first_below(factor: Floats) -> int | None:
+    """Number of the first factor below 1; None where there is none."""
+    below = np.flatnonzero(factor < 1)
+    return int(below[0]) if below.size else None
 
 
 def speed_map(summaries: Sequence[Mapping[str, Any]]) -> SpeedMap | None:
@@ -78,7 +88,8 @@ def speed_map(summaries: Sequence[Mapping[str, Any]]) -> SpeedMap | None:
     if not rows:
         return None
     values = np.array(sorted(rows), dtype=np.float64)
-    return SpeedMap(dict(zip(COLUMNS, values.T, strict=True)))
+    exact = next((item["critical_speeds_rpm"] for item in summaries if "critical_speeds_rpm" in item), None)
+    return SpeedMap(dict(zip(COLUMNS, values.T, strict=True)), exact)
 
 
 def _row(summary: Mapping[str, Any]) -> list[float]:

@@ -94,6 +94,14 @@ def buckling_report(analysis: Analysis, result: SpeedResult, clock: Clock) -> Bu
     return BucklingReport(figures, shapes, checks, left_out)
 
 
+def column_figures(analysis: Analysis, cases: Sequence[LoadCase]) -> dict[str, Any]:
+    """Return what the column formulas say of load cases, as the summary's ``buckling`` holds it."""
+    columns, _ = _columns(analysis, cases)
+    factors = [plane["safety_factor"] for plane in (columns or {}).get("planes", {}).values()]
+    least = min((factor for factor in factors if factor is not None), default=None)
+    return {"column": columns, "min_safety_factor": least}
+
+
 def compression(case: LoadCase) -> float:
     """Return the larger force that presses the rod together, at either end, N; 0 where it is pulled."""
     return max(0.0, -case.pin_axial, -case.crank_axial)

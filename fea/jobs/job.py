@@ -3,7 +3,7 @@
 import csv
 import dataclasses
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from fea.jobs.animation import animation_file, filmed
 from fea.jobs.buckling import buckling_report
 from fea.jobs.cycle_table import cycle_columns
 from fea.jobs.report import summary
+from fea.jobs.speed_sweep import MOST_FULL_RUNS, SpeedSweep
 from fea.machine.clock import Clock
 from fea.output.animation import require_film, write_film
 from fea.output.cycle import write_cycle_csv
@@ -23,7 +24,7 @@ from fea.output.folder import require_replaceable, run_folder
 from fea.output.summary import json_text
 from fea.output.text import write_text
 from fea.output.vtu import write_vtu
-from fea.pipeline import SpeedResult
+from fea.pipeline import Analysis, SpeedResult
 from fea.study.study import Study
 
 
@@ -83,14 +84,43 @@ def run_study(study: Study, listener: Callable[[str], None] | None = None) -> li
             require_film(film)
     clock = Clock(listener)
     adapted = analysed(study, speeds, clock, listener)
-    reports = []
-    for rpm, folder, film in zip(speeds, folders, films, strict=True):
-        reports.append(_leave(adapted, adapted.at(rpm), folder, film, clock))
+    runs = list(zip(speeds, folders, films, strict=True))
+    shown = study.output.screenshot or study.analysis.buckling or any(films)
+    if study.analysis.cycle and len(runs) > MOST_FULL_RUNS and not shown:
+        reports = _swept(adapted, runs, clock)
+    else:
+        reports = [_leave(adapted, adapted.at(rpm), folder, film, clock) for rpm, folder, film in runs]
     if len(reports) > 1:
         write_text(folders[0].parent / "map.csv", map_text(reports))
         with clock("plot"):
             _map_speeds(folders[0].parent, study.name, reports)
     return reports
+
+
+def _swept(
+    adapted: Adapted, runs: Sequence[tuple[float | None, Path, Path | None]], clock: Clock
+) -> list[RunReport]:
+    """Leave full runs at the worst of many speeds, and at the others their figures."""
+    with clock("map"):
+        sweep = SpeedSweep(adapted.analysis, [rpm for rpm, _, _ in runs if rpm is not None])
+        critical = {"critical_speeds_rpm": sweep.critical()}
+    full = {
+        rpm: _leave(adapted, adapted.at(rpm), folder, film, clock, more=critical)
+        for rpm, folder, film in runs
+        if rpm in sweep.worst
+    }
+    folders = [folder for _, folder, _ in runs]
+    template = next(iter(full.values())).summary
+    reports = []
+    for rpm, folder, _ in runs:
+        if rpm is None or rpm in full:
+            continue
+        with run_folder(folder) as place, clock("write"):
+            _write_study(place, adapted.analysis, rpm)
+            figures = sweep.summary(template, rpm)
+            write_text(place / "summary.json", json_text(figures))
+        reports.append(RunReport(folder, figures))
+    return sorted([*reports, *full.values()], key=lambda report: folders.index(report.folder))
 
 
 def _map_speeds(place: Path, study: str, reports: Sequence[RunReport]) -> None:
@@ -116,8 +146,16 @@ def _folders(study: Study, speeds: Sequence[float | None]) -> list[Path]:
     return [parent / f"{rpm:g}rpm" for rpm in speeds]
 
 
-def _leave(adapted: Adapted, result: SpeedResult, folder: Path, film: Path | None, clock: Clock) -> RunReport:
-    """Write one speed's run, and its animation if one is asked for, and return its summary."""
+def _leave(
+    adapted: Adapted,
+    result: SpeedResult,
+    folder: Path,
+    film: Path | None,
+    clock: Clock,
+    *,
+    more: Mapping[str, Any] | None = None,
+) -> RunReport:
+    """Write one speed's run, and its animation if one is asked for, and return its summary with `more`."""
     analysis = adapted.analysis
     mesh = analysis.mesh.whole.mesh
     buckling = buckling_report(analysis, result, clock)
@@ -133,10 +171,7 @@ def _leave(adapted: Adapted, result: SpeedResult, folder: Path, film: Path | Non
                     case.point_data(),
                     case.cell_data(mesh, analysis.materials),
                 )
-            write_text(place / "study.toml", _study_text(analysis.study, result.rpm))
-            if analysis.engine is not None and analysis.gas is not None and result.rpm is not None:
-                columns = cycle_columns(analysis.engine, analysis.rod, analysis.gas, result.rpm)
-                write_cycle_csv(place / "loads.csv", columns)
+            _write_study(place, analysis, result.rpm)
             if result.cycle is not None:
                 write_vtu(place / "envelope.vtu", mesh, result.cycle.envelope.point_data())
             if buckling.shapes:
@@ -144,7 +179,7 @@ def _leave(adapted: Adapted, result: SpeedResult, folder: Path, film: Path | Non
         if result.cycle is not None:
             with clock("plot"):
                 _plot_history(place / "history.png", analysis.study.name, result, result.cycle)
-        figures = summary(analysis, result, buckling.figures, clock, adapted.passes)
+        figures = summary(analysis, result, buckling.figures, clock, adapted.passes) | dict(more or {})
         complaint, pages = "", b""
         if analysis.study.output.screenshot:
             complaint = _take_pictures(place, figures, clock)
@@ -157,6 +192,13 @@ def _leave(adapted: Adapted, result: SpeedResult, folder: Path, film: Path | Non
         return RunReport(folder, figures, complaint)
     write_film(film, pages)
     return RunReport(folder, figures, complaint, film)
+
+
+def _write_study(place: Path, analysis: Analysis, rpm: float | None) -> None:
+    """Write the study at one speed, and its cycle."""
+    write_text(place / "study.toml", _study_text(analysis.study, rpm))
+    if analysis.engine is not None and analysis.gas is not None and rpm is not None:
+        write_cycle_csv(place / "loads.csv", cycle_columns(analysis.engine, analysis.rod, analysis.gas, rpm))
 
 
 def _plot_history(path: Path, study: str, result: SpeedResult, cycle: CycleResult) -> None:

@@ -36,7 +36,7 @@ def summary(
         "trusted": result.trusted,
         "rod": _rod(analysis),
         "engine": _engine(analysis),
-        "loads": {case.case.name: _load(case.case) for case in result.cases},
+        "loads": {case.case.name: load_figures(case.case) for case in result.cases},
         "model": _model(analysis),
         "results": {case.case.name: case.extremes(mesh, tolerance) for case in result.cases},
         **({"passes": [asdict(item) for item in passes]} if passes else {}),
@@ -90,7 +90,8 @@ def _engine(analysis: Analysis) -> dict[str, Any] | None:
     }
 
 
-def _load(case: LoadCase) -> dict[str, float | None]:
+def load_figures(case: LoadCase) -> dict[str, float | None]:
+    """Return what acts in a load case, as ``loads`` of the summary holds it."""
     return {
         "crank_deg": None if case.crank_angle is None else case.crank_angle / DEG,
         "gas_N": case.gas,

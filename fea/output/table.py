@@ -88,7 +88,11 @@ def _print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None
     for line in _critical([summary for _, summary in runs]):
         console.print(line, markup=False, soft_wrap=True)
     folder = runs[0][0].parent
-    console.print(f"Written: {folder}/map.csv, and a directory for each speed.", markup=False, soft_wrap=True)
+    said = f"Written: {folder}/map.csv, and a directory for each speed."
+    drawn = [f"{summary['rpm']:g}" for place, summary in runs if any(place.glob("*.vtu"))]
+    if len(drawn) < len(runs):
+        said += f" Fields are written at {', '.join(drawn)} rpm, the worst; figures at the others."
+    console.print(said, markup=False, soft_wrap=True)
 
 
 def _critical(summaries: Sequence[Summary]) -> list[str]:

@@ -46,6 +46,35 @@ def test_a_sweep_with_its_map_may_be_replaced(sweep):
     assert not (folder / "6000rpm" / "envelope.vtu").exists()
 
 
+def test_many_speeds_leave_fields_at_the_worst_and_figures_at_all(tmp_path):
+    run = fea("run", "--rpm", "1000:6000:500", "--cycle", "--size", "20", "--out", "many", cwd=tmp_path)
+    assert run.returncode == 0, run.stderr
+    runs = {rpm: tmp_path / "many" / f"{rpm}rpm" for rpm in range(1000, 6001, 500)}
+    summaries = {rpm: json.loads((folder / "summary.json").read_text()) for rpm, folder in runs.items()}
+    assert {rpm for rpm, folder in runs.items() if (folder / "tension.vtu").exists()} == {6000}
+    assert all(
+        (folder / "loads.csv").exists() and (folder / "study.toml").exists() for folder in runs.values()
+    )
+    assert any("many speeds" in item["why"] for item in summaries[1000]["left_out"])
+    assert not any("many speeds" in item["why"] for item in summaries[6000]["left_out"])
+    assert "Fields are written at 6000 rpm" in run.stdout
+    # What is superposed at 5500 rpm is what a run of its own solves there.
+    alone = fea("run", runs[5500] / "study.toml", "--out", "alone", "--json", cwd=tmp_path)
+    solved = json.loads(alone.stdout)
+    for name in ("min_safety_factor", "min_fatigue_safety_factor"):
+        assert summaries[5500]["envelope"][name] == pytest.approx(solved["envelope"][name], rel=5e-3)
+    for case, result in solved["results"].items():
+        assert summaries[5500]["results"][case]["max_von_mises_MPa"] == pytest.approx(
+            result["max_von_mises_MPa"], rel=5e-3
+        )
+    # The critical speed lies between the speeds beside it, nearer than interpolation would place it.
+    critical = summaries[6000]["critical_speeds_rpm"]["fatigue"]
+    factors = {rpm: summary["envelope"]["min_fatigue_safety_factor"] for rpm, summary in summaries.items()}
+    below = min(rpm for rpm, factor in factors.items() if factor < 1)
+    assert below - 500 < critical < below
+    assert f"fatigue from {critical:.0f} rpm" in run.stdout
+
+
 def test_given_forces_have_no_cycle(tmp_path):
     study = tmp_path / "press.toml"
     study.write_text(

@@ -1,0 +1,134 @@
+"""Many speeds with their whole cycles: a full run where it matters, figures for the rest."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from fea.assess.remarks import fatigue_remarks
+from fea.cycle.search import CasePeak, Place, SpeedSearch, Worst
+from fea.cycle.speed_map import first_below
+from fea.jobs.buckling import column_figures
+from fea.jobs.report import load_figures
+from fea.pipeline import Analysis
+from fea.units import DEG, RPM
+
+# With more speeds than this the fields are written at the worst ones only.
+MOST_FULL_RUNS = 10
+# To which the speed where a safety factor falls below 1 is found.
+_WITHIN_RPM = 0.1
+_LEFT_OUT = (
+    ("fields of the load cases and of the envelope", "many speeds: they are written at the worst ones"),
+    ("error estimates and displacements", "many speeds: the peaks are superposed, not solved"),
+)
+
+
+class SpeedSweep:
+    """The worst places of a rod at each of many speeds.
+
+    Parameters
+    ----------
+    analysis
+        Of a study with an engine, its cycle asked for.
+    speeds
+        rpm.
+    """
+
+    def __init__(self, analysis: Analysis, speeds: Sequence[float]) -> None:
+        if analysis.engine is None or analysis.gas is None:
+            raise ValueError("a sweep needs an engine")
+        self._analysis = analysis
+        self._search = SpeedSearch(analysis.cycle_analysis, analysis.engine, analysis.gas, sorted(speeds))
+        self._found = {rpm: self._search.at(rpm) for rpm in sorted(speeds)}
+
+    @property
+    def worst(self) -> set[float]:
+        """The speed of the least factor against each mode of failure."""
+        return {min(self._found, key=lambda rpm: mode(self._found[rpm])) for mode in _MODES.values()}
+
+    def critical(self) -> dict[str, float | None]:
+        """Lowest speed from which each factor is below 1, rpm, to a tenth; None where there is none."""
+        return {name: self._critical(mode) for name, mode in _MODES.items()}
+
+    def _critical(self, mode: Callable[[Worst], float]) -> float | None:
+        rpm = np.array(list(self._found))
+        first = first_below(np.array([mode(found) for found in self._found.values()]))
+        if first is None or first == 0:
+            return None if first is None else float(rpm[0])
+        root = brentq(
+            lambda speed: mode(self._search.at(speed)) - 1, rpm[first - 1], rpm[first], xtol=_WITHIN_RPM
+        )
+        return float(root)
+
+    def summary(self, full: Mapping[str, Any], rpm: float) -> dict[str, Any]:
+        """Return the summary of a speed whose fields are not written, from that of a full run.
+
+        The checks are those of the full run, whose stiffness and unit solutions these figures are of.
+        """
+        found = self._found[rpm]
+        note = None if self._analysis.gas is None else self._analysis.gas.note(rpm * RPM)
+        omitted = [{"what": what, "why": why} for what, why in _LEFT_OUT]
+        return {
+            **full,
+            "rpm": rpm,
+            "loads": {peak.case.name: load_figures(peak.case) for peak in found.cases},
+            "results": {peak.case.name: _result(peak) for peak in found.cases},
+            "envelope": _envelope(found, full["envelope"]),
+            "buckling": column_figures(self._analysis, [peak.case for peak in found.cases]),
+            "notes": [*fatigue_remarks(self._analysis.materials), *([note] if note else [])],
+            "left_out": [*full["left_out"], *omitted],
+        }
+
+
+def _yielding(found: Worst) -> float:
+    return min(found.yielding.factor, *(peak.factor for peak in found.cases))
+
+
+def _fatigue(found: Worst) -> float:
+    return np.inf if found.fatigue is None else found.fatigue.factor
+
+
+_MODES: dict[str, Callable[[Worst], float]] = {"yield": _yielding, "fatigue": _fatigue}
+
+
+def _result(peak: CasePeak) -> dict[str, Any]:
+    return {
+        "max_von_mises_MPa": peak.von_mises,
+        "at_mm": peak.at.tolist(),
+        "max_principal_MPa": peak.principal_1,
+        "min_principal_MPa": peak.principal_3,
+        "max_displacement_mm": None,
+        "min_safety_factor": peak.factor,
+        "error_percent": None,
+        "verdict": None,
+    }
+
+
+def _envelope(found: Worst, full: Mapping[str, Any]) -> dict[str, Any]:
+    """The envelope's figures: where a case that is no instant of the cycle is worse, that case's."""
+    case = min(found.cases, key=lambda peak: peak.factor)
+    place, angle = found.yielding.at, found.yielding.crank_angle
+    if case.factor < found.yielding.factor:
+        place, angle = case.at, case.case.crank_angle
+    return {
+        "min_safety_factor": _yielding(found),
+        "at_mm": place.tolist(),
+        "crank_deg": None if angle is None else angle / DEG,
+        "min_fatigue_safety_factor": None if found.fatigue is None else found.fatigue.factor,
+        "fatigue_criterion": full["fatigue_criterion"],
+        "fatigue": None if found.fatigue is None else _place(found.fatigue),
+        "unit_solutions": full["unit_solutions"],
+        "instants": full["instants"],
+    }
+
+
+def _place(place: Place) -> dict[str, Any]:
+    return {
+        "at_mm": place.at.tolist(),
+        "mean_MPa": place.mean,
+        "amplitude_MPa": place.amplitude,
+        "stress_ratio": place.ratio,
+        "fatigue_safety_factor": place.factor,
+        "crossland_safety_factor": place.crossland,
+    }
