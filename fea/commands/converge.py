@@ -23,7 +23,7 @@ def converge(
     study
         A shipped study or a TOML file: its first speed and load case count.
     minutes
-        Time limit of everything.
+        Time limit of the comparison; the rod's reference comes on top.
     json
         Print every row as JSON and nothing else.
     report

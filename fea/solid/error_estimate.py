@@ -39,9 +39,10 @@ _DEGREE = 2
 _TWICE = np.array([1.0, 1, 1, 2, 2, 2])
 # Share of the quadratic in the interpolation of the recovered stress.
 _QUADRATIC = 0.5
-# On the sum of spread and sagitta: with it the bars of `fea.assess.verdict` hold the true error in 97 of 100
-# cases of second order (tests/benchmarks/error_bars.py), and in 95 of first order.
-STRESS_FACTOR = {1: 1.4, 2: 0.4}
+# On the sum of spread and sagitta. Of second order the least of 0.3, 0.4, 0.5 and 0.6 with which the bars of
+# `fea.assess.verdict` hold 95 of 100 true errors on one half of the rods of tests/benchmarks/error_bars.py;
+# results/error-bars.md has what it holds on the other half.
+STRESS_FACTOR = {1: 1.4, 2: 0.5}
 # On the energy norm: to rather err on the safe side.
 ENERGY_FACTOR = 1.2
 

@@ -61,7 +61,7 @@ def converge(
     study
         The rod; its first speed and first load case count.
     minutes
-        Time limit of everything.
+        Time limit of all but the rod's reference.
     listener
         Told each computation as it begins.
     """
