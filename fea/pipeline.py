@@ -120,6 +120,10 @@ class Analysis:
             self.engine = study.engine.engine(self.mesh.bores.rod_length)
             self.gas = study.engine.gas_model(self.engine)
         self.materials = study.materials(self.mesh.parts)
+        if self.soft and study.analysis.buckling:
+            nu, most = max(m.poissons_ratio for m in self.materials), LIMITS["poissons_ratio_p2"]
+            rule = f"must not exceed {most} for buckling, which knows displacement elements alone"
+            raise InvalidValue("material.nu", nu, rule, "Leave out --buckling: the column formulas remain.")
         cell = self.mesh.cell
         elastic = self.materials[0] if cell.part is None else Materials(self.materials, cell.part)
         with clock("loads"):

@@ -22,6 +22,9 @@ RIGID_LIMIT = 1e-3
 BACKWARD_LIMIT = 1e-10
 # Of the polynomials along the rod that tell twisting from bending.
 _DEGREE = 6
+# Greatest Poisson's ratio by element order: displacement elements lock beyond, those of second order late. On
+# a rod of 0.4999 their frequencies still come within 0.7 % of those of smaller elements.
+MOST_POISSONS_RATIO = {1: 0.4, 2: 0.4999}
 _DIRECTIONS = ("lengthwise", "in the plane of motion", "sideways")
 
 
@@ -123,5 +126,9 @@ def modes_report(study: Study, count: int) -> ModesReport:
     found = discretise(study, Clock())
     whole = found.whole.mesh
     materials = study.materials(found.parts)
+    most = MOST_POISSONS_RATIO[whole.order]
+    nu = max(material.poissons_ratio for material in materials)
+    rule = f"must not exceed {most} for modes: elements without a pressure lock"
+    require(nu <= most, "material.nu", nu, rule, "Lower it.")
     elastic = materials[0] if whole.part is None else Materials(materials, whole.part)
     return ModesReport(study, whole, free_modes(whole, elastic, elastic.density, count))

@@ -236,3 +236,13 @@ def test_first_order_elements_are_marked_still(tmp_path, monkeypatch):
     summary = run("s.toml", size=14, element="p1")
     assert not summary["trusted"]
     assert summary["model"]["formulation"] == "displacement"
+
+
+@pytest.mark.parametrize(
+    ("command", "nu", "rest"),
+    [("modes", 0.499999, []), ("run", 0.45, ["--buckling"])],
+)
+def test_what_has_no_pressure_yet_refuses(tmp_path, capsys, command, nu, rest):
+    (tmp_path / "s.toml").write_text(STUDY.format(nu=nu) + ENGINE)
+    assert call([command, str(tmp_path / "s.toml"), "--size", "14", *rest]) == 2
+    assert "material.nu" in capsys.readouterr().err
