@@ -94,7 +94,7 @@ def solve_saddle(solve: Operator, constraint: Constraint, f: Floats, g: Floats) 
     D = constraint.divergence
 
     def schur(p: Floats) -> Floats:
-        return D @ solve(D.T @ p) + constraint.compressed(p)
+        return np.asarray(D @ solve(D.T @ p) + constraint.compressed(p))
 
     p = _conjugate_gradients(schur, constraint.precondition, D @ solve(f) - g)
     return solve(f - D.T @ p), p
