@@ -19,6 +19,7 @@ from threading import local
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
+COMMAND = "python tests/benchmarks/random_studies.py --count 2000 --resume outcomes.json --report FILE.md"
 CPU, WALL = 300.0, 3600.0  # seconds a study
 BAD = ("WRONG", "crashed", "DIED", "HUNG")
 _own = local()
@@ -50,7 +51,7 @@ def main() -> None:
     text = report(kept)
     print(text)
     if arguments.report:
-        arguments.report.write_text(f"# Random studies\n\n{text}")
+        arguments.report.write_text(f"# Random studies\n\n{text}\n```\n{COMMAND}\n```\n")
 
 
 def keep(path: Path, kept: dict[str, dict]) -> None:
