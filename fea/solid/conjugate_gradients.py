@@ -5,56 +5,68 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from fea.solid.assembly import SymmetricMatrix
 from fea.solid.errors import StagnationError
 
 Floats = npt.NDArray[np.float64]
+Operator = Callable[[Floats], Floats]
 
-# Relative residual. Its error in energy is this squared times the condition number of the preconditioned
-# matrix (about ten): far below any discretisation error.
+# For stiffness matrices: far below any discretisation error.
 TOLERANCE = 1e-8
 MOST_ITERATIONS = 300
 
 
 def conjugate_gradients(
-    matrix: SymmetricMatrix, right_hand_sides: Floats, precondition: Callable[[Floats], Floats]
+    operator: Operator, precondition: Operator, right_hand_sides: Floats, *, tolerance: float, remedy: str
 ) -> Floats:
-    """Solve K u = f for (n, k) right-hand sides (Hestenes & Stiefel 1952), each with steps of its own.
+    """Solve A x = b for (n, k) right-hand sides (Hestenes & Stiefel 1952), each with steps of its own.
 
-    The products are of K with all the vectors that have not converged, so that K passes through memory once
-    an iteration.
+    The operator is applied to all the vectors that have not converged, so that a matrix passes through memory
+    once an iteration.
+
+    Parameters
+    ----------
+    operator, precondition
+        A and about its inverse, both symmetric and positive definite, on (n, …) vectors.
+    right_hand_sides
+        b.
+    tolerance
+        Of the residual in the preconditioner's norm, relative to that of b: about the error in energy.
+    remedy
+        What an error advises.
 
     Raises
     ------
     StagnationError
-        A relative residual did not fall to `TOLERANCE`.
+        A residual did not fall to the tolerance.
     """
-    u = np.zeros_like(right_hand_sides)
-    goal = TOLERANCE * np.linalg.norm(right_hand_sides, axis=0)
-    active = np.flatnonzero(goal > 0)
+    x = np.zeros_like(right_hand_sides)
+    active = np.flatnonzero(right_hand_sides.any(axis=0))
     residual = right_hand_sides[:, active].copy()
     direction = np.zeros_like(residual)
-    previous = np.ones(len(active))
-    for _ in range(MOST_ITERATIONS):
-        if not active.size:
-            return u
-        preconditioned = precondition(residual)
-        energy = (residual * preconditioned).sum(axis=0)
-        direction = preconditioned + direction * (energy / previous)
-        image = matrix @ direction
+    energy, goal = np.ones(len(active)), np.zeros(len(active))
+    for iteration in range(MOST_ITERATIONS + 1):
+        preconditioned = precondition(residual) if active.size else residual
+        last, energy = energy, (residual * preconditioned).sum(axis=0)
+        if iteration == 0:
+            goal = tolerance**2 * energy
+        going = ~(energy <= goal)
+        if not going.any():
+            return x
+        if iteration == MOST_ITERATIONS:
+            break
+        active, goal, last, energy = active[going], goal[going], last[going], energy[going]
+        residual, direction, preconditioned = (
+            residual[:, going],
+            direction[:, going],
+            preconditioned[:, going],
+        )
+        direction = preconditioned + direction * (energy / last)
+        image = operator(direction)
         step = energy / (direction * image).sum(axis=0)
-        u[:, active] += step * direction
+        x[:, active] += step * direction
         residual -= step * image
-        previous = energy
-        going = ~(np.linalg.norm(residual, axis=0) <= goal[active])
-        if not going.all():
-            active, residual, direction = active[going], residual[:, going], direction[:, going]
-            previous = previous[going]
-    if not active.size:
-        return u
-    reached = float((TOLERANCE * np.linalg.norm(residual, axis=0) / goal[active]).max())
+    reached = tolerance * float(np.sqrt((energy / goal).max()))
     message = (
-        f"the iterative solver stagnated at a relative residual of {reached:.1e} after {MOST_ITERATIONS} "
-        "iterations. Choose --solver pardiso, or a better shaped mesh"
+        f"conjugate gradients stagnated at a relative residual of {reached:.1e} after {iteration} steps. "
     )
-    raise StagnationError(message)
+    raise StagnationError(message + remedy)

@@ -20,7 +20,7 @@ def direct_bytes(n_dofs: int, slots: int) -> float:
 
 
 def iterative_bytes(n_dofs: int, slots: int) -> float:
-    """Predicted bytes of multigrid: in proportion to the degrees of freedom, and the coarse level's factor."""
+    """Predicted bytes of multigrid: proportional to the degrees of freedom, and a coarse factor."""
     return slots * (2300.0 * n_dofs + direct_bytes(n_dofs // 8, 1))
 
 

@@ -10,8 +10,9 @@ from scipy import sparse
 
 from fea.material import Material
 from fea.solid.assembly import SymmetricMatrix
+from fea.solid.conjugate_gradients import Operator
 from fea.solid.pressure import PressureSpace
-from fea.solid.saddle import Constraint, Operator, solve_saddle
+from fea.solid.saddle import Constraint, solve_saddle
 from fea.solid.solve import MOST_REFINEMENTS, REFINE_ABOVE, Residuals, worst_ratio
 
 Floats = npt.NDArray[np.float64]

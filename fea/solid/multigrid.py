@@ -15,7 +15,7 @@ from scipy import sparse
 
 from fea.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, linear_stiffness
-from fea.solid.conjugate_gradients import conjugate_gradients
+from fea.solid.conjugate_gradients import TOLERANCE, conjugate_gradients
 from mesh.tetmesh import EDGES, Ints, TetMesh
 
 Floats = npt.NDArray[np.float64]
@@ -77,7 +77,13 @@ class Multigrid:
             The residual did not fall as far as it must.
         """
         levels = self._levels[slot]
-        return conjugate_gradients(levels.matrix, right_hand_sides, levels.precondition)
+        return conjugate_gradients(
+            levels.matrix.__matmul__,
+            levels.precondition,
+            right_hand_sides,
+            tolerance=TOLERANCE,
+            remedy="Choose --solver pardiso, or a better shaped mesh",
+        )
 
 
 @dataclass(frozen=True)

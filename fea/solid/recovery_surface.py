@@ -9,29 +9,22 @@ that of polynomial-preserving recovery (Zhang & Naga 2005), on the surface inste
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from fea.material import Material
+from fea.solid.boundary_skin import FACET_EDGES, Edges, facet_normals, fans, shared_edges, skin
 from fea.solid.elasticity import COMPONENTS
-from fea.solid.element import shape_functions
-from fea.solid.integration import jacobians
 from fea.solid.parity import Parity
 from geometry.surfaces import Surface
-from mesh.mirror import PLANE_AXIS
 from mesh.tetmesh import TetMesh
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
 
-# Facets meet smoothly below this angle. Where curved facets of 60° touch tangentially their quadratic
-# shapes differ by 4°.
-SMOOTH_DEGREES = 20.0
 # At an edge the traction of either side counts this much more than the strain, which is fitted there
 # from one side. Much more would force the stress across a blunt edge to the zero that only its very
 # tip knows.
@@ -41,138 +34,6 @@ RANK_TOLERANCE = 1e-9
 # Least cosine between a fan's normal and those at its nodes: a surface that turns further is not seen as
 # one sheet in the tangent plane.
 LEAST_COSINE = 0.2
-
-# Places of a facet's nodes in the reference triangle; its edges' vertices.
-_FACET_NODES = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
-_FACET_EDGES = np.array([[0, 1], [1, 2], [2, 0]])
-
-
-@dataclass(frozen=True)
-class Skin:
-    """The boundary facets, completed by the images of those that touch a mirror plane.
-
-    Attributes
-    ----------
-    points
-        (n, 3) the nodes of the mesh, then their images.
-    facets
-        (n_facets, 3) or (n_facets, 6), outward.
-    label
-        (n_facets,) index of the surface each belongs to.
-    source
-        (n,) the node of the mesh behind each node.
-    sign
-        (n, 3) of the displacement components of a symmetric solution.
-    crossed
-        (n,) whether an image lies beyond y = 0.
-    """
-
-    points: Floats
-    facets: Ints
-    label: Ints
-    source: Ints
-    sign: Floats
-    crossed: Mask
-
-    def displacement(self, displacement: Floats, parity: Parity) -> Floats:
-        """Continue a displacement (n_points, 3, n_cases) to the images."""
-        sign = self.sign * np.where(self.crossed, int(parity), 1)[:, None]
-        return np.asarray(displacement[self.source] * sign[:, :, None])
-
-
-def skin(mesh: TetMesh, surfaces: list[Surface], planes: tuple[Surface, ...]) -> Skin:
-    """Gather the facets of `surfaces` and reflect those that touch one of `planes`."""
-    n = len(mesh.points)
-    whole = Skin(
-        mesh.points,
-        np.concatenate([mesh.facets[surface] for surface in surfaces]),
-        np.repeat(np.arange(len(surfaces)), [len(mesh.facets[surface]) for surface in surfaces]),
-        np.arange(n),
-        np.ones((n, 3)),
-        np.zeros(n, dtype=bool),
-    )
-    for plane in planes:
-        whole = _reflected(whole, mesh, plane)
-    return whole
-
-
-def _reflected(whole: Skin, mesh: TetMesh, plane: Surface) -> Skin:
-    on = np.zeros(len(mesh.points), dtype=bool)
-    on[mesh.facets[plane].ravel()] = True
-    on = on[whole.source]
-    touching = on[whole.facets].any(axis=1)
-    apart = np.setdiff1d(whole.facets[touching], np.flatnonzero(on))
-    image = np.arange(len(whole.points))
-    image[apart] = len(whole.points) + np.arange(apart.size)
-    turn = np.ones(3)
-    turn[PLANE_AXIS[plane]] = -1
-    around = [0, 2, 1] if whole.facets.shape[1] == 3 else [0, 2, 1, 5, 4, 3]
-    return Skin(
-        np.concatenate([whole.points, whole.points[apart] * turn]),
-        np.concatenate([whole.facets, image[whole.facets[touching]][:, around]]),
-        np.concatenate([whole.label, whole.label[touching]]),
-        np.concatenate([whole.source, whole.source[apart]]),
-        np.concatenate([whole.sign, whole.sign[apart] * turn]),
-        np.concatenate([whole.crossed, whole.crossed[apart] ^ (plane is Surface.SYMMETRY_Y)]),
-    )
-
-
-def facet_normals(points: Floats, facets: Ints) -> Floats:
-    """Unit outward normals (n_facets, n_nodes, 3) of each facet at its own nodes."""
-    n_nodes = facets.shape[1]
-    _, slopes = shape_functions(n_nodes, _FACET_NODES[:n_nodes].T)
-    tangents = jacobians(points[facets], slopes)
-    normal = np.cross(tangents[..., 0], tangents[..., 1])
-    return np.asarray(normal / np.linalg.norm(normal, axis=-1, keepdims=True))
-
-
-@dataclass(frozen=True)
-class Edges:
-    """Edges shared by two facets of the skin.
-
-    Attributes
-    ----------
-    facet, place
-        (n_edges, 2) the two facets, and which of its edges this is in each.
-    smooth, convex
-        (n_edges,) whether the facets continue each other; whether they do or meet at an outer edge.
-    """
-
-    facet: Ints
-    place: Ints
-    smooth: Mask
-    convex: Mask
-
-
-def shared_edges(surface: Skin, normals: Floats) -> Edges:
-    """Find the facets that meet at each edge and how."""
-    facets, points = surface.facets, surface.points
-    ends = np.sort(facets[:, _FACET_EDGES], axis=2)
-    key = (ends[..., 0] * len(points) + ends[..., 1]).ravel()
-    order = np.argsort(key, kind="stable")
-    first = np.flatnonzero(key[order[1:]] == key[order[:-1]])
-    facet, place = np.divmod(np.stack([order[first], order[first + 1]], axis=1), 3)
-    # Second-order facets have their own normal amid the edge.
-    at = place + 3 if facets.shape[1] == 6 else place
-    one, other = normals[facet[:, 0], at[:, 0]], normals[facet[:, 1], at[:, 1]]
-    flat = (one * other).sum(axis=1) > np.cos(np.radians(SMOOTH_DEGREES))
-    smooth = flat & (surface.label[facet[:, 0]] == surface.label[facet[:, 1]])
-    apex = points[facets[facet[:, 1], (place[:, 1] + 2) % 3]]
-    on_edge = points[facets[facet[:, 0], place[:, 0]]]
-    convex = flat | (((apex - on_edge) * one).sum(axis=1) < 0)
-    return Edges(facet, place, smooth, convex)
-
-
-def fans(surface: Skin, edges: Edges) -> Ints:
-    """Number of the fan (n_facets, 3) each corner is in: the facets around a vertex up to sharp edges."""
-    n_facets = len(surface.facets)
-    facet, place = edges.facet[edges.smooth], edges.place[edges.smooth]
-    start = _FACET_EDGES[place]  # (n, 2 facets, 2 ends), in each facet's own direction
-    corner = facet[:, :, None] * 3 + start
-    # The two facets run along the edge in opposite directions.
-    a, b = corner[:, 0].ravel(), corner[:, 1, ::-1].ravel()
-    graph = sparse.coo_array((np.ones(a.size), (a, b)), shape=(3 * n_facets, 3 * n_facets))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64).reshape(n_facets, 3)
 
 
 def _monomials(place: Floats, order: int) -> Floats:
@@ -268,7 +129,7 @@ class SurfaceStress:
         allowed[facets] = True
         allowed[facets[label >= len(self.surfaces)]] = False
         facet, place = edges.facet[~edges.convex, 0], edges.place[~edges.convex, 0]
-        allowed[facets[facet[:, None], _FACET_EDGES[place]]] = False
+        allowed[facets[facet[:, None], FACET_EDGES[place]]] = False
         if facets.shape[1] == 6:
             allowed[facets[facet, place + 3]] = False
         return allowed[: len(mesh.points)]

@@ -7,22 +7,20 @@ gradients need some twenty steps, each a solution with the factor of A (Verfürt
 2005, sections 5 and 10.1).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
-from fea.solid.errors import StagnationError
+from fea.solid.conjugate_gradients import Operator, conjugate_gradients
 
 Floats = npt.NDArray[np.float64]
-Operator = Callable[[Floats], Floats]
 
 # Of the residual of D u = C p, in the norm of the preconditioner. Refinement goes on from there, so that A⁻¹
 # may come from an iterative solver.
 TOLERANCE = 1e-7
-MOST_STEPS = 300
+_REMEDY = "Mesh the nearly incompressible part with two or more elements through its thickness (--size)"
 # Bounds of the Jacobi-scaled mass matrix of linear tetrahedra (Wathen 1987), and the steps of Chebyshev's
 # iteration that bring its condition of 5 to 1.02.
 _MASS_BOUNDS = (0.5, 2.5)
@@ -96,31 +94,6 @@ def solve_saddle(solve: Operator, constraint: Constraint, f: Floats, g: Floats) 
     def schur(p: Floats) -> Floats:
         return np.asarray(D @ solve(D.T @ p) + constraint.compressed(p))
 
-    p = _conjugate_gradients(schur, constraint.precondition, D @ solve(f) - g)
+    right = D @ solve(f) - g
+    p = conjugate_gradients(schur, constraint.precondition, right, tolerance=TOLERANCE, remedy=_REMEDY)
     return solve(f - D.T @ p), p
-
-
-def _conjugate_gradients(S: Operator, precondition: Operator, right: Floats) -> Floats:
-    """Every column by itself, all with the same products."""
-    x, residual = np.zeros_like(right), right.copy()
-    z = precondition(residual)
-    direction = z
-    product = (residual * z).sum(axis=0)
-    goal = TOLERANCE**2 * product
-    for _ in range(MOST_STEPS):
-        open_ = product > goal
-        if not open_.any():
-            return x
-        image = S(direction)
-        length = np.divide(product, (direction * image).sum(axis=0), out=np.zeros_like(product), where=open_)
-        x += length * direction
-        residual -= length * image
-        z = precondition(residual)
-        last, product = product, (residual * z).sum(axis=0)
-        direction = z + np.divide(product, last, out=np.zeros_like(product), where=open_) * direction
-    reached = float(np.sqrt((product[open_] / (goal[open_] / TOLERANCE**2)).max()))
-    message = (
-        f"the pressure stagnated at a relative residual of {reached:.1e} after {MOST_STEPS} steps. Mesh the "
-        "nearly incompressible part with two or more elements through its thickness (--size)"
-    )
-    raise StagnationError(message)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import KDTree
 
-from fea.solid.recovery_surface import facet_normals, shared_edges, skin
+from fea.solid.boundary_skin import facet_normals, shared_edges, skin
 from geometry.surfaces import Surface
 from mesh.mirror import PLANE_AXIS
 from mesh.tetmesh import TetMesh

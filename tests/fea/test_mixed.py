@@ -16,7 +16,7 @@ from fea import run
 from fea.choices import SolverName, Support
 from fea.cli import call
 from fea.material import Material
-from fea.solid import saddle
+from fea.solid import conjugate_gradients
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.elasticity import stress_from_gradient
 from fea.solid.errors import StagnationError
@@ -182,7 +182,7 @@ def test_multigrid_solves_for_pressure_too():
 
 
 def test_a_pressure_that_does_not_settle_is_refused(monkeypatch):
-    monkeypatch.setattr(saddle, "MOST_STEPS", 3)
+    monkeypatch.setattr(conjugate_gradients, "MOST_ITERATIONS", 3)
     mesh = strap()
     with pytest.raises(StagnationError, match=r"after 3 steps.*--size"):
         MixedModel(mesh, [RUBBER], [0], RELIEF).solve([tilted_load(mesh)])
