@@ -15,6 +15,7 @@ from fea.output.errors import PictureError
 from fea.output.png import is_complete_png
 from fea.output.text import make_directory
 from fea.output.vtu import write_vtu
+from geometry.invalid import require
 from mesh.tetmesh import TetMesh
 
 TIMEOUT = 60.0  # seconds a picture; one takes about one
@@ -61,11 +62,27 @@ def picture_of(vtu: Path, png: Path) -> Path:
 
     Raises
     ------
+    InvalidValue
+        The file exists but is not that of a load case.
     PictureError
         See `draw_pictures`.
     """
+    if vtu.is_file():
+        _require_case(vtu)
     draw_pictures([described(vtu, png)])
     return png
+
+
+def _require_case(vtu: Path) -> None:
+    content = vtu.read_bytes()
+    missing = [name for name in ("displacement", "von_mises") if f'Name="{name}"'.encode() not in content]
+    require(
+        not missing,
+        "FILE",
+        vtu.name,
+        f"must be the result of a load case: it lacks {' and '.join(missing)}",
+        "Open other files (envelope.vtu, buckling.vtu) in ParaView.",
+    )
 
 
 def picture_of_mesh(mesh: TetMesh, name: str, folder: Path) -> Path:

@@ -21,6 +21,7 @@ from fea.output.png import is_complete_png
 from fea.output.strokes import require_rod
 from fea.output.summary import json_text
 from fea.output.vtu import write_vtu
+from geometry.invalid import InvalidValue
 from mesh.tetmesh import TetMesh
 
 SUMMARY = {
@@ -96,6 +97,8 @@ def test_what_is_no_result_is_said(result):
     (result.parent / "bad.vtu").write_text("<VTKFile/>")
     with pytest.raises(PictureError, match="not a result"):
         draw_pictures([Picture(result.parent / "bad.vtu", result.parent / "bad.png", "bad")])
+    with pytest.raises(InvalidValue, match="lacks displacement and von_mises"):
+        picture_of(result.parent / "bad.vtu", result.parent / "bad.png")
 
 
 def test_no_picture_starts_no_process(monkeypatch):
