@@ -170,6 +170,8 @@ def main(report: str = "", rounds: str = "3") -> None:
         f"`{COMMAND}`; every run is a process of its own, the runs compared take turns.\n",
         "## Cost, leon-2001 at its default element size\n",
         *costs(int(rounds)),
+        "\nThe static run solves its five peak cases at once. In the map every speed leaves `summary.json`,",
+        "`study.toml` and `loads.csv`; fields are written at the worst speeds only.",
         "\n## Error of superposition against the number of unit solutions\n",
         "At 20 random crank angles and three speeds (1000, 6000, 9000 rpm), against the same instants solved",
         "directly, in parts of each instant's largest von Mises stress. The default goes up to n = 32.\n",
