@@ -14,11 +14,11 @@ import pyvista
 from PIL import Image
 
 from fea.output.animation_page import Page
-from fea.output.drawing import band_colours
+from fea.output.drawing import add_surface
 from fea.output.frame import Frame
-from fea.output.scale import band_limits, exaggeration
+from fea.output.scale import exaggeration
 from fea.output.skin import Skin
-from fea.output.strokes import GREY, INK, PAPER, SHADING, add_lines, require_rod
+from fea.output.strokes import GREY, INK, PAPER, add_lines, require_rod
 from fea.output.view import View
 from fea.units import DEG
 
@@ -87,18 +87,7 @@ def images(motion: Motion) -> Iterator[npt.NDArray[np.uint8]]:
     surface.point_data["von_mises"] = motion.skin.refined(motion.von_mises[0].astype(float))
     surface.point_data["Normals"] = motion.skin.refined_normals()
     surface.point_data.active_normals_name = "Normals"
-    peak = float(motion.von_mises.max())
-    colours, limits = band_colours(peak), band_limits(peak)
-    opaque = np.column_stack([colours, np.full(len(colours), 255, np.uint8)])
-    rod = plotter.add_mesh(
-        surface,
-        scalars="von_mises",
-        cmap=pyvista.LookupTable(values=opaque, scalar_range=(limits[0], limits[-1])),
-        show_scalar_bar=False,
-        smooth_shading=False,
-        copy_mesh=False,
-        **SHADING,
-    )
+    rod = add_surface(plotter, surface, float(motion.von_mises.max()))
     crank = _add_engine(plotter, motion)
     _frame(motion).aim(plotter)
     plotter.enable_anti_aliasing("ssaa")

@@ -73,7 +73,7 @@ def _draw_rod(plotter: Any, scene: Scene, surface: Any) -> None:
     """Draw the whole rod, where it was without load, and a ring around the hot spot."""
     aspect = SIZE[0] / (SIZE[1] * ROD_SHARE)
     frame = Frame.around(scene.deformed, scene.view(closeness=0.8), aspect, width=0.9, height=0.7)
-    _add_surface(plotter, scene, surface)
+    add_surface(plotter, surface, scene.peak)
     add_edges(plotter, scene.skin, scene.skin.points, frame, (GREY, 1.0))
     add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 1.5))
     radius = 0.5 * MAGNIFIED * scene.extent
@@ -103,7 +103,7 @@ def _draw_spot(plotter: Any, scene: Scene, surface: Any) -> None:
     view, half = scene.view(closeness=2.5), MAGNIFIED * scene.extent
     near = float((scene.deformed @ view.towards).max()) + 1.0
     frame = Frame(view, view.across(scene.deformed[scene.node]), half, aspect, near)
-    _add_surface(plotter, scene, surface)
+    add_surface(plotter, surface, scene.peak)
     elements = refined_line(scene.deformed, scene.skin.sides[0]) + frame.nudge
     add_lines(plotter, elements, INK, 1.0, opacity=0.35)
     add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 2.0))
@@ -160,10 +160,11 @@ def band_colours(peak: float) -> npt.NDArray[np.uint8]:
     return np.stack(shades, axis=1).round().astype(np.uint8)
 
 
-def _add_surface(plotter: Any, scene: Scene, surface: Any) -> None:
-    colours, limits = band_colours(scene.peak), band_limits(scene.peak)
+def add_surface(plotter: Any, surface: Any, peak: float) -> Any:
+    """Add a surface in the bands of its ``von_mises`` up to `peak`, MPa; return what was added."""
+    colours, limits = band_colours(peak), band_limits(peak)
     opaque = np.column_stack([colours, np.full(len(colours), 255, np.uint8)])
-    plotter.add_mesh(
+    return plotter.add_mesh(
         surface,
         scalars="von_mises",
         cmap=pyvista.LookupTable(values=opaque, scalar_range=(limits[0], limits[-1])),

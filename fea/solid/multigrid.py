@@ -15,6 +15,7 @@ from scipy import sparse
 
 from fea.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, linear_stiffness
+from fea.solid.chebyshev import chebyshev
 from fea.solid.conjugate_gradients import TOLERANCE, conjugate_gradients
 from mesh.tetmesh import EDGES, Ints, TetMesh
 
@@ -22,7 +23,7 @@ Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 # Chebyshev's polynomial damps the upper part of the spectrum of D⁻¹K; what lies below is the coarse level's.
-_DEGREE = 2
+_STEPS = 2
 _DAMPED_SHARE = 1 / 8
 _POWER_STEPS = 15
 _SAFETY = 1.1  # power steps approach the largest eigenvalue from below
@@ -66,7 +67,7 @@ class Multigrid:
         held = ~free[self._vertices]
         solve = self._factorise(self._coarse.constrained(held.ravel()))
         transfer = _Transfer(self._interpolation, free, ~held)
-        self._levels[slot] = _Levels(matrix, transfer, solve, _largest_eigenvalue(matrix))
+        self._levels[slot] = _Levels(matrix, transfer, matrix.diagonal(), solve, _largest_eigenvalue(matrix))
 
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
         """Solve for (n, k) right-hand sides.
@@ -112,6 +113,7 @@ class _Transfer:
 class _Levels:
     matrix: SymmetricMatrix
     transfer: _Transfer
+    diagonal: Floats
     coarse_solve: Callable[[Floats], Floats]
     largest: float
 
@@ -123,20 +125,8 @@ class _Levels:
         return u + self._smoothed(residual - self.matrix @ u)
 
     def _smoothed(self, residual: Floats) -> Floats:
-        """Chebyshev's iteration from zero on D⁻¹K (Saad 2003, algorithm 12.1)."""
-        inverse = 1 / self.matrix.diagonal()[:, None]
-        high, low = _SAFETY * self.largest, _DAMPED_SHARE * self.largest
-        middle, half = (high + low) / 2, (high - low) / 2
-        sigma = middle / half
-        rho = 1 / sigma
-        step = inverse * residual / middle
-        u = step.copy()
-        for _ in range(_DEGREE - 1):
-            following = 1 / (2 * sigma - rho)
-            step = following * rho * step + (2 * following / half) * inverse * (residual - self.matrix @ u)
-            u += step
-            rho = following
-        return u
+        bounds = _DAMPED_SHARE * self.largest, _SAFETY * self.largest
+        return chebyshev(self.matrix.__matmul__, self.diagonal, residual, bounds, _STEPS)
 
 
 def _interpolation(tets: Ints, n_points: int) -> tuple[Ints, sparse.csr_array]:

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
+from fea.solid.chebyshev import chebyshev
 from fea.solid.conjugate_gradients import Operator, conjugate_gradients
 
 Floats = npt.NDArray[np.float64]
@@ -54,17 +55,8 @@ class Constraint:
 
     def precondition(self, residual: Floats) -> Floats:
         """Approximate (scale · M)⁻¹ by a fixed number of Chebyshev steps (Wathen & Rees 2009)."""
-        low, high = _MASS_BOUNDS
-        middle, half = (high + low) / 2, (high - low) / 2
-        inverse = 1 / self.mass.diagonal()[:, None]
-        x = step = inverse * residual / middle
-        ratio = half / middle
-        rho = ratio
-        for _ in range(_MASS_STEPS - 1):
-            last, rho = rho, 1 / (2 / ratio - rho)
-            step = rho * last * step + 2 * rho / half * inverse * (residual - self.mass @ x)
-            x = x + step
-        return np.asarray(x / self.scale[:, None])
+        solved = chebyshev(self.mass.__matmul__, self.mass.diagonal(), residual, _MASS_BOUNDS, _MASS_STEPS)
+        return np.asarray(solved / self.scale[:, None])
 
 
 def solve_saddle(solve: Operator, constraint: Constraint, f: Floats, g: Floats) -> tuple[Floats, Floats]:

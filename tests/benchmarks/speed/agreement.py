@@ -15,17 +15,12 @@ from pathlib import Path
 import numpy as np
 from worker import von_mises
 
+from fea.solid.mechanism import rigid_modes
+
 
 def without_rigid_motion(displacement: np.ndarray, points: np.ndarray) -> np.ndarray:
     """The part of a displacement that no small rigid motion explains (least squares)."""
-    centred = points - points.mean(axis=0)
-    x, y, z = (centred / np.abs(centred).max()).T
-    modes = np.zeros((len(points), 3, 6))
-    modes[:, [0, 1, 2], [0, 1, 2]] = 1
-    modes[:, 1, 3], modes[:, 2, 3] = -z, y
-    modes[:, 0, 4], modes[:, 2, 4] = z, -x
-    modes[:, 0, 5], modes[:, 1, 5] = -y, x
-    basis, _ = np.linalg.qr(modes.reshape(-1, 6))
+    basis, _ = np.linalg.qr(rigid_modes(points).reshape(-1, 6))
     flat = displacement.ravel()
     return (flat - basis @ (basis.T @ flat)).reshape(-1, 3)
 
