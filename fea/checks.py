@@ -27,7 +27,7 @@ LIMITS = {
     "buckling": 1e-4,
     # Poisson's ratio of the least compressible part without a pressure of its own: beyond these the mean
     # stress of displacement elements oscillates, and those of first order lock too. Those of second order get
-    # the pressure there (`fea.solid.mixed`; `fea stability incompressible` shows why at this ratio).
+    # the pressure there (`fea.solvers.mixed`; `fea stability incompressible` shows why at this ratio).
     "poissons_ratio_p1": 0.4,
     "poissons_ratio_p2": 0.4,
     # Negative: an element is inside out.

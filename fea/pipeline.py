@@ -21,8 +21,8 @@ from fea.results import CaseResult, case_result
 from fea.solid.datum import referred_to_bores
 from fea.solid.inertia import inertia
 from fea.solid.parity import Parity, Split
-from fea.solid.part_recovery import PartRecovery
-from fea.solid.solve import Model, Residuals, Solution
+from fea.solvers.solve import Model, Residuals, Solution
+from fea.stress.part_recovery import PartRecovery
 from fea.study.study import Study
 from fea.units import RPM
 from geometry.invalid import InvalidValue
@@ -166,7 +166,7 @@ class Analysis:
         cell, asked = self.mesh.cell, self.study.analysis
         if not self.soft:
             return Model(cell, elastic, asked.support, asked.solver, self._clock)
-        from fea.solid.mixed import MixedModel  # noqa: PLC0415 - metal rods do without
+        from fea.solvers.mixed import MixedModel  # noqa: PLC0415 - metal rods do without
 
         return MixedModel(
             cell, self.materials, self.soft, asked.support, solver=asked.solver, clock=self._clock

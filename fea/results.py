@@ -11,7 +11,7 @@ from fea.adaptive.case_error import CaseError
 from fea.assess.safety import CAP, element_largest, safety_factor
 from fea.assess.verdict import Peak, Verdict, peak
 from fea.material import Material
-from fea.solid.stress import principal, von_mises
+from fea.stress.stress import principal, von_mises
 from loads.cases import LoadCase
 from mesh.tetmesh import Floats, TetMesh
 

@@ -8,9 +8,9 @@ import numpy.typing as npt
 
 from fea.discretise import Discretised
 from fea.material import Material
-from fea.solid.error_estimate import ErrorEstimate, ErrorEstimator
 from fea.solid.parity import Parity
-from fea.solid.singular import masked_nodes
+from fea.stress.error_estimate import ErrorEstimate, ErrorEstimator
+from fea.stress.singular import masked_nodes
 from geometry.surfaces import Surface
 from mesh.tetmesh import Floats
 

@@ -52,7 +52,7 @@ def modes(
 
         sys.stdout.write(json_text(figures))
     elif not quiet:
-        from fea.output.modes_table import print_modes
+        from fea.terminal.modes_table import print_modes
 
         print_modes(figures)
         if vtu is not None:

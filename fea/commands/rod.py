@@ -74,7 +74,7 @@ def rod(
             export_step(asked.rod.solid(), step)
         written.append(step)
     if screenshot:
-        from fea.output.picture import picture_of_mesh
+        from fea.pictures.picture import picture_of_mesh
 
         written.append(picture_of_mesh(report.mesh.whole.mesh, asked.name, Path("results")))
     figures = report.figures()
@@ -83,7 +83,7 @@ def rod(
 
         sys.stdout.write(json_text(figures))
     elif not quiet:
-        from fea.output.rod_table import print_rod
+        from fea.terminal.rod_table import print_rod
 
         print_rod(figures)
         for path in written:

@@ -36,7 +36,7 @@ def stability(*cases: str, json: bool = False, report: Path | None = None, quiet
 
         sys.stdout.write(json_text([row.as_dict() for row in rows], _DIGITS))
     elif not quiet:
-        from fea.output.stability_table import print_stability
+        from fea.terminal.stability_table import print_stability
 
         print_stability(rows)
         if report is not None:

@@ -15,7 +15,7 @@ def view(file: Path, *, out: Path | None = None) -> None:
     out
         The .png file to write; beside the result by default.
     """
-    from fea.output.picture import picture_of
+    from fea.pictures.picture import picture_of
 
     picture = picture_of(file, out or file.with_suffix(".png"))
     Console(soft_wrap=True, highlight=False).print(f"Wrote {picture}", markup=False)

@@ -19,7 +19,7 @@ from fea.discretise import Discretised
 from fea.jobs.cycle_table import cycle_angles
 from fea.material import Material
 from fea.results import CaseResult
-from fea.solid.stress import von_mises
+from fea.stress.stress import von_mises
 from geometry.mass import MassProperties
 from loads.cases import LoadCase, RodMotion
 from loads.dynamics import cycle, origin_acceleration

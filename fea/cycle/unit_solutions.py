@@ -13,8 +13,8 @@ from fea.cycle.unit_loads import Fields, UnitLoads
 from fea.machine.threads import side_by_side
 from fea.material import Material
 from fea.solid.parity import Parity, Split
-from fea.solid.part_recovery import PartRecovery
-from fea.solid.solve import Model, Solution
+from fea.solvers.solve import Model, Solution
+from fea.stress.part_recovery import PartRecovery
 from mesh.mirror import MirroredMesh
 
 Floats = npt.NDArray[np.float64]

@@ -8,11 +8,11 @@ import numpy.typing as npt
 
 from fea.cycle.unit_solutions import Weights
 from fea.machine.clock import Clock
-from fea.output.animation import Frames, film
 from fea.output.errors import PictureError
-from fea.output.skin import Skin
+from fea.pictures.animation import Frames, film
+from fea.pictures.skin import Skin
 from fea.pipeline import Analysis
-from fea.solid.stress import von_mises
+from fea.stress.stress import von_mises
 from fea.study.study import Study
 from fea.units import RPM
 from geometry.invalid import require

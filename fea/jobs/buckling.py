@@ -15,9 +15,9 @@ from fea.machine.clock import Clock
 from fea.material import Materials
 from fea.omission import Omission
 from fea.pipeline import Analysis, SpeedResult
-from fea.solid.buckling import BucklingMode, buckling_modes
 from fea.solid.parity import Parity
 from fea.solid.pins import SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, Held
+from fea.solvers.buckling import BucklingMode, buckling_modes
 from geometry.rod import Rod
 from geometry.section import HeightField, Section, least_section
 from geometry.surfaces import Surface

@@ -17,13 +17,13 @@ from fea.jobs.cycle_table import cycle_columns
 from fea.jobs.report import summary
 from fea.jobs.speed_sweep import MOST_FULL_RUNS, SpeedSweep
 from fea.machine.clock import Clock
-from fea.output.animation import require_film, write_film
 from fea.output.cycle import write_cycle_csv
 from fea.output.errors import PictureError
 from fea.output.folder import require_replaceable, run_folder
 from fea.output.summary import json_text
 from fea.output.text import write_text
 from fea.output.vtu import write_vtu
+from fea.pictures.animation import require_film, write_film
 from fea.pipeline import Analysis, SpeedResult
 from fea.study.study import Study
 
@@ -219,7 +219,7 @@ def _plot_history(path: Path, study: str, result: SpeedResult, cycle: CycleResul
 
 def _take_pictures(place: Path, figures: dict[str, Any], clock: Clock) -> str:
     """Take the pictures; a machine that cannot draw still keeps the figures."""
-    from fea.output.picture import take_pictures  # noqa: PLC0415 - only a picture needs it
+    from fea.pictures.picture import take_pictures  # noqa: PLC0415 - only a picture needs it
 
     try:
         with clock("picture"):

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from fea.discretise import discretise
 from fea.machine.clock import Clock
 from fea.material import Materials
-from fea.solid.eigen import RIGID, Modes, free_modes
+from fea.solvers.eigen import RIGID, Modes, free_modes
 from fea.study.study import Study
 from geometry.invalid import require
 from mesh.tetmesh import TetMesh

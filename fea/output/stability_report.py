@@ -5,8 +5,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from fea.output.stability_table import HEADER, cells, counts
 from fea.output.text import make_directory, write_text
+from fea.terminal.stability_table import HEADER, cells, counts
 from fea.verify.stability.row import ExtremeRow, Verdict
 
 _READING = """\

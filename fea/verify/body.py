@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from fea.material import Material
 from fea.solid.parity import Parity
-from fea.solid.prescribed import displacement
-from fea.solid.recovery import Recovery
+from fea.solvers.prescribed import displacement
+from fea.stress.recovery import Recovery
 from geometry.surfaces import Surface
 from mesh.mirror import PLANE_AXIS
 from mesh.tetmesh import Floats, Ints, TetMesh

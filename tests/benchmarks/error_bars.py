@@ -31,9 +31,9 @@ from fea.choices import Element
 from fea.machine.clock import Clock
 from fea.pipeline import Analysis
 from fea.results import CaseResult
-from fea.solid.error_estimate import STRESS_FACTOR, ErrorEstimator
-from fea.solid.recovery import Recovery
-from fea.solid.stress import von_mises
+from fea.stress.error_estimate import STRESS_FACTOR, ErrorEstimator
+from fea.stress.recovery import Recovery
+from fea.stress.stress import von_mises
 from fea.study.study import MeshTable, SpeedTable, Study, load_study
 
 KEPT = Path(__file__).with_suffix("")

@@ -134,7 +134,7 @@ sys.exit(call(sys.argv[1:]))
 
 GMSH = {"module": "mesh.generate", "name": "gmsh", "owner": "gmsh.model.mesh", "method": "generate"}
 PARDISO = {
-    "module": "fea.solid.pardiso",
+    "module": "fea.solvers.pardiso",
     "name": "PardisoCholesky",
     "owner": "PardisoCholesky",
     "method": "factorise",

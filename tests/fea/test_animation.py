@@ -14,11 +14,11 @@ from program import fea
 
 from fea.choices import Symmetry
 from fea.jobs.animation import COUNT, frames
-from fea.output import animation
-from fea.output.animation import Frames, film, require_film, write_film
-from fea.output.animation_frames import Motion
 from fea.output.errors import PictureError, StorageError
-from fea.output.skin import Skin
+from fea.pictures import animation
+from fea.pictures.animation import Frames, film, require_film, write_film
+from fea.pictures.animation_frames import Motion
+from fea.pictures.skin import Skin
 from fea.units import DEG
 from geometry.invalid import InvalidValue
 

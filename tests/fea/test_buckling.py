@@ -10,11 +10,11 @@ from fea.jobs.buckling import buckling_report
 from fea.jobs.report import worst_safety
 from fea.machine.clock import Clock
 from fea.pipeline import Analysis
-from fea.solid.buckling import buckling_modes
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.geometric_stiffness import geometric_stiffness
 from fea.solid.parity import Parity
 from fea.solid.pins import SLIDE_X, TURN_Z, Held, mean_motions, motions
+from fea.solvers.buckling import buckling_modes
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.verify.body import STEEL

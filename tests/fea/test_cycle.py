@@ -13,7 +13,7 @@ from fea.cycle.envelope import NOT_JUDGED
 from fea.cycle.series import series
 from fea.cycle.spots import distinct
 from fea.output.vtu import write_vtu
-from fea.solid.stress import von_mises
+from fea.stress.stress import von_mises
 from fea.units import RPM
 from loads.bearing import BorePressure
 

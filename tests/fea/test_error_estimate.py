@@ -11,9 +11,9 @@ from fea.assess.verdict import peak
 from fea.choices import Symmetry
 from fea.machine.clock import Clock
 from fea.pipeline import Analysis
-from fea.solid.error_estimate import ErrorEstimator, sagitta
-from fea.solid.recovery import Recovery
-from fea.solid.stress import von_mises
+from fea.stress.error_estimate import ErrorEstimator, sagitta
+from fea.stress.recovery import Recovery
+from fea.stress.stress import von_mises
 from fea.study.study import MeshTable, load_study
 from geometry.bodies.shape import block
 from geometry.surfaces import Surface

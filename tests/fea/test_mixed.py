@@ -16,17 +16,17 @@ from fea import run
 from fea.choices import SolverName, Support
 from fea.cli import call
 from fea.material import Material
-from fea.solid import conjugate_gradients
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.elasticity import stress_from_gradient
 from fea.solid.errors import StagnationError
-from fea.solid.mixed import MixedModel
 from fea.solid.parity import Parity
-from fea.solid.pressure import pressure_space
-from fea.solid.recovery import Recovery
-from fea.solid.solve import Model
 from fea.solid.supports import determinate_restraints
 from fea.solid.traction import traction_forces
+from fea.solvers import conjugate_gradients
+from fea.solvers.mixed import MixedModel
+from fea.solvers.pressure import pressure_space
+from fea.solvers.solve import Model
+from fea.stress.recovery import Recovery
 from fea.verify.cases.lame import loaded
 from fea.verify.cases.patch import shaken
 from fea.verify.stability.incompressible import exact
@@ -225,7 +225,7 @@ def test_metal_rods_do_without(tmp_path):
     code = (
         "import sys, fea; fea.run('leon-2001', size=14, out='metal');"
         "assert not [name for name in sys.modules if name in"
-        "('fea.solid.mixed', 'fea.solid.saddle', 'fea.solid.pressure')]"
+        "('fea.solvers.mixed', 'fea.solvers.saddle', 'fea.solvers.pressure')]"
     )
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
 

@@ -6,11 +6,11 @@ from strap import strap
 
 from fea.choices import SolverName
 from fea.material import Material
-from fea.solid import multigrid
 from fea.solid.assembly import linear_stiffness, pattern, stiffness
 from fea.solid.parity import Parity
-from fea.solid.solvers import linear_solver
 from fea.solid.supports import clamped, plane_conditions
+from fea.solvers import multigrid
+from fea.solvers.solvers import linear_solver
 from geometry.surfaces import Surface
 from mesh.tetmesh import EDGES
 

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from fea.output import picture
 from fea.output.errors import PictureError
-from fea.output.picture import (
+from fea.output.summary import json_text
+from fea.output.vtu import write_vtu
+from fea.pictures import picture
+from fea.pictures.picture import (
     Picture,
     described,
     draw_pictures,
@@ -17,10 +19,8 @@ from fea.output.picture import (
     take_pictures,
     try_rendering,
 )
-from fea.output.png import is_complete_png
-from fea.output.strokes import require_rod
-from fea.output.summary import json_text
-from fea.output.vtu import write_vtu
+from fea.pictures.png import is_complete_png
+from fea.pictures.strokes import require_rod
 from geometry.invalid import InvalidValue
 from mesh.tetmesh import TetMesh
 

@@ -4,7 +4,7 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from fea.output.table import print_runs, worst_case
+from fea.terminal.table import print_runs, worst_case
 
 SUMMARY = {
     "study": "leon-2001",

@@ -10,8 +10,8 @@ from fea.material import Material
 from fea.solid.bore import bore_facets, bore_load
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
-from fea.solid.solve import Model
 from fea.solid.supports import plane_conditions, require_restrained
+from fea.solvers.solve import Model
 from geometry.surfaces import Surface
 from mesh.mirror import reflect, unmirrored
 

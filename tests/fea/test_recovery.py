@@ -8,8 +8,8 @@ import pytest
 from fea.material import Material
 from fea.solid.elasticity import stress_from_gradient
 from fea.solid.parity import Parity
-from fea.solid.recovery import ElementStress, Recovery
-from fea.solid.recovery_surface import SurfaceStress
+from fea.stress.recovery import ElementStress, Recovery
+from fea.stress.recovery_surface import SurfaceStress
 from geometry.surfaces import Surface
 from mesh.mirror import PLANE_AXIS, reflect, unmirrored
 from mesh.tetmesh import EDGES, TetMesh

@@ -5,10 +5,10 @@ from fea.material import Material
 from fea.solid.body_force import body_forces
 from fea.solid.elasticity import stress_from_gradient
 from fea.solid.errors import UnderconstrainedError
-from fea.solid.prescribed import displacement
-from fea.solid.recovery import Recovery
 from fea.solid.thermal import thermal_forces, thermal_modulus
 from fea.solid.traction import nodal_traction, traction_forces
+from fea.solvers.prescribed import displacement
+from fea.stress.recovery import Recovery
 from geometry.bodies.shape import Prism, polygon
 from geometry.surfaces import Surface
 from mesh.body import mesh_body

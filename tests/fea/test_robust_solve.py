@@ -5,13 +5,13 @@ import pytest
 
 from fea.choices import SolverName, Support
 from fea.material import Material
-from fea.solid import solve
 from fea.solid.assembly import pattern, stiffness
-from fea.solid.condition import condition_estimate, condition_of, probe
 from fea.solid.errors import StagnationError, UnderconstrainedError
 from fea.solid.parity import Split
-from fea.solid.solvers import factorise
 from fea.solid.supports import require_restrained
+from fea.solvers import solve
+from fea.solvers.condition import condition_estimate, condition_of, probe
+from fea.solvers.solvers import factorise
 from geometry.bodies.shape import block
 from geometry.surfaces import Surface
 from mesh.body import mesh_body

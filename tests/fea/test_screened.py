@@ -12,7 +12,7 @@ from fea.assess.history import extremes as everywhere
 from fea.cycle.path import path
 from fea.cycle.screened import extremes
 from fea.cycle.unit_solutions import PartStress
-from fea.solid.stress import von_mises
+from fea.stress.stress import von_mises
 
 NODES, UNITS = 40, 6
 

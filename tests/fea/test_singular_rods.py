@@ -9,12 +9,12 @@ from fea.assess.verdict import Verdict, peak
 from fea.discretise import discretise
 from fea.machine.clock import Clock
 from fea.pipeline import Analysis
-from fea.solid.error_estimate import ErrorEstimator
-from fea.solid.prescribed import displacement
-from fea.solid.recovery import Recovery
-from fea.solid.singular import masked_nodes
-from fea.solid.stress import von_mises
 from fea.solid.traction import traction_forces
+from fea.solvers.prescribed import displacement
+from fea.stress.error_estimate import ErrorEstimator
+from fea.stress.recovery import Recovery
+from fea.stress.singular import masked_nodes
+from fea.stress.stress import von_mises
 from fea.study.rod_table import RodTable
 from fea.study.study import MeshTable, Study, load_study
 from fea.verify.body import STEEL, held

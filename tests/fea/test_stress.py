@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fea.assess.safety import CAP, element_largest, safety_factor
-from fea.solid.stress import principal, von_mises
+from fea.stress.stress import principal, von_mises
 
 tensors = arrays(float, (5, 6), elements=st.floats(-1e3, 1e3, allow_subnormal=False))
 

@@ -8,12 +8,12 @@ from fea.assess.verdict import CONVERGED_PERCENT, Verdict, peak
 from fea.discretise import discretise
 from fea.machine.clock import Clock
 from fea.results import case_result
-from fea.solid.error_estimate import ErrorEstimator
-from fea.solid.prescribed import displacement
-from fea.solid.recovery import Recovery
-from fea.solid.singular import masked_nodes, singular_nodes
-from fea.solid.stress import von_mises
 from fea.solid.traction import traction_forces
+from fea.solvers.prescribed import displacement
+from fea.stress.error_estimate import ErrorEstimator
+from fea.stress.recovery import Recovery
+from fea.stress.singular import masked_nodes, singular_nodes
+from fea.stress.stress import von_mises
 from fea.study.study import load_study
 from fea.verify.body import STEEL, held, mirror_planes
 from geometry.bodies.shape import Prism, Side, polygon

@@ -9,9 +9,9 @@ from fea.machine.clock import Clock
 from fea.material import Material
 from fea.pipeline import Analysis
 from fea.solid.element import tabulate
-from fea.solid.error_estimate import ErrorEstimator
 from fea.solid.integration import gauss_block
-from fea.solid.recovery import ElementStress, Recovery, reference_nodes
+from fea.stress.error_estimate import ErrorEstimator
+from fea.stress.recovery import ElementStress, Recovery, reference_nodes
 from fea.study.study import MeshTable, load_study
 from fea.verify.body import STEEL
 from fea.verify.cases import manufactured

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fea.solid.error_estimate import STRESS_FACTOR
+from fea.stress.error_estimate import STRESS_FACTOR
 
 # Factors on the estimate that are tried, by element order.
 FACTORS = {1: (1.05, 1.4, 1.75, 2.1, 2.8), 2: (0.3, 0.4, 0.5, 0.6, 0.8)}

@@ -16,8 +16,8 @@ from fea.solid.assembly import pattern, stiffness
 from fea.solid.elasticity import stress_from_gradient
 from fea.solid.element import tabulate
 from fea.solid.integration import jacobians
-from fea.solid.recovery import Recovery
-from fea.solid.solvers import factorise
+from fea.solvers.solvers import factorise
+from fea.stress.recovery import Recovery
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 

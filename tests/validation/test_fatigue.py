@@ -20,7 +20,7 @@ from fea.assess.fatigue import gerber, goodman, soderberg
 from fea.assess.history import extremes
 from fea.choices import Finish
 from fea.material import Material
-from fea.solid.stress import von_mises
+from fea.stress.stress import von_mises
 from geometry.invalid import InvalidValue
 
 KPSI = 6.894757  # MPa

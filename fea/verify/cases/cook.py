@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fea.solid.prescribed import displacement
 from fea.solid.traction import traction_forces
+from fea.solvers.prescribed import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, LoadedBody, SolvedBody, held
 from geometry.bodies.shape import Prism, polygon

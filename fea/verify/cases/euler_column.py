@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
-from fea.solid.buckling import buckling_modes
 from fea.solid.parity import Parity
 from fea.solid.pins import SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z, Held
+from fea.solvers.buckling import buckling_modes
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL
 from geometry.bodies.shape import Prism, polygon

@@ -4,8 +4,8 @@ The membrane is in plane stress. It is solved as one layer in plane strain: with
 and no resultant on the hole, the stress in the plane is the same (Michell 1899).
 """
 
-from fea.solid.prescribed import displacement
 from fea.solid.traction import traction_forces
+from fea.solvers.prescribed import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody, held
 from fea.verify.ellipse import INNER_AXES, elliptic_outline

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fea.solid.prescribed import displacement
 from fea.solid.traction import nodal_traction, traction_forces
+from fea.solvers.prescribed import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody, held
 from fea.verify.ellipse import INNER_AXES, elliptic_outline

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from fea.solid.prescribed import displacement
 from fea.solid.thermal import thermal_forces, thermal_modulus
+from fea.solvers.prescribed import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody, held
 from geometry.bodies.shape import Revolution, Side

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from fea.solid.body_force import body_forces
 from fea.solid.element import tabulate
 from fea.solid.integration import gauss_blocks
-from fea.solid.prescribed import displacement
+from fea.solvers.prescribed import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL
 from geometry.bodies.shape import block

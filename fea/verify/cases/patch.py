@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.solid.elasticity import stress_from_gradient
-from fea.solid.prescribed import displacement
+from fea.solvers.prescribed import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody, furthest
 from geometry.bodies.shape import block

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.solid.bore import bore_facets, bore_load
-from fea.solid.prescribed import displacement
-from fea.solid.stress import principal
+from fea.solvers.prescribed import displacement
+from fea.stress.stress import principal
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody, held, nodes_of
 from geometry.bodies.shape import Prism, Side

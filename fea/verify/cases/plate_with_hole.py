@@ -7,8 +7,8 @@ which a plate of some thickness differs from the chart.
 
 import math
 
-from fea.solid.prescribed import displacement
 from fea.solid.traction import traction_forces
+from fea.solvers.prescribed import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody, held
 from geometry.bodies.shape import Prism, Side, polygon

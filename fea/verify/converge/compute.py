@@ -21,8 +21,8 @@ from fea.material import Material
 from fea.output.frd import read_frd
 from fea.output.inp import write_inp
 from fea.pipeline import Analysis, SpeedResult
-from fea.solid.stress import von_mises
 from fea.solid.supports import clamped, determinate_restraints
+from fea.stress.stress import von_mises
 from fea.study.study import MeshTable, Study
 from fea.verify.cases import goodier, lame
 from fea.verify.converge.row import Computation, Measured

@@ -10,7 +10,7 @@ import numpy as np
 
 from fea.checks import LIMITS, check
 from fea.material import Material
-from fea.solid.recovery import Recovery
+from fea.stress.recovery import Recovery
 from fea.verify.body import STEEL, LoadedBody, mirror_planes
 from fea.verify.cases.lame import INSIDE, OUTSIDE, PRESSURE, loaded
 from fea.verify.stability.pair import solved_pair

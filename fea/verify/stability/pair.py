@@ -7,11 +7,11 @@ import numpy.typing as npt
 
 from fea.material import Material
 from fea.solid.assembly import pattern, stiffness
-from fea.solid.condition import condition_estimate
-from fea.solid.mixed_system import MixedSystem, shear_materials
-from fea.solid.pressure import pressure_space
-from fea.solid.solvers import factorise
 from fea.solid.supports import require_restrained
+from fea.solvers.condition import condition_estimate
+from fea.solvers.mixed_system import MixedSystem, shear_materials
+from fea.solvers.pressure import pressure_space
+from fea.solvers.solvers import factorise
 from fea.verify.stability.solved import Solved
 from mesh.tetmesh import TetMesh
 

@@ -1,8 +1,8 @@
 """The peak of a solved body with its error bar, as a run prints it."""
 
 from fea.assess.verdict import CONVERGED_PERCENT, Peak, Verdict, peak
-from fea.solid.error_estimate import ErrorEstimator
-from fea.solid.stress import von_mises
+from fea.stress.error_estimate import ErrorEstimator
+from fea.stress.stress import von_mises
 from fea.verify.body import SolvedBody
 from fea.verify.stability.row import ExtremeRow
 from fea.verify.stability.solved import Solved, percent

@@ -30,7 +30,7 @@ class ExtremeRow:
     backward_error
         ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖), maximum norms; None where nothing is solved.
     condition_estimate
-        See `fea.solid.condition`.
+        See `fea.solvers.condition`.
     energy_error
         |uᵀKu − uᵀf| / uᵀf.
     tolerance_percent

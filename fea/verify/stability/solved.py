@@ -8,9 +8,9 @@ import numpy.typing as npt
 from fea.checks import check
 from fea.material import Material, Materials
 from fea.solid.assembly import pattern, stiffness
-from fea.solid.condition import condition_estimate
-from fea.solid.solvers import factorise
 from fea.solid.supports import require_restrained
+from fea.solvers.condition import condition_estimate
+from fea.solvers.solvers import factorise
 from fea.verify.stability.row import ExtremeRow, judged
 from mesh.tetmesh import TetMesh
 

@@ -13,9 +13,9 @@ from worker import Run
 
 from fea.choices import Support
 from fea.solid.assembly import SymmetricMatrix
-from fea.solid.pardiso import _ANALYSE, _FACTORISE, _SOLVE, PardisoCholesky
 from fea.solid.parity import Parity
-from fea.solid.solve import Model
+from fea.solvers.pardiso import _ANALYSE, _FACTORISE, _SOLVE, PardisoCholesky
+from fea.solvers.solve import Model
 from fea.study.study import load_study
 
 COUNT, SCHEDULING = 18, 23  # iparm(19): −1 asks for the count, in millions; iparm(24): 0 is the classic one

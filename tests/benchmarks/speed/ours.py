@@ -15,9 +15,9 @@ from fea.machine.clock import Clock
 from fea.solid.element import tabulate
 from fea.solid.integration import stiffness_degree
 from fea.solid.parity import Parity, Split
-from fea.solid.recovery import ElementStress, Recovery
-from fea.solid.solve import Model
-from fea.solid.stress import von_mises
+from fea.solvers.solve import Model
+from fea.stress.recovery import ElementStress, Recovery
+from fea.stress.stress import von_mises
 from fea.study.study import load_study
 from geometry.surfaces import Surface
 from mesh.mirror import unmirrored

@@ -1,0 +1,1 @@
+"""Pictures, animations and their page, drawn off-screen."""

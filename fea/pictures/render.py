@@ -1,0 +1,23 @@
+"""The process that draws pictures: ``python -m fea.pictures.render ORDERS``, its pictures as JSON."""
+
+import json
+import sys
+from pathlib import Path
+
+from fea.pictures.drawing import draw
+from fea.pictures.mesh_drawing import draw_mesh
+from fea.pictures.scene import Scene, read_skin
+
+
+def main() -> None:
+    """Draw every picture asked for."""
+    for picture in json.loads(sys.argv[1]):
+        vtu, png, title = Path(picture["vtu"]), Path(picture["png"]), picture["title"]
+        if picture["mesh_only"]:
+            draw_mesh(read_skin(vtu), title, png)
+        else:
+            draw(Scene.read(vtu, picture["peak"], picture["at"]), title, png, picture["notes"])
+
+
+if __name__ == "__main__":
+    main()

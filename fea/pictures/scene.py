@@ -1,0 +1,110 @@
+"""A result as a picture needs it: the skin, its stress, the hot spot."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pyvista
+
+from fea.pictures.scale import exaggeration
+from fea.pictures.skin import Ints, Skin
+from fea.pictures.view import View, choose_view
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A rod under load.
+
+    Attributes
+    ----------
+    skin
+        The outer surface without load.
+    displacement, stress
+        (n_nodes, 3) in mm and (n_nodes,) von Mises in MPa.
+    at
+        (3,) the hot spot of the rod without load, mm.
+    peak
+        The von Mises stress there, MPa.
+    """
+
+    skin: Skin
+    displacement: Floats
+    stress: Floats
+    at: Floats
+    peak: float
+
+    @classmethod
+    def read(
+        cls, vtu: Path, peak: float | None = None, at: tuple[float, float, float] | None = None
+    ) -> "Scene":
+        """Read a result file; the hot spot is where the stress is largest unless given.
+
+        Raises
+        ------
+        ValueError
+            The file holds no tetrahedra, or not ``displacement`` and ``von_mises`` at its nodes.
+        """
+        points, tets, data = _read(vtu)
+        if missing := {"displacement", "von_mises"} - data.keys():
+            raise ValueError(f"{vtu} is not a result: it lacks {', '.join(sorted(missing))}.")
+        stress = data["von_mises"]
+        return cls(
+            Skin.of(points, tets),
+            data["displacement"],
+            stress,
+            points[stress.argmax()] if at is None else np.array(at),
+            float(stress.max()) if peak is None else peak,
+        )
+
+    @cached_property
+    def extent(self) -> float:
+        """The largest dimension of the rod, mm."""
+        return float(np.ptp(self.skin.points, axis=0).max())
+
+    @cached_property
+    def exaggeration(self) -> float:
+        """The factor by which displacements are drawn."""
+        return exaggeration(self.extent, self.displaced)
+
+    @cached_property
+    def displaced(self) -> float:
+        """The largest displacement, mm."""
+        return float(np.linalg.norm(self.displacement, axis=1).max())
+
+    @cached_property
+    def deformed(self) -> Floats:
+        """(n_nodes, 3) places of the nodes as they are drawn."""
+        return self.skin.points + self.exaggeration * self.displacement
+
+    @cached_property
+    def node(self) -> int:
+        """The node of the skin that is nearest to the hot spot."""
+        nodes = np.unique(self.skin.facets)
+        return int(nodes[np.linalg.norm(self.skin.points[nodes] - self.at, axis=1).argmin()])
+
+    def view(self, closeness: float) -> View:
+        """Return the view that shows the hot spot (`closeness` as in `choose_view`)."""
+        mean = self.skin.normals[self.skin.facets == self.node].mean(axis=0)
+        normal = mean / np.linalg.norm(mean)
+        start = self.skin.points[self.node] + 2e-3 * self.extent * normal
+        return choose_view(normal, lambda towards: not self.skin.hides(start, towards), closeness)
+
+
+def read_skin(vtu: Path) -> Skin:
+    """Return the outer surface of a mesh, with or without results; ValueError where there is none."""
+    points, tets, _ = _read(vtu)
+    return Skin.of(points, tets)
+
+
+def _read(vtu: Path) -> tuple[Floats, Ints, dict[str, Floats]]:
+    """Return nodes, tetrahedra and the arrays at the nodes."""
+    grid = pyvista.read(vtu)
+    tets = [cells for cells in getattr(grid, "cells_dict", {}).values() if cells.shape[1] in (4, 10)]
+    if len(tets) != 1:
+        raise ValueError(f"{vtu} is not a result: it lacks tetrahedra.")
+    data = {name: np.array(values, float) for name, values in grid.point_data.items()}
+    return np.array(grid.points, float), tets[0], data

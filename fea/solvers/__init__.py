@@ -1,0 +1,1 @@
+"""Linear and eigenvalue solvers, and the systems they solve."""

@@ -1,0 +1,101 @@
+"""Displacement and pressure of rods with nearly incompressible parts: Taylor & Hood's pair (1973).
+
+Second-order displacement with a linear pressure of its own neither locks nor lets the mean stress oscillate,
+whatever Poisson's ratio. The displacement alone carries 2 μ ε, so that what is factorised is as well
+conditioned as steel; the other parts keep their plain stiffness.
+"""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.choices import SolverName, Support
+from fea.machine.clock import Clock
+from fea.material import Material, Materials
+from fea.solid.parity import Parity, Split
+from fea.solid.supports import plane_conditions
+from fea.solvers.condition import condition_of, probe
+from fea.solvers.mixed_system import MixedSystem, shear_materials
+from fea.solvers.pressure import pressure_space
+from fea.solvers.solve import Model, Residuals, Solution, right_hand_sides
+from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
+
+Mask = npt.NDArray[np.bool_]
+
+
+class MixedModel(Model):
+    """A meshed cell some parts of which have a pressure.
+
+    Parameters
+    ----------
+    mesh
+        The meshed cell, of second order.
+    materials
+        One a part.
+    soft
+        Numbers of the parts that get a pressure.
+    support, solver, clock
+        As for `Model`.
+    """
+
+    def __init__(
+        self,
+        mesh: TetMesh,
+        materials: Sequence[Material],
+        soft: Sequence[int],
+        support: Support,
+        *,
+        solver: SolverName = SolverName.AUTO,
+        clock: Clock | None = None,
+    ) -> None:
+        shear = shear_materials(materials, soft)
+        elastic = shear[0] if mesh.part is None else Materials(shear, mesh.part)
+        super().__init__(mesh, elastic, support, solver, clock)
+        with self._clock("assembly"):
+            self._space = pressure_space(mesh, {number: materials[number] for number in soft})
+
+    @property
+    def solved_dofs(self) -> int:
+        """Unknowns over the parities factorised so far, pressures among them."""
+        return super().solved_dofs + sum(int(self._alive(parity).sum()) for parity in self._factorised)
+
+    def solve(self, loads: Sequence[Split]) -> Solution:
+        """Displacements and pressures of the cell under each load.
+
+        Raises
+        ------
+        UnderconstrainedError, SingularMatrixError
+            See `Model.solve`.
+        StagnationError
+            The mesh does not hold a stable pressure.
+        """
+        displacement, residuals, pressure = {}, {}, {}
+        n_nodes = len(self.mesh.points)
+        for parity, f in right_hand_sides(loads).items():
+            slot = self._slot(parity)
+            with self._clock("solve"):
+                self._estimate_condition(parity, slot)
+                system = MixedSystem(self._K, self._space, self._fixed(parity), self._alive(parity))
+                u, p, found = system.solve(partial(self._solved, slot), f)
+                held = self._held.ravel() & ~plane_conditions(self.mesh, parity).ravel()
+                reaction = float(np.abs(system.reactions(u, p, f)[held]).max(initial=0.0))
+            displacement[parity] = u.reshape(n_nodes, 3, -1)
+            pressure[parity] = self._space.nodal(p, n_nodes)
+            residuals[parity] = Residuals(found.backward_error, found.energy, reaction)
+        return Solution(displacement, residuals, pressure, dict(self._condition))
+
+    def _estimate_condition(self, parity: Parity, slot: int) -> None:
+        """That of what is factorised; one solution more among dozens."""
+        if parity not in self._condition:
+            softest = np.where(self._fixed(parity)[:, None], 0.0, probe(self._K))
+            self._condition[parity] = condition_of(self._K, self._solved(slot, softest), softest)
+
+    def _alive(self, parity: Parity) -> Mask:
+        """Pressures that need not vanish, as an antisymmetric one does on y = 0."""
+        vertex = np.concatenate(self._space.vertex)
+        if parity is Parity.SYMMETRIC or Surface.SYMMETRY_Y not in self.mesh.facets:
+            return np.ones(vertex.size, dtype=bool)
+        return ~np.isin(vertex, self.mesh.facets[Surface.SYMMETRY_Y])

@@ -1,0 +1,119 @@
+"""The equations of displacement and pressure with their supports, solved and checked."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+from scipy import sparse
+
+from fea.material import Material
+from fea.solid.assembly import SymmetricMatrix
+from fea.solvers.conjugate_gradients import Operator
+from fea.solvers.pressure import PressureSpace
+from fea.solvers.saddle import Constraint, solve_saddle
+from fea.solvers.solve import MOST_REFINEMENTS, REFINE_ABOVE, Residuals, worst_ratio
+
+Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+
+def shear_materials(materials: Sequence[Material], soft: Sequence[int]) -> tuple[Material, ...]:
+    """Return what the displacement carries: of the `soft` parts only 2 μ ε."""
+    return tuple(m.without_lambda() if n in soft else m for n, m in enumerate(materials))
+
+
+@dataclass(frozen=True)
+class MixedSystem:
+    """The equations A u + Dᵀ p = f, D u − C p = 0 with their supports.
+
+    Attributes
+    ----------
+    stiffness
+        A, N/mm: what `shear_materials` says.
+    space
+        D, and C, the mass matrix over λ.
+    fixed
+        (3 n_nodes,) displacements that vanish.
+    alive
+        (n_pressures,) pressures that do not.
+    """
+
+    stiffness: SymmetricMatrix
+    space: PressureSpace
+    fixed: Mask
+    alive: Mask
+
+    def solve(self, inverse: Operator, f: Floats) -> tuple[Floats, Floats, Residuals]:
+        """Displacements and pressures, each (n_unknowns, n_cases), corrected while that helps.
+
+        Parameters
+        ----------
+        inverse
+            Solves with A, its supports in it.
+        f
+            (3 n_nodes, n_cases), N.
+
+        Raises
+        ------
+        StagnationError
+            The mesh does not hold a stable pressure.
+        """
+        cut = self.fixed[:, None]
+
+        def solve(right: Floats) -> Floats:
+            return np.where(cut, 0.0, inverse(np.where(cut, 0.0, right)))
+
+        u, p = np.zeros_like(f), np.zeros((len(self.alive), f.shape[1]))
+        found = Residuals(np.inf, np.inf, np.inf)
+        for _ in range(1 + MOST_REFINEMENTS):
+            first, second = self._imbalance(u, p, f)
+            du, dp = solve_saddle(solve, self._constraint, -first, -second[self.alive])
+            better_u, better_p = u + du, p.copy()
+            better_p[self.alive] += dp
+            better = self._residuals(better_u, better_p, f)
+            if not better.backward_error < found.backward_error:
+                break
+            u, p, found = better_u, better_p, better
+            if not found.backward_error > REFINE_ABOVE:
+                break
+        return u, p, found
+
+    @cached_property
+    def _constraint(self) -> Constraint:
+        free = sparse.diags_array((~self.fixed).astype(float))
+        compliance = 1 / self.space.lame_lambda[self.alive]
+        return Constraint(
+            sparse.csr_array(self.space.divergence[self.alive] @ free),
+            sparse.csr_array(self.space.mass[self.alive][:, self.alive]),
+            compliance,
+            1 / (2 * self.space.shear_modulus[self.alive]) + compliance,
+        )
+
+    def _imbalance(self, u: Floats, p: Floats, f: Floats) -> tuple[Floats, Floats]:
+        """A u + Dᵀ p − f and D u − C p."""
+        D = self.space.divergence
+        return self.stiffness @ u + D.T @ p - f, D @ u - self.space.compressed(p)
+
+    def _residuals(self, u: Floats, p: Floats, f: Floats) -> Residuals:
+        """Both equations count; the energy is uᵀAu + pᵀCp, that of shear and of compression."""
+        first, second = self._imbalance(u, p, f)
+        D, compressed = abs(self.space.divergence), self.space.compressed(p)
+        most_u, most_p, most_f = (np.abs(field).max(axis=0) for field in (u, p, f))
+        forces = self.stiffness.norm() * most_u + D.sum(axis=0).max() * most_p + most_f
+        widths = D.sum(axis=1).max() * most_u + np.abs(compressed).max(axis=0)
+        work = (u * f).sum(axis=0)
+        energy = (u * (self.stiffness @ u)).sum(axis=0) + (p * compressed).sum(axis=0)
+        return Residuals(
+            max(
+                worst_ratio(np.abs(first[~self.fixed]).max(axis=0), forces),
+                worst_ratio(np.abs(second[self.alive]).max(axis=0, initial=0.0), widths),
+            ),
+            worst_ratio(np.abs(energy - work), np.abs(work)),
+            0.0,
+        )
+
+    def reactions(self, u: Floats, p: Floats, f: Floats) -> Floats:
+        """Forces (3 n_nodes, n_cases) of the supports, N."""
+        return self._imbalance(u, p, f)[0]

@@ -1,0 +1,61 @@
+"""Displacements under any supports, also ones that move."""
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.choices import SolverName
+from fea.material import Material
+from fea.solid.assembly import pattern, stiffness
+from fea.solid.supports import require_restrained
+from fea.solvers.solvers import factorise
+from mesh.tetmesh import TetMesh
+
+Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+
+def displacement(
+    mesh: TetMesh,
+    material: Material,
+    forces: Floats,
+    fixed: Mask,
+    moved: Floats | None = None,
+    *,
+    solver: SolverName = SolverName.AUTO,
+) -> Floats:
+    """Solve K u = f with some displacements given.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    material
+        Of every element.
+    forces
+        (n_nodes, 3), N.
+    fixed
+        (n_nodes, 3) whether a displacement is given.
+    moved
+        (n_nodes, 3) the given displacements, mm; zero without it. Other entries are not used.
+    solver
+        Which linear solver.
+
+    Returns
+    -------
+    ndarray
+        (n_nodes, 3, 1), mm.
+
+    Raises
+    ------
+    UnderconstrainedError
+        A rigid motion is left free.
+    SingularMatrixError
+        The factorisation broke down.
+    """
+    require_restrained(mesh, fixed)
+    K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
+    held = fixed.ravel()
+    u = np.zeros(held.size) if moved is None else np.where(held, moved.ravel(), 0.0)
+    right = np.where(held, 0.0, forces.ravel() - K @ u)
+    u += np.where(held, 0.0, factorise(K.constrained(held), solver).solve(right[:, None])[:, 0])
+    return np.asarray(u.reshape(-1, 3, 1))

@@ -1,0 +1,1 @@
+"""Stress out of displacement: recovery, error estimate, singular places."""

@@ -1,0 +1,178 @@
+"""Nodal stress from a displacement field."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+from scipy import sparse
+
+from fea.material import Material
+from fea.solid.elasticity import COMPONENTS, stress_from_gradient
+from fea.solid.element import shape_functions, tabulate
+from fea.solid.integration import inverse_and_determinant, jacobians, stiffness_degree
+from fea.solid.parity import Parity
+from fea.stress.recovery_surface import SurfaceStress
+from geometry.surfaces import Surface
+from mesh.mirror import PLANE_AXIS
+from mesh.tetmesh import EDGES, TetMesh
+
+Floats = npt.NDArray[np.float64]
+
+_VERTICES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+
+
+def stress_parity(plane: Surface) -> npt.NDArray[np.int64]:
+    """Sign (6,) each stress component takes when a symmetric field is mirrored at `plane`."""
+    axis = PLANE_AXIS[plane]
+    return np.array([-1 if (i == axis) != (j == axis) else 1 for i, j in COMPONENTS])
+
+
+def reference_nodes(n_nodes: int) -> Floats:
+    """Places (n_nodes, 3) of the nodes of the reference tetrahedron."""
+    if n_nodes == len(_VERTICES):
+        return _VERTICES
+    return np.vstack([_VERTICES, [(_VERTICES[a] + _VERTICES[b]) / 2 for a, b in EDGES]])
+
+
+def gauss_places(n_nodes: int) -> Floats:
+    """Places (n_places, 3) of the stiffness's Gauss points in the reference tetrahedron."""
+    values = tabulate(n_nodes, stiffness_degree(n_nodes)).values
+    return np.asarray(values @ reference_nodes(n_nodes))
+
+
+def extrapolation(n_nodes: int) -> Floats:
+    """Matrix (n_nodes, n_places) from values at the Gauss points to the linear field's at the nodes."""
+    places, nodes = gauss_places(n_nodes), reference_nodes(n_nodes)
+    if len(places) == 1:
+        return np.ones((n_nodes, 1))
+    return np.asarray(np.insert(nodes, 0, 1, axis=1) @ np.linalg.inv(np.insert(places, 0, 1, axis=1)))
+
+
+class ElementStress:
+    """Stress at fixed reference places of every element; the geometry is worked out once.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    places
+        (n_places, 3) in the reference tetrahedron; without it the Gauss points of the stiffness.
+    """
+
+    def __init__(self, mesh: TetMesh, places: Floats | None = None) -> None:
+        n_nodes = mesh.tets.shape[1]
+        self._tets = mesh.tets
+        at = (gauss_places(n_nodes) if places is None else places).T
+        self._linear, _ = shape_functions(len(_VERTICES), at)
+        _, self._slopes = shape_functions(n_nodes, at)
+        self._inverse, _ = inverse_and_determinant(jacobians(mesh.points[mesh.tets], self._slopes))
+
+    def gradient(self, displacement: Floats) -> Floats:
+        """Gradients ∂u_i/∂x_j (n_elements, n_places, 3 j, 3 i, n_cases) of u (n_points, 3, n_cases)."""
+        n_points, _, n_cases = displacement.shape
+        n_places, n_nodes, _ = self._slopes.shape
+        slopes = self._inverse.swapaxes(-1, -2) @ self._slopes.swapaxes(-1, -2)
+        nodal = displacement.reshape(n_points, 3 * n_cases)[self._tets]
+        return (slopes.reshape(-1, 3 * n_places, n_nodes) @ nodal).reshape(-1, n_places, 3, 3, n_cases)
+
+    def __call__(self, displacement: Floats, material: Material, pressure: Floats | None = None) -> Floats:
+        """Stress (n_elements, n_places, 6, n_cases), MPa.
+
+        Parameters
+        ----------
+        displacement
+            (n_points, 3, n_cases), mm.
+        material
+            Of every element.
+        pressure
+            (n_points, n_cases), MPa, in place of λ ∇·u where the solution has one (`fea.solvers.mixed`).
+        """
+        gradient = self.gradient(displacement).transpose(0, 1, 4, 3, 2)
+        if pressure is None:
+            return stress_from_gradient(gradient, material).swapaxes(-1, -2)
+        stress = stress_from_gradient(gradient, material.without_lambda()).swapaxes(-1, -2)
+        stress[:, :, :3] += (self._linear @ pressure[self._tets[:, : len(_VERTICES)]])[:, :, None]
+        return stress
+
+
+class Recovery:
+    """Continuous nodal stress; what depends on the mesh alone is worked out once.
+
+    Inside the body, the plain mean over the elements that share a node, each extrapolated linearly
+    from its Gauss points. On a mirror plane the other half adds the same values with the signs of
+    `stress_parity`, so the mean stays for components that are even there and vanishes for those
+    that are odd. On surfaces of known traction, `SurfaceStress`.
+
+    Parameters
+    ----------
+    mesh
+        The mesh; `mesh.facets` names the facets on its surfaces and mirror planes.
+    planes
+        The mirror planes it is cut at: `Surface.SYMMETRY_Y` (y = 0), `Surface.SYMMETRY_Z` (z = 0).
+    surfaces
+        The surfaces whose traction is known: those that are not held.
+    """
+
+    def __init__(
+        self, mesh: TetMesh, planes: tuple[Surface, ...] = (), surfaces: tuple[Surface, ...] = ()
+    ) -> None:
+        n_points, (n_elements, n_nodes) = len(mesh.points), mesh.tets.shape
+        self.gauss_stress = ElementStress(mesh)
+        self._on_plane = {plane: np.unique(mesh.facets[plane]) for plane in planes}
+        self._surface = SurfaceStress(mesh, surfaces, planes) if surfaces else None
+
+        counts = np.bincount(mesh.tets.ravel(), minlength=n_points)
+        weights = extrapolation(n_nodes) / counts[mesh.tets][:, :, None]
+        n_places = weights.shape[2]
+        places = np.broadcast_to(np.arange(n_elements * n_places).reshape(-1, 1, n_places), weights.shape)
+        nodes = np.broadcast_to(mesh.tets[:, :, None], weights.shape)
+        mean = sparse.csr_array(
+            (weights.ravel(), (nodes.ravel(), places.ravel())), shape=(n_points, n_elements * n_places)
+        )
+        self._inside = np.setdiff1d(np.arange(n_points), self._surface.nodes if self._surface else [])
+        self._mean = mean[self._inside]
+
+    def nodal_stress(
+        self,
+        displacement: Floats,
+        material: Material,
+        parity: Parity = Parity.SYMMETRIC,
+        traction: Mapping[Surface, Floats] | None = None,
+        pressure: Floats | None = None,
+    ) -> Floats:
+        """Recover the stress at the nodes.
+
+        Parameters
+        ----------
+        displacement
+            (n_points, 3, n_cases), mm.
+        material
+            Of every element.
+        parity
+            Of the solution about y = 0, where the mesh is cut there; about z = 0 it is symmetric.
+        traction
+            Per loaded surface (n_points, 3, n_cases), MPa, its part of that parity; of `surfaces`
+            those not named are free.
+        pressure
+            (n_points, n_cases), MPa, as for `ElementStress`. Surfaces of known traction do without: the law
+            of `SurfaceStress`, in ν / (1 − ν), knows no λ.
+
+        Returns
+        -------
+        ndarray
+            (n_points, 6, n_cases), MPa, components in the order of `fea.solid.elasticity.COMPONENTS`.
+        """
+        n_points, _, n_cases = displacement.shape
+        stress = np.empty((n_points, 6, n_cases))
+        sampled = self.gauss_stress.gradient(displacement).reshape(-1, 9 * n_cases)
+        mean = (self._mean @ sampled).reshape(-1, 3, 3, n_cases)
+        law = material if pressure is None else material.without_lambda()
+        stress[self._inside] = stress_from_gradient(mean.transpose(0, 3, 2, 1), law).swapaxes(1, 2)
+        if pressure is not None:
+            stress[self._inside, :3] += pressure[self._inside, None]
+        if self._surface is not None:
+            stress[self._surface.nodes] = self._surface(displacement, material, traction or {}, parity)
+        for plane, nodes in self._on_plane.items():
+            sign = stress_parity(plane) * (parity if plane is Surface.SYMMETRY_Y else 1)
+            stress[np.ix_(nodes, np.flatnonzero(sign < 0))] = 0.0
+        return stress

@@ -1,0 +1,83 @@
+"""Places where linear elasticity has no finite stress, told from the mesh.
+
+At the border of a held surface and along sharp re-entrant edges the exact stress is infinite (Williams 1952);
+the computed one grows with every refinement and says nothing. Such places are masked: every node within a
+radius that does not depend on the element size, so that the extreme outside converges.
+"""
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import KDTree
+
+from fea.stress.boundary_skin import facet_normals, shared_edges, skin
+from geometry.surfaces import Surface
+from mesh.mirror import PLANE_AXIS
+from mesh.tetmesh import TetMesh
+
+Ints = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
+
+# A re-entrant edge is sharp when the surface turns there by more than this. Curved facets continue a fillet
+# smoothly, flat ones turn at each edge: on the coarsest sizes allowed, by up to 54°.
+SHARP_DEGREES = {1: 60.0, 2: 30.0}
+# Of the mask, over the body's longest side: 4 mm on a rod of 200 mm.
+RADIUS = 0.02
+
+_FACET_EDGES = np.array([[0, 1], [1, 2], [2, 0]])
+
+
+def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = ()) -> Ints:
+    """Nodes on sharp re-entrant edges and on the borders of held surfaces.
+
+    Parameters
+    ----------
+    mesh
+        The mesh; across its mirror planes it goes on.
+    held
+        Surfaces whose displacement is prescribed.
+    """
+    planes = tuple(plane for plane in PLANE_AXIS if plane in mesh.facets)
+    surfaces = [surface for surface in mesh.facets if surface not in planes]
+    border = [
+        np.intersect1d(mesh.facets[surface], mesh.facets[other])
+        for surface in held
+        for other in surfaces
+        if other not in held
+    ]
+    return np.unique(np.concatenate([_on_sharp_edges(mesh, surfaces, planes), *border]))
+
+
+def _on_sharp_edges(mesh: TetMesh, surfaces: list[Surface], planes: tuple[Surface, ...]) -> Ints:
+    body = skin(mesh, surfaces, planes)
+    normals = facet_normals(body.points, body.facets)
+    edges = shared_edges(body, normals)
+    at = edges.place + 3 if mesh.order == 2 else edges.place
+    one, other = (normals[edges.facet[:, side], at[:, side]] for side in (0, 1))
+    turns = (one * other).sum(axis=1) < np.cos(np.radians(SHARP_DEGREES[mesh.order]))
+    sharp = turns & ~edges.convex
+    facet, place = edges.facet[sharp, 0], edges.place[sharp, 0]
+    return np.unique(body.source[body.facets[facet[:, None], _FACET_EDGES[place]]])
+
+
+def masked_nodes(mesh: TetMesh, held: tuple[Surface, ...] = ()) -> Mask:
+    """Whether each node is near a singular place: within `RADIUS`, or in an element that touches it.
+
+    Parameters
+    ----------
+    mesh, held
+        As for `singular_nodes`.
+
+    Returns
+    -------
+    ndarray
+        (n_nodes,).
+    """
+    singular = singular_nodes(mesh, held)
+    near = np.zeros(len(mesh.points), dtype=bool)
+    if not singular.size:
+        return near
+    touching = np.isin(mesh.tets, singular).any(axis=1)
+    near[mesh.tets[touching]] = True
+    distance, _ = KDTree(mesh.points[singular]).query(mesh.points)
+    radius = RADIUS * float(np.ptp(mesh.points, axis=0).max())
+    return np.asarray(near | (distance <= radius))

@@ -1,0 +1,213 @@
+"""What a run says at its end: a table a human can read, what was written, what to do next."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from fea.cycle.speed_map import speed_map
+from fea.terminal.buckling_lines import buckling_lines
+
+Summary = Mapping[str, Any]
+UNKNOWN = "–"
+WIDTH = 88  # of what is not a terminal: a file, a pipe
+
+
+def print_runs(runs: Sequence[tuple[Path, Summary]], console: Console | None = None) -> None:
+    """Print finished runs.
+
+    Parameters
+    ----------
+    runs
+        The directory and the summary (as in ``summary.json``) of each speed.
+    console
+        Where to; standard output by default.
+    """
+    console = console or _console()
+    if len(runs) == 1:
+        _print_run(console, *runs[0])
+    elif runs:
+        _print_sweep(console, runs)
+
+
+def case_table(summary: Summary) -> Table:
+    """Return the load cases of one speed with what they do to the rod; the worst one is bold."""
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    table.add_column("case", no_wrap=True)
+    for title in ("crank\n°", "pin\nkN", "crank\nkN", "wall\nkN", "Mises\nMPa", "±\n%"):
+        table.add_column(title, justify="right")
+    table.add_column("at x, y, z\nmm", no_wrap=True)
+    for title in ("safety\nfactor", "displ.\nmm"):
+        table.add_column(title, justify="right")
+    worst = worst_case(summary)
+    for case, result in summary["results"].items():
+        table.add_row(case, *_cells(summary["loads"][case], result), style="bold" if case == worst else "")
+    return table
+
+
+def worst_case(summary: Summary) -> str:
+    """Return the case with the smallest safety factor."""
+    results: Mapping[str, Summary] = summary["results"]
+    return min(results, key=lambda case: _or_infinity(results[case].get("min_safety_factor")))
+
+
+def _console() -> Console:
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(highlight=False, width=WIDTH)
+
+
+def _print_run(console: Console, folder: Path, summary: Summary) -> None:
+    console.print(_headline(summary), markup=False, style="bold", soft_wrap=True)
+    console.print(case_table(summary))
+    said = (*_doubts(summary), *_cycle(summary), *buckling_lines(summary), _model(summary))
+    for line in (*said, *_files(folder), _next(folder, summary)):
+        console.print(line, markup=False, soft_wrap=True)
+
+
+def _print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    for title in ("rpm", "worst\ncase", "crank\n°", "von Mises\nMPa", "safety\nfactor", ""):
+        table.add_column(title, justify="left" if title.startswith("worst") else "right")
+    for _, summary in runs:
+        case = worst_case(summary)
+        result = summary["results"][case]
+        table.add_row(
+            _number(summary["rpm"], "g"),
+            case,
+            _number(summary["loads"][case].get("crank_deg"), ".0f"),
+            _number(result.get("max_von_mises_MPa"), ".1f"),
+            _number(result.get("min_safety_factor"), ".2f"),
+            "" if summary["trusted"] else "check failed",
+        )
+    console.print(f"{runs[0][1]['study']}: {len(runs)} speeds", markup=False, style="bold")
+    console.print(table)
+    for line in _critical([summary for _, summary in runs]):
+        console.print(line, markup=False, soft_wrap=True)
+    folder = runs[0][0].parent
+    said = f"Written: {folder}/map.csv, and a directory for each speed."
+    drawn = [f"{summary['rpm']:g}" for place, summary in runs if any(place.glob("*.vtu"))]
+    if len(drawn) < len(runs):
+        said += f" Fields are written at {', '.join(drawn)} rpm, the worst; figures at the others."
+    console.print(said, markup=False, soft_wrap=True)
+
+
+def _critical(summaries: Sequence[Summary]) -> list[str]:
+    """Return from which speed the rod fails, where the whole cycle was worked out."""
+    found = speed_map(summaries)
+    if found is None:
+        return []
+    said = [
+        f"{mode} {'within no speed' if rpm is None else f'from {rpm:.0f} rpm'}"
+        for mode, rpm in found.critical.items()
+        if not np.isnan(found.columns[f"{mode}_safety_factor"]).all()
+    ]
+    return [f"Whole cycle, safety factor below 1: {', '.join(said)} (cycle_map.csv, cycle_map.png)."]
+
+
+def _cells(load: Summary, result: Summary) -> list[str]:
+    at = result.get("at_mm")
+    return [
+        _number(load.get("crank_deg"), ".0f"),
+        *(_kilo(load.get(name)) for name in ("pin_axial_N", "crank_axial_N", "wall_N")),
+        _number(result.get("max_von_mises_MPa"), ".1f"),
+        _bar(result.get("error_percent")),
+        ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in at) if at else UNKNOWN,
+        _number(result.get("min_safety_factor"), ".2f"),
+        _number(result.get("max_displacement_mm"), ".3f"),
+    ]
+
+
+def _headline(summary: Summary) -> str:
+    case = worst_case(summary)
+    safety = _number(summary["results"][case].get("min_safety_factor"), ".2f")
+    speed = f" at {summary['rpm']:g} rpm" if summary.get("rpm") is not None else ""
+    return f"{summary['study']}{speed}: smallest safety factor against yield {safety} ({case})"
+
+
+def _doubts(summary: Summary) -> list[str]:
+    """Return what the reader must know before believing the figures."""
+    failed = {name: check for name, check in summary["checks"].items() if not check["pass"]}
+    doubts = [
+        f"NOT TO BE TRUSTED: {name} = {_number(check['value'], '.3g')}, beyond {check['limit']:.3g}"
+        for name, check in failed.items()
+    ]
+    return [*doubts, *_unsettled(summary["results"]), *summary.get("notes", [])]
+
+
+def _unsettled(results: Mapping[str, Summary]) -> list[str]:
+    """Return the peaks that finer elements would change, and those that no element could settle."""
+    by_verdict: dict[str, list[str]] = {}
+    for case, result in results.items():
+        by_verdict.setdefault(result.get("verdict", ""), []).append(case)
+    lines = []
+    if "not converged" in by_verdict:
+        lines.append(f"Not converged: {', '.join(by_verdict['not converged'])} (try --tolerance 5 or less)")
+    for case in by_verdict.get("diverging", []):
+        unmasked = _number(results[case].get("unmasked_max_von_mises_MPa"), ".1f")
+        lines.append(
+            f"Diverging: {case} has {unmasked} MPa at a sharp inner edge or a clamped border, where the "
+            "exact stress is infinite; the table leaves such places out"
+        )
+    return lines
+
+
+def _cycle(summary: Summary) -> list[str]:
+    """Return what the whole crank cycle adds, where it was worked out."""
+    envelope = summary.get("envelope")
+    if envelope is None:
+        return []
+    static = f"Whole cycle: smallest factor against yield {_number(envelope['min_safety_factor'], '.2f')}"
+    static += f" at {_number(envelope['crank_deg'], '.0f')}°"
+    fatigue = envelope["fatigue"]
+    if fatigue is None:
+        return [f"{static}; fatigue is not judged (see notes)."]
+    at = ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in fatigue["at_mm"])
+    judged = f"against fatigue {_number(fatigue['fatigue_safety_factor'], '.2f')} at ({at}) mm"
+    history = f"mean {fatigue['mean_MPa']:.0f}, amplitude {fatigue['amplitude_MPa']:.0f} MPa"
+    ratio = f"R = {fatigue['stress_ratio']:.2f} ({envelope['fatigue_criterion']})"
+    return [f"{static}; {judged}: {history}, {ratio}."]
+
+
+def _model(summary: Summary) -> str:
+    model, checks = summary["model"], summary["checks"]
+    passed = sum(bool(check["pass"]) for check in checks.values())
+    mesh = (
+        f"{model['nodes']} nodes, {model['elements']} elements ({model['element']}, {model['size_mm']:g} mm)"
+    )
+    return f"{mesh}; {passed} of {len(checks)} checks passed; {summary['total_s']:.1f} s"
+
+
+def _files(folder: Path) -> list[str]:
+    """Return the paths written, the files of a kind together."""
+    names = sorted(entry.name for entry in folder.iterdir()) if folder.is_dir() else []
+    kinds = [
+        [name for name in names if name.endswith(kind)] for kind in (".json", ".toml", ".csv", ".vtu", ".png")
+    ]
+    return [f"Written to {folder}/", *(f"  {'  '.join(names)}" for names in kinds if names)]
+
+
+def _next(folder: Path, summary: Summary) -> str:
+    file = folder / f"{worst_case(summary)}.vtu"
+    if not file.with_suffix(".png").exists():
+        return f"Next: fea view {file}, or open it in ParaView."
+    return f"Next: look at {file.with_suffix('.png')}, or open {file} in ParaView."
+
+
+def _number(value: float | None, form: str) -> str:
+    return UNKNOWN if value is None else format(value + 0.0, form)
+
+
+def _bar(percent: float | None) -> str:
+    return _number(percent, ".1f" if percent is None or percent < 9.95 else ".0f")
+
+
+def _kilo(newtons: float | None) -> str:
+    return UNKNOWN if newtons is None else f"{newtons / 1000:+.1f}"
+
+
+def _or_infinity(value: float | None) -> float:
+    return float("inf") if value is None else value
