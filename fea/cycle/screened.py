@@ -24,6 +24,9 @@ Ints = npt.NDArray[np.int64]
 # Bytes of stress at the ends of chords formed at a time in each thread; what is made of it takes about
 # three times that.
 BLOCK_BYTES = 4 * 2**20
+# Products of matrices this large are one thread's: OpenBLAS spreads larger ones, and its threads would stand
+# in the way of those that have a block each.
+SLAB = 2**18
 # Keeps a place without stress from dividing by zero, MPa.
 _TINY = 1e-30
 
@@ -142,9 +145,23 @@ class Block:
 
 
 def product(units: Floats, weights: Floats) -> Floats:
-    """Stress (n, 6, n_instants) as one matrix product; numpy would take as many as there are nodes."""
+    """Stress (n, 6, n_instants): units (n, 6, n_units) times weights (n_units, n_instants)."""
     flat = units.reshape(-1, units.shape[2])
-    return np.asarray((flat @ weights.astype(units.dtype)).reshape(len(units), 6, -1))
+    return _product(flat, weights.astype(units.dtype)).reshape(len(units), 6, -1)
+
+
+def _product(units: Floats, weights: Floats) -> Floats:
+    """Multiply (n, k) by (k, m) in slabs of rows that BLAS leaves to the thread that asks."""
+    slab = max(1, SLAB // max(1, weights.size))
+    whole = len(units) // slab * slab
+    found = np.empty((len(units), weights.shape[1]), units.dtype)
+    np.matmul(
+        units[:whole].reshape(-1, slab, units.shape[1]),
+        weights,
+        out=found[:whole].reshape(-1, slab, weights.shape[1]),
+    )
+    np.matmul(units[whole:], weights, out=found[whole:])
+    return found
 
 
 def _three(stress: Floats) -> Floats:
@@ -163,7 +180,9 @@ def _bounds(units: Floats, strays: Floats) -> Floats:
     """Bounds (2, n, n_chords) on von Mises and principal stresses of what strays from the chords."""
     equivalent = _equivalent(units)
     strays = strays.astype(units.dtype)
-    return np.stack([equivalent @ strays, (np.abs(units[:, 5]) + 2 / 3 * equivalent) @ strays])
+    return np.stack(
+        [_product(equivalent, strays), _product(np.abs(units[:, 5]) + 2 / 3 * equivalent, strays)]
+    )
 
 
 def _equivalent(stress: Floats) -> Floats:

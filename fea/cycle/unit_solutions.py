@@ -1,9 +1,9 @@
 """Nodal stress of every unit load, and what their sums are."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise, starmap, zip_longest
+from itertools import pairwise, product, starmap, zip_longest
 
 import numpy as np
 import numpy.typing as npt
@@ -22,8 +22,12 @@ Ints = npt.NDArray[np.int64]
 # Of the even and of the odd unit loads, each (n_units, n_instants).
 Weights = tuple[Floats, Floats]
 
-# Right-hand sides solved and recovered together.
-BLOCK = 20
+# Bytes of the displacements solved for together, a solver's own start costing as much as ten columns, and
+# the fewest columns of a block where those of a large mesh take more.
+SOLVED_BYTES = 64 * 2**20
+SOLVED = 20
+# Columns whose stress is recovered together: of more, caches hold less.
+RECOVERED = 8
 
 
 @dataclass(frozen=True)
@@ -130,32 +134,46 @@ def _solved(
     """Stress per parity and part (n_nodes, 6, n_units), and backward errors."""
     blocks: list[list[list[Floats]]] = [[] for _ in fields]
     errors = []
-    bounds = np.linspace(0, len(loads), -(-len(loads) // BLOCK) + 1).astype(int)  # of like size
-    for start, stop in pairwise(bounds):
+    for start, stop in _like_blocks(0, len(loads), max(SOLVED, SOLVED_BYTES // _column_bytes(loads))):
         solution = model.solve(loads[start:stop])
         errors += [item.backward_error for item in solution.residuals.values()]
-        part = partial(_recovered, recovery, materials, solution, range(start, stop))
-        of_parity = side_by_side(part, zip(Parity, fields, strict=False))
-        for found, stress in zip(blocks, of_parity, strict=True):
-            found.append(stress)
+        pieces = [range(*ends) for ends in _like_blocks(start, stop, RECOVERED)]
+        recovered = partial(_recovered, recovery, materials, solution, start)
+        items = [item for item in product(zip(Parity, fields, strict=False), pieces) if _columns(*item)]
+        for (of, _), stress in zip(items, side_by_side(recovered, items), strict=True):
+            blocks[list(Parity).index(of[0])].append(stress)
     joined = [[np.concatenate(part, axis=2) for part in zip(*found, strict=True)] for found in blocks]
     return joined, errors
+
+
+def _column_bytes(loads: Sequence[Split]) -> int:
+    return sum(part.nbytes for part in (loads[0].symmetric, loads[0].antisymmetric) if part is not None)
+
+
+def _like_blocks(start: int, stop: int, most: int) -> Iterator[tuple[int, int]]:
+    """Cut a range into blocks of like size."""
+    return pairwise(np.linspace(start, stop, -(-(stop - start) // most) + 1).astype(int).tolist())
+
+
+def _columns(of: tuple[Parity, Fields], solved: range) -> range:
+    """Which of the solved unit loads there are of a parity."""
+    return range(solved.start, min(solved.stop, len(of[1].forces)))
 
 
 def _recovered(
     recovery: PartRecovery,
     materials: Sequence[Material],
     solution: Solution,
-    solved: range,
-    item: tuple[Parity, Fields],
+    first: int,
+    item: tuple[tuple[Parity, Fields], range],
 ) -> list[Floats]:
-    """Stress of each part (n_nodes, 6, n_units) of the units of one parity among those solved."""
-    parity, fields = item
-    columns = slice(solved.start, min(solved.stop, len(fields.forces)))
-    count = columns.stop - columns.start
-    traction = {surface: values[..., columns] for surface, values in fields.traction.items()}
-    pressure = {number: p[:, :count] for number, p in solution.pressure.get(parity, {}).items()}
-    u = solution.displacement[parity][..., :count]
+    """Stress of each part (n_nodes, 6, n_units) of some units of one parity; `first` is the first solved."""
+    (parity, fields), columns = item[0], _columns(*item)
+    own = slice(columns.start, columns.stop)
+    solved = slice(columns.start - first, columns.stop - first)
+    traction = {surface: values[..., own] for surface, values in fields.traction.items()}
+    pressure = {number: p[:, solved] for number, p in solution.pressure.get(parity, {}).items()}
+    u = solution.displacement[parity][..., solved]
     return recovery.nodal_stress(u, materials, parity, traction, pressure)
 
 

@@ -71,9 +71,13 @@ class ElementStress:
         """Gradients ∂u_i/∂x_j (n_elements, n_places, 3 j, 3 i, n_cases) of u (n_points, 3, n_cases)."""
         n_points, _, n_cases = displacement.shape
         n_places, n_nodes, _ = self._slopes.shape
-        slopes = self._inverse.swapaxes(-1, -2) @ self._slopes.swapaxes(-1, -2)
         nodal = displacement.reshape(n_points, 3 * n_cases)[self._tets]
-        return (slopes.reshape(-1, 3 * n_places, n_nodes) @ nodal).reshape(-1, n_places, 3, 3, n_cases)
+        slopes = self.slopes().reshape(-1, 3 * n_places, n_nodes)
+        return (slopes @ nodal).reshape(-1, n_places, 3, 3, n_cases)
+
+    def slopes(self) -> Floats:
+        """Derivatives ∂N_a/∂x_j (n_elements, n_places, 3 j, n_nodes) of the shape functions."""
+        return np.asarray(self._inverse.swapaxes(-1, -2) @ self._slopes.swapaxes(-1, -2))
 
     def __call__(self, displacement: Floats, material: Material, pressure: Floats | None = None) -> Floats:
         """Stress (n_elements, n_places, 6, n_cases), MPa.
@@ -130,7 +134,7 @@ class Recovery:
             (weights.ravel(), (nodes.ravel(), places.ravel())), shape=(n_points, n_elements * n_places)
         )
         self._inside = np.setdiff1d(np.arange(n_points), self._surface.nodes if self._surface else [])
-        self._mean = mean[self._inside]
+        self._gradient = _mean_gradient(mean[self._inside], mesh, self.gauss_stress.slopes())
 
     def nodal_stress(
         self,
@@ -164,10 +168,9 @@ class Recovery:
         """
         n_points, _, n_cases = displacement.shape
         stress = np.empty((n_points, 6, n_cases))
-        sampled = self.gauss_stress.gradient(displacement).reshape(-1, 9 * n_cases)
-        mean = (self._mean @ sampled).reshape(-1, 3, 3, n_cases)
+        gradient = (self._gradient @ displacement.reshape(n_points, -1)).reshape(3, -1, 3, n_cases)
         law = material if pressure is None else material.without_lambda()
-        stress[self._inside] = stress_from_gradient(mean.transpose(0, 3, 2, 1), law).swapaxes(1, 2)
+        stress[self._inside] = stress_from_gradient(gradient.transpose(1, 3, 2, 0), law).swapaxes(1, 2)
         if pressure is not None:
             stress[self._inside, :3] += pressure[self._inside, None]
         if self._surface is not None:
@@ -176,3 +179,25 @@ class Recovery:
             sign = stress_parity(plane) * (parity if plane is Surface.SYMMETRY_Y else 1)
             stress[np.ix_(nodes, np.flatnonzero(sign < 0))] = 0.0
         return stress
+
+
+def _mean_gradient(mean: sparse.csr_array, mesh: TetMesh, slopes: Floats) -> sparse.csr_array:
+    """Matrix (3 n, n_points) from a field's nodal values to ∂/∂x, ∂/∂y and ∂/∂z by a mean of elements.
+
+    Parameters
+    ----------
+    mean
+        (n, n_elements n_places) from values at the places.
+    mesh
+        The mesh.
+    slopes
+        From `ElementStress.slopes`.
+    """
+    n_elements, n_places, _, n_nodes = slopes.shape
+    columns = np.repeat(mesh.tets.astype(mean.indices.dtype), n_places, axis=0).ravel()
+    starts = np.arange(0, columns.size + 1, n_nodes, dtype=columns.dtype)
+    shape = (n_elements * n_places, len(mesh.points))
+    along = [
+        sparse.csr_array((slopes[:, :, axis].ravel(), columns, starts), shape=shape) for axis in range(3)
+    ]
+    return sparse.csr_array(sparse.vstack([mean @ slope for slope in along], format="csr"))

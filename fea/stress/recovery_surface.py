@@ -121,6 +121,7 @@ class SurfaceStress:
         self._serve(mesh.order, number, np.stack(served, axis=1), self._open_nodes(mesh, edges))
         self._label = label[self._fan]
         self._frame()
+        self._known: dict[tuple[float, float], tuple[Floats, Floats]] = {}
 
     def _open_nodes(self, mesh: TetMesh, edges: Edges) -> Mask:
         """Nodes of the mesh that lie on known surfaces only and on no inner edge."""
@@ -216,13 +217,48 @@ class SurfaceStress:
         parity
             Of the solution about y = 0.
         """
-        E, nu = material.youngs_modulus, material.poissons_ratio
-        n_cases = displacement.shape[2]
+        from_slope, from_traction = self._operators(material.youngs_modulus, material.poissons_ratio)
         slope = self._derivatives(self.skin.displacement(displacement, parity))
-        slope = np.einsum("nai,nbk,nkic->nabc", self._axes, self._combine, slope, optimize=True)
-        # slope[:, a, b]: component a of the derivative along axis b.
-        e11, e22, g12 = slope[:, 0, 0], slope[:, 1, 1], slope[:, 0, 1] + slope[:, 1, 0]
-        known = np.stack(
+        parts = from_slope @ slope.reshape(len(slope), 6, -1)
+        for surface, values in traction.items():
+            mine = np.flatnonzero(self._label == self.surfaces.index(surface))
+            parts[mine] += from_traction[mine] @ values[self._node[mine]]
+        return np.asarray(np.add.reduceat(parts, self._start))
+
+    def _operators(self, E: float, nu: float) -> tuple[Floats, Floats]:
+        """What each fan at a node adds to its stress, (n, 6, 6) of the slopes and (n, 6, 3) of the traction.
+
+        Least squares of traction σ n = t and plane stress-strain relations of all fans at a node.
+        """
+        if (E, nu) not in self._known:
+            rows = self._equations(nu)
+            transposed = rows.transpose(0, 2, 1)
+            inverse = np.linalg.inv(np.add.reduceat(transposed @ rows, self._start))
+            fans = np.diff(np.append(self._start, len(rows)))
+            share = np.repeat(inverse, fans, axis=0) @ transposed
+            self._known[E, nu] = (
+                share[:, :, 3:] @ self._plane_stress(E, nu),
+                TRACTION_WEIGHT * share[:, :, :3],
+            )
+        return self._known[E, nu]
+
+    def _equations(self, nu: float) -> Floats:
+        """Rows (n, 6, 6) on the stress: weighted traction, then normal and shear stress along the surface."""
+        first, second, normal = self._axes[:, 0], self._axes[:, 1], self.normal
+        unit = np.eye(3)
+        across = nu / (1 - nu) * _dyads(normal, normal)
+        return np.stack(
+            [TRACTION_WEIGHT * _dyads(np.broadcast_to(unit[i], normal.shape), normal) for i in range(3)]
+            + [_dyads(first, first) - across, _dyads(second, second) - across, _dyads(first, second)],
+            axis=1,
+        )
+
+    def _plane_stress(self, E: float, nu: float) -> Floats:
+        """Stress (n, 3, 6) along the surface of slopes ∂u_i/∂s_k, k before i."""
+        # along[:, a, b]: component a of the derivative along axis b.
+        along = np.einsum("nai,nbk->nabki", self._axes, self._combine).reshape(-1, 2, 2, 6)
+        e11, e22, g12 = along[:, 0, 0], along[:, 1, 1], along[:, 0, 1] + along[:, 1, 0]
+        return np.stack(
             [
                 E / (1 - nu**2) * (e11 + nu * e22),
                 E / (1 - nu**2) * (e22 + nu * e11),
@@ -230,23 +266,3 @@ class SurfaceStress:
             ],
             axis=1,
         )
-        given = np.zeros((len(self._fan), 3, n_cases))
-        for surface, values in traction.items():
-            mine = self._label == self.surfaces.index(surface)
-            given[mine] = values[self._node[mine]]
-        return self._compromise(np.concatenate([TRACTION_WEIGHT * given, known], axis=1), nu)
-
-    def _compromise(self, right: Floats, nu: float) -> Floats:
-        """Least squares of traction σ n = t and plane stress-strain relations of all fans at a node."""
-        first, second, normal = self._axes[:, 0], self._axes[:, 1], self.normal
-        unit = np.eye(3)
-        across = nu / (1 - nu) * _dyads(normal, normal)
-        rows = np.stack(
-            [TRACTION_WEIGHT * _dyads(np.broadcast_to(unit[i], normal.shape), normal) for i in range(3)]
-            + [_dyads(first, first) - across, _dyads(second, second) - across, _dyads(first, second)],
-            axis=1,
-        )
-        transposed = rows.transpose(0, 2, 1)
-        gram = np.add.reduceat(transposed @ rows, self._start)
-        load = np.add.reduceat(transposed @ right, self._start)
-        return np.asarray(np.linalg.solve(gram, load))

@@ -1,0 +1,55 @@
+"""Many right-hand sides are checked by a few sums of theirs."""
+
+import numpy as np
+import pytest
+
+from fea.choices import Support
+from fea.material import Material
+from fea.solid.parity import Parity, Split
+from fea.solvers.solve import CHECKED_SINGLY, REFINE_ABOVE, Model
+from geometry.bodies.shape import block
+from geometry.surfaces import Surface
+from mesh.body import mesh_body
+
+COLUMNS = 3 * CHECKED_SINGLY
+
+
+@pytest.fixture(scope="module")
+def bar():
+    mesh = mesh_body(block(10.0, 2.0, 2.0, Surface.BIG_END_BORE), 2.0)
+    return Model(mesh, Material(210e3, 0.3, 7.85e-9, 400.0), Support.CLAMPED)
+
+
+@pytest.fixture(scope="module")
+def loads(bar):
+    """Forces (3 n_nodes, n) of very different size."""
+    rng = np.random.default_rng(1)
+    forces = rng.normal(size=(COLUMNS, *bar.mesh.points.shape)) * 10.0 ** rng.uniform(-6, 6, (COLUMNS, 1, 1))
+    forces[0] = 0.0
+    return forces
+
+
+def _checked(bar, u, f):
+    fixed = bar._fixed(Parity.SYMMETRIC)
+    return bar._checked(u, f, fixed, bar._held.ravel()).backward_error
+
+
+def test_right_solutions_pass(bar, loads):
+    found = bar.solve([Split(force, None) for force in loads])
+    assert found.residuals[Parity.SYMMETRIC].backward_error < 1e-14
+
+
+@pytest.mark.parametrize("wrong", range(1, COLUMNS))
+def test_a_column_that_is_wrong_shows_whatever_its_size(bar, loads, wrong):
+    u = bar.solve([Split(force, None) for force in loads]).displacement[Parity.SYMMETRIC].copy()
+    u[..., wrong] *= 1 + 1e-9
+    u, f = u.reshape(-1, COLUMNS), loads.reshape(COLUMNS, -1).T
+    alone = _checked(bar, u[:, [wrong]], f[:, [wrong]])
+    assert alone > 10 * REFINE_ABOVE
+    assert _checked(bar, u, f) == pytest.approx(alone, rel=0.01)
+
+
+def test_what_is_not_finite_is_no_solution(bar, loads):
+    u = bar.solve([Split(force, None) for force in loads]).displacement[Parity.SYMMETRIC].reshape(-1, COLUMNS)
+    u[7, 5] = np.nan
+    assert _checked(bar, u, loads.reshape(COLUMNS, -1).T) == np.inf
