@@ -1,90 +1,120 @@
 """The report of tests/benchmarks/error_bars.py."""
 
+from itertools import groupby
+
 import numpy as np
 
 from fea.stress.error_estimate import STRESS_FACTOR
 
 # Factors on the estimate that are tried, by element order.
 FACTORS = {1: (1.05, 1.4, 1.75, 2.1, 2.8), 2: (0.3, 0.4, 0.5, 0.6, 0.8)}
+SETS = ("hold-out", "calibration")
+# A reference decides where it is uncertain by no more than this share of the error.
+DECIDES = 1 / 3
+WORST = 8
 
-Groups = dict[str, list[dict]]
+Rows = list[dict]
+Found = list[tuple[str, str, Rows | str]]
+
+_READING = f"""\
+*Held*: the true peak lies within the bar. The truth is exact for most known answers; NAFEMS's targets and
+Howland's are taken as sure to 0.1 %. For a rod it is the peak on a mesh with elements 5 times smaller at the
+peaks, and what a mesh of half that fineness differs by is the truth's uncertainty. *Decided* are the cases
+where it is at most a third of the error; where it is more, *sure* counts those whose bar holds the error and
+the uncertainty together. Were errors normally distributed and bars of the least size that holds 95 %,
+bar/error would be 2.9 in the median: an error crosses zero, its bar does not.
+
+The factor on the estimate of second order ({STRESS_FACTOR[2]:g}) was chosen with the calibration set: the
+shipped studies at random speeds, and four random rods in random engines at full speed. The hold-out set,
+other rods under other loads, had no part in it. Of the known answers the rotating disc, the only one that
+peaks inside the body, had a part in the factor on the sagitta there."""
 
 
-def report_text(kept: dict[str, Groups], command: str) -> str:
-    """Coverage and medians by group, and by factor on either half of the rods.
+def report_text(found: Found, command: str) -> str:
+    """Coverage and medians by set and group, the worst cases, and what other factors would hold.
 
     Parameters
     ----------
-    kept
-        By body and group.
+    found
+        Set, name and rows (or why there are none) of each body.
     command
         What makes the report.
     """
-    rods = [name for name in kept if not name.startswith("known")]
-    references = [r["reference_bar_percent"] for name in rods for rows in kept[name].values() for r in rows]
-    reading = (
-        "The true peak is exact for the known answers; of the rods it is that of a mesh that is far finer\n"
-        f"at the peaks, whose own bar is {np.median(references):.1f} % in the median and not allowed for.\n"
-        "*Held*: the true peak lies within the bar. *Refined* meshes are those that the factor in\n"
-        "parentheses asked for; as outcomes are kept, some may stem from an earlier way to choose sizes."
-    )
-    rule = (
-        "The factor on the estimate of second order is the least of these that holds 95 % on one half of\n"
-        f"the rods ({', '.join(rods[::2])}).\n"
-        "The rule does not use the other half, but the halves share the shipped rods, and the split was\n"
-        f"made when all outcomes were known. In use: {STRESS_FACTOR[2]:g}."
-    )
-    lines = [
-        "# How far the error bars hold",
-        "",
-        f"Made by `{command}` (a run that was stopped goes on). {len(rods)} rods:\n{', '.join(rods)}.",
-        "",
-        reading,
-        "",
-        "| group | cases | held | median bar/error | 10 % … 90 % | median bar % | worst error/bar |",
-        "| --- | ---: | ---: | ---: | ---: | ---: | ---: |",
-        *(_row(name, rows) for name, rows in grouped(kept).items()),
-        "",
-        rule,
-        "",
-        "| factor | held, fitted half | median bar/error | held, other half | median bar/error |",
-        "| --- | ---: | ---: | ---: | ---: |",
-        *(_halves(kept, rods, number) for number in range(len(FACTORS[2]))),
-        "",
-    ]
-    return "\n".join(lines)
+    sets: dict[str, Rows] = {}
+    for kind, _, rows in found:
+        sets.setdefault(kind, []).extend([] if isinstance(rows, str) else rows)
+    lines = ["# How far the error bars hold", "", f"Made by `{command}`.", *_bodies(found), "", _READING, ""]
+    titles = "set", "group", "cases", "decided", "held", "median bar/error", "10 % … 90 %", "median bar %"
+    lines += [_cells(*titles, "undecided, sure"), "| --- | --- |" + " ---: |" * 7]
+    for kind, rows in sets.items():
+        second = [r for r in rows if r["order"] == 2]
+        lines += [_row(kind, "all of second order", second)] if second else []
+        by_group = groupby(sorted(rows, key=lambda r: r["group"]), key=lambda r: r["group"])
+        lines += [_row(kind, group, list(own)) for group, own in by_group]
+    lines += ["", "The cases that come nearest to their bar, or beyond it:", ""]
+    lines += [_cells("set", "group", "case", "peak, MPa", "true", "± %", "error %", "error/bar")]
+    lines += ["| --- | --- | --- |" + " ---: |" * 5]
+    decided = [(kind, r) for kind, rows in sets.items() for r in rows if r["order"] == 2 and _decided(r)]
+    lines += [_worst(kind, r) for kind, r in sorted(decided, key=lambda pair: -_ratio(pair[1]))[:WORST]]
+    lines += ["", "Held, and median bar/error, of decided cases of second order under other factors:", ""]
+    lines += [_cells("factor", *sets), "| --- |" + " ---: |" * len(sets)]
+    lines += [_by_factor(sets, number) for number in range(len(FACTORS[2]))]
+    return "\n".join([*lines, ""])
 
 
-def grouped(kept: dict[str, Groups]) -> Groups:
-    """Rows by group, over all bodies."""
-    groups: Groups = {}
-    for found in kept.values():
-        for name, rows in found.items():
-            groups.setdefault(name, []).extend(rows)
-    second = [r for rows in groups.values() for r in rows if r["order"] == 2]
-    return {"all of second order": second, **groups}
+def _bodies(found: Found) -> list[str]:
+    lines = []
+    for kind in SETS:
+        names = sorted(name for k, name, rows in found if k == kind and not isinstance(rows, str))
+        lines.append(f"\n{len(names)} rods of the {kind} set: {', '.join(names)}.")
+    failed = [f"{name} ({rows})" for _, name, rows in found if isinstance(rows, str)]
+    return [*lines, *([f"\nWithout a result: {'; '.join(failed)}."] if failed else [])]
 
 
-def _bars_and_errors(rows: list[dict], number: int | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Bars by the factor of this number, else by the one in use."""
-    used = {order: factors.index(STRESS_FACTOR[order]) for order, factors in FACTORS.items()}
-    bars = [r["bars_percent"][used[r["order"]] if number is None else number] for r in rows]
-    return np.array(bars), np.array([r["error_percent"] for r in rows])
+def bar(row: dict, number: int | None = None) -> float:
+    """The bar, percent, by the factor of this number, else by the one in use."""
+    used = FACTORS[row["order"]].index(STRESS_FACTOR[row["order"]])
+    return row["bars_percent"][used if number is None else number]
 
 
-def _row(name: str, rows: list[dict]) -> str:
-    bar, error = _bars_and_errors(rows)
-    low, median, high = np.quantile(bar / np.maximum(error, 0.01), [0.1, 0.5, 0.9])
-    return (
-        f"| {name} | {len(rows)} | {np.mean(error <= bar):.1%} | {median:.1f} | {low:.1f} … {high:.1f} "
-        f"| {np.median(bar):.1f} | {(error / bar).max():.2f} |"
-    )
+def _decided(row: dict) -> bool:
+    return row["uncertainty_percent"] <= DECIDES * row["error_percent"]
 
 
-def _halves(kept: dict[str, Groups], rods: list[str], number: int) -> str:
-    cells = [f"{FACTORS[2][number]:g}"]
-    for half in (rods[::2], rods[1::2]):
-        rows = [r for name in half for rows in kept[name].values() for r in rows if r["order"] == 2]
-        bar, error = _bars_and_errors(rows, number)
-        cells += [f"{np.mean(error <= bar):.1%}", f"{np.median(bar / np.maximum(error, 0.01)):.1f}"]
-    return "| " + " | ".join(cells) + " |"
+def _ratio(row: dict) -> float:
+    return row["error_percent"] / bar(row)
+
+
+def _held(rows: Rows, number: int | None = None) -> tuple[str, str, str]:
+    """Share held, median of bar over error, and its 10th and 90th percentile."""
+    if not rows:
+        return "–", "–", "–"
+    bars = np.array([bar(r, number) for r in rows])
+    errors = np.array([r["error_percent"] for r in rows])
+    low, median, high = np.quantile(bars / np.maximum(errors, 0.01), [0.1, 0.5, 0.9])
+    return f"{np.mean(errors <= bars):.1%}", f"{median:.1f}", f"{low:.1f} … {high:.1f}"
+
+
+def _row(kind: str, group: str, rows: Rows) -> str:
+    decided = [r for r in rows if _decided(r)]
+    others = [r for r in rows if not _decided(r)]
+    sure = sum(r["error_percent"] + r["uncertainty_percent"] <= bar(r) for r in others)
+    median = f"{np.median([bar(r) for r in rows]):.1f}"
+    return _cells(kind, group, len(rows), len(decided), *_held(decided), median, f"{sure} of {len(others)}")
+
+
+def _worst(kind: str, r: dict) -> str:
+    figures = f"{r['value']:.1f}", f"{r['truth']:.1f}", f"{bar(r):.2f}", f"{r['error_percent']:.2f}"
+    return _cells(kind, r["group"], r["case"], *figures, f"{_ratio(r):.2f}")
+
+
+def _by_factor(sets: dict[str, Rows], number: int) -> str:
+    cells = []
+    for rows in sets.values():
+        share, median, _ = _held([r for r in rows if r["order"] == 2 and _decided(r)], number)
+        cells.append(f"{share}, {median}")
+    return _cells(f"{FACTORS[2][number]:g}", *cells)
+
+
+def _cells(*cells: object) -> str:
+    return "| " + " | ".join(str(cell) for cell in cells) + " |"

@@ -5,9 +5,8 @@ and no resultant on the hole, the stress in the plane is the same (Michell 1899)
 """
 
 from fea.solid.traction import traction_forces
-from fea.solvers.prescribed import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
-from fea.verify.body import STEEL, SolvedBody, held
+from fea.verify.body import STEEL, LoadedBody, held
 from fea.verify.ellipse import INNER_AXES, elliptic_outline
 from geometry.bodies.shape import Prism
 from geometry.surfaces import Surface
@@ -26,13 +25,17 @@ GOAL = Goal(
 )
 
 
-def compute(size: float) -> Computed:
-    """Solve with elements of `size` away from the inner ellipse and a quarter of it there."""
+def loaded(size: float) -> LoadedBody:
+    """Mesh with elements of `size` away from the inner ellipse and a quarter of it there."""
     body = Prism(elliptic_outline(), (0.0, THICKNESS), top=Surface.ROLLER)
     mesh = mesh_body(body, size, fine={Surface.INNER: Fine(size / 4)})
     forces = traction_forces(mesh, Surface.OUTER, lambda _, normals: PRESSURE * normals)
-    u = displacement(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}))
-    solved = SolvedBody(mesh, STEEL, u, known=(Surface.INNER,))
+    return LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}), (Surface.INNER,))
+
+
+def compute(size: float) -> Computed:
+    """Solve with elements of `size`, as `loaded` takes it."""
+    solved = loaded(size).solved()
     D = solved.node_at(INNER_AXES[0], 0.0, 0.0)
     return Computed({GOAL.quantity: float(solved.stress[D, 1])}, solved.dofs)
 

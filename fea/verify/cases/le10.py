@@ -3,9 +3,8 @@
 import numpy as np
 
 from fea.solid.traction import nodal_traction, traction_forces
-from fea.solvers.prescribed import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
-from fea.verify.body import STEEL, SolvedBody, held
+from fea.verify.body import STEEL, LoadedBody, held
 from fea.verify.ellipse import INNER_AXES, elliptic_outline
 from geometry.bodies.shape import Prism
 from geometry.surfaces import Surface
@@ -23,19 +22,23 @@ GOAL = Goal(
 )
 
 
-def compute(size: float) -> Computed:
-    """Solve with elements of `size` away from the inner ellipse and 0.4 of it there."""
+def loaded(size: float) -> LoadedBody:
+    """Mesh with elements of `size` away from the inner ellipse and 0.4 of it there."""
     body = Prism(elliptic_outline(), (-HALF, 0.0, HALF), bottom=Surface.FREE, top=Surface.LOADED)
     mesh = mesh_body(body, size, fine={Surface.INNER: Fine(size / 2.5)})
     forces = traction_forces(mesh, Surface.LOADED, lambda _, normals: -PRESSURE * normals)
     fixed = held(mesh, {Surface.OUTER: (0, 1)})
     outer = np.unique(mesh.facets[Surface.OUTER])
     fixed[outer[np.abs(mesh.points[outer, 2]) < 1e-6 * HALF], 2] = True  # its edge at mid-thickness
-    u = displacement(mesh, STEEL, forces, fixed)
     down = np.array([0.0, 0.0, -PRESSURE])
     pressed = nodal_traction(mesh, Surface.LOADED, lambda places: np.broadcast_to(down, places.shape))
     known = (Surface.INNER, Surface.FREE, Surface.LOADED)
-    solved = SolvedBody(mesh, STEEL, u, known, {Surface.LOADED: pressed})
+    return LoadedBody(mesh, STEEL, forces, fixed, known, {Surface.LOADED: pressed})
+
+
+def compute(size: float) -> Computed:
+    """Solve with elements of `size`, as `loaded` takes it."""
+    solved = loaded(size).solved()
     D = solved.node_at(INNER_AXES[0], 0.0, HALF)
     return Computed({GOAL.quantity: float(solved.stress[D, 1])}, solved.dofs)
 

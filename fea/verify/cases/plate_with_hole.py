@@ -8,9 +8,8 @@ which a plate of some thickness differs from the chart.
 import math
 
 from fea.solid.traction import traction_forces
-from fea.solvers.prescribed import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
-from fea.verify.body import STEEL, SolvedBody, held
+from fea.verify.body import STEEL, LoadedBody, held
 from geometry.bodies.shape import Prism, Side, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
@@ -31,8 +30,8 @@ PEAK = Goal(
 )
 
 
-def compute(size: float) -> Computed:
-    """Solve a quarter with elements of `size` at the hole and ten times that far away."""
+def loaded(size: float) -> LoadedBody:
+    """Mesh a quarter with elements of `size` at the hole and ten times that far away."""
     quarter = math.pi / 2
     sides = (
         *polygon(
@@ -47,8 +46,13 @@ def compute(size: float) -> Computed:
     body = Prism(sides, (0.0, THICKNESS), top=Surface.ROLLER)
     mesh = mesh_body(body, 10 * size, fine={Surface.INNER: Fine(size)})
     forces = traction_forces(mesh, Surface.LOADED, lambda _, normals: TENSION * normals)
-    u = displacement(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}))
-    solved = SolvedBody(mesh, STEEL, u, known=(Surface.INNER, Surface.FREE))
+    known = (Surface.INNER, Surface.FREE)
+    return LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}), known)
+
+
+def compute(size: float) -> Computed:
+    """Solve with elements of `size`, as `loaded` takes it."""
+    solved = loaded(size).solved()
     beside = solved.node_at(0.0, RADIUS, 0.0)
     return Computed({PEAK.quantity: float(solved.stress[beside, 0]) / TENSION}, solved.dofs)
 

@@ -20,6 +20,7 @@ from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from loads.cases import RodMotion
 from mesh.body import mesh_body
+from mesh.tetmesh import TetMesh
 
 RADIUS, HALF_THICKNESS, OMEGA = 100.0, 5.0, 1000.0
 _NU = STEEL.poissons_ratio
@@ -41,18 +42,28 @@ RIM = Goal(
 )
 
 
-def compute(size: float) -> Computed:
-    """Solve y ≥ 0 and z ≥ 0 with elements of `size`."""
+def meshed(size: float) -> TetMesh:
+    """Mesh y ≥ 0 and z ≥ 0 with elements of `size`."""
     sides = (
         Side(Line((-RADIUS, 0.0), (0.0, 0.0)), Surface.SYMMETRY_Y),
         Side(Line((0.0, 0.0), (RADIUS, 0.0)), Surface.SYMMETRY_Y),
         Side(Arc((0.0, 0.0), RADIUS, 0.0, math.pi), Surface.OUTER),
     )
-    mesh = mesh_body(Prism(sides, (0.0, HALF_THICKNESS)), size)
+    return mesh_body(Prism(sides, (0.0, HALF_THICKNESS)), size)
+
+
+def spun(mesh: TetMesh) -> SolvedBody:
+    """Solve on a mesh."""
     spinning = inertia(mesh, STEEL.density).forces(RodMotion((0.0, 0.0), OMEGA, 0.0))
     solution = Model(mesh, STEEL, Support.INERTIA_RELIEF).solve([spinning])
     u = solution.displacement[Parity.SYMMETRIC]
-    solved = SolvedBody(mesh, STEEL, u, (Surface.FREE, Surface.OUTER))
+    return SolvedBody(mesh, STEEL, u, (Surface.FREE, Surface.OUTER))
+
+
+def compute(size: float) -> Computed:
+    """Solve with elements of `size`."""
+    solved = spun(meshed(size))
+    mesh, u = solved.mesh, solved.displacement
     outward = traction_forces(mesh, Surface.OUTER, lambda _, normals: normals)  # ∫ N_a n dA
     area = (outward * mesh.points).sum() / RADIUS
     found = {
