@@ -52,6 +52,19 @@ def test_a_coarse_mesh_that_happens_to_be_right_does_not_count():
     assert fastest_within([lucky, bad, good], 1.0) == {("fea", "p2"): good}
 
 
+def test_a_tolerance_is_advised_with_its_figure():
+    adaptive = [row(1, 4.0, tool="fea --tolerance", size=10.0), row(2, 0.5, tool="fea --tolerance", size=3.0)]
+    assert "use `fea --tolerance 3` with P2" in advice(adaptive)[2]
+
+
+def test_the_time_is_the_median_of_the_runs(monkeypatch):
+    times = iter([5.0, 2.0])
+    monkeypatch.setattr(module, "_apart", lambda *_: Measured(1.0, 9, next(times), 100.0, 700.0))
+    first = Measured(1.0, 9, 1.0, 100.0, 700.0)
+    computation = Computation("fea", "p2", "rod", 1.0)
+    assert module._repeated(computation, load_study(), first).seconds == 2.0
+
+
 def test_the_advice_is_three_sentences_on_what_was_measured():
     rows = [row(1, 4.0, size=2.0), row(3, 0.5), row(50, 1.5, tool="CalculiX"), row(9, 20.0, element="p1")]
     five, two, one = advice(rows)
@@ -102,7 +115,7 @@ def test_ours_is_held_against_calculix_at_equal_error_and_equal_time():
 def test_the_plan_holds_what_is_to_be_compared():
     found = {(c.tool, c.element) for computations in series("rod", 5.0) for c in computations}
     ours = {("fea", "p1"), ("fea", "p2"), ("fea, mean", "p1"), ("fea, mean", "p2"), ("fea, whole", "p2")}
-    assert ours | {("fea --tolerance", "p2")} <= found
+    assert ours | {("fea --tolerance", "p2"), ("fea --size 12 --tolerance", "p2")} <= found
     for computations in series("lame", 5.0):
         sizes = [c.size for c in computations]
         assert sizes == sorted(sizes, reverse=True)

@@ -20,10 +20,10 @@ def _sentence(rows: Sequence[Row], percent: float, against: EqualError | None, f
     ours = {kind: row for kind, row in found.items() if kind[0] != "CalculiX"}
     if not ours:
         return f"Within {percent:g} %: nothing that was computed in the time stays there."
-    (tool, element), best = min(ours.items(), key=lambda item: item[1].measured.seconds)
+    (_, element), best = min(ours.items(), key=lambda item: item[1].measured.seconds)
     text = (
-        f"For a peak that stays within {percent:g} % on all finer meshes use `{tool}` with {element.upper()} "
-        f"elements: {best.measured.seconds:.1f} s at {best.measured.dofs} degrees of freedom"
+        f"For a peak that stays within {percent:g} % on all finer meshes use `{best.computation.name}` with "
+        f"{element.upper()} elements: {best.measured.seconds:.1f} s at {best.measured.dofs} degrees of freedom"
     )
     if against is not None:
         text += "; CalculiX " + _calculix(against)

@@ -69,9 +69,10 @@ def _body(computation: Computation, _: Study) -> tuple[float, int, float]:
 
 def _rod(computation: Computation, study: Study) -> tuple[float, int, float]:
     speed, clock = _speed(study), Clock()
-    if computation.tool == "fea --tolerance":
+    if computation.adaptive:
         options = dataclasses.replace(study.analysis, tolerance_percent=computation.size)
-        adapted = analysed(dataclasses.replace(study, analysis=options), (speed,), clock)
+        table = MeshTable(size_mm=computation.first_size)
+        adapted = analysed(dataclasses.replace(study, mesh=table, analysis=options), (speed,), clock)
         return adapted.analysis.mesh.size, *_peak(adapted.analysis, adapted.at(speed))
     kind = _MeanAnalysis if computation.tool == "fea, mean" else Analysis
     analysis = kind(_meshed(computation, study), clock)

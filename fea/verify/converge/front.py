@@ -52,7 +52,7 @@ def settled(rows: Sequence[Row], floor: float = FLOOR) -> list[float]:
         Smaller errors count as this.
     """
     error = [abs(row.error_percent) for row in rows]
-    if len(rows) > 1 and rows[0].computation.tool != "fea --tolerance":
+    if len(rows) > 1 and not rows[0].computation.adaptive:
         before, last = rows[-2].computation, rows[-1].computation
         error[-1] = max(error[-1], error[-2] * (last.size / before.size) ** (_BEST_RATE * last.order))
     running = np.maximum.accumulate(error[::-1])[::-1]

@@ -32,3 +32,6 @@ def series(problem: str, default_size: float) -> Iterator[list[Computation]]:
             yield [Computation(tool, element, problem, size) for size in sizes]
     if problem == "rod":
         yield [Computation("fea --tolerance", "p2", problem, percent) for percent in TOLERANCES]
+        first = round(COARSEST[problem] * unit, 1)
+        tool = f"fea --size {first:g} --tolerance"
+        yield [Computation(tool, "p2", problem, percent, first) for percent in TOLERANCES]

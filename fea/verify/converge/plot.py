@@ -15,6 +15,7 @@ _COLOURS = {
     "fea --tolerance": "tab:red",
     "CalculiX": "0.45",
 }
+_COARSE = "tab:purple"  # a tolerance reached from a coarse mesh; its name tells the size
 
 
 def draw(comparison: Comparison, path: Path) -> None:
@@ -31,7 +32,9 @@ def draw(comparison: Comparison, path: Path) -> None:
             x, y = _points(list(same))
             style = "-o" if element == "p2" else "--^"
             label = f"{tool}, {element.upper()}"
-            axes.loglog(x, y, style, color=_COLOURS[tool], markersize=4, linewidth=1, label=label)
+            axes.loglog(
+                x, y, style, color=_COLOURS.get(tool, _COARSE), markersize=4, linewidth=1, label=label
+            )
         axes.loglog(*_points(pareto(rows, floor)), color="gold", linewidth=7, alpha=0.4, zorder=0)
         if floor > FLOOR and floor < 100:
             axes.axhspan(FLOOR / 2, floor, color="0.9", zorder=-1)

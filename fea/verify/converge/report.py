@@ -5,17 +5,18 @@ from pathlib import Path
 
 from fea.output.text import make_directory, write_text
 from fea.verify.converge.advice import advice
-from fea.verify.converge.converge import PROBLEMS, QUANTITY, Comparison
+from fea.verify.converge.converge import LONG, PROBLEMS, QUANTITY, RUNS, Comparison
 from fea.verify.converge.front import FLOOR, pareto
 from fea.verify.converge.plot import draw
 from fea.verify.converge.row import Row
 from fea.verify.converge.versus import GOAL, EqualError, equal_error, equal_time
 
-_READING = """\
+_READING = f"""\
 *Seconds* are the whole of a run, from drawing the solid to the recovered stress, in a process of its own that
 has its libraries loaded and started. *Memory* is that process's peak. *fea* recovers stress on the boundary
 from surface strain and known traction; *fea, mean* averages over elements; *fea, whole* uses no mirror plane;
-*fea --tolerance* refines where its error bars say. CalculiX solves the same meshes as *fea* (of the rod:
+*fea --tolerance* refines where its error bars say. What takes less than {LONG:g} s is run {RUNS} times, and
+the median counts. CalculiX solves the same meshes as *fea* (of the rod:
 *fea, whole*) with as many threads; drawing, meshing and loads are counted for both. Errors are signed,
 against the exact value or, on the rod, against meshes whose elements all shrink in proportion and are by far
 the smallest where the peak is, extrapolated by Richardson; none of them is among those compared. An error in
@@ -121,7 +122,7 @@ def _section(problem: str, comparison: Comparison) -> str:
         if abs(row.error_percent) < reference.uncertainty_percent:
             error = f"({error})"
         cells = (
-            *(row.computation.tool, row.computation.element.upper(), f"{found.size:.3g}", str(found.dofs)),
+            *(row.computation.name, row.computation.element.upper(), f"{found.size:.3g}", str(found.dofs)),
             *(f"{found.seconds:.2f}", f"{found.peak_memory:.0f}", f"{found.value:.2f}", error),
             "**yes**" if row in front else "",
         )

@@ -11,19 +11,33 @@ class Computation:
     ----------
     tool
         ``fea``, ``fea, mean`` (stress at the boundary averaged over elements as inside), ``fea, whole`` (no
-        mirror plane used), ``fea --tolerance`` or ``CalculiX``.
+        mirror plane used), ``fea --tolerance`` (at the default size, or with a ``--size`` before it) or
+        ``CalculiX``.
     element
         ``p1`` or ``p2``.
     problem
         ``rod``, ``lame`` or ``goodier``.
     size
-        Element size, mm; the tolerance in percent for ``fea --tolerance``.
+        Element size, mm; the tolerance in percent where one is asked for.
+    first_size
+        Element size, mm, that a refinement to a tolerance begins with; None for the default.
     """
 
     tool: str
     element: str
     problem: str
     size: float
+    first_size: float | None = None
+
+    @property
+    def adaptive(self) -> bool:
+        """Whether `size` is a tolerance."""
+        return self.tool.endswith("--tolerance")
+
+    @property
+    def name(self) -> str:
+        """The tool, and the tolerance where one is asked for."""
+        return f"{self.tool} {self.size:g}" if self.adaptive else self.tool
 
     @property
     def order(self) -> int:
@@ -47,7 +61,7 @@ class Measured:
     dofs
         Degrees of freedom of the body as it was meshed (the whole rod).
     seconds
-        Wall time from the drawing to the stress.
+        Wall time from the drawing to the stress, the median of its runs.
     peak_memory
         Of the process, MiB.
     value

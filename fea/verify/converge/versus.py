@@ -1,7 +1,7 @@
 """Our time against CalculiX's at equal error, and the errors at equal time."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -12,7 +12,6 @@ PERCENTS = (5.0, 2.0, 1.0)
 SECONDS = (0.3, 1.0, 3.0, 10.0, 30.0)
 # Times as fast as CalculiX at equal error is what we aim at.
 GOAL = 10.0
-OURS = ("fea", "fea, mean", "fea --tolerance")
 WHOLE, THEIRS = ("fea, whole",), ("CalculiX",)
 
 
@@ -59,12 +58,13 @@ def equal_error(rows: Sequence[Row], floor: float = FLOOR) -> list[EqualError]:
         Errors are not known better, percent.
     """
     longest = max((row.measured.seconds for row in rows if row.computation.tool in THEIRS), default=0.0)
+    programs = (_ours(rows), WHOLE, THEIRS)
     if not longest:
         return []
     compared = []
     for percent in PERCENTS:
         until = partial(seconds_to, percent=percent, floor=floor)
-        ours, whole, theirs = (_best(rows, tools, until) for tools in (OURS, WHOLE, THEIRS))
+        ours, whole, theirs = (_best(rows, tools, until) for tools in programs)
         compared.append(EqualError(percent, ours, whole, theirs, longest))
     return compared
 
@@ -79,20 +79,25 @@ def equal_time(rows: Sequence[Row], floor: float = FLOOR) -> list[tuple[float, f
     floor
         Errors are not known better, percent.
     """
+    programs = (_ours(rows), THEIRS)
     longest = min(
         max((row.measured.seconds for row in rows if row.computation.tool in tools), default=0.0)
-        for tools in (OURS, THEIRS)
+        for tools in programs
     )
     found = []
     for seconds in (time for time in SECONDS if time <= longest):
         after = partial(error_after, seconds=seconds, floor=floor)
-        ours, theirs = (_best(rows, tools, after) for tools in (OURS, THEIRS))
+        ours, theirs = (_best(rows, tools, after) for tools in programs)
         if math.isfinite(ours) and math.isfinite(theirs):
             found.append((seconds, ours, theirs))
     return found
 
 
-def _best(rows: Sequence[Row], tools: Sequence[str], measure: Callable[[list[Row]], float]) -> float:
+def _ours(rows: Sequence[Row]) -> set[str]:
+    return {row.computation.tool for row in rows} - {*WHOLE, *THEIRS}
+
+
+def _best(rows: Sequence[Row], tools: Collection[str], measure: Callable[[list[Row]], float]) -> float:
     """The least that any series of these tools gives; infinite where there is none."""
     series = by_tool(row for row in rows if row.computation.tool in tools).values()
     return min((measure(own) for own in series), default=math.inf)
