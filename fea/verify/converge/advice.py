@@ -23,7 +23,7 @@ def _sentence(rows: Sequence[Row], percent: float, against: EqualError | None, f
     (_, element), best = min(ours.items(), key=lambda item: item[1].measured.seconds)
     text = (
         f"For a peak that stays within {percent:g} % on all finer meshes use `{best.computation.name}` with "
-        f"{element.upper()} elements: {best.measured.seconds:.1f} s at {best.measured.dofs} degrees of freedom"
+        f"{element.upper()} elements: {best.measured.seconds:.1f} s at {best.measured.dofs} dofs"
     )
     if against is not None:
         text += "; CalculiX " + _calculix(against)
