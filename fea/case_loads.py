@@ -112,7 +112,7 @@ class CaseLoads:
     ) -> BoreLoad:
         arc = self._pressure.arc(axial)
         peak = arc.peak(float(np.hypot(*force)), radius, width)
-        return bore_load(bore, self._n_nodes, force, lambda psi: peak * arc(psi))
+        return bore_load(bore, self._n_nodes, force, lambda psi: peak * arc.unbounded(psi), arc.angle / 2)
 
 
 def _total(parts: Sequence[Split]) -> Split:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -70,14 +71,15 @@ class CaseResult:
             "safety_factor": self.safety_factor,
         }
 
-    def cell_data(self, mesh: TetMesh, materials: Sequence[Material]) -> dict[str, npt.NDArray[np.float64]]:
+    def cell_data(self, mesh: TetMesh, materials: Sequence[Material]) -> dict[str, npt.NDArray[Any]]:
         """Arrays of the elements, by their names in the VTU file: the worst node of each counts."""
         largest, factor = np.empty((2, len(mesh.tets)))
         for number, (equivalent, material) in enumerate(zip(self.part_von_mises, materials, strict=True)):
             own = slice(None) if mesh.part is None else mesh.part == number
             largest[own] = element_largest(equivalent, mesh.tets[own])
             factor[own] = safety_factor(largest[own], material.yield_strength)
-        return {"von_mises": largest, "safety_factor": factor, "error_percent": self.error.element_percent}
+        found = {"von_mises": largest, "safety_factor": factor, "error_percent": self.error.element_percent}
+        return found if mesh.part is None else found | {"part": mesh.part.astype(np.uint8)}
 
     @property
     def judged(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:

@@ -54,10 +54,12 @@ class Arc:
         """Relative pressure s at angles φ (rad, any turn) from the force: 1 amid the arc, 0 outside it."""
         phi = np.asarray(phi, dtype=np.float64)
         phi = np.abs(np.mod(phi + math.pi, 2 * math.pi) - math.pi)
-        inside = phi <= self.angle / 2
-        if self.shape is Shape.UNIFORM:
-            return np.where(inside, 1.0, 0.0)
-        return np.where(inside, np.cos(np.minimum(math.pi * phi / self.angle, math.pi / 2)), 0.0)
+        return np.where(phi <= self.angle / 2, self.unbounded(np.minimum(phi, self.angle / 2)), 0.0)
+
+    def unbounded(self, phi: npt.ArrayLike) -> Floats:
+        """Relative pressure s as it would go on beyond the arc's ends."""
+        phi = np.asarray(phi, dtype=np.float64)
+        return np.ones_like(phi) if self.shape is Shape.UNIFORM else np.cos(math.pi / self.angle * phi)
 
     @property
     def resultant(self) -> float:

@@ -11,6 +11,8 @@ import numpy as np
 
 SCHEMA = "fea/summary/1"
 DIGITS = 6  # beyond what any input is known to, and enough to compare two runs
+IN_FULL = ("loads",)  # tables from which equilibrium can be checked anew
+FULL = 17
 
 
 def json_text(value: object, digits: int = DIGITS) -> str:
@@ -48,7 +50,7 @@ def _plain(value: object, digits: int) -> Any:  # noqa: PLR0911 - one line a typ
     if isinstance(value, float):
         return _rounded(value, digits)
     if isinstance(value, Mapping):
-        return {str(key): _plain(item, digits) for key, item in value.items()}
+        return {str(key): _plain(item, _digits(key, item, digits)) for key, item in value.items()}
     if isinstance(value, PathLike):
         return fspath(value)
     if isinstance(value, list | tuple):
@@ -58,6 +60,10 @@ def _plain(value: object, digits: int) -> Any:  # noqa: PLR0911 - one line a typ
     raise TypeError(f"{value!r} has no JSON form: give a mapping, a sequence, a number, text or None.")
 
 
+def _digits(key: object, item: object, digits: int) -> int:
+    return FULL if key in IN_FULL and isinstance(item, Mapping) else digits
+
+
 def _rounded(value: float, digits: int) -> float | None:
     """Return `value` with so many significant digits; None if it is not finite."""
     return float(f"{value:.{digits}g}") + 0.0 if math.isfinite(value) else None  # + 0.0: no minus zero
@@ -65,7 +71,7 @@ def _rounded(value: float, digits: int) -> float | None:
 
 def _vector(values: list[Any] | tuple[Any, ...], digits: int) -> list[Any]:
     """Return the components of a vector, all rounded to the last digit of the largest."""
-    plain = [_plain(item, 17) for item in values]
+    plain = [_plain(item, FULL) for item in values]
     finite = [abs(item) for item in plain if isinstance(item, float | int)]
     largest = max(finite, default=0.0)
     if largest == 0:

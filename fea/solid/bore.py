@@ -1,13 +1,14 @@
 """Nodal forces of the pressure on a bore."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
-from fea.solid.element import tabulate
-from fea.solid.integration import jacobians
+from fea.solid.clip import parts_within
+from fea.solid.element import shape_functions, tabulate
 from fea.solid.parity import Split
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -15,35 +16,49 @@ from mesh.tetmesh import TetMesh
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-# The kinks at an arc's ends need points rather than order: with these 25, stress away from the bore is
-# within 1e-4 of the peak of what exact integration gives on the coarsest of the default meshes.
+# Enough for the harmonics of a cycle, whose higher ones turn once within a few of the coarsest facets.
 FACET_DEGREE = 10
+# Two angles this near are one, rad: an arc's end there is at a node.
+ANGLE_DECIMALS = 9
 
 
 @dataclass(frozen=True)
-class BoreFacets:
-    """Quadrature points of a bore's facets.
+class FacetPoints:
+    """Quadrature points of facets or of parts of them.
 
     Attributes
     ----------
     nodes
         (n_facets, n_facet_nodes).
     shape_values
-        (n_points, n_facet_nodes).
+        (n_points, n_facet_nodes), or (n_facets, n_points, n_facet_nodes) where each has its own points.
     areas
         (n_facets, n_points) weight times area, mm².
     angle
         (n_facets, n_points) about the bore's axis from rod +x, rad.
-    node_angle
-        (n_facets, n_facet_nodes) angle of the nodes, rad.
-    cut_y, cut_z
-        Whether the cell stands for its mirror images about y = 0, z = 0.
     """
 
     nodes: Ints
     shape_values: Floats
     areas: Floats
     angle: Floats
+
+
+@dataclass(frozen=True)
+class BoreFacets(FacetPoints):
+    """Quadrature points of a bore's facets.
+
+    Attributes
+    ----------
+    corners
+        (n_facets, n_facet_nodes, 3) places of the nodes from the bore's axis, mm.
+    node_angle
+        (n_facets, n_facet_nodes) angle of the nodes, rad.
+    cut_y, cut_z
+        Whether the cell stands for its mirror images about y = 0, z = 0.
+    """
+
+    corners: Floats
     node_angle: Floats
     cut_y: bool
     cut_z: bool
@@ -52,20 +67,56 @@ class BoreFacets:
 def bore_facets(mesh: TetMesh, surface: Surface, center_x: float) -> BoreFacets:
     """Quadrature points of the bore `surface`, whose axis passes through (`center_x`, 0)."""
     nodes = mesh.facets[surface]
+    corners = mesh.points[nodes] - np.array([center_x, 0.0, 0.0])
     table = tabulate(nodes.shape[1], FACET_DEGREE)
-    corners = mesh.points[nodes]
-    tangents = jacobians(corners, table.gradients)
-    normal = np.cross(tangents[..., 0], tangents[..., 1])
-    places = table.values @ corners
+    areas, angle = _areas_and_angles(corners, table.values, table.gradients)
     return BoreFacets(
         nodes,
         table.values,
-        np.linalg.norm(normal, axis=-1) * table.weights,
-        np.arctan2(places[..., 1], places[..., 0] - center_x),
-        np.arctan2(corners[..., 1], corners[..., 0] - center_x),
+        areas * table.weights,
+        angle,
+        corners,
+        np.arctan2(corners[..., 1], corners[..., 0]),
         Surface.SYMMETRY_Y in mesh.facets,
         Surface.SYMMETRY_Z in mesh.facets,
     )
+
+
+def _areas_and_angles(corners: Floats, values: Floats, gradients: Floats) -> tuple[Floats, Floats]:
+    """Area per reference area and angle (n_facets, n_points) for shape functions as in `FacetPoints`."""
+    tangents = corners.transpose(0, 2, 1)[:, None] @ gradients
+    areas = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1)
+    places = values @ corners
+    return areas, np.arctan2(places[..., 1], places[..., 0])
+
+
+def facets_within(bore: BoreFacets, direction: float, half_arc: float) -> Iterator[FacetPoints]:
+    """Quadrature points of what lies within `half_arc` (rad) of a direction: whole facets, then parts.
+
+    An arc ends within a facet on the line, straight in reference coordinates, where the angle interpolated
+    between the facet's corners is the arc's end. So no point is on one side of it or on the other by
+    rounding, and forces change with the direction without a jump.
+    """
+    corner = bore.node_angle[:, :3]
+    psi = wrapped(corner[:, :1] - direction) + wrapped(corner - corner[:, :1])
+    inside = (np.abs(psi) <= half_arc).all(axis=1)
+    outside = (psi >= half_arc).all(axis=1) | (psi <= -half_arc).all(axis=1)
+    yield FacetPoints(bore.nodes[inside], bore.shape_values, bore.areas[inside], bore.angle[inside])
+    crossed = np.flatnonzero(~inside & ~outside)
+    owner, parts = parts_within(psi[crossed], half_arc)
+    yield _part_points(bore, crossed[owner], parts)
+
+
+def _part_points(bore: BoreFacets, facets: Ints, parts: Floats) -> FacetPoints:
+    """Quadrature points of parts (n, 3, 2), each of one of the `facets` (n,)."""
+    nodes, corners = bore.nodes[facets], bore.corners[facets]
+    table = tabulate(3, FACET_DEGREE)
+    places = table.values @ parts
+    shapes = shape_functions(nodes.shape[1], places.reshape(-1, 2).T)
+    values, gradients = (each.reshape(*places.shape[:2], *each.shape[1:]) for each in shapes)
+    areas, angle = _areas_and_angles(corners, values, gradients)
+    share = np.abs(np.linalg.det(parts[:, 1:] - parts[:, :1]))[:, None]  # of the reference triangle
+    return FacetPoints(nodes, values, areas * share * table.weights, angle)
 
 
 @dataclass(frozen=True)
@@ -92,6 +143,7 @@ def bore_load(
     n_nodes: int,
     force: tuple[float, float],
     pressure: Callable[[Floats], Floats],
+    half_arc: float,
 ) -> BoreLoad:
     """Press a bore in the direction of `force`, with exactly that resultant.
 
@@ -108,62 +160,80 @@ def bore_load(
     force
         (x, y) on the whole rod, N.
     pressure
-        p(ψ), MPa, of the whole force on the whole width; vectorised, ψ in −π…π.
+        p(ψ), MPa, of the whole force on the whole width; vectorised, smooth also somewhat beyond the arc.
+    half_arc
+        |ψ| beyond which there is no pressure, rad; see `facets_within`.
     """
     magnitude, direction = float(np.hypot(*force)), float(np.arctan2(force[1], force[0]))
-    a, b = 1.0, 0.0
-    if magnitude > 0:
-        a, b = np.linalg.solve(_resultants(bore, direction, pressure), [magnitude, 0.0])
+    sides = (1, -1) if bore.cut_y else (1,)  # the cell, and its image as the cell sees it
+    if not magnitude:
+        nothing = np.zeros((n_nodes, 3))
+        split = Split(nothing, nothing if bore.cut_y else None)
+        return BoreLoad(split, split, 1.0)
 
-    def exact(angle: Floats) -> Floats:
-        psi = _wrapped(angle - direction)
-        return np.asarray(pressure(psi) * (a + b * np.sin(psi))) if magnitude > 0 else np.zeros_like(angle)
+    def psi(angle: Floats, side: int) -> Floats:
+        return np.asarray(side * wrapped(angle - side * direction))
 
-    there, nodal = exact(bore.angle), exact(bore.node_angle)
-    if not bore.cut_y:
-        return BoreLoad(
-            Split(radial_forces(bore, n_nodes, there), None),
-            Split(radial_traction(bore, n_nodes, nodal), None),
-            float(a),
-        )
-    mirrored, nodal_mirrored = exact(-bore.angle), exact(-bore.node_angle)
-    return BoreLoad(
-        Split(
-            radial_forces(bore, n_nodes, (there + mirrored) / 2),
-            radial_forces(bore, n_nodes, (there - mirrored) / 2),
-        ),
-        Split(
-            radial_traction(bore, n_nodes, (nodal + nodal_mirrored) / 2),
-            radial_traction(bore, n_nodes, (nodal - nodal_mirrored) / 2),
-        ),
-        float(a),
-    )
+    basis = [
+        _basis(facets_within(bore, side * direction, half_arc), n_nodes, pressure, partial(psi, side=side))
+        for side in sides
+    ]
+    factors = np.linalg.solve(_resultants(basis, direction, bore), [magnitude, 0.0])
+
+    def nodal(side: int) -> Floats:
+        off = psi(bore.node_angle, side)
+        within = np.heaviside(np.round(half_arc - np.abs(off), ANGLE_DECIMALS), 0.5)
+        return np.asarray(within * pressure(off) * (factors[0] + factors[1] * np.sin(off)))
+
+    forces = [np.tensordot(factors, both, axes=1) for both in basis]
+    tractions = [radial_traction(bore, n_nodes, nodal(side)) for side in sides]
+    return BoreLoad(_split(forces), _split(tractions), float(factors[0]))
 
 
-def _resultants(bore: BoreFacets, direction: float, pressure: Callable[[Floats], Floats]) -> Floats:
+def _basis(
+    facets: Iterable[FacetPoints],
+    n_nodes: int,
+    pressure: Callable[[Floats], Floats],
+    psi: Callable[[Floats], Floats],
+) -> Floats:
+    """Nodal forces (2, n_nodes, 3) of p and of p sin ψ."""
+    forces = np.zeros((2, n_nodes, 3))
+    for points in facets:
+        off = psi(points.angle)
+        pressed = pressure(off)
+        forces[0] += radial_forces(points, n_nodes, pressed)
+        forces[1] += radial_forces(points, n_nodes, pressed * np.sin(off))
+    return forces
+
+
+def _resultants(basis: list[Floats], direction: float, bore: BoreFacets) -> Floats:
     """Resultants along and across the force of p and of p sin ψ (columns), over every image of the cell."""
-    weight = bore.areas * (2 if bore.cut_z else 1)
-    system = np.zeros((2, 2))
-    for side in (1, -1) if bore.cut_y else (1,):
-        psi = _wrapped(side * bore.angle - direction)
-        pressed = weight * pressure(psi)
-        radial = np.stack([np.cos(psi), np.sin(psi)])
-        system[:, 0] += (radial * pressed).sum(axis=(1, 2))
-        system[:, 1] += (radial * pressed * np.sin(psi)).sum(axis=(1, 2))
-    return system
+    sums: Floats = np.stack([forces.sum(axis=1) for forces in basis])  # (n_sides, 2, 3)
+    x, y = sums[..., 0].sum(axis=0), sums[0, :, 1] - sums[1:, :, 1].sum(axis=0)
+    cosine, sine = np.cos(direction), np.sin(direction)
+    return (2 if bore.cut_z else 1) * np.stack([cosine * x + sine * y, cosine * y - sine * x])
 
 
-def _wrapped(angle: Floats) -> Floats:
+def _split(fields: list[Floats]) -> Split:
+    """Parities of a field on the cell, and on its image as the cell sees it where there is one."""
+    if len(fields) == 1:
+        return Split(fields[0], None)
+    here, image = fields
+    return Split((here + image) / 2, (here - image) / 2)
+
+
+def wrapped(angle: Floats) -> Floats:
+    """Return the same directions within −π…π."""
     return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
 
 
-def radial_forces(bore: BoreFacets, n_nodes: int, pressure: Floats) -> Floats:
+def radial_forces(points: FacetPoints, n_nodes: int, pressure: Floats) -> Floats:
     """Nodal forces (n_nodes, 3) of a radial traction at the quadrature points."""
-    traction = bore.areas * pressure
+    traction = points.areas * pressure
     forces = np.zeros((n_nodes, 3))
-    for axis, component in enumerate((np.cos(bore.angle), np.sin(bore.angle))):
-        nodal = (traction * component) @ bore.shape_values
-        forces[:, axis] = np.bincount(bore.nodes.ravel(), nodal.ravel(), minlength=n_nodes)
+    for axis, component in enumerate((np.cos(points.angle), np.sin(points.angle))):
+        nodal = (traction * component)[:, None] @ points.shape_values
+        forces[:, axis] = np.bincount(points.nodes.ravel(), nodal.ravel(), minlength=n_nodes)
     return forces
 
 

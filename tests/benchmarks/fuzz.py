@@ -3,9 +3,11 @@
     python tests/benchmarks/fuzz.py --count 1000 --kinds step toml csv
 
 A run that ends otherwise, takes too long, or leaves a file or a process behind is printed with its seed.
+STEP files take seconds each: `--resume FILE.json` keeps what was done and goes on from there.
 """
 
 import argparse
+import json
 import random
 import sys
 import tempfile
@@ -91,21 +93,44 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--kinds", nargs="+", default=["step", "toml", "csv"])
+    parser.add_argument("--resume", type=Path, help="a JSON file to keep outcomes in")
     arguments = parser.parse_args()
     import fea.jobs.job
     import fea.jobs.rod_report  # noqa: F401 - loaded once, for every copy
 
+    kept = json.loads(arguments.resume.read_text()) if arguments.resume and arguments.resume.exists() else {}
     for kind in arguments.kinds:
-        codes, faults, died = Counter(), 0, 0
         for seed in range(arguments.first, arguments.first + arguments.count):
-            found = ended(kind, seed)
-            codes[found.code] += 1
-            died += "the CAD kernel" in found.said and "when it is to" in found.said
-            if fault := found.fault():
-                faults += 1
-                print(f"{kind} {seed}: {fault}: {found.said[-300:]}", flush=True)
-        print(f"{kind}: {arguments.count} files, exit codes {dict(sorted(codes.items()))},", end=" ")
-        print(f"{died} deaths of the CAD kernel survived, {faults} faults", flush=True)
+            if (key := f"{kind} {seed}") not in kept:
+                kept[key] = outcome(kind, seed)
+                if arguments.resume:
+                    keep(arguments.resume, kept)
+        print(
+            summary(kind, [(key, entry) for key, entry in kept.items() if key.startswith(kind)]), flush=True
+        )
+
+
+def outcome(kind: str, seed: int) -> dict[str, object]:
+    """How one run ended: exit code, whether the CAD kernel died in it, the fault if there is one."""
+    found = ended(kind, seed)
+    died = "the CAD kernel" in found.said and "when it is to" in found.said
+    return {"code": found.code, "died": died, "fault": found.fault(), "said": found.said[-300:]}
+
+
+def keep(path: Path, kept: dict[str, dict]) -> None:
+    """Write the outcomes, whole or not at all."""
+    beside = path.with_suffix(".part")
+    beside.write_text(json.dumps(kept))
+    beside.replace(path)
+
+
+def summary(kind: str, entries: list[tuple[str, dict]]) -> str:
+    """Counts, after a line for each fault."""
+    codes = Counter(entry["code"] for _, entry in entries)
+    faults = [f"{key}: {entry['fault']}: {entry['said']}" for key, entry in entries if entry["fault"]]
+    died = sum(entry["died"] for _, entry in entries)
+    ends = f"{kind}: {len(entries)} files, exit codes {dict(sorted(codes.items()))},"
+    return "\n".join([*faults, f"{ends} {died} deaths of the CAD kernel survived, {len(faults)} faults"])
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ def outcome(seed):
             if not figures["trusted"]:
                 failed = [name for name, check in figures["checks"].items() if not check["pass"]]
                 return {"outcome": "marked", "code": 5, "by": ", ".join(failed)}
-            errors = recheck(folder / "r", figures, told)._asdict()
+            errors = recheck(folder / "r", told)._asdict()
         except Exception as error:  # noqa: BLE001 - a crash is a finding
             code = exit_code(error)
             kind = "crashed" if code in (None, 7) else "refused"

@@ -1,25 +1,22 @@
 """A written run examined anew, with nothing of the program but its files: piston, equilibrium, sections.
 
-The internal forces K u are integrated from the displacement of the VTU file, the loads from the figures of
-the summary. The quadrature rules have the program's degrees,
-as no rule integrates the kinks of a bore pressure exactly.
+The internal forces K u are integrated from the displacement of the VTU files, the loads from the figures of
+the summary.
 """
 
 import json
 import math
-import re
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import meshio
 import numpy as np
 import pyvista as pv
+from recheck_bore import arc, bore_faces, bore_forces
+from recheck_elements import rule
 from recheck_pressure import pressures
-from skfem import ElementTetP1, ElementTetP2, ElementTriP1, ElementTriP2, MeshTet, MeshTri
-from skfem.quadrature import get_quadrature
 
-VOLUME, FACET = 5, 10
-FACES = np.array([[0, 1, 2, 4, 5, 6], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 2, 3, 6, 9, 7]])
+VOLUME = 5
 AT_REST = ("gas", "given")
 
 
@@ -53,20 +50,6 @@ class Errors(NamedTuple):
         return Errors(*map(max, self, other))
 
 
-def rule(n_nodes, degree):
-    """Weights, values (q, n) and slopes (q, n, dim) of the reference element with so many nodes."""
-    element = {4: ElementTetP1(), 10: ElementTetP2(), 3: ElementTriP1(), 6: ElementTriP2()}[n_nodes]
-    points, weights = get_quadrature((MeshTet if n_nodes in (4, 10) else MeshTri).elem.refdom, degree)
-    tables = [element.lbasis(points, i) for i in range(n_nodes)]
-    values = np.stack([np.broadcast_to(v, points.shape[1]) for v, _ in tables], axis=1)
-    slopes = np.stack([_spread(np.asarray(g, dtype=float), points.shape) for _, g in tables], axis=1)
-    return weights, values, slopes
-
-
-def _spread(slope, shape):
-    return np.broadcast_to(slope.reshape(shape[0], -1), shape).T
-
-
 @dataclass(frozen=True)
 class Body:
     """The mesh of a run: places, elements with their materials, and what lies on its bores."""
@@ -85,7 +68,8 @@ class Body:
             bore_faces(points, tets, center, radius)
             for center, radius in ((told.length, told.small_radius), (0.0, told.big_radius))
         )
-        return cls(points, tets, _materials(points, tets, told), small, big)
+        part = written.cell_data.get("part")
+        return cls(points, tets, _materials(points, tets, told, part), small, big)
 
     def scattered(self, forces):
         """Sum forces (n_elements, n_local, 3) at their nodes."""
@@ -112,48 +96,6 @@ def internal_forces(body, u, told):
         stress = mu[:, None, None] * (h + h.transpose(0, 2, 1)) + p[:, None, None] * np.eye(3)
         out += volume[:, None, None] * (one @ stress)
     return body.scattered(out)
-
-
-def bore_faces(points, tets, center, radius):
-    """Faces (n, 3 or 6) of the skin that lie on a bore."""
-    local = FACES if tets.shape[1] == 10 else FACES[:, :3]
-    faces = tets[:, local].reshape(-1, local.shape[1])
-    _, first, counts = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
-    faces = faces[first[counts == 1]]
-    away = np.hypot(points[:, 0] - center, points[:, 1])
-    return faces[(np.abs(away - radius) < 1e-6 * radius)[faces[:, :3]].all(axis=1)]
-
-
-def arc(pressure, axial):
-    """Relative pressure over the angle from the force, of an end pulled (axial > 0) or pushed."""
-    if pressure == "webster":
-        pressure = "cosine-180" if axial > 0 else "uniform-120"
-    shape, degrees = re.fullmatch(r"(cosine|uniform)-([\d.]+)", pressure).groups()
-    half = math.radians(float(degrees)) / 2
-    if shape == "uniform":
-        return lambda psi: np.where(np.abs(psi) <= half, 1.0, 0.0)
-    return lambda psi: np.where(np.abs(psi) <= half, np.cos(np.pi * psi / (2 * half)), 0.0)
-
-
-def bore_forces(points, faces, center, force, pressed):
-    """Pressure on a bore with the resultant `force` (x, y), as nodal forces (n, 3)."""
-    out = np.zeros_like(points)
-    magnitude, direction = math.hypot(*force), math.atan2(force[1], force[0])
-    if not magnitude:
-        return out
-    weights, values, slopes = rule(faces.shape[1], FACET)
-    tangents = np.einsum("fni,qnk->fqik", points[faces], slopes)
-    area = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) * weights
-    places = np.einsum("qn,fni->fqi", values, points[faces])
-    angle = np.arctan2(places[..., 1], places[..., 0] - center)
-    psi = np.mod(angle - direction + math.pi, 2 * math.pi) - math.pi
-    basis = [pressed(psi), pressed(psi) * np.sin(psi)]
-    system = [[(area * b * trig(psi)).sum() for b in basis] for trig in (np.cos, np.sin)]
-    a, b = np.linalg.solve(system, [magnitude, 0.0])
-    pressure = area * (a * basis[0] + b * basis[1])
-    for axis, part in enumerate((np.cos(angle), np.sin(angle))):
-        np.add.at(out[:, axis], faces.ravel(), ((pressure * part) @ values).ravel())
-    return out
 
 
 def rod_angle(told, theta):
@@ -198,14 +140,14 @@ def piston_error(load, told):
     return float(abs(sum(parts)) / max(map(abs, parts)))
 
 
-def recheck(folder, figures, told):
+def recheck(folder, told):
     """Largest errors over the cases of a run: of piston, equilibrium, and the section amid the shank.
 
     Returns
     -------
     Errors
     """
-    assert json.loads((folder / "summary.json").read_text())["schema"] == figures["schema"]
+    figures = json.loads((folder / "summary.json").read_text())
     found, body = Errors(), None
     for name, load in figures["loads"].items():
         written = meshio.read(folder / f"{name}.vtu")
@@ -241,8 +183,14 @@ def recheck(folder, figures, told):
     return found
 
 
-def _materials(points, tets, told):
-    """Which material (n_tets,) an element has: the bushing's where it lies within its outer radius."""
-    away = np.hypot(points[:, 0] - told.length, points[:, 1])
-    within = away <= (told.small_radius + told.bushing) * (1 + 1e-6)
-    return (within[tets[:, :4]].all(axis=1) & (told.bushing > 0)).astype(int)
+def _materials(points, tets, told, part):
+    """Which material (n_tets,) an element has: the bushing's where it lies within its outer radius.
+
+    An element with all corners on that radius may be of either part: the file says of which.
+    """
+    if not told.bushing:
+        return np.zeros(len(tets), dtype=int)
+    outer = told.small_radius + told.bushing
+    away = np.hypot(points[:, 0] - told.length, points[:, 1])[tets[:, :4]] - outer
+    between = (np.abs(away) < 1e-6 * outer).all(axis=1)
+    return np.where(between, part[0], (away <= 1e-6 * outer).all(axis=1))

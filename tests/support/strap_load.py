@@ -31,7 +31,13 @@ def tilted_load(mesh):
     ):
         peak = COSINE.peak(np.hypot(*force), radius, WIDTH)
         facets = bore_facets(mesh, surface, center)
-        load = bore_load(facets, len(mesh.points), tuple(force), lambda psi, p=peak: p * COSINE(psi))
+        load = bore_load(
+            facets,
+            len(mesh.points),
+            tuple(force),
+            lambda psi, p=peak: p * COSINE.unbounded(psi),
+            COSINE.angle / 2,
+        )
         parts.append(load.forces)
     odd = [part.antisymmetric for part in parts if part.antisymmetric is not None]
     return Split(sum(part.symmetric for part in parts), sum(odd) if odd else None)

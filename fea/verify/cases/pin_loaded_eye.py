@@ -18,6 +18,7 @@ from fea.verify.body import STEEL, SolvedBody, held, nodes_of
 from geometry.bodies.shape import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
+from loads.bearing import Arc as PressedArc
 from loads.bearing import BorePressure
 from mesh.body import Fine, mesh_body
 
@@ -65,7 +66,8 @@ def compute(size: float) -> Computed:
     found: dict[str, float] = {}
     resultants = []
     for name, goal in PEAKS.items():
-        load = bore_load(bore, len(mesh.points), (FORCE, 0.0), _pressure(name))
+        arc = BorePressure.parse(name).tension
+        load = bore_load(bore, len(mesh.points), (FORCE, 0.0), _pressure(arc), arc.angle / 2)
         u = displacement(mesh, STEEL, load.forces.symmetric, fixed)
         pressed = {Surface.INNER: load.traction.symmetric[:, :, None]}
         solved = SolvedBody(mesh, STEEL, u, (Surface.INNER, Surface.OUTER, Surface.FREE), pressed)
@@ -76,11 +78,10 @@ def compute(size: float) -> Computed:
     return Computed(found, mesh.points.size)
 
 
-def _pressure(name: str) -> Callable[[Floats], Floats]:
+def _pressure(pressed: PressedArc) -> Callable[[Floats], Floats]:
     """Pressure, MPa, at angles from the force."""
-    arc = BorePressure.parse(name).tension
-    peak = arc.peak(FORCE, RADIUS, 2 * HALF_THICKNESS)
-    return lambda psi: peak * arc(psi)
+    peak = pressed.peak(FORCE, RADIUS, 2 * HALF_THICKNESS)
+    return lambda psi: peak * pressed.unbounded(psi)
 
 
 BENCHMARK = Benchmark(
