@@ -11,7 +11,7 @@ from fea.solid.bore import BoreFacets, BoreLoad, bore_facets, bore_load
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Split
 from geometry.surfaces import Surface
-from loads.bearing import BorePressure
+from loads.bearing import Arc, BorePressure
 from loads.cases import LoadCase
 from mesh.tetmesh import TetMesh
 
@@ -27,7 +27,9 @@ class Bores:
     rod_length
         Between the bores, mm.
     big_radius, big_width, small_radius, small_width
-        mm.
+        mm, the widths in the mean.
+    small_taper
+        The small end's width at the angle φ from +x is small_width + small_taper cos φ, mm.
     """
 
     rod_length: float
@@ -35,6 +37,7 @@ class Bores:
     big_width: float
     small_radius: float
     small_width: float
+    small_taper: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -88,15 +91,14 @@ class CaseLoads:
         """Nodal forces of everything that acts in `case`."""
         bores = self._bores
         pin, crank = (case.pin_axial, case.pin_transverse), (-case.crank_axial, case.crank_transverse)
-        loads = {
-            Surface.SMALL_END_BORE: self._pin(
-                self._small, bores.small_radius, bores.small_width, case.pin_axial, pin
-            )
-        }
+        arc = self._pressure.arc(case.pin_axial)
+        taper = bores.small_taper * float(np.cos(np.arctan2(pin[1], pin[0])))  # along the force
+        peak = arc.peak(float(np.hypot(*pin)), bores.small_radius, bores.small_width, taper)
+        loads = {Surface.SMALL_END_BORE: self._pressed(self._small, pin, arc, peak)}
         if self._support is not Support.CLAMPED:
-            loads[Surface.BIG_END_BORE] = self._pin(
-                self._big, bores.big_radius, bores.big_width, case.crank_axial, crank
-            )
+            arc = self._pressure.arc(case.crank_axial)
+            peak = arc.peak(float(np.hypot(*crank)), bores.big_radius, bores.big_width)
+            loads[Surface.BIG_END_BORE] = self._pressed(self._big, crank, arc, peak)
         parts = [load.forces for load in loads.values()]
         if case.motion is not None:
             parts.append(self._inertia.forces(case.motion))
@@ -107,11 +109,7 @@ class CaseLoads:
             max(float(np.hypot(*force)) for force in (pin, crank)),
         )
 
-    def _pin(
-        self, bore: BoreFacets, radius: float, width: float, axial: float, force: tuple[float, float]
-    ) -> BoreLoad:
-        arc = self._pressure.arc(axial)
-        peak = arc.peak(float(np.hypot(*force)), radius, width)
+    def _pressed(self, bore: BoreFacets, force: tuple[float, float], arc: Arc, peak: float) -> BoreLoad:
         return bore_load(bore, self._n_nodes, force, lambda psi: peak * arc.unbounded(psi), arc.angle / 2)
 
 

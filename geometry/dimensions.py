@@ -102,6 +102,12 @@ class Dimensions:
         return (self.small_end_width + (self.small_end_crown_width or self.small_end_width)) / 2
 
     @property
+    def pin_bearing_taper(self) -> float:
+        """What the small-end bore is longer at its +x end than in the mean (shorter: negative), mm."""
+        narrower = self.small_end_width - (self.small_end_crown_width or self.small_end_width)
+        return -narrower / 2 * (self.small_end_bore / 2) / self.small_end_radius
+
+    @property
     def has_pockets(self) -> bool:
         """Whether the shank is an I-section."""
         return self.shank_section is ShankSection.I

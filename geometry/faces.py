@@ -114,12 +114,15 @@ class Bore:
     x, radius
         mm.
     width
-        Length along the axis, mm.
+        Length along the axis, mm, in the mean.
+    taper
+        The length at the angle φ from +x is width + taper cos φ, mm.
     """
 
     x: float
     radius: float
     width: float
+    taper: float = 0.0
 
 
 def surfaces(

@@ -27,8 +27,8 @@ class Hole:
         Middle of its axis, mm, and the axis's unit vector.
     radius, width
         mm; the width is its length along the axis, at its longest.
-    area
-        Of its wall, mm².
+    area, moment
+        Of its wall, mm², and its first moment (3,) about `center`, mm³.
     faces
         gmsh's tags of its wall.
     """
@@ -38,12 +38,17 @@ class Hole:
     radius: float
     width: float
     area: float
+    moment: Vector
     faces: tuple[int, ...]
 
     @property
     def mean_width(self) -> float:
         """Length of its wall along the axis in the mean (ends may be slanted, an oil hole missing), mm."""
         return self.area / (2 * math.pi * self.radius)
+
+    def taper(self, direction: Vector) -> float:
+        """How much longer than in the mean a wall with slanted ends is towards a unit vector, mm."""
+        return float(self.moment @ direction) / (math.pi * self.radius**2)
 
     def parallel(self, other: "Hole") -> bool:
         """Whether the axes are parallel."""
@@ -141,11 +146,14 @@ def _walls(group: Sequence[Face]) -> list[Hole]:
         same = [face for face in group if abs(face.values[6] - radius) < 2e-6]
         along = np.concatenate([_extent(face, point, direction) for face in same])
         low, high = float(along.min()), float(along.max())
-        area = sum(gmsh.model.occ.getMass(2, face.tag) for face in same)
+        areas = np.array([gmsh.model.occ.getMass(2, face.tag) for face in same])
+        area = float(areas.sum())
         if area > 0.8 * 2 * math.pi * radius * (high - low):  # an oil hole may be missing from it
             center = point + (low + high) / 2 * direction
             tags = tuple(face.tag for face in same)
-            walls.append(Hole(center, direction, same[0].values[6], high - low, area, tags))
+            middles = np.array([gmsh.model.occ.getCenterOfMass(2, tag) for tag in tags])
+            moment = areas @ (middles - center)
+            walls.append(Hole(center, direction, same[0].values[6], high - low, area, moment, tags))
     return walls
 
 

@@ -87,7 +87,10 @@ def _place(volumes: Sequence[int], big: Hole, small: Hole) -> tuple[Bore, Bore]:
         if angle > 1e-12:
             gmsh.model.occ.rotate(solids, 0, 0, 0, *(turn / angle), angle)
         gmsh.model.occ.synchronize()
-    return Bore(0.0, big.radius, big.mean_width), Bore(length, small.radius, small.mean_width)
+    return (
+        Bore(0.0, big.radius, big.mean_width),
+        Bore(length, small.radius, small.mean_width, small.taper(x)),
+    )
 
 
 def _parts(cells: Sequence[Sequence[int]], names: Sequence[str], mirror: Mirror) -> tuple[Part, ...]:

@@ -105,7 +105,7 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER) -> Solid:
     check_areas(rod, mirror, found)
     bores = (
         Bore(0.0, rod.big_end_bore / 2, rod.big_end_width),
-        Bore(rod.length, rod.small_end_bore / 2, rod.pin_bearing_width),
+        Bore(rod.length, rod.small_end_bore / 2, rod.pin_bearing_width, rod.pin_bearing_taper),
     )
     mass = joined([part.mass for part in parts])
     return Solid(mirror, bores, parts, surfaces(bores, mirror, faces), found, mass)

@@ -72,9 +72,22 @@ class Arc:
         k = math.pi / self.angle
         return 2 * k * math.cos(half) / (k**2 - 1)
 
-    def peak(self, force: float, radius: float, width: float) -> float:
-        """p₀ = P/(R b ∫ s cos φ dφ), MPa, for a force in N on a bore of radius and width in mm."""
-        return force / (radius * width * self.resultant)
+    @property
+    def second_resultant(self) -> float:
+        """∫ s(φ) cos² φ dφ: force per p₀ R b on a bore whose width is b cos φ."""
+        half = self.angle / 2
+        if self.shape is Shape.UNIFORM:
+            return half + math.sin(2 * half) / 2
+        k = math.pi / self.angle
+        beside = sum(half * float(np.sinc((k + step) * half / math.pi)) for step in (-2, 2))
+        return 1 / k + beside / 2
+
+    def peak(self, force: float, radius: float, width: float, taper: float = 0.0) -> float:
+        """p₀ = P/(R ∫ b(φ) s cos φ dφ), MPa, for a force in N on a bore of radius and width in mm.
+
+        The width is b(φ) = `width` + `taper` cos φ + c sin φ with any c.
+        """
+        return force / (radius * (width * self.resultant + taper * self.second_resultant))
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from geometry.faces import FeatureKind
 from geometry.imported import import_step
 from geometry.mirror import Mirror
 from geometry.presets import LEON_2001
+from geometry.proportions import proportioned
 from geometry.session import session
 from geometry.solid import build
 from geometry.step_file import export_step
@@ -54,6 +55,17 @@ def test_a_written_rod_comes_back_with_the_same_mass(leon, mass):
     assert solid.mass.center == pytest.approx(mass.center, rel=1e-6, abs=1e-5)
     assert solid.mass.inertia_z == pytest.approx(mass.inertia_z, rel=1e-6)
     assert [part.name for part in solid.parts] == ["rod"]
+
+
+def test_a_slanted_small_end_is_measured(tmp_path):
+    rod = proportioned(140, 45, 22, small_end_crown_width=12.0)
+    with session():
+        export_step(rod, tmp_path / "slanted.step")
+    with session():
+        imported = import_step(tmp_path / "slanted.step", Mirror.NONE).bores[1]
+    assert imported.width == pytest.approx(rod.pin_bearing_width, rel=1e-6)
+    assert imported.taper == pytest.approx(rod.pin_bearing_taper, rel=1e-6)
+    assert rod.pin_bearing_taper < 0
 
 
 def test_mirror_planes_are_found_and_cut(leon, mass):

@@ -16,6 +16,12 @@ def test_resultant_against_quadrature(shape, degrees):
     x, w = np.polynomial.legendre.leggauss(40)
     phi = x * arc.angle / 2
     assert arc.resultant == pytest.approx(arc.angle / 2 * np.sum(w * arc(phi) * np.cos(phi)), rel=1e-11)
+    assert arc.second_resultant == pytest.approx(
+        arc.angle / 2 * np.sum(w * arc(phi) * np.cos(phi) ** 2), rel=1e-11
+    )
+    width = 20 - 3 * np.cos(phi) + 0.7 * np.sin(phi)
+    pressed = arc.peak(5000, 12, 20, -3) * arc(phi) * 12 * width
+    assert arc.angle / 2 * np.sum(w * pressed * np.cos(phi)) == pytest.approx(5000, rel=1e-11)
 
 
 def test_published_peaks():
