@@ -307,11 +307,12 @@ class Analysis:
     ) -> dict[str, Check]:
         largest = max(case.largest for case in forces)
         residuals: list[Residuals] = list(solution.residuals.values())
+        mass = "mesh_mass_p1" if self.mesh.cell.order == 1 else "mesh_mass"
         values = {
             "finite": float(sum(not case.finite for case in cases)),
             "inverted_elements": float(self.mesh.quality.least_scaled_jacobian <= 0),
             "flattest_element": 1 / max(self.mesh.quality.least_shape, 1e-300),
-            "mesh_mass": self.mesh.mass_error(self.rod.mass, self.materials),
+            mass: self.mesh.mass_error(self.rod.mass, self.materials),
             "bore_pressure_scale": max(abs(case.scale - 1) for case in forces),
             "backward_error": max(item.backward_error for item in residuals),
             "energy_balance": max(item.energy for item in residuals),
