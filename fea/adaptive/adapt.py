@@ -2,8 +2,8 @@
 
 import dataclasses
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from geometry.errors import GeometryError
 from mesh.errors import MeshError
 from mesh.size_field import SizeField
 from mesh.sizing import Sizing
+from mesh.tetmesh import Floats
 
 # Of the first mesh, over the default size: it costs a third of the default mesh and tells as well where
 # elements are needed. The later ones keep the default sizes, which follow the rod's features, wherever
@@ -24,6 +25,9 @@ COARSER = 1.5
 MAX_PASSES = 4
 # About ten gigabytes and some minutes with a direct solver on a quarter of the rod.
 MAX_ELEMENTS = 600_000
+# Over all speeds, nodes whose fields stay in memory until they are asked for, at about a kilobyte each; the
+# last mesh is solved once more for further speeds.
+MAX_KEPT_NODES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -62,18 +66,18 @@ class Adapted:
         All of them; none where no tolerance was asked for.
     shortfall
         Why the tolerance is not met; empty where it is.
-    result
-        At the only speed, where there is one and it is solved already.
+    results
+        By speed, as far as they are kept.
     """
 
     analysis: Analysis
     passes: tuple[Pass, ...] = ()
     shortfall: str = ""
-    result: SpeedResult | None = None
+    results: Mapping[float | None, SpeedResult] = field(default_factory=dict)
 
     def at(self, rpm: float | None) -> SpeedResult:
         """Solve the load cases of one speed (rpm); None for given forces."""
-        result = self.analysis.at(rpm) if self.result is None else self.result
+        result = self.results.get(rpm) or self.analysis.at(rpm)
         if not self.shortfall:
             return result
         return dataclasses.replace(result, notes=(*result.notes, self.shortfall))
@@ -111,12 +115,7 @@ def analysed(
     while True:
         start = time.perf_counter()
         analysis = _meshed(study, clock, fields)
-        worst, ratio = 0.0, np.ones(len(analysis.mesh.whole.mesh.points))
-        for rpm in speeds:  # one after another: a sweep's fields are too many to keep
-            result = analysis.at(rpm, cycle=False)
-            worst = max(worst, *(case.error_percent for case in result.cases))
-            mesh = analysis.mesh.whole.mesh
-            ratio = np.minimum(ratio, size_ratio(mesh, result.cases, tolerance, again=bool(fields)))
+        worst, ratio, results = _solved(analysis, speeds, tolerance, again=bool(fields))
         passes.append(_pass(analysis, worst, time.perf_counter() - start))
         if listener:
             listener(passes[-1].text(len(passes)))
@@ -125,11 +124,27 @@ def analysed(
         if worst <= tolerance or wanted is None or shortfall:
             break
         fields.append(wanted)
-        del analysis, result  # their memory is the next mesh's
+        del analysis, results  # their memory is the next mesh's
     if shortfall:
         shortfall = f"the tolerance of {tolerance:g} % is not met (±{worst:.2g} %): {shortfall}"
-    kept = result if len(speeds) == 1 and not study.analysis.cycle else None
-    return Adapted(analysis, tuple(passes), shortfall, kept)
+    return Adapted(analysis, tuple(passes), shortfall, results)
+
+
+def _solved(
+    analysis: Analysis, speeds: Sequence[float | None], tolerance: float, *, again: bool
+) -> tuple[float, Floats, dict[float | None, SpeedResult]]:
+    """Solve all speeds: the largest bar (percent), factors (n_nodes,) on the size, and the results kept."""
+    mesh, asked = analysis.mesh.whole.mesh, analysis.study.analysis
+    worst, ratio = 0.0, np.ones(len(mesh.points))
+    most = 0 if asked.cycle else max(1, MAX_KEPT_NODES // len(mesh.points))
+    results: dict[float | None, SpeedResult] = {}
+    for rpm in speeds:
+        result = analysis.at(rpm, cycle=False)
+        worst = max(worst, *(case.error_percent for case in result.cases))
+        ratio = np.minimum(ratio, size_ratio(mesh, result.cases, tolerance, again=again))
+        if len(results) < most:
+            results[rpm] = result
+    return worst, ratio, results
 
 
 def _meshed(study: Study, clock: Clock, fields: Sequence[SizeField]) -> Analysis:

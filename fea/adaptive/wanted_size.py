@@ -17,6 +17,9 @@ _ROUGH_RATE, _ROUGH_RATIO = 1.0, 0.5
 # Of the tolerance, what is aimed at: predictions scatter, and a further pass costs a whole solution, smaller
 # elements at the peaks next to nothing.
 _AIM = 0.25
+# A coarse mesh's own peak falls as it is refined, by about this share of its error: so much lower lies what
+# other places have to stay below.
+_FALL = 0.25
 # No element shrinks further than this in one pass: what its error says so far off is too vague.
 LEAST_RATIO = 0.2
 # Beyond this error in the energy norm a whole rod is too coarse for any peak to be trusted; elements with
@@ -47,7 +50,7 @@ def size_ratio(
     """
     ratio, rate = np.ones(len(mesh.points)), _RATE[mesh.order]
     for case in cases:
-        nodal = _nodal_ratio(case, tolerance_percent / 100, _ROUGH_RATE if again else rate)
+        nodal = _nodal_ratio(case, mesh, tolerance_percent / 100, _ROUGH_RATE if again else rate)
         if again:
             nodal = np.where(nodal < 1, np.minimum(nodal, _ROUGH_RATIO), 1.0)
         ratio = np.minimum(ratio, nodal)
@@ -68,17 +71,27 @@ def wanted_sizes(mesh: Discretised, ratio: Floats) -> SizeField | None:
     return SizeField(drawn.points, drawn.tets[:, :4], np.minimum(size, _ANYTHING))
 
 
-def _nodal_ratio(case: CaseResult, tolerance: float, rate: float) -> Floats:
+def _nodal_ratio(case: CaseResult, mesh: TetMesh, tolerance: float, rate: float) -> Floats:
     """Factor on the size at each node of the whole, for the bars of the peaks."""
-    ratio = np.ones(len(case.von_mises))
-    for value, error in case.judged:
-        counts = ~case.error.masked & (error > 0)
-        peak = value[~case.error.masked].max(initial=0.0)
+    ratio, masked = np.ones(len(case.von_mises)), case.error.masked
+    if masked.all():
+        return ratio
+    for value, own_error in case.judged:
+        error = _around(np.where(masked, 0.0, own_error), mesh)
+        hottest = int(np.where(masked, -np.inf, value).argmax())
+        peak, aim = value[hottest], _AIM * tolerance * value[hottest]
         # A node counts as far as its stress and error together reach beyond the peak's bar.
-        allowed = np.maximum(peak * (1 + _AIM * tolerance) - value, _AIM * tolerance * peak)
-        factor = (np.divide(allowed, error, out=np.ones_like(error), where=counts)) ** (1 / rate)
-        ratio = np.minimum(ratio, factor)
+        allowed = np.maximum(peak + aim - _FALL * own_error[hottest] - value, aim)
+        factor = np.divide(allowed, error, out=np.ones_like(error), where=~masked & (error > 0))
+        ratio = np.minimum(ratio, factor ** (1 / rate))
     return np.maximum(ratio, LEAST_RATIO)
+
+
+def _around(error: Floats, mesh: TetMesh) -> Floats:
+    """Largest error (n_nodes,) over the elements at each node: by chance it is too small at single nodes."""
+    largest = error.copy()
+    np.maximum.at(largest, mesh.tets, error[mesh.tets].max(axis=1)[:, None])
+    return largest
 
 
 def _energy_ratio(case: CaseResult, mesh: TetMesh, rate: float) -> Floats:

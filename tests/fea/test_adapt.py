@@ -5,7 +5,7 @@ import pytest
 
 from fea.adaptive import adapt
 from fea.adaptive.adapt import analysed
-from fea.adaptive.wanted_size import edge_length, predicted_elements, wanted_sizes
+from fea.adaptive.wanted_size import edge_length, predicted_elements, size_ratio, wanted_sizes
 from fea.discretise import discretise
 from fea.machine.clock import Clock
 from fea.study.study import AnalysisTable, MeshTable, load_study
@@ -52,6 +52,41 @@ def test_each_pass_is_told(within_six):
     adapted, said = within_six
     assert len(said) == len(adapted.passes)
     assert said[0].startswith(f"pass 1: {adapted.passes[0].elements} elements, ±")
+
+
+@pytest.fixture(scope="module")
+def two_speeds():
+    return analysed(study(50.0, size=14.0), (3000.0, 6000.0), Clock())
+
+
+def test_what_the_last_pass_solved_is_not_solved_again(two_speeds, monkeypatch):
+    assert all(two_speeds.at(rpm) is two_speeds.at(rpm) for rpm in (3000.0, 6000.0))
+    assert two_speeds.at(3000.0).rpm == 3000.0
+    monkeypatch.setattr(adapt, "MAX_KEPT_NODES", 1)
+    few = analysed(study(50.0, size=14.0), (3000.0, 6000.0), Clock())
+    assert list(few.results) == [3000.0]
+    again, kept = few.at(6000.0).cases[0].peak.value, two_speeds.at(6000.0).cases[0].peak.value
+    assert again == pytest.approx(kept, rel=1e-9)
+
+
+def test_elements_shrink_where_an_estimate_is_small_by_chance(two_speeds):
+    mesh, case = two_speeds.analysis.mesh.whole.mesh, two_speeds.at(6000.0).cases[0]
+    peak = case.peak.node
+    error = case.von_mises_error.copy()
+    error[peak] = 0.0
+    lucky = dataclasses.replace(case, von_mises_error=error)
+    assert size_ratio(mesh, [lucky], 2.0)[peak] < 0.9
+
+
+def test_a_peak_that_may_fall_lets_other_places_count(two_speeds):
+    mesh, case = two_speeds.analysis.mesh.whole.mesh, two_speeds.at(6000.0).cases[0]
+    error = np.full_like(case.von_mises, 0.02 * case.peak.value)
+    sure = size_ratio(mesh, [dataclasses.replace(case, von_mises_error=error.copy())], 2.0)
+    error[case.peak.node] *= 10
+    unsure = size_ratio(mesh, [dataclasses.replace(case, von_mises_error=error)], 2.0)
+    around = np.unique(mesh.tets[(mesh.tets == case.peak.node).any(axis=1)])
+    fewer = np.setdiff1d(np.flatnonzero(unsure < sure), around)
+    assert fewer.size
 
 
 def test_a_tolerance_out_of_reach_is_said(monkeypatch):
