@@ -16,6 +16,7 @@ from geometry.session import session
 from geometry.solid import Solid
 from geometry.surfaces import Surface
 from geometry.trial import allow, apart
+from mesh.estimate import estimate
 from mesh.generate import tetrahedralise
 from mesh.mirror import MirroredMesh, reflect, unmirrored
 from mesh.quality import Quality
@@ -25,6 +26,8 @@ from mesh.tetmesh import Ints, TetMesh
 
 # Processor time, s, after which gmsh is taken to be lost in a damaged file: ten million elements take less.
 _MESHING = 3600.0
+# Elements of the drawn cell, by estimate, that gmsh makes within that time.
+_MOST_ELEMENTS = 1e7
 # Planes the solved cell keeps.
 _KEPT = {
     Symmetry.QUARTER: (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z),
@@ -192,9 +195,22 @@ def _drawn(study: Study, clock: Clock, wanted: Sequence[SizeField], coarser: flo
             size = study.mesh.size_mm or coarser * default_size(length)
             refined = refinements(solid.features, size, length)
             sizing = Sizing(size, study.mesh.element.order)
+            _require_few(estimate(refined, sizing), size)
             volumes = [part.volumes for part in solid.parts]
             mesh, quality = tetrahedralise(solid.faces, refined, sizing, volumes, wanted)
     return _Drawn(solid, mesh, quality, size, log.warnings)
+
+
+def _require_few(elements: float, size: float) -> None:
+    """Refuse a size that gmsh would work on for hours."""
+    coarser = size * (elements / _MOST_ELEMENTS) ** (1 / 3)
+    require(
+        elements <= _MOST_ELEMENTS,
+        "mesh.size_mm",
+        size,
+        f"makes about {elements:.2g} elements, and more than {_MOST_ELEMENTS:.0e} are not meshed",
+        f"Take {1.05 * coarser:.2g} mm or more.",
+    )
 
 
 def _symmetry(asked: Symmetry, possible: Mirror) -> Symmetry:

@@ -1,0 +1,27 @@
+"""How many elements a size will make, before they are made."""
+
+from collections.abc import Sequence
+from math import sqrt
+
+import gmsh
+
+from mesh.sizing import Refinement, Sizing
+
+# Of a regular tetrahedron with unit edges; gmsh's are about two thirds of it.
+_VOLUME = sqrt(2) / 12 * 2 / 3
+
+
+def estimate(refinements: Sequence[Refinement], sizing: Sizing) -> float:
+    """Elements that the open model will have, about.
+
+    Edges h = s + g d grow with the distance d from a refined face: below each unit of its area, the integral
+    of h⁻³ over d adds (s⁻² - h∞⁻²) / 2 g to the h∞⁻³ a unit of volume.
+    """
+    kernel, size = gmsh.model.occ, sizing.size
+    volume = sum(kernel.getMass(3, tag) for _, tag in gmsh.model.getEntities(3))
+    density = volume / size**3
+    for refinement in refinements:
+        if refinement.size < size:
+            area = sum(kernel.getMass(2, face) for face in refinement.faces)
+            density += area * (refinement.size**-2 - size**-2) / (2 * sizing.growth)
+    return float(density / _VOLUME)
