@@ -26,7 +26,7 @@ LIMITS = {
     "mesh_mass_p1": 5e-3,
     # Superposed against directly solved peak cases: a tenth of what a 5 % mesh error is.
     "superposition": 5e-3,
-    # Lanczos ends at a millionth; more means that a factor of buckling was not reached.
+    # Where the iteration ends; more means that a factor of buckling was not reached.
     "buckling": 1e-4,
     # Poisson's ratio of the least compressible part without a pressure of its own: beyond these the mean
     # stress of displacement elements oscillates, and those of first order lock too. Those of second order get

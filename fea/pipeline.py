@@ -21,6 +21,8 @@ from fea.results import CaseResult, case_result
 from fea.solid.datum import referred_to_bores
 from fea.solid.inertia import inertia
 from fea.solid.parity import Parity, Split
+from fea.solid.pins import held_by_pins
+from fea.solvers.buckling import Buckling
 from fea.solvers.solve import Model, Residuals, Solution
 from fea.stress.part_recovery import PartRecovery
 from fea.study.study import Study
@@ -236,6 +238,14 @@ class Analysis:
             units = unit_solutions(self.model, self._recovery, loads, self.materials, cut_y=self.mesh.cut_y)
         fatigue = self.study.analysis.fatigue
         return CycleAnalysis(self.mesh, self.rod, self.materials, loads, units, fatigue)
+
+    @cached_property
+    def buckling(self) -> Buckling:
+        """The rod held by its pins, factorised when first asked for: its modes of buckling at any speed."""
+        model = self.model
+        if self.study.analysis.support is not Support.INERTIA_RELIEF:
+            model = Model(self.mesh.cell, model.material, Support.INERTIA_RELIEF, self.study.analysis.solver)
+        return Buckling(model, held_by_pins(self.mesh.bores.rod_length))
 
     def _cycle_at(self, rpm: float | None, cases: tuple[CaseResult, ...]) -> CycleResult | None:
         if not self.study.analysis.cycle or self.engine is None or self.gas is None or rpm is None:

@@ -12,15 +12,12 @@ from fea.assess.column import Column, Plane, column
 from fea.checks import Check, check
 from fea.jobs.modes import moves
 from fea.machine.clock import Clock
-from fea.material import Materials
 from fea.omission import Omission
 from fea.pipeline import Analysis, SpeedResult
 from fea.solid.parity import Parity
-from fea.solid.pins import SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, Held
-from fea.solvers.buckling import BucklingMode, buckling_modes
+from fea.solvers.buckling import BucklingMode
 from geometry.rod import Rod
 from geometry.section import HeightField, Section, least_section
-from geometry.surfaces import Surface
 from loads.cases import LoadCase
 from mesh.mirror import MirroredMesh
 
@@ -148,18 +145,9 @@ def _sections(rod: Rod) -> tuple[tuple[Section, ...], Section]:
 def _modes(
     analysis: Analysis, rpm: float | None, cases: Sequence[LoadCase], names: Sequence[str]
 ) -> dict[str, list[BucklingMode]]:
-    cell = analysis.mesh.cell
     forces = [part for part, case in zip(analysis.forces(rpm), cases, strict=True) if case.name in names]
     displacement = analysis.model.solve(forces).displacement
-    material = analysis.materials[0] if cell.part is None else Materials(analysis.materials, cell.part)
-    ends = (
-        Held(Surface.BIG_END_BORE, 0.0, (SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
-        Held(Surface.SMALL_END_BORE, analysis.mesh.bores.rod_length, (SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
-    )
-    found = buckling_modes(
-        cell, material, displacement, ends, count=COUNT, choice=analysis.study.analysis.solver
-    )
-    return dict(zip(names, found, strict=True))
+    return dict(zip(names, analysis.buckling.modes(displacement, COUNT), strict=True))
 
 
 def _mode(whole: MirroredMesh, mode: BucklingMode) -> dict[str, Any]:

@@ -103,7 +103,8 @@ def moves(points: Floats, shape: Floats) -> str:
     whole = np.zeros_like(along)
     slide = np.block([[along, whole], [whole, along]])
     across = np.concatenate([shape[:, 1], shape[:, 2]])
-    coefficients = np.linalg.lstsq(np.hstack([turn, slide]), across)[0]
+    both = np.hstack([turn, slide])
+    coefficients = np.linalg.lstsq(both.T @ both, both.T @ across)[0]
     twist = turn @ coefficients[: turn.shape[1]]
     if twist @ twist > (shape**2).sum() / 2:
         return "twisting"

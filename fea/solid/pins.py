@@ -43,6 +43,14 @@ class Held:
     motions: tuple[int, ...]
 
 
+def held_by_pins(rod_length: float) -> tuple[Held, Held]:
+    """How the pins hold a rod: it turns about them, and slides along itself at the small end."""
+    return (
+        Held(Surface.BIG_END_BORE, 0.0, (SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
+        Held(Surface.SMALL_END_BORE, rod_length, (SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
+    )
+
+
 def motions(points: Floats, center: float) -> Floats:
     """The six rigid motions (6, n_nodes, 3) about (`center`, 0, 0): slides, then turns by one radian."""
     arm = points - np.array([center, 0.0, 0.0])

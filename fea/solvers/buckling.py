@@ -4,35 +4,33 @@ The ends are held on average, as pins hold bores, so that no rigid motion is lef
 coupled where the reference load has both; those about z = 0 never are, as the load is symmetric about it.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import product
+from functools import reduce
 
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from fea.choices import SolverName
-from fea.material import Material, Materials
-from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
-from fea.solid.geometric_stiffness import geometric_stiffness
+from fea.solid.geometric_stiffness import GeometricStiffness
 from fea.solid.parity import Parity
-from fea.solid.pins import TURN_Z, Held, mean_motions, motions
-from fea.solvers.constrained import Constrained, constrained
+from fea.solid.pins import SLIDE_Y, SLIDE_Z, TURN_X, Held, has_parity, motions
+from fea.solvers.constrained import Constrained, Solve, constrained, stopping
+from fea.solvers.reference_load import ReferenceLoad
+from fea.solvers.ritz import Space, largest, orthonormal, ritz_values
+from fea.solvers.solve import Model
+from fea.solvers.solvers import LinearSolver, linear_solver
 from geometry.surfaces import Surface
-from mesh.tetmesh import TetMesh
 
 Floats = npt.NDArray[np.float64]
 
-# Of Lanczos's residual; the error of λ is of its square's order.
-_ACCURACY = 1e-6
-# Lanczos vectors beyond twice the modes: a solution each, fewer than are set up by default.
-_SPARE = 4
-# A load that nowhere presses leaves eigenvalues that crowd below zero, which Lanczos does not tell apart:
-# factors so many times the lowest (of either sign) are of no interest, nor what many restarts do not find.
+# Of the residual; the error of λ is of its square's order.
+_ACCURACY = 1e-4
+# Where a load nowhere presses there are still eigenvalues just above zero: factors so many times the lowest
+# (of either sign) are of no interest.
 _NOTHING = 1e-3
-_RESTARTS = 20
+# Polynomials along the body whose forces bend and twist it into the first shapes that are tried.
+_DEGREE = 3
 
 
 @dataclass(frozen=True)
@@ -57,37 +55,16 @@ class BucklingMode:
     residual: float
 
 
-def buckling_modes(
-    mesh: TetMesh,
-    material: Material | Materials,
-    displacement: Mapping[Parity, Floats],
-    ends: tuple[Held, ...],
-    *,
-    count: int,
-    choice: SolverName = SolverName.AUTO,
-) -> list[list[BucklingMode]]:
-    """Find the lowest positive factors of each reference load.
+class Buckling:
+    """A body held at its ends, factorised once for all reference loads.
 
     Parameters
     ----------
-    mesh
-        The cell.
-    material
-        Of every element, or of each part.
-    displacement
-        Under the reference loads, per parity about y = 0, (n_nodes, 3, n_loads), mm.
+    model
+        The cell under inertia relief; its stiffness and factors are used.
     ends
         Surfaces held on average. A pressure on one that may turn about z is a pin's: it stays where it is
         when the bore turns.
-    count
-        How many modes a load.
-    choice
-        Which direct solver.
-
-    Returns
-    -------
-    list of list of BucklingMode
-        Per load, factors rising; fewer than `count` where tension leaves fewer.
 
     Raises
     ------
@@ -96,118 +73,121 @@ def buckling_modes(
     SingularMatrixError
         The factorisation broke down.
     """
-    K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
-    n_loads = next(iter(displacement.values())).shape[-1]
-    loads = [
-        _Stressed(
-            mesh, ends, {p: geometric_stiffness(mesh, material, u[..., i]) for p, u in displacement.items()}
+
+    def __init__(self, model: Model, ends: tuple[Held, ...]) -> None:
+        mesh = model.mesh
+        self._mesh, self._ends = mesh, ends
+        self._sides = tuple(Parity) if Surface.SYMMETRY_Y in mesh.facets else (Parity.SYMMETRIC,)
+        self._geometric = GeometricStiffness(mesh, model.material)
+        self._bodies = {Parity.SYMMETRIC: {side: self._turning(model, side) for side in self._sides}}
+        if Surface.SYMMETRY_Z in mesh.facets:
+            self._bodies[Parity.ANTISYMMETRIC] = self._leaving(model)
+        self._spaces = {parity_z: self._first(parity_z) for parity_z in self._bodies}
+
+    def modes(self, displacement: Mapping[Parity, Floats], count: int) -> list[list[BucklingMode]]:
+        """Find the lowest positive factors of each reference load.
+
+        Parameters
+        ----------
+        displacement
+            Under the reference loads, per parity about y = 0, (n_nodes, 3, n_loads), mm.
+        count
+            How many modes a load.
+
+        Returns
+        -------
+        list of list of BucklingMode
+            Per load, factors rising; fewer than `count` where tension leaves fewer.
+        """
+        parts = {side: self._geometric(u) for side, u in displacement.items()}
+        found = []
+        for matrices in zip(*parts.values(), strict=True):
+            load = ReferenceLoad(self._mesh, self._ends, dict(zip(parts, matrices, strict=True)))
+            enough = self._enough(load, count)
+            modes = [mode for parity_z in self._bodies for mode in self._modes(load, parity_z, count, enough)]
+            found.append(sorted(modes, key=lambda mode: mode.factor)[:count])
+        return found
+
+    def _modes(self, load: ReferenceLoad, parity_z: Parity, count: int, enough: float) -> list[BucklingMode]:
+        """Modes of one parity about z = 0 with 1/λ not below `enough`."""
+        pairs = largest(
+            lambda f: self._solved(parity_z, f),
+            lambda v: self._pushed(load, parity_z, v),
+            self._spaces[parity_z],
+            count,
+            least=_NOTHING,
+            accuracy=_ACCURACY,
+            enough=enough,
         )
-        for i in range(n_loads)
-    ]
-    sides = tuple(Parity) if Surface.SYMMETRY_Y in mesh.facets else (Parity.SYMMETRIC,)
-    found: list[list[BucklingMode]] = [[] for _ in loads]
-    for parity_z in tuple(Parity) if Surface.SYMMETRY_Z in mesh.facets else (Parity.SYMMETRIC,):
-        bodies = {side: constrained(mesh, K, ends, (side, parity_z), choice) for side in sides}
-        for i, load in enumerate(loads):
-            found[i] += _modes(K, bodies, load, parity_z, count)
-    return [sorted(modes, key=lambda mode: mode.factor)[:count] for modes in found]
+        # Loads that press alike buckle alike.
+        self._spaces[parity_z] = pairs.space
+        return [
+            BucklingMode(float(1 / value), self._parts(vector), parity_z, float(residual))
+            for value, vector, residual in zip(pairs.values, pairs.vectors.T, pairs.residuals, strict=True)
+        ]
 
+    def _enough(self, load: ReferenceLoad, count: int) -> float:
+        """What the largest 1/λ, so many, do not fall short of: Ritz's values are bounds from below."""
+        values = [
+            ritz_values(space, self._pushed(load, parity_z, space.vectors))
+            for parity_z, space in self._spaces.items()
+        ]
+        ranked = np.sort(np.concatenate(values))[::-1]
+        return max(0.0, float(ranked[:count][-1]) * (1 - _ACCURACY))
 
-class _Stressed:
-    """K_σ of a reference load.
+    def _pushed(self, load: ReferenceLoad, parity_z: Parity, vectors: Floats) -> Floats:
+        """−K_σ times vectors (n, k)."""
+        return -self._joined(load.times(self._parts(vectors), parity_z))
 
-    Parameters
-    ----------
-    mesh
-        The cell.
-    ends
-        As for `buckling_modes`.
-    parts
-        `geometric_stiffness` of the load's parts about y = 0.
-    """
+    def _turning(self, model: Model, side: Parity) -> Constrained:
+        """The body symmetric about z = 0, with the model's factor."""
+        fixed, inverse = model.restrained(side)
+        return constrained(self._mesh, self._ends, (side, Parity.SYMMETRIC), fixed, inverse)
 
-    def __init__(
-        self, mesh: TetMesh, ends: tuple[Held, ...], parts: Mapping[Parity, sparse.csr_array]
-    ) -> None:
-        self._parts = parts
-        self._pins: list[tuple[float, Floats]] = []
-        forces = parts[Parity.SYMMETRIC] @ mesh.points
-        for end in ends:
-            if TURN_Z not in end.motions:
-                nodes = np.unique(mesh.facets[end.surface])
-                arm = motions(mesh.points[nodes], end.center)[TURN_Z]
-                turned = np.cross([0.0, 0.0, 1.0], forces[nodes])
-                row = mean_motions(mesh, end.surface, end.center)[TURN_Z]
-                self._pins.append((float((arm * turned).sum()), row))
+    def _leaving(self, model: Model) -> dict[Parity, Constrained]:
+        """The bodies antisymmetric about z = 0."""
+        solver = linear_solver(SolverName(model.solver), self._mesh, model.material, slots=len(self._sides))
+        bodies = {}
+        for slot, side in enumerate(self._sides):
+            parities = side, Parity.ANTISYMMETRIC
+            fixed = stopping(self._mesh, parities)
+            solver.factorise(slot, model.stiffness.constrained(fixed))
+            bodies[side] = constrained(self._mesh, self._ends, parities, fixed, _solve_in(solver, slot))
+        return bodies
 
-    def times(self, shape: Mapping[Parity, Floats], parity_z: Parity) -> dict[Parity, Floats]:
-        """K_σ φ of a shape given by its parts (n_nodes, 3)."""
-        product_of = {side: np.zeros_like(part) for side, part in shape.items()}
-        for (own, matrix), (side, part) in product(self._parts.items(), shape.items()):
-            product_of[Parity(own * side)] += matrix @ part
-        # Forces fixed to the bore would turn it back; a pin's pressure turns along.
-        turning = Parity.ANTISYMMETRIC if Parity.ANTISYMMETRIC in shape else Parity.SYMMETRIC
-        for moment, row in self._pins if parity_z is Parity.SYMMETRIC else ():
-            product_of[turning] -= moment * float((row * shape[turning]).sum()) * row
-        return product_of
+    def _first(self, parity_z: Parity) -> Space:
+        """Answers to forces that bend and twist the body, and to one that is like no shape."""
+        points, own_z = self._mesh.points, parity_z if len(self._bodies) > 1 else None
+        x = points[:, 0]
+        along = np.polynomial.chebyshev.chebvander(2 * (x - x.min()) / np.ptp(x) - 1, _DEGREE)
+        shapes = motions(points, 0.0)[..., None] * along[:, None]
+        spaces = []
+        for place, (side, body) in enumerate(self._bodies[parity_z].items()):
+            own_y = side if len(self._sides) > 1 else None
+            own = [shapes[k] for k in (SLIDE_Y, SLIDE_Z, TURN_X) if has_parity(k, own_y, own_z)]
+            odd = np.sin(np.arange(1.0, points.size + 1)).reshape(-1, 3, 1)
+            forces = np.concatenate([*own, odd], axis=2).reshape(points.size, -1)
+            rows = slice(place * points.size, (place + 1) * points.size)
+            vectors, pushes = np.zeros((2, len(self._sides) * points.size, forces.shape[1]))
+            vectors[rows], pushes[rows] = body.solve(forces), forces
+            spaces.append(orthonormal(vectors, pushes))
+        return reduce(Space.joined, spaces)
 
+    def _parts(self, v: Floats) -> dict[Parity, Floats]:
+        parts = v.reshape(len(self._sides), len(self._mesh.points), 3, *v.shape[1:])
+        return dict(zip(self._sides, parts, strict=True))
 
-def _modes(
-    K: SymmetricMatrix, bodies: Mapping[Parity, Constrained], load: _Stressed, parity_z: Parity, count: int
-) -> list[BucklingMode]:
-    """Lanczos on −K⁻¹K_σ φ = φ/λ in the energy's inner product."""
-    n = K.size
+    def _joined(self, parts: Mapping[Parity, Floats]) -> Floats:
+        stacked = np.stack([parts[side] for side in self._sides])
+        return stacked.reshape(-1, stacked.shape[-1])
 
-    def parts(v: Floats) -> dict[Parity, Floats]:
-        return {side: part.reshape(-1, 3) for side, part in zip(bodies, v.reshape(-1, n), strict=True)}
-
-    def joined(part: Mapping[Parity, Floats]) -> Floats:
-        return np.concatenate([part[side].ravel() for side in bodies])
-
-    def pushed(v: Floats) -> Floats:
-        return -joined(load.times(parts(v.ravel()), parity_z))
-
-    def solved(f: Floats) -> Floats:
+    def _solved(self, parity_z: Parity, f: Floats) -> Floats:
+        parts = f.reshape(len(self._sides), -1, f.shape[1])
+        bodies = self._bodies[parity_z]
         return np.concatenate(
-            [body.solve(part) for body, part in zip(bodies.values(), f.reshape(-1, n), strict=True)]
+            [bodies[side].solve(part) for side, part in zip(self._sides, parts, strict=True)]
         )
 
-    def stiff(v: Floats) -> Floats:
-        return (K @ v.reshape(-1, n).T).T.ravel()
 
-    size = n * len(bodies)
-    start, largest = _power(lambda v: solved(pushed(v)), np.sin(np.arange(1.0, size + 1)))
-    try:
-        values, vectors = eigsh(
-            LinearOperator((size, size), matvec=pushed, dtype=np.float64),
-            k=count,
-            M=LinearOperator((size, size), matvec=stiff, dtype=np.float64),
-            Minv=LinearOperator((size, size), matvec=solved, dtype=np.float64),
-            which="LA",
-            ncv=2 * count + _SPARE,
-            v0=start,
-            maxiter=_RESTARTS,
-            tol=_ACCURACY,
-        )
-    except ArpackNoConvergence as stopped:
-        values, vectors = stopped.eigenvalues, stopped.eigenvectors
-    return [
-        BucklingMode(
-            float(1 / value), parts(vector), parity_z, _residual(solved(pushed(vector)), value, vector)
-        )
-        for value, vector in zip(values, vectors.T, strict=True)
-        if value > _NOTHING * largest
-    ]
-
-
-def _power(operator: Callable[[Floats], Floats], start: Floats) -> tuple[Floats, float]:
-    """A vector among the operator's dominant ones, and about its largest eigenvalue's magnitude."""
-    vector, growth = start, 0.0
-    for _ in range(3):
-        vector = operator(vector / np.linalg.norm(vector))
-        growth = float(np.linalg.norm(vector))
-    return vector, growth
-
-
-def _residual(image: Floats, value: float, vector: Floats) -> float:
-    return float(np.abs(vector - image / value).max() / np.abs(vector).max())
+def _solve_in(solver: LinearSolver, slot: int) -> Solve:
+    return lambda f: solver.solve(slot, f)

@@ -1,23 +1,22 @@
 """Solve K u = f on a body that is held on average only: mean motions of surfaces vanish."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import qr
 
-from fea.choices import SolverName
-from fea.solid.assembly import SymmetricMatrix
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
 from fea.solid.pins import Held, has_parity, mean_motions, motions
 from fea.solid.supports import plane_conditions
-from fea.solvers.solvers import Factor, factorise
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
+Solve = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True)
@@ -29,8 +28,8 @@ class Constrained:
 
     Attributes
     ----------
-    factor
-        Of K_c.
+    inverse
+        K_c⁻¹ times (n, k) forces that vanish where K_c is held.
     fixed
         (n,) degrees of freedom that the mirror planes or K_c hold.
     rigid
@@ -39,58 +38,83 @@ class Constrained:
         C (n_rows, n).
     answers
         K_c⁻¹Cᵀ (n, n_rows).
-    inverse
-        Of the small system for μ and q.
+    small
+        Inverse of the matrix that gives μ and q.
     """
 
-    factor: Factor
+    inverse: Solve
     fixed: Mask
     rigid: Floats
     rows: Floats
     answers: Floats
-    inverse: Floats
+    small: Floats
 
     def solve(self, forces: Floats) -> Floats:
-        """Displacement (n,) under forces (n,); what they lack in balance, the constraints give."""
-        u = _solved(self.factor, self.fixed, forces[:, None])[:, 0]
-        found = self.inverse @ np.concatenate([self.rows @ u, self.rigid.T @ forces])
+        """Displacements (n, k) under forces (n, k); what they lack in balance, the constraints give."""
+        u = _solved(self.inverse, self.fixed, forces)
+        found = self.small @ np.concatenate([self.rows @ u, self.rigid.T @ forces])
         n_rows = len(self.rows)
         return np.asarray(u - self.answers @ found[:n_rows] + self.rigid @ found[n_rows:])
 
 
 def constrained(
-    mesh: TetMesh,
-    K: SymmetricMatrix,
-    held: tuple[Held, ...],
-    parities: tuple[Parity, Parity],
-    choice: SolverName,
+    mesh: TetMesh, held: tuple[Held, ...], parities: tuple[Parity, Parity], fixed: Mask, inverse: Solve
 ) -> Constrained:
-    """Factorise the body held by its surfaces for fields of given parities about y = 0 and z = 0.
+    """Hold a body by its surfaces, for fields of given parities about y = 0 and z = 0.
+
+    Parameters
+    ----------
+    mesh
+        The cell.
+    held
+        Surfaces and which of their mean motions vanish.
+    parities
+        About y = 0 and z = 0.
+    fixed
+        (n,) what K_c holds: the planes' conditions, and one degree of freedom a rigid motion (`stopping`).
+    inverse
+        K_c⁻¹.
 
     Raises
     ------
     UnderconstrainedError
         The surfaces leave a rigid motion.
-    SingularMatrixError
-        The factorisation broke down.
     """
+    rigid, C = _rigid(mesh, parities), _rows(mesh, held, parities)
+    if np.linalg.matrix_rank(C @ rigid) < rigid.shape[1]:
+        raise UnderconstrainedError("the ends that are held leave the body free to move")
+    answers = _solved(inverse, fixed, C.T)
+    small = np.block([[C @ answers, -C @ rigid], [rigid.T @ C.T, np.zeros((rigid.shape[1],) * 2)]])
+    return Constrained(inverse, fixed, rigid, C, answers, np.linalg.inv(small))
+
+
+def stopping(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Mask:
+    """Degrees of freedom (n,) that the mirror planes hold, and as many more as stop the rigid motions."""
     planes = plane_conditions(mesh, *parities).ravel()
+    rigid = np.where(planes[:, None], 0.0, _rigid(mesh, parities))
+    # Far enough apart, by the pivots.
+    scaled = rigid / np.abs(rigid).max(axis=0, initial=1e-300)
+    _, _, order = qr(scaled.T, mode="economic", pivoting=True)
+    planes[order[: rigid.shape[1]]] = True
+    return planes
+
+
+def _rigid(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Floats:
+    """Rigid motions (n, n_rigid) of the parities."""
     own = _own(mesh, parities)
-    rigid = motions(mesh.points, mesh.points[:, 0].mean())[own].reshape(len(own), -1).T
+    return motions(mesh.points, mesh.points[:, 0].mean())[own].reshape(len(own), -1).T
+
+
+def _rows(mesh: TetMesh, held: tuple[Held, ...], parities: tuple[Parity, Parity]) -> Floats:
+    """Mean motions (n_rows, n) of the parities that are prevented."""
+    own = _own(mesh, parities)
     rows = [
         mean_motions(mesh, end.surface, end.center)[motion].ravel()
         for end in held
         for motion in end.motions
         if motion in own
     ]
-    C = np.stack(rows) if rows else np.zeros((0, len(planes)))
-    if np.linalg.matrix_rank(C @ rigid) < rigid.shape[1]:
-        raise UnderconstrainedError("the ends that are held leave the body free to move")
-    fixed = planes | _stopping(np.where(planes[:, None], 0.0, rigid))
-    factor = factorise(K.constrained(fixed), choice)
-    answers = _solved(factor, fixed, C.T)
-    small = np.block([[C @ answers, -C @ rigid], [rigid.T @ C.T, np.zeros((rigid.shape[1],) * 2)]])
-    return Constrained(factor, fixed, rigid, C, answers, np.linalg.inv(small))
+    return np.stack(rows) if rows else np.zeros((0, mesh.points.size))
 
 
 def _own(mesh: TetMesh, parities: tuple[Parity, Parity]) -> list[int]:
@@ -100,18 +124,9 @@ def _own(mesh: TetMesh, parities: tuple[Parity, Parity]) -> list[int]:
     return [motion for motion in range(6) if has_parity(motion, y, z)]
 
 
-def _stopping(rigid: Floats) -> Mask:
-    """As many degrees of freedom as there are rigid motions, far enough apart to stop them all."""
-    scaled = rigid / np.abs(rigid).max(axis=0, initial=1e-300)
-    _, _, order = qr(scaled.T, mode="economic", pivoting=True)
-    stopped = np.zeros(len(rigid), dtype=bool)
-    stopped[order[: rigid.shape[1]]] = True
-    return stopped
-
-
-def _solved(factor: Factor, fixed: Mask, forces: Floats) -> Floats:
+def _solved(inverse: Solve, fixed: Mask, forces: Floats) -> Floats:
     if not forces.shape[1]:
         return forces
-    u = factor.solve(np.where(fixed[:, None], 0.0, forces))
+    u = inverse(np.where(fixed[:, None], 0.0, forces))
     u[fixed] = 0.0
     return u

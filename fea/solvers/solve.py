@@ -1,6 +1,6 @@
 """Solve K u = f for every load at once, one factorisation a parity, and check what came out."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -108,7 +108,7 @@ class Model:
         self.mesh = mesh
         self._clock = clock or Clock()
         cut = Surface.SYMMETRY_Y in mesh.facets
-        self._material = material
+        self.material = material
         self._solver = linear_solver(solver, mesh, material, slots=len(Parity) if cut else 1)
         self._factorised: list[Parity] = []
         self._condition: dict[Parity, float] = {}
@@ -129,6 +129,16 @@ class Model:
     def solver(self) -> str:
         """Name of the solver used."""
         return self._solver.name
+
+    @property
+    def stiffness(self) -> SymmetricMatrix:
+        """K without any support."""
+        return self._K
+
+    def restrained(self, parity: Parity) -> tuple[npt.NDArray[np.bool_], Callable[[Floats], Floats]]:
+        """Degrees of freedom (n,) held for a parity about y = 0, and what solves for (n, k) forces then."""
+        slot = self._slot(parity)
+        return self._fixed(parity), lambda forces: self._solved(slot, forces)
 
     def _fixed(self, parity: Parity) -> npt.NDArray[np.bool_]:
         return (plane_conditions(self.mesh, parity) | self._held).ravel()
@@ -206,7 +216,7 @@ class Model:
             slots = len(Parity) if Surface.SYMMETRY_Y in self.mesh.facets else 1
             if memory.direct_bytes(self.mesh.points.size, slots) > memory.SHARE * memory.available_bytes():
                 raise
-            self._solver = linear_solver(direct(), self.mesh, self._material, slots)
+            self._solver = linear_solver(direct(), self.mesh, self.material, slots)
             parities, self._factorised = self._factorised, []
             for parity in parities:
                 self._slot(parity)

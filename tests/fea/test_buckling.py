@@ -5,16 +5,17 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fea.choices import Symmetry
+from fea.choices import Support, Symmetry
 from fea.jobs.buckling import buckling_report
 from fea.jobs.report import worst_safety
 from fea.machine.clock import Clock
 from fea.pipeline import Analysis
 from fea.solid.errors import UnderconstrainedError
-from fea.solid.geometric_stiffness import geometric_stiffness
+from fea.solid.geometric_stiffness import GeometricStiffness
 from fea.solid.parity import Parity
 from fea.solid.pins import SLIDE_X, TURN_Z, Held, mean_motions, motions
-from fea.solvers.buckling import buckling_modes
+from fea.solvers.buckling import Buckling
+from fea.solvers.solve import Model
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.verify.body import STEEL
@@ -91,26 +92,30 @@ def pressed():
 
 def test_geometric_stiffness_holds_the_forces_that_the_stress_balances(pressed):
     mesh, u = pressed
-    forces = geometric_stiffness(mesh, STEEL, u) @ mesh.points
+    forces = GeometricStiffness(mesh, STEEL)(u[..., None])[0] @ mesh.points
     ends = [np.unique(mesh.facets[surface]) for surface in (Surface.CLAMPED, Surface.LOADED)]
     assert [forces[nodes, 0].sum() for nodes in ends] == pytest.approx([LOAD / 4, -LOAD / 4])
     inside = np.setdiff1d(np.arange(len(mesh.points)), np.concatenate(ends))
     assert np.abs(forces[inside, 0]).max() < 1e-9 * LOAD
 
 
+def buckling(mesh, held):
+    return Buckling(Model(mesh, STEEL, Support.INERTIA_RELIEF), held)
+
+
 def test_pulled_struts_keep_no_positive_factor(pressed):
     mesh, u = pressed
     held = (Held(Surface.CLAMPED, 0.0, tuple(range(6))),)
-    modes = buckling_modes(mesh, STEEL, {Parity.SYMMETRIC: np.stack([u, -u], axis=-1)}, held, count=2)
+    modes = buckling(mesh, held).modes({Parity.SYMMETRIC: np.stack([u, -u], axis=-1)}, 2)
     assert modes[0][0].factor * LOAD == pytest.approx(critical(HEIGHT * WIDTH**3 / 12, 2.0), rel=0.01)
     assert not modes[1]
 
 
 def test_ends_that_leave_the_body_free_are_refused(pressed):
-    mesh, u = pressed
+    mesh, _ = pressed
     held = (Held(Surface.CLAMPED, 0.0, (SLIDE_X, TURN_Z)),)
     with pytest.raises(UnderconstrainedError):
-        buckling_modes(mesh, STEEL, {Parity.SYMMETRIC: u[..., None]}, held, count=1)
+        buckling(mesh, held)
 
 
 def test_mean_motions_measure_rigid_ones(quarter):

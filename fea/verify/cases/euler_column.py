@@ -8,9 +8,11 @@ import math
 
 import numpy as np
 
+from fea.choices import Support
 from fea.solid.parity import Parity
 from fea.solid.pins import SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z, Held
-from fea.solvers.buckling import buckling_modes
+from fea.solvers.buckling import Buckling
+from fea.solvers.solve import Model
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL
 from geometry.bodies.shape import Prism, polygon
@@ -62,7 +64,7 @@ def loads(mesh: TetMesh, ends: tuple[Held, ...], count: int) -> list[tuple[float
     """Critical loads, N, rising, each with its parity about z = 0."""
     nu, strain = STEEL.poissons_ratio, LOAD / _AREA / STEEL.youngs_modulus
     pressed = {Parity.SYMMETRIC: (mesh.points * strain * np.array([-1.0, nu, nu]))[..., None]}
-    (modes,) = buckling_modes(mesh, STEEL, pressed, ends, count=count)
+    (modes,) = Buckling(Model(mesh, STEEL, Support.INERTIA_RELIEF), ends).modes(pressed, count)
     return [(mode.factor * LOAD, mode.parity_z) for mode in modes]
 
 

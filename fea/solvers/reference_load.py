@@ -1,0 +1,54 @@
+"""What a load that is multiplied up to buckling does to displacements: its stress, and pins that let turn."""
+
+from collections.abc import Mapping
+from itertools import product
+
+import numpy as np
+import numpy.typing as npt
+from scipy import sparse
+
+from fea.solid.parity import Parity
+from fea.solid.pins import TURN_Z, Held, mean_motions, motions
+from mesh.tetmesh import TetMesh
+
+Floats = npt.NDArray[np.float64]
+
+
+class ReferenceLoad:
+    """K_σ of a reference load.
+
+    Parameters
+    ----------
+    mesh
+        The cell.
+    ends
+        Surfaces held on average. A pressure on one that may turn about z stays where it is.
+    parts
+        `GeometricStiffness` of the load's parts about y = 0.
+    """
+
+    def __init__(
+        self, mesh: TetMesh, ends: tuple[Held, ...], parts: Mapping[Parity, sparse.csr_array]
+    ) -> None:
+        self._parts = parts
+        self._pins: list[tuple[float, Floats]] = []
+        forces = parts[Parity.SYMMETRIC] @ mesh.points
+        for end in ends:
+            if TURN_Z not in end.motions:
+                nodes = np.unique(mesh.facets[end.surface])
+                arm = motions(mesh.points[nodes], end.center)[TURN_Z]
+                turned = np.cross([0.0, 0.0, 1.0], forces[nodes])
+                row = mean_motions(mesh, end.surface, end.center)[TURN_Z]
+                self._pins.append((float((arm * turned).sum()), row))
+
+    def times(self, shape: Mapping[Parity, Floats], parity_z: Parity) -> dict[Parity, Floats]:
+        """K_σ φ of shapes given by their parts (n_nodes, 3, k)."""
+        product_of = {side: np.zeros_like(part) for side, part in shape.items()}
+        for (own, matrix), (side, part) in product(self._parts.items(), shape.items()):
+            product_of[Parity(own * side)] += (matrix @ part.reshape(len(part), -1)).reshape(part.shape)
+        # Forces fixed to the bore would turn it back; a pin's pressure turns along.
+        turning = Parity.ANTISYMMETRIC if Parity.ANTISYMMETRIC in shape else Parity.SYMMETRIC
+        for moment, row in self._pins if parity_z is Parity.SYMMETRIC else ():
+            turn = np.einsum("ni,nik->k", row, shape[turning])
+            product_of[turning] -= moment * row[:, :, None] * turn
+        return product_of

@@ -1,0 +1,153 @@
+"""Largest eigenvalues of A φ = θ K φ with a factorised K: block Krylov spaces, thick restarts.
+
+Rayleigh and Ritz's values on a space that grows by K⁻¹ times the residuals of a whole block (Saad 2011,
+chapters 6 and 8; Wu & Simon 2000 on the restarts). K itself is never multiplied: the forces
+behind the vectors are kept.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Operator = Callable[[Floats], Floats]
+
+# Pairs beyond those wanted that are improved as well, so that none is overlooked, and how far.
+_GUARDS = 2
+_GUARDED = 0.1
+_ROUNDS = 40
+_PATIENCE = 5
+# Blocks of vectors that the space may hold before it is cut down to two.
+_BLOCKS = 5
+# Of its length: what is left of a vector after orthogonalisation is rounding below this.
+_DEPENDENT = 1e-10
+
+
+@dataclass(frozen=True)
+class Space:
+    """Vectors and the forces that cause them.
+
+    Attributes
+    ----------
+    vectors
+        Z (n, m), ZᵀKZ = 1.
+    forces
+        F (n, m) with K⁻¹F = Z.
+    """
+
+    vectors: Floats
+    forces: Floats
+
+    def __matmul__(self, weights: Floats) -> "Space":
+        return Space(self.vectors @ weights, self.forces @ weights)
+
+    def without(self, other: "Space") -> "Space":
+        """Return a basis of what this space adds to another, orthonormal in K."""
+        vectors, forces = self.vectors, self.forces
+        for _ in range(2):  # twice is enough (Parlett 1980)
+            share = other.forces.T @ vectors
+            vectors, forces = vectors - other.vectors @ share, forces - other.forces @ share
+        return orthonormal(vectors, forces)
+
+    def joined(self, other: "Space") -> "Space":
+        """Return both, of which neither has a share in the other."""
+        return Space(np.hstack([self.vectors, other.vectors]), np.hstack([self.forces, other.forces]))
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Eigenvalues and vectors.
+
+    Attributes
+    ----------
+    values
+        θ (k,), falling.
+    vectors
+        φ (n, k).
+    residuals
+        ‖φ − K⁻¹A φ/θ‖ / ‖φ‖ (k,), maximum norms.
+    space
+        What to begin with on a similar A.
+    """
+
+    values: Floats
+    vectors: Floats
+    residuals: Floats
+    space: Space
+
+
+def largest(
+    solve: Operator,
+    push: Operator,
+    start: Space,
+    count: int,
+    *,
+    least: float,
+    accuracy: float,
+    enough: float = 0.0,
+) -> Pairs:
+    """Find the largest positive eigenvalues.
+
+    Parameters
+    ----------
+    solve, push
+        Products of K⁻¹ and A with blocks (n, k).
+    start
+        A space with a share of every vector wanted.
+    count
+        How many.
+    least
+        Eigenvalues below so many times the largest magnitude do not count.
+    accuracy
+        Of the residuals; the error of θ is of its square's order.
+    enough
+        Eigenvalues below this are of no use.
+    """
+    space, pushed, block = start, push(start.vectors), count + _GUARDS
+    for turn in range(_ROUNDS):
+        values, weights = np.linalg.eigh(_symmetric(space.vectors.T @ pushed))
+        values, weights = values[::-1], weights[:, ::-1]
+        theta, best = values[:block], weights[:, :block]
+        ritz, images = space @ best, pushed @ best
+        change = Space(solve(images) - theta * ritz.vectors, images - theta * ritz.forces)
+        residuals = _lengths(change.vectors) / (np.abs(theta) * _lengths(ritz.vectors))
+        counted = theta > least * np.abs(values).max()
+        useful = theta * (1 + residuals) > enough  # an eigenvalue is as near as the residual says
+        limits = np.where((np.arange(len(theta)) < count) & useful, accuracy, _GUARDED)
+        late = ~counted | (residuals > limits)
+        # Where too few count, more may be on their way.
+        patient = turn >= _PATIENCE or counted[:count].all()
+        if turn == _ROUNDS - 1 or (patient and not (late & counted).any()):
+            break
+        if len(values) >= _BLOCKS * block:
+            space, pushed = space @ weights[:, : 2 * block], pushed @ weights[:, : 2 * block]
+        new = (change @ np.eye(len(theta))[:, late]).without(space)
+        space, pushed = space.joined(new), np.hstack([pushed, push(new.vectors)])
+    found = np.flatnonzero((counted & (theta > enough))[:count])
+    kept = space @ weights[:, : 2 * block]
+    return Pairs(theta[found], ritz.vectors[:, found], residuals[found], kept)
+
+
+def orthonormal(vectors: Floats, forces: Floats) -> Space:
+    """Return a basis with ZᵀKZ = 1 of what vectors and the forces that cause them span."""
+    space = Space(vectors, forces)
+    for _ in range(2):
+        values, weights = np.linalg.eigh(_symmetric(space.vectors.T @ space.forces))
+        kept = values > _DEPENDENT * values.max(initial=0.0)
+        space = space @ (weights[:, kept] / np.sqrt(values[kept]))
+    return space
+
+
+def ritz_values(space: Space, pushed: Floats) -> Floats:
+    """Return Ritz's values, rising, of a space and A times its vectors."""
+    return np.asarray(np.linalg.eigvalsh(_symmetric(space.vectors.T @ pushed)))
+
+
+def _symmetric(matrix: Floats) -> Floats:
+    return (matrix + matrix.T) / 2
+
+
+def _lengths(vectors: Floats) -> Floats:
+    return np.asarray(np.abs(vectors).max(axis=0))
