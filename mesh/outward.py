@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mesh.errors import MeshError
 from mesh.tetmesh import Ints, TetMesh
 
 # The faces of a positively oriented tetrahedron, seen from outside counter-clockwise.
@@ -12,15 +13,30 @@ _TURN = {3: [0, 2, 1], 6: [0, 2, 1, 5, 4, 3]}
 
 
 def outward(mesh: TetMesh) -> TetMesh:
-    """Return the mesh with every facet turned as the element behind it demands."""
+    """Return the mesh with every facet turned as the element behind it demands.
+
+    Raises
+    ------
+    MeshError
+        Facets bound no element, or two: the surface of a damaged solid may fold onto itself.
+    """
     faces = mesh.tets[:, _FACES].reshape(-1, 3)
     keys = _keys(faces, len(mesh.points))
     order = np.argsort(keys)
-    even = _even(faces)
+    ordered, even = keys[order], _even(faces)
 
     def turned(facets: Ints) -> Ints:
-        behind = order[np.searchsorted(keys[order], _keys(facets[:, :3], len(mesh.points)))]
-        wrong = even[behind] != _even(facets[:, :3])
+        found = _keys(facets[:, :3], len(mesh.points))
+        first = np.searchsorted(ordered, found)
+        astray = np.searchsorted(ordered, found, side="right") - first != 1
+        if astray.any():
+            x, y, z = mesh.points[facets[astray][0, :3]].mean(axis=0)
+            message = (
+                f"{astray.sum()} triangles of the surface, the first at ({x:.1f}, {y:.1f}, {z:.1f}) mm, do "
+                "not bound the tetrahedra. The solid may be damaged: export it again, or try another --size"
+            )
+            raise MeshError(message)
+        wrong = even[order[first]] != _even(facets[:, :3])
         return np.where(wrong[:, None], facets[:, _TURN[facets.shape[1]]], facets)
 
     return replace(mesh, facets={surface: turned(facets) for surface, facets in mesh.facets.items()})

@@ -8,6 +8,7 @@ from fea.discretise import discretise
 from fea.machine.clock import Clock
 from fea.study.study import load_study
 from geometry.surfaces import Surface
+from mesh.errors import MeshError
 from mesh.mirror import reflect, unmirrored
 from mesh.outward import outward
 
@@ -31,6 +32,21 @@ def test_facets_turned_at_random_are_turned_back(order):
     facets = np.where(wrong[:, None], mesh.facets[Surface.FREE][:, turn], mesh.facets[Surface.FREE])
     mended = outward(replace(mesh, facets=mesh.facets | {Surface.FREE: facets}))
     assert enclosed(mended) == pytest.approx(volume(mesh), rel=1e-12)
+
+
+@pytest.mark.parametrize("corners", [[0, 1, 2], None])
+def test_a_facet_that_bounds_no_element_or_two_is_refused(corners):
+    mesh = strap(order=1)
+    inner = corners or next(iter(inner_faces(mesh)))
+    facets = np.vstack([mesh.facets[Surface.FREE], inner])
+    with pytest.raises(MeshError, match="1 triangles of the surface"):
+        outward(replace(mesh, facets=mesh.facets | {Surface.FREE: facets}))
+
+
+def inner_faces(mesh):
+    faces = np.sort(mesh.tets[:, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]].reshape(-1, 3), axis=1)
+    found, counts = np.unique(faces, axis=0, return_counts=True)
+    return found[counts == 2].tolist()
 
 
 def test_the_rod_and_its_reflections_are_closed_by_outward_facets():
