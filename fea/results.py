@@ -118,6 +118,7 @@ class CaseResult:
         unmasked = {
             "unmasked_max_von_mises_MPa": hottest.unmasked,
             "unmasked_min_safety_factor": 1 / worst.unmasked,
+            "unmasked_verdict": Verdict.DIVERGING.value,
             "singular_max_von_mises_MPa": hottest.singular,
             "singular_verdict": Verdict.DIVERGING.value,
         }

@@ -46,6 +46,8 @@ def case_table(summary: Summary) -> Table:
     worst = worst_case(summary)
     for case, result in summary["results"].items():
         table.add_row(case, *_cells(summary["loads"][case], result), style="bold" if case == worst else "")
+        if result.get("singular_max_von_mises_MPa"):
+            table.add_row(*_singular_cells(result))
     return table
 
 
@@ -121,6 +123,12 @@ def _cells(load: Summary, result: Summary) -> list[str]:
     ]
 
 
+def _singular_cells(result: Summary) -> list[str]:
+    """Return the row of what a case has near singular places: no element size bounds its error."""
+    largest = _number(result["singular_max_von_mises_MPa"], ".1f")
+    return ["  diverging", "", "", "", "", largest, "∞", "singular place", UNKNOWN, ""]
+
+
 def _headline(summary: Summary) -> str:
     case = worst_case(summary)
     safety = _number(summary["results"][case].get("min_safety_factor"), ".2f")
@@ -146,13 +154,20 @@ def _unsettled(results: Mapping[str, Summary]) -> list[str]:
     lines = []
     if "not converged" in by_verdict:
         lines.append(f"Not converged: {', '.join(by_verdict['not converged'])} (try --tolerance 5 or less)")
-    for case in by_verdict.get("diverging", []):
-        unmasked = _number(results[case].get("unmasked_max_von_mises_MPa"), ".1f")
-        lines.append(
-            f"Diverging: {case} has {unmasked} MPa at a sharp inner edge or a clamped border, where the "
-            "exact stress is infinite; the table leaves such places out"
-        )
+    for case, result in results.items():
+        if result.get("singular_max_von_mises_MPa"):
+            lines.append(_diverging(case, result))
     return lines
+
+
+def _diverging(case: str, result: Summary) -> str:
+    """Return what is wrong at the singular places of a case, and what its figures stand for."""
+    near = _number(result["singular_max_von_mises_MPa"], ".1f")
+    rest = _number(result.get("max_von_mises_MPa"), ".1f")
+    return (
+        f"Diverging: {case} has {near} MPa near a sharp inner edge or a clamped border, where the exact "
+        f"stress is infinite and finer elements give ever more; {rest} MPa and its ± are of the rest of the rod"
+    )
 
 
 def _cycle(summary: Summary) -> list[str]:

@@ -71,8 +71,13 @@ def test_the_table_tells_each_case_with_forces_in_kilonewton(folder):
 def test_peaks_that_are_not_settled_are_named(folder):
     assert "Not converged: tension (" in said((folder, SUMMARY))
     singular = deepcopy(SUMMARY)
-    singular["results"]["given"] |= {"verdict": "diverging", "unmasked_max_von_mises_MPa": 999.0}
-    assert "Diverging: given has 999.0 MPa" in said((folder, singular))
+    singular["results"]["given"] |= {"verdict": "not converged", "singular_max_von_mises_MPa": 99.0}
+    text = said((folder, singular))
+    assert "Diverging: given has 99.0 MPa" in text
+    assert "210.0 MPa and its ± are of the rest" in text
+    assert ["diverging", "99.0", "∞", "singular", "place", "–"] in [
+        line.split() for line in text.splitlines()
+    ]
 
 
 def test_it_fits_eighty_columns(folder):
