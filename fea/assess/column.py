@@ -5,9 +5,9 @@ length l), built in at both ends here (l/2). Shigley, Mechanical Engineering Des
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -77,10 +77,11 @@ class Column:
         return min(self.euler, self.johnson, self.rankine)
 
 
+@cache
 def column(
-    plane: Plane, stations: Sequence[Section], least: Section, youngs_modulus: float, yield_strength: float
+    plane: Plane, stations: tuple[Section, ...], least: Section, youngs_modulus: float, yield_strength: float
 ) -> Column:
-    """Work out the critical loads in a plane.
+    """Work out the critical loads in a plane; once, however many speeds load the column.
 
     Parameters
     ----------

@@ -60,6 +60,9 @@ def path(weights: Weights, chord: int = CHORD) -> Path:
 
 def _strays(weights: Floats, ends: Ints) -> Floats:
     instants = np.arange(weights.shape[1])
-    straight = np.stack([np.interp(instants, ends, row) for row in weights[:, ends]])
+    chord = np.clip(np.searchsorted(ends, instants, side="right") - 1, 0, max(len(ends) - 2, 0))
+    after = np.minimum(chord + 1, len(ends) - 1)
+    share = (instants - ends[chord]) / np.maximum(ends[after] - ends[chord], 1)
+    straight = (1 - share) * weights[:, ends[chord]] + share * weights[:, ends[after]]
     away = np.abs(weights - straight)
     return np.maximum.reduceat(away, ends[:-1], axis=1) if len(ends) > 1 else away[:, :0]

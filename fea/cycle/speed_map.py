@@ -23,7 +23,13 @@ COLUMNS = (
     "mean_MPa",
     "amplitude_MPa",
     "stress_ratio",
+    "crossland_safety_factor",
 )
+MODES = {
+    "yield": "yield_safety_factor",
+    "fatigue": "fatigue_safety_factor",
+    "crossland": "crossland_safety_factor",
+}
 
 
 @dataclass(frozen=True)
@@ -33,7 +39,9 @@ class SpeedMap:
     Attributes
     ----------
     columns
-        (n_speeds,) by the names of `COLUMNS`, speeds increasing; NaN where fatigue is not judged.
+        (n_speeds,) by the names of `COLUMNS`, speeds increasing; NaN where fatigue is not judged. Crossland's
+        factor is the least of the whole rod at speeds that were run in full, at others that of the worst
+        places against yielding and fatigue.
     exact
         Critical speeds that are known better than by interpolation.
     """
@@ -46,9 +54,8 @@ class SpeedMap:
         """Speed, rpm, at which each failure mode begins; None where it does not within the map."""
         if self.exact is not None:
             return self.exact
-        modes = {"yield": "yield_safety_factor", "fatigue": "fatigue_safety_factor"}
         return {
-            mode: critical_speed(self.columns["rpm"], self.columns[column]) for mode, column in modes.items()
+            mode: critical_speed(self.columns["rpm"], self.columns[column]) for mode, column in MODES.items()
         }
 
 
@@ -94,9 +101,19 @@ def speed_map(summaries: Sequence[Mapping[str, Any]]) -> SpeedMap | None:
 
 def _row(summary: Mapping[str, Any]) -> list[float]:
     envelope = summary["envelope"]
-    fatigue = envelope["fatigue"]
-    row = [summary["rpm"], envelope["min_safety_factor"], envelope["crank_deg"], *envelope["at_mm"]]
-    if fatigue is None:
-        return row + [float("nan")] * (len(COLUMNS) - len(row))
-    figures = (fatigue[name] for name in ("mean_MPa", "amplitude_MPa", "stress_ratio"))
-    return [*row, fatigue["fatigue_safety_factor"], *fatigue["at_mm"], *figures]
+    fatigue = envelope["fatigue"] or {}
+    multiaxial = envelope.get("min_crossland_safety_factor")
+    found = {
+        "rpm": summary["rpm"],
+        "yield_safety_factor": envelope["min_safety_factor"],
+        "yield_crank_deg": envelope["crank_deg"],
+        **_place("yield", envelope["at_mm"]),
+        **_place("fatigue", fatigue.get("at_mm", [np.nan] * 3)),
+        **fatigue,
+        "crossland_safety_factor": multiaxial,
+    }
+    return [np.nan if found.get(name) is None else float(found[name]) for name in COLUMNS]
+
+
+def _place(mode: str, at: Sequence[float]) -> dict[str, float]:
+    return {f"{mode}_{axis}_mm": value for axis, value in zip("xyz", at, strict=True)}

@@ -6,6 +6,7 @@ y = 0 (cos nφ, a_x, ω²) or odd (sin nφ, a_y, α). Weights on them follow fro
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -77,6 +78,7 @@ class PressedBore:
         turned = np.multiply.outer(self.orders, angle)
         return np.cos(turned), np.sin(turned[1:])
 
+    @cached_property
     def resultants(self) -> tuple[Floats, Floats]:
         """Force (2, n) on the whole rod of each even and each odd harmonic, N."""
         facets = self.facets
@@ -102,7 +104,7 @@ class PressedBore:
         amplitude = np.where(pulled, along[0][:, None], along[1][:, None]) * magnitude
         cosines, sines = self.pressures(direction)
         even, odd = amplitude * cosines, amplitude[1:] * sines
-        of_even, of_odd = self.resultants()
+        of_even, of_odd = self.resultants
         reached = of_even @ even + of_odd @ odd
         work = (reached * force).sum(axis=0)
         scale = np.divide(magnitude**2, work, out=np.ones_like(work), where=work > 0)

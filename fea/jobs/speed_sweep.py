@@ -11,6 +11,7 @@ from fea.cycle.search import CasePeak, Place, SpeedSearch, Worst
 from fea.cycle.speed_map import first_below
 from fea.jobs.buckling import column_figures
 from fea.jobs.report import load_figures
+from fea.machine.threads import side_by_side
 from fea.pipeline import Analysis
 from fea.units import DEG, RPM
 
@@ -21,6 +22,7 @@ _WITHIN_RPM = 0.1
 _LEFT_OUT = (
     ("fields of the load cases and of the envelope", "many speeds: they are written at the worst ones"),
     ("error estimates and displacements", "many speeds: the peaks are superposed, not solved"),
+    ("Crossland's factor at every place", "many speeds: only the worst by yield and fatigue are looked at"),
 )
 
 
@@ -40,7 +42,7 @@ class SpeedSweep:
             raise ValueError("a sweep needs an engine")
         self._analysis = analysis
         self._search = SpeedSearch(analysis.cycle_analysis, analysis.engine, analysis.gas, sorted(speeds))
-        self._found = {rpm: self._search.at(rpm) for rpm in sorted(speeds)}
+        self._found = dict(zip(sorted(speeds), side_by_side(self._search.at, sorted(speeds)), strict=True))
 
     @property
     def worst(self) -> set[float]:
@@ -89,7 +91,18 @@ def _fatigue(found: Worst) -> float:
     return np.inf if found.fatigue is None else found.fatigue.factor
 
 
-_MODES: dict[str, Callable[[Worst], float]] = {"yield": _yielding, "fatigue": _fatigue}
+def _crossland(found: Worst) -> float:
+    """Least of the factors at the worst places against yielding and fatigue: the others are not looked at."""
+    places = (found.yielding, found.fatigue)
+    factors = [place.crossland for place in places if place is not None and place.crossland is not None]
+    return min(factors, default=np.inf)
+
+
+_MODES: dict[str, Callable[[Worst], float]] = {
+    "yield": _yielding,
+    "fatigue": _fatigue,
+    "crossland": _crossland,
+}
 
 
 def _result(peak: CasePeak) -> dict[str, Any]:
@@ -108,7 +121,7 @@ def _result(peak: CasePeak) -> dict[str, Any]:
 def _envelope(found: Worst, full: Mapping[str, Any]) -> dict[str, Any]:
     """The envelope's figures: where a case that is no instant of the cycle is worse, that case's."""
     case = min(found.cases, key=lambda peak: peak.factor)
-    place, angle = found.yielding.at, found.yielding.crank_angle
+    place, angle, multiaxial = found.yielding.at, found.yielding.crank_angle, _crossland(found)
     if case.factor < found.yielding.factor:
         place, angle = case.at, case.case.crank_angle
     return {
@@ -118,6 +131,7 @@ def _envelope(found: Worst, full: Mapping[str, Any]) -> dict[str, Any]:
         "min_fatigue_safety_factor": None if found.fatigue is None else found.fatigue.factor,
         "fatigue_criterion": full["fatigue_criterion"],
         "fatigue": None if found.fatigue is None else _place(found.fatigue),
+        "min_crossland_safety_factor": multiaxial if np.isfinite(multiaxial) else None,
         "unit_solutions": full["unit_solutions"],
         "instants": full["instants"],
     }

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from fea.cycle.speed_map import SpeedMap
+from fea.cycle.speed_map import MODES, SpeedMap
 from fea.output.errors import PictureError
 from fea.output.text import write_text
 
-_CURVES = {"yield_safety_factor": ("yield", "C0"), "fatigue_safety_factor": ("fatigue", "C3")}
+_COLOURS = {"yield": "C0", "fatigue": "C3", "crossland": "C2"}
 _HIGHEST = 5.0  # of the plot: what lies above is safe
 
 
@@ -45,11 +45,11 @@ def plot_speed_map(path: Path, study: str, found: SpeedMap) -> None:
     FigureCanvasAgg(figure)
     panel = figure.subplots()
     rpm = found.columns["rpm"]
-    for column, (mode, colour) in _CURVES.items():
-        factor = found.columns[column]
+    for mode, colour in _COLOURS.items():
+        factor = found.columns[MODES[mode]]
         if np.isnan(factor).all():
             continue
-        critical = found.critical[mode]
+        critical = found.critical.get(mode)
         label = mode if critical is None else f"{mode}: below 1 from {critical:.0f} rpm"
         panel.plot(rpm, factor, color=colour, marker=".", label=label)
         if critical is not None:

@@ -63,7 +63,7 @@ def test_weights_press_with_exactly_the_force(quarter):
     direction = np.linspace(0, 2 * math.pi, 25)
     force = 3e4 * np.stack([np.cos(direction), np.sin(direction)])
     even, odd = bore.weights(force)
-    of_even, of_odd = bore.resultants()
+    of_even, of_odd = bore.resultants
     np.testing.assert_allclose(of_even @ even + of_odd @ odd, force, atol=1e-9 * 3e4)
 
 

@@ -30,7 +30,9 @@ def test_a_tapered_column_has_its_exact_load(growth):
 
 
 def test_the_weaker_axis_of_each_plane_counts():
-    stations = [Section(x, area=90.0, inertia_y=3000.0, inertia_z=5000.0) for x in np.linspace(0, LENGTH, 21)]
+    stations = tuple(
+        Section(x, area=90.0, inertia_y=3000.0, inertia_z=5000.0) for x in np.linspace(0, LENGTH, 21)
+    )
     swing, sideways = (column(plane, stations, stations[1], E, 600.0) for plane in Plane)
     assert swing.slenderness == pytest.approx(150 / math.sqrt(5000 / 90))
     assert sideways.slenderness == pytest.approx(75 / math.sqrt(3000 / 90))
