@@ -1,7 +1,7 @@
 """Nodal forces of the pressure on a bore."""
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -170,12 +170,14 @@ def bore_load(
         nothing = np.zeros((n_nodes, 3))
         split = Split(nothing, nothing if bore.cut_y else None)
         return BoreLoad(split, split, 1.0)
+    own, nodes = np.unique(bore.nodes, return_inverse=True)  # only the bore's nodes are added up
+    local = replace(bore, nodes=nodes.reshape(bore.nodes.shape))
 
     def psi(angle: Floats, side: int) -> Floats:
         return np.asarray(side * wrapped(angle - side * direction))
 
     basis = [
-        _basis(facets_within(bore, side * direction, half_arc), n_nodes, pressure, partial(psi, side=side))
+        _basis(facets_within(local, side * direction, half_arc), own.size, pressure, partial(psi, side=side))
         for side in sides
     ]
     factors = np.linalg.solve(_resultants(basis, direction, bore), [magnitude, 0.0])
@@ -185,7 +187,9 @@ def bore_load(
         within = np.heaviside(np.round(half_arc - np.abs(off), ANGLE_DECIMALS), 0.5)
         return np.asarray(within * pressure(off) * (factors[0] + factors[1] * np.sin(off)))
 
-    forces = [np.tensordot(factors, both, axes=1) for both in basis]
+    forces = [np.zeros((n_nodes, 3)) for _ in sides]
+    for force_here, both in zip(forces, basis, strict=True):
+        force_here[own] = np.tensordot(factors, both, axes=1)
     tractions = [radial_traction(bore, n_nodes, nodal(side)) for side in sides]
     return BoreLoad(_split(forces), _split(tractions), float(factors[0]))
 
