@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.choices import Support
-from fea.solid.bore import BoreFacets, BoreLoad, bore_facets, bore_load
+from fea.solid.bore import BoreFacets, bore_facets
+from fea.solid.bore_load import BoreLoad, bore_load
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Split
 from geometry.surfaces import Surface

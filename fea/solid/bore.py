@@ -1,15 +1,13 @@
-"""Nodal forces of the pressure on a bore."""
+"""The facets of a bore, what of them lies within an arc, and nodal forces of a pressure on them."""
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from fea.solid.clip import parts_within
 from fea.solid.element import shape_functions, tabulate
-from fea.solid.parity import Split
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
@@ -18,8 +16,6 @@ Ints = npt.NDArray[np.int64]
 
 # Enough for the harmonics of a cycle, whose higher ones turn once within a few of the coarsest facets.
 FACET_DEGREE = 10
-# Two angles this near are one, rad: an arc's end there is at a node.
-ANGLE_DECIMALS = 9
 
 
 @dataclass(frozen=True)
@@ -117,113 +113,6 @@ def _part_points(bore: BoreFacets, facets: Ints, parts: Floats) -> FacetPoints:
     areas, angle = _areas_and_angles(corners, values, gradients)
     share = np.abs(np.linalg.det(parts[:, 1:] - parts[:, :1]))[:, None]  # of the reference triangle
     return FacetPoints(nodes, values, areas * share * table.weights, angle)
-
-
-@dataclass(frozen=True)
-class BoreLoad:
-    """A bore pressure on the cell.
-
-    Attributes
-    ----------
-    forces
-        Nodal forces, N.
-    traction
-        At the bore's nodes, MPa, zero elsewhere.
-    scale
-        Factor on the analytic peak pressure that made the resultant exact.
-    """
-
-    forces: Split
-    traction: Split
-    scale: float
-
-
-def bore_load(
-    bore: BoreFacets,
-    n_nodes: int,
-    force: tuple[float, float],
-    pressure: Callable[[Floats], Floats],
-    half_arc: float,
-) -> BoreLoad:
-    """Press a bore in the direction of `force`, with exactly that resultant.
-
-    The traction points along the exact radius, so that it has no moment about the bore's axis; the
-    pressure p(ψ), ψ from the direction of the force, is multiplied by a + b sin ψ with the a ≈ 1 and
-    b ≈ 0 that make both components of the discrete resultant exact.
-
-    Parameters
-    ----------
-    bore
-        The facets of the meshed cell.
-    n_nodes
-        Of the mesh.
-    force
-        (x, y) on the whole rod, N.
-    pressure
-        p(ψ), MPa, of the whole force on the whole width; vectorised, smooth also somewhat beyond the arc.
-    half_arc
-        |ψ| beyond which there is no pressure, rad; see `facets_within`.
-    """
-    magnitude, direction = float(np.hypot(*force)), float(np.arctan2(force[1], force[0]))
-    sides = (1, -1) if bore.cut_y else (1,)  # the cell, and its image as the cell sees it
-    if not magnitude:
-        nothing = np.zeros((n_nodes, 3))
-        split = Split(nothing, nothing if bore.cut_y else None)
-        return BoreLoad(split, split, 1.0)
-    own, nodes = np.unique(bore.nodes, return_inverse=True)  # only the bore's nodes are added up
-    local = replace(bore, nodes=nodes.reshape(bore.nodes.shape))
-
-    def psi(angle: Floats, side: int) -> Floats:
-        return np.asarray(side * wrapped(angle - side * direction))
-
-    basis = [
-        _basis(facets_within(local, side * direction, half_arc), own.size, pressure, partial(psi, side=side))
-        for side in sides
-    ]
-    factors = np.linalg.solve(_resultants(basis, direction, bore), [magnitude, 0.0])
-
-    def nodal(side: int) -> Floats:
-        off = psi(bore.node_angle, side)
-        within = np.heaviside(np.round(half_arc - np.abs(off), ANGLE_DECIMALS), 0.5)
-        return np.asarray(within * pressure(off) * (factors[0] + factors[1] * np.sin(off)))
-
-    forces = [np.zeros((n_nodes, 3)) for _ in sides]
-    for force_here, both in zip(forces, basis, strict=True):
-        force_here[own] = np.tensordot(factors, both, axes=1)
-    tractions = [radial_traction(bore, n_nodes, nodal(side)) for side in sides]
-    return BoreLoad(_split(forces), _split(tractions), float(factors[0]))
-
-
-def _basis(
-    facets: Iterable[FacetPoints],
-    n_nodes: int,
-    pressure: Callable[[Floats], Floats],
-    psi: Callable[[Floats], Floats],
-) -> Floats:
-    """Nodal forces (2, n_nodes, 3) of p and of p sin ψ."""
-    forces = np.zeros((2, n_nodes, 3))
-    for points in facets:
-        off = psi(points.angle)
-        pressed = pressure(off)
-        forces[0] += radial_forces(points, n_nodes, pressed)
-        forces[1] += radial_forces(points, n_nodes, pressed * np.sin(off))
-    return forces
-
-
-def _resultants(basis: list[Floats], direction: float, bore: BoreFacets) -> Floats:
-    """Resultants along and across the force of p and of p sin ψ (columns), over every image of the cell."""
-    sums: Floats = np.stack([forces.sum(axis=1) for forces in basis])  # (n_sides, 2, 3)
-    x, y = sums[..., 0].sum(axis=0), sums[0, :, 1] - sums[1:, :, 1].sum(axis=0)
-    cosine, sine = np.cos(direction), np.sin(direction)
-    return (2 if bore.cut_z else 1) * np.stack([cosine * x + sine * y, cosine * y - sine * x])
-
-
-def _split(fields: list[Floats]) -> Split:
-    """Parities of a field on the cell, and on its image as the cell sees it where there is one."""
-    if len(fields) == 1:
-        return Split(fields[0], None)
-    here, image = fields
-    return Split((here + image) / 2, (here - image) / 2)
 
 
 def wrapped(angle: Floats) -> Floats:

@@ -10,7 +10,8 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from fea.solid.bore import bore_facets, bore_load
+from fea.solid.bore import bore_facets
+from fea.solid.bore_load import bore_load
 from fea.solvers.prescribed import displacement
 from fea.stress.stress import principal
 from fea.verify.benchmark import Benchmark, Computed, Goal
