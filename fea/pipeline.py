@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from fea.adaptive.case_error import CaseErrors
+from fea.assess.plausible import unit_remarks
 from fea.case_loads import CaseForces, CaseLoads, imbalance
 from fea.checks import LIMITS, Check, check
 from fea.choices import Element, Support
@@ -206,7 +207,8 @@ class Analysis:
             else (Omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"),)
         )
         left_out = (*self.mesh.left_out, *parities, *self._pressure_left_out(), *loads.left_out)
-        notes = (*loads.notes, *self.mesh.notes, *self._pressure_notes())
+        remarks = unit_remarks(self.materials, self.engine)
+        notes = (*remarks, *loads.notes, *self.mesh.notes, *self._pressure_notes())
         history = self._cycle_at(rpm, cases) if cycle else None
         if history is not None:
             checks |= history.checks()

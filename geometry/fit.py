@@ -103,7 +103,7 @@ def fit(rod: Rod, targets: Targets, free: Sequence[str]) -> Fit:
     from scipy.optimize import least_squares  # noqa: PLC0415 - only a fit needs it
 
     sought = targets.given()
-    require(bool(sought), "targets", None, "at least one of mass, center, inertia_z must be given")
+    require(bool(sought), "targets", None, "are missing: give mass, center or inertia_z")
     require(bool(free), "free dimensions", list(free), "at least one must be named")
     for name in free:
         require(name in dimensions(), "free dimension", name, f"must be one of {', '.join(dimensions())}")

@@ -14,7 +14,7 @@ class InvalidValue(ValueError):  # noqa: N818 - named for what it says
     name
         The quantity, with its unit where it has one (``"rod.web_thickness_mm"``).
     value
-        The offending value as it was given.
+        The offending value as it was given; None for one that was not.
     rule
         What must hold, in words (``"must be positive"``).
     remedy
@@ -23,7 +23,8 @@ class InvalidValue(ValueError):  # noqa: N818 - named for what it says
 
     def __init__(self, name: str, value: object, rule: str, remedy: str = "") -> None:
         self.name, self.value, self.rule, self.remedy = name, value, rule, remedy
-        super().__init__(f"{name} = {_shown(value)}: {rule}." + (f" {remedy}" if remedy else ""))
+        what = f"{name} {rule}" if value is None else f"{name} = {_shown(value)}: {rule}"
+        super().__init__(f"{what}." + (f" {remedy}" if remedy else ""))
 
     def __reduce__(self) -> tuple[type["InvalidValue"], tuple[object, ...]]:
         """Pickle what it was made of, for errors that come from another process."""

@@ -11,7 +11,7 @@ from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
 from fea.study.speeds import parse_speeds
 from fea.study.study import Study
 from fea.study.tables import checked, unknown_key
-from geometry.invalid import require_number
+from geometry.invalid import require, require_number
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Flags:
     """Speed or speeds: 6000, 800,3000,6000 or 800:9000:200."""
 
     size: float | None = None
-    """Element size, mm."""
+    """Element size, mm; by default a 28th of the rod's length, smaller on its features."""
 
     element: Element | None = None
     """Order of the tetrahedra."""
@@ -34,7 +34,7 @@ class Flags:
     """Which part of the rod is solved."""
 
     pressure: str | None = None
-    """How a pin presses on its bore: cosine-180, uniform-120, cosine-<arc> or webster."""
+    """How a pin presses on its bore: cosine-180, uniform-120, cosine-ARC (degrees) or webster."""
 
     solver: SolverName | None = None
     """Linear solver."""
@@ -96,7 +96,11 @@ class Flags:
             given = {key: value for key, value in values.items() if value is not None}
             if given:
                 changes[name] = dataclasses.replace(getattr(study, name), **given)
-        return dataclasses.replace(study, **changes)
+        asked = dataclasses.replace(study, **changes)
+        needs = "judges the crank cycle, which is not asked for"
+        cycle = self.fatigue is None or asked.analysis.cycle
+        require(cycle, "--fatigue", self.fatigue, needs, "Add --cycle.")
+        return asked
 
 
 def python_flags(values: Mapping[str, Any]) -> Flags:

@@ -116,6 +116,7 @@ def test_a_low_safety_factor_is_exit_6(tmp_path):
         (("run", "--size", "0.01"), 2, "mm or more"),
         (("run", "--nonsense"), 2, "--nonsense"),
         (("run", "--support", "glue"), 2, "glue"),
+        (("run", "--fatigue", "gerber"), 2, "--cycle"),
         (("run", "no-such-study"), 2, "no-such-study"),
         (("run", "--out", "occupied"), 2, "occupied"),
         (("run", "--threads", "0"), 2, "--threads"),

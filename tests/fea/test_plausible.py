@@ -1,0 +1,36 @@
+import pytest
+
+from fea.assess.plausible import unit_remarks
+from fea.study.engine_table import EngineTable
+from fea.study.material_presets import MATERIALS
+from fea.study.material_table import MaterialTable
+
+
+def remarks(piston_mass_kg=0.5, bore_mm=80.0, **constants):
+    material = MaterialTable(preset="leon-2001", **constants).material()
+    return unit_remarks([material], EngineTable(90.0, bore_mm, piston_mass_kg).engine(150.0))
+
+
+@pytest.mark.parametrize("preset", MATERIALS)
+def test_no_published_material_is_remarked_on(preset):
+    assert unit_remarks([MaterialTable(preset=preset).material()], None) == ()
+
+
+@pytest.mark.parametrize(
+    ("given", "key"),
+    [
+        ({"E_GPa": 207e3}, "E_GPa"),
+        ({"density_kg_m3": 7.85}, "density_kg_m3"),
+        ({"density_kg_m3": 7.85e-9}, "density_kg_m3"),
+        ({"yield_MPa": 620e6}, "yield_MPa"),
+        ({"piston_mass_kg": 500.0}, "piston_mass_kg"),
+        ({"bore_mm": 0.08}, "piston_mass_kg"),
+    ],
+)
+def test_a_value_in_another_unit_is_remarked_on_by_its_key(given, key):
+    (remark,) = remarks(**given)
+    assert key in remark
+
+
+def test_plain_values_are_not_remarked_on():
+    assert remarks() == ()
