@@ -166,7 +166,8 @@ def _diverging(case: str, result: Summary) -> str:
     rest = _number(result.get("max_von_mises_MPa"), ".1f")
     return (
         f"Diverging: {case} has {near} MPa near a sharp inner edge or a clamped border, where the exact "
-        f"stress is infinite and finer elements give ever more; {rest} MPa and its ± are of the rest of the rod"
+        "stress is infinite and finer elements give ever more; "
+        f"{rest} MPa and its ± are of the rest of the rod"
     )
 
 

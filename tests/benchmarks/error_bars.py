@@ -1,9 +1,9 @@
 """Does the printed bar hold the true error of a peak? On known answers, and on rods drawn at random.
 
-    python tests/benchmarks/error_bars.py [--hold-out 14] [--first 20000] [--report results/error-bars.md]
+    python tests/benchmarks/error_bars.py [--hold-out 20000:14 30000:10] [--report results/error-bars.md]
 
 Every case is a peak von Mises stress with the bar that `fea run` gives it. Known answers: Lamé, Kirsch,
-Goodier, NAFEMS LE1 and LE10, Howland's plate, the rotating disc. Rods of the hold-out set: random ones under
+Goodier, NAFEMS LE1 and LE10, Howland's plate, the rotating disc. Rods of the hold-out sets: random ones under
 random loads, of seeds that the factor on the estimate was not chosen with. Rods of the calibration set, with
 `--calibration`: the shipped studies and random rods in random engines. Each at the default size, at one and a
 half times that, with first-order elements, and refined to a tolerance, against two references of its own.
@@ -123,13 +123,13 @@ def calibration() -> Iterator[Job]:
         yield "calibration", f"rod {seed}", random_study(seed)
 
 
-def hold_out(rods: int, first: int) -> Iterator[Job]:
-    """Random rods under random loads."""
+def hold_out(first: int, rods: int) -> Iterator[Job]:
+    """Random rods under random loads, of seeds from the first."""
     seed = first
     while rods:
         study = random_study(seed)
         if study is not None:
-            yield "hold-out", f"rod {seed}", randomly_loaded(study, seed)
+            yield f"hold-out {first}", f"rod {seed}", randomly_loaded(study, seed)
             rods -= 1
         seed += 1
 
@@ -150,8 +150,7 @@ def done(job: Job) -> tuple[str, str, Rows | str]:
 def main() -> None:
     """Compute every case anew; the report is written as far as it has come whenever one is done."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--hold-out", type=int, default=14, help="rods")
-    parser.add_argument("--first", type=int, default=20_000, help="the first seed of the hold-out set")
+    parser.add_argument("--hold-out", nargs="+", default=["20000:14"], help="first seed and rods of each set")
     parser.add_argument("--calibration", action="store_true", help="the calibration set as well")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--report", type=Path)
@@ -159,7 +158,7 @@ def main() -> None:
     command = " ".join(["python tests/benchmarks/error_bars.py", *sys.argv[1:]])
     jobs = [
         ("known answers", "known answers", None),
-        *hold_out(arguments.hold_out, arguments.first),
+        *(job for asked in arguments.hold_out for job in hold_out(*map(int, asked.split(":")))),
         *(calibration() if arguments.calibration else ()),
     ]
     found: list[tuple[str, str, Rows | str]] = []

@@ -6,16 +6,19 @@ import numpy as np
 import pytest
 from energy_errors import effectivity, manufactured_effectivity, rod, rod_effectivity
 from exact_bodies import HEIGHT, MATERIAL, PROBLEMS, solved
+from nested import nest, nested
 
 from fea.assess.verdict import peak
 from fea.choices import Symmetry
 from fea.machine.clock import Clock
 from fea.pipeline import Analysis
+from fea.solid.element import tabulate
+from fea.solid.integration import gauss_block
 from fea.stress.error_estimate import ErrorEstimator, sagitta
 from fea.stress.recovery import Recovery
 from fea.stress.stress import von_mises
 from fea.study.study import MeshTable, load_study
-from fea.verify.cases import rotating_disc
+from fea.verify.cases import plate_with_hole, rotating_disc
 from geometry.bodies.shape import block
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
@@ -32,6 +35,24 @@ def test_the_energy_estimate_is_near_the_true_error_and_rather_above(name, order
 @pytest.mark.parametrize("order", [1, 2])
 def test_the_energy_estimate_holds_on_a_manufactured_solution(order):
     assert 0.9 < manufactured_effectivity(0.25, order) < 2
+
+
+def test_nested_meshes_have_one_geometry_and_ever_more_energy():
+    coarse = plate_with_hole.meshed(6.0)
+    fine = nested(coarse)
+    whole, parts = (gauss_block(mesh.points[mesh.tets], tabulate(10, 4)).volumes for mesh in (coarse, fine))
+    assert parts.sum() == pytest.approx(whole.sum(), rel=1e-12)
+    assert parts.reshape(len(whole), -1).sum(axis=1) == pytest.approx(whole.sum(axis=1), rel=1e-9)
+    assert fine.facets.keys() == coarse.facets.keys()
+
+
+def test_the_energy_estimate_holds_where_the_exact_energy_is_extrapolated():
+    found = nest("plate with a hole", size=3.0)
+    assert (np.diff(found.energy) > 0).all()
+    assert 1.2 < found.rate < 2.5
+    ratio = found.effectivity()[:2]
+    assert (ratio > 0.9).all()
+    assert (ratio < 2).all()
 
 
 def test_the_energy_estimate_holds_on_the_rod():

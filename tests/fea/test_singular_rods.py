@@ -23,7 +23,7 @@ from geometry.invalid import InvalidValue
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 
-RODS = 12
+RODS = 6
 
 
 def drawn_rods():

@@ -35,7 +35,7 @@ SHEAR = 6.25  # on the right edge, MPa: a force of 100 N/mm over its 16 mm
 _CASES = ((CORNER, COMPRESSIBLE), (INCOMPRESSIBLE, NEARLY_NOT))
 
 
-def membrane(size: float, order: int = 2) -> LoadedBody:
+def meshed(size: float, order: int = 2) -> TetMesh:
     """Mesh with elements of `size`, a tenth of it at the clamped and at the loaded edge."""
     corners = (
         ((0.0, 0.0), Surface.FREE),
@@ -46,7 +46,11 @@ def membrane(size: float, order: int = 2) -> LoadedBody:
     body = Prism(polygon(*corners), (0.0, THICKNESS), top=Surface.ROLLER)
     # The corners of both edges are singular; that of the loaded one is where the displacement is taken.
     fine = Fine(size / 10)
-    mesh = mesh_body(body, size, order=order, fine={Surface.CLAMPED: fine, Surface.LOADED: fine})
+    return mesh_body(body, size, order=order, fine={Surface.CLAMPED: fine, Surface.LOADED: fine})
+
+
+def membrane(mesh: TetMesh) -> LoadedBody:
+    """Load and hold it."""
     up = np.array([0.0, SHEAR, 0.0])
     forces = traction_forces(mesh, Surface.LOADED, lambda places, _: np.broadcast_to(up, places.shape))
     fixed = held(mesh, {Surface.ROLLER: (2,), Surface.CLAMPED: (0, 1)})
@@ -60,7 +64,7 @@ def rise(mesh: TetMesh, u: Floats) -> float:
 
 def compute(size: float) -> Computed:
     """Solve both on one mesh."""
-    body = membrane(size)
+    body = membrane(meshed(size))
     found = {}
     for goal, material in _CASES:
         u = displacement(body.mesh, material, body.forces, body.fixed)

@@ -11,6 +11,7 @@ from fea.verify.ellipse import INNER_AXES, elliptic_outline
 from geometry.bodies.shape import Prism
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body
+from mesh.tetmesh import TetMesh
 
 PRESSURE = 10.0  # outward on the outer ellipse, MPa
 THICKNESS = 50.0
@@ -25,17 +26,21 @@ GOAL = Goal(
 )
 
 
-def loaded(size: float) -> LoadedBody:
+def meshed(size: float) -> TetMesh:
     """Mesh with elements of `size` away from the inner ellipse and a quarter of it there."""
     body = Prism(elliptic_outline(), (0.0, THICKNESS), top=Surface.ROLLER)
-    mesh = mesh_body(body, size, fine={Surface.INNER: Fine(size / 4)})
+    return mesh_body(body, size, fine={Surface.INNER: Fine(size / 4)})
+
+
+def loaded(mesh: TetMesh) -> LoadedBody:
+    """Load and hold it."""
     forces = traction_forces(mesh, Surface.OUTER, lambda _, normals: PRESSURE * normals)
     return LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}), (Surface.INNER,))
 
 
 def compute(size: float) -> Computed:
-    """Solve with elements of `size`, as `loaded` takes it."""
-    solved = loaded(size).solved()
+    """Solve with elements of `size`, as `meshed` takes it."""
+    solved = loaded(meshed(size)).solved()
     D = solved.node_at(INNER_AXES[0], 0.0, 0.0)
     return Computed({GOAL.quantity: float(solved.stress[D, 1])}, solved.dofs)
 

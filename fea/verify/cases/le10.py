@@ -9,6 +9,7 @@ from fea.verify.ellipse import INNER_AXES, elliptic_outline
 from geometry.bodies.shape import Prism
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body
+from mesh.tetmesh import TetMesh
 
 PRESSURE = 1.0  # on the top, MPa
 HALF = 300.0  # of the thickness
@@ -22,10 +23,14 @@ GOAL = Goal(
 )
 
 
-def loaded(size: float) -> LoadedBody:
+def meshed(size: float) -> TetMesh:
     """Mesh with elements of `size` away from the inner ellipse and 0.4 of it there."""
     body = Prism(elliptic_outline(), (-HALF, 0.0, HALF), bottom=Surface.FREE, top=Surface.LOADED)
-    mesh = mesh_body(body, size, fine={Surface.INNER: Fine(size / 2.5)})
+    return mesh_body(body, size, fine={Surface.INNER: Fine(size / 2.5)})
+
+
+def loaded(mesh: TetMesh) -> LoadedBody:
+    """Load and hold it."""
     forces = traction_forces(mesh, Surface.LOADED, lambda _, normals: -PRESSURE * normals)
     fixed = held(mesh, {Surface.OUTER: (0, 1)})
     outer = np.unique(mesh.facets[Surface.OUTER])
@@ -37,8 +42,8 @@ def loaded(size: float) -> LoadedBody:
 
 
 def compute(size: float) -> Computed:
-    """Solve with elements of `size`, as `loaded` takes it."""
-    solved = loaded(size).solved()
+    """Solve with elements of `size`, as `meshed` takes it."""
+    solved = loaded(meshed(size)).solved()
     D = solved.node_at(INNER_AXES[0], 0.0, HALF)
     return Computed({GOAL.quantity: float(solved.stress[D, 1])}, solved.dofs)
 

@@ -12,6 +12,7 @@ from geometry.bodies.shape import Revolution, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body
+from mesh.tetmesh import TetMesh
 
 Floats = npt.NDArray[np.float64]
 
@@ -49,17 +50,21 @@ def meridian() -> tuple[Side, ...]:
     )
 
 
-def loaded(size: float) -> LoadedBody:
+def meshed(size: float) -> TetMesh:
     """Mesh with elements of `size` away from the inner sphere and a quarter of it there."""
-    mesh = mesh_body(Revolution(meridian()), size, fine={Surface.INNER: Fine(size / 4)})
+    return mesh_body(Revolution(meridian()), size, fine={Surface.INNER: Fine(size / 4)})
+
+
+def loaded(mesh: TetMesh) -> LoadedBody:
+    """Load and hold it."""
     forces = thermal_forces(mesh, STEEL, EXPANSION, temperature)
     # z = 0 is held flat but is no mirror plane: the temperature would have a kink there.
     return LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}))
 
 
 def compute(size: float) -> Computed:
-    """Solve with elements of `size`, as `loaded` takes it."""
-    solved = loaded(size).solved()
+    """Solve with elements of `size`, as `meshed` takes it."""
+    solved = loaded(meshed(size)).solved()
     mesh = solved.mesh
     A = solved.node_at(METRE, 0.0, 0.0)
     beta = thermal_modulus(STEEL, EXPANSION)

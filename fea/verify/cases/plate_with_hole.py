@@ -14,6 +14,7 @@ from geometry.bodies.shape import Prism, Side, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body
+from mesh.tetmesh import TetMesh
 
 RADIUS, THICKNESS, TENSION = 5.0, 1.0, 100.0
 HALF_WIDTH = 10 * RADIUS
@@ -30,7 +31,7 @@ PEAK = Goal(
 )
 
 
-def loaded(size: float) -> LoadedBody:
+def meshed(size: float) -> TetMesh:
     """Mesh a quarter with elements of `size` at the hole and ten times that far away."""
     quarter = math.pi / 2
     sides = (
@@ -44,15 +45,19 @@ def loaded(size: float) -> LoadedBody:
         Side(Arc((0.0, 0.0), RADIUS, quarter, -quarter), Surface.INNER),
     )
     body = Prism(sides, (0.0, THICKNESS), top=Surface.ROLLER)
-    mesh = mesh_body(body, 10 * size, fine={Surface.INNER: Fine(size)})
+    return mesh_body(body, 10 * size, fine={Surface.INNER: Fine(size)})
+
+
+def loaded(mesh: TetMesh) -> LoadedBody:
+    """Load and hold it."""
     forces = traction_forces(mesh, Surface.LOADED, lambda _, normals: TENSION * normals)
     known = (Surface.INNER, Surface.FREE)
     return LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}), known)
 
 
 def compute(size: float) -> Computed:
-    """Solve with elements of `size`, as `loaded` takes it."""
-    solved = loaded(size).solved()
+    """Solve with elements of `size`, as `meshed` takes it."""
+    solved = loaded(meshed(size)).solved()
     beside = solved.node_at(0.0, RADIUS, 0.0)
     return Computed({PEAK.quantity: float(solved.stress[beside, 0]) / TENSION}, solved.dofs)
 

@@ -3,7 +3,7 @@
 The target is that of the benchmark `cook`; the corners of both vertical edges are singular.
 """
 
-from fea.verify.cases.cook import INCOMPRESSIBLE, NEARLY_NOT, membrane, rise
+from fea.verify.cases.cook import INCOMPRESSIBLE, NEARLY_NOT, membrane, meshed, rise
 from fea.verify.stability.incompressible import beyond
 from fea.verify.stability.pair import solved_pair
 from fea.verify.stability.row import ExtremeRow
@@ -19,7 +19,7 @@ def rows() -> list[ExtremeRow]:
 
 
 def _row(method: str, size: float) -> ExtremeRow:
-    body = membrane(size, order=1 if method == "p1" else 2)
+    body = membrane(meshed(size, order=1 if method == "p1" else 2))
     if method == "p2/p1":
         result = solved_pair(body.mesh, NEARLY_NOT, body.forces, body.fixed).solved
     else:
