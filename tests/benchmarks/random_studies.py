@@ -42,12 +42,10 @@ def main() -> None:
     seeds = [str(seed) for seed in range(arguments.first, arguments.first + arguments.count)]
     with ThreadPoolExecutor(arguments.workers) as threads:
         coming = {threads.submit(attempt, int(seed)): seed for seed in seeds if seed not in kept}
-        for number, done in enumerate(as_completed(coming)):
+        for done in as_completed(coming):
             kept[coming[done]] = done.result()
-            if arguments.resume and (number % 20 == 0 or kept[coming[done]]["outcome"] in BAD):
+            if arguments.resume:
                 keep(arguments.resume, kept)
-    if arguments.resume:
-        keep(arguments.resume, kept)
     text = report(kept)
     print(text)
     if arguments.report:
