@@ -52,17 +52,24 @@ def main() -> int:
     command = ["apt-get", "install", "--yes", "--no-install-recommends", *packages]
     if shutil.which("apt-get") is None:
         return complain(
-            f"System libraries are missing. Debian calls their packages: {' '.join(packages)}.\n"
+            f"System packages are missing. Debian calls their packages: {' '.join(packages)}.\n"
             "Install what your distribution calls them, then repeat."
         )
     if os.geteuid() != 0:
-        line = " ".join(["sudo", *command[:2], *packages])
-        return complain(f"System libraries are missing. Type this, then repeat:\n  {line}")
+        return complain(f"System packages are missing. Type this, then repeat:\n  {as_root(packages)}")
     environment = os.environ | {"DEBIAN_FRONTEND": "noninteractive"}
     for step in (["apt-get", "update"], command):
         if subprocess.run(step, env=environment, check=False).returncode:  # noqa: S603 - fixed words
             return complain(f"`{' '.join(step)}` failed.")
     return 0
+
+
+def as_root(packages: list[str]) -> str:
+    """Return the line that brings packages, for someone who is not root but may become it."""
+    line = f"apt-get update && apt-get install {' '.join(packages)}"
+    if shutil.which("sudo") is None:
+        return f"su -c '{line}'"
+    return line.replace("apt-get", "sudo apt-get")
 
 
 def complain(message: str) -> int:

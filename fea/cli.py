@@ -14,7 +14,9 @@ from rich.console import Console
 app = App(
     name="fea",
     help="Will this connecting rod survive this engine at this speed, where does it fail first, "
-    "and how far can the answer be trusted?",
+    "and how far can the answer be trusted?\n\n"
+    "Exit codes: 0 done, 2 wrong usage or study, 3 no solid or mesh, 4 under-constrained or singular, "
+    "5 not to be trusted, 6 below --min-safety, 7 this machine cannot, 130 interrupted.",
     version=lambda: version("conrod-fea"),
     default_parameter=Parameter(negative=""),
     suppress_keyboard_interrupt=False,  # ours has a message

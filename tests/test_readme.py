@@ -63,7 +63,6 @@ def test_make_run_prints_what_the_readme_shows(printed):
 
 def test_make_test_runs_pytest():
     assert made_by("test")[:3] == ["python", "-m", "pytest"]
-    assert re.fullmatch(r"=+ \d+ passed.* in .*=+", shown("make test")[-1])
 
 
 def test_the_commands_of_the_readme_work(tmp_path):

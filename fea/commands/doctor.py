@@ -28,6 +28,6 @@ def doctor(*, json: bool = False) -> int:
             table.add_column(heading, overflow="fold")
         for finding in findings:
             mark = "ok" if finding.good else "missing" if finding.needed else "no"
-            table.add_row(mark, finding.what, finding.found, finding.remedy)
+            table.add_row(mark, finding.what, finding.found, "" if finding.good else finding.remedy)
         console.print(table)
     return 0 if all(finding.good or not finding.needed for finding in findings) else 7

@@ -25,7 +25,7 @@ class Finding:
     needed
         Whether `fea run` needs it.
     remedy
-        What to do when it does not work.
+        What to do when it does not work; not shown when it does.
     """
 
     what: str
@@ -50,7 +50,13 @@ def examine() -> list[Finding]:
 
 
 def _python() -> Finding:
-    return Finding("Python", platform.python_version(), sys.version_info >= (3, 11), needed=True, remedy="")
+    return Finding(
+        "Python",
+        platform.python_version(),
+        sys.version_info >= (3, 11),
+        needed=True,
+        remedy="Python 3.11 or later",
+    )
 
 
 def _tried(code: str, environment: dict[str, str] | None = None) -> str | None:
@@ -75,7 +81,7 @@ def _tried(code: str, environment: dict[str, str] | None = None) -> str | None:
 def _library(what: str, package: str, code: str, remedy: str) -> Finding:
     complaint = _tried(code)
     found = complaint or f"{package} {importlib.metadata.version(package)}"
-    return Finding(what, found, complaint is None, needed=True, remedy="" if complaint is None else remedy)
+    return Finding(what, found, complaint is None, needed=True, remedy=remedy)
 
 
 def _pardiso() -> Finding:
@@ -86,13 +92,19 @@ def _pardiso() -> Finding:
     fallback = _tried("import cvxopt.cholmod, pymetis")
     if fallback is None:
         return Finding("linear solver", f"CHOLMOD ({complaint})", good=True, needed=True, remedy="")
-    return Finding("linear solver", complaint, good=False, needed=True, remedy="pip install pypardiso")
+    return Finding(
+        "linear solver",
+        complaint,
+        good=False,
+        needed=True,
+        remedy="pip install pypardiso (x86-64), or cvxopt pymetis",
+    )
 
 
 def _rendering() -> Finding:
     complaint = _tried("from fea.pictures.picture import try_rendering; try_rendering()")
     found = complaint or f"VTK {importlib.metadata.version('vtk')}, off-screen"
-    return Finding("pictures", found, complaint is None, needed=False, remedy=_APT if complaint else "")
+    return Finding("pictures", found, complaint is None, needed=False, remedy=_APT)
 
 
 def _processors() -> Finding:

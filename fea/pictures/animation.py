@@ -66,7 +66,7 @@ def require_film(path: Path) -> None:
     require(path.parent.is_dir(), "--animate", str(path), "lies in a directory that does not exist")
     require(not path.is_dir(), "--animate", str(path), "is a directory", "Name a file.")
     if path.suffix.lower() == ".mp4" and find_spec("imageio_ffmpeg") is None:
-        remedy = "`pip install conrod-fea[mp4]` brings it; .gif needs nothing more."
+        remedy = "`pip install imageio-ffmpeg` brings it; .gif needs nothing more."
         raise PictureError(f"{path.name} needs imageio-ffmpeg, which is not installed. {remedy}")
 
 

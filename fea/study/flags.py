@@ -58,7 +58,7 @@ class Flags:
     """Take a picture of each load case."""
 
     animate: Path | None = None
-    """Write an animation of the cycle to this file (.gif; .mp4 with the extra of that name)."""
+    """Write an animation of the cycle to this file (.gif; .mp4 with imageio-ffmpeg)."""
 
     out: Path | None = None
     """Directory of the results."""
