@@ -5,17 +5,20 @@ from pathlib import Path
 from rich.console import Console
 
 
-def view(file: Path, *, out: Path | None = None) -> None:
-    """A picture of a result.
+def view(file: Path, *, field: str | None = None, out: Path | None = None) -> None:
+    """A picture of a result: a load case, the crank cycle's envelope, a mode of buckling or vibration.
 
     Parameters
     ----------
     file
-        The .vtu file of a run.
+        The .vtu file of a run or of `fea modes`.
+    field
+        What the colours show: von_mises, principal_1, amplitude, safety_factor, fatigue_safety_factor or
+        mode_1, …: the first of these that the file has by default.
     out
         The .png file to write; beside the result by default.
     """
     from fea.pictures.picture import picture_of
 
-    picture = picture_of(file, out or file.with_suffix(".png"))
+    picture = picture_of(file, out or file.with_suffix(".png"), field)
     Console(soft_wrap=True, highlight=False).print(f"Wrote {picture}", markup=False)

@@ -14,7 +14,7 @@ import pyvista
 from PIL import Image
 
 from fea.pictures.animation_page import Page
-from fea.pictures.drawing import add_surface
+from fea.pictures.drawing import SCALARS, add_surface
 from fea.pictures.frame import Frame
 from fea.pictures.scale import exaggeration
 from fea.pictures.skin import Skin
@@ -84,7 +84,7 @@ def images(motion: Motion) -> Iterator[npt.NDArray[np.uint8]]:
     surface = pyvista.PolyData.from_regular_faces(
         motion.skin.refined(motion.deformed(0)), motion.skin.triangles()
     )
-    surface.point_data["von_mises"] = motion.skin.refined(motion.von_mises[0].astype(float))
+    surface.point_data[SCALARS] = motion.skin.refined(motion.von_mises[0].astype(float))
     surface.point_data["Normals"] = motion.skin.refined_normals()
     surface.point_data.active_normals_name = "Normals"
     rod = add_surface(plotter, surface, float(motion.von_mises.max()))
@@ -93,7 +93,7 @@ def images(motion: Motion) -> Iterator[npt.NDArray[np.uint8]]:
     plotter.enable_anti_aliasing("ssaa")
     for k in range(len(motion.crank_angle)):
         surface.points = motion.skin.refined(motion.deformed(k))
-        surface.point_data["von_mises"] = motion.skin.refined(motion.von_mises[k].astype(float))
+        surface.point_data[SCALARS] = motion.skin.refined(motion.von_mises[k].astype(float))
         rod.user_matrix = motion.placement(k)
         crank.user_matrix = _turned(motion.crank_angle[k])
         plotter.renderer.ResetCameraClippingRange()

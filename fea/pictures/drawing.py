@@ -12,6 +12,7 @@ import pyvista
 from fea.pictures.frame import Frame
 from fea.pictures.scale import band_limits, round_down
 from fea.pictures.scene import Scene
+from fea.pictures.shown import MODE
 from fea.pictures.skin import refined_line
 from fea.pictures.strokes import GREY, INK, PAPER, SHADING, SIZE, add_edges, add_lines, canvas, finish, write
 from fea.pictures.view import View
@@ -19,6 +20,7 @@ from fea.pictures.view import View
 Floats = npt.NDArray[np.float64]
 
 ROD_SHARE, SPOT_SHARE = 0.58, 0.64  # of the height for the rod, of the width for the hot spot
+SCALARS = "shown"  # what the colours show, whatever it is
 MAGNIFIED = 0.055  # half the height of the hot spot's frame, in parts of the rod's extent
 # Blue over green to red, evenly bright and without the dark ends that hide shading.
 COLOURS = np.array(
@@ -73,7 +75,7 @@ def _draw_rod(plotter: Any, scene: Scene, surface: Any) -> None:
     """Draw the whole rod, where it was without load, and a ring around the hot spot."""
     aspect = SIZE[0] / (SIZE[1] * ROD_SHARE)
     frame = Frame.around(scene.deformed, scene.view(closeness=0.8), aspect, width=0.9, height=0.7)
-    add_surface(plotter, surface, scene.peak)
+    add_surface(plotter, surface, scene.top, low=scene.field.low)
     add_edges(plotter, scene.skin, scene.skin.points, frame, (GREY, 1.0))
     add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 1.5))
     radius = 0.5 * MAGNIFIED * scene.extent
@@ -94,7 +96,7 @@ def _add_label(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
     start = y + radius if above else y - radius
     add_lines(plotter, frame.lifted(np.array([[[x, start], [x, end]]])), INK, 2)
     place = frame.relative(np.array([x, end + (0.3 if above else -0.9) * gap]))
-    write(plotter, f"max {scene.peak:.4g} MPa", place, size=24, centred=True)
+    write(plotter, _worst(scene), place, size=24, centred=True)
 
 
 def _draw_spot(plotter: Any, scene: Scene, surface: Any) -> None:
@@ -103,7 +105,7 @@ def _draw_spot(plotter: Any, scene: Scene, surface: Any) -> None:
     view, half = scene.view(closeness=2.5), MAGNIFIED * scene.extent
     near = float((scene.deformed @ view.towards).max()) + 1.0
     frame = Frame(view, view.across(scene.deformed[scene.node]), half, aspect, near)
-    add_surface(plotter, surface, scene.peak)
+    add_surface(plotter, surface, scene.top, low=scene.field.low)
     elements = refined_line(scene.deformed, scene.skin.sides[0]) + frame.nudge
     add_lines(plotter, elements, INK, 1.0, opacity=0.35)
     add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 2.0))
@@ -119,7 +121,7 @@ def _draw_spot(plotter: Any, scene: Scene, surface: Any) -> None:
 
 def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
     """Draw the colours' meaning and what else must be known to read the picture."""
-    limits, colours = band_limits(scene.peak), band_colours(scene.peak)
+    limits, colours = band_limits(scene.top), band_colours(scene.top, low=scene.field.low)
     edges = np.linspace(0.06, 0.94, len(limits))
     low, high = 0.76, 0.84
     corners = [[[a, low], [b, low], [b, high], [a, high]] for a, b in itertools.pairwise(edges)]
@@ -130,43 +132,54 @@ def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
     bar.cell_data["colours"] = colours
     plotter.add_mesh(bar, scalars="colours", rgb=True, lighting=False, show_edges=True, edge_color=INK)
     frame.aim(plotter)
-    write(plotter, "von Mises stress, MPa", (edges[0], high + 0.035), size=24)
+    write(plotter, scene.field.label, (edges[0], high + 0.035), size=24)
     for edge, limit in zip(edges, limits, strict=True):
         write(plotter, f"{limit:g}", (edge, low - 0.065), size=19, centred=True)
     x, y, z = (round(float(coordinate), 1) + 0.0 for coordinate in scene.at)
     lines = [
-        f"max {scene.peak:.4g} MPa at x = {x}, y = {y}, z = {z} mm",
-        f"displacement up to {scene.displaced:.3g} mm, drawn × {scene.exaggeration:g}",
+        f"{_worst(scene)} at x = {x}, y = {y}, z = {z} mm",
+        *([f"drawn blue from {limits[-1]:g} up"] if scene.field.low else []),
+        *([_moved(scene)] if scene.displaced > 0 else []),
         *notes,
-        "grey lines: the rod without load",
+        *(["grey lines: the rod without load"] if scene.displaced > 0 else []),
     ]
     for k, line in enumerate(lines):
         write(plotter, line, (edges[0], 0.56 - 0.085 * k), size=21)
 
 
+def _worst(scene: Scene) -> str:
+    return f"{'min' if scene.field.low else 'max'} {scene.peak:.4g}{scene.field.unit}"
+
+
+def _moved(scene: Scene) -> str:
+    if scene.field.name.startswith(MODE):
+        return "its size is free: only the shape means anything"
+    return f"displacement up to {scene.displaced:.3g} mm, drawn × {scene.exaggeration:g}"
+
+
 def _surface(scene: Scene) -> Any:
-    """Return the deformed skin with its stress; shaded by the normals without load."""
+    """Return the deformed skin with its colours' values; shaded by the normals without load."""
     surface = pyvista.PolyData.from_regular_faces(scene.skin.refined(scene.deformed), scene.skin.triangles())
-    surface.point_data["von_mises"] = scene.skin.refined(scene.stress)
+    surface.point_data[SCALARS] = scene.skin.refined(np.minimum(scene.values, scene.top))
     surface.point_data["Normals"] = scene.skin.refined_normals()
     surface.point_data.active_normals_name = "Normals"
     return surface
 
 
-def band_colours(peak: float) -> npt.NDArray[np.uint8]:
-    """Return the colours (n_bands, 3) of the bands that reach to a largest stress."""
+def band_colours(peak: float, *, low: bool = False) -> npt.NDArray[np.uint8]:
+    """Return the colours (n_bands, 3) of the bands that reach to a largest value; red below if `low`."""
     places = np.linspace(0, len(COLOURS) - 1, len(band_limits(peak)) - 1)
     shades = [np.interp(places, range(len(COLOURS)), channel) for channel in COLOURS.T]
-    return np.stack(shades, axis=1).round().astype(np.uint8)
+    return np.stack(shades, axis=1).round().astype(np.uint8)[:: -1 if low else 1]
 
 
-def add_surface(plotter: Any, surface: Any, peak: float) -> Any:
-    """Add a surface in the bands of its ``von_mises`` up to `peak`, MPa; return what was added."""
-    colours, limits = band_colours(peak), band_limits(peak)
+def add_surface(plotter: Any, surface: Any, peak: float, *, low: bool = False) -> Any:
+    """Add a surface in the bands of its `SCALARS` up to `peak`; return what was added."""
+    colours, limits = band_colours(peak, low=low), band_limits(peak)
     opaque = np.column_stack([colours, np.full(len(colours), 255, np.uint8)])
     return plotter.add_mesh(
         surface,
-        scalars="von_mises",
+        scalars=SCALARS,
         cmap=pyvista.LookupTable(values=opaque, scalar_range=(limits[0], limits[-1])),
         show_scalar_bar=False,
         smooth_shading=False,

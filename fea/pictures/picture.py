@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -14,75 +14,36 @@ from fea.output.errors import PictureError
 from fea.output.text import make_directory
 from fea.output.vtu import write_vtu
 from fea.pictures.child import REMEDY, environments, run_drawing
+from fea.pictures.described import Picture, described, described_by
 from fea.pictures.png import is_complete_png
+from fea.pictures.shown import chosen_field, point_arrays
 from geometry.invalid import require
 from mesh.tetmesh import TetMesh
 
 TIMEOUT = 60.0  # seconds a picture; one takes about one
 
 
-@dataclass(frozen=True)
-class Picture:
-    """A picture to be drawn.
-
-    Attributes
-    ----------
-    vtu, png
-        The result file to show and the picture to write.
-    title
-        Study, case, speed and crank angle.
-    peak
-        The largest von Mises stress that counts, MPa; None for the largest in the file.
-    at
-        Where it is, (x, y, z) in mm; None for where the file's largest is.
-    notes
-        More lines beside the legend.
-    mesh_only
-        Show the rod and its elements; there are no results.
-    """
-
-    vtu: Path
-    png: Path
-    title: str
-    peak: float | None = None
-    at: tuple[float, float, float] | None = None
-    notes: tuple[str, ...] = ()
-    mesh_only: bool = False
-
-
 def take_pictures(folder: Path, summary: Mapping[str, Any]) -> list[Path]:
-    """Draw one picture for each case of the run in `folder`; return their files."""
-    pictures = [_described(folder / f"{case}.vtu", summary, case) for case in summary["results"]]
+    """Draw one picture for each result of the run in `folder`; return their files."""
+    others = [name for name in ("envelope", "buckling") if (folder / f"{name}.vtu").is_file()]
+    pictures = [described_by(summary, folder / f"{name}.vtu") for name in (*summary["results"], *others)]
     draw_pictures(pictures)
     return [picture.png for picture in pictures]
 
 
-def picture_of(vtu: Path, png: Path) -> Path:
+def picture_of(vtu: Path, png: Path, field: str | None = None) -> Path:
     """Draw one result file, titled by the summary beside it if there is one; return `png`.
 
     Raises
     ------
     InvalidValue
-        The file exists but is not that of a load case.
+        There is no such file, or it is not that of a run, or has not the field.
     PictureError
         See `draw_pictures`.
     """
-    if vtu.is_file():
-        _require_case(vtu)
-    draw_pictures([described(vtu, png)])
+    require(vtu.is_file(), "FILE", str(vtu), "is no file", "Name a .vtu file that fea wrote.")
+    draw_pictures([described(vtu, png, chosen_field(field, point_arrays(vtu), vtu.name))])
     return png
-
-
-def _require_case(vtu: Path) -> None:
-    content = vtu.read_bytes()
-    missing = [name for name in ("displacement", "von_mises") if f'Name="{name}"'.encode() not in content]
-    require(
-        not missing,
-        "FILE",
-        vtu.name,
-        f"must be the result of a load case: it lacks {' and '.join(missing)}",
-        "Open other files (envelope.vtu, buckling.vtu) in ParaView.",
-    )
 
 
 def picture_of_mesh(mesh: TetMesh, name: str, folder: Path) -> Path:
@@ -103,15 +64,6 @@ def picture_of_mesh(mesh: TetMesh, name: str, folder: Path) -> Path:
         make_directory(folder)
         draw_pictures([Picture(vtu, png, title, mesh_only=True)])
     return png
-
-
-def described(vtu: Path, png: Path) -> Picture:
-    """Return the picture of a result file in the words of the summary beside it, if there is one."""
-    try:
-        summary = json.loads((vtu.parent / "summary.json").read_text(encoding="utf-8"))
-        return replace(_described(vtu, summary, vtu.stem), png=png)
-    except (OSError, ValueError, KeyError, TypeError):
-        return Picture(vtu, png, vtu.stem)
 
 
 def try_rendering() -> None:
@@ -149,33 +101,6 @@ def draw_pictures(pictures: Sequence[Picture]) -> None:
         if not missing:
             return
     raise PictureError(f"{', '.join(missing)} could not be drawn: {said}. {REMEDY}")
-
-
-def _described(vtu: Path, summary: Mapping[str, Any], case: str) -> Picture:
-    """Return the picture of a case of a run."""
-    result = summary["results"][case]
-    angle = summary["loads"][case].get("crank_deg")
-    speed = summary.get("rpm")
-    parts = [
-        case,
-        f"{speed:g} rpm" if speed else "",
-        f"crank angle {angle:.1f}°" if angle is not None else "",
-    ]
-    title = f"{summary['study']}: " + ", ".join(part for part in parts if part)
-    safety = result.get("min_safety_factor")
-    notes = [
-        f"smallest safety factor against yield {safety:.3g}" if safety is not None else "",
-        "" if summary.get("trusted", True) else "NOT TO BE TRUSTED: a check failed",
-    ]
-    at = result.get("at_mm")
-    return Picture(
-        vtu,
-        vtu.with_suffix(".png"),
-        title,
-        result.get("max_von_mises_MPa"),
-        tuple(at) if at else None,
-        tuple(note for note in notes if note),
-    )
 
 
 def _order(picture: Picture) -> dict[str, Any]:

@@ -16,7 +16,12 @@ def main() -> None:
         if picture["mesh_only"]:
             draw_mesh(read_skin(vtu), title, png)
         else:
-            draw(Scene.read(vtu, picture["peak"], picture["at"]), title, png, picture["notes"])
+            draw(
+                Scene.read(vtu, picture["field"], picture["peak"], picture["at"]),
+                title,
+                png,
+                picture["notes"],
+            )
 
 
 if __name__ == "__main__":

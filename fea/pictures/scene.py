@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pyvista
 
 from fea.pictures.scale import exaggeration
+from fea.pictures.shown import MODE, Field, field_of
 from fea.pictures.skin import Ints, Skin
 from fea.pictures.view import View, choose_view
 
@@ -23,42 +24,57 @@ class Scene:
     ----------
     skin
         The outer surface without load.
-    displacement, stress
-        (n_nodes, 3) in mm and (n_nodes,) von Mises in MPa.
+    field
+        What the colours show.
+    displacement, values
+        (n_nodes, 3) in mm, zero where the result has none, and (n_nodes,) of the field.
     at
         (3,) the hot spot of the rod without load, mm.
     peak
-        The von Mises stress there, MPa.
+        The value there.
     """
 
     skin: Skin
+    field: Field
     displacement: Floats
-    stress: Floats
+    values: Floats
     at: Floats
     peak: float
 
     @classmethod
     def read(
-        cls, vtu: Path, peak: float | None = None, at: tuple[float, float, float] | None = None
+        cls,
+        vtu: Path,
+        name: str = "von_mises",
+        peak: float | None = None,
+        at: tuple[float, float, float] | None = None,
     ) -> "Scene":
-        """Read a result file; the hot spot is where the stress is largest unless given.
+        """Read a result file; the hot spot is where the field of that name is worst unless given.
 
         Raises
         ------
         ValueError
-            The file holds no tetrahedra, or not ``displacement`` and ``von_mises`` at its nodes.
+            The file holds no tetrahedra, or not the field at its nodes.
         """
         points, tets, data = _read(vtu)
-        if missing := {"displacement", "von_mises"} - data.keys():
-            raise ValueError(f"{vtu} is not a result: it lacks {', '.join(sorted(missing))}.")
-        stress = data["von_mises"]
+        if name not in data:
+            raise ValueError(f"{vtu} is not a result: it lacks {name}.")
+        field = field_of(name)
+        values = field.values(data)
+        worst = field.worst(values)
         return cls(
             Skin.of(points, tets),
-            data["displacement"],
-            stress,
-            points[stress.argmax()] if at is None else np.array(at),
-            float(stress.max()) if peak is None else peak,
+            field,
+            data.get(name if name.startswith(MODE) else "displacement", np.zeros_like(points)),
+            values,
+            points[worst] if at is None else np.array(at),
+            float(values[worst]) if peak is None else peak,
         )
+
+    @property
+    def top(self) -> float:
+        """The value at which the colours end."""
+        return self.field.top(self.peak)
 
     @cached_property
     def extent(self) -> float:

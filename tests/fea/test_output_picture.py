@@ -2,6 +2,7 @@ import signal
 import sys
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 from PIL import Image
@@ -20,6 +21,7 @@ from fea.pictures.picture import (
     try_rendering,
 )
 from fea.pictures.png import is_complete_png
+from fea.pictures.shown import available
 from fea.pictures.strokes import require_rod
 from geometry.invalid import InvalidValue
 from mesh.tetmesh import TetMesh
@@ -66,6 +68,32 @@ def test_a_picture_shows_the_result_in_colour_and_is_small(result):
     assert np.argwhere(red[:580])[:, 1].mean() > np.argwhere(blue[:580])[:, 1].mean()  # x runs to the right
 
 
+def red_and_blue(png: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Where the rod's part of a picture is red, and where blue: columns."""
+    image = np.asarray(Image.open(png).convert("RGB")).astype(int)[:580]
+    warm = image[..., 0] - image[..., 2]
+    return np.argwhere(warm > 120)[:, 1], np.argwhere(warm < -120)[:, 1]
+
+
+def test_safety_factors_are_red_where_they_are_least_and_modes_where_they_move(result):
+    grid = meshio.read(result)
+    mesh = TetMesh(grid.points, grid.cells[0].data)
+    along = mesh.points[:, 0] / 100
+    shape = np.column_stack([np.zeros((len(along), 2)), 1 - along])
+    factor = np.where(along < 0.05, -1.0, 1 + 5 * along)  # below zero there is none
+    data = {"mode_1": shape / 2, "mode_2": shape, "fatigue_safety_factor": factor}
+    write_vtu(result.with_stem("envelope"), mesh, data)
+    both = [
+        Picture(result.with_stem("envelope"), result.with_name(f"{field}.png"), field, field=field)
+        for field in ("mode_2", "fatigue_safety_factor")
+    ]
+    draw_pictures(both)
+    for picture_ in both:  # both are worst at the left
+        red, blue = red_and_blue(picture_.png)
+        assert red.mean() < blue.mean(), picture_.field
+    assert available(data) == ["fatigue_safety_factor", "mode_1", "mode_2"]
+
+
 def test_a_mesh_is_drawn_without_results(tmp_path):
     points = np.vstack([np.zeros(3), np.diag([150.0, 40, 20])])
     png = picture_of_mesh(TetMesh(points, np.array([[0, 1, 2, 3]])), "mine", tmp_path / "results")
@@ -97,8 +125,12 @@ def test_what_is_no_result_is_said(result):
     (result.parent / "bad.vtu").write_text("<VTKFile/>")
     with pytest.raises(PictureError, match="not a result"):
         draw_pictures([Picture(result.parent / "bad.vtu", result.parent / "bad.png", "bad")])
-    with pytest.raises(InvalidValue, match="lacks displacement and von_mises"):
+    with pytest.raises(InvalidValue, match="lacks stress, safety factors and mode shapes"):
         picture_of(result.parent / "bad.vtu", result.parent / "bad.png")
+    with pytest.raises(InvalidValue, match="is no file"):
+        picture_of(result.parent / "none.vtu", result.parent / "none.png")
+    with pytest.raises(InvalidValue, match="must be one of von_mises for"):
+        picture_of(result, result.with_suffix(".png"), "mode_1")
 
 
 def test_no_picture_starts_no_process(monkeypatch):
@@ -135,6 +167,28 @@ def test_a_file_beside_its_summary_is_titled_by_it(tmp_path):
     assert described(tmp_path / "tension.vtu", png).title == "leon-2001: tension, 6000 rpm, crank angle 5.0°"
     assert described(tmp_path / "tension.vtu", png).png == png
     assert described(tmp_path / "other.vtu", png) == Picture(tmp_path / "other.vtu", png, "other")
+
+
+def test_the_envelope_and_modes_of_buckling_are_described_too(tmp_path, monkeypatch):
+    modes = [{"factor": 6.0146, "moves": "sideways"}, {"factor": 27.5, "moves": "twisting"}]
+    found = {"buckling": {"shapes_of": "gas", "modes": {"gas": modes}}}
+    envelope = {"envelope": {"min_safety_factor": 0.89, "min_fatigue_safety_factor": 0.54}}
+    summary = SUMMARY | found | envelope
+    (tmp_path / "summary.json").write_text(json_text(summary))
+    mode = described(tmp_path / "buckling.vtu", tmp_path / "b.png", "mode_2")
+    assert mode.title == "leon-2001: buckling under gas, mode 2 at 27.5 times the load, 6000 rpm"
+    assert mode.notes == ("moves twisting",)
+    drawn = []
+    monkeypatch.setattr(picture, "draw_pictures", drawn.extend)
+    for name in ("envelope", "buckling"):
+        (tmp_path / f"{name}.vtu").touch()
+    take_pictures(tmp_path, summary)
+    assert [(item.png.name, item.field) for item in drawn[2:]] == [
+        ("envelope.png", "von_mises"),
+        ("buckling.png", "mode_1"),
+    ]
+    assert drawn[2].notes == ("smallest safety factors: yield 0.89, fatigue 0.54",)
+    assert described(tmp_path / "modes.vtu", tmp_path / "m.png", "mode_3").title == "modes: mode 3"
 
 
 def test_a_blank_picture_is_an_error_whatever_the_library_says():
