@@ -2,6 +2,8 @@
 
 import json
 
+import meshio
+import numpy as np
 import pytest
 from program import COARSE, fea
 
@@ -57,6 +59,10 @@ def test_a_bushing_of_bronze_is_a_part_with_its_own_yield(tmp_path):
         < 0.1
         < strong["results"]["tension"]["min_safety_factor"]
     )
+    grid = meshio.read(next(tmp_path.glob("results/weak-*/tension.vtu")))
+    middle = grid.points[grid.cells[0].data[:, :4]].mean(axis=1)
+    within = np.hypot(middle[:, 0] - 141.0, middle[:, 1]) < 12.0 + 2.0
+    np.testing.assert_array_equal(grid.cell_data["part"][0], within)
     (tmp_path / "typo.toml").write_text(text + bronze.format(1.0).replace("bushing", "bushin"))
     done = fea("run", "typo.toml", cwd=tmp_path)
     assert done.returncode == 2
