@@ -1,7 +1,7 @@
 """The whole crank cycle of a rod at one speed after another, from one set of unit solutions."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -156,6 +156,8 @@ class CycleAnalysis:
         points, length = whole.mesh.points, self.mesh.bores.rod_length
         worst = distinct(points, found.safety_factor, length)
         weakest = [] if found.fatigue_factor is None else [int(np.nanargmin(found.fatigue_factor))]
+        multiaxial, factors = worst_multiaxial(found, self.units, of_degrees, whole, self.materials)
+        found = replace(found, crossland_factor=factors)
         histories = spots([*worst, *weakest], self.units, of_degrees, whole, found)
         return CycleResult(
             degrees,
@@ -166,7 +168,7 @@ class CycleAnalysis:
             self.loads.series_error,
             self.units.count,
             fatigue_remarks(self.materials),
-            worst_multiaxial(found, self.units, of_degrees, whole, self.materials),
+            multiaxial,
         )
 
     def _difference(self, weights: Weights, peaks: Sequence[CaseResult]) -> float:

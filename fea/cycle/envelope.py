@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from fea.assess.crossland import crossland_bound
 from fea.assess.fatigue import fatigue_factor
-from fea.assess.history import Extremes
 from fea.assess.safety import safety_factor
 from fea.choices import Fatigue
 from fea.cycle.path import path
-from fea.cycle.screened import extremes
+from fea.cycle.screened import Reach, extremes
 from fea.cycle.unit_solutions import PartStress, UnitSolutions, Weights
 from fea.material import Material
 from fea.results import CaseResult
@@ -29,7 +29,7 @@ NOT_JUDGED = -1.0
 
 @dataclass(frozen=True)
 class Envelope:
-    """Extremes over the cycle on the whole rod, each (n_nodes,).
+    """Reach over the cycle on the whole rod, each (n_nodes,).
 
     Attributes
     ----------
@@ -43,6 +43,8 @@ class Envelope:
         Against yielding.
     fatigue_factor
         Against fatigue: None where no part's strengths are known, NaN at nodes of parts whose are not.
+    crossland_factor
+        By Crossland's criterion (`fea.cycle.multiaxial`): None and NaN likewise.
     part
         Which part's stress this is: where parts meet, of the one that is nearer to yielding.
     """
@@ -56,6 +58,7 @@ class Envelope:
     ratio: Floats
     safety_factor: Floats
     fatigue_factor: Floats | None
+    crossland_factor: Floats | None
     part: Ints
 
     def point_data(self) -> dict[str, npt.NDArray[np.floating[Any]]]:
@@ -74,10 +77,12 @@ class Envelope:
             "stress_ratio": self.ratio,
             "safety_factor": self.safety_factor,
         }
-        if self.fatigue_factor is None:
-            return data
-        judged = np.nan_to_num(self.fatigue_factor, nan=NOT_JUDGED)
-        return data | {"fatigue_safety_factor": judged}
+        factors = {
+            "fatigue_safety_factor": self.fatigue_factor,
+            "crossland_safety_factor": self.crossland_factor,
+        }
+        judged = {name: factor for name, factor in factors.items() if factor is not None}
+        return data | {name: np.nan_to_num(factor, nan=NOT_JUDGED) for name, factor in judged.items()}
 
 
 def envelope(
@@ -118,7 +123,7 @@ def envelope(
     return merged
 
 
-def _on_whole(part: PartStress, sides: list[Extremes], whole: MirroredMesh) -> Extremes:
+def _on_whole(part: PartStress, sides: list[Reach], whole: MirroredMesh) -> Reach:
     """Carry extremes of a part's nodes to the whole rod; NaN (instant 0) elsewhere."""
     place = np.full(int(whole.source.max()) + 1, -1)
     place[part.nodes] = np.arange(len(part.nodes))
@@ -131,11 +136,11 @@ def _on_whole(part: PartStress, sides: list[Extremes], whole: MirroredMesh) -> E
             values = np.where(mirrored, getattr(sides[1], name)[place], values)
         return np.where(place < 0, 0 if name == "instant" else np.nan, values)
 
-    fields = {field.name: carried(field.name) for field in dataclasses.fields(Extremes)}
-    return Extremes(**fields | {"instant": fields["instant"].astype(int)})
+    fields = {field.name: carried(field.name) for field in dataclasses.fields(Reach)}
+    return Reach(**fields | {"instant": fields["instant"].astype(int)})
 
 
-def _judged(found: Extremes, angles: Floats, material: Material, criterion: Fatigue, number: int) -> Envelope:
+def _judged(found: Reach, angles: Floats, material: Material, criterion: Fatigue, number: int) -> Envelope:
     return Envelope(
         found.von_mises,
         angles[found.instant],
@@ -146,21 +151,29 @@ def _judged(found: Extremes, angles: Floats, material: Material, criterion: Fati
         found.ratio,
         safety_factor(found.von_mises, material.yield_strength),
         fatigue_factor(criterion, found.mean, found.amplitude, material),
+        crossland_bound(found.radius, found.tension, material),
         np.full(len(found.von_mises), number),
     )
 
 
 def _worse(one: Envelope, other: Envelope) -> Envelope:
-    """Of two parts that share nodes, take the one nearer to yielding, and the lesser fatigue factor."""
+    """Of two parts that share nodes, take the one nearer to yielding, and the lesser factors of fatigue."""
     worse = np.isnan(one.safety_factor) | (other.safety_factor < one.safety_factor)
     chosen = {
         field.name: np.where(worse, getattr(other, field.name), getattr(one, field.name))
         for field in dataclasses.fields(Envelope)
-        if field.name != "fatigue_factor"
+        if field.name not in {"fatigue_factor", "crossland_factor"}
     }
-    factors = [item.fatigue_factor for item in (one, other) if item.fatigue_factor is not None]
-    least = np.fmin.reduce(factors) if factors else None
-    return Envelope(fatigue_factor=least, **chosen)
+    return Envelope(
+        fatigue_factor=_lesser(one.fatigue_factor, other.fatigue_factor),
+        crossland_factor=_lesser(one.crossland_factor, other.crossland_factor),
+        **chosen,
+    )
+
+
+def _lesser(one: Floats | None, other: Floats | None) -> Floats | None:
+    known = [factor for factor in (one, other) if factor is not None]
+    return np.asarray(np.fmin.reduce(known)) if known else None
 
 
 def with_cases(envelope: Envelope, cases: Sequence[CaseResult]) -> Envelope:

@@ -1,11 +1,16 @@
-"""The worst place of a rod by Crossland's criterion."""
+"""Crossland's criterion over a rod.
+
+Every node gets what its factor cannot be below, from a ball that holds its path though it is not the
+smallest (`fea.cycle.screened.Reach`); nodes that may be the worst of the rod get the factor itself, by every
+degree. So the array is complete, never hopeful, and its least value is the rod's.
+"""
 
 from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from fea.assess.crossland import crossland_bound, crossland_factors
+from fea.assess.crossland import crossland_factors
 from fea.assess.deviatoric import deviatoric
 from fea.cycle.envelope import Envelope
 from fea.cycle.spots import Spot, spots
@@ -24,34 +29,30 @@ def worst_multiaxial(
     weights: Weights,
     whole: MirroredMesh,
     materials: Sequence[Material],
-) -> Spot | None:
-    """Return the place of the least factor by Crossland; None where no part's endurance is known.
+) -> tuple[Spot | None, Floats | None]:
+    """Return the place of the least factor by Crossland, and every node's; None where no endurance is known.
 
-    Every node is considered: in the order of what its factor cannot be below (`crossland_bound`), until
-    that exceeds the least factor found. Where parts meet, the node is of the one nearer to yielding.
+    Nodes are worked out in the order of their bounds until the next bound exceeds the least factor found.
+    Where parts meet, the node is of the one nearer to yielding.
     """
-    least = _bounds(found, materials)
+    if found.crossland_factor is None:
+        return None, None
+    factor = found.crossland_factor.copy()
     # An image across z = 0 has the same history.
-    once = np.flatnonzero(np.isfinite(least) & (whole.sign[:, 2] > 0))
-    order = once[least[once].argsort()]
+    image = 2 * whole.source + (whole.sign[:, 1] < 0)
+    once = np.flatnonzero(np.isfinite(factor) & (whole.sign[:, 2] > 0))
+    order = once[factor[once].argsort()]
+    exact = np.full(int(image.max()) + 1, np.nan)
     worst, best = None, np.inf
     for start in range(0, len(order), BLOCK):
         nodes = order[start : start + BLOCK]
-        if least[nodes[0]] >= best:
+        if factor[nodes[0]] >= best:
             break
-        for spot in spots(nodes[least[nodes] < best].tolist(), units, weights, whole, found):
+        for spot in spots(nodes[factor[nodes] < best].tolist(), units, weights, whole, found):
             factors = crossland_factors(deviatoric(spot.stress)[None], materials[int(found.part[spot.node])])
-            if factors is not None and factors[0] < best:
+            if factors is None:
+                continue
+            exact[image[spot.node]] = factors[0]
+            if factors[0] < best:
                 worst, best = spot, float(factors[0])
-    return worst
-
-
-def _bounds(found: Envelope, materials: Sequence[Material]) -> Floats:
-    """Bound (n_nodes,) of the factors; infinite where the endurance is not known."""
-    bounds = np.full(len(found.von_mises), np.inf)
-    for number, material in enumerate(materials):
-        own = found.part == number
-        least = crossland_bound(found.von_mises[own], found.principal_1[own], material)
-        if least is not None:
-            bounds[own] = least
-    return bounds
+    return worst, np.where(np.isnan(exact[image]), factor, exact[image])

@@ -7,6 +7,7 @@ unit solutions differ from direct ones by some hundred times more.
 
 import dataclasses
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy.typing as npt
 
 from fea.assess.deviatoric import deviatoric, extreme_principals
 from fea.assess.history import NO_SIGN, Extremes
+from fea.cycle.balls import distances_from_middle
 from fea.cycle.path import Path
 from fea.cycle.unit_solutions import PartStress, Weights
 from fea.machine.threads import side_by_side
@@ -31,11 +33,27 @@ SLAB = 2**18
 _TINY = 1e-30
 
 
-def extremes(part: PartStress, path: Path, sides: tuple[int, ...]) -> list[Extremes]:
+@dataclass(frozen=True)
+class Reach(Extremes):
+    """Extremes, and what Crossland's criterion asks for, each (n,), MPa.
+
+    Attributes
+    ----------
+    radius
+        Of a ball that holds the path of the deviatoric vectors, though not the smallest.
+    tension
+        No less than the largest mean stress.
+    """
+
+    radius: Any
+    tension: Any
+
+
+def extremes(part: PartStress, path: Path, sides: tuple[int, ...]) -> list[Reach]:
     """Find the extremes at every node of a part, and of its image across y = 0 (side −1)."""
     rows = max(1, BLOCK_BYTES // (len(sides) * 6 * 4 * len(path.ends)))
 
-    def block(start: int) -> list[Extremes]:
+    def block(start: int) -> list[Reach]:
         units = (deviatoric(unit[start : start + rows]) for unit in (part.even, part.odd))
         even, odd = (unit.astype(np.float32) for unit in units)
         found = Block(even, odd, path, sides).extremes()
@@ -71,11 +89,23 @@ class Block:
         strays = np.concatenate([bounds[0] + bounds[1]] * len(sides), axis=1)
         self._strays = strays[[0, 1, 1]] if principals else strays[:1]
 
-    def extremes(self) -> Extremes:
+    def extremes(self) -> Reach:
         """Find the extremes of every row, principal stresses among them."""
         largest, instant, worst = self._largest()
         highest, lowest = self._signed(largest[0], worst)
-        return Extremes(largest[0], instant, largest[1], -largest[2], highest, lowest)
+        radius = np.minimum(self._radius(worst), largest[0])
+        tension = np.minimum(self._tension(), largest[1])
+        return Reach(largest[0], instant, largest[1], -largest[2], highest, lowest, radius, tension)
+
+    def _radius(self, worst: Floats) -> Floats:
+        """Radius (n_rows,) of a ball that holds every path, by the ends of chords and how far it strays."""
+        distance = distances_from_middle(self._at_ends[:, :5], worst[:, :5])
+        return np.asarray((_at_either_end(distance) + self._strays[0]).max(axis=1))
+
+    def _tension(self) -> Floats:
+        """No less than the largest mean stress (n_rows,)."""
+        strays = self._strays[1] - 2 / 3 * self._strays[0]
+        return np.asarray((_at_either_end(self._at_ends[:, 5]) + strays).max(axis=1))
 
     def signed(self) -> tuple[Any, Any]:
         """Find the highest and the lowest signed equivalent stress of every row."""
@@ -194,14 +224,14 @@ def _at_either_end(values: Floats) -> Floats:
     return np.maximum(values[..., :-1], values[..., 1:])
 
 
-def _rows(found: Extremes, count: int, number: int) -> Extremes:
+def _rows(found: Reach, count: int, number: int) -> Reach:
     own = slice(number * count, (number + 1) * count)
-    return Extremes(*(getattr(found, field.name)[own] for field in dataclasses.fields(Extremes)))
+    return Reach(*(getattr(found, field.name)[own] for field in dataclasses.fields(Reach)))
 
 
-def _joined(blocks: tuple[Extremes, ...]) -> Extremes:
+def _joined(blocks: tuple[Reach, ...]) -> Reach:
     def every(name: str) -> Any:
         values = np.concatenate([getattr(block, name) for block in blocks])
         return values if name == "instant" else values.astype(np.float64)
 
-    return Extremes(*(every(field.name) for field in dataclasses.fields(Extremes)))
+    return Reach(*(every(field.name) for field in dataclasses.fields(Reach)))

@@ -27,3 +27,10 @@ def test_no_node_of_the_rod_is_worse(monkeypatch):
     np.testing.assert_allclose(
         rod.mesh.whole.mesh.points[factors.argmin()][:2], found.multiaxial.place[:2], atol=14.0
     )
+    # The array is the least factor where that is, and elsewhere on the safe side of the factor, if little.
+    array = found.envelope.point_data()["crossland_safety_factor"]
+    assert array.min() == pytest.approx(best, rel=1e-6)
+    short = array / factors
+    assert short.max() < 1 + 1e-3
+    assert np.median(short) > 0.9
+    assert np.percentile(short, 5) > 0.8

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from fea.assess.ball import ball_radii
 from fea.assess.deviatoric import deviatoric, extreme_principals
 from fea.assess.history import Extremes
 from fea.assess.history import extremes as everywhere
@@ -49,6 +50,18 @@ def test_screened_extremes_are_those_of_every_instant(seed, sides):
                 np.testing.assert_allclose(
                     getattr(own, field.name), getattr(expected, field.name), rtol=1e-5, err_msg=field.name
                 )
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_balls_hold_every_instant(seed):
+    rng = np.random.default_rng(seed)
+    part, weights = _part(rng), _weights(rng, 200, 0.0)
+    (found,) = extremes(part, path(weights), (1,))
+    history = deviatoric(part.even) @ weights[0] + deviatoric(part.odd) @ weights[1]
+    least = ball_radii(history[:, :5])
+    assert (found.radius >= least * (1 - 2e-3)).all()
+    assert (found.radius <= found.von_mises).all()
+    assert (found.tension >= history[:, 5].max(axis=1) - 1e-5 * least).all()
 
 
 def test_a_place_without_stress_has_extremes_of_zero():

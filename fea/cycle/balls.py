@@ -1,0 +1,42 @@
+"""Balls round many paths, quickly found and not quite the smallest."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.floating[Any]]
+
+# How often a ball grows.
+GROWTHS = 4
+_TINY = 1e-30
+
+
+def distances_from_middle(paths: Floats, start: Floats) -> Floats:
+    """Distances (n, n_points) of the points of paths from the centre of a ball that nearly holds them.
+
+    It begins half way from `start` to the point farthest from it, and grows towards what lies outside (Ritter
+    1990). The largest distance is the radius of a ball that holds all.
+
+    Parameters
+    ----------
+    paths
+        (n, n_dimensions, n_points).
+    start
+        (n, n_dimensions), at the rim: the longest vector of each path.
+    """
+    squares = np.einsum("nct,nct->nt", paths, paths)
+    rows, center = np.arange(len(paths)), start
+    radius = np.zeros(len(paths), paths.dtype)
+    for _ in range(GROWTHS):
+        far = paths[rows, :, _square_distances(paths, squares, center).argmax(axis=1)]
+        away = np.linalg.norm(far - center, axis=1)
+        radius = np.maximum(radius, (radius + away) / 2)
+        step = np.maximum(1 - radius / np.maximum(away, _TINY), 0)
+        center = center + step[:, None] * (far - center)
+    return np.asarray(np.sqrt(np.maximum(_square_distances(paths, squares, center), 0)))
+
+
+def _square_distances(paths: Floats, squares: Floats, center: Floats) -> Floats:
+    along = (center[:, None] @ paths)[:, 0]
+    return np.asarray(squares - 2 * along + (center**2).sum(axis=1)[:, None])
