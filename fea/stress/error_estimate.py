@@ -7,7 +7,8 @@ the difference of the two estimates the error (Zienkiewicz & Zhu 1987, eqs. 13-1
 seem better than they are (effectivity, estimated over true error, 0.6 on a smooth manufactured solution, 0.9
 to 1.2 on Lamé, Kirsch, Goodier and a rod), interpolated linearly from the vertices worse (1.0, 1.4 to 2.5).
 Half-way between, and times `ENERGY_FACTOR`, it is 0.93 to 1.97 on all of them; on first-order elements 0.93
-to 1.24.
+to 1.24. Where singular edges make most of the error, on second-order elements it is down to 0.75
+(results/effectivity.md).
 
 *Stress at a node.* `STRESS_FACTOR` times the root of the sum of two squares, in the von Mises norm: the root
 mean square over the node's elements of σ* − σ_h, which is what the elements do not agree on; and the largest

@@ -109,9 +109,11 @@ def test_a_rounded_corner_does_not(order):
 def test_the_singular_places_are_the_corner_and_the_clamps_border():
     mesh, _ = judged(0.0, 2)
     x, y, _ = mesh.points[singular_nodes(mesh)].T
+    assert x.size
     assert (x, y) == (pytest.approx(10), pytest.approx(10))
     on_border = mesh.points[singular_nodes(mesh, (Surface.CLAMPED,))]
     clamped = on_border[on_border[:, 1] > 29]
+    assert len(clamped)
     assert clamped[:, 1] == pytest.approx(30)
     outer = np.isclose(clamped[:, 0], 0) | np.isclose(clamped[:, 0], 10) | np.isclose(clamped[:, 2], 4)
     assert outer.all()
@@ -121,6 +123,7 @@ def test_the_rod_is_smooth_and_its_clamp_is_not():
     mesh = discretise(load_study(), Clock()).cell
     assert not singular_nodes(mesh).size
     border = mesh.points[singular_nodes(mesh, (Surface.BIG_END_BORE,))]
+    assert len(border)
     assert border[:, 2] == pytest.approx(border[:, 2].max())
     assert not masked_nodes(mesh).any()
     masked = mesh.points[masked_nodes(mesh, (Surface.BIG_END_BORE,))]
