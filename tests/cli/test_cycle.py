@@ -19,7 +19,9 @@ def test_cycle_leaves_an_envelope_a_history_and_a_map(sweep):
     assert run.returncode == 0, run.stderr
     fast = folder / "6000rpm"
     envelope = meshio.read(fast / "envelope.vtu").point_data
-    assert {"von_mises", "crank_deg", "mean", "amplitude", "stress_ratio", "crossland_safety_factor"} <= set(envelope)
+    assert {"von_mises", "crank_deg", "mean", "amplitude", "stress_ratio", "crossland_safety_factor"} <= set(
+        envelope
+    )
     figures = json.loads((fast / "summary.json").read_text())["envelope"]
     assert figures["min_safety_factor"] == pytest.approx(envelope["safety_factor"].min(), rel=1e-5)
     assert figures["min_fatigue_safety_factor"] == pytest.approx(
