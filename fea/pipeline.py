@@ -8,6 +8,7 @@ import numpy as np
 
 from fea.adaptive.case_error import CaseErrors
 from fea.assess.plausible import unit_remarks
+from fea.assess.shank import shank
 from fea.case_loads import CaseForces, CaseLoads, imbalance
 from fea.checks import LIMITS, Check, check
 from fea.choices import Element, Support
@@ -30,6 +31,7 @@ from fea.study.study import Study
 from fea.units import RPM
 from geometry.invalid import InvalidValue
 from geometry.mass import MassProperties
+from geometry.section import Section
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure
 from loads.cases import LoadCase, given
@@ -248,6 +250,11 @@ class Analysis:
         if self.study.analysis.support is not Support.INERTIA_RELIEF:
             model = Model(self.mesh.cell, model.material, Support.INERTIA_RELIEF, self.study.analysis.solver)
         return Buckling(model, held_by_pins(self.mesh.bores.rod_length))
+
+    @cached_property
+    def sections(self) -> tuple[tuple[Section, ...], Section]:
+        """Cross-sections from pin to pin, and the least of the shank: by its dimensions or else its mesh."""
+        return shank(self.study.rod.rod, self.mesh.whole.mesh, self.mesh.bores)
 
     def _cycle_at(self, rpm: float | None, cases: tuple[CaseResult, ...]) -> CycleResult | None:
         if not self.study.analysis.cycle or self.engine is None or self.gas is None or rpm is None:

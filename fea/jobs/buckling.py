@@ -1,8 +1,7 @@
 """Buckling in a run: column formulas always, modes of the meshed rod where they are asked for."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -12,22 +11,19 @@ from fea.assess.column import Column, Plane, column
 from fea.checks import Check, check
 from fea.jobs.modes import moves
 from fea.machine.clock import Clock
-from fea.omission import Omission
 from fea.pipeline import Analysis, SpeedResult
 from fea.solid.parity import Parity
 from fea.solvers.buckling import BucklingMode
-from geometry.rod import Rod
-from geometry.section import HeightField, Section, least_section
 from loads.cases import LoadCase
 from mesh.mirror import MirroredMesh
 
 Floats = npt.NDArray[np.float64]
 
 COUNT = 3
+# Of a table of cases: the formulas' (of the case that presses most) and the solid's lowest factor.
+BUCKLING_COLUMNS = ("column_safety_factor", "buckling_factor")
 # The stress of these is the reference load of the eigenvalue problem.
 _CASES = ("compression", "gas", "given")
-_STATIONS = 121
-_FROM_FILE = Omission("column formulas", "a rod from a file has no sections; --buckling needs none")
 
 
 @dataclass(frozen=True)
@@ -42,14 +38,11 @@ class BucklingReport:
         Mode shapes (n_nodes, 3) of the worst case by name, their largest displacement 1 mm.
     checks
         By name.
-    left_out
-        What was not computed, and why.
     """
 
     figures: dict[str, Any]
     shapes: dict[str, Floats] = field(default_factory=dict)
     checks: dict[str, Check] = field(default_factory=dict)
-    left_out: tuple[Omission, ...] = ()
 
 
 def buckling_report(analysis: Analysis, result: SpeedResult, clock: Clock) -> BucklingReport:
@@ -70,8 +63,8 @@ def buckling_report(analysis: Analysis, result: SpeedResult, clock: Clock) -> Bu
         A factorisation broke down.
     """
     cases = [case.case for case in result.cases]
-    columns, left_out = _columns(analysis, cases)
-    factors = [plane["safety_factor"] for plane in (columns or {}).get("planes", {}).values()]
+    columns = _columns(analysis, cases)
+    factors = [plane["safety_factor"] for plane in columns["planes"].values()]
     figures: dict[str, Any] = {"column": columns}
     shapes: dict[str, Floats] = {}
     checks: dict[str, Check] = {}
@@ -88,15 +81,23 @@ def buckling_report(analysis: Analysis, result: SpeedResult, clock: Clock) -> Bu
         checks["buckling"] = check("buckling", max((mode.residual for mode in every), default=0.0))
         factors += [mode.factor for mode in every]
     figures["min_safety_factor"] = min((factor for factor in factors if factor is not None), default=None)
-    return BucklingReport(figures, shapes, checks, left_out)
+    return BucklingReport(figures, shapes, checks)
 
 
 def column_figures(analysis: Analysis, cases: Sequence[LoadCase]) -> dict[str, Any]:
     """Return what the column formulas say of load cases, as the summary's ``buckling`` holds it."""
-    columns, _ = _columns(analysis, cases)
-    factors = [plane["safety_factor"] for plane in (columns or {}).get("planes", {}).values()]
+    columns = _columns(analysis, cases)
+    factors = [plane["safety_factor"] for plane in columns["planes"].values()]
     least = min((factor for factor in factors if factor is not None), default=None)
     return {"column": columns, "min_safety_factor": least}
+
+
+def buckling_factors(figures: Mapping[str, Any], case: str) -> tuple[float | None, float | None]:
+    """Return the `BUCKLING_COLUMNS` of a case from the summary's ``buckling``; None where there is none."""
+    column = figures["column"]
+    planes = [plane["safety_factor"] for plane in column["planes"].values()] if column["case"] == case else []
+    modes = [mode["factor"] for mode in figures.get("modes", {}).get(case, [])]
+    return min(planes, default=None), min(modes, default=None)
 
 
 def compression(case: LoadCase) -> float:
@@ -104,15 +105,10 @@ def compression(case: LoadCase) -> float:
     return max(0.0, -case.pin_axial, -case.crank_axial)
 
 
-def _columns(
-    analysis: Analysis, cases: Sequence[LoadCase]
-) -> tuple[dict[str, Any] | None, tuple[Omission, ...]]:
-    rod = analysis.study.rod.rod
-    if rod is None:
-        return None, (_FROM_FILE,)
+def _columns(analysis: Analysis, cases: Sequence[LoadCase]) -> dict[str, Any]:
     worst = max(cases, key=compression)
     force = compression(worst)
-    stations, least = _sections(rod)
+    stations, least = analysis.sections
     material = analysis.materials[0]
     planes = {
         plane.value: _plane(
@@ -121,7 +117,7 @@ def _columns(
         for plane in Plane
     }
     case = worst.name if force else None
-    return {"force_N": force, "case": case, "least_area_mm2": least.area, "planes": planes}, ()
+    return {"force_N": force, "case": case, "least_area_mm2": least.area, "planes": planes}
 
 
 def _plane(found: Column, force: float) -> dict[str, Any]:
@@ -132,14 +128,6 @@ def _plane(found: Column, force: float) -> dict[str, Any]:
         "rankine_N": found.rankine,
         "safety_factor": found.least / force if force else None,
     }
-
-
-@lru_cache(maxsize=1)
-def _sections(rod: Rod) -> tuple[tuple[Section, ...], Section]:
-    """Sections from pin to pin, and the least of the shank; the same at every speed."""
-    solid = HeightField(rod)
-    stations = tuple(solid.section(float(x)) for x in np.linspace(0.0, rod.length, _STATIONS))
-    return stations, least_section(rod)
 
 
 def _modes(

@@ -12,7 +12,7 @@ from fea.adaptive.adapt import Adapted, analysed
 from fea.cycle.analysis import CycleResult
 from fea.cycle.speed_map import speed_map
 from fea.jobs.animation import animation_file, filmed
-from fea.jobs.buckling import buckling_report
+from fea.jobs.buckling import BUCKLING_COLUMNS, buckling_factors, buckling_report
 from fea.jobs.cycle_table import cycle_columns
 from fea.jobs.report import summary
 from fea.jobs.speed_sweep import MOST_FULL_RUNS, SpeedSweep
@@ -159,9 +159,7 @@ def _leave(
     analysis = adapted.analysis
     mesh = analysis.mesh.whole.mesh
     buckling = buckling_report(analysis, result, clock)
-    result = dataclasses.replace(
-        result, checks=result.checks | buckling.checks, left_out=(*result.left_out, *buckling.left_out)
-    )
+    result = dataclasses.replace(result, checks=result.checks | buckling.checks)
     with run_folder(folder) as place:
         with clock("write"):
             for case in result.cases:
@@ -239,9 +237,8 @@ def map_text(reports: Sequence[RunReport]) -> str:
     """The extremes of every run as CSV, a row a speed and case."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(
-        ["rpm", "case", "crank_deg", "pin_axial_N", "crank_axial_N", "max_von_mises_MPa", "min_safety_factor"]
-    )
+    figures = ("crank_deg", "pin_axial_N", "crank_axial_N", "max_von_mises_MPa", "min_safety_factor")
+    writer.writerow(["rpm", "case", *figures, *BUCKLING_COLUMNS])
     for report in reports:
         loads = report.summary["loads"]
         for name, result in report.summary["results"].items():
@@ -252,6 +249,7 @@ def map_text(reports: Sequence[RunReport]) -> str:
                 load["crank_axial_N"],
                 result["max_von_mises_MPa"],
                 result["min_safety_factor"],
+                *buckling_factors(report.summary["buckling"], name),
             )
             row = ["" if value is None else f"{value:.7g}" for value in values]
             writer.writerow([f"{report.summary['rpm']:g}", name, *row])

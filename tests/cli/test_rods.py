@@ -39,6 +39,10 @@ def test_a_step_file_gives_what_the_dimensions_gave(tmp_path):
     # other elements, the same rod: peaks agree to the discretisation error of so coarse a mesh
     stress = [summary["results"]["tension"]["max_von_mises_MPa"] for summary in (run, reference)]
     assert stress[0] == pytest.approx(stress[1], rel=0.1)
+    columns = [summary["buckling"]["column"]["planes"] for summary in (run, reference)]
+    for plane in ("in_plane", "sideways"):
+        loads = [column[plane]["rankine_N"] for column in columns]
+        assert loads[0] == pytest.approx(loads[1], rel=0.01)
 
 
 def test_a_bushing_of_bronze_is_a_part_with_its_own_yield(tmp_path):

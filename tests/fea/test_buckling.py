@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fea.choices import Support, Symmetry
-from fea.jobs.buckling import buckling_report
+from fea.jobs.buckling import buckling_factors, buckling_report
 from fea.jobs.report import worst_safety
 from fea.machine.clock import Clock
 from fea.pipeline import Analysis
@@ -70,6 +70,15 @@ def test_the_smallest_of_all_factors_is_reported_and_checked(quarter):
     assert found.checks["buckling"].passed
     assert found.figures["shapes_of"] == "compression"
     assert np.linalg.norm(found.shapes["mode_1"], axis=1).max() == pytest.approx(1)
+
+
+def test_a_table_of_cases_has_the_lowest_factor_of_each(quarter):
+    figures = quarter[1].figures
+    planes = figures["column"]["planes"].values()
+    least = min(plane["safety_factor"] for plane in planes)
+    assert buckling_factors(figures, "compression") == (least, factors(quarter[1], "compression")[0])
+    assert buckling_factors(figures, "gas") == (None, factors(quarter[1], "gas")[0])
+    assert buckling_factors(figures, "tension") == (None, None)
 
 
 def test_a_rod_that_is_only_pulled_does_not_buckle():
