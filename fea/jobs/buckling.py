@@ -11,6 +11,7 @@ from fea.assess.column import Column, Plane, column
 from fea.checks import Check, check
 from fea.jobs.modes import moves
 from fea.machine.clock import Clock
+from fea.omission import Omission
 from fea.pipeline import Analysis, SpeedResult
 from fea.solid.parity import Parity
 from fea.solvers.buckling import BucklingMode
@@ -22,6 +23,7 @@ Floats = npt.NDArray[np.float64]
 COUNT = 3
 # Of a table of cases: the formulas' (of the case that presses most) and the solid's lowest factor.
 BUCKLING_COLUMNS = ("column_safety_factor", "buckling_factor")
+_ONLY_PULLED = Omission("modes of buckling", "no case presses the rod")
 # The stress of these is the reference load of the eigenvalue problem.
 _CASES = ("compression", "gas", "given")
 
@@ -38,11 +40,14 @@ class BucklingReport:
         Mode shapes (n_nodes, 3) of the worst case by name, their largest displacement 1 mm.
     checks
         By name.
+    left_out
+        What was not computed, and why.
     """
 
     figures: dict[str, Any]
     shapes: dict[str, Floats] = field(default_factory=dict)
     checks: dict[str, Check] = field(default_factory=dict)
+    left_out: tuple[Omission, ...] = ()
 
 
 def buckling_report(analysis: Analysis, result: SpeedResult, clock: Clock) -> BucklingReport:
@@ -69,7 +74,10 @@ def buckling_report(analysis: Analysis, result: SpeedResult, clock: Clock) -> Bu
     shapes: dict[str, Floats] = {}
     checks: dict[str, Check] = {}
     pushed = [case.name for case in cases if case.name in _CASES and compression(case) > 0]
-    if analysis.study.analysis.buckling and pushed:
+    left_out: tuple[Omission, ...] = ()
+    if analysis.study.analysis.buckling and not pushed:
+        figures["modes"], left_out = {}, (_ONLY_PULLED,)
+    elif analysis.study.analysis.buckling:
         with clock("buckling"):
             found = _modes(analysis, result.rpm, cases, pushed)
         whole = analysis.mesh.whole
@@ -81,7 +89,7 @@ def buckling_report(analysis: Analysis, result: SpeedResult, clock: Clock) -> Bu
         checks["buckling"] = check("buckling", max((mode.residual for mode in every), default=0.0))
         factors += [mode.factor for mode in every]
     figures["min_safety_factor"] = min((factor for factor in factors if factor is not None), default=None)
-    return BucklingReport(figures, shapes, checks)
+    return BucklingReport(figures, shapes, checks, left_out)
 
 
 def column_figures(analysis: Analysis, cases: Sequence[LoadCase]) -> dict[str, Any]:

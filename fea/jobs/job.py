@@ -159,7 +159,9 @@ def _leave(
     analysis = adapted.analysis
     mesh = analysis.mesh.whole.mesh
     buckling = buckling_report(analysis, result, clock)
-    result = dataclasses.replace(result, checks=result.checks | buckling.checks)
+    result = dataclasses.replace(
+        result, checks=result.checks | buckling.checks, left_out=(*result.left_out, *buckling.left_out)
+    )
     with run_folder(folder) as place:
         with clock("write"):
             for case in result.cases:

@@ -25,9 +25,11 @@ def _column(column: Mapping[str, Any] | None) -> list[str]:
 
 def _modes(modes: Mapping[str, Any] | None) -> list[str]:
     """The lowest factor of each case."""
+    if modes is not None and not modes:
+        return ["No case presses the rod: it does not buckle."]
     cases = [
         f"{case} {found[0]['factor']:.2f} ({found[0]['moves']})"
         for case, found in (modes or {}).items()
         if found
     ]
-    return [f"Buckling of the elastic solid at its load times: {', '.join(cases)}."] if cases else []
+    return [f"Buckling of the elastic solid, factors on its load: {', '.join(cases)}."] if cases else []

@@ -18,6 +18,7 @@ from fea.solvers.buckling import Buckling
 from fea.solvers.solve import Model
 from fea.study.flags import Flags
 from fea.study.study import load_study
+from fea.terminal.buckling_lines import buckling_lines
 from fea.verify.body import STEEL
 from fea.verify.cases.euler_column import HEIGHT, LOAD, WIDTH, critical, strut
 from geometry.surfaces import Surface
@@ -90,6 +91,8 @@ def test_a_rod_that_is_only_pulled_does_not_buckle():
     assert found.figures["min_safety_factor"] is None
     assert found.figures["column"]["case"] is None
     assert not found.shapes
+    assert [omission.why for omission in found.left_out] == ["no case presses the rod"]
+    assert buckling_lines({"buckling": found.figures}) == ["No case presses the rod: it does not buckle."]
 
 
 @pytest.fixture(scope="module")
