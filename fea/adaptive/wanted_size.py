@@ -19,7 +19,7 @@ _ROUGH_RATE, _ROUGH_RATIO = 1.0, 0.5
 _AIM = 0.25
 # A coarse mesh's own peak falls as it is refined, by about this share of its error: so much lower lies what
 # other places have to stay below.
-_FALL = 0.25
+_FALL = 0.15
 # No element shrinks further than this in one pass: what its error says so far off is too vague.
 LEAST_RATIO = 0.2
 # Beyond this error in the energy norm a whole rod is too coarse for any peak to be trusted; elements with
@@ -50,9 +50,7 @@ def size_ratio(
     """
     ratio, rate = np.ones(len(mesh.points)), _RATE[mesh.order]
     for case in cases:
-        nodal = _nodal_ratio(case, mesh, tolerance_percent / 100, _ROUGH_RATE if again else rate)
-        if again:
-            nodal = np.where(nodal < 1, np.minimum(nodal, _ROUGH_RATIO), 1.0)
+        nodal = _nodal_ratio(case, mesh, tolerance_percent / 100, again=again)
         ratio = np.minimum(ratio, nodal)
         np.minimum.at(ratio, mesh.tets, _energy_ratio(case, mesh, rate)[:, None])
     return ratio
@@ -71,19 +69,26 @@ def wanted_sizes(mesh: Discretised, ratio: Floats) -> SizeField | None:
     return SizeField(drawn.points, drawn.tets[:, :4], np.minimum(size, _ANYTHING))
 
 
-def _nodal_ratio(case: CaseResult, mesh: TetMesh, tolerance: float, rate: float) -> Floats:
+def _nodal_ratio(case: CaseResult, mesh: TetMesh, tolerance: float, *, again: bool) -> Floats:
     """Factor on the size at each node of the whole, for the bars of the peaks."""
     ratio, masked = np.ones(len(case.von_mises)), case.error.masked
     if masked.all():
         return ratio
+    # What a first mesh says is vague, and a further pass dearer than elements; of first order they are many.
+    vague = mesh.order == 2 and not again
+    rate = _ROUGH_RATE if again else _RATE[mesh.order]
     for value, own_error in case.judged:
-        error = _around(np.where(masked, 0.0, own_error), mesh)
+        error = np.where(masked, 0.0, own_error)
         hottest = int(np.where(masked, -np.inf, value).argmax())
         peak, aim = value[hottest], _AIM * tolerance * value[hottest]
+        fall = _FALL * error[hottest] if vague else 0.0
+        error = _around(error, mesh) if vague else error
         # A node counts as far as its stress and error together reach beyond the peak's bar.
-        allowed = np.maximum(peak + aim - _FALL * own_error[hottest] - value, aim)
+        allowed = np.maximum(peak + aim - fall - value, aim)
         factor = np.divide(allowed, error, out=np.ones_like(error), where=~masked & (error > 0))
         ratio = np.minimum(ratio, factor ** (1 / rate))
+    if again:
+        ratio[ratio < 1] = np.minimum(ratio[ratio < 1], _ROUGH_RATIO)
     return np.maximum(ratio, LEAST_RATIO)
 
 
