@@ -22,7 +22,9 @@ peaks, and what a mesh of half that fineness differs by is the truth's uncertain
 where it is at most a third of the error; where it is more, *sure* counts those whose bar holds the error and
 the uncertainty together. Were errors normally distributed and bars of the least size that holds 95 %,
 bar/error would be 2.9 in the median: an error crosses zero, its bar does not. At 1.5 times the default size
-a fillet's arc has 2.7 elements in place of 4, and the run says that peaks may be too low.
+a fillet's arc has 2.7 elements in place of 4, and the run says that peaks may be too low. Curved elements
+that had to be straightened can have sharp edges, which are masked: the verdict of such a case is `diverging`
+and its run may be marked not to be trusted. It counts here all the same.
 
 The factor on the estimate of second order ({STRESS_FACTOR[2]:g}) was chosen with the calibration set: the
 shipped studies at random speeds, and four random rods in random engines at full speed. Hold-out sets, other
