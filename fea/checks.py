@@ -15,6 +15,9 @@ LIMITS = {
     "reactions": 1e-6,
     # Normwise backward error of a backward stable solver is of the order of machine precision.
     "backward_error": 1e-12,
+    # Forces that the solution leaves over at any node, of the largest nodal force: far below any error of the
+    # mesh, and what a recheck of the written files is held to.
+    "imbalance": 1e-6,
     # Rounding may take ε κ of the displacement: a thousandth, a fiftieth of what is called converged.
     "condition": 1e-3 / 2.2e-16,
     # uᵀKu = uᵀf amplifies the backward error by the condition number.

@@ -335,6 +335,7 @@ class Analysis:
             "bore_pressure_scale": max(abs(case.scale - 1) for case in forces),
             "backward_error": max(item.backward_error for item in residuals),
             "energy_balance": max(item.energy for item in residuals),
+            "imbalance": max(item.imbalance for item in residuals),
         }
         if solution.condition:
             values["condition"] = max(solution.condition.values())

@@ -6,6 +6,7 @@ conditioned as steel; the other parts keep their plain stiffness.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -19,7 +20,7 @@ from fea.solid.supports import plane_conditions
 from fea.solvers.condition import condition_of, probe
 from fea.solvers.mixed_system import MixedSystem, shear_materials
 from fea.solvers.pressure import pressure_space
-from fea.solvers.solve import Model, Residuals, Solution, right_hand_sides
+from fea.solvers.solve import Model, Solution, right_hand_sides
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
@@ -84,7 +85,7 @@ class MixedModel(Model):
                 reaction = float(np.abs(system.reactions(u, p, f)[held]).max(initial=0.0))
             displacement[parity] = u.reshape(n_nodes, 3, -1)
             pressure[parity] = self._space.nodal(p, n_nodes)
-            residuals[parity] = Residuals(found.backward_error, found.energy, reaction)
+            residuals[parity] = replace(found, reaction=reaction)
         return Solution(displacement, residuals, pressure, dict(self._condition))
 
     def _estimate_condition(self, parity: Parity, slot: int) -> None:

@@ -13,7 +13,7 @@ from fea.solid.assembly import SymmetricMatrix
 from fea.solvers.conjugate_gradients import Operator
 from fea.solvers.pressure import PressureSpace
 from fea.solvers.saddle import Constraint, solve_saddle
-from fea.solvers.solve import MOST_REFINEMENTS, REFINE_ABOVE, Residuals, worst_ratio
+from fea.solvers.solve import MOST_REFINEMENTS, Residuals, worst_ratio
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -66,17 +66,17 @@ class MixedSystem:
             return np.where(cut, 0.0, inverse(np.where(cut, 0.0, right)))
 
         u, p = np.zeros_like(f), np.zeros((len(self.alive), f.shape[1]))
-        found = Residuals(np.inf, np.inf, np.inf)
+        found = Residuals(np.inf, np.inf, np.inf, np.inf)
         for _ in range(1 + MOST_REFINEMENTS):
             first, second = self._imbalance(u, p, f)
             du, dp = solve_saddle(solve, self._constraint, -first, -second[self.alive])
             better_u, better_p = u + du, p.copy()
             better_p[self.alive] += dp
             better = self._residuals(better_u, better_p, f)
-            if not better.backward_error < found.backward_error:
+            if not better.better_than(found):
                 break
             u, p, found = better_u, better_p, better
-            if not found.backward_error > REFINE_ABOVE:
+            if not found.rough:
                 break
         return u, p, found
 
@@ -105,13 +105,15 @@ class MixedSystem:
         widths = D.sum(axis=1).max() * most_u + np.abs(compressed).max(axis=0)
         work = (u * f).sum(axis=0)
         energy = (u * (self.stiffness @ u)).sum(axis=0) + (p * compressed).sum(axis=0)
+        left = np.abs(first[~self.fixed]).max(axis=0)
         return Residuals(
             max(
-                worst_ratio(np.abs(first[~self.fixed]).max(axis=0), forces),
+                worst_ratio(left, forces),
                 worst_ratio(np.abs(second[self.alive]).max(axis=0, initial=0.0), widths),
             ),
             worst_ratio(np.abs(energy - work), np.abs(work)),
             0.0,
+            worst_ratio(left, most_f),
         )
 
     def reactions(self, u: Floats, p: Floats, f: Floats) -> Floats:

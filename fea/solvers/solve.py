@@ -29,6 +29,9 @@ Floats = npt.NDArray[np.float64]
 # A direct solver leaves a few units in the last place, the iterative one some thousand. What would fail its
 # check (1e-12) gets a step of refinement (Wilkinson 1963), or as many as help.
 REFINE_ABOVE = 9e-13
+# The same of what is left of the forces: a part far stiffer than the rest gives ‖K‖ all to itself, so that a
+# backward error within its limit may hide forces that matter where the rest is.
+REFINE_IMBALANCE = 1e-8
 MOST_REFINEMENTS = 3
 # So many right-hand sides of a direct solver are checked one by one; of more, a few random sums.
 CHECKED_SINGLY = 8
@@ -50,11 +53,25 @@ class Residuals:
         |uᵀKu − uᵀf| / uᵀf.
     reaction
         Largest force at a restraint of inertia relief, N (of sums: in parts of that scale); it should vanish.
+    imbalance
+        ‖Ku − f‖ / ‖f‖, maximum norms.
     """
 
     backward_error: float
     energy: float
     reaction: float
+    imbalance: float
+
+    @property
+    def rough(self) -> bool:
+        """Whether refinement is worth a try."""
+        return self.backward_error > REFINE_ABOVE or self.imbalance > REFINE_IMBALANCE
+
+    def better_than(self, other: "Residuals") -> bool:
+        """Whether a step of refinement from `other` helped."""
+        return max(self.backward_error / REFINE_ABOVE, self.imbalance / REFINE_IMBALANCE) < max(
+            other.backward_error / REFINE_ABOVE, other.imbalance / REFINE_IMBALANCE
+        )
 
 
 @dataclass(frozen=True)
@@ -174,12 +191,12 @@ class Model:
                 u[fixed] = 0.0
                 residuals[parity] = self._checked(u, f, fixed, held)
                 for _ in range(MOST_REFINEMENTS):
-                    if not residuals[parity].backward_error > REFINE_ABOVE:
+                    if not residuals[parity].rough:
                         break
                     left = np.where(fixed[:, None], 0.0, f - self._K @ u)
                     better = u + np.where(fixed[:, None], 0.0, self._solved(slot, left))
                     found = self._checked(better, f, fixed, held)
-                    if not found.backward_error < residuals[parity].backward_error:
+                    if not found.better_than(residuals[parity]):
                         break
                     u, residuals[parity] = better, found
             displacement[parity] = u.reshape(len(self.mesh.points), 3, -1)
@@ -189,11 +206,16 @@ class Model:
         self, u: Floats, f: Floats, fixed: npt.NDArray[np.bool_], held: npt.NDArray[np.bool_]
     ) -> Residuals:
         """Hold every column against its right-hand side, or sums of many columns of a direct solver."""
-        scale = self._K.norm() * np.abs(u).max(axis=0) + np.abs(f).max(axis=0)
+        load = np.abs(f).max(axis=0)
+        scale = self._K.norm() * np.abs(u).max(axis=0) + load
         if u.shape[1] > CHECKED_SINGLY and self._solver.name != SolverName.AMG:
             weights = _signed_shares(scale)
-            u, f, scale = u @ weights, f @ weights, np.ones(_SUMS)
-        return _residuals(self._K, u, f, scale, fixed=fixed, held=held)
+            # Of the columns the one whose load is the least part of its scale.
+            least = np.full(_SUMS, np.min(load[load > 0] / scale[load > 0], initial=1.0))
+            return _residuals(
+                self._K, u @ weights, f @ weights, (np.ones(_SUMS), least), fixed=fixed, held=held
+            )
+        return _residuals(self._K, u, f, (scale, load), fixed=fixed, held=held)
 
     def _probed(self, parity: Parity, slot: int, f: Floats) -> Floats:
         """Solve, at first together with what tells the condition; an iterative solver has the loads alone."""
@@ -254,20 +276,22 @@ def _residuals(
     K: SymmetricMatrix,
     u: Floats,
     f: Floats,
-    scale: Floats,
+    scales: tuple[Floats, Floats],
     *,
     fixed: npt.NDArray[np.bool_],
     held: npt.NDArray[np.bool_],
 ) -> Residuals:
+    """Hold u (n, k) against f; `scales` are those of the backward error and of the imbalance, (k,) each."""
     product = K @ u
-    residual = np.where(fixed[:, None], 0.0, product - f)
+    left = np.abs(np.where(fixed[:, None], 0.0, product - f)).max(axis=0)
     work = (u * f).sum(axis=0)
     energy = (u * product).sum(axis=0)
     reaction = np.abs((product - f)[held]).max(initial=0.0)
     return Residuals(
-        worst_ratio(np.abs(residual).max(axis=0), scale),
+        worst_ratio(left, scales[0]),
         worst_ratio(np.abs(energy - work), np.abs(work)),
         float(reaction),
+        worst_ratio(left, scales[1]),
     )
 
 

@@ -1,10 +1,12 @@
 """Models that can move are refused in words; conditioning is told; solvers that stagnate hand over."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fea.choices import SolverName, Support
-from fea.material import Material
+from fea.material import Material, Materials
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.errors import StagnationError, UnderconstrainedError
 from fea.solid.parity import Split
@@ -154,3 +156,12 @@ def test_a_large_backward_error_is_refined_away(bar):
     model._solver = Sloppy(model._solver)
     solution = model.solve(pulled(bar))
     assert max(item.backward_error for item in solution.residuals.values()) < solve.REFINE_ABOVE
+
+
+def test_forces_left_over_in_a_soft_part_are_refined_away_though_a_stiff_one_hides_them(bar):
+    part = (bar.points[bar.tets[:, 0], 0] > 0).astype(np.int64)
+    stiff = replace(STEEL, youngs_modulus=1e8 * STEEL.youngs_modulus)
+    model = solve.Model(replace(bar, part=part), Materials((STEEL, stiff), part), Support.INERTIA_RELIEF)
+    model._solver = Sloppy(model._solver)
+    (residuals,) = model.solve(pulled(bar)).residuals.values()
+    assert residuals.imbalance < 1e-8
