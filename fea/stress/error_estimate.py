@@ -42,9 +42,9 @@ _DEGREE = 2
 _TWICE = np.array([1.0, 1, 1, 2, 2, 2])
 # Share of the quadratic in the interpolation of the recovered stress.
 _QUADRATIC = 0.5
-# On the sum of spread and sagitta. Of second order the least of 0.3, 0.4, 0.5, 0.6 and 0.8 with which the bars
-# of `fea.assess.verdict` hold 95 of 100 true errors of the random rods of tests/benchmarks/error_bars.py that it
-# was chosen with, set by set; results/error-bars.md has what it holds on others.
+# On the sum of spread and sagitta. Of second order the least of 0.3, 0.4, 0.5, 0.6 and 0.8 with which the
+# bars of `fea.assess.verdict` hold 95 of 100 true errors in each set of random rods it was chosen with
+# (tests/benchmarks/error_bars.py); results/error-bars.md has what it holds on others.
 STRESS_FACTOR = {1: 1.4, 2: 0.6}
 # On the sagitta inside the body. At an extreme all elements around it err to the same side, so their spread
 # does not tell: linear through the Gauss points, a parabola is off at its ends by 2/3 of its sagitta (Barlow
