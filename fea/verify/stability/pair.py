@@ -53,5 +53,5 @@ def solved_pair(
     system = MixedSystem(A, space, held, np.ones(space.lame_lambda.size, dtype=bool))
     u, p, found = system.solve(factor.solve, forces.reshape(-1, 1))
     condition = condition_estimate(constrained, factor)
-    solved = Solved(u.reshape(-1, 3), found.backward_error, found.energy, condition)
+    solved = Solved(u.reshape(-1, 3), found.backward_error, found.energy, condition, found.imbalance)
     return SolvedPair(solved, space.nodal(p, len(mesh.points))[0])

@@ -27,12 +27,15 @@ class Solved:
         (n_nodes, 3), mm.
     backward_error, energy_error, condition
         See `ExtremeRow`.
+    imbalance
+        See `fea.solvers.solve.Residuals`.
     """
 
     displacement: Floats
     backward_error: float
     energy_error: float
     condition: float
+    imbalance: float
 
     @property
     def failed(self) -> tuple[str, ...]:
@@ -41,6 +44,7 @@ class Solved:
             "backward_error": self.backward_error,
             "energy_balance": self.energy_error,
             "condition": self.condition,
+            "imbalance": self.imbalance,
         }
         return tuple(name for name, value in values.items() if not check(name, value).passed)
 
@@ -109,6 +113,7 @@ def solved(
         float(residual / (K.norm() * np.abs(u).max() + np.abs(f).max())),
         abs(float(u @ product) - work) / abs(work),
         condition_estimate(constrained, factor),
+        float(residual / np.abs(f).max()),
     )
 
 
