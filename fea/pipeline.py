@@ -25,7 +25,8 @@ from fea.solid.inertia import inertia
 from fea.solid.parity import Parity, Split
 from fea.solid.pins import held_by_pins
 from fea.solvers.buckling import Buckling
-from fea.solvers.solve import Model, Residuals, Solution
+from fea.solvers.residuals import Residuals
+from fea.solvers.solve import Model, Solution
 from fea.stress.part_recovery import PartRecovery
 from fea.study.study import Study
 from fea.units import RPM

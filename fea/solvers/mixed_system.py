@@ -12,8 +12,9 @@ from fea.material import Material
 from fea.solid.assembly import SymmetricMatrix
 from fea.solvers.conjugate_gradients import Operator
 from fea.solvers.pressure import PressureSpace
+from fea.solvers.residuals import Residuals, worst_ratio
 from fea.solvers.saddle import Constraint, solve_saddle
-from fea.solvers.solve import MOST_REFINEMENTS, Residuals, worst_ratio
+from fea.solvers.solve import MOST_REFINEMENTS
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

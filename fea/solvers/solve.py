@@ -20,58 +20,16 @@ from fea.solid.supports import (
 )
 from fea.solvers import memory
 from fea.solvers.condition import condition_of, probe
+from fea.solvers.residuals import Residuals, residuals
 from fea.solvers.solvers import direct, linear_solver
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
 Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
-# A direct solver leaves a few units in the last place, the iterative one some thousand. What would fail its
-# check (1e-12) gets a step of refinement (Wilkinson 1963), or as many as help.
-REFINE_ABOVE = 9e-13
-# The same of what is left of the forces: a part far stiffer than the rest gives ‖K‖ all to itself, so that a
-# backward error within its limit may hide forces that matter where the rest is.
-REFINE_IMBALANCE = 1e-8
+# Steps of refinement at most, while they help.
 MOST_REFINEMENTS = 3
-# So many right-hand sides of a direct solver are checked one by one; of more, a few random sums.
-CHECKED_SINGLY = 8
-_SUMS = 3
-
-
-@dataclass(frozen=True)
-class Residuals:
-    """How well the equations of one parity are satisfied, the worst over its right-hand sides.
-
-    Many right-hand sides of a direct solver are held against these by random sums of theirs, each column
-    divided by ‖K‖ ‖u‖ + ‖f‖.
-
-    Attributes
-    ----------
-    backward_error
-        ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖), maximum norms (Rigal & Gaches 1967).
-    energy
-        |uᵀKu − uᵀf| / uᵀf.
-    reaction
-        Largest force at a restraint of inertia relief, N (of sums: in parts of that scale); it should vanish.
-    imbalance
-        ‖Ku − f‖ / ‖f‖, maximum norms.
-    """
-
-    backward_error: float
-    energy: float
-    reaction: float
-    imbalance: float
-
-    @property
-    def rough(self) -> bool:
-        """Whether refinement is worth a try."""
-        return self.backward_error > REFINE_ABOVE or self.imbalance > REFINE_IMBALANCE
-
-    def better_than(self, other: "Residuals") -> bool:
-        """Whether a step of refinement from `other` helped."""
-        return max(self.backward_error / REFINE_ABOVE, self.imbalance / REFINE_IMBALANCE) < max(
-            other.backward_error / REFINE_ABOVE, other.imbalance / REFINE_IMBALANCE
-        )
 
 
 @dataclass(frozen=True)
@@ -152,12 +110,12 @@ class Model:
         """K without any support."""
         return self._K
 
-    def restrained(self, parity: Parity) -> tuple[npt.NDArray[np.bool_], Callable[[Floats], Floats]]:
+    def restrained(self, parity: Parity) -> tuple[Mask, Callable[[Floats], Floats]]:
         """Degrees of freedom (n,) held for a parity about y = 0, and what solves for (n, k) forces then."""
         slot = self._slot(parity)
         return self._fixed(parity), lambda forces: self._solved(slot, forces)
 
-    def _fixed(self, parity: Parity) -> npt.NDArray[np.bool_]:
+    def _fixed(self, parity: Parity) -> Mask:
         return (plane_conditions(self.mesh, parity) | self._held).ravel()
 
     def _slot(self, parity: Parity) -> int:
@@ -181,41 +139,35 @@ class Model:
             The factorisation broke down.
         """
         displacement: dict[Parity, Floats] = {}
-        residuals: dict[Parity, Residuals] = {}
+        found: dict[Parity, Residuals] = {}
         for parity, f in right_hand_sides(loads).items():
-            fixed = self._fixed(parity)
             slot = self._slot(parity)
             with self._clock("solve"):
-                held = self._held.ravel() & ~plane_conditions(self.mesh, parity).ravel()
-                u = self._probed(parity, slot, np.where(fixed[:, None], 0.0, f))
-                u[fixed] = 0.0
-                residuals[parity] = self._checked(u, f, fixed, held)
-                for _ in range(MOST_REFINEMENTS):
-                    if not residuals[parity].rough:
-                        break
-                    left = np.where(fixed[:, None], 0.0, f - self._K @ u)
-                    better = u + np.where(fixed[:, None], 0.0, self._solved(slot, left))
-                    found = self._checked(better, f, fixed, held)
-                    if not found.better_than(residuals[parity]):
-                        break
-                    u, residuals[parity] = better, found
+                u, found[parity] = self._refined(parity, slot, f)
             displacement[parity] = u.reshape(len(self.mesh.points), 3, -1)
-        return Solution(displacement, residuals, condition=dict(self._condition))
+        return Solution(displacement, found, condition=dict(self._condition))
 
-    def _checked(
-        self, u: Floats, f: Floats, fixed: npt.NDArray[np.bool_], held: npt.NDArray[np.bool_]
-    ) -> Residuals:
-        """Hold every column against its right-hand side, or sums of many columns of a direct solver."""
-        load = np.abs(f).max(axis=0)
-        scale = self._K.norm() * np.abs(u).max(axis=0) + load
-        if u.shape[1] > CHECKED_SINGLY and self._solver.name != SolverName.AMG:
-            weights = _signed_shares(scale)
-            # Of the columns the one whose load is the least part of its scale.
-            least = np.full(_SUMS, np.min(load[load > 0] / scale[load > 0], initial=1.0))
-            return _residuals(
-                self._K, u @ weights, f @ weights, (np.ones(_SUMS), least), fixed=fixed, held=held
-            )
-        return _residuals(self._K, u, f, (scale, load), fixed=fixed, held=held)
+    def _refined(self, parity: Parity, slot: int, f: Floats) -> tuple[Floats, Residuals]:
+        """Solve for (n, k) forces; where that is rough, again for what is left of them while it helps."""
+        fixed = self._fixed(parity)
+        held = self._held.ravel() & ~plane_conditions(self.mesh, parity).ravel()
+        u = self._probed(parity, slot, np.where(fixed[:, None], 0.0, f))
+        u[fixed] = 0.0
+        found = self._checked(u, f, fixed, held)
+        for _ in range(MOST_REFINEMENTS):
+            if not found.rough:
+                break
+            left = np.where(fixed[:, None], 0.0, f - self._K @ u)
+            further = u + np.where(fixed[:, None], 0.0, self._solved(slot, left))
+            better = self._checked(further, f, fixed, held)
+            if not better.better_than(found):
+                break
+            u, found = further, better
+        return u, found
+
+    def _checked(self, u: Floats, f: Floats, fixed: Mask, held: Mask) -> Residuals:
+        singly = self._solver.name == SolverName.AMG
+        return residuals(self._K, u, f, fixed=fixed, held=held, singly=singly)
 
     def _probed(self, parity: Parity, slot: int, f: Floats) -> Floats:
         """Solve, at first together with what tells the condition; an iterative solver has the loads alone."""
@@ -259,45 +211,3 @@ def right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:
         if np.abs(antisymmetric).max() > 1e-12 * np.abs(sides[Parity.SYMMETRIC]).max():
             sides[Parity.ANTISYMMETRIC] = antisymmetric
     return sides
-
-
-def _signed_shares(scale: Floats) -> Floats:
-    """Weights (n, k) of k sums of n columns, each counting by its scale (n,), with random signs.
-
-    Whatever the others err by, a sum's residual at a place is no less than one column's there for at least
-    one of that column's two signs (after Freivalds 1977): three sums let the worst column hide once in eight
-    times at most, and a broken factor, which spoils them all, practically never.
-    """
-    signs = np.random.default_rng(0).choice([-1.0, 1.0], (len(scale), _SUMS))
-    return np.asarray(np.divide(signs, scale[:, None], out=np.zeros_like(signs), where=scale[:, None] != 0))
-
-
-def _residuals(
-    K: SymmetricMatrix,
-    u: Floats,
-    f: Floats,
-    scales: tuple[Floats, Floats],
-    *,
-    fixed: npt.NDArray[np.bool_],
-    held: npt.NDArray[np.bool_],
-) -> Residuals:
-    """Hold u (n, k) against f; `scales` are those of the backward error and of the imbalance, (k,) each."""
-    product = K @ u
-    left = np.abs(np.where(fixed[:, None], 0.0, product - f)).max(axis=0)
-    work = (u * f).sum(axis=0)
-    energy = (u * product).sum(axis=0)
-    reaction = np.abs((product - f)[held]).max(initial=0.0)
-    return Residuals(
-        worst_ratio(left, scales[0]),
-        worst_ratio(np.abs(energy - work), np.abs(work)),
-        float(reaction),
-        worst_ratio(left, scales[1]),
-    )
-
-
-def worst_ratio(error: Floats, scale: Floats) -> float:
-    """Largest ratio; a load case without any load counts as exact, a value that is not finite as infinite."""
-    if not (np.isfinite(error).all() and np.isfinite(scale).all()):
-        return float("inf")
-    loaded = scale > 0
-    return float((error[loaded] / scale[loaded]).max(initial=0.0))

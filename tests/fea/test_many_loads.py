@@ -6,7 +6,8 @@ import pytest
 from fea.choices import Support
 from fea.material import Material
 from fea.solid.parity import Parity, Split
-from fea.solvers.solve import CHECKED_SINGLY, REFINE_ABOVE, Model
+from fea.solvers.residuals import CHECKED_SINGLY, REFINE_ABOVE
+from fea.solvers.solve import Model
 from geometry.bodies.shape import block
 from geometry.surfaces import Surface
 from mesh.body import mesh_body

@@ -13,6 +13,7 @@ from fea.solid.parity import Split
 from fea.solid.supports import require_restrained
 from fea.solvers import solve
 from fea.solvers.condition import condition_estimate, condition_of, probe
+from fea.solvers.residuals import REFINE_ABOVE
 from fea.solvers.solvers import factorise
 from geometry.bodies.shape import block
 from geometry.surfaces import Surface
@@ -155,7 +156,7 @@ def test_a_large_backward_error_is_refined_away(bar):
     model = solve.Model(bar, STEEL, Support.INERTIA_RELIEF)
     model._solver = Sloppy(model._solver)
     solution = model.solve(pulled(bar))
-    assert max(item.backward_error for item in solution.residuals.values()) < solve.REFINE_ABOVE
+    assert max(item.backward_error for item in solution.residuals.values()) < REFINE_ABOVE
 
 
 def test_forces_left_over_in_a_soft_part_are_refined_away_though_a_stiff_one_hides_them(bar):

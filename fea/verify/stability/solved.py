@@ -28,7 +28,7 @@ class Solved:
     backward_error, energy_error, condition
         See `ExtremeRow`.
     imbalance
-        See `fea.solvers.solve.Residuals`.
+        See `fea.solvers.residuals.Residuals`.
     """
 
     displacement: Floats
