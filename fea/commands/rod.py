@@ -64,6 +64,7 @@ def rod(
 
     from fea.jobs.rod_report import rod_report
 
+    _require_plain(step, mass_kg, center_of_gravity_mm, inertia_kg_m2)
     report = rod_report(asked)
     written: list[Path] = []
     if step is not None:
@@ -88,3 +89,17 @@ def rod(
         print_rod(figures)
         for path in written:
             sys.stdout.write(f"Wrote {path}\n")
+
+
+def _require_plain(
+    step: Path | None, mass_kg: float | None, center_of_gravity_mm: float | None, inertia_kg_m2: float | None
+) -> None:
+    """Refuse targets without --fit, and a STEP file where there is no directory."""
+    from geometry.invalid import require
+
+    targets = {"mass": mass_kg, "center-of-gravity": center_of_gravity_mm, "inertia": inertia_kg_m2}
+    remedy = "Name the dimensions to adjust with --fit."
+    for name, target in targets.items():
+        require(target is None, f"target {name}", target, "is for --fit, which is not asked for", remedy)
+    if step is not None:
+        require(step.parent.is_dir(), "--step", str(step), "lies in a directory that does not exist")

@@ -29,7 +29,7 @@ def print_rod(figures: Mapping[str, Any], console: Console | None = None) -> Non
         console.print(_sections(figures["sections"]))
     console.print(
         f"mesh at {mesh['size_mm']:.4g} mm: {mesh['nodes']} nodes, {mesh['elements']} elements, "
-        f"smallest cell {figures['symmetry']}; mass within {100 * mesh['mass_error']:.2g} % of the solid's; "
+        f"symmetry {figures['symmetry']}; mass within {100 * mesh['mass_error']:.2g} % of the solid's; "
         f"least shape {mesh['least_shape']:.2f}, least scaled Jacobian {mesh['least_scaled_jacobian']:.2f}",
         markup=False,
         soft_wrap=True,
