@@ -9,8 +9,8 @@ import numpy as np
 from fea.adaptive.case_error import CaseErrors
 from fea.assess.plausible import unit_remarks
 from fea.assess.shank import shank
-from fea.case_loads import CaseForces, CaseLoads, imbalance
-from fea.checks import LIMITS, Check, check
+from fea.case_loads import CaseForces, CaseLoads
+from fea.checks import LIMITS, Check
 from fea.choices import Element, Support
 from fea.cycle.analysis import CycleAnalysis, CycleResult
 from fea.cycle.unit_loads import UnitLoads
@@ -20,13 +20,14 @@ from fea.machine.clock import Clock
 from fea.material import Material, Materials
 from fea.omission import Omission
 from fea.results import CaseResult, case_result
+from fea.run_checks import run_checks
 from fea.solid.datum import referred_to_bores
 from fea.solid.inertia import inertia
 from fea.solid.parity import Parity, Split
 from fea.solid.pins import held_by_pins
 from fea.solvers.buckling import Buckling
-from fea.solvers.residuals import Residuals
 from fea.solvers.solve import Model, Solution
+from fea.speed_loads import SpeedLoads, speed_loads
 from fea.stress.part_recovery import PartRecovery
 from fea.study.study import Study
 from fea.units import RPM
@@ -35,10 +36,10 @@ from geometry.mass import MassProperties
 from geometry.section import Section
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure
-from loads.cases import LoadCase, given
+from loads.cases import LoadCase
 from loads.engine import Engine
 from loads.gas import GasModel
-from loads.peaks import load_case, peak_cases
+from loads.peaks import load_case
 from mesh.size_field import SizeField
 from mesh.tetmesh import Floats
 
@@ -74,15 +75,6 @@ class SpeedResult:
     def trusted(self) -> bool:
         """Whether every check passed."""
         return all(item.passed for item in self.checks.values())
-
-
-@dataclass(frozen=True)
-class SpeedLoads:
-    """The load cases of one speed."""
-
-    cases: tuple[LoadCase, ...]
-    left_out: tuple[Omission, ...]
-    notes: tuple[str, ...]
 
 
 class Analysis:
@@ -134,7 +126,7 @@ class Analysis:
         elastic = self.materials[0] if cell.part is None else Materials(self.materials, cell.part)
         with clock("loads"):
             self._inertia = inertia(cell, elastic.density)
-            self._case_loads = CaseLoads(
+            self.case_loads = CaseLoads(
                 cell, self.mesh.bores, self._inertia, self.pressure, study.analysis.support
             )
         self.model = self._model(elastic)
@@ -185,7 +177,7 @@ class Analysis:
 
     def forces(self, rpm: float | None) -> list[Split]:
         """Nodal forces of each load case on the cell, N."""
-        return [self._case_loads(case).forces for case in self._loads(rpm).cases]
+        return [self.case_loads(case).forces for case in self._loads(rpm).cases]
 
     def at(self, rpm: float | None, *, cycle: bool = True) -> SpeedResult:
         """Solve the load cases of one speed (rpm); None for given forces.
@@ -199,11 +191,20 @@ class Analysis:
         """
         with self._clock("loads"):
             loads = self._loads(rpm)
-            forces = [self._case_loads(case) for case in loads.cases]
+            forces = [self.case_loads(case) for case in loads.cases]
         solution = self.model.solve([case.forces for case in forces])
         with self._clock("stress"):
             cases = tuple(self._judged(loads.cases, forces, solution))
-        checks = self._checks(forces, solution, cases)
+        checks = run_checks(
+            self.mesh,
+            self.materials,
+            forces,
+            solution,
+            cases,
+            mass=self.rod.mass,
+            displacement_only=[n for n in range(len(self.materials)) if n not in self.soft],
+            held=self.study.analysis.support is Support.CLAMPED,
+        )
         parities = (
             ()
             if Parity.ANTISYMMETRIC in solution.displacement or not self.mesh.cut_y
@@ -230,7 +231,7 @@ class Analysis:
             raise InvalidValue("study", self.study.name, "has no [engine]", "Add one.")
         engine, gas, speed = self.engine, self.gas, rpm * RPM
         cases = [load_case(engine, self.rod, gas, speed, angle, name="instant") for angle in angles]
-        solution = self.model.solve([self._case_loads(case).forces for case in cases])
+        solution = self.model.solve([self.case_loads(case).forces for case in cases])
         return self._on_whole(solution)
 
     @cached_property
@@ -265,24 +266,7 @@ class Analysis:
             return analysis.at(self.engine, self.gas, rpm * RPM, cases)
 
     def _loads(self, rpm: float | None) -> SpeedLoads:
-        if self.study.forces is not None:
-            reason = "forces are given"
-            spared = (Omission("dynamics", reason), Omission("inertia of the rod", reason))
-            return SpeedLoads((given(*self.study.forces.pin()),), spared, ())
-        if self.engine is None or self.gas is None or rpm is None:
-            raise InvalidValue(
-                "study", self.study.name, "has neither [engine] nor [forces]", "Add one of them."
-            )
-        peaks = peak_cases(self.engine, self.rod, self.gas, rpm * RPM)
-        if not peaks.cases:
-            raise InvalidValue(
-                "speed.rpm", rpm, "loads the rod with nothing", "Give it speed, or the engine gas."
-            )
-        omitted = tuple(Omission(f"case {name}", why) for name, why in peaks.left_out)
-        if rpm == 0:
-            omitted += (Omission("inertia of the rod", "the engine stands still"),)
-        note = self.gas.note(rpm * RPM)
-        return SpeedLoads(peaks.cases, omitted, (note,) if note else ())
+        return speed_loads(self.study, self.engine, self.gas, self.rod, rpm)
 
     def _free_surfaces(self) -> tuple[Surface, ...]:
         """The surfaces whose traction is known."""
@@ -321,41 +305,6 @@ class Analysis:
         if self.study.analysis.support is Support.CLAMPED:
             return displacement
         return referred_to_bores(whole.mesh, displacement, self.mesh.bores.rod_length)
-
-    def _checks(
-        self, forces: list[CaseForces], solution: Solution, cases: tuple[CaseResult, ...]
-    ) -> dict[str, Check]:
-        largest = max(case.largest for case in forces)
-        residuals: list[Residuals] = list(solution.residuals.values())
-        mass = "mesh_mass_p1" if self.mesh.cell.order == 1 else "mesh_mass"
-        values = {
-            "finite": float(sum(not case.finite for case in cases)),
-            "inverted_elements": float(self.mesh.quality.least_scaled_jacobian <= 0),
-            "flattest_element": 1 / max(self.mesh.quality.least_shape, 1e-300),
-            mass: self.mesh.mass_error(self.rod.mass, self.materials),
-            "bore_pressure_scale": max(abs(case.scale - 1) for case in forces),
-            "backward_error": max(item.backward_error for item in residuals),
-            "energy_balance": max(item.energy for item in residuals),
-            "imbalance": max(item.imbalance for item in residuals),
-        }
-        if solution.condition:
-            values["condition"] = max(solution.condition.values())
-        plain = [m.poissons_ratio for n, m in enumerate(self.materials) if n not in self.soft]
-        if plain:
-            values[f"poissons_ratio_{self.study.mesh.element}"] = max(plain)
-        if self.study.analysis.support is not Support.CLAMPED:
-            values |= self._balance(forces, largest)
-            values["reactions"] = max(item.reaction for item in residuals) / largest
-        return {name: check(name, value) for name, value in values.items()}
-
-    def _balance(self, forces: list[CaseForces], largest: float) -> dict[str, float]:
-        points, images = self.mesh.cell.points, self.mesh.images
-        sums = np.array([imbalance(points, case.forces, images) for case in forces])
-        force, moment = sums.max(axis=0)
-        return {
-            "force_balance": float(force / largest),
-            "moment_balance": float(moment / (largest * self.mesh.bores.rod_length)),
-        }
 
 
 def _traction(forces: list[CaseForces], parity: Parity) -> dict[Surface, Floats]:

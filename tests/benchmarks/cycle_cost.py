@@ -136,7 +136,7 @@ def calculix() -> list[str]:
             job, model, steps = Path(folder) / "job.inp", "", ""
             for angle in np.linspace(0, 4 * math.pi, count, endpoint=False):
                 case = load_case(rod.engine, rod.rod, rod.gas, 6000 * RPM, angle, name="any")
-                write_inp(job, cell, rod.materials[0], rod._case_loads(case).forces.symmetric, fixed)
+                write_inp(job, cell, rod.materials[0], rod.case_loads(case).forces.symmetric, fixed)
                 model, step = job.read_text().split("*STEP", maxsplit=1)
                 steps += "*STEP" + step.replace("*CLOAD", "*CLOAD, OP=NEW")
             job.write_text(model + steps)

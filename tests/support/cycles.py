@@ -26,7 +26,7 @@ def analysis(symmetry: Symmetry, size: float) -> Analysis:
 def direct(rod: Analysis, rpm: float, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Stress (n_nodes, 6, n) of the whole rod and largest von Mises stress (n,) of instants."""
     cases = tuple(load_case(rod.engine, rod.rod, rod.gas, rpm * RPM, angle, name="any") for angle in angles)
-    forces = [rod._case_loads(case) for case in cases]
+    forces = [rod.case_loads(case) for case in cases]
     solution = rod.model.solve([case.forces for case in forces])
     results = list(rod._judged(cases, forces, solution))
     peaks = np.array([result.von_mises.max() for result in results])

@@ -1,0 +1,76 @@
+"""The checks of one solved speed."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fea.case_loads import CaseForces, imbalance
+from fea.checks import Check, check
+from fea.choices import Element
+from fea.discretise import Discretised
+from fea.material import Material
+from fea.results import CaseResult
+from fea.solvers.solve import Solution
+
+
+def run_checks(
+    mesh: Discretised,
+    materials: tuple[Material, ...],
+    forces: Sequence[CaseForces],
+    solution: Solution,
+    cases: Sequence[CaseResult],
+    *,
+    mass: float,
+    displacement_only: Sequence[int],
+    held: bool,
+) -> dict[str, Check]:
+    """Hold mesh, loads and solution against the limits of `fea.checks`, by name.
+
+    Parameters
+    ----------
+    mesh
+        Of the rod.
+    materials
+        One a part.
+    forces, solution, cases
+        What was applied, what came out of the solver, and the figures drawn from it.
+    mass
+        Of the rod as meshed, t.
+    displacement_only
+        Numbers of the parts without a pressure of their own.
+    held
+        Whether a clamp takes up forces, so that they need not balance.
+    """
+    residuals = list(solution.residuals.values())
+    first_order = mesh.cell.order == 1
+    values = {
+        "finite": float(sum(not case.finite for case in cases)),
+        "inverted_elements": float(mesh.quality.least_scaled_jacobian <= 0),
+        "flattest_element": 1 / max(mesh.quality.least_shape, 1e-300),
+        "mesh_mass_p1" if first_order else "mesh_mass": mesh.mass_error(mass, materials),
+        "bore_pressure_scale": max(abs(case.scale - 1) for case in forces),
+        "backward_error": max(item.backward_error for item in residuals),
+        "energy_balance": max(item.energy for item in residuals),
+        "imbalance": max(item.imbalance for item in residuals),
+    }
+    if solution.condition:
+        values["condition"] = max(solution.condition.values())
+    if displacement_only:
+        element = Element.P1 if first_order else Element.P2
+        values[f"poissons_ratio_{element}"] = max(
+            materials[part].poissons_ratio for part in displacement_only
+        )
+    if not held:
+        largest = max(case.largest for case in forces)
+        values |= _balance(mesh, forces, largest)
+        values["reactions"] = max(item.reaction for item in residuals) / largest
+    return {name: check(name, value) for name, value in values.items()}
+
+
+def _balance(mesh: Discretised, forces: Sequence[CaseForces], largest: float) -> dict[str, float]:
+    sums = np.array([imbalance(mesh.cell.points, case.forces, mesh.images) for case in forces])
+    force, moment = sums.max(axis=0)
+    return {
+        "force_balance": float(force / largest),
+        "moment_balance": float(moment / (largest * mesh.bores.rod_length)),
+    }
