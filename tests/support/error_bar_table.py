@@ -29,9 +29,9 @@ and its run may be marked not to be trusted. It counts here all the same.
 The factor on the estimate of second order ({STRESS_FACTOR[2]:g}) is chosen with the calibration set (the
 shipped studies at random speeds, and four random rods in random engines at full speed; .5 held 95 % there)
 and with rods of the seeds from 20000 and 30000, of whose decided cases .5 held 92.6 and 98.8 %, .6 held 97.9
-and 100 %. Hold-out sets, other
-rods under other loads, named by their first seed, had no part in it. Of the known answers the rotating disc,
-the only one that peaks inside the body, had a part in the factor on the sagitta there."""
+and 100 %. Hold-out sets, other rods under other loads, named by their first seed, had no part in it. Of the
+known answers the rotating disc, the only one that peaks inside the body, had a part in the factor on the
+sagitta there."""
 
 
 def report_text(found: Found, command: str) -> str:
@@ -47,11 +47,12 @@ def report_text(found: Found, command: str) -> str:
     sets: dict[str, Rows] = {}
     for kind, _, rows in found:
         sets.setdefault(kind, []).extend([] if isinstance(rows, str) else rows)
-    pooled = [r for kind, rows in sets.items() if kind.startswith("hold-out") for r in rows]
+    held_out = [rows for kind, rows in sets.items() if kind.startswith("hold-out")]
+    pooled = {"hold-out, all": [r for rows in held_out for r in rows]} if len(held_out) > 1 else {}
     lines = ["# How far the error bars hold", "", f"Made by `{command}`.", *_bodies(found), "", _READING, ""]
     titles = "set", "group", "cases", "decided", "held", "median bar/error", "10 % … 90 %", "median bar %"
     lines += [_cells(*titles, "undecided, sure"), "| --- | --- |" + " ---: |" * 7]
-    for kind, rows in (sets | {"hold-out, all": pooled}).items():
+    for kind, rows in (sets | pooled).items():
         second = [r for r in rows if r["order"] == 2]
         lines += [_row(kind, "all of second order", second)] if second else []
         by_group = groupby(sorted(rows, key=lambda r: r["group"]), key=lambda r: r["group"])
@@ -62,8 +63,8 @@ def report_text(found: Found, command: str) -> str:
     decided = [(kind, r) for kind, rows in sets.items() for r in rows if r["order"] == 2 and _decided(r)]
     lines += [_worst(kind, r) for kind, r in sorted(decided, key=lambda pair: -_ratio(pair[1]))[:WORST]]
     lines += ["", "Held, and median bar/error, of decided cases of second order under other factors:", ""]
-    lines += [_cells("factor", *sets, "hold-out, all"), "| --- |" + " ---: |" * (len(sets) + 1)]
-    lines += [_by_factor(sets | {"hold-out, all": pooled}, number) for number in range(len(FACTORS[2]))]
+    lines += [_cells("factor", *(sets | pooled)), "| --- |" + " ---: |" * len(sets | pooled)]
+    lines += [_by_factor(sets | pooled, number) for number in range(len(FACTORS[2]))]
     return "\n".join([*lines, ""])
 
 
