@@ -37,13 +37,12 @@ def loads(
         Print nothing.
     """
     from fea.jobs.cycle_job import study_cycles
+    from fea.output.target import require_target
     from fea.study.flags import Flags
     from fea.study.study import load_study
-    from geometry.invalid import require
 
-    if plot is not None:
-        rule = "must end in .png, .pdf or .svg"
-        require(plot.suffix.lower() in {".png", ".pdf", ".svg"}, "--plot", plot.name, rule)
+    require_target("--csv", csv, ())
+    require_target("--plot", plot, (".png", ".pdf", ".svg"))
     asked = Flags(rpm=rpm).applied(load_study(study))
     reports = study_cycles(asked, every_cylinder=cylinders == "all")
     if csv is not None:

@@ -38,9 +38,11 @@ def modes(
         Print nothing.
     """
     from fea.jobs.modes import modes_report
+    from fea.output.target import require_target
     from fea.study.flags import Flags
     from fea.study.study import load_study
 
+    require_target("--vtu", vtu, (".vtu",))
     report = modes_report(Flags(rpm=rpm, size=size).applied(load_study(study)), count)
     figures = report.figures()
     if vtu is not None:

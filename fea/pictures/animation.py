@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.output.errors import PictureError, StorageError
+from fea.output.target import require_target
 from fea.pictures.child import REMEDY, environments, run_drawing
 from fea.pictures.skin import Skin
-from geometry.invalid import require
 
 Singles = npt.NDArray[np.float32]
 Floats = npt.NDArray[np.float64]
@@ -61,10 +61,7 @@ def require_film(path: Path) -> None:
     PictureError
         MP4 is asked for and its encoder is not installed.
     """
-    rule = "must end in .gif or .mp4"
-    require(path.suffix.lower() in SUFFIXES, "--animate", path.name, rule, "Name it cycle.gif, say.")
-    require(path.parent.is_dir(), "--animate", str(path), "lies in a directory that does not exist")
-    require(not path.is_dir(), "--animate", str(path), "is a directory", "Name a file.")
+    require_target("--animate", path, SUFFIXES)
     if path.suffix.lower() == ".mp4" and find_spec("imageio_ffmpeg") is None:
         remedy = "`pip install imageio-ffmpeg` brings it; .gif needs nothing more."
         raise PictureError(f"{path.name} needs imageio-ffmpeg, which is not installed. {remedy}")

@@ -7,9 +7,9 @@ from fea.assess.endurance import estimated_endurance, finish_factor, reliability
 from fea.choices import Finish
 from fea.material import Material
 from fea.study.material_presets import MATERIALS
-from fea.study.tables import unknown_key
+from fea.study.tables import nearest
 from fea.units import GPA, KG_M3
-from geometry.invalid import require, require_positive
+from geometry.invalid import InvalidValue, require, require_positive
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,8 @@ class MaterialTable:
         base = {}
         if self.preset is not None:
             if self.preset not in MATERIALS:
-                raise unknown_key("material.preset", self.preset, MATERIALS)
+                remedy = nearest(self.preset, MATERIALS)
+                raise InvalidValue("material.preset", self.preset, "is no preset", remedy)
             base = MATERIALS[self.preset]
         own = {key: value for key, value in dataclasses.asdict(self).items() if value is not None}
         own.pop("preset", None)

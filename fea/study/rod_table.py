@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fea.study.paths import is_file, located
-from fea.study.tables import checked, mapping_text, unknown_key
+from fea.study.tables import checked, mapping_text, nearest, unknown_key
 from fea.units import KG, KG_M2
 from geometry.dimensions import ShankSection, dimensions, options
 from geometry.invalid import InvalidValue, require, require_positive
@@ -171,7 +171,7 @@ def read_rod(raw: object, folder: Path) -> RodTable:
     if "preset" in raw:
         name = checked("rod.preset", raw["preset"], str)
         if name not in PRESETS:
-            raise unknown_key("rod.preset", name, PRESETS)
+            raise InvalidValue("rod.preset", name, "is no preset", nearest(name, PRESETS))
         rod = dataclasses.replace(PRESETS[name], **given)
         return RodTable(rod, None, mass, rod.length)
     if mass is not None and set(given) == {"length"}:

@@ -14,7 +14,7 @@ from fea.study.engine_table import EngineTable
 from fea.study.material_table import MaterialTable
 from fea.study.paths import is_file, located, require_size
 from fea.study.rod_table import RodTable, read_rod
-from fea.study.tables import key_text, read_table, table_text, unknown_key
+from fea.study.tables import key_text, nearest, read_table, table_text, unknown_key
 from geometry.invalid import InvalidValue, require, require_number, require_positive
 from loads.bearing import BorePressure
 
@@ -210,8 +210,8 @@ def load_study(source: str = DEFAULT_STUDY) -> Study:
         return parse_study(text, source, Path.cwd())
     path = Path(source)
     if not is_file(path):
-        shipped = ", ".join(shipped_studies())
-        raise InvalidValue("STUDY", source, "is neither a shipped study nor a file", f"Shipped: {shipped}.")
+        remedy = nearest(source, shipped_studies())
+        raise InvalidValue("STUDY", source, "is neither a shipped study nor a file", remedy)
     try:
         require_size("STUDY", path, LARGEST_STUDY)
         text = path.read_text(encoding="utf-8-sig")
@@ -233,10 +233,10 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
     try:
         raw = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # of a number with too many digits a plain ValueError
-        raise InvalidValue("STUDY", name, f"is not valid TOML: {error}") from error
+        raise InvalidValue("STUDY", f"{name}.toml", f"is not valid TOML: {error}") from error
     for key in raw:
         if key != "rod" and key not in _TABLES:
-            raise unknown_key("STUDY", key, ["rod", *_TABLES])
+            raise unknown_key(f"{name}.toml:", key, ["rod", *_TABLES])
     require("rod" in raw, "STUDY", name, "has no [rod] table", 'Give dimensions or preset = "leon-2001".')
     raw, part_material = _parted(raw)
     tables = {key: read_table(cls, key, raw[key]) for key, cls in _TABLES.items() if key in raw}

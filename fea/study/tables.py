@@ -19,10 +19,14 @@ _WORDS = {float: "a number", int: "a whole number", str: "text", bool: "true or 
 
 def unknown_key(where: str, key: str, valid: Iterable[str]) -> InvalidValue:
     """Return the error for a key that does not exist: the nearest valid one, then all of them."""
+    return InvalidValue(f"{where} {key}", None, "is an unknown key", nearest(key, valid))
+
+
+def nearest(word: str, valid: Iterable[str]) -> str:
+    """Return the remedy for a word that is none of `valid`: the nearest one, then all of them."""
     names = sorted(valid)
-    near = difflib.get_close_matches(key, names, n=1)
-    remedy = (f"Did you mean {near[0]}? " if near else "") + "Valid: " + ", ".join(names) + "."
-    return InvalidValue(where, key, "unknown key", remedy)
+    near = difflib.get_close_matches(word, names, n=1)
+    return (f"Did you mean {near[0]}? " if near else "") + "Valid: " + ", ".join(names) + "."
 
 
 def read_table(cls: type[Table], where: str, raw: object) -> Table:

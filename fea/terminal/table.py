@@ -15,6 +15,8 @@ from fea.terminal.buckling_lines import buckling_lines
 Summary = Mapping[str, Any]
 UNKNOWN = "–"
 WIDTH = 88  # of what is not a terminal: a file, a pipe
+# Wider or narrower than their columns.
+_MANY_NEWTONS, _SMALL_FACTOR = 999e3, 0.095
 
 
 def print_runs(runs: Sequence[tuple[Path, Summary]], console: Console | None = None) -> None:
@@ -72,7 +74,7 @@ def _print_run(console: Console, folder: Path, summary: Summary) -> None:
 
 def _print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    for title in ("rpm", "worst\ncase", "crank\n°", "von Mises\nMPa", "safety\nfactor", ""):
+    for title in ("rpm", "worst\ncase", "crank\n°", "von Mises\nMPa", "±\n%", "safety\nfactor", ""):
         table.add_column(title, justify="left" if title.startswith("worst") else "right")
     for _, summary in runs:
         case = worst_case(summary)
@@ -82,12 +84,14 @@ def _print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None
             case,
             _number(summary["loads"][case].get("crank_deg"), ".0f"),
             _number(result.get("max_von_mises_MPa"), ".1f"),
-            _number(result.get("min_safety_factor"), ".2f"),
+            _bar(result.get("error_percent")),
+            _factor(result.get("min_safety_factor")),
             "" if summary["trusted"] else "check failed",
         )
     console.print(f"{runs[0][1]['study']}: {len(runs)} speeds", markup=False, style="bold")
     console.print(table)
-    for line in _critical([summary for _, summary in runs]):
+    summaries = [summary for _, summary in runs]
+    for line in (*_sweep_doubts(summaries), *_critical(summaries)):
         console.print(line, markup=False, soft_wrap=True)
     folder = runs[0][0].parent
     said = f"Written: {folder}/map.csv, and a directory for each speed."
@@ -95,6 +99,14 @@ def _print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None
     if len(drawn) < len(runs):
         said += f" Fields are written at {', '.join(drawn)} rpm, the worst; figures at the others."
     console.print(said, markup=False, soft_wrap=True)
+
+
+def _sweep_doubts(summaries: Sequence[Summary]) -> list[str]:
+    """Return what the reader must know before believing the figures, once for all speeds."""
+    verdicts = [summary["results"][worst_case(summary)].get("verdict") for summary in summaries]
+    loose = verdicts.count("not converged")
+    doubts = [f"Not converged: the worst case of {loose} speeds (try --tolerance 5 or less)"] if loose else []
+    return [*doubts, *dict.fromkeys(note for summary in summaries for note in summary.get("notes", []))]
 
 
 def _critical(summaries: Sequence[Summary]) -> list[str]:
@@ -118,7 +130,7 @@ def _cells(load: Summary, result: Summary) -> list[str]:
         _number(result.get("max_von_mises_MPa"), ".1f"),
         _bar(result.get("error_percent")),
         ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in at) if at else UNKNOWN,
-        _number(result.get("min_safety_factor"), ".2f"),
+        _factor(result.get("min_safety_factor")),
         _number(result.get("max_displacement_mm"), ".3f"),
     ]
 
@@ -131,7 +143,7 @@ def _singular_cells(result: Summary) -> list[str]:
 
 def _headline(summary: Summary) -> str:
     case = worst_case(summary)
-    safety = _number(summary["results"][case].get("min_safety_factor"), ".2f")
+    safety = _factor(summary["results"][case].get("min_safety_factor"))
     speed = f" at {summary['rpm']:g} rpm" if summary.get("rpm") is not None else ""
     return f"{summary['study']}{speed}: smallest safety factor against yield {safety} ({case})"
 
@@ -176,13 +188,13 @@ def _cycle(summary: Summary) -> list[str]:
     envelope = summary.get("envelope")
     if envelope is None:
         return []
-    static = f"Whole cycle: smallest factor against yield {_number(envelope['min_safety_factor'], '.2f')}"
+    static = f"Whole cycle: smallest factor against yield {_factor(envelope['min_safety_factor'])}"
     static += f" at {_number(envelope['crank_deg'], '.0f')}°"
     fatigue = envelope["fatigue"]
     if fatigue is None:
         return [f"{static}; fatigue is not judged (see notes)."]
     at = ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in fatigue["at_mm"])
-    judged = f"against fatigue {_number(fatigue['fatigue_safety_factor'], '.2f')} at ({at}) mm"
+    judged = f"against fatigue {_factor(fatigue['fatigue_safety_factor'])} at ({at}) mm"
     history = f"mean {fatigue['mean_MPa']:.0f}, amplitude {fatigue['amplitude_MPa']:.0f} MPa"
     ratio = f"R = {fatigue['stress_ratio']:.2f} ({envelope['fatigue_criterion']})"
     return [f"{static}; {judged}: {history}, {ratio}."]
@@ -191,9 +203,8 @@ def _cycle(summary: Summary) -> list[str]:
 def _model(summary: Summary) -> str:
     model, checks = summary["model"], summary["checks"]
     passed = sum(bool(check["pass"]) for check in checks.values())
-    mesh = (
-        f"{model['nodes']} nodes, {model['elements']} elements ({model['element']}, {model['size_mm']:g} mm)"
-    )
+    kind = f"{model['element']}, {model['size_mm']:.3g} mm"
+    mesh = f"{model['nodes']} nodes, {model['elements']} elements ({kind})"
     return f"{mesh}; {passed} of {len(checks)} checks passed; {summary['total_s']:.1f} s"
 
 
@@ -222,7 +233,14 @@ def _bar(percent: float | None) -> str:
 
 
 def _kilo(newtons: float | None) -> str:
-    return UNKNOWN if newtons is None else f"{newtons / 1000:+.1f}"
+    if newtons is None:
+        return UNKNOWN
+    return f"{newtons / 1000:+.1f}" if abs(newtons) < _MANY_NEWTONS else f"{newtons / 1000:+.0e}"
+
+
+def _factor(value: float | None) -> str:
+    """Return a safety factor: two places, two digits where it is so small that they would be none."""
+    return _number(value, ".2f" if value is None or value >= _SMALL_FACTOR else ".2g")
 
 
 def _or_infinity(value: float | None) -> float:

@@ -108,12 +108,24 @@ def test_a_failed_check_is_said_loudly(folder):
     assert "trace of 3000 rpm used" in text
 
 
+def test_very_large_forces_and_very_small_factors_keep_their_digits(folder):
+    extreme = deepcopy(SUMMARY)
+    extreme["loads"]["tension"]["pin_axial_N"] = 1.49e9
+    extreme["results"]["tension"]["min_safety_factor"] = 0.00331
+    row = next(line.split() for line in said((folder, extreme)).splitlines() if "tension " in line[:9])
+    assert "+1e+06" in row
+    assert "0.0033" in row
+
+
 def test_several_speeds_share_a_table(tmp_path):
-    slow = deepcopy(SUMMARY) | {"rpm": 800, "trusted": False}
-    text = said((tmp_path / "800rpm", slow), (tmp_path / "6000rpm", SUMMARY))
+    fast = deepcopy(SUMMARY) | {"notes": ["trace of 3000 rpm used"]}
+    slow = fast | {"rpm": 800, "trusted": False}
+    text = said((tmp_path / "800rpm", slow), (tmp_path / "6000rpm", fast))
     rows = [line.split() for line in text.splitlines()]
-    assert ["800", "tension", "4", "312.0", "1.99", "check", "failed"] in rows
-    assert ["6000", "tension", "4", "312.0", "1.99"] in rows
+    assert ["800", "tension", "4", "312.0", "3.1", "1.99", "check", "failed"] in rows
+    assert ["6000", "tension", "4", "312.0", "3.1", "1.99"] in rows
+    assert "Not converged: the worst case of 2 speeds" in text
+    assert text.count("trace of 3000 rpm used") == 1
     assert f"{tmp_path}/map.csv" in text
 
 

@@ -51,9 +51,12 @@ def test_loads_plot(piston_study, tmp_path, capsys):
 
 
 def test_loads_plot_where_it_cannot_be_written(piston_study, tmp_path, capsys):
-    assert call(["loads", piston_study, "--plot", str(tmp_path / "none" / "x.png")]) == 7
-    assert "could not be written" in capsys.readouterr().err
-    assert call(["loads", piston_study, "--plot", str(tmp_path / "x.docx")]) == 7
+    assert call(["loads", piston_study, "--plot", str(tmp_path / "none" / "x.png")]) == 2
+    assert "does not exist" in capsys.readouterr().err
+    assert call(["loads", piston_study, "--plot", str(tmp_path / "x.docx")]) == 2
+    assert ".png or .pdf or .svg" in capsys.readouterr().err
+    assert call(["loads", piston_study, "--csv", str(tmp_path)]) == 2
+    assert "is a directory" in capsys.readouterr().err
 
 
 def test_loads_needs_an_engine(capsys):
