@@ -31,7 +31,7 @@ QUANTITY = {
 }
 EXACT = {"lame": HOOP.target, "goodier": EQUATOR.target}
 # Runs of what takes less than so many seconds: their median counts.
-RUNS, LONG = 3, 15.0
+RUNS, LONG = 3, 5.0
 # What one more size costs at most, over the one before: 2.4 times the nodes, to the power 1.5.
 _GROWTH = 3.5
 
