@@ -46,7 +46,7 @@ def loads(
     asked = Flags(rpm=rpm).applied(load_study(study))
     reports = study_cycles(asked, every_cylinder=cylinders == "all")
     if csv is not None:
-        from fea.jobs.cycle_report import stacked
+        from fea.crank.cycle_report import stacked
         from fea.output.cycle import write_cycle_csv
 
         write_cycle_csv(csv, stacked(reports))

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from fea.assess.remarks import fatigue_remarks
 from fea.checks import Check, check
 from fea.choices import Fatigue
+from fea.crank.cycle_table import cycle_angles
 from fea.cycle.envelope import Envelope, envelope, with_cases
 from fea.cycle.multiaxial import worst_multiaxial
 from fea.cycle.series import TOLERANCE
@@ -16,7 +17,6 @@ from fea.cycle.spots import Spot, distinct, spots
 from fea.cycle.unit_loads import UnitLoads
 from fea.cycle.unit_solutions import UnitSolutions, Weights
 from fea.discretise import Discretised
-from fea.jobs.cycle_table import cycle_angles
 from fea.material import Material
 from fea.results import CaseResult
 from fea.stress.stress import von_mises

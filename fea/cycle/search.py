@@ -28,11 +28,11 @@ from fea.assess.deviatoric import deviatoric, extreme_principals
 from fea.assess.fatigue import fatigue_factor
 from fea.assess.history import signed_equivalent
 from fea.assess.safety import safety_factor
+from fea.crank.cycle_table import cycle_angles
 from fea.cycle.analysis import CycleAnalysis
 from fea.cycle.path import Path, path
 from fea.cycle.screened import Block, product
 from fea.cycle.unit_solutions import Weights
-from fea.jobs.cycle_table import cycle_angles
 from fea.units import RPM
 from loads.cases import LoadCase
 from loads.engine import Engine

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from fea.jobs.cycle_report import CycleReport, cycle_reports
+from fea.crank.cycle_report import CycleReport, cycle_reports
 from fea.study.study import Study
 from geometry.invalid import InvalidValue
 from geometry.mass import MassProperties, joined

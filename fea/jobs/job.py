@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from fea.adaptive.adapt import Adapted, analysed
+from fea.crank.cycle_table import cycle_columns
 from fea.cycle.analysis import CycleResult
 from fea.cycle.speed_map import speed_map
 from fea.jobs.animation import animation_file, filmed
 from fea.jobs.buckling import BUCKLING_COLUMNS, buckling_factors, buckling_report
-from fea.jobs.cycle_table import cycle_columns
 from fea.jobs.report import summary
 from fea.jobs.speed_sweep import MOST_FULL_RUNS, SpeedSweep
 from fea.machine.clock import Clock

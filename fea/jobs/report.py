@@ -2,8 +2,6 @@
 
 import os
 import platform
-import resource
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
@@ -12,6 +10,7 @@ from typing import Any
 from fea.adaptive.adapt import Pass
 from fea.cycle.report import envelope_figures
 from fea.machine.clock import Clock
+from fea.machine.peak_memory import peak_memory
 from fea.pipeline import Analysis, SpeedResult
 from fea.units import DEG, KG, KG_M2, N_M
 from loads.cases import LoadCase
@@ -53,12 +52,6 @@ def summary(
         "left_out": [{"what": item.what, "why": item.why} for item in result.left_out],
         "environment": _environment(),
     }
-
-
-def peak_memory() -> float:
-    """Largest resident memory of this process so far, MiB."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (2**20 if sys.platform == "darwin" else 2**10)
 
 
 def _envelope(analysis: Analysis, result: SpeedResult) -> dict[str, Any]:

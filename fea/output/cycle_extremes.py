@@ -6,7 +6,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from fea.jobs.cycle_report import EXTREMES, WHOLE_ENGINE, CycleReport, Extreme, extremes, mean_torque
+from fea.crank.cycle_report import EXTREMES, WHOLE_ENGINE, CycleReport, Extreme, extremes, mean_torque
 from fea.units import RPM
 
 _NAMES = {

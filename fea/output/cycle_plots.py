@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fea.jobs.cycle_report import CycleReport
+from fea.crank.cycle_report import CycleReport
 from fea.output.errors import PictureError
 
 # Column, title, unit, and what brings the column to that unit.

@@ -8,8 +8,8 @@ from fea.assess.deviatoric import deviatoric
 from fea.assess.fatigue import fatigue_factor
 from fea.assess.history import extremes
 from fea.choices import Fatigue, Symmetry
+from fea.crank.cycle_table import cycle_angles
 from fea.cycle.search import SpeedSearch, _Part
-from fea.jobs.cycle_table import cycle_angles
 from fea.units import RPM
 from loads.peaks import peak_cases
 

@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from fea.adaptive.adapt import analysed
 from fea.choices import Element, Symmetry
-from fea.jobs.report import peak_memory
 from fea.machine.clock import Clock
+from fea.machine.peak_memory import peak_memory
 from fea.machine.threads import threads
 from fea.material import Material
 from fea.output.frd import read_frd

@@ -15,12 +15,12 @@ _READING = f"""\
 *Seconds* are the whole of a run, from drawing the solid to the recovered stress, in a process of its own that
 has its libraries loaded and started. *Memory* is that process's peak. *fea* recovers stress on the boundary
 from surface strain and known traction; *fea, mean* averages over elements; *fea, whole* uses no mirror plane;
-*fea --tolerance* refines where its error bars say. The time of what takes less than {LONG:g} s is the median of
-{RUNS} runs. CalculiX solves the same meshes as *fea* (of the rod: *fea, whole*) with as many threads; drawing,
-meshing and loads are counted for both. Errors are signed,
-against the exact value or, on the rod, against meshes whose elements all shrink in proportion and are by far
-the smallest where the peak is, extrapolated by Richardson; none of them is among those compared. An error in
-parentheses is below the reference's uncertainty and says no more than that.
+*fea --tolerance* refines where its error bars say. The time of what takes less than {LONG:g} s is the median
+of {RUNS} runs. CalculiX solves the same meshes as *fea* (of the rod: *fea, whole*) with as many threads;
+drawing, meshing and loads are counted for both. Errors are signed, against the exact value or, on the rod,
+against meshes whose elements all shrink in proportion and are by far the smallest where the peak is,
+extrapolated by Richardson; none of them is among those compared. An error in parentheses is below the
+reference's uncertainty and says no more than that.
 """
 _AGAINST = """\
 Of each program the fastest of its series counts. The error of a mesh is here the largest of that and all

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.jobs.cycle_table import columns, cycle_angles
+from fea.crank.cycle_table import columns, cycle_angles
 from fea.units import DEG, N_M, RPM
 from geometry.mass import MassProperties
 from loads.cylinders import WholeEngine, whole_engine

@@ -1,0 +1,1 @@
+"""The crank cycle of a study in engineering units: columns, extremes, means."""
