@@ -8,7 +8,7 @@ import time
 from collections.abc import Sequence
 from importlib.metadata import version
 
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 from rich.console import Console
 
 app = App(
@@ -64,7 +64,7 @@ def call(arguments: Sequence[str]) -> int:
         if code is None:
             _say(f"internal error: {type(error).__name__}: {error}. Run again with FEA_DEBUG=1 and report it")
             return 1
-        _say(str(error) or type(error).__name__)
+        _say(_text(error))
         return code
 
 
@@ -117,6 +117,13 @@ def exit_code(error: Exception) -> int | None:
         MACHINE: (SolverUnavailableError, OutputError, OSError, MemoryError, ImportError),
     }
     return next((code for code, kinds in codes.items() if isinstance(error, kinds)), None)
+
+
+def _text(error: Exception) -> str:
+    if isinstance(error, UnusedCliTokensError):
+        more = " ".join(error.unused_tokens or [])
+        return f"{more}: one argument too many. A command takes one study or file: see `fea --help`"
+    return str(error) or type(error).__name__
 
 
 def _say(message: str) -> None:

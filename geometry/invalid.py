@@ -23,7 +23,7 @@ class InvalidValue(ValueError):  # noqa: N818 - named for what it says
 
     def __init__(self, name: str, value: object, rule: str, remedy: str = "") -> None:
         self.name, self.value, self.rule, self.remedy = name, value, rule, remedy
-        what = f"{name} {rule}" if value is None else f"{name} = {_shown(value)}: {rule}"
+        what = f"{name} {rule}" if value is None else f"{name} = {shown(value)}: {rule}"
         super().__init__(f"{what}." + (f" {remedy}" if remedy else ""))
 
     def __reduce__(self) -> tuple[type["InvalidValue"], tuple[object, ...]]:
@@ -31,8 +31,8 @@ class InvalidValue(ValueError):  # noqa: N818 - named for what it says
         return type(self), (self.name, self.value, self.rule, self.remedy)
 
 
-def _shown(value: object) -> str:
-    """Return a value as text, however long or unprintable it is."""
+def shown(value: object) -> str:
+    """Return a value as text for a message, however long or unprintable it is."""
     try:
         text = f"{value:g}" if isinstance(value, float) else repr(value)
     except (ValueError, RecursionError):  # Python prints no integer beyond 4300 digits

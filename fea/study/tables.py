@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from enum import StrEnum
 from typing import Any, TypeVar
 
-from geometry.invalid import InvalidValue, is_finite
+from geometry.invalid import InvalidValue, is_finite, shown
 
 Table = TypeVar("Table")
 
@@ -19,7 +19,7 @@ _WORDS = {float: "a number", int: "a whole number", str: "text", bool: "true or 
 
 def unknown_key(where: str, key: str, valid: Iterable[str]) -> InvalidValue:
     """Return the error for a key that does not exist: the nearest valid one, then all of them."""
-    return InvalidValue(f"{where} {key}", None, "is an unknown key", nearest(key, valid))
+    return InvalidValue(f"{where} {shown(key)}", None, "is an unknown key", nearest(key, valid))
 
 
 def nearest(word: str, valid: Iterable[str]) -> str:

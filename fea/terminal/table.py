@@ -44,7 +44,7 @@ def case_table(summary: Summary) -> Table:
         table.add_column(title, justify="right")
     table.add_column("at x, y, z\nmm", no_wrap=True)
     for title in ("safety\nfactor", "displ.\nmm"):
-        table.add_column(title, justify="right")
+        table.add_column(title, justify="right", min_width=6)
     worst = worst_case(summary)
     for case, result in summary["results"].items():
         table.add_row(case, *_cells(summary["loads"][case], result), style="bold" if case == worst else "")
