@@ -46,15 +46,18 @@ class Residuals:
     imbalance: float
 
     @property
+    def excess(self) -> float:
+        """How many times worse than asked for, by the worse of the two."""
+        return max(self.backward_error / REFINE_ABOVE, self.imbalance / REFINE_IMBALANCE)
+
+    @property
     def rough(self) -> bool:
         """Whether refinement is worth a try."""
-        return self.backward_error > REFINE_ABOVE or self.imbalance > REFINE_IMBALANCE
+        return self.excess > 1
 
     def better_than(self, other: "Residuals") -> bool:
         """Whether a step of refinement from `other` helped."""
-        return max(self.backward_error / REFINE_ABOVE, self.imbalance / REFINE_IMBALANCE) < max(
-            other.backward_error / REFINE_ABOVE, other.imbalance / REFINE_IMBALANCE
-        )
+        return self.excess < other.excess
 
 
 def residuals(

@@ -10,6 +10,7 @@ from fea.material import Material, Materials
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.supports import require_restrained
 from fea.solvers.condition import condition_estimate
+from fea.solvers.residuals import residuals
 from fea.solvers.solvers import factorise
 from fea.verify.stability.row import ExtremeRow, judged
 from mesh.tetmesh import TetMesh
@@ -105,16 +106,9 @@ def solved(
     f = np.where(held, 0.0, forces.ravel())
     u = factor.solve(f[:, None])[:, 0]
     u[held] = 0.0
-    product = K @ u
-    residual = np.abs(np.where(held, 0.0, product - f)).max()
-    work = float(u @ f)
-    return Solved(
-        u.reshape(-1, 3),
-        float(residual / (K.norm() * np.abs(u).max() + np.abs(f).max())),
-        abs(float(u @ product) - work) / abs(work),
-        condition_estimate(constrained, factor),
-        float(residual / np.abs(f).max()),
-    )
+    found = residuals(K, u[:, None], f[:, None], fixed=held, held=np.zeros_like(held))
+    condition = condition_estimate(constrained, factor)
+    return Solved(u.reshape(-1, 3), found.backward_error, found.energy, condition, found.imbalance)
 
 
 def percent(computed: float, exact: float) -> float:
