@@ -9,9 +9,13 @@ n = 0, 1 and even terms, which fall like 1/n²: the series errs most at the arc'
 jumps, and what it leaves out there alternates so fast that it dies within a fraction of the wall.
 A table of directions with the force split between two neighbours errs at the same place; but what it errs
 by has one sign on either side and so makes the ring oval, which is felt in the whole end.
+
+On a bore whose width differs around it that pressure alone would leave a resultant across the force, and
+s(ψ)(a + b sin ψ) presses instead, ψ = φ − ψ₀ from the force: its second part is Σ d_n sin nψ.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
@@ -22,6 +26,7 @@ from loads.bearing import Arc
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
+Wave = Callable[[Floats], Floats]
 
 # Largest error of the series anywhere on the bore, in parts of the peak pressure, where the pressure is
 # continuous: about 0.2 % of a rod's peak stress.
@@ -36,26 +41,18 @@ _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
 @dataclass(frozen=True)
 class Series:
-    """Cosine series of a relative pressure.
+    """Orders of a series that stands for a pressure.
 
     Attributes
     ----------
     orders
         (n_terms,) n, increasing, beginning with 0 and 1.
-    coefficients
-        (n_terms,) c_n.
     error
         Largest difference from the pressure it stands for, in parts of the peak.
     """
 
     orders: Ints
-    coefficients: Floats
     error: float
-
-    def __call__(self, phi: npt.ArrayLike) -> Floats:
-        """Relative pressure at angles φ (rad) from the force."""
-        angles = np.multiply.outer(np.asarray(phi, dtype=np.float64), self.orders)
-        return np.asarray(np.cos(angles) @ self.coefficients)
 
 
 @cache
@@ -69,25 +66,43 @@ def series(arc: Arc, highest: int | None = None) -> Series:
     highest
         Highest order; by default the least that keeps the error below `TOLERANCE`, at most `HIGHEST`.
     """
-    if highest is not None:
-        return _truncated(arc, highest)
-    candidates = (_truncated(arc, order) for order in range(8, HIGHEST + 1, 4))
-    return next((found for found in candidates if found.error <= TOLERANCE), _truncated(arc, HIGHEST))
+    return _enough(arc, np.cos, 1.0) if highest is None else _truncated(arc, highest, np.cos)
 
 
-def _truncated(arc: Arc, highest: int) -> Series:
-    phi = 2 * math.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES
-    pressure = arc(phi)
+@cache
+def skewed(arc: Arc, share: float) -> Series:
+    """Expand s(ψ) sin ψ, of which a pressure has at most `share` parts: the fewer, the fewer terms do."""
+    return _enough(arc, np.sin, share)
+
+
+def coefficients(arc: Arc, orders: Ints) -> tuple[Floats, Floats]:
+    """Return c_n of s(ψ) and d_n of s(ψ) sin ψ, each (n_terms,)."""
+    return _coefficients(arc, orders, np.cos), _coefficients(arc, orders, np.sin)
+
+
+def _enough(arc: Arc, wave: Wave, share: float) -> Series:
+    candidates = (_truncated(arc, order, wave) for order in range(8, HIGHEST + 1, 4))
+    fit = (found for found in candidates if share * found.error <= TOLERANCE)
+    return next(fit, _truncated(arc, HIGHEST, wave))
+
+
+def _truncated(arc: Arc, highest: int, wave: Wave) -> Series:
+    psi = 2 * math.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     orders = np.arange(highest + 1)
-    coefficients = np.array([_coefficient(arc, int(n)) for n in orders])
-    used = (np.abs(coefficients) > _NEGLIGIBLE) | (orders <= 1)
-    found = Series(orders[used], coefficients[used], 0.0)
-    return Series(found.orders, found.coefficients, float(np.abs(found(phi) - pressure).max()))
+    found = _coefficients(arc, orders, wave)
+    used = (np.abs(found) > _NEGLIGIBLE) | (orders <= 1)
+    sums = wave(np.multiply.outer(psi, orders[used])) @ found[used]
+    return Series(orders[used], float(np.abs(sums - _pressure(arc, psi, wave)).max()))
 
 
-def _coefficient(arc: Arc, n: int) -> float:
-    """c_n by Gauss's quadrature over the arc, inside which the pressure is smooth."""
+def _coefficients(arc: Arc, orders: Ints, wave: Wave) -> Floats:
+    """By Gauss's quadrature over the arc, inside which the pressure is smooth."""
     half = arc.angle / 2
-    phi = _PLACES * half
-    integral = half * float(_WEIGHTS @ (arc(phi) * np.cos(n * phi)))
-    return integral / (math.pi if n else 2 * math.pi)
+    psi = _PLACES * half
+    integrals = half * wave(np.multiply.outer(orders, psi)) @ (_WEIGHTS * _pressure(arc, psi, wave))
+    return np.asarray(integrals / np.where(orders == 0, 2 * math.pi, math.pi))
+
+
+def _pressure(arc: Arc, psi: Floats, wave: Wave) -> Floats:
+    """What is even about the force, or odd."""
+    return arc(psi) if wave is np.cos else arc(psi) * np.sin(psi)

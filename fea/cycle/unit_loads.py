@@ -6,16 +6,17 @@ y = 0 (cos nφ, a_x, ω²) or odd (sin nφ, a_y, α). Weights on them follow fro
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 import numpy.typing as npt
 
 from fea.case_loads import Bores
 from fea.choices import Support
-from fea.cycle.series import series
+from fea.cycle.series import coefficients, series, skewed
 from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction
 from fea.solid.inertia import Inertia
+from fea.units import DEG
 from geometry.surfaces import Surface
 from loads.bearing import Arc, BorePressure
 from loads.cases import RodMotion
@@ -24,6 +25,8 @@ from mesh.tetmesh import TetMesh
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
+# Skewness of a bore's pressure above which its own harmonics are solved for.
+SKEWED = 2e-3
 # Unit accelerations a_x, ω² and a_y, α.
 _EVEN = (RodMotion((1.0, 0.0), 0.0, 0.0), RodMotion((0.0, 0.0), 1.0, 0.0))
 _ODD = (RodMotion((0.0, 1.0), 0.0, 0.0), RodMotion((0.0, 0.0), 0.0, 1.0))
@@ -55,8 +58,6 @@ class PressedBore:
         Which bore.
     facets
         Of the meshed cell.
-    radius, width
-        mm.
     outwards
         Sign of the force along x that pulls this end outwards.
     arcs
@@ -67,8 +68,6 @@ class PressedBore:
 
     surface: Surface
     facets: BoreFacets
-    radius: float
-    width: float
     outwards: int
     arcs: tuple[Arc, Arc]
     orders: Ints
@@ -95,34 +94,25 @@ class PressedBore:
     def weights(self, force: Floats) -> tuple[Floats, Floats]:
         """Weights (n_terms, n) and (n_terms − 1, n) that press with `force` (2, n), N, exactly.
 
-        The series is scaled until its discrete resultant along the force is the force; the first
-        harmonics take what is left across it.
+        The pressure is s(ψ)(a + b sin ψ) with the a and b that `fea.solid.bore_load` would find: its discrete
+        resultant along the force is the force, and across it nothing.
         """
-        magnitude, direction = np.hypot(*force), np.arctan2(force[1], force[0])
-        pulled = self.outwards * force[0] > 0
-        along = np.stack([self._coefficients(arc) / self._force_per_peak(arc) for arc in self.arcs])
-        amplitude = np.where(pulled, along[0][:, None], along[1][:, None]) * magnitude
+        direction = np.arctan2(force[1], force[0])
         cosines, sines = self.pressures(direction)
-        even, odd = amplitude * cosines, amplitude[1:] * sines
+        pulled = self.outwards * force[0] > 0
+        c, d = (
+            np.where(pulled, *(of[:, None] for of in pair)) for pair in zip(*self._coefficients, strict=True)
+        )
+        shapes = (c * cosines, c[1:] * sines), (-d * np.vstack([0 * sines[:1], sines]), d[1:] * cosines[1:])
         of_even, of_odd = self.resultants
-        reached = of_even @ even + of_odd @ odd
-        work = (reached * force).sum(axis=0)
-        scale = np.divide(magnitude**2, work, out=np.ones_like(work), where=work > 0)
-        even, odd = even * scale, odd * scale
-        first = np.column_stack([of_even[:, 1], of_odd[:, 0]])
-        left = np.linalg.solve(first, force - reached * scale)
-        even[1] += left[0]
-        odd[0] += left[1]
-        return even, odd
+        reached = np.stack([of_even @ even + of_odd @ odd for even, odd in shapes], axis=-1)
+        a, b = np.linalg.solve(np.moveaxis(reached, 1, 0), force.T[..., None])[..., 0].T
+        (even, odd), (skewed_even, skewed_odd) = shapes
+        return a * even + b * skewed_even, a * odd + b * skewed_odd
 
-    def _coefficients(self, arc: Arc) -> Floats:
-        found = series(arc)
-        every = np.zeros(len(self.orders))
-        every[np.searchsorted(self.orders, found.orders)] = found.coefficients
-        return every
-
-    def _force_per_peak(self, arc: Arc) -> float:
-        return self.radius * self.width * arc.resultant
+    @cached_property
+    def _coefficients(self) -> list[tuple[Floats, Floats]]:
+        return [coefficients(arc, self.orders) for arc in self.arcs]
 
 
 class UnitLoads:
@@ -150,13 +140,11 @@ class UnitLoads:
         orders = np.union1d(*(series(arc).orders for arc in arcs))
         self.series_error = max(series(arc).error for arc in arcs)
         small = bore_facets(mesh, Surface.SMALL_END_BORE, bores.rod_length)
-        self.bores = [
-            PressedBore(Surface.SMALL_END_BORE, small, bores.small_radius, bores.small_width, 1, arcs, orders)
-        ]
+        self.bores = [PressedBore(Surface.SMALL_END_BORE, small, 1, arcs, _with_skewed(orders, small, arcs))]
         if support is not Support.CLAMPED:
             big = bore_facets(mesh, Surface.BIG_END_BORE, 0.0)
             self.bores.append(
-                PressedBore(Surface.BIG_END_BORE, big, bores.big_radius, bores.big_width, -1, arcs, orders)
+                PressedBore(Surface.BIG_END_BORE, big, -1, arcs, _with_skewed(orders, big, arcs))
             )
 
     def fields(self) -> tuple[Fields, Fields]:
@@ -206,3 +194,22 @@ def _harmonics(bore: PressedBore, parity: int) -> Iterator[tuple[Floats, Floats]
     """Pressure of each harmonic at the quadrature points and at the nodes of the facets."""
     there, nodal = bore.pressures(bore.facets.angle), bore.pressures(bore.facets.node_angle)
     yield from zip(there[parity], nodal[parity], strict=True)
+
+
+def _with_skewed(orders: Ints, facets: BoreFacets, arcs: tuple[Arc, Arc]) -> Ints:
+    """Orders with those that s(ψ) sin ψ needs, where a bore wants more of it than a mesh's own unevenness."""
+    shares = [_skewness(facets, arc) for arc in arcs]
+    more = [skewed(arc, s).orders for arc, s in zip(arcs, shares, strict=True) if s > SKEWED]
+    return reduce(np.union1d, more, orders)
+
+
+def _skewness(facets: BoreFacets, arc: Arc) -> float:
+    """Largest |b / a| of s(ψ)(a + b sin ψ) in any direction of the force, from the bore's area a degree."""
+    degree = np.floor(facets.angle / DEG).astype(int).ravel() % 360
+    area = np.bincount(degree, facets.areas.ravel(), minlength=360)
+    if facets.cut_y:
+        area = area + area[::-1]
+    psi = (np.arange(360) + 0.5) * DEG
+    even, odd = arc(psi) * np.sin(psi), arc(psi) * np.sin(psi) ** 2
+    turned = np.stack([np.roll(area, -turn) for turn in range(360)])
+    return float(np.abs(turned @ even / (turned @ odd)).max())
