@@ -1,20 +1,17 @@
-"""Cylindrical through-holes of a solid of unknown make, and which two of them are the bores."""
+"""Cylindrical through-holes of a solid of unknown make."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import gmsh
 import numpy as np
 import numpy.typing as npt
 
-from geometry.errors import GeometryError
 from geometry.faces import Face
 
 Vector = npt.NDArray[np.float64]
 _PARALLEL = 1e-6
-_REMEDY = "Name the bores by their diameters: rod.big_end_bore_mm and rod.small_end_bore_mm"
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +27,7 @@ class Hole:
     area, moment
         Of its wall, mm², and its first moment (3,) about `center`, mm³.
     faces
-        gmsh's tags of its wall.
+        gmsh's tags of its wall, the largest first.
     """
 
     center: Vector
@@ -65,61 +62,20 @@ class Hole:
         return f"diameter {2 * self.radius:.5g} mm at ({x:.4g}, {y:.4g}, {z:.4g}), {self.width:.4g} mm long"
 
 
-def find_bores(
-    volumes: Sequence[int], faces: Sequence[Face], named: tuple[float | None, float | None] = (None, None)
-) -> tuple[Hole, Hole]:
-    """Find the bores of the big and the small end: the two largest parallel through-holes.
-
-    Parameters
-    ----------
-    volumes, faces
-        Of the solid.
-    named
-        Diameters of the big-end and the small-end bore, mm, where the user has given them.
-
-    Raises
-    ------
-    GeometryError
-        They cannot be told; the message lists what was found and the keys that name them.
-    """
-    holes = through_holes(volumes, faces)
-    big, small = ([hole for hole in holes if _has_diameter(hole, name)] for name in named)
-    pairs = [
-        (one, other)
-        for one, other in combinations(holes, 2)
-        if one.parallel(other) and one.apart(other) > max(one.radius, other.radius)
-    ]
-    fitting = [
-        pair if pair[0] in big and pair[1] in small else pair[::-1]
-        for pair in pairs
-        if (pair[0] in big and pair[1] in small) or (pair[1] in big and pair[0] in small)
-    ]
-    if not fitting:
-        listed = "; ".join(hole.text() for hole in holes) or "none"
-        raise GeometryError(f"no two parallel bores found. Through-holes: {listed}. {_REMEDY}")
-    best = fitting[0]
-    if len(fitting) > 1 and _alike(best[1], fitting[1][1]) and _alike(best[0], fitting[1][0]):
-        listed = "; ".join(hole.text() for hole in holes)
-        raise GeometryError(f"more than one pair of holes could be the bores: {listed}. {_REMEDY}")
-    return best
-
-
 def through_holes(volumes: Sequence[int], faces: Sequence[Face]) -> list[Hole]:
     """Return the cylindrical through-holes, one an axis, the largest radius first."""
     holes: list[Hole] = []
     for group in _coaxial([face for face in faces if face.shape == "Cylinder"]):
         walls = [wall for wall in _walls(group) if _is_through(wall, volumes)]
         if walls:
-            holes.append(max(walls, key=lambda wall: wall.radius * wall.width))
+            holes.append(_bearing(walls))
     return sorted(holes, key=lambda hole: -hole.radius)
 
 
-def _has_diameter(hole: Hole, diameter: float | None) -> bool:
-    return diameter is None or math.isclose(2 * hole.radius, diameter, rel_tol=1e-3)
-
-
-def _alike(one: Hole, other: Hole) -> bool:
-    return math.isclose(one.radius, other.radius, rel_tol=1e-3)
+def _bearing(walls: Sequence[Hole]) -> Hole:
+    """Return what a pin touches of coaxial walls: the narrowest that is no mere lip of them."""
+    most = max(wall.area for wall in walls)
+    return min((wall for wall in walls if wall.area > most / 2), key=lambda wall: wall.radius)
 
 
 def _coaxial(cylinders: Sequence[Face]) -> list[list[Face]]:
@@ -144,11 +100,12 @@ def _walls(group: Sequence[Face]) -> list[Hole]:
     walls = []
     for radius in sorted({round(face.values[6], 6) for face in group}):
         same = [face for face in group if abs(face.values[6] - radius) < 2e-6]
-        along = np.concatenate([_extent(face, point, direction) for face in same])
-        low, high = float(along.min()), float(along.max())
+        same.sort(key=lambda face: -gmsh.model.occ.getMass(2, face.tag))
+        extents = np.array([_extent(face, point, direction) for face in same])
+        low, high = float(extents.min()), float(extents.max())
         areas = np.array([gmsh.model.occ.getMass(2, face.tag) for face in same])
         area = float(areas.sum())
-        if area > 0.8 * 2 * math.pi * radius * (high - low):  # an oil hole may be missing from it
+        if area > 0.8 * 2 * math.pi * radius * _covered(extents):  # an oil hole may be missing from it
             center = point + (low + high) / 2 * direction
             tags = tuple(face.tag for face in same)
             middles = np.array([gmsh.model.occ.getCenterOfMass(2, tag) for tag in tags])
@@ -163,18 +120,30 @@ def _extent(face: Face, point: Vector, direction: Vector) -> Vector:
     return np.asarray((ends - point) @ direction)
 
 
+def _covered(extents: Vector) -> float:
+    """Length of the union of intervals (n, 2): a groove parts the wall of a bore."""
+    total, end = 0.0, -math.inf
+    for low, high in sorted(map(sorted, extents.tolist())):
+        total += max(0.0, high - max(low, end))
+        end = max(end, high)
+    return total
+
+
 def _is_through(wall: Hole, volumes: Sequence[int]) -> bool:
     """Whether its axis is free from end to end and beyond, with material behind most of its wall."""
     reach = 0.55 * wall.width
     free = [wall.center + step * reach * wall.direction for step in (-1.0, -0.5, 0.0, 0.5, 1.0)]
     if any(inside(point, volumes) for point in free):
         return False
+    # Where the wall is: amid it there may be a groove.
+    middle = np.array(gmsh.model.occ.getCenterOfMass(2, wall.faces[0]))
+    level = wall.center + ((middle - wall.center) @ wall.direction) * wall.direction
     across = np.cross(wall.direction, np.eye(3)[np.argmin(np.abs(wall.direction))])
     across /= np.linalg.norm(across)
     other = np.cross(wall.direction, across)
     ring = [math.cos(a) * across + math.sin(a) * other for a in np.arange(8) * math.pi / 4 + 0.1]
-    behind = sum(inside(wall.center + 1.002 * wall.radius * out, volumes) for out in ring)
-    before = sum(inside(wall.center + 0.998 * wall.radius * out, volumes) for out in ring)
+    behind = sum(inside(level + 1.002 * wall.radius * out, volumes) for out in ring)
+    before = sum(inside(level + 0.998 * wall.radius * out, volumes) for out in ring)
     return behind >= 6 and before == 0
 
 

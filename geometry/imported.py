@@ -8,9 +8,10 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
+from geometry.bores import find_bores
 from geometry.errors import GeometryError
 from geometry.faces import Bore, Feature, FeatureKind, faces_of, surfaces
-from geometry.holes import Hole, find_bores
+from geometry.holes import Hole
 from geometry.mass import joined
 from geometry.mirror import Mirror
 from geometry.rounds import concave_rounds

@@ -1,6 +1,7 @@
 """Mirror planes of a solid of unknown make: found on its faces, and cut at."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import gmsh
 import numpy as np
@@ -10,7 +11,12 @@ from geometry import kernel
 from geometry.errors import GeometryError
 from geometry.mirror import AXIS, Mirror
 
+# Of the rod's length.
 _SLACK = 1e-5
+# Places along each edge at which a face is held against its image.
+_PLACES = np.linspace(0.0, 1.0, 9)
+
+Floats = npt.NDArray[np.float64]
 
 
 def smallest_cell(volumes: Sequence[int], length: float) -> Mirror:
@@ -23,10 +29,15 @@ def smallest_cell(volumes: Sequence[int], length: float) -> Mirror:
     length
         Of the rod, mm: the scale of what counts as equal.
     """
-    faces = _faces(volumes)
-    if not _is_mirrored(faces, 2, length):
+    solids = [_faces(volume) for volume in volumes]
+
+    def mirrored(axis: int) -> bool:
+        """Whether every solid is its own image: two that are each other's may be of different materials."""
+        return all(_is_mirrored(faces, axis, length) for faces in solids)
+
+    if not mirrored(2):
         return Mirror.NONE
-    return Mirror.QUARTER if _is_mirrored(faces, 1, length) else Mirror.HALF
+    return Mirror.QUARTER if mirrored(1) else Mirror.HALF
 
 
 def cut_to(volumes: Sequence[int], mirror: Mirror, length: float) -> list[list[int]]:
@@ -54,17 +65,51 @@ def cut_to(volumes: Sequence[int], mirror: Mirror, length: float) -> list[list[i
     return kept
 
 
-def _faces(volumes: Sequence[int]) -> npt.NDArray[np.float64]:
-    """Return area and centre (n, 4) of every face."""
-    boundary = gmsh.model.getBoundary([(3, tag) for tag in volumes], combined=False, oriented=False)
+@dataclass(frozen=True)
+class _Faces:
+    """Faces of one solid: tags, areas and centres (n, 4), and points (n_points, 3) on the edges of each."""
+
+    tags: tuple[int, ...]
+    measures: Floats
+    points: tuple[Floats, ...]
+
+
+def _faces(volume: int) -> _Faces:
     occ = gmsh.model.occ
-    return np.array([[occ.getMass(2, tag), *occ.getCenterOfMass(2, tag)] for _, tag in boundary])
+    boundary = gmsh.model.getBoundary([(3, volume)], combined=False, oriented=False)
+    tags = tuple(int(tag) for _, tag in boundary)
+    measures = np.array([[occ.getMass(2, tag), *occ.getCenterOfMass(2, tag)] for tag in tags])
+    return _Faces(tags, measures, tuple(_on_edges(tag) for tag in tags))
 
 
-def _is_mirrored(faces: npt.NDArray[np.float64], axis: int, length: float) -> bool:
-    """Whether every face has an image of the same area about the plane normal to `axis`."""
+def _on_edges(face: int) -> Floats:
+    """Points (n, 3) along the edges of a face."""
+    points = []
+    for _, edge in gmsh.model.getBoundary([(2, face)], combined=False, oriented=False):
+        (low,), (high,) = gmsh.model.getParametrizationBounds(1, edge)
+        points.append(gmsh.model.getValue(1, edge, low + (high - low) * _PLACES))
+    return np.reshape(np.concatenate(points), (-1, 3)) if points else np.zeros((0, 3))
+
+
+def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
+    """Whether every face has an image about the plane normal to `axis`.
+
+    Of the same area and centre, as cheaply told, and holding the images of its edges: a hole that is no
+    circle may be turned about its own axis.
+    """
     scale = np.array([length**2, length, length, length])
-    image = faces.copy()
+    image = faces.measures.copy()
     image[:, 1 + axis] *= -1
-    difference = np.abs(faces[:, None] - image[None]) / scale
-    return bool((difference.max(axis=2).min(axis=1) < _SLACK).all())
+    alike = (np.abs(image[:, None] - faces.measures[None]) / scale).max(axis=2) < _SLACK
+    return all(
+        any(_holds(faces.tags[other], points, axis, _SLACK * length) for other in np.flatnonzero(row))
+        for points, row in zip(faces.points, alike, strict=True)
+    )
+
+
+def _holds(face: int, points: Floats, axis: int, slack: float) -> bool:
+    """Whether the images of points (n, 3) lie on a face."""
+    image = points.copy()
+    image[:, axis] *= -1
+    nearest, _ = gmsh.model.getClosestPoint(2, face, image.ravel())
+    return bool(np.abs(np.reshape(nearest, (-1, 3)) - image).max(initial=0.0) < slack)
