@@ -7,9 +7,18 @@ import threading
 import time
 from collections.abc import Sequence
 from importlib.metadata import version
+from typing import Any
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 from rich.console import Console
+
+
+def _shown_default(value: object) -> Any:
+    """Return a default as the help shows it; that a switch is off goes without saying."""
+    if value is None or value is False:
+        return None
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
 
 app = App(
     name="fea",
@@ -18,22 +27,34 @@ app = App(
     "Exit codes: 0 done, 2 wrong usage or study, 3 no solid or mesh, 4 under-constrained or singular, "
     "5 not to be trusted, 6 below --min-safety, 7 this machine cannot, 130 interrupted.",
     version=lambda: version("conrod-fea"),
-    default_parameter=Parameter(negative=""),
+    default_parameter=Parameter(negative="", show_default=_shown_default),
     suppress_keyboard_interrupt=False,  # ours has a message
 )
 
-# Each command lives in a module of its own, loaded when it is called.
+# Each command lives in a module of its own, loaded when it is called. Its first line is in the list of all.
 _COMMANDS = {
-    "run": "Analyse a rod: stresses and safety factors at the peaks of the crank cycle.",
-    "loads": "Forces over the crank cycle, without a mesh.",
+    "run": "Analyse a rod: stresses and safety factors at the peaks of the crank cycle.\n\n"
+    "- `fea run`: a published rod\n"
+    "- `fea run my.toml --tolerance 4 --screenshot`: errors within 4 %, with pictures\n"
+    "- `fea run my.toml --cycle --rpm 800:9000:200`: the whole cycle with fatigue, over speeds\n\n"
+    "Flags win over the study's file, which `fea init` writes.",
+    "loads": "Forces over the crank cycle, without a mesh.\n\n"
+    "- `fea loads --rpm 800:9000:200 --csv cycle.csv --plot cycle.png`",
     "modes": "Free vibration of the free rod, against the orders of the speed.",
-    "rod": "The solid: mass properties and sections, STEP export, a picture.",
+    "rod": "The solid: mass properties and sections, STEP export, a picture.\n\n"
+    "- `fea rod my.toml --step my.step --screenshot`\n"
+    "- `fea rod --fit big_end_ring_mm --mass-kg 0.8 > fitted.toml`: a dimension that meets a mass",
     "reproduce": "Published figures against computed ones.",
     "verify": "Benchmark problems with known answers.",
-    "converge": "Error against run time, for a rod and two exact problems.",
-    "stability": "Stiff and extreme cases: each right, marked or refused.",
-    "view": "A picture of a result.",
-    "init": "Write a commented study to edit.",
+    "converge": "Error against run time, for a rod and two problems with exact solutions.\n\n"
+    "Solves each on ever finer meshes, with elements of first and of second order, whole and by symmetry, "
+    "and with CalculiX where it is installed (ccx). Says which is the fastest within 5, 2 and 1 %.",
+    "stability": "Stiff and extreme cases: each right, marked or refused.\n\n"
+    "Each has a known answer; a wrong one that nothing notices makes the exit code 5.",
+    "view": "A picture of a result: a load case, the crank cycle's envelope, a mode.\n\n"
+    "- `fea view results/leon-2001-6000rpm/tension.vtu --field safety_factor`",
+    "init": "Write a commented study to edit.\n\n"
+    "It explains every key, and runs as it is: `fea run study.toml`.",
     "doctor": "What this machine can and cannot do.",
 }
 for _name, _help in _COMMANDS.items():

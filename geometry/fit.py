@@ -1,6 +1,7 @@
 """Dimensions found from a target mass, centre of gravity and inertia."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,6 +16,8 @@ from geometry.segments import Floats
 
 SPAN = 3.0  # a free dimension may grow or shrink by this factor
 _MET = 1e-3
+_DIGITS = (6, 9)  # of what is found: as few as leave a rod that keeps its rules
+_AT_LIMIT = 1e-3  # relative distance
 _REFUSED = 10.0  # residual where the dimensions make no rod: the step is taken back
 
 
@@ -72,10 +75,11 @@ class Fit:
     def text(self) -> str:
         """Say whether the targets are met together, and what stands in the way."""
         if self.met:
-            return "all targets are met to 0.1 %"
+            return f"{'all targets are' if len(self.residuals) > 1 else 'the target is'} met to 0.1 %"
         misfits = ", ".join(f"{name} {100 * value:+.2g} %" for name, value in self.residuals.items())
         limits = f"; at their limits: {', '.join(self.at_limit)}" if self.at_limit else ""
-        return f"the targets cannot be met together with these free dimensions: {misfits}{limits}"
+        what = "targets cannot be met together" if len(self.residuals) > 1 else "target cannot be met"
+        return f"the {what} with these free dimensions: {misfits}{limits}"
 
 
 def fit(rod: Rod, targets: Targets, free: Sequence[str]) -> Fit:
@@ -117,12 +121,20 @@ def fit(rod: Rod, targets: Targets, free: Sequence[str]) -> Fit:
         return np.array(list(_misfits(changed, targets.density, sought).values()))
 
     found = least_squares(misfit, np.ones(len(free)), bounds=(1 / SPAN, SPAN), xtol=1e-6, max_nfev=50)
-    best = _changed(rod, free, found.x * start)
-    limits = tuple(name for name, active in zip(free, found.active_mask, strict=True) if active)
+    best = _rounded(rod, free, found.x * start)
+    ends = np.abs(np.log(found.x)) > np.log(SPAN) - _AT_LIMIT
+    limits = tuple(name for name, at_end in zip(free, ends, strict=True) if at_end)
     return Fit(best, _misfits(best, targets.density, sought), limits)
 
 
-def _changed(rod: Rod, free: Sequence[str], values: Floats) -> Rod:
+def _rounded(rod: Rod, free: Sequence[str], values: Floats) -> Rod:
+    for digits in _DIGITS:
+        with suppress(InvalidValue):
+            return _changed(rod, free, [float(f"{value:.{digits}g}") for value in values])
+    return _changed(rod, free, values)
+
+
+def _changed(rod: Rod, free: Sequence[str], values: Floats | list[float]) -> Rod:
     changes: dict[str, Any] = dict(zip(free, map(float, values), strict=True))
     return replace(rod, **changes)
 

@@ -16,14 +16,16 @@ def converge(
     report: Path | None = None,
     quiet: bool = False,
 ) -> int:
-    """Error against total run time, for a rod and for two problems with exact solutions.
+    """Error against run time, for a rod and for two problems with exact solutions.
 
     Parameters
     ----------
     study
-        A shipped study or a TOML file: its first speed and load case count.
+        A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file; its rod is solved in its
+        first load case at its first speed.
     minutes
-        Time limit of the comparison; the rod's reference comes on top.
+        Time for all computations that are compared; a very fine mesh of the rod, which the others are held
+        against, takes some minutes more.
     json
         Print every row as JSON and nothing else.
     report

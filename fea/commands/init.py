@@ -14,7 +14,7 @@ def init(file: Path = Path("study.toml")) -> None:
     Parameters
     ----------
     file
-        Where to; never overwritten.
+        The file to write (.toml); one that exists is never overwritten.
     """
     if not file.suffix:
         file = file.with_suffix(".toml")

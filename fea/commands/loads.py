@@ -24,13 +24,13 @@ def loads(
     study
         A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.
     rpm
-        Speed or speeds: 6000, 800,3000,6000 or 800:9000:200.
+        Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200).
     cylinders
         The first cylinder, or all with their phase offsets and the engine's sums.
     csv
-        Write the cycle, a row a degree.
+        Write the cycle to this .csv file, a row a degree.
     plot
-        Draw the cycle (.png, .pdf, .svg).
+        Draw the cycle into this file (.png, .pdf, .svg).
     json
         Print extremes and means as JSON and nothing else.
     quiet

@@ -25,13 +25,13 @@ def modes(
     study
         A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.
     rpm
-        Speed or speeds: 6000, 800,3000,6000 or 800:9000:200.
+        Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200).
     size
-        Element size, mm.
+        Element size, mm; by default a 28th of the rod's length, smaller on its features.
     count
-        How many elastic modes.
+        How many elastic modes; the six rigid motions are left out.
     vtu
-        Write the mode shapes (.vtu).
+        Write the mode shapes to this .vtu file; `fea view` draws them.
     json
         Print the figures as JSON and nothing else.
     quiet

@@ -5,6 +5,8 @@ from pathlib import Path
 
 from fea.study.study import DEFAULT_STUDY
 
+CHECK_FAILED = 5
+
 
 def rod(
     study: str = DEFAULT_STUDY,
@@ -18,7 +20,7 @@ def rod(
     inertia_kg_m2: float | None = None,
     json: bool = False,
     quiet: bool = False,
-) -> None:
+) -> int:
     """The solid: mass properties and sections, STEP export, a picture.
 
     Parameters
@@ -26,20 +28,21 @@ def rod(
     study
         A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.
     size
-        Element size, mm.
+        Element size, mm; by default a 28th of the rod's length, smaller on its features.
     step
-        Write the whole solid as a STEP file.
+        Write the whole solid to this STEP file.
     screenshot
         Draw the meshed rod: results/STUDY-rod.png.
     fit
-        Dimensions to adjust to the targets below (or to those in [rod]), as keys with commas between;
-        prints the fitted [rod] table.
+        Dimensions to adjust until the rod meets the targets below (or those in [rod]), as keys with commas
+        between: shank_width_mm,web_thickness_mm. Prints the fitted [rod] table, and exits with 5 where a
+        target is missed.
     mass_kg
-        Target of --fit.
+        Target of --fit: mass.
     center_of_gravity_mm
-        Target of --fit, from the crank pin.
+        Target of --fit: centre of gravity from the crank pin.
     inertia_kg_m2
-        Target of --fit, about the pin-parallel axis through the centre of gravity.
+        Target of --fit: moment of inertia about the axis along the pins through the centre of gravity.
     json
         Print the figures as JSON and nothing else.
     quiet
@@ -60,7 +63,9 @@ def rod(
             sys.stdout.write(json_text(outcome | {"rod": vars(found.rod)}))
         elif not quiet:
             sys.stdout.write(f"# {found.text()}\n{table.text()}")
-        return
+        if not found.met:
+            sys.stderr.write(f"fea: {found.text()}. The rod that comes nearest is given\n")
+        return 0 if found.met else CHECK_FAILED
 
     from fea.jobs.rod_report import rod_report
 
@@ -89,6 +94,7 @@ def rod(
         print_rod(figures)
         for path in written:
             sys.stdout.write(f"Wrote {path}\n")
+    return 0
 
 
 def _require_plain(

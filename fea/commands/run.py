@@ -26,7 +26,7 @@ def run(
     study
         A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.
     threads
-        Threads of the solver.
+        Threads of the solver; all processors by default.
     json
         Print the summary as JSON and nothing else.
     quiet
@@ -49,11 +49,12 @@ def run(
 
         sys.stdout.write(json_text(summaries[0] if len(summaries) == 1 else summaries))
     elif not quiet:
+        from fea.terminal.figures import near
         from fea.terminal.table import print_runs
 
         print_runs([(report.folder, report.summary) for report in reports])
         for film in filter(None, (report.film for report in reports)):
-            sys.stdout.write(f"Wrote {film}\n")
+            sys.stdout.write(f"Wrote {near(film)}\n")
     for complaint in dict.fromkeys(report.complaint for report in reports if report.complaint):
         sys.stderr.write(f"fea: {complaint}\n")
     code = verdict(summaries, asked.analysis.min_safety)

@@ -13,7 +13,7 @@ def stability(*cases: str, json: bool = False, report: Path | None = None, quiet
     Parameters
     ----------
     cases
-        Which ones (contrast, slender, incompressible, …); all without.
+        Which ones (contrast, slender, incompressible, …); all of them by default.
     json
         Print every row as JSON and nothing else.
     report

@@ -13,7 +13,7 @@ def verify(*cases: str, json: bool = False, report: Path | None = None, quiet: b
     Parameters
     ----------
     cases
-        Which ones (le1, le10, le11, lame, goodier, cook, …); all without.
+        Which ones (le1, le10, le11, lame, goodier, cook, …); all of them by default.
     json
         Print every row as JSON and nothing else.
     report

@@ -13,8 +13,9 @@ def view(file: Path, *, field: str | None = None, out: Path | None = None) -> No
     file
         The .vtu file of a run or of `fea modes`.
     field
-        What the colours show: von_mises, principal_1, amplitude, safety_factor, fatigue_safety_factor or
-        mode_1, …: the first of these that the file has by default.
+        What the colours show: von_mises, principal_1, principal_3, safety_factor or displacement of a load
+        case; also mean, amplitude, fatigue_safety_factor or crossland_safety_factor of an envelope.vtu;
+        mode_1, mode_2, … of modes. By default the first of these that the file has.
     out
         The .png file to write; beside the result by default.
     """

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from fea.assess.column import Plane
 from fea.discretise import Discretised, discretise
 from fea.machine.clock import Clock
@@ -12,6 +14,7 @@ from fea.study.study import Study
 from fea.units import KG, KG_M2
 from geometry.mass import MassProperties
 from geometry.section import Section, least_section, sections
+from mesh import slices
 
 _STATIONS = 11
 
@@ -29,7 +32,7 @@ class RodReport:
     properties
         From the mesh's quadrature.
     along
-        Sections evenly spaced from ring to ring; none of a solid from a file.
+        Sections evenly spaced from ring to ring; of a solid from a file from bore to bore, cut from its mesh.
     least
         The section of least area.
     """
@@ -38,7 +41,7 @@ class RodReport:
     mesh: Discretised
     properties: MassProperties
     along: tuple[Section, ...]
-    least: Section | None
+    least: Section
 
     def figures(self) -> dict[str, Any]:
         """The figures in the units their names say."""
@@ -54,8 +57,8 @@ class RodReport:
             "parts_mm3": dict(self.mesh.parts),
             "symmetry": self.mesh.symmetry.value,
             "sections": [_section(section) for section in self.along],
-            "least_section": None if self.least is None else _section(self.least),
-            "slenderness": None if self.least is None else _slenderness(self.least, length),
+            "least_section": _section(self.least),
+            "slenderness": _slenderness(self.least, length),
             "mesh": {
                 "nodes": len(self.mesh.whole.mesh.points),
                 "elements": len(self.mesh.whole.mesh.tets),
@@ -97,7 +100,13 @@ def rod_report(study: Study) -> RodReport:
     materials, part = study.materials(mesh.parts), mesh.cell.part
     density = materials[0].density if part is None else Materials(materials, part).density
     properties = inertia(mesh.cell, density).properties
-    if study.rod.rod is None:
-        return RodReport(study, mesh, properties, (), None)
-    rod = study.rod.rod
-    return RodReport(study, mesh, properties, sections(rod, _STATIONS), least_section(rod))
+    return RodReport(study, mesh, properties, *_sections(study, mesh))
+
+
+def _sections(study: Study, mesh: Discretised) -> tuple[tuple[Section, ...], Section]:
+    """Sections along the shank, and the least."""
+    if study.rod.rod is not None:
+        return sections(study.rod.rod, _STATIONS), least_section(study.rod.rod)
+    whole, bores = mesh.whole.mesh, mesh.bores
+    ends = bores.big_radius, bores.rod_length - bores.small_radius
+    return slices.sections(whole, np.linspace(*ends, _STATIONS + 2)[1:-1]), slices.least_section(whole, *ends)

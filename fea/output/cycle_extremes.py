@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.crank.cycle_report import EXTREMES, WHOLE_ENGINE, CycleReport, Extreme, extremes, mean_torque
+from fea.terminal.figures import gathered
 from fea.units import RPM
 
 _NAMES = {
@@ -35,14 +36,13 @@ def print_cycles(reports: Sequence[CycleReport], study: str) -> None:
     else:
         for report in reports:
             console.print(_extremes(report, study))
-    for report in reports:
-        if report.note:
-            console.print(f"Note: {report.note}.", markup=False, soft_wrap=True)
+    for note in gathered((report.rpm, [report.note] if report.note else []) for report in reports):
+        console.print(f"Note: {note}.", markup=False, soft_wrap=True)
     console.print("Forces on the rod: tension positive. Angles from TDC, firing TDC at 360°.", style="dim")
 
 
 def _extremes(report: CycleReport, study: str) -> Table:
-    table = Table(title=f"{study}, {report.rpm:g} rpm", title_justify="left", box=box.SIMPLE_HEAD)
+    table = _table(f"{study}, {report.rpm:g} rpm")
     table.add_column("")
     for name in ("largest", "at", "least", "at"):
         table.add_column(name, justify="right")
@@ -59,8 +59,23 @@ def _extremes(report: CycleReport, study: str) -> Table:
     return table
 
 
+def _table(title: str) -> Table:
+    return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+
+
 def _add(table: Table, name: str, unit: str, e: Extreme) -> None:
-    table.add_row(name, _shown(e.largest), f"{e.largest_deg:g}°", _shown(e.least), f"{e.least_deg:g}°", unit)
+    table.add_row(
+        name,
+        _shown(e.largest),
+        _at(e.largest, e.largest_deg),
+        _shown(e.least),
+        _at(e.least, e.least_deg),
+        unit,
+    )
+
+
+def _at(value: float, degrees: float) -> str:
+    return "" if abs(value) < _NOISE else f"{degrees:g}°"
 
 
 def _mean(name: str, torque: float, rpm: float) -> tuple[str, ...]:
@@ -68,7 +83,7 @@ def _mean(name: str, torque: float, rpm: float) -> tuple[str, ...]:
 
 
 def _overview(reports: Sequence[CycleReport], study: str) -> Table:
-    table = Table(title=study, title_justify="left", box=box.SIMPLE_HEAD)
+    table = _table(study)
     for name in ("rpm", "tension N", "at", "compression N", "at", "wall N", "at", "mean N·m"):
         table.add_column(name, justify="right")
     for report in reports:

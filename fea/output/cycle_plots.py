@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from fea.crank.cycle_report import CycleReport
 from fea.output.errors import PictureError
@@ -22,6 +23,7 @@ _PANELS: tuple[tuple[str, str, str, float], ...] = (
 )
 _DEAD_CENTRES = ((0, "TDC"), (180, "BDC"), (360, "TDC\nfiring"), (540, "BDC"), (720, "TDC"))
 _MOST_LINES = 12  # more speeds than this are a colour scale, not a legend
+_PALEST = 0.85
 
 
 def plot_cycles(path: Path, reports: Sequence[CycleReport], study: str) -> None:
@@ -48,7 +50,13 @@ def plot_cycles(path: Path, reports: Sequence[CycleReport], study: str) -> None:
         panel.set_xlabel("crank angle, °")
     if len(reports) <= _MOST_LINES:
         axes[0].legend(frameon=False, fontsize=8)
-    parts = "one cylinder" if reports[0].engine is None else "whole engine solid, first cylinder dashed"
+    else:
+        _add_scale(figure, axes, reports)
+    parts = "one cylinder"
+    if reports[0].engine is not None:
+        parts = (
+            "first cylinder; torque and shaking force of the whole engine, dashed those of the first cylinder"
+        )
     figure.suptitle(f"{study}: {parts}")
     try:
         figure.savefig(path, dpi=120)
@@ -57,10 +65,28 @@ def plot_cycles(path: Path, reports: Sequence[CycleReport], study: str) -> None:
         raise PictureError(f"{path} could not be written: {reason}.") from error
 
 
+def _places(reports: Sequence[CycleReport]) -> npt.NDArray[np.float64]:
+    """Places of speeds in the colour map, in proportion; the palest colours are left out."""
+    rpm = np.array([report.rpm for report in reports], dtype=float)
+    return np.asarray(_PALEST * (rpm - rpm.min()) / (np.ptp(rpm) or 1.0))
+
+
+def _add_scale(figure: Any, axes: Any, reports: Sequence[CycleReport]) -> None:
+    """Say which colour is which speed."""
+    from matplotlib import colormaps  # noqa: PLC0415
+    from matplotlib.cm import ScalarMappable  # noqa: PLC0415
+    from matplotlib.colors import ListedColormap, Normalize  # noqa: PLC0415
+
+    rpm = [report.rpm for report in reports]
+    shades = ListedColormap(colormaps["viridis"](np.linspace(0, _PALEST, 256)))
+    scale = ScalarMappable(Normalize(min(rpm), max(rpm)), shades)
+    figure.colorbar(scale, ax=axes.tolist(), location="bottom", label="speed, rpm", aspect=60, pad=0.02)
+
+
 def _draw(panel: Any, reports: Sequence[CycleReport], column: str, scale: float) -> None:
     from matplotlib import colormaps  # noqa: PLC0415
 
-    shades = colormaps["viridis"](np.linspace(0, 0.85, len(reports)))
+    shades = colormaps["viridis"](_places(reports))
     for report, shade in zip(reports, shades, strict=True):
         engine = report.engine
         summed = engine is not None and not np.isnan(np.asarray(engine[column])).all()
@@ -86,8 +112,9 @@ def _decorate(panel: Any, heading: str, unit: str) -> None:
     for degrees, name in _DEAD_CENTRES:
         panel.axvline(degrees, color="0.5", lw=0.8, ls=":")
         side = {0: "left", 720: "right"}.get(degrees, "center")
+        inwards = {"left": 6, "right": -6}.get(side, 0)
         panel.text(
-            degrees,
+            degrees + inwards,
             0.99,
             name,
             transform=panel.get_xaxis_transform(),
@@ -95,4 +122,5 @@ def _decorate(panel: Any, heading: str, unit: str) -> None:
             va="top",
             fontsize=7,
             color="0.35",
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0},
         )

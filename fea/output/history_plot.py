@@ -17,14 +17,19 @@ from fea.units import DEG
 
 Floats = npt.NDArray[np.float64]
 
-_SIZE, _FINER = (1100, 605), 3  # pixels, and how many times as many are drawn
-_LEFT, _TOP, _RIGHT, _BOTTOM = 88, 88, 1078, 545  # of the panel
+_SIZE, _FINER = (1100, 660), 3  # pixels, and how many times as many are drawn
+_LEFT, _TOP, _RIGHT, _BOTTOM = 88, 132, 1078, 572  # of the panel
 _TEXT, _SMALL, _TITLE = 14, 12, 17
 _INK, _GREY, _GRID, _PAPER = "#1a1a1a", "#7a7a7a", "#e4e4e4", "white"
 # Told apart by people who do not see all colours, too (Wong 2011).
 _COLOURS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9")
 _LAST = 720  # degrees
 _STEPS = 7  # of the stress axis, at most
+_LEVEL = 16  # pixels from one row of names of cases to the next
+_SIGN = (
+    "sign: plus where the stress pulls and minus where it presses, told where a curve is furthest from zero; "
+    "elsewhere by whether the stress points the same way"
+)
 
 
 def plot_histories(
@@ -62,7 +67,7 @@ def plot_histories(
         colour = _COLOURS[number % len(_COLOURS)]
         panel.curve(angles / DEG, signed, colour)
         x, y, z = (coordinate + 0.0 for coordinate in np.round(place, 1))
-        panel.name(number, f"({x:g}, {y:g}, {z:g}) mm", colour)
+        panel.name(number, f"({x:g}, {y:g}, {z:g}) mm".replace("-", "−"), colour)
     try:
         panel.picture().save(path, format="PNG", compress_level=2)
     except OSError as error:
@@ -105,19 +110,22 @@ class _Panel:
             self.text((_LEFT - 9, y), f"{stress:g}".replace("-", "−"), _TEXT, "rm")
         corners = [(_LEFT, _TOP), (_RIGHT, _TOP), (_RIGHT, _BOTTOM), (_LEFT, _BOTTOM), (_LEFT, _TOP)]
         self._line(corners, _INK, 1)
-        self.text(((_LEFT + _RIGHT) / 2, _SIZE[1] - 12), "crank angle, ° (firing TDC at 360°)", _TEXT, "mm")
-        self._upwards("signed von Mises stress, MPa")
+        self.text(((_LEFT + _RIGHT) / 2, _BOTTOM + 42), "crank angle, ° (firing TDC at 360°)", _TEXT, "mm")
+        self.text((_LEFT, _SIZE[1] - 20), _SIGN, _SMALL, "lm", _GREY)
+        self._upwards("von Mises stress with a sign, MPa")
 
     def mark(self, marks: Mapping[str, float]) -> None:
-        """Mark crank angles, degrees; names that would overlap stand one above the other."""
-        last, level = -np.inf, 0
-        for name, degrees in sorted(marks.items(), key=lambda item: item[1]):
-            level = (level + 1) % 4 if degrees - last < 90 else 0
-            last = degrees
+        """Mark crank angles, degrees, named above the panel in as many rows as keep names and lines apart."""
+        ends: list[float] = []  # how far to the right there is room in each row
+        for name, degrees in sorted(marks.items(), key=lambda item: -item[1]):
             x = self._x(degrees)
-            for y in range(_TOP, _BOTTOM, 5):
+            width = _font(_SMALL).getlength(name) + 12
+            level = next((row for row, end in enumerate(ends) if x + width < end), len(ends))
+            top, fits = _TOP - 4 - _LEVEL * level, x + width < _SIZE[0]
+            ends[: level + 1] = [x if fits else x - width] * (level + 1)
+            for y in range(top - 8, _BOTTOM, 5):
                 self._line([(x, y), (x, y + 2)], _GREY, 1)
-            self.text((x + 4, _BOTTOM - 6 - 20 * level), name, _SMALL, "ls", _GREY)
+            self.text((x + 4 if fits else x - 4, top), name, _SMALL, "ls" if fits else "rs", _GREY)
 
     def curve(self, degrees: Floats, stress: Floats, colour: str) -> None:
         """Draw stress, MPa, over crank angles."""
@@ -127,7 +135,7 @@ class _Panel:
     def name(self, number: int, label: str, colour: str) -> None:
         """Say above the panel what a curve is; three names in a row."""
         row, column = divmod(number, 3)
-        x, y = _LEFT + 330 * column, 46 + 22 * row
+        x, y = _LEFT + 330 * column, 44 + 22 * row
         self._line([(x, y), (x + 28, y)], colour, 2)
         self.text((x + 36, y), label, _TEXT, "lm")
 

@@ -14,6 +14,7 @@ import pyvista
 from PIL import Image
 
 from fea.pictures.animation_page import Page
+from fea.pictures.bands import Bands
 from fea.pictures.drawing import SCALARS, add_surface
 from fea.pictures.frame import Frame
 from fea.pictures.scale import exaggeration
@@ -87,7 +88,7 @@ def images(motion: Motion) -> Iterator[npt.NDArray[np.uint8]]:
     surface.point_data[SCALARS] = motion.skin.refined(motion.von_mises[0].astype(float))
     surface.point_data["Normals"] = motion.skin.refined_normals()
     surface.point_data.active_normals_name = "Normals"
-    rod = add_surface(plotter, surface, float(motion.von_mises.max()))
+    rod = add_surface(plotter, surface, Bands.up_to(float(motion.von_mises.max())))
     crank = _add_engine(plotter, motion)
     _frame(motion).aim(plotter)
     plotter.enable_anti_aliasing("ssaa")

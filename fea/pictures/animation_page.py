@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
-from fea.pictures.drawing import band_colours
-from fea.pictures.scale import band_limits
+from fea.pictures.bands import Bands
 from fea.pictures.strokes import GREY, INK, PAPER
 
 MARGIN, BAR, LINE = 16, 24, 24  # pixels
@@ -66,7 +65,8 @@ class Page:
         pen = ImageDraw.Draw(page)
         for number, line in enumerate(self.title):
             self._write(pen, (width, MARGIN + number * LINE), line, 18 if number == 0 else 16)
-        limits, colours = band_limits(self.peak), band_colours(self.peak)
+        bands = Bands.up_to(self.peak)
+        limits, colours = bands.limits, bands.colours
         top = height // 2 - len(colours) * BAR // 2 + LINE
         self._write(pen, (width, top - 1.6 * LINE), "von Mises stress, MPa", 16)
         bottom = top + len(colours) * BAR

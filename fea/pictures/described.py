@@ -29,6 +29,8 @@ class Picture:
         Show the rod and its elements; there are no results.
     field
         The array that the colours show.
+    error_percent
+        Error bar of the peak, where there is one.
     """
 
     vtu: Path
@@ -39,6 +41,7 @@ class Picture:
     notes: tuple[str, ...] = ()
     mesh_only: bool = False
     field: str = VON_MISES
+    error_percent: float | None = None
 
 
 def described(vtu: Path, png: Path, field: str = VON_MISES) -> Picture:
@@ -69,6 +72,7 @@ def _case(summary: Mapping[str, Any], vtu: Path, field: str | None) -> Picture:
         note=f"smallest safety factor against yield {safety:.3g}" if safety is not None else "",
         peak=result.get("max_von_mises_MPa") if field in {None, VON_MISES} else None,
         at=tuple(at) if known else None,
+        error_percent=result.get("error_percent") if known else None,
         field=field or VON_MISES,
     )
 

@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 import pyvista
 
+from fea.pictures.bands import Bands
 from fea.pictures.frame import Frame
-from fea.pictures.scale import band_limits, round_down
+from fea.pictures.scale import round_down
 from fea.pictures.scene import Scene
 from fea.pictures.shown import MODE
 from fea.pictures.skin import refined_line
@@ -22,22 +23,7 @@ Floats = npt.NDArray[np.float64]
 ROD_SHARE, SPOT_SHARE = 0.58, 0.64  # of the height for the rod, of the width for the hot spot
 SCALARS = "shown"  # what the colours show, whatever it is
 MAGNIFIED = 0.055  # half the height of the hot spot's frame, in parts of the rod's extent
-# Blue over green to red, evenly bright and without the dark ends that hide shading.
-COLOURS = np.array(
-    [
-        [64, 82, 200],
-        [66, 148, 255],
-        [37, 192, 231],
-        [27, 229, 181],
-        [83, 251, 119],
-        [150, 254, 68],
-        [205, 236, 52],
-        [243, 199, 58],
-        [254, 155, 45],
-        [243, 99, 21],
-        [200, 36, 3],
-    ],
-)
+MARGIN = 0.11  # half the width of the peak's words, which stay within the picture
 
 
 def draw(scene: Scene, title: str, png: Path, notes: Sequence[str] = ()) -> None:
@@ -75,7 +61,7 @@ def _draw_rod(plotter: Any, scene: Scene, surface: Any) -> None:
     """Draw the whole rod, where it was without load, and a ring around the hot spot."""
     aspect = SIZE[0] / (SIZE[1] * ROD_SHARE)
     frame = Frame.around(scene.deformed, scene.view(closeness=0.8), aspect, width=0.9, height=0.7)
-    add_surface(plotter, surface, scene.top, low=scene.field.low)
+    add_surface(plotter, surface, scene.bands)
     add_edges(plotter, scene.skin, scene.skin.points, frame, (GREY, 1.0))
     add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 1.5))
     radius = 0.5 * MAGNIFIED * scene.extent
@@ -95,8 +81,8 @@ def _add_label(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
     end = beside.max() + gap if above else beside.min() - gap
     start = y + radius if above else y - radius
     add_lines(plotter, frame.lifted(np.array([[[x, start], [x, end]]])), INK, 2)
-    place = frame.relative(np.array([x, end + (0.3 if above else -0.9) * gap]))
-    write(plotter, _worst(scene), place, size=24, centred=True)
+    across, height = frame.relative(np.array([x, end + (0.3 if above else -0.9) * gap]))
+    write(plotter, scene.worst, (min(max(across, MARGIN), 1 - MARGIN), height), size=24, centred=True)
 
 
 def _draw_spot(plotter: Any, scene: Scene, surface: Any) -> None:
@@ -105,7 +91,7 @@ def _draw_spot(plotter: Any, scene: Scene, surface: Any) -> None:
     view, half = scene.view(closeness=2.5), MAGNIFIED * scene.extent
     near = float((scene.deformed @ view.towards).max()) + 1.0
     frame = Frame(view, view.across(scene.deformed[scene.node]), half, aspect, near)
-    add_surface(plotter, surface, scene.top, low=scene.field.low)
+    add_surface(plotter, surface, scene.bands)
     elements = refined_line(scene.deformed, scene.skin.sides[0]) + frame.nudge
     add_lines(plotter, elements, INK, 1.0, opacity=0.35)
     add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 2.0))
@@ -115,13 +101,13 @@ def _draw_spot(plotter: Any, scene: Scene, surface: Any) -> None:
     end = start + np.array([length, 0.0])
     add_lines(plotter, frame.lifted(np.array([[start, end]])), INK, 4)
     above = (start + end) / 2 + np.array([0.0, 0.06 * half])
-    write(plotter, f"{length:g} mm", frame.relative(above), size=20, centred=True)
+    write(plotter, f" {length:g} mm ", frame.relative(above), size=20, centred=True, ground=0.7)
     frame.aim(plotter)
 
 
 def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
     """Draw the colours' meaning and what else must be known to read the picture."""
-    limits, colours = band_limits(scene.top), band_colours(scene.top, low=scene.field.low)
+    limits, colours = scene.bands.limits, scene.bands.colours
     edges = np.linspace(0.06, 0.94, len(limits))
     low, high = 0.76, 0.84
     corners = [[[a, low], [b, low], [b, high], [a, high]] for a, b in itertools.pairwise(edges)]
@@ -137,18 +123,15 @@ def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
         write(plotter, f"{limit:g}", (edge, low - 0.065), size=19, centred=True)
     x, y, z = (round(float(coordinate), 1) + 0.0 for coordinate in scene.at)
     lines = [
-        f"{_worst(scene)} at x = {x}, y = {y}, z = {z} mm",
-        *([f"drawn blue from {limits[-1]:g} up"] if scene.field.low else []),
+        scene.worst,
+        f"at x = {x}, y = {y}, z = {z} mm",
+        *([f"blue from {limits[-1]:g} up"] if scene.field.capped else []),
         *([_moved(scene)] if scene.displaced > 0 else []),
         *notes,
         *(["grey lines: the rod without load"] if scene.displaced > 0 else []),
     ]
     for k, line in enumerate(lines):
-        write(plotter, line, (edges[0], 0.56 - 0.085 * k), size=21)
-
-
-def _worst(scene: Scene) -> str:
-    return f"{'min' if scene.field.low else 'max'} {scene.peak:.4g}{scene.field.unit}"
+        write(plotter, line, (edges[0], 0.57 - 0.085 * k), size=21)
 
 
 def _moved(scene: Scene) -> str:
@@ -166,21 +149,12 @@ def _surface(scene: Scene) -> Any:
     return surface
 
 
-def band_colours(peak: float, *, low: bool = False) -> npt.NDArray[np.uint8]:
-    """Return the colours (n_bands, 3) of the bands that reach to a largest value; red below if `low`."""
-    places = np.linspace(0, len(COLOURS) - 1, len(band_limits(peak)) - 1)
-    shades = [np.interp(places, range(len(COLOURS)), channel) for channel in COLOURS.T]
-    return np.stack(shades, axis=1).round().astype(np.uint8)[:: -1 if low else 1]
-
-
-def add_surface(plotter: Any, surface: Any, peak: float, *, low: bool = False) -> Any:
-    """Add a surface in the bands of its `SCALARS` up to `peak`; return what was added."""
-    colours, limits = band_colours(peak, low=low), band_limits(peak)
-    opaque = np.column_stack([colours, np.full(len(colours), 255, np.uint8)])
+def add_surface(plotter: Any, surface: Any, bands: Bands) -> Any:
+    """Add a surface in the bands of its `SCALARS`; return what was added."""
     return plotter.add_mesh(
         surface,
         scalars=SCALARS,
-        cmap=pyvista.LookupTable(values=opaque, scalar_range=(limits[0], limits[-1])),
+        cmap=bands.table(),
         show_scalar_bar=False,
         smooth_shading=False,
         **SHADING,

@@ -17,7 +17,7 @@ def main() -> None:
             draw_mesh(read_skin(vtu), title, png)
         else:
             draw(
-                Scene.read(vtu, picture["field"], picture["peak"], picture["at"]),
+                Scene.read(vtu, picture["field"], picture["peak"], picture["at"], picture["error_percent"]),
                 title,
                 png,
                 picture["notes"],

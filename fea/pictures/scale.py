@@ -18,12 +18,16 @@ def round_down(value: float) -> float:
     return max(step * power for step in STEPS if step * power <= value * (1 + 1e-9))
 
 
-def band_limits(maximum: float, bands: int = 10) -> list[float]:
-    """Return the limits of at most so many equal bands from 0 to just above `maximum`."""
-    if not (maximum > 0 and math.isfinite(maximum)):
+def band_limits(maximum: float, bands: int = 10, minimum: float = 0.0) -> list[float]:
+    """Return the limits, 0 among them, of so many or one more equal bands that hold both extremes.
+
+    `minimum` is 0 or less; where it is 0 there are no more than so many.
+    """
+    if not (maximum > minimum and math.isfinite(maximum - minimum)):
         return [0.0, 1.0]
-    step = round_up(maximum / bands)
-    return [step * k for k in range(math.ceil(maximum / step * (1 - 1e-9)) + 1)]
+    step = round_up((maximum - minimum) / bands)
+    first, last = (math.ceil(abs(end) / step * (1 - 1e-9)) for end in (minimum, maximum))
+    return [step * k for k in range(-first, last + 1)]
 
 
 def exaggeration(extent: float, displacement: float) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista
 
+from fea.pictures.bands import Bands
 from fea.pictures.scale import exaggeration
 from fea.pictures.shown import MODE, Field, field_of
 from fea.pictures.skin import Ints, Skin
@@ -32,6 +33,8 @@ class Scene:
         (3,) the hot spot of the rod without load, mm.
     peak
         The value there.
+    error_percent
+        Its error bar; None where none is known.
     """
 
     skin: Skin
@@ -40,6 +43,7 @@ class Scene:
     values: Floats
     at: Floats
     peak: float
+    error_percent: float | None = None
 
     @classmethod
     def read(
@@ -48,6 +52,7 @@ class Scene:
         name: str = "von_mises",
         peak: float | None = None,
         at: tuple[float, float, float] | None = None,
+        error_percent: float | None = None,
     ) -> "Scene":
         """Read a result file; the hot spot is where the field of that name is worst unless given.
 
@@ -69,12 +74,26 @@ class Scene:
             values,
             points[worst] if at is None else np.array(at),
             float(values[worst]) if peak is None else peak,
+            error_percent,
         )
+
+    @property
+    def worst(self) -> str:
+        """The worst value, with its error bar, in words."""
+        said = self.field.said(self.peak)
+        return said if self.error_percent is None else f"{said} ± {self.error_percent:.1f} %"
 
     @property
     def top(self) -> float:
         """The value at which the colours end."""
-        return self.field.top(self.peak)
+        return float(self.values.max()) if self.field.signed else self.field.top(self.peak)
+
+    @cached_property
+    def bands(self) -> Bands:
+        """The colours."""
+        if self.field.signed:
+            return Bands.around_zero(float(self.values.min()), self.top)
+        return Bands.up_to(self.top, low=self.field.low)
 
     @cached_property
     def extent(self) -> float:

@@ -31,12 +31,26 @@ class Field:
         Behind a value.
     low
         Whether the smallest value is the worst.
+    signed
+        Whether values below zero mean something.
     """
 
     name: str
     label: str
     unit: str = ""
     low: bool = False
+    signed: bool = False
+
+    @property
+    def capped(self) -> bool:
+        """Whether colours end where it is far from bad: it is a safety factor, which has no upper end."""
+        return self.low and not self.signed
+
+    def said(self, value: float) -> str:
+        """Return its worst value in words."""
+        if self.name.startswith(MODE):
+            return "moves most"
+        return f"{'min' if self.low else 'max'} {value:.4g}{self.unit}"
 
     def values(self, data: Mapping[str, Floats]) -> Floats:
         """Return it (n_nodes,) from a result's arrays."""
@@ -44,7 +58,7 @@ class Field:
         if found.ndim > 1:
             return np.asarray(np.linalg.norm(found, axis=1))
         # A safety factor below zero says that there is none.
-        return np.where(found < 0, np.inf, found) if self.low else found
+        return np.where(found < 0, np.inf, found) if self.capped else found
 
     def worst(self, values: Floats) -> int:
         """Return the node of the worst of values (n_nodes,)."""
@@ -52,15 +66,19 @@ class Field:
 
     def top(self, worst: float) -> float:
         """Return the value at which its colours end."""
-        return _CAP * worst if self.low else worst
+        return _CAP * worst if self.capped else worst
 
 
 _FIELDS = (
     Field(VON_MISES, "von Mises stress, MPa", " MPa"),
-    Field("principal_1", "largest principal stress, MPa", " MPa"),
-    Field("amplitude", "stress amplitude, MPa", " MPa"),
+    Field("principal_1", "largest principal stress, MPa", " MPa", signed=True),
+    Field("principal_3", "least principal stress, MPa", " MPa", low=True, signed=True),
+    Field("mean", "mean of signed von Mises stress, MPa", " MPa", signed=True),
+    Field("amplitude", "amplitude of signed von Mises stress, MPa", " MPa"),
     Field("safety_factor", "safety factor against yield", low=True),
     Field("fatigue_safety_factor", "safety factor against fatigue", low=True),
+    Field("crossland_safety_factor", "safety factor by Crossland", low=True),
+    Field("displacement", "displacement, mm", " mm"),
 )
 
 

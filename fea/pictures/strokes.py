@@ -84,9 +84,22 @@ def add_lines(plotter: Any, lines: Floats, colour: str, width: float, opacity: f
     plotter.add_mesh(drawn, color=colour, line_width=OVERSAMPLED * width, opacity=opacity, lighting=False)
 
 
-def write(plotter: Any, text: str, place: tuple[float, float], size: int, *, centred: bool = False) -> None:
-    """Write at a place in parts of the active frame's width and height; `size` in pixels."""
+def write(
+    plotter: Any,
+    text: str,
+    place: tuple[float, float],
+    size: int,
+    *,
+    centred: bool = False,
+    ground: float = 0.0,
+) -> None:
+    """Write at a place in parts of the active frame's width and height.
+
+    `size` is in pixels; `ground` is how much of what lies below a paper behind the words hides, 0 to 1.
+    """
     actor = plotter.add_text(text, position=place, viewport=True, color=INK, font="arial")
     actor.prop.font_size = size
     if centred:
         actor.prop.justification_horizontal = "center"
+    actor.prop.background_color = PAPER
+    actor.prop.background_opacity = ground

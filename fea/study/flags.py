@@ -19,49 +19,49 @@ class Flags:
     """What the user asked on the command line; None leaves the study as it is."""
 
     rpm: str | None = None
-    """Speed or speeds: 6000, 800,3000,6000 or 800:9000:200."""
+    """Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200)."""
 
     size: float | None = None
     """Element size, mm; by default a 28th of the rod's length, smaller on its features."""
 
     element: Element | None = None
-    """Order of the tetrahedra."""
+    """Tetrahedra of first or of second order; p2 by default."""
 
     support: Support | None = None
-    """How the rod is held."""
+    """How the rod is held: by its inertia (the default), or clamped at the big end."""
 
     symmetry: Symmetry | None = None
-    """Which part of the rod is solved."""
+    """Which part of the rod is solved; by default the smallest that its mirror planes leave."""
 
     pressure: str | None = None
-    """How a pin presses on its bore: cosine-180, uniform-120, cosine-ARC (degrees) or webster."""
+    """Pressure of a pin: cosine-180 (the default), uniform-120, cosine-ARC (degrees) or webster."""
 
     solver: SolverName | None = None
-    """Linear solver."""
+    """Linear solver; by default chosen by the memory it will need."""
 
     cycle: bool = False
     """Work out every degree of the crank cycle: envelope, histories, fatigue."""
 
     fatigue: Fatigue | None = None
-    """How mean and amplitude of the cycle are judged."""
+    """How --cycle judges mean and amplitude; goodman by default."""
 
     buckling: bool = False
     """Find the load factors at which the rod buckles, and the shapes it takes."""
 
     tolerance: float | None = None
-    """Refine the mesh until every peak is within this, percent."""
+    """Refine the mesh until the error bar of every peak is within this, percent."""
 
     min_safety: float | None = None
-    """Exit with 6 when a safety factor is below this."""
+    """Exit with 6 where any safety factor of the run is below this."""
 
     screenshot: bool = False
-    """Take a picture of each load case."""
+    """Draw each load case as a .png beside its .vtu."""
 
     animate: Path | None = None
-    """Write an animation of the cycle to this file (.gif; .mp4 with imageio-ffmpeg)."""
+    """Write an animation of the cycle to this file (.gif; .mp4 with imageio-ffmpeg); needs --cycle."""
 
     out: Path | None = None
-    """Directory of the results."""
+    """Directory of the results; results/STUDY-RPMrpm by default. Replaced only if it is an earlier run."""
 
     def applied(self, study: Study) -> Study:
         """Return the study with the flags on top.

@@ -25,8 +25,7 @@ def print_rod(figures: Mapping[str, Any], console: Console | None = None) -> Non
         lines.append(f"parts: {volumes}")
     for line in lines:
         console.print(line, markup=False, soft_wrap=True)
-    if figures["sections"]:
-        console.print(_sections(figures["sections"]))
+    console.print(_sections(figures["sections"]))
     console.print(
         f"mesh at {mesh['size_mm']:.4g} mm: {mesh['nodes']} nodes, {mesh['elements']} elements, "
         f"symmetry {figures['symmetry']}; mass within {100 * mesh['mass_error']:.2g} % of the solid's; "
@@ -37,10 +36,8 @@ def print_rod(figures: Mapping[str, Any], console: Console | None = None) -> Non
 
 
 def _column(figures: Mapping[str, Any]) -> list[str]:
-    """The rod as a column, where its sections are known."""
+    """The rod as a column."""
     least, slenderness = figures["least_section"], figures["slenderness"]
-    if least is None:
-        return []
     return [
         (
             f"least section {least['area_mm2']:.2f} mm² at x = {least['x_mm']:.1f} mm, "

@@ -2,21 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from fea.cycle.speed_map import speed_map
 from fea.terminal.buckling_lines import buckling_lines
+from fea.terminal.figures import UNKNOWN, Summary, bar, factor, kilo, near, number, worst_case
+from fea.terminal.sweep_table import print_sweep
 
-Summary = Mapping[str, Any]
-UNKNOWN = "–"
 WIDTH = 88  # of what is not a terminal: a file, a pipe
-# Wider or narrower than their columns.
-_MANY_NEWTONS, _SMALL_FACTOR = 999e3, 0.095
 
 
 def print_runs(runs: Sequence[tuple[Path, Summary]], console: Console | None = None) -> None:
@@ -33,7 +28,7 @@ def print_runs(runs: Sequence[tuple[Path, Summary]], console: Console | None = N
     if len(runs) == 1:
         _print_run(console, *runs[0])
     elif runs:
-        _print_sweep(console, runs)
+        print_sweep(console, runs)
 
 
 def case_table(summary: Summary) -> Table:
@@ -53,12 +48,6 @@ def case_table(summary: Summary) -> Table:
     return table
 
 
-def worst_case(summary: Summary) -> str:
-    """Return the case with the smallest safety factor."""
-    results: Mapping[str, Summary] = summary["results"]
-    return min(results, key=lambda case: _or_infinity(results[case].get("min_safety_factor")))
-
-
 def _console() -> Console:
     console = Console(highlight=False)
     return console if console.is_terminal else Console(highlight=False, width=WIDTH)
@@ -72,78 +61,28 @@ def _print_run(console: Console, folder: Path, summary: Summary) -> None:
         console.print(line, markup=False, soft_wrap=True)
 
 
-def _print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    for title in ("rpm", "worst\ncase", "crank\n°", "von Mises\nMPa", "±\n%", "safety\nfactor", ""):
-        table.add_column(title, justify="left" if title.startswith("worst") else "right")
-    for _, summary in runs:
-        case = worst_case(summary)
-        result = summary["results"][case]
-        table.add_row(
-            _number(summary["rpm"], "g"),
-            case,
-            _number(summary["loads"][case].get("crank_deg"), ".0f"),
-            _number(result.get("max_von_mises_MPa"), ".1f"),
-            _bar(result.get("error_percent")),
-            _factor(result.get("min_safety_factor")),
-            "" if summary["trusted"] else "check failed",
-        )
-    console.print(f"{runs[0][1]['study']}: {len(runs)} speeds", markup=False, style="bold")
-    console.print(table)
-    summaries = [summary for _, summary in runs]
-    for line in (*_sweep_doubts(summaries), *_critical(summaries)):
-        console.print(line, markup=False, soft_wrap=True)
-    folder = runs[0][0].parent
-    said = f"Written: {folder}/map.csv, and a directory for each speed."
-    drawn = [f"{summary['rpm']:g}" for place, summary in runs if any(place.glob("*.vtu"))]
-    if len(drawn) < len(runs):
-        said += f" Fields are written at {', '.join(drawn)} rpm, the worst; figures at the others."
-    console.print(said, markup=False, soft_wrap=True)
-
-
-def _sweep_doubts(summaries: Sequence[Summary]) -> list[str]:
-    """Return what the reader must know before believing the figures, once for all speeds."""
-    verdicts = [summary["results"][worst_case(summary)].get("verdict") for summary in summaries]
-    loose = verdicts.count("not converged")
-    doubts = [f"Not converged: the worst case of {loose} speeds (try --tolerance 5 or less)"] if loose else []
-    return [*doubts, *dict.fromkeys(note for summary in summaries for note in summary.get("notes", []))]
-
-
-def _critical(summaries: Sequence[Summary]) -> list[str]:
-    """Return from which speed the rod fails, where the whole cycle was worked out."""
-    found = speed_map(summaries)
-    if found is None:
-        return []
-    said = [
-        f"{mode} {'within no speed' if rpm is None else f'from {rpm:.0f} rpm'}"
-        for mode, rpm in found.critical.items()
-        if not np.isnan(found.columns[f"{mode}_safety_factor"]).all()
-    ]
-    return [f"Whole cycle, safety factor below 1: {', '.join(said)} (cycle_map.csv, cycle_map.png)."]
-
-
 def _cells(load: Summary, result: Summary) -> list[str]:
     at = result.get("at_mm")
     return [
-        _number(load.get("crank_deg"), ".0f"),
-        *(_kilo(load.get(name)) for name in ("pin_axial_N", "crank_axial_N", "wall_N")),
-        _number(result.get("max_von_mises_MPa"), ".1f"),
-        _bar(result.get("error_percent")),
+        number(load.get("crank_deg"), ".0f"),
+        *(kilo(load.get(name)) for name in ("pin_axial_N", "crank_axial_N", "wall_N")),
+        number(result.get("max_von_mises_MPa"), ".1f"),
+        bar(result.get("error_percent")),
         ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in at) if at else UNKNOWN,
-        _factor(result.get("min_safety_factor")),
-        _number(result.get("max_displacement_mm"), ".3f"),
+        factor(result.get("min_safety_factor")),
+        number(result.get("max_displacement_mm"), ".3f"),
     ]
 
 
 def _singular_cells(result: Summary) -> list[str]:
     """Return the row of what a case has near singular places: no element size bounds its error."""
-    largest = _number(result["singular_max_von_mises_MPa"], ".1f")
+    largest = number(result["singular_max_von_mises_MPa"], ".1f")
     return ["  diverging", "", "", "", "", largest, "∞", "singular place", UNKNOWN, ""]
 
 
 def _headline(summary: Summary) -> str:
     case = worst_case(summary)
-    safety = _factor(summary["results"][case].get("min_safety_factor"))
+    safety = factor(summary["results"][case].get("min_safety_factor"))
     speed = f" at {summary['rpm']:g} rpm" if summary.get("rpm") is not None else ""
     return f"{summary['study']}{speed}: smallest safety factor against yield {safety} ({case})"
 
@@ -152,7 +91,7 @@ def _doubts(summary: Summary) -> list[str]:
     """Return what the reader must know before believing the figures."""
     failed = {name: check for name, check in summary["checks"].items() if not check["pass"]}
     doubts = [
-        f"NOT TO BE TRUSTED: {name} = {_number(check['value'], '.3g')}, beyond {check['limit']:.3g}"
+        f"NOT TO BE TRUSTED: {name} = {number(check['value'], '.3g')}, beyond {check['limit']:.3g}"
         for name, check in failed.items()
     ]
     return [*doubts, *_unsettled(summary["results"]), *summary.get("notes", [])]
@@ -174,8 +113,8 @@ def _unsettled(results: Mapping[str, Summary]) -> list[str]:
 
 def _diverging(case: str, result: Summary) -> str:
     """Return what is wrong at the singular places of a case, and what its figures stand for."""
-    near = _number(result["singular_max_von_mises_MPa"], ".1f")
-    rest = _number(result.get("max_von_mises_MPa"), ".1f")
+    near = number(result["singular_max_von_mises_MPa"], ".1f")
+    rest = number(result.get("max_von_mises_MPa"), ".1f")
     return (
         f"Diverging: {case} has {near} MPa near a sharp inner edge or a clamped border, where the exact "
         "stress is infinite and finer elements give ever more; "
@@ -188,13 +127,13 @@ def _cycle(summary: Summary) -> list[str]:
     envelope = summary.get("envelope")
     if envelope is None:
         return []
-    static = f"Whole cycle: smallest factor against yield {_factor(envelope['min_safety_factor'])}"
-    static += f" at {_number(envelope['crank_deg'], '.0f')}°"
+    static = f"Whole cycle: smallest factor against yield {factor(envelope['min_safety_factor'])}"
+    static += f" at {number(envelope['crank_deg'], '.0f')}°"
     fatigue = envelope["fatigue"]
     if fatigue is None:
         return [f"{static}; fatigue is not judged (see notes)."]
     at = ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in fatigue["at_mm"])
-    judged = f"against fatigue {_factor(fatigue['fatigue_safety_factor'])} at ({at}) mm"
+    judged = f"against fatigue {factor(fatigue['fatigue_safety_factor'])} at ({at}) mm"
     history = f"mean {fatigue['mean_MPa']:.0f}, amplitude {fatigue['amplitude_MPa']:.0f} MPa"
     ratio = f"R = {fatigue['stress_ratio']:.2f} ({envelope['fatigue_criterion']})"
     return [f"{static}; {judged}: {history}, {ratio}."]
@@ -214,34 +153,11 @@ def _files(folder: Path) -> list[str]:
     kinds = [
         [name for name in names if name.endswith(kind)] for kind in (".json", ".toml", ".csv", ".vtu", ".png")
     ]
-    return [f"Written to {folder}/", *(f"  {'  '.join(names)}" for names in kinds if names)]
+    return [f"Written to {near(folder)}/", *(f"  {'  '.join(names)}" for names in kinds if names)]
 
 
 def _next(folder: Path, summary: Summary) -> str:
-    file = folder / f"{worst_case(summary)}.vtu"
+    file = near(folder) / f"{worst_case(summary)}.vtu"
     if not file.with_suffix(".png").exists():
         return f"Next: fea view {file}, or open it in ParaView."
     return f"Next: look at {file.with_suffix('.png')}, or open {file} in ParaView."
-
-
-def _number(value: float | None, form: str) -> str:
-    return UNKNOWN if value is None else format(value + 0.0, form)
-
-
-def _bar(percent: float | None) -> str:
-    return _number(percent, ".1f" if percent is None or percent < 9.95 else ".0f")
-
-
-def _kilo(newtons: float | None) -> str:
-    if newtons is None:
-        return UNKNOWN
-    return f"{newtons / 1000:+.1f}" if abs(newtons) < _MANY_NEWTONS else f"{newtons / 1000:+.0e}"
-
-
-def _factor(value: float | None) -> str:
-    """Return a safety factor: two places, two digits where it is so small that they would be none."""
-    return _number(value, ".2f" if value is None or value >= _SMALL_FACTOR else ".2g")
-
-
-def _or_infinity(value: float | None) -> float:
-    return float("inf") if value is None else value

@@ -1,6 +1,7 @@
 """Rods from every source, through the program."""
 
 import json
+import re
 
 import meshio
 import numpy as np
@@ -30,7 +31,10 @@ def test_a_step_file_gives_what_the_dimensions_gave(tmp_path):
     drawn, read = (figures("rod", study, cwd=tmp_path) for study in ("leon-2001", "mine.toml"))
     assert read["volume_mm3"] == pytest.approx(drawn["volume_mm3"], rel=1e-5)  # six digits are printed
     assert read["symmetry"] == "quarter"
-    assert read["sections"] == []
+    assert len(read["sections"]) == len(drawn["sections"])
+    for name in ("area_mm2", "inertia_y_mm4", "inertia_z_mm4"):  # cut from flat-sided elements
+        assert read["least_section"][name] == pytest.approx(drawn["least_section"][name], rel=0.01)
+    assert read["slenderness"] == pytest.approx(drawn["slenderness"], rel=0.01)
     run = figures("run", "mine.toml", *COARSE, cwd=tmp_path)
     reference = figures("run", "leon-2001", *COARSE, cwd=tmp_path)
     assert run["trusted"]
@@ -77,12 +81,16 @@ def test_fit_meets_targets_or_says_that_it_cannot(tmp_path):
     free = "big_end_ring_mm,small_end_ring_mm"
     met = fea("rod", "--fit", free, "--mass-kg", 0.7, "--center-of-gravity-mm", 60, cwd=tmp_path)
     assert met.stdout.startswith("# all targets are met")
+    assert met.returncode == 0
+    assert all(len(digits) <= 7 for digits in re.findall(r"\d+\.\d+", met.stdout))
     (tmp_path / "fitted.toml").write_text(met.stdout)
     rod = figures("rod", "fitted.toml", cwd=tmp_path)
     assert rod["mass_kg"] == pytest.approx(0.7, rel=2e-3)
     assert rod["center_of_gravity_mm"][0] == pytest.approx(60, rel=2e-3)
     missed = fea("rod", "--fit", free, "--mass-kg", 0.3, "--center-of-gravity-mm", 130, cwd=tmp_path)
     assert missed.stdout.startswith("# the targets cannot be met together")
+    assert missed.returncode == 5
+    assert "nearest" in missed.stderr
 
 
 @pytest.mark.parametrize(

@@ -141,7 +141,7 @@ def test_run_leaves_a_film_where_it_was_asked_for(tmp_path):
     run = fea("run", "--cycle", "--animate", "cycle.gif", "--size", 14, "--out", "r", cwd=tmp_path)
     assert run.returncode == 0, run.stderr
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["cycle.gif", "r"]
-    assert f"Wrote {tmp_path / 'cycle.gif'}" in run.stdout
+    assert "Wrote cycle.gif" in run.stdout
     with Image.open(tmp_path / "cycle.gif") as gif:
         assert gif.n_frames == COUNT
     assert (tmp_path / "cycle.gif").stat().st_size < 3e6

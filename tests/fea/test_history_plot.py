@@ -35,6 +35,40 @@ def test_curves_lie_where_their_stress_is(tmp_path):
     assert row(400, second) == pytest.approx(-50, abs=1)
 
 
+@pytest.mark.parametrize(
+    "degrees", [(4, 432, 466, 483), (350, 355, 360, 365), (719, 432, 466, 483), (0, 180, 400, 600)]
+)
+def test_names_of_cases_touch_neither_each_other_nor_a_line_nor_the_edge(degrees, tmp_path, monkeypatch):
+    marks = dict(zip(("tension", "bending", "compression", "side"), np.radians(degrees), strict=True))
+    boxes, lines = [], []
+    panel = history_plot._Panel
+    text, line = panel.text, panel._line
+
+    def noted(self, place, words, size, anchor, *colour):
+        if words in marks:
+            width = history_plot._font(size).getlength(words)
+            left = place[0] - (width if anchor[0] == "r" else 0)
+            boxes.append((left, place[1] - size, left + width, place[1]))
+        text(self, place, words, size, anchor, *colour)
+
+    def drawn(self, points, colour, width):
+        (x, top), (end, bottom) = points[0], points[-1]
+        if x == end and colour == history_plot._GREY and len(points) == 2:
+            lines.append((x, top, end, bottom))
+        line(self, points, colour, width)
+
+    monkeypatch.setattr(panel, "text", noted)
+    monkeypatch.setattr(panel, "_line", drawn)
+    plot_histories(tmp_path / "h.png", "a rod", ANGLES, [((0.0, 0.0, 0.0), np.zeros(721))], marks)
+    assert len(boxes) == 4
+    for k, box in enumerate(boxes):
+        assert box[0] > 0
+        assert box[2] < history_plot._SIZE[0]
+        for other in boxes[:k] + boxes[k + 1 :] + lines:
+            apart = box[2] < other[0] or other[2] < box[0] or box[3] < other[1] or other[3] < box[1]
+            assert apart, (box, other)
+
+
 def test_a_rod_without_stress_has_a_plot(tmp_path):
     plot_histories(tmp_path / "none.png", "a rod", ANGLES, [((0.0, 0.0, 0.0), np.zeros(721))], {})
     assert (tmp_path / "none.png").stat().st_size > 5000

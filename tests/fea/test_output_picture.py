@@ -11,6 +11,7 @@ from fea.output.errors import PictureError
 from fea.output.summary import json_text
 from fea.output.vtu import write_vtu
 from fea.pictures import picture
+from fea.pictures.described import described_by
 from fea.pictures.picture import (
     Picture,
     described,
@@ -21,6 +22,7 @@ from fea.pictures.picture import (
     try_rendering,
 )
 from fea.pictures.png import is_complete_png
+from fea.pictures.scene import Scene
 from fea.pictures.shown import available
 from fea.pictures.strokes import require_rod
 from geometry.invalid import InvalidValue
@@ -32,7 +34,12 @@ SUMMARY = {
     "trusted": True,
     "loads": {"tension": {"crank_deg": 5.0}, "given": {"crank_deg": None}},
     "results": {
-        "tension": {"max_von_mises_MPa": 312.0, "at_mm": [1.0, 2.0, 3.0], "min_safety_factor": 1.9884},
+        "tension": {
+            "max_von_mises_MPa": 312.0,
+            "error_percent": 3.14,
+            "at_mm": [1.0, 2.0, 3.0],
+            "min_safety_factor": 1.9884,
+        },
         "given": {"max_von_mises_MPa": 10.0, "at_mm": None, "min_safety_factor": None},
     },
 }
@@ -68,11 +75,11 @@ def test_a_picture_shows_the_result_in_colour_and_is_small(result):
     assert np.argwhere(red[:580])[:, 1].mean() > np.argwhere(blue[:580])[:, 1].mean()  # x runs to the right
 
 
-def red_and_blue(png: Path) -> tuple[np.ndarray, np.ndarray]:
+def red_and_blue(png: Path, least: int = 120) -> tuple[np.ndarray, np.ndarray]:
     """Where the rod's part of a picture is red, and where blue: columns."""
     image = np.asarray(Image.open(png).convert("RGB")).astype(int)[:580]
     warm = image[..., 0] - image[..., 2]
-    return np.argwhere(warm > 120)[:, 1], np.argwhere(warm < -120)[:, 1]
+    return np.argwhere(warm > least)[:, 1], np.argwhere(warm < -least)[:, 1]
 
 
 def test_safety_factors_are_red_where_they_are_least_and_modes_where_they_move(result):
@@ -92,6 +99,25 @@ def test_safety_factors_are_red_where_they_are_least_and_modes_where_they_move(r
         red, blue = red_and_blue(picture_.png)
         assert red.mean() < blue.mean(), picture_.field
     assert available(data) == ["fatigue_safety_factor", "mode_1", "mode_2"]
+
+
+def test_stresses_of_either_sign_are_red_and_blue_about_pale(result):
+    grid = meshio.read(result)
+    mesh = TetMesh(grid.points, grid.cells[0].data)
+    stress = 2 * mesh.points[:, 0] - 100  # from −100 at the left to 100 at the right
+    write_vtu(result.with_stem("signed"), mesh, {"mean": stress, "principal_3": stress})
+    for field, words in (("mean", "max 100 MPa"), ("principal_3", "min -100 MPa")):
+        png = picture_of(result.with_stem("signed"), result.with_name(f"{field}.png"), field)
+        red, blue = red_and_blue(png, 90)
+        assert blue.mean() < 800 < red.mean()
+        assert Scene.read(result.with_stem("signed"), field).worst == words
+
+
+def test_the_peak_is_told_with_its_error_bar(result):
+    scene = Scene.read(result, "von_mises", 312.04, (100.0, 0.0, 0.0), 9.94)
+    assert scene.worst == "max 312 MPa ± 9.9 %"
+    assert Scene.read(result).worst == "max 100 MPa"
+    assert described_by(SUMMARY, result, "safety_factor").error_percent is None  # it is that of the stress
 
 
 def test_a_mesh_is_drawn_without_results(tmp_path):
@@ -129,7 +155,7 @@ def test_what_is_no_result_is_said(result):
         picture_of(result.parent / "bad.vtu", result.parent / "bad.png")
     with pytest.raises(InvalidValue, match="is no file"):
         picture_of(result.parent / "none.vtu", result.parent / "none.png")
-    with pytest.raises(InvalidValue, match="must be one of von_mises for"):
+    with pytest.raises(InvalidValue, match="must be one of von_mises, displacement for"):
         picture_of(result, result.with_suffix(".png"), "mode_1")
 
 
@@ -154,6 +180,7 @@ def test_every_case_of_a_run_is_drawn_in_the_words_of_its_summary(tmp_path, monk
         312.0,
         (1.0, 2.0, 3.0),
         ("smallest safety factor against yield 1.99",),
+        error_percent=3.14,
     )
     assert given.title == "leon-2001: given, 6000 rpm"
     assert given.at is None

@@ -3,6 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
+from fea.pictures.bands import Bands
 from fea.pictures.scale import band_limits, exaggeration, round_down, round_up
 from fea.pictures.skin import Skin, refined_line
 from fea.pictures.view import View, choose_view
@@ -129,6 +130,24 @@ def test_the_legend_covers_the_maximum_with_round_bands(maximum):
     assert limits[-2] < maximum <= limits[-1] * (1 + 1e-9)
     assert 6 <= len(limits) <= 11
     assert [float(f"{limit:.3g}") for limit in limits] == pytest.approx(limits, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("least", "largest"), [(-120.0, 230.0), (-639.5, 0.0), (0.0, 3.3), (-3.0, 0.2), (10.0, 20.0)]
+)
+def test_bands_of_either_sign_have_zero_for_a_limit_and_as_deep_colours_as_they_are_far_from_it(
+    least, largest
+):
+    bands = Bands.around_zero(least, largest)
+    limits = np.array(bands.limits)
+    assert 0.0 in limits
+    assert limits[0] <= min(least, 0) * (1 - 1e-9)
+    assert limits[1] > min(least, 0)
+    assert limits[-2] < largest <= limits[-1] * (1 + 1e-9)
+    warm = bands.colours[:, 0].astype(int) - bands.colours[:, 2]
+    middles = (limits[:-1] + limits[1:]) / 2
+    far = np.abs(middles) > 0.25 * np.abs(limits).max()
+    np.testing.assert_array_equal(np.sign(warm[far]), np.sign(middles[far]))
 
 
 @pytest.mark.parametrize("maximum", [0.0, -1.0, np.nan, np.inf])

@@ -4,7 +4,8 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from fea.terminal.table import print_runs, worst_case
+from fea.terminal.figures import gathered, worst_case
+from fea.terminal.table import print_runs
 
 SUMMARY = {
     "study": "leon-2001",
@@ -91,6 +92,17 @@ def test_it_begins_with_the_verdict_and_ends_with_what_to_do(folder):
     assert lines[-1] == f"Next: fea view {folder}/tension.vtu, or open it in ParaView."
     (folder / "tension.png").touch()
     assert f"look at {folder}/tension.png" in said((folder, SUMMARY)).splitlines()[-1]
+
+
+def test_paths_are_told_from_where_one_is(folder, monkeypatch):
+    monkeypatch.chdir(folder.parent)
+    assert f"Next: fea view {folder.name}/tension.vtu" in said((folder, SUMMARY))
+
+
+def test_notes_that_only_the_speed_tells_apart_are_one():
+    trace = "pressure was not measured at {} rpm: the trace of 6000 rpm is used"
+    notes = [(rpm, [trace.format(rpm), "elements are coarse"]) for rpm in (7000, 8000.5, 6000)]
+    assert gathered(notes) == [trace.format("7000, 8000.5, 6000"), "elements are coarse"]
 
 
 def test_every_path_is_named(folder):

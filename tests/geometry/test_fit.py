@@ -3,6 +3,7 @@ import pytest
 from geometry.fit import Targets, fit
 from geometry.invalid import InvalidValue
 from geometry.presets import FORSA_G10
+from geometry.rod import Rod
 from geometry.section import HeightField
 
 STEEL = 7.85e-9
@@ -30,6 +31,23 @@ def test_a_dimension_that_would_have_to_leave_its_range_is_named():
     found = fit(FORSA_G10, Targets(STEEL, mass=2e-3), ("big_end_width",))
     assert found.at_limit == ("big_end_width",)
     assert "at their limits: big_end_width" in found.text()
+
+
+def test_what_is_found_has_few_digits_unless_they_would_break_a_rule(monkeypatch):
+    found = fit(FORSA_G10, Targets(STEEL, mass=0.40e-3), ("big_end_ring",))
+    assert found.rod.big_end_ring == float(f"{found.rod.big_end_ring:.6g}")
+    assert found.met
+    monkeypatch.setattr(Rod, "__post_init__", refuse_six_digits)
+    rest = fit(FORSA_G10, Targets(STEEL, mass=0.40e-3), ("big_end_ring",)).rod.big_end_ring
+    assert rest == pytest.approx(found.rod.big_end_ring, rel=1e-6)
+    assert rest != float(f"{rest:.6g}")
+
+
+def refuse_six_digits(rod):
+    """A rule that a rounded dimension breaks."""
+    ring = rod.big_end_ring
+    if ring != FORSA_G10.big_end_ring and ring == float(f"{ring:.6g}"):
+        raise InvalidValue("big_end_ring", ring, "is refused")
 
 
 @pytest.mark.parametrize(

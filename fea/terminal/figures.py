@@ -1,0 +1,58 @@
+"""Figures of a summary as words: what is not known, how many digits, where a file is."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+Summary = Mapping[str, Any]
+UNKNOWN = "–"
+# Wider or narrower than their columns.
+_MANY_NEWTONS, _SMALL_FACTOR = 999e3, 0.095
+_AT_SPEED = " at\0rpm"  # stands for the speed in a note
+
+
+def worst_case(summary: Summary) -> str:
+    """Return the case with the smallest safety factor."""
+    results: Mapping[str, Summary] = summary["results"]
+    return min(results, key=lambda case: _or_infinity(results[case].get("min_safety_factor")))
+
+
+def near(path: Path) -> Path:
+    """Return a path as it is short to type: from the current directory where it is below it."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path
+
+
+def gathered(notes: Iterable[tuple[float, Sequence[str]]]) -> list[str]:
+    """Return the notes of several speeds, rpm; those that only the speed tells apart become one."""
+    speeds: dict[str, list[str]] = {}
+    for rpm, said in notes:
+        for note in said:
+            speeds.setdefault(note.replace(f" at {rpm:g} rpm", _AT_SPEED), []).append(f"{rpm:g}")
+    return [note.replace(_AT_SPEED, f" at {', '.join(rpm)} rpm") for note, rpm in speeds.items()]
+
+
+def number(value: float | None, form: str) -> str:
+    """Return a number in a format, without a negative zero."""
+    return UNKNOWN if value is None else format(value + 0.0, form)
+
+
+def bar(percent: float | None) -> str:
+    """Return an error bar: two digits."""
+    return number(percent, ".1f" if percent is None or percent < 9.95 else ".0f")
+
+
+def kilo(newtons: float | None) -> str:
+    """Return a force in kN with its sign, short where it is huge."""
+    if newtons is None:
+        return UNKNOWN
+    return f"{newtons / 1000:+.1f}" if abs(newtons) < _MANY_NEWTONS else f"{newtons / 1000:+.0e}"
+
+
+def factor(value: float | None) -> str:
+    """Return a safety factor: two places, two digits where it is so small that they would be none."""
+    return number(value, ".2f" if value is None or value >= _SMALL_FACTOR else ".2g")
+
+
+def _or_infinity(value: float | None) -> float:
+    return float("inf") if value is None else value

@@ -1,0 +1,32 @@
+"""What a run says of its mesh."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from fea.discretise import Discretised
+
+
+def notes(straightened: int, *warnings: str) -> tuple[str, ...]:
+    mesh = SimpleNamespace(
+        size=5.0,
+        bores=SimpleNamespace(rod_length=140.0),
+        quality=SimpleNamespace(straightened=straightened),
+        warnings=warnings,
+        repair=SimpleNamespace(notes=()),
+    )
+    return Discretised.notes.fget(mesh)
+
+
+@pytest.mark.parametrize(
+    ("count", "says"), [(0, ()), (1, ("1 element has straight",)), (3, ("3 elements have straight",))]
+)
+def test_mended_elements_are_counted_in_words(count, says):
+    found = notes(count)
+    assert len(found) == len(says)
+    assert all(note.startswith(start) for note, start in zip(found, says, strict=True))
+
+
+def test_gmshs_word_on_elements_that_were_mended_afterwards_is_not_passed_on():
+    distortion = "Warning: Volume mesh: worst distortion = -0.7 (avg = 0.98, 2 elements with jac. < 0)"
+    assert notes(0, distortion, "Warning: something else") == ("gmsh: Warning: something else",)
