@@ -4,12 +4,14 @@ import os
 import sys
 
 from fea.machine.guard import MACHINE, guarded
+from fea.machine.streams import settle_streams
 
 _INTERRUPTED = 130
 
 
 def main() -> None:
     """Run the program and leave with its exit code."""
+    settle_streams()
     code = guarded(_called)
     if code == _INTERRUPTED:  # Python would end by the signal where an `exec` was interrupted, handled or not
         sys.stdout.flush()

@@ -1,16 +1,15 @@
 """The command line: commands by name, errors as one line, exit codes."""
 
 import os
-import signal
 import sys
-import threading
-import time
 from collections.abc import Sequence
 from importlib.metadata import version
 from typing import Any
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 from rich.console import Console
+
+from fea.machine.signals import interrupt_once
 
 
 def _shown_default(value: object) -> Any:
@@ -61,7 +60,6 @@ for _name, _help in _COMMANDS.items():
     app.command(f"fea.commands.{_name}:{_name}", name=_name, help=_help)
 
 _LONGEST_MESSAGE = 1500
-_CALM = 1.0  # seconds from one Ctrl-C to the next that counts
 USAGE, GEOMETRY, SINGULAR, MACHINE, INTERRUPTED = 2, 3, 4, 7, 130
 
 
@@ -72,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def call(arguments: Sequence[str]) -> int:
     """Run the program and return its exit code."""
-    _interrupt_once()
+    interrupt_once()
     if os.environ.get("FEA_DEBUG") == "1":
         return _dispatch(arguments)
     try:
@@ -89,22 +87,6 @@ def call(arguments: Sequence[str]) -> int:
         return code
 
 
-def _interrupt_once() -> None:
-    """Take several Ctrl-C in quick succession as one, so that the others do not cut short its clean-up."""
-    if threading.current_thread() is not threading.main_thread():
-        return
-    last = -_CALM
-
-    def interrupt(_number: int, _frame: object) -> None:
-        nonlocal last
-        since, last = time.monotonic() - last, time.monotonic()
-        if since >= _CALM:
-            raise KeyboardInterrupt
-
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, interrupt)
-
-
 def _dispatch(arguments: Sequence[str]) -> int:
     if not arguments:
         app.help_print([])
@@ -115,6 +97,7 @@ def _dispatch(arguments: Sequence[str]) -> int:
         print_error=False,
         result_action="return_value",
     )
+    sys.stdout.flush()  # where it is full, the code is not 0
     return code if isinstance(code, int) else 0
 
 
@@ -144,6 +127,8 @@ def _text(error: Exception) -> str:
     if isinstance(error, UnusedCliTokensError):
         more = " ".join(error.unused_tokens or [])
         return f"{more}: one argument too many. A command takes one study or file: see `fea --help`"
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return str(error) or type(error).__name__
 
 

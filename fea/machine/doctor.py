@@ -63,7 +63,7 @@ def _tried(code: str, environment: dict[str, str] | None = None) -> str | None:
     """None when `code` runs in a new interpreter, else the last line of its complaint."""
     try:
         done = subprocess.run(  # noqa: S603 - our own interpreter, our own code
-            [sys.executable, "-c", code],
+            [sys.executable, "-P", "-c", code],
             capture_output=True,
             text=True,
             timeout=120,

@@ -12,6 +12,9 @@ import tempfile
 from collections.abc import Callable
 from typing import IO
 
+from fea.machine.signals import ENDS
+from fea.machine.streams import outlet
+
 MACHINE = 7
 _MIB = 2**20
 # Below this some libraries neither load nor fail: they wait for memory without end.
@@ -89,7 +92,7 @@ def _keep_apart(chatter: IO[bytes]) -> None:
     for name, descriptor in (("stdout", 1), ("stderr", 2)):
         stream = getattr(sys, name)
         stream.flush()
-        own = os.fdopen(os.dup(descriptor), "w", encoding=stream.encoding, buffering=1)
+        own = outlet(os.dup(descriptor), stream, patient=stream is sys.stderr)
         setattr(sys, name, own)
         setattr(sys, f"__{name}__", own)
         os.dup2(chatter.fileno(), descriptor)
@@ -106,13 +109,15 @@ def _die_with_parent() -> None:
 
 
 def _forward_interrupts(child: int) -> None:
-    """Hand Ctrl-C on to the child; the program takes one that comes twice as one."""
+    """Hand Ctrl-C and its like on to the child; the program takes one that comes twice as one."""
 
     def forward(number: int, _frame: object) -> None:
         with contextlib.suppress(ProcessLookupError):
             os.kill(child, number)
 
-    signal.signal(signal.SIGINT, forward)
+    for number in ENDS:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, forward)
 
 
 def _explain(limit: int, status: int, chatter: str) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
 from fea.study.speeds import parse_speeds
 from fea.study.study import Study
-from fea.study.tables import checked, unknown_key
+from fea.study.tables import checked, number, unknown_key
 from geometry.invalid import require, require_number
 
 
@@ -73,14 +73,14 @@ class Flags:
         """
         tables: dict[str, dict[str, Any]] = {
             "speed": {"rpm": None if self.rpm is None else parse_speeds(self.rpm)},
-            "mesh": {"size_mm": self.size, "element": self.element},
+            "mesh": {"size_mm": number("mesh.size_mm", self.size), "element": self.element},
             "analysis": {
                 "support": self.support,
                 "symmetry": self.symmetry,
                 "pressure": self.pressure,
                 "solver": self.solver,
-                "tolerance_percent": self.tolerance,
-                "min_safety": self.min_safety,
+                "tolerance_percent": number("analysis.tolerance_percent", self.tolerance),
+                "min_safety": number("analysis.min_safety", self.min_safety),
                 "cycle": self.cycle or None,
                 "fatigue": self.fatigue,
                 "buckling": self.buckling or None,

@@ -14,6 +14,7 @@ from geometry.invalid import InvalidValue, is_finite, shown
 
 Table = TypeVar("Table")
 
+_LARGEST = 1e12
 _WORDS = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
 
 
@@ -73,11 +74,12 @@ def _required(cls: Any) -> list[str]:
 def checked(name: str, value: object, hint: Any) -> Any:
     """Return `value` as the annotated type `hint`, or raise `InvalidValue`.
 
-    A number that is not finite is none: no quantity of a study may be.
+    A number that is not finite is none: no quantity of a study may be. Nor is one of a size that no
+    engine, in any unit, comes near, whose square or quotient is none.
     """
     for number in value if isinstance(value, list | tuple) else [value]:
-        if isinstance(number, int | float) and not is_finite(number):
-            raise InvalidValue(name, number, "must be a finite number")
+        if isinstance(number, int | float):
+            _require_size(name, number)
     options = [option for option in _options(hint) if option is not types.NoneType]
     for option in options:
         converted = _convert(value, option)
@@ -88,6 +90,19 @@ def checked(name: str, value: object, hint: Any) -> Any:
         remedy = f"Choose from {', '.join(choices)}."
         raise InvalidValue(name, value, "is not one of the choices", remedy)
     raise InvalidValue(name, value, f"must be {' or '.join(_word(option) for option in options)}")
+
+
+def number(name: str, value: float | None) -> float | None:
+    """Return a number that a flag gives, or None where it gives none; refused as one in a table is."""
+    return None if value is None else float(checked(name, value, float))
+
+
+def _require_size(name: str, number: float) -> None:
+    if not is_finite(number):
+        raise InvalidValue(name, number, "must be a finite number")
+    if number and not 1 / _LARGEST <= abs(number) <= _LARGEST:
+        rule = f"is of a size beyond any engine's: must be 0 or within {1 / _LARGEST:g}…{_LARGEST:g}"
+        raise InvalidValue(name, number, rule, "Is the unit the one that the key names?")
 
 
 def _options(hint: Any) -> tuple[Any, ...]:

@@ -140,3 +140,19 @@ def test_the_template_is_a_study(tmp_path):
     assert set(tomllib.loads(text)) == {
         "rod", "material", "engine", "speed", "mesh", "analysis", "output",
     }  # fmt: skip
+
+
+@pytest.mark.parametrize("value", ["1e308", "-1e308", "1e-308", "2e12"])
+@pytest.mark.parametrize("key", ["engine.bore_mm", "mesh.size_mm", "analysis.tolerance_percent"])
+def test_sizes_beyond_any_engine_are_refused(key, value, tmp_path):
+    table, name = key.split(".")
+    text = LEON.replace("bore_mm = 76.0\n", "" if name == "bore_mm" else "bore_mm = 76.0\n")
+    text += f"{name} = {value}\n" if table == "engine" else f"[{table}]\n{name} = {value}\n"
+    with pytest.raises(InvalidValue, match=rf"{key} = .*beyond any engine's.*1e-12…1e\+12"):
+        parsed(text, tmp_path)
+
+
+@pytest.mark.parametrize("flag", ["size", "tolerance", "min_safety"])
+def test_flags_of_such_sizes_are_refused_too(flag, tmp_path):
+    with pytest.raises(InvalidValue, match="beyond any engine's"):
+        Flags(**{flag: 1e-308}).applied(parsed(LEON, tmp_path))

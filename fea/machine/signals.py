@@ -1,0 +1,30 @@
+"""The signals that ask a program to end, each taken as Ctrl-C is: what is under way is cleaned up."""
+
+import signal
+import threading
+import time
+
+# Ctrl-C, `kill` or a batch system whose time is up, a terminal that was closed.
+ENDS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+_CALM = 1.0  # seconds from one to the next that counts
+
+
+def interrupt_once() -> None:
+    """Raise `KeyboardInterrupt` at any of them; several in quick succession do not cut short its clean-up.
+
+    One that is ignored (`nohup`) or that a host program handles is left so, as is a thread other than the
+    main one, which gets none.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return
+    last = -_CALM
+
+    def interrupt(_number: int, _frame: object) -> None:
+        nonlocal last
+        since, last = time.monotonic() - last, time.monotonic()
+        if since >= _CALM:
+            raise KeyboardInterrupt
+
+    for number in ENDS:
+        if signal.getsignal(number) in (signal.default_int_handler, signal.SIG_DFL):
+            signal.signal(number, interrupt)

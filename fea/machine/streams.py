@@ -1,0 +1,88 @@
+"""The standard streams, whatever the shell has made of them: closed, full, without a reader, not in UTF-8."""
+
+import codecs
+import io
+import os
+import sys
+from typing import TYPE_CHECKING, TextIO
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
+
+_ESCAPED = "fea.escaped"
+_COUNT = 3  # stdin, stdout, stderr
+
+
+def settle_streams() -> None:
+    r"""Make stdout and stderr such that the program ends with its own code, and says all it can.
+
+    A letter that the encoding lacks is written as JSON writes it (``\u00b1``). Where the reader of a pipe
+    has gone (``| head``), the rest is dropped. What cannot be said on stderr is dropped; stdout raises.
+    """
+    if os.name != "posix":
+        return
+    _open_closed()
+    codecs.register_error(_ESCAPED, _escaped)
+    for name, descriptor in (("stdout", 1), ("stderr", 2)):
+        stream = outlet(descriptor, getattr(sys, name), patient=name == "stderr")
+        setattr(sys, name, stream)
+        setattr(sys, f"__{name}__", stream)
+
+
+def outlet(descriptor: int, like: TextIO | None, *, patient: bool = False) -> TextIO:
+    """Return a text stream into a descriptor.
+
+    Parameters
+    ----------
+    descriptor
+        Where it writes; left open when the stream is closed.
+    like
+        The stream it stands for, whose encoding it keeps; None for one that was closed.
+    patient
+        Drop what is refused, instead of raising `OSError`.
+    """
+    raw = _Outlet(descriptor, "standard error" if patient else "standard output", patient=patient)
+    encoding = "utf-8" if like is None else like.encoding
+    direct = patient or os.isatty(descriptor)
+    return io.TextIOWrapper(io.BufferedWriter(raw), encoding, _ESCAPED, line_buffering=direct)
+
+
+class _Outlet(io.RawIOBase):
+    """A descriptor that may have lost its reader."""
+
+    def __init__(self, descriptor: int, name: str, *, patient: bool) -> None:
+        self._descriptor, self._name, self._patient = descriptor, name, patient
+
+    def writable(self) -> bool:
+        return True
+
+    def fileno(self) -> int:
+        return self._descriptor
+
+    def isatty(self) -> bool:
+        return os.isatty(self._descriptor)
+
+    def write(self, data: "ReadableBuffer", /) -> int:
+        try:
+            return os.write(self._descriptor, data)
+        except OSError as error:
+            if not self._patient and not isinstance(error, BrokenPipeError):
+                self._patient = True  # once is enough
+                raise OSError(error.errno, error.strerror, self._name) from error
+            return memoryview(data).nbytes
+
+
+def _open_closed() -> None:
+    """Give closed descriptors something to be, lest a result's file becomes what libraries chatter into."""
+    for descriptor in range(_COUNT):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDONLY if descriptor == 0 else os.O_WRONLY)
+
+
+def _escaped(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    pairs = error.object[error.start : error.end].encode("utf-16-be", "surrogatepass")
+    return "".join(f"\\u{pairs[i : i + 2].hex()}" for i in range(0, len(pairs), 2)), error.end
