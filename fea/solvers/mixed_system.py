@@ -98,7 +98,11 @@ class MixedSystem:
         return self.stiffness @ u + D.T @ p - f, D @ u - self.space.compressed(p)
 
     def _residuals(self, u: Floats, p: Floats, f: Floats) -> Residuals:
-        """Both equations count; the energy is uᵀAu + pᵀCp, that of shear and of compression."""
+        """Both equations count; the energy is uᵀAu + pᵀCp, that of shear and of compression.
+
+        The imbalance is of the pressure that u has, λ ∇·u projected: were p in balance but not that one, a
+        part far stiffer than the rest would hide it, as u is then all but rigid there.
+        """
         first, second = self._imbalance(u, p, f)
         D, compressed = abs(self.space.divergence), self.space.compressed(p)
         most_u, most_p, most_f = (np.abs(field).max(axis=0) for field in (u, p, f))
@@ -107,6 +111,8 @@ class MixedSystem:
         work = (u * f).sum(axis=0)
         energy = (u * (self.stiffness @ u)).sum(axis=0) + (p * compressed).sum(axis=0)
         left = np.abs(first[~self.fixed]).max(axis=0)
+        untied = self.space.divergence[self.alive].T @ self._constraint.decompressed(second[self.alive])
+        unbalanced = np.abs((first + untied)[~self.fixed]).max(axis=0)
         return Residuals(
             max(
                 worst_ratio(left, forces),
@@ -114,7 +120,7 @@ class MixedSystem:
             ),
             worst_ratio(np.abs(energy - work), np.abs(work)),
             0.0,
-            worst_ratio(left, most_f),
+            worst_ratio(unbalanced, most_f),
         )
 
     def reactions(self, u: Floats, p: Floats, f: Floats) -> Floats:

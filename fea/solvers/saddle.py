@@ -53,10 +53,17 @@ class Constraint:
         """C p."""
         return np.asarray(self.compliance[:, None] * (self.mass @ p))
 
+    def decompressed(self, widths: Floats) -> Floats:
+        """Approximate C⁻¹: the pressures behind what remains of D u = C p."""
+        return np.asarray(self._over_mass(widths) / self.compliance[:, None])
+
     def precondition(self, residual: Floats) -> Floats:
-        """Approximate (scale · M)⁻¹ by a fixed number of Chebyshev steps (Wathen & Rees 2009)."""
-        solved = chebyshev(self.mass.__matmul__, self.mass.diagonal(), residual, _MASS_BOUNDS, _MASS_STEPS)
-        return np.asarray(solved / self.scale[:, None])
+        """Approximate (scale · M)⁻¹."""
+        return np.asarray(self._over_mass(residual) / self.scale[:, None])
+
+    def _over_mass(self, right: Floats) -> Floats:
+        """M⁻¹ by a fixed number of Chebyshev steps (Wathen & Rees 2009)."""
+        return chebyshev(self.mass.__matmul__, self.mass.diagonal(), right, _MASS_BOUNDS, _MASS_STEPS)
 
 
 def solve_saddle(solve: Operator, constraint: Constraint, f: Floats, g: Floats) -> tuple[Floats, Floats]:

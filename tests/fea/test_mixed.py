@@ -15,7 +15,7 @@ from strap_load import tilted_load, without_rigid_motion
 from fea import run
 from fea.choices import SolverName, Support
 from fea.cli import call
-from fea.material import Material
+from fea.material import Material, Materials
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.elasticity import stress_from_gradient
 from fea.solid.errors import StagnationError
@@ -246,3 +246,21 @@ def test_what_has_no_pressure_yet_refuses(tmp_path, capsys, command, nu, rest):
     (tmp_path / "s.toml").write_text(STUDY.format(nu=nu) + ENGINE)
     assert call([command, str(tmp_path / "s.toml"), "--size", "14", *rest]) == 2
     assert "material.nu" in capsys.readouterr().err
+
+
+def test_the_pressure_is_that_of_the_displacement_where_a_stiff_part_hardly_strains():
+    """λ ∇·u projected balances the load as well as p does, to what is checked in every run."""
+    mesh = strap()
+    part = (mesh.points[mesh.tets[:, :4], 0].mean(axis=1) > mesh.points[:, 0].mean()).astype(np.int64)
+    mesh, load = replace(mesh, part=part), tilted_load(mesh)
+    soft, stiff = Material(40.0, 0.3, 1e-9, 10.0), Material(8e5, 0.47, 9e-9, 200.0)
+    model = MixedModel(mesh, [soft, stiff], [1], Support.CLAMPED)
+    solution = model.solve([load])
+    space = pressure_space(mesh, {1: stiff})
+    u = solution.displacement[Parity.SYMMETRIC].ravel()
+    p = sparse.linalg.spsolve(sparse.csc_array(space.mass), stiff.lame_lambda * (space.divergence @ u))
+    shear = Materials((soft, stiff.without_lambda()), part)
+    forces = stiffness(mesh, shear, pattern(mesh.tets, len(mesh.points))) @ u + space.divergence.T @ p
+    left = (forces - load.symmetric.ravel())[~_fixed(mesh)]
+    assert np.abs(left).max() < 1e-6 * np.abs(load.symmetric).max()
+    assert solution.residuals[Parity.SYMMETRIC].imbalance < 1e-6
