@@ -34,7 +34,7 @@ _COLOR = {
     Verdict.WRONG: "red",
 }
 _NOTICED = "#fdebd0"
-# Values whose labels must be small to stand side by side.
+# Values whose labels must be turned to stand side by side.
 _MANY = 8
 # What stands for zero on a logarithmic axis.
 _LEAST = 1e-18
@@ -127,7 +127,8 @@ def _draw_case(axes: Any, name: str, rows: Sequence[ExtremeRow]) -> None:
         axes.axhline(rows[0].tolerance_percent, ls="--", color="0.4", lw=1)
     axes.set_title(name, fontsize=9)
     axes.set_xlabel(rows[0].parameter, fontsize=8)
-    axes.set_xticks(places, [f"{row.value:g}" for row in rows], fontsize=7 if len(rows) < _MANY else 5)
+    turned = {"rotation": 35, "ha": "right", "rotation_mode": "anchor"} if len(rows) >= _MANY else {}
+    axes.set_xticks(places, [f"{row.value:g}" for row in rows], fontsize=7, **turned)
     axes.set_xlim(-0.5, len(rows) - 0.5)
     axes.tick_params(axis="y", labelsize=7)
 

@@ -35,9 +35,10 @@ def draw(comparison: Comparison, path: Path) -> None:
             axes.loglog(
                 x, y, style, color=_COLOURS.get(tool, _COARSE), markersize=4, linewidth=1, label=label
             )
-        axes.loglog(*_points(pareto(rows, floor)), color="gold", linewidth=7, alpha=0.4, zorder=0)
+        front = _points(pareto(rows, floor))
+        axes.loglog(*front, color="gold", linewidth=7, alpha=0.4, zorder=0, label="fastest for its error")
         if floor > FLOOR and floor < 100:
-            axes.axhspan(FLOOR / 2, floor, color="0.9", zorder=-1)
+            axes.axhspan(FLOOR / 2, floor, color="0.9", zorder=-1, label="below the reference's uncertainty")
         axes.set(title=QUANTITY[problem], xlabel="total seconds", ylabel="error, %")
         axes.grid(alpha=0.3, which="both")
         axes.legend(fontsize=7, frameon=False)
