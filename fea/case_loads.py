@@ -11,6 +11,7 @@ from fea.solid.bore import BoreFacets, bore_facets
 from fea.solid.bore_load import BoreLoad, bore_load
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Split
+from fea.solid.tilt import Tilt
 from geometry.surfaces import Surface
 from loads.bearing import Arc, BorePressure
 from loads.cases import LoadCase
@@ -55,12 +56,16 @@ class CaseForces:
         Of the two bore pressures, the factor farther from 1.
     largest
         The largest bore force, N.
+    tilt
+        Moment out of the plane of motion that the rod's inertia balances, over the largest bore force times
+        the rod's length; None where mirror planes or a clamp leave none.
     """
 
     forces: Split
     traction: dict[Surface, Split]
     scale: float
     largest: float
+    tilt: float | None = None
 
 
 class CaseLoads:
@@ -87,6 +92,8 @@ class CaseLoads:
         self._bores, self._inertia, self._pressure, self._support = bores, inertia, pressure, support
         self._small = bore_facets(mesh, Surface.SMALL_END_BORE, bores.rod_length)
         self._big = bore_facets(mesh, Surface.BIG_END_BORE, 0.0)
+        free = support is not Support.CLAMPED and Surface.SYMMETRY_Z not in mesh.facets
+        self._tilt = Tilt.of(mesh.points, inertia) if free else None
 
     def __call__(self, case: LoadCase) -> CaseForces:
         """Nodal forces of everything that acts in `case`."""
@@ -103,12 +110,24 @@ class CaseLoads:
         parts = [load.forces for load in loads.values()]
         if case.motion is not None:
             parts.append(self._inertia.forces(case.motion))
+        largest = max(float(np.hypot(*force)) for force in (pin, crank))
+        forces, tilt = self._upright(_total(parts), largest)
         return CaseForces(
-            _total(parts),
+            forces,
             {surface: load.traction for surface, load in loads.items()},
             max((load.scale for load in loads.values()), key=lambda scale: abs(scale - 1)),
-            max(float(np.hypot(*force)) for force in (pin, crank)),
+            largest,
+            tilt,
         )
+
+    def _upright(self, forces: Split, largest: float) -> tuple[Split, float | None]:
+        """Forces (uncut about y, as a rod that is cut there is about z) freed of what tilts, and how much."""
+        if self._tilt is None:
+            return forces, None
+        force, *moments = self._tilt.out_of_plane(forces.symmetric)
+        length = self._bores.rod_length
+        tilt = max(abs(force) * length, *map(abs, moments)) / (largest * length)
+        return Split(self._tilt.balanced(forces.symmetric), None), float(tilt)
 
     def _pressed(self, bore: BoreFacets, force: tuple[float, float], arc: Arc, peak: float) -> BoreLoad:
         return bore_load(bore, self._n_nodes, force, lambda psi: peak * arc.unbounded(psi), arc.angle / 2)

@@ -11,6 +11,13 @@ LIMITS = {
     # Pin, crank and inertia forces (and moments about z) come from one quadrature: rounding only.
     "force_balance": 1e-8,
     "moment_balance": 1e-8,
+    # Moment out of the plane of motion, over force times length, that inertia balances where pins would: a
+    # force a thousandth of the length off its line adds a twentieth to the stress of a shank an eighth thick.
+    "tilt": 1e-3,
+    # Strain anywhere, and displacement over the rod's length: linear elasticity errs by about as much. Metals
+    # yield at a hundredth, so that it is rubber, or a modulus in the wrong unit, that fails.
+    "small_strain": 0.1,
+    "small_displacement": 0.1,
     # Restraints of inertia relief carry what the balance and the solver leave over.
     "reactions": 1e-6,
     # Normwise backward error of a backward stable solver is of the order of machine precision.

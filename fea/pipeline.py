@@ -8,6 +8,7 @@ import numpy as np
 
 from fea.adaptive.case_error import CaseErrors
 from fea.assess.plausible import unit_remarks
+from fea.assess.remarks import check_remarks
 from fea.assess.shank import shank
 from fea.case_loads import CaseForces, CaseLoads
 from fea.checks import LIMITS, Check
@@ -211,7 +212,7 @@ class Analysis:
             else (Omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"),)
         )
         left_out = (*self.mesh.left_out, *parities, *self._pressure_left_out(), *loads.left_out)
-        remarks = unit_remarks(self.materials, self.engine)
+        remarks = (*check_remarks(checks), *unit_remarks(self.materials, self.engine))
         notes = (*remarks, *loads.notes, *self.mesh.notes, *self._pressure_notes())
         history = self._cycle_at(rpm, cases) if cycle else None
         if history is not None:

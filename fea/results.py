@@ -59,6 +59,11 @@ class CaseResult:
         """Whether every number is one."""
         return bool(np.isfinite(self.stress).all() and np.isfinite(self.displacement).all())
 
+    @property
+    def displacement_size(self) -> float:
+        """The largest displacement, mm."""
+        return float(np.linalg.norm(self.displacement, axis=1).max())
+
     def point_data(self) -> dict[str, npt.NDArray[np.float64]]:
         """Arrays at the nodes, by their names in the VTU file."""
         return {
@@ -127,7 +132,7 @@ class CaseResult:
             "at_mm": mesh.points[hottest.node].tolist(),
             "max_principal_MPa": float(self.principal[counts, 0].max()),
             "min_principal_MPa": float(self.principal[counts, 2].min()),
-            "max_displacement_mm": float(np.linalg.norm(self.displacement, axis=1).max()),
+            "max_displacement_mm": self.displacement_size,
             "min_safety_factor": 1 / worst.value,
             "error_percent": self.error_percent,
             "energy_error_percent": self.error.energy_percent,

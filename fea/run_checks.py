@@ -48,6 +48,8 @@ def run_checks(
         "inverted_elements": float(mesh.quality.least_scaled_jacobian <= 0),
         "flattest_element": 1 / max(mesh.quality.least_shape, 1e-300),
         "mesh_mass_p1" if first_order else "mesh_mass": mesh.mass_error(mass, materials),
+        "small_strain": max(_strain(case, materials) for case in cases),
+        "small_displacement": max(case.displacement_size for case in cases) / mesh.bores.rod_length,
         "bore_pressure_scale": max(abs(case.scale - 1) for case in forces),
         "backward_error": max(item.backward_error for item in residuals),
         "energy_balance": max(item.energy for item in residuals),
@@ -63,8 +65,17 @@ def run_checks(
     if not held:
         largest = max(case.largest for case in forces)
         values |= _balance(mesh, forces, largest)
+        tilts = [case.tilt for case in forces if case.tilt is not None]
+        if tilts:
+            values["tilt"] = max(tilts)
         values["reactions"] = max(item.reaction for item in residuals) / largest
     return {name: check(name, value) for name, value in values.items()}
+
+
+def _strain(case: CaseResult, materials: Sequence[Material]) -> float:
+    """Largest equivalent strain of any part, von Mises stress over 3 μ."""
+    parts = zip(case.part_von_mises, materials, strict=True)
+    return max(float(np.nanmax(stress)) / (3 * material.shear_modulus) for stress, material in parts)
 
 
 def _balance(mesh: Discretised, forces: Sequence[CaseForces], largest: float) -> dict[str, float]:

@@ -22,8 +22,8 @@ class Inertia:
 
     Attributes
     ----------
-    weight, weight_x, weight_y
-        ∫ρ N_a dV, ∫ρ N_a x dV, ∫ρ N_a y dV per node, (n_nodes,), t and t·mm.
+    weight, weight_x, weight_y, weight_z
+        ∫ρ N_a dV, ∫ρ N_a x dV, ∫ρ N_a y dV, ∫ρ N_a z dV per node, (n_nodes,), t and t·mm.
     properties
         Of the whole body, from the same quadrature: forces formed from both balance to rounding.
     cut_y
@@ -33,6 +33,7 @@ class Inertia:
     weight: Floats
     weight_x: Floats
     weight_y: Floats
+    weight_z: Floats
     properties: MassProperties
     cut_y: bool
 
@@ -75,6 +76,7 @@ def inertia(mesh: TetMesh, density: float | Floats) -> Inertia:
         nodal(mass),
         nodal(mass * places[..., 0]),
         nodal(mass * places[..., 1]),
+        nodal(mass * places[..., 2]),
         _properties(places.reshape(-1, 3), mass.ravel(), cut_y=cut_y, cut_z=cut_z),
         cut_y,
     )

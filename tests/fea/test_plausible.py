@@ -1,6 +1,8 @@
 import pytest
 
 from fea.assess.plausible import unit_remarks
+from fea.assess.remarks import check_remarks
+from fea.checks import check
 from fea.study.engine_table import EngineTable
 from fea.study.material_presets import MATERIALS
 from fea.study.material_table import MaterialTable
@@ -34,3 +36,9 @@ def test_a_value_in_another_unit_is_remarked_on_by_its_key(given, key):
 
 def test_plain_values_are_not_remarked_on():
     assert remarks() == ()
+
+
+@pytest.mark.parametrize("name", ["tilt", "small_strain", "small_displacement"])
+def test_a_failed_check_of_the_model_is_put_into_words(name):
+    assert len(check_remarks({name: check(name, 1.0)})) == 1
+    assert check_remarks({name: check(name, 0.0)}) == ()

@@ -1,0 +1,64 @@
+"""What would tilt a rod out of its plane of motion, balanced by the rod's own inertia.
+
+A body without the mirror plane z = 0 has its centre of gravity, the middle of a bore, or a product of inertia
+off that plane. Pressures that are constant along the pins leave a force along z and moments about x and y
+then, small ones; restraints would take them as point forces. As in any inertia relief, the rigid
+accelerations they cause balance them instead.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.solid.inertia import Inertia
+
+Floats = npt.NDArray[np.float64]
+
+# Resultants that vanish in plane motion: force along z, moments about x and y.
+_OUT_OF_PLANE = (2, 3, 4)
+
+
+@dataclass(frozen=True)
+class Tilt:
+    """The inertia of a body that no mirror plane keeps in its plane of motion.
+
+    Attributes
+    ----------
+    points
+        (n_nodes, 3), mm.
+    fields
+        Nodal forces (3, n_nodes, 3) of rigid accelerations with one resultant each: a force of 1 N along z, a
+        moment of 1 N·mm about x, and about y.
+    """
+
+    points: Floats
+    fields: Floats
+
+    @classmethod
+    def of(cls, points: Floats, inertia: Inertia) -> "Tilt":
+        """Form the fields of a body whose nodes are `points`."""
+        w, moments = inertia.weight, (inertia.weight_x, inertia.weight_y, inertia.weight_z)
+        shifted, turned = np.zeros((2, 3, len(points), 3))
+        for axis in range(3):
+            after, last = (axis + 1) % 3, (axis + 2) % 3
+            shifted[axis, :, axis] = w
+            turned[axis, :, after], turned[axis, :, last] = -moments[last], moments[after]
+        rigid = np.concatenate([shifted, turned])
+        reached = np.stack([resultants(points, field) for field in rigid], axis=1)
+        scale = np.sqrt(np.diag(reached))  # kg and kg·mm² apart by powers of ten
+        shares = np.linalg.inv(reached / np.outer(scale, scale)) / np.outer(scale, scale)
+        return cls(points, np.tensordot(shares[:, _OUT_OF_PLANE].T, rigid, axes=1))
+
+    def balanced(self, forces: Floats) -> Floats:
+        """Nodal forces (n_nodes, 3) with the inertia that frees them of what tilts."""
+        return np.asarray(forces - np.tensordot(self.out_of_plane(forces), self.fields, axes=1))
+
+    def out_of_plane(self, forces: Floats) -> Floats:
+        """Force along z (N) and moments about x and y (N·mm) of nodal forces (n_nodes, 3)."""
+        return resultants(self.points, forces)[list(_OUT_OF_PLANE)]
+
+
+def resultants(points: Floats, forces: Floats) -> Floats:
+    """Force (N) and moment about the origin (N·mm) of nodal forces (n_nodes, 3): (6,)."""
+    return np.concatenate([forces.sum(axis=0), np.cross(points, forces).sum(axis=0)])

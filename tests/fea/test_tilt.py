@@ -1,0 +1,55 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH, strap
+
+from fea.case_loads import Bores, CaseLoads
+from fea.choices import Support
+from fea.solid.inertia import inertia
+from fea.solid.tilt import Tilt, resultants
+from fea.solvers.solve import Model
+from fea.verify.body import STEEL
+from geometry.surfaces import Surface
+from loads.bearing import BorePressure
+from loads.cases import given
+from mesh.mirror import reflect, unmirrored
+
+RHO = 7.7e-9
+AXIAL = 3000.0  # N
+
+
+def whole(shift=0.0):
+    """The strap entire; its bores' middles off z = 0 by a shear of `shift` mm from one to the other."""
+    mesh = reflect(reflect(unmirrored(strap()), Surface.SYMMETRY_Y), Surface.SYMMETRY_Z).mesh
+    points = mesh.points.copy()
+    points[:, 2] += shift * points[:, 0] / LENGTH
+    return dataclasses.replace(mesh, points=points)
+
+
+def test_what_tilts_is_balanced_and_nothing_else_is_changed():
+    mesh = whole(shift=1.0)
+    tilt = Tilt.of(mesh.points, inertia(mesh, RHO))
+    forces = np.random.default_rng(0).normal(size=mesh.points.shape)
+    scale = np.repeat([1.0, LENGTH], 3) * np.abs(forces).sum()
+    before, after = (resultants(mesh.points, each) / scale for each in (forces, tilt.balanced(forces)))
+    assert after[[2, 3, 4]] == pytest.approx([0, 0, 0], abs=1e-14)
+    assert after[[0, 1, 5]] == pytest.approx(before[[0, 1, 5]], abs=1e-14)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.5])
+def test_a_rod_whose_bores_are_off_one_plane_is_left_without_reactions(shift):
+    """The moment is force times what the pins are off one line, where half-cosines press: 8R / 3π."""
+    mesh = whole(shift)
+    loads = CaseLoads(
+        mesh,
+        Bores(LENGTH, BIG_BORE, WIDTH, SMALL_BORE, WIDTH),
+        inertia(mesh, RHO),
+        BorePressure.parse("cosine-180"),
+        Support.INERTIA_RELIEF,
+    )
+    case = loads(given(AXIAL))
+    solution = Model(mesh, STEEL, Support.INERTIA_RELIEF).solve([case.forces])
+    reach = LENGTH + 8 / (3 * np.pi) * (BIG_BORE + SMALL_BORE)
+    assert case.tilt == pytest.approx(shift * reach / LENGTH**2, rel=1e-3, abs=1e-12)
+    assert max(found.reaction for found in solution.residuals.values()) < 1e-8 * AXIAL
