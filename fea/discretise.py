@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from fea.case_loads import Bores
 from fea.choices import Symmetry
 from fea.machine.clock import Clock
 from fea.machine.guard import memory_limit
 from fea.material import Material
+from fea.mesh_flaws import mass_error, mesh_flaws
 from fea.omission import Omission
 from fea.study.study import Study
 from geometry.invalid import require
@@ -20,6 +22,8 @@ from mesh.estimate import estimate
 from mesh.generate import tetrahedralise
 from mesh.mirror import MirroredMesh, reflect, unmirrored
 from mesh.quality import Quality
+from mesh.repair import Repair
+from mesh.repaired import repaired
 from mesh.size_field import SizeField
 from mesh.sizing import PER_ARC, Sizing, default_size, refinements
 from mesh.tetmesh import Ints, TetMesh
@@ -28,12 +32,12 @@ from mesh.tetmesh import Ints, TetMesh
 _MESHING = 3600.0
 # Elements of the drawn cell, by estimate, that gmsh makes within that time.
 _MOST_ELEMENTS = 1e7
+# gmsh says so of elements that are mended afterwards: what is left of it, the mesh's own measure tells.
+_MENDED = "worst distortion"
 # Planes the solved cell keeps.
 _KEPT = {
     Symmetry.QUARTER: (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z),
     Symmetry.HALF: (Surface.SYMMETRY_Z,),
-# gmsh says so of elements that are mended afterwards: what is left of it, the mesh's own measure tells.
-_MENDED = "worst distortion"
     Symmetry.NONE: (),
 }
 
@@ -62,6 +66,8 @@ class Discretised:
         Which part the cell is.
     size
         Element size, mm.
+    repair
+        What was done otherwise than this size asks for.
     left_out
         What the symmetry spares.
     warnings
@@ -77,6 +83,7 @@ class Discretised:
     parts: dict[str, float]
     symmetry: Symmetry
     size: float
+    repair: Repair
     left_out: tuple[Omission, ...]
     warnings: tuple[str, ...]
 
@@ -91,6 +98,7 @@ class Discretised:
                 f"elements of {self.size:g} mm are {coarser:.2g} times the default: {PER_ARC / coarser:.1f} "
                 f"in place of {PER_ARC} through a fillet's arc, so peaks may be too low"
             )
+        notes += self.repair.notes
         if count:
             elements = "1 element has" if count == 1 else f"{count} elements have"
             notes.append(f"{elements} straight edges where curved ones would have distorted the shape")
@@ -114,9 +122,7 @@ class Discretised:
 
     def mass_error(self, meshed: float, materials: Sequence[Material]) -> float:
         """Relative difference of the meshed mass (whole rod, t) from the solid's."""
-        volumes = self.parts.values()
-        solid = sum(m.density * volume for m, volume in zip(materials, volumes, strict=True))
-        return abs(meshed / solid - 1)
+        return mass_error(meshed, self.parts.values(), materials)
 
 
 @dataclass(frozen=True)
@@ -127,6 +133,7 @@ class _Drawn:
     mesh: TetMesh
     quality: Quality
     size: float
+    repair: Repair
     warnings: tuple[str, ...]
 
 
@@ -183,6 +190,7 @@ def discretise(
         {part.name: part.mass.mass for part in solid.parts},
         symmetry,
         drawn.size,
+        drawn.repair,
         _spared(symmetry),
         drawn.warnings,
     )
@@ -201,8 +209,15 @@ def _drawn(study: Study, clock: Clock, wanted: Sequence[SizeField], coarser: flo
             sizing = Sizing(size, study.mesh.element.order)
             _require_few(estimate(refined, sizing), size)
             volumes = [part.volumes for part in solid.parts]
-            mesh, quality = tetrahedralise(solid.faces, refined, sizing, volumes, wanted)
-    return _Drawn(solid, mesh, quality, size, log.warnings)
+            drawing = log.warnings
+            made = repaired(
+                partial(tetrahedralise, solid.faces, refined, sizing, volumes, wanted),
+                partial(mesh_flaws, study, solid),
+                log,
+                lambda cause: clock.tell(f"meshing again: {cause}"),
+            )
+    warnings = tuple(dict.fromkeys((*drawing, *made.warnings)))
+    return _Drawn(solid, made.mesh, made.quality, size, made.repair, warnings)
 
 
 def _require_few(elements: float, size: float) -> None:

@@ -25,8 +25,12 @@ class GmshLog:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings and errors, without repetition, in the order of their first appearance."""
+        return self.warnings_from(0)
+
+    def warnings_from(self, first: int) -> tuple[str, ...]:
+        """Those of `lines` from number `first` on."""
         kinds = ("Warning", "Error")
-        return tuple(dict.fromkeys(line for line in self.lines if line.startswith(kinds)))
+        return tuple(dict.fromkeys(line for line in self.lines[first:] if line.startswith(kinds)))
 
     def _end(self) -> None:
         self._ended = list(gmsh.logger.get())

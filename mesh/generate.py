@@ -11,10 +11,12 @@ from mesh.errors import MeshError
 from mesh.mirror import PLANE_AXIS
 from mesh.outward import outward
 from mesh.quality import LEAST_SCALED_JACOBIAN, Quality, measure, mended, scaled_jacobian
+from mesh.repair import NOTHING, Repair, UnsoundMeshError, of_crossing, of_elements
 from mesh.size_field import SizeField
 from mesh.sizing import Refinement, Sizing, apply
 from mesh.tetmesh import Ints, TetMesh
 
+_ON_ERROR, _STOP = "General.AbortOnError", 1  # stop meshing, throw nothing
 _TET = {1: 4, 2: 11}  # gmsh's element types
 _TRIANGLE = {1: 2, 2: 9}
 _FROM_GMSH = {1: [0, 1, 2, 3], 2: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]}
@@ -26,6 +28,8 @@ def tetrahedralise(
     sizing: Sizing,
     parts: Sequence[Sequence[int]] = (),
     wanted: Sequence[SizeField] = (),
+    *,
+    repair: Repair = NOTHING,
 ) -> tuple[TetMesh, Quality]:
     """Mesh every volume of the open model.
 
@@ -41,6 +45,8 @@ def tetrahedralise(
         gmsh's volume tags of each part, where there are several.
     wanted
         Sizes that earlier solutions ask for; everywhere the smallest size holds.
+    repair
+        What to do otherwise than at first, when the model is meshed again.
 
     Returns
     -------
@@ -50,28 +56,42 @@ def tetrahedralise(
     Raises
     ------
     MeshError
-        gmsh failed, or inverted elements could not be mended.
+        gmsh failed, or inverted elements could not be mended; an `UnsoundMeshError` where something may be
+        done about it.
     """
-    apply(sizing, refinements, wanted)
+    repair.prepare()
+    apply(sizing, refinements, wanted, repair.spots)
     gmsh.option.setNumber("Mesh.Algorithm3D", 1)  # Delaunay: with one thread, the same mesh every time
-    try:
-        gmsh.model.mesh.generate(3)
-        gmsh.model.mesh.setOrder(sizing.order)
-    except Exception as error:  # gmsh raises nothing more specific
-        message = f"gmsh could not mesh the solid at size {sizing.size:g} mm: {error}. Try another --size"
-        raise MeshError(message) from error
+    _generate(sizing)
     mesh, straightened = mended(_snapped(outward(_arrays(surfaces, sizing.order, parts))))
     quality = measure(mesh, straightened)
     if not quality.least_scaled_jacobian > 0:
-        worst = mesh.tets[int(scaled_jacobian(mesh).argmin()), :4]
-        x, y, z = mesh.points[worst].mean(axis=0)
+        inverted = mesh.points[mesh.tets[scaled_jacobian(mesh) <= 0, :4]]
+        more = of_elements(inverted, "elements were inverted")
         message = (
-            f"the element at ({x:.1f}, {y:.1f}, {z:.1f}) mm is inverted and could not be mended "
-            f"(scaled Jacobian {quality.least_scaled_jacobian:.3g}, must exceed 0; mended below "
-            f"{LEAST_SCALED_JACOBIAN}). Try a smaller --size"
+            f"{more.causes[0]} and could not be mended (scaled Jacobian {quality.least_scaled_jacobian:.3g}, "
+            f"must exceed 0; mended below {LEAST_SCALED_JACOBIAN}). Try a smaller --size"
         )
-        raise MeshError(message)
+        raise UnsoundMeshError(message, more)
     return mesh, quality
+
+
+def _generate(sizing: Sizing) -> None:
+    """Let gmsh mesh; what it may throw itself would leave it locked, unable to mesh again."""
+    throwing = gmsh.option.getNumber(_ON_ERROR)
+    gmsh.option.setNumber(_ON_ERROR, _STOP)
+    failed = f"gmsh could not mesh the solid at size {sizing.size:g} mm"
+    remedy = "Try a smaller --size"
+    try:
+        gmsh.model.mesh.generate(3)
+        gmsh.option.setNumber(_ON_ERROR, throwing)
+        complaint = gmsh.logger.getLastError()
+        if not complaint:
+            gmsh.model.mesh.setOrder(sizing.order)
+    except Exception as error:  # gmsh raises nothing more specific
+        raise MeshError(f"{failed}: {error}. {remedy}") from error
+    if complaint:
+        raise of_crossing(f"{failed}: {complaint}. {remedy}")
 
 
 def _arrays(surfaces: Mapping[Surface, Sequence[int]], order: int, parts: Sequence[Sequence[int]]) -> TetMesh:

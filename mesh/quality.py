@@ -24,15 +24,20 @@ class Quality:
         Mean ratio of the straight-sided elements (Liu & Joe 1994), 1 for a regular tetrahedron.
     worst_at
         (x, y, z) mm, the centre of the element with the least shape.
-    straightened
-        Number of elements whose curved edges were straightened to mend them.
+    mended
+        Numbers of the elements whose curved edges were straightened.
     """
 
     least_scaled_jacobian: float
     least_shape: float
     median_shape: float
     worst_at: tuple[float, float, float]
-    straightened: int = 0
+    mended: tuple[int, ...] = ()
+
+    @property
+    def straightened(self) -> int:
+        """How many elements had their edges straightened."""
+        return len(self.mended)
 
 
 def shape(mesh: TetMesh) -> Floats:
@@ -89,8 +94,8 @@ def scaled_jacobian(mesh: TetMesh) -> Floats:
     return np.asarray(coefficients.min(axis=1) / np.abs(coefficients.mean(axis=1)))
 
 
-def measure(mesh: TetMesh, straightened: int = 0) -> Quality:
-    """Measure the mesh."""
+def measure(mesh: TetMesh, straightened: tuple[int, ...] = ()) -> Quality:
+    """Measure the mesh, whose elements of these numbers were straightened."""
     shapes = shape(mesh)
     worst = int(shapes.argmin())
     x, y, z = mesh.points[mesh.tets[worst, :4]].mean(axis=0)
@@ -103,13 +108,13 @@ def measure(mesh: TetMesh, straightened: int = 0) -> Quality:
     )
 
 
-def mended(mesh: TetMesh) -> tuple[TetMesh, int]:
+def mended(mesh: TetMesh) -> tuple[TetMesh, tuple[int, ...]]:
     """Straighten the edges of elements that are inverted or too bent, until none is left.
 
     Returns
     -------
-    TetMesh, int
-        The mesh and the number of elements straightened; straight-sided inverted elements stay as
+    TetMesh, tuple[int, …]
+        The mesh and the numbers of the elements straightened; straight-sided inverted elements stay as
         they are, for the caller to refuse.
     """
     straightened = np.zeros(len(mesh.tets), dtype=bool)
@@ -123,4 +128,4 @@ def mended(mesh: TetMesh) -> tuple[TetMesh, int]:
             tets = mesh.tets[bad]
             points[tets[:, middle]] = points[tets[:, [a, b]]].mean(axis=1)
         mesh = replace(mesh, points=points)
-    return mesh, int(np.count_nonzero(straightened))
+    return mesh, tuple(map(int, np.flatnonzero(straightened)))

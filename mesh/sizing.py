@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import gmsh
 
 from geometry.faces import Feature, FeatureKind
+from mesh.repair import Spot
 from mesh.size_field import SizeField
 
 # Second-order elements through an arc, around a bore or a small hole, across a web, along the rod.
@@ -86,8 +87,13 @@ def _width(feature: Feature) -> float:
     return float(extents[1] if feature.kind is FeatureKind.WEB else extents[0])  # the web is flat
 
 
-def apply(sizing: Sizing, refinements: Sequence[Refinement], wanted: Sequence[SizeField] = ()) -> None:
-    """Give the open model a background field with this size and these refinements, and sizes wanted."""
+def apply(
+    sizing: Sizing,
+    refinements: Sequence[Refinement],
+    wanted: Sequence[SizeField] = (),
+    spots: Sequence[Spot] = (),
+) -> None:
+    """Give the open model a background field with this size and these refinements, spots and sizes wanted."""
     field = gmsh.model.mesh.field
     bounds = [
         _bound(refinement, sizing)
@@ -95,6 +101,7 @@ def apply(sizing: Sizing, refinements: Sequence[Refinement], wanted: Sequence[Si
         if refinement.size < sizing.size and refinement.faces
     ]
     bounds += [field.graded(sizing.growth).add() for field in wanted]
+    bounds += [spot.add(sizing.size, sizing.growth) for spot in spots]
     if bounds:
         least = field.add("Min")
         field.setNumbers(least, "FieldsList", bounds)

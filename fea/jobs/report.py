@@ -118,6 +118,8 @@ def _model(analysis: Analysis) -> dict[str, Any]:
             "median_shape": quality.median_shape,
             "worst_at_mm": list(quality.worst_at),
             "straightened_elements": quality.straightened,
+            "repairs": list(analysis.mesh.repair.causes),
+            "repaired_size_mm": analysis.mesh.repair.size,
         },
     }
 

@@ -30,6 +30,11 @@ class Clock:
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
 
+    def tell(self, what: str) -> None:
+        """Let the listener know what happens within a stage."""
+        if self._listener:
+            self._listener(what)
+
     @property
     def total(self) -> float:
         """Seconds since the clock was made."""

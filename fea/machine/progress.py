@@ -28,7 +28,7 @@ def stages(*, silent: bool) -> Iterator[Callable[[str], None] | None]:
     with console.status("starting") as status:
 
         def show(stage: str) -> None:
-            if stage.startswith("pass "):  # stays on the screen
+            if stage.startswith(("pass ", "meshing again")):  # stays on the screen
                 console.print(stage, style="dim", highlight=False)
             else:
                 status.update(f"{_WORDS.get(stage, stage)}…")

@@ -1,0 +1,181 @@
+"""What to do otherwise where gmsh made no mesh, or elements that the checks of a mesh refuse.
+
+On a curved face one or two elements wide, gmsh's frontal surface mesher may leave triangles that span half
+the face: they cut through the solid and through each other. MeshAdapt, which splits and swaps edges (Geuzaine
+& Remacle 2009), does not, though its triangles are worse elsewhere. And shorter edges bend less.
+"""
+
+from dataclasses import dataclass
+
+import gmsh
+import numpy as np
+from scipy.spatial import KDTree
+
+from mesh.errors import MeshError
+from mesh.tetmesh import Floats
+
+_MESH_ADAPT = 1  # gmsh's number
+_SURFACE, _CURVE = 2, 1
+_ENDS = 2  # of an edge
+_SAME = 1e-9  # of the elements' length
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A ball in which elements are no larger than `size`.
+
+    Attributes
+    ----------
+    center
+        (x, y, z) mm.
+    radius, size
+        mm.
+    """
+
+    center: tuple[float, float, float]
+    radius: float
+    size: float
+
+    def add(self, largest: float, growth: float) -> int:
+        """Add it to the open gmsh model; returns the tag of its field.
+
+        Parameters
+        ----------
+        largest
+            Edge length far from it, mm.
+        growth
+            Increase of the edge length per distance from it, mm/mm.
+        """
+        field = gmsh.model.mesh.field
+        ball: int = field.add("Ball")
+        numbers = dict(zip(("XCenter", "YCenter", "ZCenter"), self.center, strict=True))
+        numbers |= {"Radius": self.radius, "Thickness": max(largest - self.size, 0) / growth}
+        numbers |= {"VIn": min(self.size, largest), "VOut": largest}
+        for name, number in numbers.items():
+            field.setNumber(ball, name, number)
+        return ball
+
+
+@dataclass(frozen=True)
+class Repair:
+    """What is done otherwise than at first.
+
+    Attributes
+    ----------
+    faces
+        gmsh's tags of the faces that MeshAdapt meshes.
+    spots
+        Where elements are smaller.
+    causes
+        What was wrong before each round, in words.
+    """
+
+    faces: frozenset[int] = frozenset()
+    spots: tuple[Spot, ...] = ()
+    causes: tuple[str, ...] = ()
+
+    def __add__(self, other: "Repair") -> "Repair":
+        """Do both."""
+        return Repair(self.faces | other.faces, self.spots + other.spots, self.causes + other.causes)
+
+    @property
+    def size(self) -> float | None:
+        """Smallest edge length asked for, mm, if any is."""
+        return min((spot.size for spot in self.spots), default=None)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know; empty where nothing was done."""
+        if not self.causes:
+            return ()
+        what = [f"MeshAdapt on {len(self.faces)} faces"] if self.faces else []
+        what += [] if self.size is None else [f"elements down to {self.size:.2g} mm there"]
+        return (f"meshed again with {' and '.join(what)}: {'; then '.join(self.causes)}",)
+
+    def prepare(self) -> None:
+        """Clear the open model of the mesh before, and choose the mesher of its faces."""
+        if not self.causes:
+            return
+        gmsh.model.mesh.clear()
+        for view in gmsh.view.getTags():
+            gmsh.view.remove(view)
+        for field in gmsh.model.mesh.field.list():
+            gmsh.model.mesh.field.remove(field)
+        for face in sorted(self.faces):
+            gmsh.model.mesh.setAlgorithm(_SURFACE, face, _MESH_ADAPT)
+
+
+NOTHING = Repair()
+
+
+class UnsoundMeshError(MeshError):
+    """No usable mesh came out, but something may be done about it.
+
+    Attributes
+    ----------
+    repair
+        What.
+    """
+
+    def __init__(self, message: str, repair: Repair) -> None:
+        super().__init__(message, repair)  # both, or a copy from another process would lack one
+        self.repair = repair
+
+    def __str__(self) -> str:
+        """Return the message."""
+        return str(self.args[0])
+
+
+def of_crossing(message: str) -> MeshError:
+    """Read from the open model where gmsh found its surface mesh to cross itself, if it did."""
+    faces = {tag for dimension, tag in gmsh.model.mesh.getLastEntityError() if dimension == _SURFACE}
+    places = []
+    for node in gmsh.model.mesh.getLastNodeError():
+        place, _, dimension, tag = gmsh.model.mesh.getNode(node)
+        places.append(place)
+        if dimension == _SURFACE:
+            faces.add(tag)
+        elif dimension == _CURVE:
+            faces.update(map(int, gmsh.model.getAdjacencies(_CURVE, tag)[0]))
+    if not faces:
+        return MeshError(message)
+    where = f" near {_place(np.mean(places, axis=0))}" if places else ""
+    return UnsoundMeshError(
+        message, Repair(frozenset(faces), (), (f"triangles of the surface crossed{where}",))
+    )
+
+
+def of_elements(corners: Floats, what: str) -> Repair:
+    """Repair the mesh of the open model around elements.
+
+    Parameters
+    ----------
+    corners
+        (n, 4, 3) vertices of the elements, mm; at least one.
+    what
+        What is wrong with them, in words.
+    """
+    longest = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3).max(axis=(1, 2))
+    centers = corners.mean(axis=1)
+    spots = tuple(
+        Spot((float(x), float(y), float(z)), float(length) / 2, float(length) / 3)
+        for (x, y, z), length in zip(centers, longest, strict=True)
+    )
+    faces = frozenset(
+        tag
+        for _, tag in gmsh.model.getEntities(_SURFACE)
+        if _has_edge(tag, corners, _SAME * float(longest.min()))
+    )
+    return Repair(faces, spots, (f"{what} near {_place(centers[0])}",))
+
+
+def _has_edge(face: int, corners: Floats, slack: float) -> bool:
+    """Whether any element has an edge on a face."""
+    _, places, _ = gmsh.model.mesh.getNodes(_SURFACE, face, includeBoundary=True)
+    distance, _ = KDTree(places.reshape(-1, 3)).query(corners)
+    return bool(((distance < slack).sum(axis=1) >= _ENDS).any())
+
+
+def _place(point: Floats) -> str:
+    x, y, z = point
+    return f"({x:.1f}, {y:.1f}, {z:.1f}) mm"

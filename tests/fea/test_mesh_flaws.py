@@ -1,0 +1,39 @@
+"""Meshes that the checks of a run would refuse are made again; others stay as they are."""
+
+from pathlib import Path
+
+import pytest
+
+from fea.checks import LIMITS
+from fea.discretise import discretise
+from fea.machine.clock import Clock
+from fea.mesh_flaws import mass_error
+from fea.solid.inertia import inertia
+from fea.study.study import parse_study
+
+ROD = '[rod]\nlength_mm = 100\nbig_end_bore_mm = 50\nsmall_end_bore_mm = 25\nshank_section = "rectangular"\n'
+
+
+def meshed(size, element="p2"):
+    study = parse_study(f'{ROD}[mesh]\nsize_mm = {size}\nelement = "{element}"\n', "coarse", Path())
+    said = []
+    found = discretise(study, Clock(said.append))
+    materials = study.materials(found.parts)
+    mass = inertia(found.cell, materials[0].density).properties.mass
+    return found, said, mass_error(mass, found.parts.values(), materials)
+
+
+def test_straight_edges_that_miss_the_mass_are_made_again_with_shorter_ones():
+    found, said, error = meshed(12.5)
+    assert error < 0.2 * LIMITS["mesh_mass"]
+    assert found.size == 12.5
+    assert 0 < found.repair.size < found.size
+    assert [what for what in said if "again" in what] == [f"meshing again: {found.repair.causes[0]}"]
+    assert "straight where the solid is curved near" in found.notes[1]
+
+
+@pytest.mark.parametrize(("size", "element"), [(6.0, "p2"), (12.5, "p1")])
+def test_sound_meshes_and_chords_are_left_alone(size, element):
+    found, said, _ = meshed(size, element)
+    assert found.repair.causes == ()
+    assert set(said) == {"geometry", "mesh"}

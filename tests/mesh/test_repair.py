@@ -1,0 +1,138 @@
+"""Rods whose first mesh fails or is unsound are meshed again, others as ever."""
+
+import pickle
+from functools import partial
+
+import gmsh
+import numpy as np
+import pytest
+
+from geometry.bodies.draw import draw
+from geometry.bodies.shape import block
+from geometry.dimensions import ShankSection
+from geometry.proportions import proportioned
+from geometry.session import session
+from geometry.solid import build
+from mesh.errors import MeshError
+from mesh.generate import tetrahedralise
+from mesh.quality import Quality
+from mesh.repair import NOTHING, Repair, Spot, UnsoundMeshError, of_elements
+from mesh.repaired import MAX_ROUNDS, repaired
+from mesh.sizing import Sizing, default_size, refinements
+from mesh.tetmesh import EDGES
+
+GOOD, BAD = Quality(0.5, 0.5, 0.7, (0.0, 0.0, 0.0)), Quality(0.5, 0.001, 0.7, (0.0, 0.0, 0.0))
+ELSEWHERE = Repair(frozenset({7}), (Spot((0.0, 0.0, 0.0), 1.0, 0.5),), ("an element was flat",))
+
+
+class Log:
+    """A session's log of two lines, of which the second mesh said the second."""
+
+    lines = ("Warning: first", "Warning: second")
+
+    def warnings_from(self, first):
+        return self.lines[first:]
+
+
+class Attempts:
+    """Meshes of given quality, or failures, one after the other."""
+
+    def __init__(self, *outcomes):
+        self.outcomes, self.repairs = list(outcomes), []
+
+    def __call__(self, *, repair):
+        self.repairs.append(repair)
+        outcome = self.outcomes.pop(0)
+        if isinstance(outcome, Exception):
+            raise outcome
+        return "mesh", outcome
+
+
+def settled(attempts):
+    told = []
+    made = repaired(attempts, lambda _, quality: ELSEWHERE if quality is BAD else None, Log(), told.append)
+    return made, told
+
+
+def failure():
+    return UnsoundMeshError("crossed", ELSEWHERE)
+
+
+def test_a_sound_mesh_is_made_once_and_without_repair():
+    attempts = Attempts(GOOD)
+    made, told = settled(attempts)
+    assert attempts.repairs == [NOTHING] == [made.repair]
+    assert told == []
+
+
+def test_failures_and_flaws_add_up_until_a_mesh_is_sound():
+    attempts = Attempts(failure(), BAD, GOOD)
+    made, told = settled(attempts)
+    assert made.quality is GOOD
+    assert made.repair == ELSEWHERE + ELSEWHERE
+    assert told == ["an element was flat"] * 2
+
+
+def test_flaws_that_stay_leave_the_first_mesh_for_the_checks_to_mark():
+    made, told = settled(Attempts(BAD, *[failure()] * MAX_ROUNDS))
+    assert made.quality is BAD
+    assert made.repair == NOTHING
+    assert len(told) == MAX_ROUNDS
+
+
+def test_a_failure_that_stays_is_told_with_the_rounds_it_outlived():
+    with pytest.raises(MeshError, match=f"crossed.*{MAX_ROUNDS}"):
+        settled(Attempts(*[failure()] * (MAX_ROUNDS + 1)))
+    with pytest.raises(MeshError, match=r"^damaged$"):  # nothing to do about it
+        settled(Attempts(MeshError("damaged")))
+
+
+def test_an_unsound_mesh_is_told_across_processes():
+    there = pickle.loads(pickle.dumps(failure()))  # noqa: S301 - our own
+    assert str(there) == "crossed"
+    assert there.repair == ELSEWHERE
+
+
+def test_elements_are_small_in_a_spot_and_grow_away_from_it():
+    repair = Repair(spots=(Spot((0.0, 0.0, 0.0), 3.0, 1.0),), causes=("",))
+    with session():
+        mesh, _ = tetrahedralise(draw(block(20.0, 20.0, 20.0)), (), Sizing(6.0), repair=repair)
+    centers = mesh.points[mesh.tets[:, :4]].mean(axis=1)
+    edges = [mesh.points[mesh.tets[:, a]] - mesh.points[mesh.tets[:, b]] for a, b in EDGES]
+    length, distance = np.mean(np.linalg.norm(edges, axis=2), axis=0), np.linalg.norm(centers, axis=1)
+    assert np.median(length[distance < 3.0]) == pytest.approx(1.0, rel=0.3)
+    assert np.median(length[distance > 15.0]) > 3.0
+
+
+def test_the_faces_of_an_element_are_found_by_its_edges():
+    with session():
+        drawn = draw(block(10.0, 10.0, 10.0))
+        mesh, _ = tetrahedralise(drawn, (), Sizing(3.0))
+        corners = mesh.points[mesh.tets[:, :4]]
+        on_top = np.isclose(corners[..., 2], 10.0)
+        inside = ((corners[..., :2] > 0.1) & (corners[..., :2] < 9.9)).all(axis=(1, 2))
+        element = corners[(on_top.sum(axis=1) == 3) & inside][:1]
+        repair = of_elements(element, "an element was bad")
+        (face,) = repair.faces
+        low, high = np.reshape(gmsh.model.getBoundingBox(2, face), (2, 3))
+    longest = np.linalg.norm(element[0][:, None] - element[0], axis=-1).max()
+    assert (low[2], high[2]) == pytest.approx((10.0, 10.0), abs=1e-5)
+    assert repair.size == pytest.approx(longest / 3)
+    assert repair.spots[0].center == pytest.approx(element[0].mean(axis=0))
+
+
+def test_a_rod_whose_coarse_surface_mesh_crosses_itself_is_meshed_at_the_size_asked_for():
+    rod = proportioned(100.0, 40.0, 20.0, shank_section=ShankSection.RECTANGULAR)
+    size = 4 * default_size(rod.length)
+    with session() as log:
+        solid = build(rod)
+        refined = refinements(solid.features, size, rod.length)
+        attempt = partial(tetrahedralise, solid.faces, refined, Sizing(size))
+        with pytest.raises(UnsoundMeshError, match="intersect"):
+            attempt()
+        made = repaired(attempt, lambda *_: None, log, lambda _: None)
+    assert len(made.repair.causes) == 1
+    assert made.repair.spots == ()
+    assert made.quality.least_scaled_jacobian > 0
+    assert "Error" not in "".join(made.warnings)
+    assert "crossed near" in made.repair.notes[0]
