@@ -23,6 +23,7 @@ Floats = npt.NDArray[np.float64]
 ROD_SHARE, SPOT_SHARE = 0.58, 0.64  # of the height for the rod, of the width for the hot spot
 SCALARS = "shown"  # what the colours show, whatever it is
 MAGNIFIED = 0.055  # half the height of the hot spot's frame, in parts of the rod's extent
+BELOW_TITLE = 0.9  # of the height of the rod's frame
 MARGIN = 0.11  # half the width of the peak's words, which stay within the picture
 
 
@@ -72,12 +73,13 @@ def _draw_rod(plotter: Any, scene: Scene, surface: Any) -> None:
 
 
 def _add_label(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
-    """Write the peak above or below the rod, whichever is nearer to the hot spot, with a line to it."""
+    """Write the peak above the rod where that is nearer to the hot spot and leaves the title, else below."""
     flat = frame.view.across(scene.deformed)
     x, y = flat[scene.node]
     beside = flat[abs(flat[:, 0] - x) < 0.15 * scene.extent, 1]
     gap = 0.05 * 2 * frame.half_height
-    above = beside.max() - y < y - beside.min()
+    highest = frame.relative(np.array([x, beside.max() + 2 * gap]))[1]
+    above = beside.max() - y < y - beside.min() and highest < BELOW_TITLE
     end = beside.max() + gap if above else beside.min() - gap
     start = y + radius if above else y - radius
     add_lines(plotter, frame.lifted(np.array([[[x, start], [x, end]]])), INK, 2)

@@ -16,6 +16,8 @@ from fea.pictures.view import View, choose_view
 
 Floats = npt.NDArray[np.float64]
 
+_WHOLE = 9.95  # percent: from there on an error bar has no decimals
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -80,8 +82,8 @@ class Scene:
     @property
     def worst(self) -> str:
         """The worst value, with its error bar, in words."""
-        said = self.field.said(self.peak)
-        return said if self.error_percent is None else f"{said} ± {self.error_percent:.1f} %"
+        said, bar = self.field.said(self.peak), self.error_percent
+        return said if bar is None else f"{said} ± {bar:.{0 if bar >= _WHOLE else 1}f} %"
 
     @property
     def top(self) -> float:

@@ -116,6 +116,7 @@ def test_stresses_of_either_sign_are_red_and_blue_about_pale(result):
 def test_the_peak_is_told_with_its_error_bar(result):
     scene = Scene.read(result, "von_mises", 312.04, (100.0, 0.0, 0.0), 9.94)
     assert scene.worst == "max 312 MPa ± 9.9 %"
+    assert Scene.read(result, error_percent=13.4).worst == "max 100 MPa ± 13 %"
     assert Scene.read(result).worst == "max 100 MPa"
     assert described_by(SUMMARY, result, "safety_factor").error_percent is None  # it is that of the stress
 

@@ -165,5 +165,6 @@ def _molina() -> Any:
     right.plot(samples, molina.travel(samples), label="displacement", **_CORRECT)
     right.plot(fine, a + b * fine**2, color="#c0392b", label=f"published regression, R² = {quality:.4f}")
     _label(right, "displacement and its regression on θ²", "mm", 720)
-    right.legend(frameon=False, fontsize=8)
+    right.set_ylim(top=1.2 * right.get_ylim()[1])
+    right.legend(frameon=False, fontsize=8, ncols=2, loc="upper center")
     return figure
