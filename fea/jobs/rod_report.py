@@ -69,6 +69,8 @@ class RodReport:
                 "median_shape": quality.median_shape,
                 "worst_at_mm": list(quality.worst_at),
                 "straightened_elements": quality.straightened,
+                "repairs": list(self.mesh.repair.causes),
+                "repaired_size_mm": self.mesh.repair.size,
             },
         }
 
