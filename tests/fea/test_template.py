@@ -1,0 +1,71 @@
+"""`fea init` explains every key, tells true defaults, and its examples are ones that work."""
+
+import dataclasses
+import re
+from importlib.resources import files
+
+import pytest
+
+from fea.study.engine_table import EngineTable
+from fea.study.material_table import MaterialTable
+from fea.study.study import AnalysisTable, ForcesTable, MeshTable, OutputTable, SpeedTable, Study, load_study
+from geometry.dimensions import dimensions, options
+
+TEXT = (files("fea") / "studies" / "template.toml.txt").read_text(encoding="utf-8")
+TABLES = {
+    "material": MaterialTable,
+    "engine": EngineTable,
+    "speed": SpeedTable,
+    "forces": ForcesTable,
+    "mesh": MeshTable,
+    "analysis": AnalysisTable,
+    "output": OutputTable,
+}
+GIVEN = {"length", "big_end_bore", "small_end_bore"}
+DEFAULTS = [name for name in dimensions() if name not in {*options(), *GIVEN}]
+
+
+def keys(table: str) -> set[str]:
+    """The keys under the headings of a table, commented or not."""
+    parts = re.split(r"(?m)^(?:# )?\[([\w.]+)\]$", TEXT)
+    own = [text for name, text in zip(parts[1::2], parts[2::2], strict=True) if name == table]
+    return set(re.findall(r"(?m)^(?:# )?(\w+) = ", "\n".join(own)))
+
+
+def study(tmp_path, *uncommented: str) -> Study:
+    text = TEXT
+    for key in uncommented:
+        text, found = re.subn(rf"(?m)^# ({key} = )", r"\1", text)
+        assert found == 1, key
+    (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
+    return load_study(str(tmp_path / "mine.toml"))
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_every_key_of_a_table_is_there(table):
+    assert {field.name for field in dataclasses.fields(TABLES[table])} - {"preset"} <= keys(table)
+
+
+def test_every_key_of_the_rod_is_there():
+    lengths = {f"{name}_mm" for name in dimensions() if name != "shank_section"}
+    rest = {"shank_section", "preset", "step", "mass_kg", "center_of_gravity_mm", "inertia_kg_m2"}
+    assert keys("rod") == lengths | rest
+
+
+@pytest.mark.parametrize("name", DEFAULTS)
+def test_dimensions_that_are_shown_are_those_that_follow(name, tmp_path):
+    key = name if name == "shank_section" else f"{name}_mm"
+    plain = getattr(study(tmp_path).rod.rod, name)
+    given = getattr(study(tmp_path, key).rod.rod, name)
+    assert given == (plain if name == "shank_section" else pytest.approx(plain, rel=3e-3))
+
+
+def test_its_options_and_other_defaults_work(tmp_path):
+    chosen = [f"{name}_mm" for name in options()]
+    rod = study(tmp_path, *chosen).rod.rod
+    assert all(getattr(rod, name) > 0 for name in options())
+    plain = study(tmp_path)
+    shown = study(tmp_path, "intake_pressure_bar", "atmosphere_bar", "heat_ratio", "phase_deg")
+    engine = plain.engine.engine(141.0)
+    assert shown.engine.engine(141.0) == engine
+    assert shown.engine.gas_model(engine) == plain.engine.gas_model(engine)
