@@ -103,7 +103,7 @@ def _require_shapes(angles: Floats, pressures: Floats, speeds: Floats) -> None:
     require(
         rising,
         "gas trace",
-        f"speeds {[round(_rpm(s), 3) for s in speeds]} rpm",
+        f"speeds {[round(float(_rpm(s)), 3) for s in speeds]} rpm",
         "must be positive and increasing",
     )
 

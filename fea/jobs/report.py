@@ -45,7 +45,7 @@ def summary(
             name: {"value": item.value, "limit": item.limit, "pass": item.passed}
             for name, item in result.checks.items()
         },
-        "notes": list(result.notes),
+        "notes": [*result.notes, *analysis.study.rod.mass_remarks(analysis.rod)],
         "timings_s": dict(clock.seconds),
         "total_s": clock.total,
         "peak_memory_MiB": peak_memory(),

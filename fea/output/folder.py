@@ -6,6 +6,7 @@ process that died, and the next run into the same place removes it. Where places
 step, the earlier run steps aside as ``.<name>.<random>.backup``, which the next run puts back if need be.
 """
 
+import errno
 import os
 import secrets
 import shutil
@@ -17,8 +18,10 @@ from fea.output import lock
 from fea.output.earlier import is_earlier_run
 from fea.output.errors import OccupiedError, StorageError
 from fea.output.exchange import exchange
+from fea.terminal.figures import near
 
 PART, BACKUP = "part", "backup"
+LONGEST_NAME = 255  # bytes, on every file system in use
 
 
 def require_replaceable(target: Path) -> None:
@@ -32,18 +35,21 @@ def require_replaceable(target: Path) -> None:
         It cannot be looked into.
     """
     with _reported(target):
+        _require_room_for_name(target)
         if not target.exists():
             _require_directory_above(target)
             return
         if not target.is_dir():
-            raise OccupiedError(f"{target} is a file: --out names a directory, new or of an earlier run.")
+            raise OccupiedError(
+                f"{near(target)} is a file: --out names a directory, new or of an earlier run."
+            )
         if Path.cwd().is_relative_to(target.resolve()):
             raise OccupiedError(
-                f"{target} is the current directory, which a run cannot replace: name one in it."
+                f"{near(target)} is the current directory, which a run cannot replace: name one in it."
             )
         if any(target.iterdir()) and not is_earlier_run(target):
             raise OccupiedError(
-                f"{target} holds something other than an earlier run, which is never overwritten: "
+                f"{near(target)} holds something other than an earlier run, which is never overwritten: "
                 "choose another directory with --out, or empty this one.",
             )
 
@@ -77,11 +83,15 @@ def run_folder(target: Path) -> Iterator[Path]:
     place = target.resolve()  # a link to a directory stays a link
     with _reported(target):
         made = _make_parents(place)
-        with lock.held(place.parent):
-            _mend(place)
-            part = _sibling(place, PART)
-            part.mkdir()
-            owned = lock.take(part)
+        try:
+            with lock.held(place.parent):
+                _mend(place)
+                part = _sibling(place, PART)
+                part.mkdir()
+                owned = lock.take(part)
+        except BaseException:
+            _unmake_parents(made)
+            raise
     done = False
     try:
         yield part
@@ -101,11 +111,19 @@ def run_folder(target: Path) -> Iterator[Path]:
         lock.release(owned)
 
 
+def _require_room_for_name(target: Path) -> None:
+    """Make sure that the name of a sibling is no longer than a name may be."""
+    if len(os.fsencode(_sibling(target.absolute(), BACKUP).name)) > LONGEST_NAME:
+        raise OSError(errno.ENAMETOOLONG, os.strerror(errno.ENAMETOOLONG), str(target))
+
+
 def _require_directory_above(target: Path) -> None:
     """Make sure that what exists of the way to `target` is directories."""
     above = next(parent for parent in target.absolute().parents if parent.exists())
     if not above.is_dir():
-        raise OccupiedError(f"{target} lies below {above}, which is a file: --out names a directory.")
+        raise OccupiedError(
+            f"{near(target)} lies below {near(above)}, which is a file: --out names a directory."
+        )
 
 
 @contextmanager
@@ -116,7 +134,7 @@ def _reported(target: Path) -> Iterator[None]:
     except OSError as error:
         reason = error.strerror or str(error)
         raise StorageError(
-            f"{target} could not be written: {reason}. Choose another place with --out."
+            f"{near(target)} could not be written: {reason}. Choose another place with --out."
         ) from error
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
+from fea.study.paths import absolute
 from fea.study.speeds import parse_speeds
 from fea.study.study import Study
 from fea.study.tables import checked, number, unknown_key
@@ -87,8 +88,8 @@ class Flags:
             },
             "output": {
                 "screenshot": self.screenshot or None,
-                "directory": None if self.out is None else str(self.out.resolve()),
-                "animate": None if self.animate is None else str(self.animate.resolve()),
+                "directory": absolute("--out", self.out),
+                "animate": absolute("--animate", self.animate),
             },
         }
         changes = {}

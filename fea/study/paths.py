@@ -21,11 +21,23 @@ def located(name: str, path: str, folder: Path) -> Path:
         No system can have such a path.
     """
     require("\0" not in path, name, path, "holds a NUL character, which no path may")
+    require_text(name, path)
     require(len(path.encode(errors="replace")) < _LONGEST, name, path, f"is longer than {_LONGEST} bytes")
     try:
         return (folder / path).resolve()
     except (OSError, RuntimeError, ValueError) as error:
         raise InvalidValue(name, path, f"is no path here ({error})") from error
+
+
+def absolute(option: str, path: Path | None) -> str | None:
+    """Return a path as a flag gives it, absolute; None where it gives none; refused as `located` does."""
+    return None if path is None else str(located(option, str(path), Path.cwd()))
+
+
+def require_text(name: str, path: str) -> None:
+    """Refuse a path whose bytes are no UTF-8: neither TOML nor JSON could name it."""
+    letters = path.encode(errors="replace").decode()
+    require(letters == path, name, path, "is not UTF-8, which the files of a run are", "Choose another name.")
 
 
 def is_file(path: Path) -> bool:

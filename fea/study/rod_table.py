@@ -1,6 +1,7 @@
 """[rod]: a preset, dimensions, a STEP file, or mass properties for dynamics alone."""
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from geometry.solid import Solid
 
 _MASS_KEYS = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
+# Of two masses, beyond the digits they are given with.
+_ALIKE = 0.01
 _LEAST = ("length", "big_end_bore", "small_end_bore")
 
 
@@ -91,6 +94,32 @@ class RodTable:
             remedy = "Give big_end_bore_mm and small_end_bore_mm beside length_mm, or a preset."
             raise InvalidValue("[rod]", given, "has no dimensions to make a solid of", remedy)
         return self.rod
+
+    def mass_remarks(self, drawn: MassProperties) -> list[str]:
+        """Say where given mass properties are not those of the solid, whose own inertia loads it.
+
+        Parameters
+        ----------
+        drawn
+            Of the solid.
+        """
+        if self.mass is None:
+            return []
+        pairs = {
+            "mass_kg": (self.mass.mass / KG, drawn.mass / KG),
+            "center_of_gravity_mm": (self.mass.center[0], drawn.center[0]),
+            "inertia_kg_m2": (self.mass.inertia_z / KG_M2, drawn.inertia_z / KG_M2),
+        }
+        others = [
+            f"{key} {given:.4g} (the solid's: {own:.4g})"
+            for key, (given, own) in pairs.items()
+            if not math.isclose(given, own, rel_tol=_ALIKE)
+        ]
+        if not others:
+            return []
+        return [
+            f"given for fea loads alone, not used here: {', '.join(others)}; fea rod --fit fits dimensions"
+        ]
 
     def text(self) -> str:
         """Return the table as TOML text."""
@@ -173,14 +202,26 @@ def read_rod(raw: object, folder: Path) -> RodTable:
         if name not in PRESETS:
             raise InvalidValue("rod.preset", name, "is no preset", nearest(name, PRESETS))
         rod = dataclasses.replace(PRESETS[name], **given)
-        return RodTable(rod, None, mass, rod.length)
+        return _between_bores(RodTable(rod, None, mass, rod.length))
     if mass is not None and set(given) == {"length"}:
-        return RodTable(None, None, mass, require_positive("rod.length_mm", given["length"]))
+        length = require_positive("rod.length_mm", given["length"])
+        return _between_bores(RodTable(None, None, mass, length))
     for name in _LEAST:
         remedy = "Give length_mm, big_end_bore_mm and small_end_bore_mm, or a preset."
         require(name in given, f"rod.{name}_mm", None, "is missing", remedy)
     rod = proportioned(**given)
-    return RodTable(rod, None, mass, rod.length)
+    return _between_bores(RodTable(rod, None, mass, rod.length))
+
+
+def _between_bores(table: RodTable) -> RodTable:
+    """Return the table, or refuse a centre of gravity that no rod of its length has."""
+    if table.mass is not None and table.length is not None:
+        rule = f"must lie between the bores' centres, 0…{table.length:g}"
+        place = table.mass.center[0]
+        require(
+            0 < place < table.length, "rod.center_of_gravity_mm", place, rule, "It counts from the crank pin."
+        )
+    return table
 
 
 def _step(raw: Mapping[str, object], given: Mapping[str, Any], folder: Path) -> StepFile:

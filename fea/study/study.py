@@ -12,7 +12,7 @@ from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
 from fea.material import Material
 from fea.study.engine_table import EngineTable
 from fea.study.material_table import MaterialTable
-from fea.study.paths import is_file, located, require_size
+from fea.study.paths import is_file, located, require_size, require_text
 from fea.study.rod_table import RodTable, read_rod
 from fea.study.tables import key_text, nearest, read_table, table_text, unknown_key
 from geometry.invalid import InvalidValue, require, require_number, require_positive
@@ -212,6 +212,7 @@ def load_study(source: str = DEFAULT_STUDY) -> Study:
     if not is_file(path):
         remedy = nearest(source, shipped_studies())
         raise InvalidValue("STUDY", source, "is neither a shipped study nor a file", remedy)
+    require_text("STUDY", source)
     try:
         require_size("STUDY", path, LARGEST_STUDY)
         text = path.read_text(encoding="utf-8-sig")

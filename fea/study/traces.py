@@ -90,6 +90,9 @@ def _speeds(header: list[str], source: str) -> list[float]:
     require(first == "crank_deg" and bool(pressures), name, ",".join(header), "is not that of a trace", _HINT)
     if pressures == ["pressure_bar"]:
         return []
+    require(
+        "pressure_bar" not in pressures, name, ",".join(header), "has a column beside pressure_bar", _HINT
+    )
     matches = [_PER_SPEED.fullmatch(column) for column in pressures]
     for column, match in zip(pressures, matches, strict=True):
         require(match is not None, name, column, "is not a known column", _HINT)

@@ -260,3 +260,35 @@ def test_runs_into_one_place_at_once_are_all_complete(tmp_path):
         list(pool.map(run, map(str, range(24))))
     assert study_in(target) == (target / "study.toml").read_text()
     assert hidden(target) == []
+
+
+@pytest.mark.parametrize("length", [245, 255])
+def test_a_name_too_long_for_what_stands_beside_it_is_refused_at_once(tmp_path, length):
+    target = tmp_path / "results" / ("x" * length)
+    with pytest.raises(StorageError, match="File name too long"):
+        require_replaceable(target)
+    with pytest.raises(StorageError, match="File name too long"), run_folder(target):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_parents_made_for_a_run_that_cannot_begin_go_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(folder, "_mend", _refused)
+    with pytest.raises(StorageError, match="Permission denied"), run_folder(tmp_path / "a" / "b" / "run"):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def _refused(_place):
+    raise PermissionError(13, "Permission denied")
+
+
+def test_messages_name_a_place_as_it_is_short_to_type(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("keep")
+    for target, words in (
+        (tmp_path / "file", "^file is a file"),
+        (tmp_path / "file" / "r", "^file/r lies below file,"),
+    ):
+        with pytest.raises(OccupiedError, match=words):
+            require_replaceable(target)

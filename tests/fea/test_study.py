@@ -1,6 +1,7 @@
 import math
 import tomllib
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -156,3 +157,35 @@ def test_sizes_beyond_any_engine_are_refused(key, value, tmp_path):
 def test_flags_of_such_sizes_are_refused_too(flag, tmp_path):
     with pytest.raises(InvalidValue, match="beyond any engine's"):
         Flags(**{flag: 1e-308}).applied(parsed(LEON, tmp_path))
+
+
+def test_a_center_of_gravity_beyond_the_bores_is_refused(tmp_path):
+    mass = "mass_kg = 0.785\ncenter_of_gravity_mm = {}\ninertia_kg_m2 = 3.9e-3\n"
+    assert parsed(LEON.replace("[engine]", mass.format(64) + "[engine]"), tmp_path).rod.mass
+    for place in (-6000, 0, 141, 6000):
+        with pytest.raises(InvalidValue, match=r"center_of_gravity_mm = .*must lie between .* 0…141"):
+            parsed(LEON.replace("[engine]", mass.format(place) + "[engine]"), tmp_path)
+
+
+def test_given_masses_that_the_solid_has_not_are_told(tmp_path):
+    mass = "mass_kg = 0.785\ncenter_of_gravity_mm = 64\ninertia_kg_m2 = 3.9e-3\n"
+    rod = parsed(LEON.replace("[engine]", mass + "[engine]"), tmp_path).rod
+    assert rod.mass_remarks(rod.mass) == []
+    (remark,) = rod.mass_remarks(rod.mass.times(0.5))
+    assert "mass_kg 0.785 (the solid's: 0.3925)" in remark
+    assert "inertia" in remark
+    assert "gravity" not in remark
+    assert parsed(LEON, tmp_path).rod.mass_remarks(rod.mass) == []
+
+
+def test_paths_that_no_file_of_a_run_could_name_are_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InvalidValue, match=r"--out .*is not UTF-8"):
+        Flags(out=Path("\udcff")).applied(parsed(LEON, tmp_path))
+    (tmp_path / "\udcff.toml").write_text(LEON)
+    with pytest.raises(InvalidValue, match=r"STUDY .*is not UTF-8"):
+        load_study("\udcff.toml")
+    (tmp_path / "a").symlink_to("b")
+    (tmp_path / "b").symlink_to("a")
+    with pytest.raises(InvalidValue, match=r"--out .*is no path here"):
+        Flags(out=Path("a")).applied(parsed(LEON, tmp_path))

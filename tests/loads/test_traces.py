@@ -41,6 +41,11 @@ def test_one_column_a_speed():
         ("angle,bar\n0,1\n", "is not that of a trace"),
         ("crank_deg;pressure_bar\n0;1\n", "is not that of a trace"),
         ("crank_deg,pressure_psi\n0,1\n", "not a known column"),
+        ("crank_deg,pressure_bar,temperature\n0,1,2\n", "temperature.: has a column beside pressure_bar"),
+        (
+            "crank_deg,pressure_bar_9rpm,pressure_bar_8rpm\n0,1,2\n9,1,2\n99,1,2\n",
+            r"speeds \[9\.0, 8\.0\] rpm",
+        ),
         (GOOD.replace("\n30,1", "\n30,one"), r"t\.csv line 5, pressure_bar = 'one'"),
         (GOOD.replace("\n30,1", "\n30,nan"), r"t\.csv line 5, pressure_bar = 'nan'"),
         (GOOD.replace("\n30,1", "\n30"), r"t\.csv line 5 .* 2 columns"),
