@@ -1,6 +1,7 @@
 """What a run says at its end: a table a human can read, what was written, what to do next."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from itertools import compress
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
@@ -11,7 +12,19 @@ from fea.terminal.buckling_lines import buckling_lines
 from fea.terminal.figures import UNKNOWN, Summary, bar, factor, kilo, near, number, worst_case
 from fea.terminal.sweep_table import print_sweep
 
+_ENDLESS = 1000
 WIDTH = 88  # of what is not a terminal: a file, a pipe
+_CASE, _ANGLE, _PLACE, _MOVED = "case", "crank\n°", "at x, y, z\nmm", "displ.\nmm"
+_PINS, _WALL = ("pin\nkN", "crank\nkN"), "wall\nkN"
+_COLUMNS = (_CASE, _ANGLE, *_PINS, _WALL, "Mises\nMPa", "±\n%", _PLACE, "safety\nfactor", _MOVED)
+# Gap between columns and those left out, from wide consoles to narrow ones.
+_NARROWER: tuple[tuple[int, frozenset[str]], ...] = (
+    (1, frozenset()),
+    (0, frozenset()),
+    (0, frozenset({_WALL, _MOVED})),
+    (0, frozenset({*_PINS, _WALL, _MOVED})),
+    (0, frozenset({_ANGLE, *_PINS, _WALL, _MOVED, _PLACE})),
+)
 
 
 def print_runs(runs: Sequence[tuple[Path, Summary]], console: Console | None = None) -> None:
@@ -31,20 +44,32 @@ def print_runs(runs: Sequence[tuple[Path, Summary]], console: Console | None = N
         print_sweep(console, runs)
 
 
-def case_table(summary: Summary) -> Table:
-    """Return the load cases of one speed with what they do to the rod; the worst one is bold."""
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    table.add_column("case", no_wrap=True)
-    for title in ("crank\n°", "pin\nkN", "crank\nkN", "wall\nkN", "Mises\nMPa", "±\n%"):
-        table.add_column(title, justify="right")
-    table.add_column("at x, y, z\nmm", no_wrap=True)
-    for title in ("safety\nfactor", "displ.\nmm"):
-        table.add_column(title, justify="right", min_width=6)
+def case_table(summary: Summary, console: Console) -> Table:
+    """Return the load cases of one speed with what they do to the rod; the worst one is bold.
+
+    Where the console is narrow columns stand closer, then some are left out: no figure is cut.
+    """
+    tables = [_table(summary, gap, without) for gap, without in _NARROWER]
+    return next((table for table in tables if _width(table) <= console.width), tables[-1])
+
+
+def _width(table: Table) -> int:
+    """What it takes where there is room without end."""
+    return Console(width=_ENDLESS).measure(table).maximum
+
+
+def _table(summary: Summary, gap: int, without: Collection[str]) -> Table:
+    table = Table(box=SIMPLE_HEAD, padding=(0, gap, 0, 0), pad_edge=False, show_edge=gap > 0)
+    kept = [title not in without for title in _COLUMNS]
+    for title in compress(_COLUMNS, kept):
+        left = title in {_CASE, _PLACE}
+        table.add_column(title, justify="left" if left else "right", no_wrap=True)
     worst = worst_case(summary)
     for case, result in summary["results"].items():
-        table.add_row(case, *_cells(summary["loads"][case], result), style="bold" if case == worst else "")
+        cells = [case, *_cells(summary["loads"][case], result)]
+        table.add_row(*compress(cells, kept), style="bold" if case == worst else "")
         if result.get("singular_max_von_mises_MPa"):
-            table.add_row(*_singular_cells(result))
+            table.add_row(*compress(_singular_cells(result), kept))
     return table
 
 
@@ -55,7 +80,7 @@ def _console() -> Console:
 
 def _print_run(console: Console, folder: Path, summary: Summary) -> None:
     console.print(_headline(summary), markup=False, style="bold", soft_wrap=True)
-    console.print(case_table(summary))
+    console.print(case_table(summary, console))
     said = (*_doubts(summary), *_cycle(summary), *buckling_lines(summary), _model(summary))
     for line in (*said, *_files(folder), _next(folder, summary)):
         console.print(line, markup=False, soft_wrap=True)

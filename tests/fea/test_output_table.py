@@ -37,8 +37,8 @@ SUMMARY = {
 }
 
 
-def said(*runs) -> str:
-    console = Console(file=StringIO(), width=80)
+def said(*runs, width: int = 80) -> str:
+    console = Console(file=StringIO(), width=width)
     print_runs(runs, console)
     return console.file.getvalue()
 
@@ -92,6 +92,16 @@ def test_it_begins_with_the_verdict_and_ends_with_what_to_do(folder):
     assert lines[-1] == f"Next: fea view {folder}/tension.vtu, or open it in ParaView."
     (folder / "tension.png").touch()
     assert f"look at {folder}/tension.png" in said((folder, SUMMARY)).splitlines()[-1]
+
+
+@pytest.mark.parametrize("width", [40, 50, 60, 70, 80, 100])
+def test_no_figure_is_cut_on_a_narrow_terminal(folder, width):
+    text = said((folder, SUMMARY), width=width)
+    assert "…" not in text
+    rows = [line.split() for line in text.splitlines()]
+    (tension,) = (row for row in rows if row[:1] == ["tension"])
+    assert {"312.0", "3.1", "1.99"} <= set(tension)
+    assert ("0.109" in tension) == (width >= 70)
 
 
 def test_paths_are_told_from_where_one_is(folder, monkeypatch):
