@@ -3,21 +3,25 @@
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from fea.checks import LIMITS
 from fea.material import Material, Materials
 from fea.solid.inertia import inertia
 from fea.study.study import Study
 from geometry.solid import Solid
-from mesh.quality import Quality, shape
+from mesh.quality import Quality, scaled_jacobian, shape
 from mesh.repair import Repair, of_elements
 from mesh.tetmesh import TetMesh
 
+Bools = npt.NDArray[np.bool_]
+
 _LEAST_SHAPE = 1 / LIMITS["flattest_element"]
+_BENT = 0.25  # scaled Jacobian of an element that can no longer follow its arc
 
 
 def mesh_flaws(study: Study, solid: Solid, mesh: TetMesh, quality: Quality) -> Repair | None:
-    """Find the elements that are too flat, and those whose straightened edges miss too much mass.
+    """Find the elements that are too flat, and those whose straightened or bent edges miss too much mass.
 
     Parameters
     ----------
@@ -31,20 +35,25 @@ def mesh_flaws(study: Study, solid: Solid, mesh: TetMesh, quality: Quality) -> R
     Returns
     -------
     Repair or None
-        None where the mesh passes the checks, or nothing can be done: mass that elements miss without having
-        been straightened, their size decides.
+        None where the mesh passes the checks, or misses mass by the size of its elements alone.
     """
-    if quality.least_shape >= _LEAST_SHAPE and not quality.mended:
+    found = {"flat": shape(mesh) < _LEAST_SHAPE} if quality.least_shape < _LEAST_SHAPE else {}
+    suspect = quality.mended or quality.least_scaled_jacobian < _BENT
+    if mesh.order > 1 and suspect and _misses_mass(study, solid, mesh):
+        found |= _off_the_surface(mesh, quality)
+    if not found:
         return None
-    flat = shape(mesh) < _LEAST_SHAPE
+    what = " and ".join(_counted(int(bad.sum()), kind) for kind, bad in found.items())
+    return of_elements(mesh.points[mesh.tets[np.any(list(found.values()), axis=0), :4]], what)
+
+
+def _off_the_surface(mesh: TetMesh, quality: Quality) -> dict[str, Bools]:
+    """Elements that may miss mass: straightened ones, or those that were nearly bent enough for that."""
+    if not quality.mended:
+        return {"bent": scaled_jacobian(mesh) < _BENT}
     straight = np.zeros(len(mesh.tets), dtype=bool)
-    if quality.mended and _misses_mass(study, solid, mesh):
-        straight[list(quality.mended)] = True
-    if not (flat | straight).any():
-        return None
-    found = {"flat": flat, "straight where the solid is curved": straight}
-    what = " and ".join(_counted(int(bad.sum()), kind) for kind, bad in found.items() if bad.any())
-    return of_elements(mesh.points[mesh.tets[flat | straight, :4]], what)
+    straight[list(quality.mended)] = True
+    return {"straight where the solid is curved": straight}
 
 
 def mass_error(meshed: float, volumes: Iterable[float], materials: Sequence[Material]) -> float:

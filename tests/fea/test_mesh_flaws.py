@@ -14,8 +14,8 @@ from fea.study.study import parse_study
 ROD = '[rod]\nlength_mm = 100\nbig_end_bore_mm = 50\nsmall_end_bore_mm = 25\nshank_section = "rectangular"\n'
 
 
-def meshed(size, element="p2"):
-    study = parse_study(f'{ROD}[mesh]\nsize_mm = {size}\nelement = "{element}"\n', "coarse", Path())
+def meshed(size, element="p2", rod=ROD):
+    study = parse_study(f'{rod}[mesh]\nsize_mm = {size}\nelement = "{element}"\n', "coarse", Path())
     said = []
     found = discretise(study, Clock(said.append))
     materials = study.materials(found.parts)
@@ -30,6 +30,12 @@ def test_straight_edges_that_miss_the_mass_are_made_again_with_shorter_ones():
     assert 0 < found.repair.size < found.size
     assert [what for what in said if "again" in what] == [f"meshing again: {found.repair.causes[0]}"]
     assert "straight where the solid is curved near" in found.notes[1]
+
+
+def test_elements_too_bent_for_the_mass_are_made_again():
+    found, _, error = meshed(100 / 7, rod=ROD.replace("25", "20").replace("rectangular", "I"))
+    assert error < 0.2 * LIMITS["mesh_mass"]
+    assert "elements were bent near" in found.repair.causes[0]
 
 
 @pytest.mark.parametrize(("size", "element"), [(6.0, "p2"), (12.5, "p1")])
