@@ -1,24 +1,45 @@
 """Concave radii of a solid of unknown make: where stress gathers, and elements must be small."""
 
+import math
 from collections.abc import Iterator, Sequence
 
 import gmsh
 import numpy as np
+import numpy.typing as npt
 
 from geometry.faces import Face, Feature, FeatureKind
 from geometry.holes import inside
 
+# Steps over a face of no constant radius in each of its parameters.
+_STEPS = 8
+
+Floats = npt.NDArray[np.float64]
+
 
 def concave_rounds(faces: Sequence[Face], volumes: Sequence[int], length: float) -> Iterator[Feature]:
-    """Find cylinders and tori with a concave radius below a quarter of the rod's length."""
-    by_radius: dict[float, list[Face]] = {}
+    """Find faces with a concave radius below a quarter of the rod's length, one feature a radius.
+
+    Cylinders, tori, and what blends of varying radius, drafted corners and splines are: those by the least
+    radius that neighbouring normals tell.
+    """
+    by_radius: dict[float, list[tuple[Face, float]]] = {}
     for face in faces:
-        curved = face.shape in ("Cylinder", "Torus") and face.values[-1] < length / 4
-        if curved and _is_concave(face, volumes):
-            by_radius.setdefault(round(face.values[-1], 4), []).append(face)
+        found = _round(face, volumes)
+        if found is not None and found[0] < length / 4:
+            radius, sweep = found
+            by_radius.setdefault(round(radius, 4), []).append((face, sweep))
     for radius, alike in sorted(by_radius.items()):
-        tags = tuple(face.tag for face in alike)
-        yield Feature(FeatureKind.ROUND, tags, radius, max(map(_sweep, alike)))
+        tags = tuple(face.tag for face, _ in alike)
+        yield Feature(FeatureKind.ROUND, tags, radius, max(sweep for _, sweep in alike))
+
+
+def _round(face: Face, volumes: Sequence[int]) -> tuple[float, float] | None:
+    """Concave radius (mm) and the angle of its arc; None where the face is flat or bulges."""
+    if face.shape == "Plane":
+        return None
+    if face.shape in ("Cylinder", "Torus"):
+        return (face.values[-1], _sweep(face)) if _is_concave(face, volumes) else None
+    return _tightest(face, volumes)
 
 
 def _sweep(face: Face) -> float:
@@ -40,3 +61,34 @@ def _is_concave(face: Face, volumes: Sequence[int]) -> bool:
         from_axis = point - center - face.values[6] * from_axis / np.linalg.norm(from_axis)
     outwards = normal * np.sign(normal @ from_axis)
     return not inside(point - 1e-3 * radius * outwards, volumes)
+
+
+def _tightest(face: Face, volumes: Sequence[int]) -> tuple[float, float] | None:
+    """Least concave radius along the lines of the parameters, and how far the normal turns on its line."""
+    low, high = gmsh.model.getParametrizationBounds(2, face.tag)
+    steps = np.linspace(0.02, 0.98, _STEPS + 1)  # a cone's tip has no normal
+    u, v = (a + (b - a) * steps for a, b in zip(low, high, strict=True))
+    places = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
+    flat = places.ravel()
+    points = np.reshape(gmsh.model.getValue(2, face.tag, flat), (*places.shape[:2], 3))
+    normals = np.reshape(gmsh.model.getNormal(face.tag, flat), points.shape)
+    on = next((at for at in np.ndindex(points.shape[:2]) if _is_on(face, places[at])), None)
+    if on is None:
+        return None
+    reach = 1e-3 * float(np.ptp(points.reshape(-1, 3), axis=0).max())
+    outwards = -1 if inside(points[on] + reach * normals[on], volumes) else 1
+    best: tuple[float, float] | None = None
+    for axis in (0, 1):
+        along, turning = np.diff(points, axis=axis), outwards * np.diff(normals, axis=axis)
+        square = np.maximum((along**2).sum(axis=-1), 1e-300)
+        curvature = -(along * turning).sum(axis=-1) / square  # normals that close in: hollow
+        at = np.unravel_index(curvature.argmax(), curvature.shape)
+        if curvature[at] > 0 and (best is None or 1 / curvature[at] < best[0]):
+            turned = np.linalg.norm(turning, axis=-1).sum(axis=axis)[at[1 - axis]]
+            best = (float(1 / curvature[at]), float(min(turned / np.ptp(steps), math.pi)))
+    return best
+
+
+def _is_on(face: Face, place: Floats) -> bool:
+    """Whether a point of the underlying surface lies within the face."""
+    return bool(gmsh.model.isInside(2, face.tag, list(place), True))  # noqa: FBT003 - gmsh's own order

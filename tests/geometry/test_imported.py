@@ -267,3 +267,39 @@ def test_nothing_is_printed(leon, tmp_path, capfd):
     with session():
         import_step(tmp_path / "again")
     assert capfd.readouterr().out == ""
+
+
+def drafted(occ, angle):
+    """A strap with a pocket whose walls lean outwards by an angle, rad, and corners of 2 mm at its floor."""
+
+    def rim(z, grown):
+        section = occ.addRectangle(35 - grown, -8 - grown, z, 30 + 2 * grown, 16 + 2 * grown, -1, 2 + grown)
+        return occ.addCurveLoop([edge for _, edge in gmsh.model.occ.getEntities(1)][-8:]), section
+
+    bar = strap(occ)
+    loops = [rim(z, (z - 2) * math.tan(angle))[0] for z in (2, 8)]
+    tool = [entity for entity in occ.addThruSections(loops, makeRuled=True) if entity[0] == 3]
+    occ.cut(bar, tool)
+    occ.remove(occ.getEntities(2), recursive=True)
+
+
+def test_drafted_corners_and_blends_of_varying_radius_get_small_elements(tmp_path):
+    """The corner's radius at the floor, across the leaning wall, and that of a blend's thin end."""
+    path = write(tmp_path / "drafted.step", lambda occ: drafted(occ, 0.4))
+    with session():
+        rounds = [item for item in import_step(path).features if item.kind is FeatureKind.ROUND]
+    assert [item.radius for item in rounds] == [pytest.approx(2.0 / math.cos(0.4), rel=0.03)]
+    assert rounds[0].sweep == pytest.approx(math.pi / 2, rel=0.1)
+
+    def blended(occ):
+        plate, wall = occ.addBox(-25, -20, -6, 150, 40, 12), occ.addBox(45, -20, 0, 10, 40, 15)
+        tools = [(3, occ.addCylinder(x, 0, -50, 0, 0, 100, r)) for x, r in ((0, 10), (100, 5))]
+        body, _ = occ.fuse(occ.cut([(3, plate)], tools)[0], [(3, wall)])
+        occ.synchronize()
+        corner = [e for _, e in gmsh.model.getEntitiesInBoundingBox(44, -21, 5, 46, 21, 7, 1)]
+        occ.fillet([body[0][1]], corner, [2.0, 4.0])
+
+    path = write(tmp_path / "blended.step", blended)
+    with session():
+        rounds = [item for item in import_step(path).features if item.kind is FeatureKind.ROUND]
+    assert [item.radius for item in rounds] == [pytest.approx(2.0, rel=0.1)]
