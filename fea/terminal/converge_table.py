@@ -8,18 +8,20 @@ from rich.table import Table
 
 from fea.verify.converge.row import Row
 
+_TOOL = 12  # of the longest word of a tool's name
+
 
 def print_comparison(rows: Sequence[Row], advice: Sequence[str]) -> None:
     """Print a line a computation, and what to use when."""
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=0)
     table.add_column("problem", no_wrap=True)
-    table.add_column("tool", no_wrap=True)
-    for name in ("size mm", "dofs", "seconds", "MiB", "MPa", "error %"):
+    table.add_column("tool", min_width=_TOOL)
+    for name in ("size\nmm", "dofs", "time\ns", "MiB", "MPa", "error\n%"):
         table.add_column(name, justify="right", no_wrap=True)
     for row in rows:
         found, what = row.measured, row.computation
         table.add_row(
-            *(what.problem, f"{what.tool}, {what.element}", f"{found.size:.3g}", str(found.dofs)),
+            *(what.problem, f"{what.name}, {what.element}", f"{found.size:.3g}", str(found.dofs)),
             *(f"{found.seconds:.2f}", f"{found.peak_memory:.0f}", f"{found.value:.1f}"),
             f"{row.error_percent:+.2f}",
         )

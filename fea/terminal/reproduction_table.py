@@ -11,6 +11,8 @@ from fea.verify.reproduce.row import Row, Status
 from fea.verify.reproduce.summary import misprinted, summarise, verdict, worst
 from fea.verify.reproduce.table import Table
 
+_WORD = 13  # of the longest in a table's name
+
 
 def print_reproduction(tables: Sequence[Table]) -> None:
     """Print everything a reader wants first."""
@@ -31,8 +33,10 @@ def print_reproduction(tables: Sequence[Table]) -> None:
 
 
 def _overview(source: str, tables: Sequence[Table]) -> RichTable:
-    overview = RichTable(title=source, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
-    overview.add_column("table")
+    overview = RichTable(
+        title=source, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
+    )
+    overview.add_column("table", min_width=_WORD)
     for name in ("cells", "agree", "expl.", "wrong"):
         overview.add_column(name, justify="right", no_wrap=True)
     overview.add_column("furthest from the truth")

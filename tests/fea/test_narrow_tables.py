@@ -1,0 +1,32 @@
+"""Tables of reports on a narrow terminal: lines may break, figures and words are whole."""
+
+import pytest
+
+from fea.terminal.converge_table import print_comparison
+from fea.terminal.reproduction_table import print_reproduction
+from fea.verify.converge.row import Computation, Measured, Row
+from fea.verify.reproduce.sources import reproduce
+
+TOOLS = ("fea", "fea --tolerance", "fea --size 12.1 --tolerance", "CalculiX")
+
+
+@pytest.mark.parametrize("width", [60, 80])
+def test_error_against_run_time(width, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", str(width))
+    measured = Measured(12.1, 2012345, 123.45, 12345.0, 717.9)
+    rows = [Row(Computation(tool, "p2", "goodier", 5.0), measured, "peak", -12.34) for tool in TOOLS]
+    print_comparison(rows, [])
+    text = capsys.readouterr().out
+    assert "…" not in text
+    for figure in ("2012345", "123.45", "12345 ", "717.9", "-12.34"):
+        assert text.count(figure) == len(rows)
+    assert ("fea --tolerance 5, p2" in text) == (width == 80)
+
+
+@pytest.mark.parametrize("width", [60, 80])
+def test_published_figures(width, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", str(width))
+    print_reproduction(reproduce("molina-2024"))
+    text = capsys.readouterr().out
+    assert "…" not in text
+    assert "displacement" in text
