@@ -18,7 +18,7 @@ def test_error_against_run_time(width, monkeypatch, capsys):
     print_comparison(rows, [])
     text = capsys.readouterr().out
     assert "…" not in text
-    for figure in ("2012345", "123.45", "12345 ", "717.9", "-12.34"):
+    for figure in ("2012345", "123.45", " 12345 ", "717.9", "-12.34"):
         assert text.count(figure) == len(rows)
     assert ("fea --tolerance 5, p2" in text) == (width == 80)
 
