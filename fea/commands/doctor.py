@@ -17,6 +17,7 @@ def doctor(*, json: bool = False) -> int:
     from fea.machine.doctor import examine
 
     findings = examine()
+    ready = all(finding.good or not finding.needed for finding in findings)
     if json:
         from fea.output.summary import json_text
 
@@ -24,10 +25,15 @@ def doctor(*, json: bool = False) -> int:
     else:
         console = Console(highlight=False)
         table = Table(box=None, pad_edge=False)
-        for heading in ("", "what", "found", "remedy"):
+        headings = ["", "what", "found"]
+        if not all(finding.good for finding in findings):
+            headings.append("remedy")
+        for heading in headings:
             table.add_column(heading, overflow="fold")
         for finding in findings:
             mark = "ok" if finding.good else "missing" if finding.needed else "no"
-            table.add_row(mark, finding.what, finding.found, "" if finding.good else finding.remedy)
+            cells = (mark, finding.what, finding.found, "" if finding.good else finding.remedy)
+            table.add_row(*cells[: len(table.columns)])
         console.print(table)
-    return 0 if all(finding.good or not finding.needed for finding in findings) else 7
+        console.print("Everything needed is there." if ready else "fea run needs what is missing.")
+    return 0 if ready else 7

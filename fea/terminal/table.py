@@ -81,8 +81,10 @@ def _console() -> Console:
 def _print_run(console: Console, folder: Path, summary: Summary) -> None:
     console.print(_headline(summary), markup=False, style="bold", soft_wrap=True)
     console.print(case_table(summary, console))
-    said = (*_doubts(summary), *_cycle(summary), *buckling_lines(summary), _model(summary))
-    for line in (*said, *_files(folder), _next(folder, summary)):
+    for line in (*_doubts(summary), *_cycle(summary), *buckling_lines(summary), _model(summary)):
+        # At words where a human reads; whole lines for a program.
+        console.print(line, markup=False, soft_wrap=not console.is_terminal)
+    for line in (*_files(folder), _next(folder, summary)):
         console.print(line, markup=False, soft_wrap=True)
 
 
