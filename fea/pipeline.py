@@ -30,6 +30,7 @@ from fea.solvers.buckling import Buckling
 from fea.solvers.solve import Model, Solution
 from fea.speed_loads import SpeedLoads, speed_loads
 from fea.stress.part_recovery import PartRecovery
+from fea.stress.section_balance import SectionBalance
 from fea.study.study import Study
 from fea.units import RPM
 from geometry.invalid import InvalidValue
@@ -203,6 +204,7 @@ class Analysis:
             solution,
             cases,
             mass=self.rod.mass,
+            section=self._amid,
             displacement_only=[n for n in range(len(self.materials)) if n not in self.soft],
             held=self.study.analysis.support is Support.CLAMPED,
         )
@@ -258,6 +260,17 @@ class Analysis:
     def sections(self) -> tuple[tuple[Section, ...], Section]:
         """Cross-sections from pin to pin, and the least of the shank: by its dimensions or else its mesh."""
         return shank(self.study.rod.rod, self.mesh.whole.mesh, self.mesh.bores)
+
+    @cached_property
+    def _amid(self) -> SectionBalance:
+        """The section midway between the pins, or midway between bores that reach over it."""
+        bores, mesh = self.mesh.bores, self.mesh
+        low, high = bores.big_radius, bores.rod_length - bores.small_radius
+        middle = bores.rod_length / 2
+        station = middle if low < middle < high else (low + high) / 2
+        return SectionBalance(
+            mesh.whole.mesh, mesh.cell, self.model.material.density, bores.rod_length, station
+        )
 
     def _cycle_at(self, rpm: float | None, cases: tuple[CaseResult, ...]) -> CycleResult | None:
         if not self.study.analysis.cycle or self.engine is None or self.gas is None or rpm is None:

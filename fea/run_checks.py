@@ -11,6 +11,7 @@ from fea.discretise import Discretised
 from fea.material import Material
 from fea.results import CaseResult
 from fea.solvers.solve import Solution
+from fea.stress.section_balance import SectionBalance
 
 
 def run_checks(
@@ -21,6 +22,7 @@ def run_checks(
     cases: Sequence[CaseResult],
     *,
     mass: float,
+    section: SectionBalance,
     displacement_only: Sequence[int],
     held: bool,
 ) -> dict[str, Check]:
@@ -36,6 +38,8 @@ def run_checks(
         What was applied, what came out of the solver, and the figures drawn from it.
     mass
         Of the rod as meshed, t.
+    section
+        Amid the shank.
     displacement_only
         Numbers of the parts without a pressure of their own.
     held
@@ -54,6 +58,7 @@ def run_checks(
         "backward_error": max(item.backward_error for item in residuals),
         "energy_balance": max(item.energy for item in residuals),
         "imbalance": max(item.imbalance for item in residuals),
+        "section_balance": max(section.error(case.case, case.stress) for case in cases),
     }
     if solution.condition:
         values["condition"] = max(solution.condition.values())

@@ -1,6 +1,7 @@
 """Cross-sections of a mesh: area and second moments of the polygons in which planes cut its tetrahedra."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -23,19 +24,67 @@ _CUTS = {
 }
 
 
+@dataclass(frozen=True)
+class Slice:
+    """A cross-section as triangles, whose corners lie on edges between nodes.
+
+    Attributes
+    ----------
+    station
+        x of the plane, mm.
+    places
+        (n, 3, 2) y and z of the corners, mm.
+    ends, share
+        (n, 3, 2) nodes at the ends of each corner's edge; (n, 3) how far along it the corner is.
+    """
+
+    station: float
+    places: Floats
+    ends: Ints
+    share: Floats
+
+    @property
+    def areas(self) -> Floats:
+        """(n,) mm²."""
+        side, other = self.places[:, 1] - self.places[:, 0], self.places[:, 2] - self.places[:, 0]
+        return np.asarray(np.abs(side[:, 0] * other[:, 1] - side[:, 1] * other[:, 0]) / 2)
+
+    def at_corners(self, field: Floats) -> Floats:
+        """Values (n, 3, k) at the corners of a field (n_points, k) at the mesh's nodes."""
+        start, end = field[self.ends[..., 0]], field[self.ends[..., 1]]
+        return np.asarray(start + self.share[..., None] * (end - start))
+
+    def section(self) -> Section:
+        """Area and second moments."""
+        areas = self.areas
+        area = float(areas.sum())
+        total = self.places.sum(axis=1)
+        center = areas @ total / (3 * area)
+        second = areas @ ((self.places**2).sum(axis=1) + total**2) / 12 - area * center**2
+        return Section(self.station, area, inertia_y=float(second[1]), inertia_z=float(second[0]))
+
+
+def cut(mesh: TetMesh, station: float) -> Slice:
+    """Cut a mesh at x = `station`, mm; second-order elements as eight straight ones.
+
+    Raises
+    ------
+    ValueError
+        The plane misses the mesh.
+    """
+    (found,) = _cuts(mesh, [station])
+    return found
+
+
 def sections(mesh: TetMesh, stations: Iterable[float]) -> tuple[Section, ...]:
-    """Cut a mesh at x = each station, mm; second-order elements as eight straight ones.
+    """Sections at x = each station, mm.
 
     Raises
     ------
     ValueError
         A plane misses the mesh.
     """
-    tets = mesh.tets if mesh.order == 1 else mesh.tets[:, _EIGHT].reshape(-1, 4)
-    x = mesh.points[tets, 0]
-    by_x = np.argsort(x, axis=1)
-    tets, x = np.take_along_axis(tets, by_x, axis=1), np.take_along_axis(x, by_x, axis=1)
-    return tuple(_section(mesh.points, tets, x, float(station)) for station in stations)
+    return tuple(found.section() for found in _cuts(mesh, stations))
 
 
 def least_section(mesh: TetMesh, low: float, high: float, count: int = 201) -> Section:
@@ -43,28 +92,26 @@ def least_section(mesh: TetMesh, low: float, high: float, count: int = 201) -> S
     return min(sections(mesh, np.linspace(low, high, count)), key=lambda section: section.area)
 
 
-def _section(points: Floats, tets: Ints, x: Floats, station: float) -> Section:
+def _cuts(mesh: TetMesh, stations: Iterable[float]) -> Iterator[Slice]:
+    x = mesh.points[mesh.tets, 0]
+    first, last = x.min(axis=1), x.max(axis=1)
+    for station in map(float, stations):
+        met = mesh.tets[(first < station) & (last >= station)]
+        tets = met if mesh.order == 1 else met[:, _EIGHT].reshape(-1, 4)
+        yield _cut(mesh.points, tets, station)
+
+
+def _cut(points: Floats, tets: Ints, station: float) -> Slice:
+    x = points[tets, 0]
+    by_x = np.argsort(x, axis=1)
+    tets, x = np.take_along_axis(tets, by_x, axis=1), np.take_along_axis(x, by_x, axis=1)
     below = (x < station).sum(axis=1)
-    triangles = np.concatenate(
-        [
-            _cut(points[tets[below == count]], edges, station)
-            for count, pieces in _CUTS.items()
-            for edges in pieces
-        ]
+    ends = np.concatenate(
+        [tets[below == count][:, edges] for count, pieces in _CUTS.items() for edges in pieces]
     )
-    if not len(triangles):
+    if not len(ends):
         raise ValueError(f"the plane x = {station:g} mm misses the mesh")
-    side, other = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
-    areas = np.abs(side[:, 0] * other[:, 1] - side[:, 1] * other[:, 0]) / 2
-    area = float(areas.sum())
-    total = triangles.sum(axis=1)
-    center = areas @ total / (3 * area)
-    second = areas @ ((triangles**2).sum(axis=1) + total**2) / 12 - area * center**2
-    return Section(station, area, inertia_y=float(second[1]), inertia_z=float(second[0]))
-
-
-def _cut(corners: Floats, edges: list[tuple[int, int]], station: float) -> Floats:
-    """Triangles (n, 3, 2) of y and z where the plane meets three edges of tetrahedra (n, 4, 3)."""
-    start, end = corners[:, [a for a, _ in edges]], corners[:, [b for _, b in edges]]
-    share = (station - start[..., :1]) / (end[..., :1] - start[..., :1])
-    return np.asarray((start + share * (end - start))[..., 1:])
+    start, end = points[ends[..., 0]], points[ends[..., 1]]
+    share = (station - start[..., 0]) / (end[..., 0] - start[..., 0])
+    places = start + share[..., None] * (end - start)
+    return Slice(station, places[..., 1:], ends, share)

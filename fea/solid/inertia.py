@@ -82,6 +82,24 @@ def inertia(mesh: TetMesh, density: float | Floats) -> Inertia:
     )
 
 
+def mass_beyond(mesh: TetMesh, density: float | Floats, station: float) -> MassProperties:
+    """Mass properties of the part of the body with x > `station`, mm: whole Gauss points.
+
+    Parameters
+    ----------
+    mesh, density
+        As for `inertia`.
+    station
+        Some elements must lie beyond it.
+    """
+    far = mesh.points[mesh.tets, 0].max(axis=1) > station
+    places, volumes = volume_points(TetMesh(mesh.points, mesh.tets[far]))
+    mass = volumes * np.reshape(np.broadcast_to(density, len(far))[far], (-1, 1))
+    beyond = places[..., 0] > station
+    cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
+    return _properties(places[beyond], mass[beyond], cut_y=cut_y, cut_z=cut_z)
+
+
 def _properties(places: Floats, mass: Floats, *, cut_y: bool, cut_z: bool) -> MassProperties:
     images = (2 if cut_y else 1) * (2 if cut_z else 1)
     total = images * mass.sum()

@@ -1,0 +1,89 @@
+"""The stress in a cross-section against the forces beyond it: Cauchy's cut, as every textbook begins with."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.solid.inertia import mass_beyond
+from geometry.mass import MassProperties
+from loads.cases import LoadCase, RodMotion
+from mesh.slices import cut
+from mesh.tetmesh import TetMesh
+
+Floats = npt.NDArray[np.float64]
+
+_XX, _XY = 0, 3
+
+
+class SectionBalance:
+    """A cross-section of a rod, and the mass beyond it.
+
+    Parameters
+    ----------
+    whole
+        Mesh of the whole rod.
+    cell, density
+        What was integrated of it, and the density of every or of each element (n_elements,), t/mm³.
+    rod_length
+        x of the small end's bore, mm.
+    station
+        x of the section, between the bores, mm.
+    """
+
+    def __init__(
+        self, whole: TetMesh, cell: TetMesh, density: float | Floats, rod_length: float, station: float
+    ) -> None:
+        self._slice = cut(whole, station)
+        self._areas, self._y = self._slice.areas, self._slice.places[..., 0]
+        section = self._slice.section()
+        self._gyration = math.sqrt(section.inertia_z / section.area)
+        self._beyond, self._rod_length = mass_beyond(cell, density, station), rod_length
+
+    def error(self, case: LoadCase, stress: Floats) -> float:
+        """How far a case's nodal stress (n_nodes, 6), MPa, is from carrying what acts beyond the section.
+
+        Returns
+        -------
+        float
+            The larger of what is missing of the force, and of the moment over the radius of gyration; as a
+            share of the largest bore force plus that of the moment.
+        """
+        *force, moment = self._acting(case)
+        *carried, bent = self._carried(stress)
+        off = max(abs(force[0] - carried[0]), abs(force[1] - carried[1]), abs(moment - bent) / self._gyration)
+        largest = max(
+            math.hypot(case.pin_axial, case.pin_transverse),
+            math.hypot(case.crank_axial, case.crank_transverse),
+        )
+        return off / (largest + abs(moment) / self._gyration)
+
+    def _acting(self, case: LoadCase) -> tuple[float, float, float]:
+        """Forces along x and y beyond the section, N, and their moment about its point y = 0, N·mm."""
+        x, y = case.pin_axial, case.pin_transverse
+        moment = (self._rod_length - self._slice.station) * y
+        if case.motion is not None:
+            along, across, turning = _inertia(self._beyond, case.motion)
+            center_x, center_y, _ = self._beyond.center
+            moment += (center_x - self._slice.station) * across - center_y * along + turning
+            x, y = x + along, y + across
+        return x, y, moment
+
+    def _carried(self, stress: Floats) -> tuple[float, float, float]:
+        """Integrals of σ_xx, σ_xy and −y σ_xx, each linear on a triangle."""
+        values = self._slice.at_corners(stress[:, [_XX, _XY]])
+        along, across = self._areas @ values.mean(axis=1)
+        normal, y = values[..., 0], self._y
+        products = y.sum(axis=1) * normal.sum(axis=1) + (y * normal).sum(axis=1)
+        return float(along), float(across), float(-self._areas @ products / 12)
+
+
+def _inertia(body: MassProperties, motion: RodMotion) -> tuple[float, float, float]:
+    """D'Alembert force along x and y, N, and moment about the centre of gravity, N·mm."""
+    x, y, _ = body.center
+    (ax, ay), alpha, square = motion.acceleration, motion.angular_acceleration, motion.angular_velocity**2
+    return (
+        -body.mass * (ax - alpha * y - square * x),
+        -body.mass * (ay + alpha * x - square * y),
+        -body.inertia_z * alpha,
+    )

@@ -1,0 +1,80 @@
+"""The stress in a section against the forces beyond it, on bars whose stress is known in closed form."""
+
+import numpy as np
+import pytest
+
+from fea import run
+from fea.stress.section_balance import SectionBalance
+from geometry.bodies.shape import block
+from loads.cases import LoadCase, RodMotion
+from mesh.body import mesh_body
+
+LENGTH, SIDE, DENSITY, FORCE = 100.0, 10.0, 7.8e-9, 2e4
+AREA, INERTIA = SIDE**2, SIDE**4 / 12
+
+
+@pytest.fixture(scope="module")
+def bar():
+    mesh = mesh_body(block(LENGTH, SIDE, SIDE), 3.0)
+    mesh.points[:, 1:] -= SIDE / 2
+    return mesh
+
+
+def _stress(mesh, along, across=0.0, moment=0.0):
+    """Of normal force, shear (in the mean) and −y σ_xx = `moment`, each (n_nodes,) or a number."""
+    stress = np.zeros((len(mesh.points), 6))
+    stress[:, 0] = along / AREA - moment * mesh.points[:, 1] / INERTIA
+    stress[:, 3] = across / AREA
+    return stress
+
+
+def _case(axial, transverse=0.0, motion=None):
+    return LoadCase("case", None, axial, transverse, axial, -transverse, motion=motion)
+
+
+@pytest.mark.parametrize("station", [20.0, 50.0, 71.3])
+def test_a_pulled_and_bent_bar_balances(bar, station):
+    """Exact stress of a cantilever (Timoshenko & Goodier 1970, art. 21), linear in y: rounding is left."""
+    section = SectionBalance(bar, bar, DENSITY, LENGTH, station)
+    case = _case(FORCE, 0.1 * FORCE)
+    moment = 0.1 * FORCE * (LENGTH - station)
+    assert section.error(case, _stress(bar, FORCE, 0.1 * FORCE, moment)) < 1e-9
+    scale = FORCE * np.hypot(1, 0.1) + moment / np.sqrt(INERTIA / AREA)
+    for wrong, off in (
+        (_stress(bar, 1.1 * FORCE, 0.1 * FORCE, moment), 0.1 * FORCE),
+        (_stress(bar, FORCE, 0, moment), 0.1 * FORCE),
+        (_stress(bar, FORCE, 0.1 * FORCE, 0.9 * moment), 0.1 * moment / np.sqrt(INERTIA / AREA)),
+    ):
+        assert section.error(case, wrong) == pytest.approx(off / scale, rel=1e-6)
+
+
+def test_a_moving_bar_balances(bar):
+    """ρ A ∫ (a₀ + α × x − ω² x) beyond the section, in closed form; .3 %: Gauss points are in it or not."""
+    station, (ax, ay), alpha, omega = 40.0, (-1e7, 2e7), 2e5, 300.0
+    section = SectionBalance(bar, bar, DENSITY, LENGTH, station)
+    mass, center = DENSITY * AREA * (LENGTH - station), (LENGTH + station) / 2
+    along = -mass * (ax - omega**2 * center)
+    across = -mass * (ay + alpha * center)
+    own = mass * ((LENGTH - station) ** 2 + SIDE**2) / 12
+    moment = across * (center - station) - own * alpha
+    case = _case(FORCE, 0.0, RodMotion((ax, ay), omega, alpha))
+    gyration = np.sqrt(INERTIA / AREA)
+    scale = FORCE + abs(moment) / gyration
+    assert section.error(case, _stress(bar, FORCE + along, across, moment)) < 3e-3
+    for wrong, missing in (
+        (_stress(bar, FORCE, across, moment), along),
+        (_stress(bar, FORCE + along, 0.0, moment), across),
+        (_stress(bar, FORCE + along, across, 0.0), moment / gyration),
+    ):
+        assert section.error(case, wrong) == pytest.approx(abs(missing) / scale, abs=3e-3)
+
+
+def test_a_run_with_first_order_elements_too_coarse_for_bending_is_marked(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bent.toml").write_text(
+        '[rod]\npreset = "leon-2001"\n[material]\npreset = "leon-2001"\n[forces]\npin_N = [2000.0, 4000.0]\n'
+        '[mesh]\nsize_mm = 12\nelement = "p1"\n[analysis]\nsupport = "clamped"\n'
+    )
+    checks = {name: run("bent.toml", element=name, out=name)["checks"] for name in ("p1", "p2")}
+    assert not checks["p1"]["section_balance"]["pass"]
+    assert checks["p2"]["section_balance"]["pass"]
