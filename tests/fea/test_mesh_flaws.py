@@ -1,15 +1,23 @@
 """Meshes that the checks of a run would refuse are made again; others stay as they are."""
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fea.checks import LIMITS
 from fea.discretise import discretise
 from fea.machine.clock import Clock
-from fea.mesh_flaws import mass_error
+from fea.mesh_flaws import mass_error, mesh_flaws
 from fea.solid.inertia import inertia
 from fea.study.study import parse_study
+from geometry.bodies.draw import draw
+from geometry.bodies.shape import block
+from geometry.session import session
+from mesh.generate import tetrahedralise
+from mesh.quality import measure
+from mesh.sizing import Sizing
 
 ROD = '[rod]\nlength_mm = 100\nbig_end_bore_mm = 50\nsmall_end_bore_mm = 25\nshank_section = "rectangular"\n'
 
@@ -36,6 +44,20 @@ def test_elements_too_bent_for_the_mass_are_made_again():
     found, _, error = meshed(100 / 7, rod=ROD.replace("25", "20").replace("rectangular", "I"))
     assert error < 0.2 * LIMITS["mesh_mass"]
     assert "elements were bent near" in found.repair.causes[0]
+
+
+def test_a_flat_element_is_found_by_its_shape():
+    with session():
+        mesh, quality = tetrahedralise(draw(block(10.0, 10.0, 10.0)), (), Sizing(4.0, 1))
+        a, b, c, d = mesh.points[mesh.tets[0]]
+        points = mesh.points.copy()
+        points[mesh.tets[0, 3]] = (a + b + c) / 3 + 1e-4 * (d - a)
+        flat = replace(mesh, points=points)
+        repair = mesh_flaws(None, None, flat, measure(flat))
+        assert mesh_flaws(None, None, mesh, quality) is None
+    centers = [spot.center for spot in repair.spots]
+    assert np.isclose(centers, points[mesh.tets[0]].mean(axis=0)).all(axis=1).any()
+    assert "flat near" in repair.causes[0]
 
 
 @pytest.mark.parametrize(("size", "element"), [(6.0, "p2"), (12.5, "p1")])
