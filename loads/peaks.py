@@ -31,6 +31,8 @@ class Peaks(NamedTuple):
     left_out: tuple[tuple[str, str], ...]
 
 
+# Forces below this, of the largest along the rod, are rounding.
+_ROUNDING = 1e-12
 # What each case makes largest; where even the largest is not positive the case does not occur.
 _MEASURES: dict[str, tuple[Measure, str]] = {
     "tension": (
@@ -60,10 +62,11 @@ def peak_cases(engine: Engine, rod: MassProperties, gas: GasModel, speed: float)
 
     coarse = np.arange(0, CYCLE - _COARSE / 2, _COARSE)
     whole = at(coarse)
+    least = _ROUNDING * max(np.abs(whole.pin_axial).max(), np.abs(whole.crank_axial).max())
     cases, left_out = [], []
     for name, (measure, reason) in _MEASURES.items():
         angle, largest = _refine(measure, at, whole)
-        if largest > 0:
+        if largest > least:
             cases.append(load_case(engine, rod, gas, speed, angle, name=name))
         else:
             left_out.append((name, reason))

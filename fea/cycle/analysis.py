@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.assess.remarks import fatigue_remarks
-from fea.checks import Check, check
+from fea.checks import LIMITS, Check
 from fea.choices import Fatigue
 from fea.crank.cycle_table import cycle_angles
 from fea.cycle.envelope import Envelope, envelope, with_cases
@@ -27,6 +27,10 @@ from loads.engine import Engine
 from loads.gas import GasModel
 
 Floats = npt.NDArray[np.float64]
+
+# Limit of the check ``superposition`` where the pressure jumps, at which no series converges: what is called
+# converged.
+AT_JUMPS = 0.05
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,8 @@ class CycleResult:
         What the cosine series misses of the bore pressure at worst, in parts of its peak.
     unit_solutions
         How many there are.
+    jumps
+        Whether the bore pressure does, at its arc's ends.
     remarks
         What a reader must know of the material.
     multiaxial
@@ -63,26 +69,25 @@ class CycleResult:
     superposition: float
     series_error: float
     unit_solutions: int
+    jumps: bool
     remarks: tuple[str, ...] = ()
     multiaxial: Spot | None = None
 
     def checks(self) -> dict[str, Check]:
-        """Hold the superposition against the directly solved cases, where the pressure has no jump."""
-        return {} if self._jumps else {"superposition": check("superposition", self.superposition)}
+        """Hold the superposition against the directly solved cases."""
+        limit = AT_JUMPS if self.jumps else LIMITS["superposition"]
+        return {"superposition": Check(self.superposition, limit)}
 
     def notes(self) -> tuple[str, ...]:
         """Say what a reader must know of the cycle."""
-        notes = list(self.remarks)
-        if self._jumps:
-            notes.append(
-                f"the bore pressure jumps at its arc's ends, where no series converges: superposed stress is "
-                f"within {100 * self.superposition:.2g} % of each peak case's largest"
-            )
-        return tuple(notes)
-
-    @property
-    def _jumps(self) -> bool:
-        return self.series_error > 10 * TOLERANCE
+        if self.jumps:
+            why = "jumps at its arc's ends"
+        elif self.series_error > 2 * TOLERANCE:
+            why = "rises within a narrow arc"
+        else:
+            return self.remarks
+        apart = f"{100 * self.superposition:.2g} % of each peak case's largest"
+        return (*self.remarks, f"the bore pressure {why}: superposed stress there is within {apart}")
 
 
 @dataclass(frozen=True)
@@ -167,6 +172,7 @@ class CycleAnalysis:
             self._difference(of_peaks, peaks),
             self.loads.series_error,
             self.units.count,
+            self.loads.jumps,
             fatigue_remarks(self.materials),
             multiaxial,
         )

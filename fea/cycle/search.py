@@ -44,6 +44,9 @@ Ints = npt.NDArray[np.int64]
 
 # Speeds at which every place is bounded; between them bounds are interpolated.
 ANCHORS = 9
+# Where δ adds more than this part to the bounds on the average, every place is bounded anew: that is cheaper
+# than to work out many.
+STRAYED = 0.2
 # Places worked out at once: with their unit stresses, 3.5 kB each, and 50 ends of chords some 12 MB.
 ROWS = 2000
 # At first only so many, which are likely to hold the worst.
@@ -249,8 +252,12 @@ class SpeedSearch:
             np.abs(w - (1 - share) * b - share * a).max(axis=1)[:, None]
             for w, b, a in zip(weights, before, after, strict=True)
         )
-        pairs = zip(self._parts, self._largest[above - 1], self._largest[above], strict=True)
-        return [((1 - share) * b + share * a) + part.strayed(strays)[:, 0] for part, b, a in pairs]
+        between = zip(self._largest[above - 1], self._largest[above], strict=True)
+        straight = [(1 - share) * b + share * a for b, a in between]
+        strayed = [part.strayed(strays)[:, 0] for part in self._parts]
+        if sum(s.sum() for s in strayed) > STRAYED * sum(s.sum() for s in straight):
+            return [part.bound(weights) for part in self._parts]
+        return [one + other for one, other in zip(straight, strayed, strict=True)]
 
     def _worst(
         self,

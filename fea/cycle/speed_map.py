@@ -24,6 +24,8 @@ COLUMNS = (
     "amplitude_MPa",
     "stress_ratio",
     "crossland_safety_factor",
+    "column_safety_factor",
+    "buckling_factor",
 )
 MODES = {
     "yield": "yield_safety_factor",
@@ -41,46 +43,18 @@ class SpeedMap:
     columns
         (n_speeds,) by the names of `COLUMNS`, speeds increasing; NaN where fatigue is not judged. Crossland's
         factor is the least of the whole rod at speeds that were run in full, at others that of the worst
-        places against yielding and fatigue.
-    exact
-        Critical speeds that are known better than by interpolation.
+        places against yielding and fatigue. Of buckling the least of every case.
+    critical
+        Lowest speed, rpm, from which each of `MODES` fails; None where it does not within the map.
     """
 
     columns: dict[str, Floats]
-    exact: Mapping[str, float | None] | None = None
-
-    @property
-    def critical(self) -> Mapping[str, float | None]:
-        """Speed, rpm, at which each failure mode begins; None where it does not within the map."""
-        if self.exact is not None:
-            return self.exact
-        return {
-            mode: critical_speed(self.columns["rpm"], self.columns[column]) for mode, column in MODES.items()
-        }
+    critical: Mapping[str, float | None]
 
 
-def critical_speed(rpm: Floats, factor: Floats) -> float | None:
-    """Lowest speed from which a safety factor is below 1, linear between speeds.
-
-    Parameters
-    ----------
-    rpm
-        (n,) increasing.
-    factor
-        (n,); NaN where it is not known.
-
-    Returns
-    -------
-    float or None
-        The lowest speed of all where the factor is below 1 already there.
-    """
-    first = first_below(factor)
-    if first is None:
-        return None
-    if first == 0 or np.isnan(factor[first - 1]):
-        return float(rpm[first])
-    share = (factor[first - 1] - 1) / (factor[first - 1] - factor[first])
-    return float(rpm[first - 1] + share * (rpm[first] - rpm[first - 1]))
+def rounded(rpm: float) -> str:
+    """A critical speed in the three digits that stresses of a few per cent can vouch for."""
+    return f"{float(f'{rpm:.3g}'):.0f}"
 
 
 def first_below(factor: Floats) -> int | None:
@@ -91,18 +65,21 @@ def first_below(factor: Floats) -> int | None:
 
 def speed_map(summaries: Sequence[Mapping[str, Any]]) -> SpeedMap | None:
     """Gather the envelopes of the summaries of several speeds; None where no cycle was worked out."""
-    rows = [_row(item) for item in summaries if "envelope" in item and item["rpm"] is not None]
-    if not rows:
+    critical = next(
+        (item["critical_speeds_rpm"] for item in summaries if "critical_speeds_rpm" in item), None
+    )
+    if critical is None:
         return None
-    values = np.array(sorted(rows), dtype=np.float64)
-    exact = next((item["critical_speeds_rpm"] for item in summaries if "critical_speeds_rpm" in item), None)
-    return SpeedMap(dict(zip(COLUMNS, values.T, strict=True)), exact)
+    values = np.array(sorted(map(_row, summaries)), dtype=np.float64)
+    return SpeedMap(dict(zip(COLUMNS, values.T, strict=True)), critical)
 
 
 def _row(summary: Mapping[str, Any]) -> list[float]:
     envelope = summary["envelope"]
     fatigue = envelope["fatigue"] or {}
-    multiaxial = envelope.get("min_crossland_safety_factor")
+    buckling = summary["buckling"]
+    planes = [plane["safety_factor"] for plane in buckling["column"]["planes"].values()]
+    modes = [mode["factor"] for found in buckling.get("modes", {}).values() for mode in found]
     found = {
         "rpm": summary["rpm"],
         "yield_safety_factor": envelope["min_safety_factor"],
@@ -110,7 +87,9 @@ def _row(summary: Mapping[str, Any]) -> list[float]:
         **_place("yield", envelope["at_mm"]),
         **_place("fatigue", fatigue.get("at_mm", [np.nan] * 3)),
         **fatigue,
-        "crossland_safety_factor": multiaxial,
+        "crossland_safety_factor": envelope["min_crossland_safety_factor"],
+        "column_safety_factor": min((factor for factor in planes if factor is not None), default=None),
+        "buckling_factor": min(modes, default=None),
     }
     return [np.nan if found.get(name) is None else float(found[name]) for name in COLUMNS]
 

@@ -14,11 +14,11 @@ import numpy.typing as npt
 from fea.case_loads import Bores
 from fea.choices import Support
 from fea.cycle.series import coefficients, series, skewed
-from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction
+from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction, wrapped
 from fea.solid.inertia import Inertia
 from fea.units import DEG
 from geometry.surfaces import Surface
-from loads.bearing import Arc, BorePressure
+from loads.bearing import Arc, BorePressure, Shape
 from loads.cases import RodMotion
 from mesh.tetmesh import TetMesh
 
@@ -27,6 +27,7 @@ Ints = npt.NDArray[np.int64]
 
 # Skewness of a bore's pressure above which its own harmonics are solved for.
 SKEWED = 2e-3
+_DIRECTIONS = np.arange(0, 360, 30) * DEG
 # Unit accelerations a_x, ω² and a_y, α.
 _EVEN = (RodMotion((1.0, 0.0), 0.0, 0.0), RodMotion((0.0, 0.0), 1.0, 0.0))
 _ODD = (RodMotion((0.0, 1.0), 0.0, 0.0), RodMotion((0.0, 0.0), 0.0, 1.0))
@@ -139,6 +140,7 @@ class UnitLoads:
         arcs = (pressure.tension, pressure.compression)
         orders = np.union1d(*(series(arc).orders for arc in arcs))
         self.series_error = max(series(arc).error for arc in arcs)
+        self.jumps = any(arc.shape is Shape.UNIFORM for arc in arcs)
         small = bore_facets(mesh, Surface.SMALL_END_BORE, bores.rod_length)
         self.bores = [PressedBore(Surface.SMALL_END_BORE, small, 1, arcs, _with_skewed(orders, small, arcs))]
         if support is not Support.CLAMPED:
@@ -198,18 +200,22 @@ def _harmonics(bore: PressedBore, parity: int) -> Iterator[tuple[Floats, Floats]
 
 def _with_skewed(orders: Ints, facets: BoreFacets, arcs: tuple[Arc, Arc]) -> Ints:
     """Orders with those that s(ψ) sin ψ needs, where a bore wants more of it than a mesh's own unevenness."""
-    shares = [_skewness(facets, arc) for arc in arcs]
-    more = [skewed(arc, s).orders for arc, s in zip(arcs, shares, strict=True) if s > SKEWED]
+    shares = {arc: _skewness(facets, arc) for arc in arcs}
+    more = [skewed(arc, share).orders for arc, share in shares.items() if share > SKEWED]
     return reduce(np.union1d, more, orders)
 
 
 def _skewness(facets: BoreFacets, arc: Arc) -> float:
-    """Largest |b / a| of s(ψ)(a + b sin ψ) in any direction of the force, from the bore's area a degree."""
-    degree = np.floor(facets.angle / DEG).astype(int).ravel() % 360
-    area = np.bincount(degree, facets.areas.ravel(), minlength=360)
+    """Largest |b / a| of s(ψ)(a + b sin ψ) among forces in some directions."""
+    angle, area = facets.angle.ravel(), facets.areas.ravel()
     if facets.cut_y:
-        area = area + area[::-1]
-    psi = (np.arange(360) + 0.5) * DEG
-    even, odd = arc(psi) * np.sin(psi), arc(psi) * np.sin(psi) ** 2
-    turned = np.stack([np.roll(area, -turn) for turn in range(360)])
-    return float(np.abs(turned @ even / (turned @ odd)).max())
+        angle, area = np.append(angle, -angle), np.append(area, area)
+    return max(_skewed_by(wrapped(angle - direction), area, arc) for direction in _DIRECTIONS)
+
+
+def _skewed_by(psi: Floats, area: Floats, arc: Arc) -> float:
+    """|b / a| in one direction: 0 where nothing lies within the arc."""
+    within = np.abs(psi) < arc.angle / 2
+    across = np.sin(psi[within])
+    pressed = arc.unbounded(psi[within]) * area[within] * across
+    return float(abs(pressed.sum()) / max(pressed @ across, np.finfo(float).tiny))

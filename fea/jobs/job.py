@@ -3,7 +3,7 @@
 import csv
 import dataclasses
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -86,10 +86,13 @@ def run_study(study: Study, listener: Callable[[str], None] | None = None) -> li
     adapted = analysed(study, speeds, clock, listener)
     runs = list(zip(speeds, folders, films, strict=True))
     shown = study.output.screenshot or study.analysis.buckling or any(films)
-    if study.analysis.cycle and len(runs) > MOST_FULL_RUNS and not shown:
-        reports = _swept(adapted, runs, clock)
+    sweep = _sweep(adapted, speeds, clock) if study.analysis.cycle and len(runs) > 1 else None
+    if sweep is not None and len(runs) > MOST_FULL_RUNS and not shown:
+        reports = _swept(adapted, sweep, runs, clock)
     else:
-        reports = [_leave(adapted, adapted.at(rpm), folder, film, clock) for rpm, folder, film in runs]
+        reports = [
+            _leave(adapted, adapted.at(rpm), folder, film, clock, sweep=sweep) for rpm, folder, film in runs
+        ]
     if len(reports) > 1:
         write_text(folders[0].parent / "map.csv", map_text(reports))
         with clock("plot"):
@@ -97,15 +100,20 @@ def run_study(study: Study, listener: Callable[[str], None] | None = None) -> li
     return reports
 
 
+def _sweep(adapted: Adapted, speeds: Sequence[float | None], clock: Clock) -> SpeedSweep:
+    with clock("map"):
+        return SpeedSweep(adapted.analysis, [rpm for rpm in speeds if rpm is not None])
+
+
 def _swept(
-    adapted: Adapted, runs: Sequence[tuple[float | None, Path, Path | None]], clock: Clock
+    adapted: Adapted,
+    sweep: SpeedSweep,
+    runs: Sequence[tuple[float | None, Path, Path | None]],
+    clock: Clock,
 ) -> list[RunReport]:
     """Leave full runs at the worst of many speeds, and at the others their figures."""
-    with clock("map"):
-        sweep = SpeedSweep(adapted.analysis, [rpm for rpm, _, _ in runs if rpm is not None])
-        critical = {"critical_speeds_rpm": sweep.critical()}
     full = {
-        rpm: _leave(adapted, adapted.at(rpm), folder, film, clock, more=critical)
+        rpm: _leave(adapted, adapted.at(rpm), folder, film, clock, sweep=sweep)
         for rpm, folder, film in runs
         if rpm in sweep.worst
     }
@@ -153,9 +161,9 @@ def _leave(
     film: Path | None,
     clock: Clock,
     *,
-    more: Mapping[str, Any] | None = None,
+    sweep: SpeedSweep | None = None,
 ) -> RunReport:
-    """Write one speed's run, and its animation if one is asked for, and return its summary with `more`."""
+    """Write one speed's run, of a `sweep` or alone, and its animation if one is asked for."""
     analysis = adapted.analysis
     mesh = analysis.mesh.whole.mesh
     buckling = buckling_report(analysis, result, clock)
@@ -179,7 +187,9 @@ def _leave(
         if result.cycle is not None:
             with clock("plot"):
                 _plot_history(place / "history.png", analysis.study.name, result, result.cycle)
-        figures = summary(analysis, result, buckling.figures, clock, adapted.passes) | dict(more or {})
+        figures = summary(analysis, result, buckling.figures, clock, adapted.passes)
+        if sweep is not None:
+            figures["critical_speeds_rpm"] = sweep.critical
         complaint, pages = "", b""
         if analysis.study.output.screenshot:
             complaint = _take_pictures(place, figures, clock)

@@ -13,6 +13,7 @@ from fea.jobs.buckling import column_figures
 from fea.jobs.report import load_figures
 from fea.machine.threads import side_by_side
 from fea.pipeline import Analysis
+from fea.speed_loads import speed_loads
 from fea.units import DEG, RPM
 
 # With more speeds than this the fields are written at the worst ones only.
@@ -35,33 +36,44 @@ class SpeedSweep:
         Of a study with an engine, its cycle asked for.
     speeds
         rpm.
+
+    Raises
+    ------
+    InvalidValue
+        Nothing loads the rod at one of the speeds.
+
+    Attributes
+    ----------
+    critical
+        Lowest speed, rpm, from which each factor is below 1, to a tenth; None where there is none.
     """
 
     def __init__(self, analysis: Analysis, speeds: Sequence[float]) -> None:
         if analysis.engine is None or analysis.gas is None:
             raise ValueError("a sweep needs an engine")
+        for rpm in speeds:  # a speed that loads the rod with nothing is refused
+            speed_loads(analysis.study, analysis.engine, analysis.gas, analysis.rod, rpm)
         self._analysis = analysis
         self._search = SpeedSearch(analysis.cycle_analysis, analysis.engine, analysis.gas, sorted(speeds))
         self._found = dict(zip(sorted(speeds), side_by_side(self._search.at, sorted(speeds)), strict=True))
+        self.critical = {name: self._critical(mode) for name, mode in _MODES.items()}
 
     @property
     def worst(self) -> set[float]:
         """The speed of the least factor against each mode of failure."""
         return {min(self._found, key=lambda rpm: mode(self._found[rpm])) for mode in _MODES.values()}
 
-    def critical(self) -> dict[str, float | None]:
-        """Lowest speed from which each factor is below 1, rpm, to a tenth; None where there is none."""
-        return {name: self._critical(mode) for name, mode in _MODES.items()}
-
     def _critical(self, mode: Callable[[Worst], float]) -> float | None:
         rpm = np.array(list(self._found))
         first = first_below(np.array([mode(found) for found in self._found.values()]))
         if first is None or first == 0:
             return None if first is None else float(rpm[0])
-        root = brentq(
-            lambda speed: mode(self._search.at(speed)) - 1, rpm[first - 1], rpm[first], xtol=_WITHIN_RPM
-        )
-        return float(root)
+
+        def above(speed: float) -> float:
+            """Near to straight where inertia rules: stress goes by the square of speed."""
+            return float(np.log(mode(self._found.get(speed) or self._search.at(speed))))
+
+        return float(brentq(above, rpm[first - 1], rpm[first], xtol=_WITHIN_RPM))
 
     def summary(self, full: Mapping[str, Any], rpm: float) -> dict[str, Any]:
         """Return the summary of a speed whose fields are not written, from that of a full run.

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fea.cycle.speed_map import MODES, SpeedMap
+from fea.cycle.speed_map import MODES, SpeedMap, rounded
 from fea.output.errors import PictureError
 from fea.output.text import write_text
 
@@ -50,7 +50,7 @@ def plot_speed_map(path: Path, study: str, found: SpeedMap) -> None:
         if np.isnan(factor).all():
             continue
         critical = found.critical.get(mode)
-        label = mode if critical is None else f"{mode}: below 1 from {critical:.0f} rpm"
+        label = mode if critical is None else f"{mode}: below 1 from {rounded(critical)} rpm"
         panel.plot(rpm, factor, color=colour, marker=".", label=label)
         if critical is not None:
             panel.axvline(critical, color=colour, lw=0.9, ls=":")

@@ -8,7 +8,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from fea.cycle.speed_map import speed_map
+from fea.cycle.speed_map import rounded, speed_map
 from fea.terminal.figures import Summary, bar, factor, gathered, near, number, worst_case
 
 
@@ -57,7 +57,7 @@ def _critical(summaries: Sequence[Summary]) -> list[str]:
     if found is None:
         return []
     said = [
-        f"{mode} {'within no speed' if rpm is None else f'from {rpm:.0f} rpm'}"
+        f"{mode} {'within no speed' if rpm is None else f'from {rounded(rpm)} rpm'}"
         for mode, rpm in found.critical.items()
         if not np.isnan(found.columns[f"{mode}_safety_factor"]).all()
     ]

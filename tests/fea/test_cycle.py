@@ -126,10 +126,15 @@ def test_superposition_is_checked_against_the_peak_cases(at_6000):
     assert 0 < at_6000.cycle.superposition < 5e-3
 
 
-def test_a_pressure_that_jumps_is_noted_instead(at_6000):
-    jumping = replace(at_6000.cycle, series_error=0.5)
-    assert jumping.checks() == {}
-    assert any("jumps" in note for note in jumping.notes())
+@pytest.mark.parametrize(
+    ("jumps", "superposition", "passed"),
+    [(False, 0.004, True), (False, 0.006, False), (True, 0.04, True), (True, 0.14, False)],
+)
+def test_a_pressure_that_jumps_is_held_to_a_limit_of_its_own(at_6000, jumps, superposition, passed):
+    found = replace(at_6000.cycle, jumps=jumps, series_error=0.5, superposition=superposition)
+    assert found.checks()["superposition"].passed is passed
+    assert any(("jumps" if jumps else "narrow arc") in note for note in found.notes())
+    assert not any("bore pressure" in note for note in at_6000.cycle.notes())
 
 
 def test_a_factor_that_is_not_known_is_no_nan_in_the_file(at_6000):

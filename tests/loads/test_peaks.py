@@ -106,3 +106,10 @@ def test_a_weightless_rod_carries_axial_force_only():
     c = cycle(LEON, rod, NoGas(), 600.0, FINE)
     np.testing.assert_allclose(c.pin_axial, c.crank_axial, rtol=0, atol=1e-6)
     np.testing.assert_allclose(c.pin_transverse, 0, atol=1e-6)
+
+
+def test_a_rod_at_rest_is_not_bent():
+    # Pin and crank force of a rod without inertia are equal and opposite, but for rounding.
+    peaks = peak_cases(LEON, LEON_ROD, shipped_trace("leon-2001"), 0.0)
+    assert {case.name for case in peaks.cases} == {"compression", "side", "gas"}
+    assert dict(peaks.left_out)["bending"] == "no transverse force on the crank end"
