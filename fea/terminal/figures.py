@@ -17,6 +17,11 @@ def worst_case(summary: Summary) -> str:
     return min(results, key=lambda case: _or_infinity(results[case].get("min_safety_factor")))
 
 
+def least_factor(summary: Summary) -> float:
+    """Return the smallest safety factor of all cases, infinite where none has one."""
+    return _or_infinity(summary["results"][worst_case(summary)].get("min_safety_factor"))
+
+
 def near(path: Path) -> Path:
     """Return a path as it is short to type: from the current directory where it is below it."""
     here = Path.cwd()

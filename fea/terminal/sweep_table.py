@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.cycle.speed_map import rounded, speed_map
-from fea.terminal.figures import Summary, bar, factor, gathered, near, number, worst_case
+from fea.terminal.figures import Summary, bar, factor, gathered, least_factor, near, number, worst_case
 
 
 def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:
@@ -33,13 +33,25 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:
     console.print(table)
     summaries = [summary for _, summary in runs]
     for line in (*_sweep_doubts(summaries), *_critical(summaries)):
-        console.print(line, markup=False, soft_wrap=True)
+        console.print(line, markup=False, soft_wrap=not console.is_terminal)
     folder = runs[0][0].parent
     said = f"Written: {near(folder)}/map.csv, and a directory for each speed."
     drawn = [f"{summary['rpm']:g}" for place, summary in runs if any(place.glob("*.vtu"))]
     if len(drawn) < len(runs):
         said += f" Fields are written at {', '.join(drawn)} rpm, the worst; figures at the others."
-    console.print(said, markup=False, soft_wrap=True)
+    for line in (said, *_next(runs)):
+        console.print(line, markup=False, soft_wrap=True)
+
+
+def _next(runs: Sequence[tuple[Path, Summary]]) -> list[str]:
+    """Return what to look at: the map where there is one, and the worst case of all that is written."""
+    charts = [near(runs[0][0].parent / "cycle_map.png")]
+    said = [f"look at {chart}" for chart in charts if chart.is_file()]
+    files = {place / f"{worst_case(summary)}.vtu": least_factor(summary) for place, summary in runs}
+    written = {file: least for file, least in files.items() if file.is_file()}
+    if written:
+        said.append(f"fea view {near(min(written, key=lambda file: written[file]))}")
+    return [f"Next: {', or '.join(said)}."] if said else []
 
 
 def _sweep_doubts(summaries: Sequence[Summary]) -> list[str]:

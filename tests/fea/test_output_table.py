@@ -109,6 +109,24 @@ def test_paths_are_told_from_where_one_is(folder, monkeypatch):
     assert f"Next: fea view {folder.name}/tension.vtu" in said((folder, SUMMARY))
 
 
+def test_several_speeds_end_with_what_to_look_at(folder, monkeypatch):
+    monkeypatch.chdir(folder.parent)
+    runs = []
+    for rpm, safety in ((3000, 3.0), (6000, 1.5), (9000, 1.2)):
+        place = folder / f"{rpm}rpm"
+        place.mkdir()
+        summary = deepcopy(SUMMARY) | {"rpm": rpm}
+        summary["results"]["tension"]["min_safety_factor"] = safety
+        runs.append((place, summary))
+    for rpm in (3000, 6000):
+        (folder / f"{rpm}rpm" / "tension.vtu").touch()
+    last = said(*runs).splitlines()[-1]
+    assert last == f"Next: fea view {folder.name}/6000rpm/tension.vtu."
+    (folder / "cycle_map.png").touch()
+    last = said(*runs).splitlines()[-1]
+    assert last.startswith(f"Next: look at {folder.name}/cycle_map.png, or fea view {folder.name}/6000rpm")
+
+
 def test_notes_that_only_the_speed_tells_apart_are_one():
     trace = "pressure was not measured at {} rpm: the trace of 6000 rpm is used"
     notes = [(rpm, [trace.format(rpm), "elements are coarse"]) for rpm in (7000, 8000.5, 6000)]
