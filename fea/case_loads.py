@@ -92,8 +92,7 @@ class CaseLoads:
         self._bores, self._inertia, self._pressure, self._support = bores, inertia, pressure, support
         self._small = bore_facets(mesh, Surface.SMALL_END_BORE, bores.rod_length)
         self._big = bore_facets(mesh, Surface.BIG_END_BORE, 0.0)
-        free = support is not Support.CLAMPED and Surface.SYMMETRY_Z not in mesh.facets
-        self._tilt = Tilt.of(mesh.points, inertia) if free else None
+        self._tilt = Tilt.where_free(mesh, inertia, held=support is Support.CLAMPED)
 
     def __call__(self, case: LoadCase) -> CaseForces:
         """Nodal forces of everything that acts in `case`."""

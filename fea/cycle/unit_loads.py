@@ -16,6 +16,7 @@ from fea.choices import Support
 from fea.cycle.series import coefficients, series, skewed
 from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction, wrapped
 from fea.solid.inertia import Inertia
+from fea.solid.tilt import Tilt
 from fea.units import DEG
 from geometry.surfaces import Surface
 from loads.bearing import Arc, BorePressure, Shape
@@ -137,6 +138,7 @@ class UnitLoads:
         self, mesh: TetMesh, bores: Bores, inertia: Inertia, pressure: BorePressure, support: Support
     ) -> None:
         self._n_nodes, self._inertia = len(mesh.points), inertia
+        self._tilt = Tilt.where_free(mesh, inertia, held=support is Support.CLAMPED)
         arcs = (pressure.tension, pressure.compression)
         orders = np.union1d(*(series(arc).orders for arc in arcs))
         self.series_error = max(series(arc).error for arc in arcs)
@@ -169,7 +171,10 @@ class UnitLoads:
                 traction[bore.surface][len(forces)] = radial_traction(bore.facets, self._n_nodes, nodal)
                 forces.append(radial_forces(bore.facets, self._n_nodes, pressed))
         every = {surface: np.moveaxis(values, 0, -1) for surface, values in traction.items()}
-        return Fields((*forces, *inertial), every)
+        loads = (*forces, *inertial)
+        if self._tilt is not None:  # what tilts balances in every load alone, as it does in their sum
+            loads = tuple(self._tilt.balanced(load) for load in loads)
+        return Fields(loads, every)
 
     def weights(
         self, pin: Floats, crank: Floats, acceleration: Floats, rate: Floats, turning: Floats

@@ -12,6 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.solid.inertia import Inertia
+from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
 
 Floats = npt.NDArray[np.float64]
 
@@ -49,6 +51,11 @@ class Tilt:
         scale = np.sqrt(np.diag(reached))  # kg and kg·mm² apart by powers of ten
         shares = np.linalg.inv(reached / np.outer(scale, scale)) / np.outer(scale, scale)
         return cls(points, np.tensordot(shares[:, _OUT_OF_PLANE].T, rigid, axes=1))
+
+    @classmethod
+    def where_free(cls, mesh: TetMesh, inertia: Inertia, *, held: bool) -> "Tilt | None":
+        """Form the fields of a cell; None where a clamp or the mirror plane z = 0 leaves no tilt."""
+        return None if held or Surface.SYMMETRY_Z in mesh.facets else cls.of(mesh.points, inertia)
 
     def balanced(self, forces: Floats) -> Floats:
         """Nodal forces (n_nodes, 3) with the inertia that frees them of what tilts."""

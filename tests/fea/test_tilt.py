@@ -6,6 +6,7 @@ from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH, strap
 
 from fea.case_loads import Bores, CaseLoads
 from fea.choices import Support
+from fea.cycle.unit_loads import UnitLoads
 from fea.solid.inertia import inertia
 from fea.solid.tilt import Tilt, resultants
 from fea.solvers.solve import Model
@@ -27,6 +28,12 @@ def whole(shift=0.0):
     return dataclasses.replace(mesh, points=points)
 
 
+def of(mesh):
+    """What loads ask for beside the mesh."""
+    bores, pressure = Bores(LENGTH, BIG_BORE, WIDTH, SMALL_BORE, WIDTH), BorePressure.parse("cosine-180")
+    return bores, inertia(mesh, RHO), pressure, Support.INERTIA_RELIEF
+
+
 def test_what_tilts_is_balanced_and_nothing_else_is_changed():
     mesh = whole(shift=1.0)
     tilt = Tilt.of(mesh.points, inertia(mesh, RHO))
@@ -41,15 +48,18 @@ def test_what_tilts_is_balanced_and_nothing_else_is_changed():
 def test_a_rod_whose_bores_are_off_one_plane_is_left_without_reactions(shift):
     """The moment is force times what the pins are off one line, where half-cosines press: 8R / 3π."""
     mesh = whole(shift)
-    loads = CaseLoads(
-        mesh,
-        Bores(LENGTH, BIG_BORE, WIDTH, SMALL_BORE, WIDTH),
-        inertia(mesh, RHO),
-        BorePressure.parse("cosine-180"),
-        Support.INERTIA_RELIEF,
-    )
-    case = loads(given(AXIAL))
+    case = CaseLoads(mesh, *of(mesh))(given(AXIAL))
     solution = Model(mesh, STEEL, Support.INERTIA_RELIEF).solve([case.forces])
     reach = LENGTH + 8 / (3 * np.pi) * (BIG_BORE + SMALL_BORE)
     assert case.tilt == pytest.approx(shift * reach / LENGTH**2, rel=1e-3, abs=1e-12)
     assert max(found.reaction for found in solution.residuals.values()) < 1e-8 * AXIAL
+
+
+def test_the_unit_loads_of_a_cycle_do_not_tilt_either():
+    mesh = whole(shift=1.0)
+    loads = [load for fields in UnitLoads(mesh, *of(mesh)).fields() for load in fields.forces]
+    sums = np.array([resultants(mesh.points, load) for load in loads])
+    sizes = np.array([np.abs(load).sum() * LENGTH for load in loads])
+    assert np.abs(sums[:, [2, 3, 4]]).max(axis=1) == pytest.approx(
+        np.zeros(len(loads)), abs=1e-13 * sizes.max()
+    )
