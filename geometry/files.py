@@ -18,15 +18,22 @@ def replaced(path: Path) -> Iterator[Path]:
     OSError
         With the name of `path`.
     """
-    if path.exists() and not path.is_file():
-        yield path
-        return
-    target = path.resolve()  # a link stays a link
+    try:
+        if path.exists() and not path.is_file():
+            yield path
+            return
+        with _renamed(path.resolve()) as part:  # a link stays a link
+            yield part
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+@contextmanager
+def _renamed(target: Path) -> Iterator[Path]:
+    """Give a new name beside `target`, which becomes `target` when the block ends well."""
     part = target.with_name(f".{secrets.token_hex(4)}.part")
     try:
         yield part
         part.replace(target)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         part.unlink(missing_ok=True)

@@ -2,13 +2,15 @@
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from typing import Any
 
 import gmsh
 
 # Those that gmsh changes.
-_SIGNALS = [signal.SIGINT] + ([signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else [])
+_NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
+_SIGNALS = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
 
 
 class GmshLog:
@@ -64,6 +66,7 @@ def session(*, threads: int = 1) -> Iterator[GmshLog]:
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     log = GmshLog()
     try:
+        _restore(handlers)
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("General.NumThreads", threads)
         gmsh.logger.start()
@@ -73,5 +76,11 @@ def session(*, threads: int = 1) -> Iterator[GmshLog]:
             log._end()  # noqa: SLF001 - the session and its log are one
         finally:
             gmsh.finalize()
-            for number, handler in handlers.items():
-                signal.signal(number, handler)
+            _restore(handlers)
+
+
+def _restore(handlers: Mapping[signal.Signals, Any]) -> None:
+    """Give signals back the handlers that they had; one that Python did not set it cannot."""
+    for number, handler in handlers.items():
+        if handler is not None:
+            signal.signal(number, handler)

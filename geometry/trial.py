@@ -16,6 +16,7 @@ Result = TypeVar("Result")
 SECONDS = 60.0
 _apart = False  # whether this process is the copy
 _PR_SET_PDEATHSIG = 1
+_ENDS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
 def apart(job: Callable[[], Result], what: str) -> Result:
@@ -74,7 +75,7 @@ def _death(status: int, what: str) -> BaseException:
     """Say how the copy ended."""
     if not os.WIFSIGNALED(status):
         how = "gives up"
-    elif os.WTERMSIG(status) == signal.SIGINT:
+    elif os.WTERMSIG(status) in _ENDS:
         return KeyboardInterrupt()
     elif os.WTERMSIG(status) == signal.SIGPROF:
         how = "finds no end"
@@ -89,8 +90,8 @@ def _attempt(job: Callable[[], Any], write: int) -> None:
     _apart, code = True, 1
     try:
         _die_with_parent()
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-        signal.signal(signal.SIGPROF, signal.SIG_DFL)
+        for number in (*_ENDS, signal.SIGPROF):
+            signal.signal(number, signal.SIG_DFL)
         allow(SECONDS)
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)

@@ -34,6 +34,7 @@ def converge(
         Print nothing.
     """
     from fea.machine.progress import stages
+    from fea.output.target import require_report
     from fea.study.study import load_study
     from fea.verify.converge.advice import advice
     from fea.verify.converge.converge import converge as compute
@@ -41,6 +42,7 @@ def converge(
 
     require_positive("--minutes", minutes)
     asked = load_study(study)
+    require_report(report)
     with stages(silent=quiet or json) as listener:
         found = compute(asked, minutes, listener)
     if report is not None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from geometry.invalid import InvalidValue
+from geometry.invalid import InvalidValue, require
 
 
 def init(file: Path = Path("study.toml")) -> None:
@@ -16,6 +16,7 @@ def init(file: Path = Path("study.toml")) -> None:
     file
         The file to write (.toml); one that exists is never overwritten.
     """
+    require(not file.is_dir(), "FILE", str(file), "is a directory", "Name a file.")
     if not file.suffix:
         file = file.with_suffix(".toml")
     text = (resources.files("fea") / "studies" / "template.toml.txt").read_text(encoding="utf-8")

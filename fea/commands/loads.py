@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 from typing import Literal
 
-from fea.study.study import DEFAULT_STUDY
+from fea.study.study import DEFAULT_STUDY, Study
 
 
 def loads(
@@ -41,9 +41,10 @@ def loads(
     from fea.study.flags import Flags
     from fea.study.study import load_study
 
-    require_target("--csv", csv, ())
+    require_target("--csv", csv, (".csv",))
     require_target("--plot", plot, (".png", ".pdf", ".svg"))
     asked = Flags(rpm=rpm).applied(load_study(study))
+    _keep_trace(asked, csv)
     reports = study_cycles(asked, every_cylinder=cylinders == "all")
     if csv is not None:
         from fea.crank.cycle_report import stacked
@@ -65,3 +66,11 @@ def loads(
         print_cycles(reports, asked.name)
         for path in filter(None, (csv, plot)):
             sys.stdout.write(f"Wrote {path}\n")
+
+
+def _keep_trace(study: Study, csv: Path | None) -> None:
+    """Refuse to write the cycle over the study's own pressure trace."""
+    from geometry.invalid import require
+
+    own = study.engine is not None and csv is not None and Path(study.engine.gas) == csv.resolve()
+    require(not own, "--csv", str(csv), "is the study's pressure trace", "Name another file.")

@@ -24,9 +24,11 @@ def reproduce(
     quiet
         Print nothing.
     """
+    from fea.output.target import require_report
     from fea.verify.reproduce.sources import reproduce as compare
     from fea.verify.reproduce.summary import summarise
 
+    require_report(report)
     tables = compare(source)
     if report is not None:
         from fea.verify.reproduce.report import write_report

@@ -101,11 +101,11 @@ def _require_plain(
     step: Path | None, mass_kg: float | None, center_of_gravity_mm: float | None, inertia_kg_m2: float | None
 ) -> None:
     """Refuse targets without --fit, and a STEP file where there is no directory."""
+    from fea.output.target import require_target
     from geometry.invalid import require
 
     targets = {"mass": mass_kg, "center-of-gravity": center_of_gravity_mm, "inertia": inertia_kg_m2}
     remedy = "Name the dimensions to adjust with --fit."
     for name, target in targets.items():
         require(target is None, f"target {name}", target, "is for --fit, which is not asked for", remedy)
-    if step is not None:
-        require(step.parent.is_dir(), "--step", str(step), "lies in a directory that does not exist")
+    require_target("--step", step, (".step", ".stp"))

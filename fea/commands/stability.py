@@ -22,8 +22,10 @@ def stability(*cases: str, json: bool = False, report: Path | None = None, quiet
         Print nothing.
     """
     from fea.machine.progress import stages
+    from fea.output.target import require_report
     from fea.verify.stability.stability import stability as compute
 
+    require_report(report)
     with stages(silent=quiet) as listener:
         rows = compute(cases, listener)
     if report is not None:

@@ -27,6 +27,9 @@ from fea.pictures.animation import require_film, write_film
 from fea.pipeline import Analysis, SpeedResult
 from fea.study.study import Study
 
+# Speed, rpm, directory and animation of a run.
+Run = tuple[float | None, Path, Path | None]
+
 
 @dataclass(frozen=True)
 class RunReport:
@@ -42,12 +45,15 @@ class RunReport:
         Why there are no pictures, or no animation, although they were asked for; empty otherwise.
     film
         The animation's file, if there is one.
+    pages
+        What it holds.
     """
 
     folder: Path
     summary: dict[str, Any]
     complaint: str = ""
     film: Path | None = None
+    pages: bytes = b""
 
 
 def run_study(study: Study, listener: Callable[[str], None] | None = None) -> list[RunReport]:
@@ -77,26 +83,43 @@ def run_study(study: Study, listener: Callable[[str], None] | None = None) -> li
     speeds: Sequence[float | None] = study.speed.speeds() if study.engine else (None,)
     folders = _folders(study, speeds)
     films = [animation_file(study, rpm) for rpm in speeds]
-    for folder in folders:
-        require_replaceable(folder)
+    one = len(folders) == 1
+    target = folders[0] if one else folders[0].parent
+    require_replaceable(target)
     for film in films:
         if film is not None:
             require_film(film)
     clock = Clock(listener)
     adapted = analysed(study, speeds, clock, listener)
-    runs = list(zip(speeds, folders, films, strict=True))
-    shown = study.output.screenshot or study.analysis.buckling or any(films)
-    sweep = _sweep(adapted, speeds, clock) if study.analysis.cycle and len(runs) > 1 else None
+    with run_folder(target) as place:
+        if one:
+            reports = [_leave(adapted, adapted.at(speeds[0]), place, films[0], clock)]
+        else:
+            places = [place / folder.name for folder in folders]
+            reports = _leave_all(adapted, list(zip(speeds, places, films, strict=True)), clock)
+    for report in reports:
+        if report.film is not None:
+            write_film(report.film, report.pages)
+    return [
+        dataclasses.replace(report, folder=folder) for report, folder in zip(reports, folders, strict=True)
+    ]
+
+
+def _leave_all(adapted: Adapted, runs: Sequence[Run], clock: Clock) -> list[RunReport]:
+    """Write the runs of several speeds, and what tells them all."""
+    study = adapted.analysis.study
+    shown = study.output.screenshot or study.analysis.buckling or any(film for _, _, film in runs)
+    sweep = _sweep(adapted, [rpm for rpm, _, _ in runs], clock) if study.analysis.cycle else None
     if sweep is not None and len(runs) > MOST_FULL_RUNS and not shown:
         reports = _swept(adapted, sweep, runs, clock)
     else:
         reports = [
             _leave(adapted, adapted.at(rpm), folder, film, clock, sweep=sweep) for rpm, folder, film in runs
         ]
-    if len(reports) > 1:
-        write_text(folders[0].parent / "map.csv", map_text(reports))
-        with clock("plot"):
-            _map_speeds(folders[0].parent, study.name, reports)
+    place = runs[0][1].parent
+    write_text(place / "map.csv", map_text(reports))
+    with clock("plot"):
+        _map_speeds(place, study.name, reports)
     return reports
 
 
@@ -108,7 +131,7 @@ def _sweep(adapted: Adapted, speeds: Sequence[float | None], clock: Clock) -> Sp
 def _swept(
     adapted: Adapted,
     sweep: SpeedSweep,
-    runs: Sequence[tuple[float | None, Path, Path | None]],
+    runs: Sequence[Run],
     clock: Clock,
 ) -> list[RunReport]:
     """Leave full runs at the worst of many speeds, and at the others their figures."""
@@ -123,10 +146,11 @@ def _swept(
     for rpm, folder, _ in runs:
         if rpm is None or rpm in full:
             continue
-        with run_folder(folder) as place, clock("write"):
-            _write_study(place, adapted.analysis, rpm)
+        folder.mkdir()
+        with clock("write"):
+            _write_study(folder, adapted.analysis, rpm)
             figures = sweep.summary(template, rpm)
-            write_text(place / "summary.json", json_text(figures))
+            write_text(folder / "summary.json", json_text(figures))
         reports.append(RunReport(folder, figures))
     return sorted([*reports, *full.values()], key=lambda report: folders.index(report.folder))
 
@@ -163,45 +187,42 @@ def _leave(
     *,
     sweep: SpeedSweep | None = None,
 ) -> RunReport:
-    """Write one speed's run, of a `sweep` or alone, and its animation if one is asked for."""
+    """Write one speed's run, of a `sweep` or alone, into its directory, which is made where it is missing."""
+    folder.mkdir(exist_ok=True)
     analysis = adapted.analysis
     mesh = analysis.mesh.whole.mesh
     buckling = buckling_report(analysis, result, clock)
     result = dataclasses.replace(
         result, checks=result.checks | buckling.checks, left_out=(*result.left_out, *buckling.left_out)
     )
-    with run_folder(folder) as place:
-        with clock("write"):
-            for case in result.cases:
-                write_vtu(
-                    place / f"{case.case.name}.vtu",
-                    mesh,
-                    case.point_data(),
-                    case.cell_data(mesh, analysis.materials),
-                )
-            _write_study(place, analysis, result.rpm)
-            if result.cycle is not None:
-                write_vtu(place / "envelope.vtu", mesh, result.cycle.envelope.point_data())
-            if buckling.shapes:
-                write_vtu(place / "buckling.vtu", mesh, buckling.shapes)
+    with clock("write"):
+        for case in result.cases:
+            write_vtu(
+                folder / f"{case.case.name}.vtu",
+                mesh,
+                case.point_data(),
+                case.cell_data(mesh, analysis.materials),
+            )
+        _write_study(folder, analysis, result.rpm)
         if result.cycle is not None:
-            with clock("plot"):
-                _plot_history(place / "history.png", analysis.study.name, result, result.cycle)
-        figures = summary(analysis, result, buckling.figures, clock, adapted.passes)
-        if sweep is not None:
-            figures["critical_speeds_rpm"] = sweep.critical
-        complaint, pages = "", b""
-        if analysis.study.output.screenshot:
-            complaint = _take_pictures(place, figures, clock)
-        if film is not None and result.rpm is not None:
-            pages, refused = filmed(analysis, result.rpm, film, clock)
-            complaint = complaint or refused
-        figures["timings_s"], figures["total_s"] = dict(clock.seconds), clock.total
-        write_text(place / "summary.json", json_text(figures))
-    if film is None or not pages:
-        return RunReport(folder, figures, complaint)
-    write_film(film, pages)
-    return RunReport(folder, figures, complaint, film)
+            write_vtu(folder / "envelope.vtu", mesh, result.cycle.envelope.point_data())
+        if buckling.shapes:
+            write_vtu(folder / "buckling.vtu", mesh, buckling.shapes)
+    if result.cycle is not None:
+        with clock("plot"):
+            _plot_history(folder / "history.png", analysis.study.name, result, result.cycle)
+    figures = summary(analysis, result, buckling.figures, clock, adapted.passes)
+    if sweep is not None:
+        figures["critical_speeds_rpm"] = sweep.critical
+    complaint, pages = "", b""
+    if analysis.study.output.screenshot:
+        complaint = _take_pictures(folder, figures, clock)
+    if film is not None and result.rpm is not None:
+        pages, refused = filmed(analysis, result.rpm, film, clock)
+        complaint = complaint or refused
+    figures["timings_s"], figures["total_s"] = dict(clock.seconds), clock.total
+    write_text(folder / "summary.json", json_text(figures))
+    return RunReport(folder, figures, complaint, film if pages else None, pages)
 
 
 def _write_study(place: Path, analysis: Analysis, rpm: float | None) -> None:

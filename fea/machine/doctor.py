@@ -6,8 +6,10 @@ import platform
 import shutil
 import subprocess
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 _APT = "apt-get install libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1 libegl1"
 
@@ -60,7 +62,18 @@ def _python() -> Finding:
 
 
 def _tried(code: str, environment: dict[str, str] | None = None) -> str | None:
-    """None when `code` runs in a new interpreter, else the last line of its complaint."""
+    """None when `code` runs in a new interpreter, else the last line of its complaint.
+
+    What an interrupt makes it leave is in a directory that goes with the call.
+    """
+    try:
+        with TemporaryDirectory() as scratch:
+            return _complaint(code, os.environ | {"TMPDIR": scratch} | (environment or {}))
+    except OSError as error:
+        return str(error)
+
+
+def _complaint(code: str, environment: Mapping[str, str]) -> str | None:
     try:
         done = subprocess.run(  # noqa: S603 - our own interpreter, our own code
             [sys.executable, "-P", "-c", code],
@@ -68,7 +81,7 @@ def _tried(code: str, environment: dict[str, str] | None = None) -> str | None:
             text=True,
             timeout=120,
             check=False,
-            env=os.environ | (environment or {}),
+            env=environment,
         )
     except subprocess.TimeoutExpired:
         return "no answer within two minutes"

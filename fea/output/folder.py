@@ -45,7 +45,7 @@ def require_replaceable(target: Path) -> None:
             )
         if Path.cwd().is_relative_to(target.resolve()):
             raise OccupiedError(
-                f"{near(target)} is the current directory, which a run cannot replace: name one in it."
+                f"{near(target)} is or holds the current directory, which no run replaces: name one in it."
             )
         if any(target.iterdir()) and not is_earlier_run(target):
             raise OccupiedError(

@@ -39,6 +39,10 @@ class SpeedTable:
         for value in values:
             require_number("speed.rpm", value)
             require(0 <= value <= LARGEST_RPM, "speed.rpm", value, f"must lie within 0…{LARGEST_RPM:.0f}")
+        named = {f"{value:g}": value for value in reversed(values)}
+        for value in values:
+            rule = f"is {value:g} rpm to six digits, as {named[f'{value:g}']!r} is"
+            require(named[f"{value:g}"] == value, "speed.rpm", repr(value), rule, "Leave one of them out.")
         return tuple(dict.fromkeys(values))
 
 

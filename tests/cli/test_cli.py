@@ -125,6 +125,13 @@ def test_a_low_safety_factor_is_exit_6(tmp_path):
         (("rod", "--mass-kg", "0.8"), 2, "--fit"),
         (("rod", "--step", "nowhere/rod.step"), 2, "nowhere"),
         (("loads", "--plot", "cycle.docx"), 2, ".svg"),
+        (("loads", "--csv", "occupied/mine.txt"), 2, ".csv"),
+        (("rod", "--step", "occupied/mine.txt"), 2, ".step"),
+        (("rod", "--step", "."), 2, "is a directory"),
+        (("verify", "le1", "--report", "occupied/mine.txt"), 2, ".md"),
+        (("verify", "le1", "--report", "occupied"), 2, "is a directory"),
+        (("init", "."), 2, "is a directory"),
+        (("run", "--rpm", "1000.0000001,1000.0000002"), 2, "six digits"),
         (("run", "no-such-study"), 2, "no-such-study"),
         (("run", "--out", "occupied"), 2, "occupied"),
         (("run", "--threads", "0"), 2, "--threads"),
@@ -177,3 +184,21 @@ def test_rod_tells_its_figures(tmp_path):
     assert figures["least_section"]["area_mm2"] == pytest.approx(89, rel=1e-3)
     assert figures["least_section"]["inertia_z_mm4"] == pytest.approx(1260, rel=2e-3)
     assert figures["slenderness"]["in_plane"] == pytest.approx(37.44, rel=2e-3)
+
+
+def test_a_sweep_replaces_an_earlier_one_whole_or_not_at_all(tmp_path):
+    assert fea("run", *COARSE, "--rpm", "3000,6000", "--out", "r", "--quiet", cwd=tmp_path).returncode == 0
+    done = fea("run", *COARSE, "--rpm", "3000,4000", "--out", "r", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert {entry.name for entry in (tmp_path / "r").iterdir()} == {"3000rpm", "4000rpm", "map.csv"}
+    (tmp_path / "r" / "mine.txt").write_text("keep me")
+    done = fea("run", *COARSE, "--rpm", "1000,2000", "--out", "r", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("fea: r holds something other than an earlier run")
+    assert {entry.name for entry in (tmp_path / "r").iterdir()} == {
+        "3000rpm",
+        "4000rpm",
+        "map.csv",
+        "mine.txt",
+    }
+    assert {entry.name for entry in tmp_path.iterdir()} == {"r"}

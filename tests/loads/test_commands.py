@@ -112,3 +112,14 @@ def test_reproduce_leaves_with_5_when_a_figure_is_unexplained(monkeypatch, capsy
 def test_reproduce_refuses_an_unknown_study(capsys):
     assert call(["reproduce", "nobody-1999"]) == 2
     assert "leon-2001" in capsys.readouterr().err
+
+
+def test_the_cycle_is_not_written_over_the_trace_it_comes_from(tmp_path, capsys):
+    trace = tmp_path / "gas.csv"
+    trace.write_text("crank_deg,pressure_bar\n0,1\n240,2\n480,1\n")
+    study = tmp_path / "s.toml"
+    engine = "stroke_mm = 94.0\nbore_mm = 76.0\npiston_mass_kg = 1.3\ngas = 'gas.csv'\n"
+    study.write_text(f"[rod]\npreset = 'leon-2001'\n[engine]\n{engine}")
+    assert call(["loads", str(study), "--csv", str(trace)]) == 2
+    assert "is the study's pressure trace" in capsys.readouterr().err
+    assert trace.read_text().startswith("crank_deg,pressure_bar\n0,1")
