@@ -19,6 +19,7 @@ from mesh.generate import tetrahedralise
 from mesh.quality import Quality
 from mesh.repair import NOTHING, Repair, Spot, UnsoundMeshError, of_elements
 from mesh.repaired import MAX_ROUNDS, repaired
+from mesh.size_field import SizeField
 from mesh.sizing import Sizing, default_size, refinements
 from mesh.tetmesh import EDGES
 
@@ -106,6 +107,23 @@ def test_elements_are_small_in_a_spot_and_grow_away_from_it():
     length, distance = np.mean(np.linalg.norm(edges, axis=2), axis=0), np.linalg.norm(centers, axis=1)
     assert np.median(length[distance < 3.0]) == pytest.approx(1.0, rel=0.3)
     assert np.median(length[distance > 15.0]) > 3.0
+
+
+def test_what_the_first_attempt_left_in_the_model_does_not_change_the_second():
+    body = block(10.0, 10.0, 10.0)
+    with session():
+        coarse, _ = tetrahedralise(draw(body), (), Sizing(4.0))
+    wide, narrow = (
+        SizeField(coarse.points, coarse.tets[:, :4], np.full(len(coarse.points), size)) for size in (3.0, 1.5)
+    )
+    with session():
+        faces = draw(body)
+        tetrahedralise(faces, (), Sizing(4.0), wanted=[narrow])
+        again, _ = tetrahedralise(faces, (), Sizing(4.0), wanted=[wide], repair=Repair(causes=("",)))
+    with session():
+        fresh, _ = tetrahedralise(draw(body), (), Sizing(4.0), wanted=[wide])
+    assert np.array_equal(again.tets, fresh.tets)
+    assert np.array_equal(again.points, fresh.points)
 
 
 def test_faces_are_found_by_the_edges_of_an_element_and_not_by_its_vertices():
