@@ -11,9 +11,10 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
 from fea.pictures.bands import Bands
-from fea.pictures.strokes import GREY, INK, PAPER
+from fea.pictures.strokes import INK, PAPER
 
 MARGIN, BAR, LINE = 16, 24, 24  # pixels
+FAINT = "#606060"  # and still legible
 COLUMN = 224  # width of the text beside the picture
 
 
@@ -83,4 +84,4 @@ class Page:
     @staticmethod
     def _write(pen: ImageDraw.ImageDraw, place: tuple[float, float], text: str, size: int) -> None:
         font = ImageFont.truetype(str(Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")), size)
-        pen.text(place, text, fill=INK if size > 14 else GREY, font=font)
+        pen.text(place, text, fill=INK if size > 14 else FAINT, font=font)
