@@ -159,7 +159,7 @@ class CycleAnalysis:
         of_degrees = every[0][:, :count], every[1][:, :count]
         of_peaks = every[0][:, count:], every[1][:, count:]
         points, length = whole.mesh.points, self.mesh.bores.rod_length
-        worst = distinct(points, found.safety_factor, length)
+        worst = distinct(points, -found.usage, length)
         weakest = [] if found.fatigue_factor is None else [int(np.nanargmin(found.fatigue_factor))]
         multiaxial, factors = worst_multiaxial(found, self.units, of_degrees, whole, self.materials)
         found = replace(found, crossland_factor=factors)

@@ -34,19 +34,21 @@ class Envelope:
     Attributes
     ----------
     von_mises, crank_angle
-        Largest von Mises stress, MPa, and where in the cycle, rad.
+        Largest von Mises stress, MPa, and where in the cycle, rad; where parts meet, of either.
     principal_1, principal_3
-        Largest and least principal stress, MPa.
+        Largest and least principal stress, MPa; where parts meet, of either.
     mean, amplitude, ratio
         Of the signed equivalent stress (see `fea.assess.history`), MPa; R = least over largest.
     safety_factor
-        Against yielding.
+        Against yielding, at most `fea.assess.safety.CAP`.
+    usage, usage_angle
+        Largest von Mises stress over yield strength, and where in the cycle, rad.
     fatigue_factor
         Against fatigue: None where no part's strengths are known, NaN at nodes of parts whose are not.
     crossland_factor
         By Crossland's criterion (`fea.cycle.multiaxial`): None and NaN likewise.
     part
-        Which part's stress this is: where parts meet, of the one that is nearer to yielding.
+        Whose mean, amplitude and ratio these are: where parts meet, of the one that is nearer to yielding.
     """
 
     von_mises: Floats
@@ -57,6 +59,8 @@ class Envelope:
     amplitude: Floats
     ratio: Floats
     safety_factor: Floats
+    usage: Floats
+    usage_angle: Floats
     fatigue_factor: Floats | None
     crossland_factor: Floats | None
     part: Ints
@@ -150,6 +154,8 @@ def _judged(found: Reach, angles: Floats, material: Material, criterion: Fatigue
         found.amplitude,
         found.ratio,
         safety_factor(found.von_mises, material.yield_strength),
+        found.von_mises / material.yield_strength,
+        angles[found.instant],
         fatigue_factor(criterion, found.mean, found.amplitude, material),
         crossland_bound(found.radius, found.tension, material),
         np.full(len(found.von_mises), number),
@@ -157,17 +163,27 @@ def _judged(found: Reach, angles: Floats, material: Material, criterion: Fatigue
 
 
 def _worse(one: Envelope, other: Envelope) -> Envelope:
-    """Of two parts that share nodes, take the one nearer to yielding, and the lesser factors of fatigue."""
-    worse = np.isnan(one.safety_factor) | (other.safety_factor < one.safety_factor)
-    chosen = {
-        field.name: np.where(worse, getattr(other, field.name), getattr(one, field.name))
-        for field in dataclasses.fields(Envelope)
-        if field.name not in {"fatigue_factor", "crossland_factor"}
-    }
+    """Of two parts that share nodes the extremes of either, and the history of the one nearer to yielding."""
+    worse = np.isnan(one.usage) | (other.usage > one.usage)
+    more = np.isnan(one.von_mises) | (other.von_mises > one.von_mises)
+
+    def either(name: str, *, where: npt.NDArray[np.bool_] = worse) -> Floats:
+        return np.asarray(np.where(where, getattr(other, name), getattr(one, name)))
+
     return Envelope(
+        von_mises=either("von_mises", where=more),
+        crank_angle=either("crank_angle", where=more),
+        principal_1=np.fmax(one.principal_1, other.principal_1),
+        principal_3=np.fmin(one.principal_3, other.principal_3),
+        mean=either("mean"),
+        amplitude=either("amplitude"),
+        ratio=either("ratio"),
+        safety_factor=either("safety_factor"),
+        usage=either("usage"),
+        usage_angle=either("usage_angle"),
         fatigue_factor=_lesser(one.fatigue_factor, other.fatigue_factor),
         crossland_factor=_lesser(one.crossland_factor, other.crossland_factor),
-        **chosen,
+        part=np.where(worse, other.part, one.part),
     )
 
 
@@ -184,14 +200,16 @@ def with_cases(envelope: Envelope, cases: Sequence[CaseResult]) -> Envelope:
     """
     for case in cases:
         more = case.von_mises > envelope.von_mises
-        angle = envelope.crank_angle if case.case.crank_angle is None else case.case.crank_angle
-        equivalent = np.where(more, case.von_mises, envelope.von_mises)
+        worse = case.safety_factor < envelope.safety_factor  # so it is below the cap
+        angle = np.nan if case.case.crank_angle is None else case.case.crank_angle
         envelope = dataclasses.replace(
             envelope,
-            von_mises=equivalent,
-            crank_angle=np.where(more, angle, envelope.crank_angle),
+            von_mises=np.where(more, case.von_mises, envelope.von_mises),
+            crank_angle=np.where(more & ~np.isnan(angle), angle, envelope.crank_angle),
             principal_1=np.maximum(envelope.principal_1, case.principal[:, 0]),
             principal_3=np.minimum(envelope.principal_3, case.principal[:, 2]),
-            safety_factor=np.minimum(envelope.safety_factor, case.safety_factor),
+            safety_factor=np.where(worse, case.safety_factor, envelope.safety_factor),
+            usage=np.where(worse, 1 / case.safety_factor, envelope.usage),
+            usage_angle=np.where(worse & ~np.isnan(angle), angle, envelope.usage_angle),
         )
     return envelope

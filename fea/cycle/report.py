@@ -18,13 +18,13 @@ def envelope_figures(
 ) -> dict[str, Any]:
     """Return the figures of ``envelope`` in ``summary.json``: the worst of the cycle and its worst places."""
     found = result.envelope
-    worst = int(found.safety_factor.argmin())
+    worst = int(found.usage.argmax())
     fatigue = None if result.weakest is None else _place(result.weakest, result, materials)
     multiaxial = None if result.multiaxial is None else _place(result.multiaxial, result, materials)
     return {
         "min_safety_factor": float(found.safety_factor[worst]),
         "at_mm": mesh.points[worst].tolist(),
-        "crank_deg": float(found.crank_angle[worst]) / DEG,
+        "crank_deg": float(found.usage_angle[worst]) / DEG,
         "max_von_mises_MPa": float(found.von_mises.max()),
         "max_principal_MPa": float(found.principal_1.max()),
         "min_principal_MPa": float(found.principal_3.min()),
@@ -46,8 +46,8 @@ def _place(spot: Spot, result: CycleResult, materials: Sequence[Material]) -> di
     material = materials[int(found.part[node])]
     return {
         "at_mm": spot.place.tolist(),
-        "max_von_mises_MPa": float(found.von_mises[node]),
-        "crank_deg": float(found.crank_angle[node]) / DEG,
+        "max_von_mises_MPa": material.yield_strength * float(found.usage[node]),
+        "crank_deg": float(found.usage_angle[node]) / DEG,
         "mean_MPa": float(found.mean[node]),
         "amplitude_MPa": float(found.amplitude[node]),
         "stress_ratio": float(found.ratio[node]),

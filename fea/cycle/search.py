@@ -27,7 +27,7 @@ from fea.assess.crossland import crossland_factors
 from fea.assess.deviatoric import deviatoric, extreme_principals
 from fea.assess.fatigue import fatigue_factor
 from fea.assess.history import signed_equivalent
-from fea.assess.safety import safety_factor
+from fea.assess.safety import CAP, safety_factor
 from fea.crank.cycle_table import cycle_angles
 from fea.cycle.analysis import CycleAnalysis
 from fea.cycle.path import Path, path
@@ -166,8 +166,8 @@ class _Part:
         return largest * (1 + _ROUNDING)
 
     def yielding_bound(self, largest: Floats) -> Floats:
-        """No more than the factors against yielding of histories that reach at most `largest`."""
-        return safety_factor(largest, self.material.yield_strength)
+        """No more than the factors against yielding, not capped, where stress reaches at most `largest`."""
+        return self.material.yield_strength / np.maximum(largest, np.finfo(float).tiny)
 
     def yielding_factor(self, highest: Floats, lowest: Floats) -> Floats:
         """Factors (n,) against yielding of the extremes of the signed equivalent stress."""
@@ -233,6 +233,7 @@ class SpeedSearch:
             for bound, stress in zip(self._bounds(rpm, degrees), at_cases, strict=True)
         ]
         yielding, first = self._worst(cycle, bounds, _Part.yielding_bound, _Part.yielding_factor)
+        yielding = dataclasses.replace(yielding, factor=min(yielding.factor, CAP))
         fatigue, second = self._worst(cycle, bounds, _Part.fatigue_bound, _Part.fatigue_factor)
         peaks = tuple(self._peak(case, [s[..., k] for s in at_cases]) for k, case in enumerate(cases))
         return Worst(rpm, peaks, yielding, fatigue if np.isfinite(fatigue.factor) else None, first + second)

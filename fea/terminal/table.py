@@ -155,7 +155,10 @@ def _cycle(summary: Summary) -> list[str]:
     if envelope is None:
         return []
     static = f"Whole cycle: smallest factor against yield {factor(envelope['min_safety_factor'])}"
-    static += f" at {number(envelope['crank_deg'], '.0f')}°"
+    angle = number(envelope["crank_deg"], ".0f")
+    static += f" at {angle}°"
+    if angle != number(summary["loads"][worst_case(summary)].get("crank_deg"), ".0f"):
+        static += " (stress peaks beside the case's force)"
     fatigue = envelope["fatigue"]
     if fatigue is None:
         return [f"{static}; fatigue is not judged (see notes)."]

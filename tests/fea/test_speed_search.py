@@ -7,11 +7,13 @@ from cycles import analysis
 from fea.assess.deviatoric import deviatoric
 from fea.assess.fatigue import fatigue_factor
 from fea.assess.history import extremes
+from fea.assess.safety import CAP
 from fea.choices import Fatigue, Symmetry
 from fea.crank.cycle_table import cycle_angles
 from fea.cycle.search import SpeedSearch, _Part
 from fea.jobs.speed_sweep import SpeedSweep
 from fea.units import RPM
+from loads.gas import NoGas
 from loads.peaks import peak_cases
 
 SPEEDS = np.linspace(800, 9000, 21)
@@ -96,3 +98,13 @@ def test_a_critical_speed_does_not_depend_on_the_speeds_asked_for(rod):
     for mode in ("yield", "fatigue", "crossland"):
         assert 3000 < near[mode] < 6500
         assert few[mode] == pytest.approx(near[mode], abs=0.3)
+
+
+def test_the_worst_place_is_known_where_every_factor_is_capped(rod):
+    # At 9000 rpm without gas stress is that of 3 rpm times 9e6, at the same place.
+    one, other = (
+        SpeedSearch(rod.cycle_analysis, rod.engine, NoGas(), [rpm]).at(rpm).yielding for rpm in (9000.0, 3.0)
+    )
+    assert other.factor == CAP
+    np.testing.assert_array_equal(other.at, one.at)
+    assert other.amplitude == pytest.approx(one.amplitude / 9e6, rel=1e-6)
