@@ -204,7 +204,7 @@ class Analysis:
             solution,
             cases,
             mass=self.rod.mass,
-            section=self._amid,
+            sections=self._amid(),
             displacement_only=[n for n in range(len(self.materials)) if n not in self.soft],
             held=self.study.analysis.support is Support.CLAMPED,
         )
@@ -261,16 +261,16 @@ class Analysis:
         """Cross-sections from pin to pin, and the least of the shank: by its dimensions or else its mesh."""
         return shank(self.study.rod.rod, self.mesh.whole.mesh, self.mesh.bores)
 
-    @cached_property
-    def _amid(self) -> SectionBalance:
-        """The section midway between the pins, or midway between bores that reach over it."""
+    def _amid(self) -> Iterator[SectionBalance]:
+        """Sections midway between the pins, or between bores that reach over it, then to either side."""
         bores, mesh = self.mesh.bores, self.mesh
         low, high = bores.big_radius, bores.rod_length - bores.small_radius
         middle = bores.rod_length / 2
-        station = middle if low < middle < high else (low + high) / 2
-        return SectionBalance(
-            mesh.whole.mesh, mesh.cell, self.model.material.density, bores.rod_length, station
-        )
+        middle = middle if low < middle < high else (low + high) / 2
+        for station in (middle, (low + middle) / 2, (middle + high) / 2):
+            yield SectionBalance(
+                mesh.whole.mesh, mesh.cell, self.model.material.density, bores.rod_length, station
+            )
 
     def _cycle_at(self, rpm: float | None, cases: tuple[CaseResult, ...]) -> CycleResult | None:
         if not self.study.analysis.cycle or self.engine is None or self.gas is None or rpm is None:

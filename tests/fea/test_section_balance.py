@@ -1,11 +1,17 @@
 """The stress in a section against the forces beyond it, on bars whose stress is known in closed form."""
 
+import gmsh
 import numpy as np
 import pytest
 
 from fea import run
+from fea.checks import LIMITS
+from fea.machine.clock import Clock
+from fea.pipeline import Analysis
 from fea.stress.section_balance import SectionBalance
+from fea.study.study import load_study
 from geometry.bodies.shape import block
+from geometry.session import session
 from loads.cases import LoadCase, RodMotion
 from mesh.body import mesh_body
 
@@ -78,3 +84,27 @@ def test_a_run_with_first_order_elements_too_coarse_for_bending_is_marked(tmp_pa
     checks = {name: run("bent.toml", element=name, out=name)["checks"] for name in ("p1", "p2")}
     assert not checks["p1"]["section_balance"]["pass"]
     assert checks["p2"]["section_balance"]["pass"]
+
+
+def test_a_hole_amid_the_shank_is_no_reason_to_mark_a_run(tmp_path, monkeypatch):
+    """A section through it errs by more than the limit; those beside it do not."""
+    monkeypatch.chdir(tmp_path)
+    with session():
+        gmsh.model.add("drilled")
+        occ = gmsh.model.occ
+        tools = [(3, occ.addCylinder(x, 0, -9, 0, 0, 18, r)) for x, r in ((0, 12), (50, 7), (100, 8))]
+        occ.cut([(3, occ.addBox(-25, -14, -6, 150, 28, 12))], tools)
+        occ.synchronize()
+        gmsh.write("drilled.step")
+    (tmp_path / "drilled.toml").write_text(
+        '[rod]\nstep = "drilled.step"\n[material]\npreset = "leon-2001"\n[forces]\npin_N = [2000.0, 0.0]\n'
+        '[mesh]\nsize_mm = 9\nelement = "p1"\n'
+    )
+    analysis = Analysis(load_study("drilled.toml"), Clock())
+    through, *beside = (
+        max(section.error(case.case, case.stress) for case in analysis.at(None).cases)
+        for section in analysis._amid()
+    )
+    limit = LIMITS["section_balance"]
+    assert through > limit > min(beside)
+    assert analysis.at(None).checks["section_balance"].passed
