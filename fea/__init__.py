@@ -3,12 +3,13 @@
 ``from fea import run`` does in Python what ``fea run`` does in the shell.
 """
 
+from pathlib import Path
 from typing import Any
 
 __all__ = ["run"]
 
 
-def run(study: str = "leon-2001", **flags: Any) -> dict[str, Any] | list[dict[str, Any]]:
+def run(study: str | Path = "leon-2001", **flags: Any) -> dict[str, Any] | list[dict[str, Any]]:
     """Analyse a study and leave its run on disk.
 
     Parameters

@@ -12,6 +12,8 @@ import gmsh
 _NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
 _SIGNALS = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
 
+_one_thread = threading.RLock()
+
 
 class GmshLog:
     """What gmsh said during a session; can still be read after the session has ended."""
@@ -41,7 +43,7 @@ class GmshLog:
 
 @contextmanager
 def session(*, threads: int = 1) -> Iterator[GmshLog]:
-    """Open gmsh, silent and reproducible, and close it whatever happens.
+    """Open gmsh, silent and reproducible, and close it whatever happens; other threads wait until then.
 
     Parameters
     ----------
@@ -58,8 +60,15 @@ def session(*, threads: int = 1) -> Iterator[GmshLog]:
     RuntimeError
         A session is open already: gmsh has one state for the whole process.
     """
-    if gmsh.isInitialized():
-        raise RuntimeError("a gmsh session is already open in this process: close it first")
+    with _one_thread:
+        if gmsh.isInitialized():
+            raise RuntimeError("a gmsh session is already open in this process: close it first")
+        with _opened(threads) as log:
+            yield log
+
+
+@contextmanager
+def _opened(threads: int) -> Iterator[GmshLog]:
     main = threading.current_thread() is threading.main_thread()
     handlers = {number: signal.getsignal(number) for number in _SIGNALS} if main else {}
     # A user's ~/.gmshrc must not change results, nor gmsh take over Ctrl-C and broken pipes.

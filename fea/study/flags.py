@@ -122,6 +122,7 @@ def python_flags(values: Mapping[str, Any]) -> Flags:
         if name == "rpm":
             flags[name] = value if isinstance(value, str) else _speeds_text(value)
         elif name in {"out", "animate"}:
+            require(isinstance(value, str | Path), name, value, "must be a path")
             flags[name] = Path(value)
         else:
             flags[name] = checked(name, value, hints[name])

@@ -201,7 +201,7 @@ def shipped_studies() -> tuple[str, ...]:
     return tuple(sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml")))
 
 
-def load_study(source: str = DEFAULT_STUDY) -> Study:
+def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
     """Load a shipped study by name or a TOML file by path.
 
     Raises
@@ -209,6 +209,8 @@ def load_study(source: str = DEFAULT_STUDY) -> Study:
     InvalidValue
         No such study, TOML that does not parse, an unknown key, or a value that breaks a rule.
     """
+    require(isinstance(source, str | Path), "STUDY", source, "must be a name or a path")
+    source = str(source)
     if source in shipped_studies():
         text = (resources.files("fea") / "studies" / f"{source}.toml").read_text(encoding="utf-8")
         return parse_study(text, source, Path.cwd())
