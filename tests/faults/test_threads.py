@@ -23,7 +23,7 @@ def test_two_threads_at_once_give_what_one_gives(tmp_path):
 
 @pytest.mark.parametrize("flags", [{"study": 3}, {"study": None}, {"out": 3}, {"out": b"x"}, {"animate": 5}])
 def test_what_is_no_path_is_refused(flags):
-    with pytest.raises(InvalidValue, match="must be a (name or a )?path"):
+    with pytest.raises(InvalidValue, match=r"must be a (name or a )?path"):
         run(**flags)
 
 
