@@ -113,6 +113,7 @@ class Analysis:
         if study.engine is None and study.forces is None:
             rule = "has neither [engine] nor [forces]"
             raise InvalidValue("STUDY", study.name, rule, "Add one of them.")
+        study.require_balance()
         if study.engine is not None and study.rod.length is not None:
             study.engine.gas_model(study.engine.engine(study.rod.length))
         self.mesh: Discretised = discretise(study, clock, wanted, coarser)

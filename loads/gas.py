@@ -191,5 +191,5 @@ def too_high(peak: float) -> str:
     unit, in_bar = ("Pa", 1e-5) if bar >= 1e5 else ("kPa", 1e-2) if bar >= 3000 else ("psi", 0.0689476)
     return (
         f"peaks above {10 * LARGEST_PEAK:g} bar, which no engine reaches; "
-        f"if these are {unit}, the peak is {bar * in_bar:.4g} bar"
+        f"if these are {unit}, the peak is {bar * in_bar:.4g} bar, if a cylinder full of water, give [forces]"
     )

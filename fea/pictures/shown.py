@@ -83,8 +83,17 @@ _FIELDS = (
 
 
 def point_arrays(vtu: Path) -> list[str]:
-    """Return the names of the arrays at the nodes that a .vtu file speaks of, without reading those."""
-    head = vtu.read_bytes().partition(b"<AppendedData")[0].partition(b"<CellData")[0]
+    """Return the names of the arrays at the nodes that a .vtu file speaks of, without reading those.
+
+    Raises
+    ------
+    InvalidValue
+        The file is not whole.
+    """
+    content = vtu.read_bytes()
+    rule = "is no whole .vtu file: it must end with </VTKFile>"
+    require(content.rstrip().endswith(b"</VTKFile>"), "FILE", vtu.name, rule, "Name one that fea wrote.")
+    head = content.partition(b"<AppendedData")[0].partition(b"<CellData")[0]
     return [name.decode(errors="replace") for name in re.findall(rb'Name="([^"]+)"', head)]
 
 

@@ -148,14 +148,21 @@ class Study:
             require(self.engine is None, "forces.pin_N", given, "stand in place of an engine", "Remove one.")
             rule = "needs an [engine]: given forces have no crank cycle"
             require(not self.analysis.cycle, "analysis.cycle", "true", rule)
+            self.forces.pin()
+
+    def require_balance(self) -> None:
+        """See to it that something takes up a given transverse force; flags may still change the support.
+
+        Raises
+        ------
+        InvalidValue
+            Nothing does.
+        """
+        if self.forces is not None and self.analysis.support is not Support.CLAMPED:
             _, transverse = self.forces.pin()
-            require(
-                transverse == 0 or self.analysis.support is Support.CLAMPED,
-                "forces.pin_N",
-                given,
-                "has a transverse part, which nothing balances under inertia relief",
-                'Say support = "clamped", or leave the transverse part out.',
-            )
+            rule = "has a transverse part, which nothing balances under inertia relief"
+            remedy = 'Say support = "clamped", or leave the transverse part out.'
+            require(transverse == 0, "forces.pin_N", list(self.forces.pin_N), rule, remedy)
 
     def materials(self, parts: Iterable[str]) -> tuple[Material, ...]:
         """Return the material of each part; those without a table of their own are of [material].

@@ -8,6 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fea.choices import Element, Support
+from fea.machine.clock import Clock
+from fea.pipeline import Analysis
 from fea.study.flags import Flags, python_flags
 from fea.study.speeds import parse_speeds
 from fea.study.study import load_study, parse_study, shipped_studies
@@ -72,7 +74,6 @@ def test_flags_win_over_the_file(tmp_path):
         (LEON + "[material]\npreset = 'leon-2001'\nnu = 0.5", r"material\.nu = 0\.5: must lie between"),
         (LEON + "[material]\nE_GPa = 210.0", r"material\.nu is missing"),
         (LEON + "[forces]\npin_N = [1.0, 0.0]", r"forces\.pin_N.*in place of an engine"),
-        ("[rod]\npreset = 'leon-2001'\n[forces]\npin_N = [1.0, 2.0]", r"transverse part.*clamped"),
         ("[rod]\npreset = 'leon-2001'\n[forces]\npin_N = [1.0]", r"must be \[axial, transverse\]"),
         ("[rod]\nlength_mm = 141.0", r"rod\.big_end_bore_mm is missing"),
         ("[rod]\nlength_mm = 1.0\nbig_end_bore_mm = 5.0\nsmall_end_bore_mm = 2.0", r"rod\.length_mm = 1"),
@@ -86,6 +87,15 @@ def test_bad_studies_are_refused_by_name(text, says, tmp_path):
     with pytest.raises(InvalidValue, match=says):
         study = parsed(text, tmp_path)
         study.engine.engine(study.rod.length)
+
+
+def test_a_transverse_force_needs_a_clamp_whether_from_the_study_or_the_flags(tmp_path):
+    study = parsed("[rod]\npreset = 'leon-2001'\n[forces]\npin_N = [1.0, 2.0]", tmp_path)
+    with pytest.raises(InvalidValue, match=r"transverse part.*clamped"):
+        study.require_balance()
+    with pytest.raises(InvalidValue, match=r"transverse part.*clamped"):
+        Analysis(study, Clock())
+    Flags(support=Support.CLAMPED).applied(study).require_balance()
 
 
 def test_an_unknown_study_lists_the_shipped_ones():
