@@ -49,7 +49,7 @@ def run(
 
         sys.stdout.write(json_text(summaries[0] if len(summaries) == 1 else summaries))
     elif not quiet:
-        from fea.terminal.figures import near
+        from fea.output.target import near
         from fea.terminal.table import print_runs
 
         print_runs([(report.folder, report.summary) for report in reports])

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.crank.cycle_report import EXTREMES, WHOLE_ENGINE, CycleReport, Extreme, extremes, mean_torque
-from fea.terminal.figures import gathered
+from fea.output.notes import gathered
 from fea.units import RPM
 
 _NAMES = {

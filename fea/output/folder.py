@@ -18,7 +18,7 @@ from fea.output import lock
 from fea.output.earlier import is_earlier_run
 from fea.output.errors import OccupiedError, StorageError
 from fea.output.exchange import exchange
-from fea.terminal.figures import near
+from fea.output.target import near
 
 PART, BACKUP = "part", "backup"
 LONGEST_NAME = 255  # bytes, on every file system in use

@@ -1,4 +1,4 @@
-"""Files that a user names for results, refused before anything is computed for them."""
+"""Files that a user names: refused before anything is computed for them, and told in short."""
 
 from collections.abc import Collection
 from pathlib import Path
@@ -50,3 +50,10 @@ def _require_file(option: str, path: Path, suffixes: Collection[str]) -> None:
     device = path.exists() and not path.is_file()
     rule = f"must end in {' or '.join(suffixes)}"
     require(device or path.suffix.lower() in suffixes, option, str(path), rule)
+
+
+def near(path: Path) -> Path:
+    """Return a path as it is short to type: from the current directory (not the root) where it is below it."""
+    here = Path.cwd()
+    short = path.is_relative_to(here) and here != here.parent
+    return path.relative_to(here) if short else path

@@ -1,14 +1,12 @@
-"""Figures of a summary as words: what is not known, how many digits, where a file is."""
+"""Figures of a summary as words: what is not known, how many digits."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 Summary = Mapping[str, Any]
 UNKNOWN = "–"
 # Wider or narrower than their columns.
 _MANY_NEWTONS, _SMALL_FACTOR = 999e3, 0.095
-_AT_SPEED = " at\0rpm"  # stands for the speed in a note
 
 
 def worst_case(summary: Summary) -> str:
@@ -20,21 +18,6 @@ def worst_case(summary: Summary) -> str:
 def least_factor(summary: Summary) -> float:
     """Return the smallest safety factor of all cases, infinite where none has one."""
     return _or_infinity(summary["results"][worst_case(summary)].get("min_safety_factor"))
-
-
-def near(path: Path) -> Path:
-    """Return a path as it is short to type: from the current directory where it is below it."""
-    here = Path.cwd()
-    return path.relative_to(here) if path.is_relative_to(here) else path
-
-
-def gathered(notes: Iterable[tuple[float, Sequence[str]]]) -> list[str]:
-    """Return the notes of several speeds, rpm; those that only the speed tells apart become one."""
-    speeds: dict[str, list[str]] = {}
-    for rpm, said in notes:
-        for note in said:
-            speeds.setdefault(note.replace(f" at {rpm:g} rpm", _AT_SPEED), []).append(f"{rpm:g}")
-    return [note.replace(_AT_SPEED, f" at {', '.join(rpm)} rpm") for note, rpm in speeds.items()]
 
 
 def number(value: float | None, form: str) -> str:

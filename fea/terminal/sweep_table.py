@@ -9,7 +9,9 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.cycle.speed_map import rounded, speed_map
-from fea.terminal.figures import Summary, bar, factor, gathered, least_factor, near, number, worst_case
+from fea.output.notes import gathered
+from fea.output.target import near
+from fea.terminal.figures import Summary, bar, factor, least_factor, number, worst_case
 
 
 def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:

@@ -8,8 +8,9 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from fea.output.target import near
 from fea.terminal.buckling_lines import buckling_lines
-from fea.terminal.figures import UNKNOWN, Summary, bar, factor, kilo, near, number, worst_case
+from fea.terminal.figures import UNKNOWN, Summary, bar, factor, kilo, number, worst_case
 from fea.terminal.sweep_table import print_sweep
 
 _ENDLESS = 1000

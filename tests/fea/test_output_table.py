@@ -4,7 +4,8 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from fea.terminal.figures import gathered, worst_case
+from fea.output.notes import gathered
+from fea.terminal.figures import worst_case
 from fea.terminal.table import print_runs
 
 SUMMARY = {
