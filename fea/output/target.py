@@ -53,7 +53,7 @@ def _require_file(option: str, path: Path, suffixes: Collection[str]) -> None:
 
 
 def near(path: Path) -> Path:
-    """Return a path as it is short to type: from the current directory (not the root) where it is below it."""
+    """Return a path in short: from the current directory, unless that is the root, where it is below it."""
     here = Path.cwd()
     short = path.is_relative_to(here) and here != here.parent
     return path.relative_to(here) if short else path
