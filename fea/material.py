@@ -1,5 +1,6 @@
 """Materials: linear elastic and isotropic, with the strengths that judge a stress."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -109,3 +110,8 @@ class Materials:
     def density(self) -> npt.NDArray[np.float64]:
         """Density (n_elements,) of each element, t/mm³."""
         return np.array([material.density for material in self.materials])[self.part]
+
+
+def of_parts(materials: Sequence[Material], part: npt.NDArray[np.int64] | None) -> Material | Materials:
+    """Return the materials of elements by their part (n_elements,); the first alone where there are none."""
+    return materials[0] if part is None else Materials(tuple(materials), part)

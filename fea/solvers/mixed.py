@@ -14,16 +14,20 @@ import numpy.typing as npt
 
 from fea.choices import SolverName, Support
 from fea.machine.clock import Clock
-from fea.material import Material, Materials
+from fea.material import Material, of_parts
+from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
 from fea.solid.supports import plane_conditions
 from fea.solvers.condition import condition_of, probe
 from fea.solvers.mixed_system import MixedSystem, shear_materials
 from fea.solvers.pressure import pressure_space
+from fea.solvers.residuals import Residuals
 from fea.solvers.solve import Model, Solution, right_hand_sides
+from fea.solvers.solvers import Preconditioner
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
+Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 
@@ -53,7 +57,7 @@ class MixedModel(Model):
         clock: Clock | None = None,
     ) -> None:
         shear = shear_materials(materials, soft)
-        elastic = shear[0] if mesh.part is None else Materials(shear, mesh.part)
+        elastic = of_parts(shear, mesh.part)
         super().__init__(mesh, elastic, support, solver, clock)
         with self._clock("assembly"):
             self._space = pressure_space(mesh, {number: materials[number] for number in soft})
@@ -80,13 +84,22 @@ class MixedModel(Model):
             with self._clock("solve"):
                 self._estimate_condition(parity, slot)
                 system = MixedSystem(self._K, self._space, self._fixed(parity), self._alive(parity))
-                u, p, found = system.solve(partial(self._solved, slot), f)
+                u, p, found = self._settled(system, slot, f)
                 held = self._held.ravel() & ~plane_conditions(self.mesh, parity).ravel()
                 reaction = float(np.abs(system.reactions(u, p, f)[held]).max(initial=0.0))
             displacement[parity] = u.reshape(n_nodes, 3, -1)
             pressure[parity] = self._space.nodal(p, n_nodes)
             residuals[parity] = replace(found, reaction=reaction)
         return Solution(displacement, residuals, pressure, dict(self._condition))
+
+    def _settled(self, system: MixedSystem, slot: int, f: Floats) -> tuple[Floats, Floats, Residuals]:
+        """Displacements and pressures; where the iterative solver stagnates, directly if that fits."""
+        if isinstance(self._solver, Preconditioner):
+            try:
+                return system.iterate(partial(self._solver.precondition, slot), f)
+            except StagnationError as error:
+                self._hand_over(error)
+        return system.solve(partial(self._solved, slot), f)
 
     def _estimate_condition(self, parity: Parity, slot: int) -> None:
         """That of what is factorised; one solution more among dozens."""

@@ -1,8 +1,8 @@
 """The equations of displacement and pressure with their supports, solved and checked."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ from fea.solid.assembly import SymmetricMatrix
 from fea.solvers.conjugate_gradients import Operator
 from fea.solvers.pressure import PressureSpace
 from fea.solvers.residuals import Residuals, worst_ratio
-from fea.solvers.saddle import Constraint, solve_saddle
+from fea.solvers.saddle import Constraint, iterate_saddle, solve_saddle
 from fea.solvers.solve import MOST_REFINEMENTS
 
 Floats = npt.NDArray[np.float64]
@@ -61,16 +61,26 @@ class MixedSystem:
         StagnationError
             The mesh does not hold a stable pressure.
         """
+        return self._corrected(partial(solve_saddle, self._free(inverse), self._constraint), f)
+
+    def iterate(self, precondition: Operator, f: Floats) -> tuple[Floats, Floats, Residuals]:
+        """As `solve`, with what only approximates A⁻¹, its supports in it."""
+        stiffness, precondition = self._free(self.stiffness.__matmul__), self._free(precondition)
+        return self._corrected(partial(iterate_saddle, stiffness, precondition, self._constraint), f)
+
+    def _free(self, operator: Operator) -> Operator:
+        """Keep an operator to the displacements that are free."""
         cut = self.fixed[:, None]
+        return lambda field: np.where(cut, 0.0, operator(np.where(cut, 0.0, field)))
 
-        def solve(right: Floats) -> Floats:
-            return np.where(cut, 0.0, inverse(np.where(cut, 0.0, right)))
-
+    def _corrected(
+        self, solve: Callable[[Floats, Floats], tuple[Floats, Floats]], f: Floats
+    ) -> tuple[Floats, Floats, Residuals]:
         u, p = np.zeros_like(f), np.zeros((len(self.alive), f.shape[1]))
         found = Residuals(np.inf, np.inf, np.inf, np.inf)
         for _ in range(1 + MOST_REFINEMENTS):
             first, second = self._imbalance(u, p, f)
-            du, dp = solve_saddle(solve, self._constraint, -first, -second[self.alive])
+            du, dp = solve(np.where(self.fixed[:, None], 0.0, -first), -second[self.alive])
             better_u, better_p = u + du, p.copy()
             better_p[self.alive] += dp
             better = self._residuals(better_u, better_p, f)

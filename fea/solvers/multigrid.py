@@ -86,6 +86,10 @@ class Multigrid:
             remedy="Choose --solver pardiso, or a better shaped mesh",
         )
 
+    def precondition(self, slot: int, residual: Floats) -> Floats:
+        """About the inverse of the matrix in a slot on (n, k) residuals."""
+        return self._levels[slot].precondition(residual)
+
 
 @dataclass(frozen=True)
 class _Transfer:

@@ -186,15 +186,19 @@ class Model:
         """Solve with the factor in a slot; where the iterative solver stagnates, directly if that fits."""
         try:
             return self._solver.solve(slot, f)
-        except StagnationError:
-            slots = len(Parity) if Surface.SYMMETRY_Y in self.mesh.facets else 1
-            if memory.direct_bytes(self.mesh.points.size, slots) > memory.SHARE * memory.available_bytes():
-                raise
-            self._solver = linear_solver(direct(), self.mesh, self.material, slots)
-            parities, self._factorised = self._factorised, []
-            for parity in parities:
-                self._slot(parity)
+        except StagnationError as error:
+            self._hand_over(error)
             return self._solver.solve(slot, f)
+
+    def _hand_over(self, error: StagnationError) -> None:
+        """Go on with the direct solver, or raise the iterative one's error where that does not fit."""
+        slots = len(Parity) if Surface.SYMMETRY_Y in self.mesh.facets else 1
+        if memory.direct_bytes(self.mesh.points.size, slots) > memory.SHARE * memory.available_bytes():
+            raise error
+        self._solver = linear_solver(direct(), self.mesh, self.material, slots)
+        parities, self._factorised = self._factorised, []
+        for parity in parities:
+            self._slot(parity)
 
 
 def right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:

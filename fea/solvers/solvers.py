@@ -2,7 +2,7 @@
 
 import importlib.util
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +33,14 @@ class LinearSolver(Protocol):
 
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
         """Solve for (n, k) right-hand sides with the matrix in a slot."""
+
+
+@runtime_checkable
+class Preconditioner(Protocol):
+    """A solver that iterates, and can lend what it iterates with."""
+
+    def precondition(self, slot: int, residual: Floats) -> Floats:
+        """About the inverse of the matrix in a slot on (n, k) residuals, symmetric and positive definite."""
 
 
 def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:

@@ -22,7 +22,7 @@ from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity
 from fea.solid.supports import determinate_restraints
 from fea.solid.traction import traction_forces
-from fea.solvers import conjugate_gradients
+from fea.solvers import conjugate_gradients, minimal_residuals
 from fea.solvers.mixed import MixedModel
 from fea.solvers.pressure import pressure_space
 from fea.solvers.solve import Model
@@ -179,6 +179,15 @@ def test_multigrid_solves_for_pressure_too():
     for parity, u in direct.displacement.items():
         assert multigrid.displacement[parity] == pytest.approx(u, abs=1e-7 * np.abs(u).max())
         assert multigrid.residuals[parity].backward_error < 1e-12
+
+
+def test_a_pressure_that_multigrid_does_not_settle_is_solved_for_directly(monkeypatch):
+    monkeypatch.setattr(minimal_residuals, "MOST_ITERATIONS", 3)
+    mesh = strap()
+    model = MixedModel(mesh, [RUBBER], [0], RELIEF, solver=SolverName.AMG)
+    solution = model.solve([tilted_load(mesh)])
+    assert model.solver in ("pardiso", "cholmod")
+    assert max(found.backward_error for found in solution.residuals.values()) < 1e-12
 
 
 def test_a_pressure_that_does_not_settle_is_refused(monkeypatch):
