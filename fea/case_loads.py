@@ -41,6 +41,11 @@ class Bores:
     small_width: float
     small_taper: float = 0.0
 
+    @property
+    def between(self) -> tuple[float, float]:
+        """X where the big end's bore ends and where the small end's begins, mm."""
+        return self.big_radius, self.rod_length - self.small_radius
+
 
 @dataclass(frozen=True)
 class CaseForces:
@@ -109,13 +114,12 @@ class CaseLoads:
         parts = [load.forces for load in loads.values()]
         if case.motion is not None:
             parts.append(self._inertia.forces(case.motion))
-        largest = max(float(np.hypot(*force)) for force in (pin, crank))
-        forces, tilt = self._upright(_total(parts), largest)
+        forces, tilt = self._upright(_total(parts), case.largest_force)
         return CaseForces(
             forces,
             {surface: load.traction for surface, load in loads.items()},
             max((load.scale for load in loads.values()), key=lambda scale: abs(scale - 1)),
-            largest,
+            case.largest_force,
             tilt,
         )
 

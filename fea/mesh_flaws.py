@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.checks import LIMITS
-from fea.material import Material, Materials
+from fea.material import Material, of_parts
 from fea.solid.inertia import inertia
 from fea.study.study import Study
 from geometry.solid import Solid
@@ -68,6 +68,5 @@ def _counted(count: int, kind: str) -> str:
 
 def _misses_mass(study: Study, solid: Solid, mesh: TetMesh) -> bool:
     materials = study.materials(part.name for part in solid.parts)
-    density = materials[0].density if mesh.part is None else Materials(materials, mesh.part).density
-    meshed = inertia(mesh, density).properties.mass
+    meshed = inertia(mesh, of_parts(materials, mesh.part).density).properties.mass
     return mass_error(meshed, (part.mass.mass for part in solid.parts), materials) > LIMITS["mesh_mass"]

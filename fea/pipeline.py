@@ -18,7 +18,7 @@ from fea.cycle.unit_loads import UnitLoads
 from fea.cycle.unit_solutions import unit_solutions
 from fea.discretise import Discretised, discretise
 from fea.machine.clock import Clock
-from fea.material import Material, Materials
+from fea.material import Material, Materials, of_parts
 from fea.omission import Omission
 from fea.results import CaseResult, case_result
 from fea.run_checks import run_checks
@@ -126,7 +126,7 @@ class Analysis:
             rule = f"must not exceed {most} for buckling, which knows displacement elements alone"
             raise InvalidValue("material.nu", nu, rule, "Leave out --buckling: the column formulas remain.")
         cell = self.mesh.cell
-        elastic = self.materials[0] if cell.part is None else Materials(self.materials, cell.part)
+        elastic = of_parts(self.materials, cell.part)
         with clock("loads"):
             self._inertia = inertia(cell, elastic.density)
             self.case_loads = CaseLoads(
@@ -205,7 +205,7 @@ class Analysis:
             solution,
             cases,
             mass=self.rod.mass,
-            sections=self._amid(),
+            sections=self._amid,
             displacement_only=[n for n in range(len(self.materials)) if n not in self.soft],
             held=self.study.analysis.support is Support.CLAMPED,
         )
@@ -262,16 +262,18 @@ class Analysis:
         """Cross-sections from pin to pin, and the least of the shank: by its dimensions or else its mesh."""
         return shank(self.study.rod.rod, self.mesh.whole.mesh, self.mesh.bores)
 
-    def _amid(self) -> Iterator[SectionBalance]:
+    @cached_property
+    def _amid(self) -> tuple[SectionBalance, ...]:
         """Sections midway between the pins, or between bores that reach over it, then to either side."""
         bores, mesh = self.mesh.bores, self.mesh
-        low, high = bores.big_radius, bores.rod_length - bores.small_radius
+        low, high = bores.between
         middle = bores.rod_length / 2
         middle = middle if low < middle < high else (low + high) / 2
-        for station in (middle, (low + middle) / 2, (middle + high) / 2):
-            yield SectionBalance(
-                mesh.whole.mesh, mesh.cell, self.model.material.density, bores.rod_length, station
-            )
+        density = self.model.material.density
+        return tuple(
+            SectionBalance(mesh.whole.mesh, mesh.cell, density, bores.rod_length, station)
+            for station in (middle, (low + middle) / 2, (middle + high) / 2)
+        )
 
     def _cycle_at(self, rpm: float | None, cases: tuple[CaseResult, ...]) -> CycleResult | None:
         if not self.study.analysis.cycle or self.engine is None or self.gas is None or rpm is None:

@@ -8,9 +8,10 @@ from typing import Any
 
 import gmsh
 
+from geometry.ends import ENDS
+
 # Those that gmsh changes.
-_NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
-_SIGNALS = [getattr(signal, name) for name in _NAMES if hasattr(signal, name)]
+_SIGNALS = [*ENDS, *([signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else [])]
 
 _one_thread = threading.RLock()
 

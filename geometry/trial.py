@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from typing import IO, Any, TypeVar
 
+from geometry.ends import ENDS
 from geometry.errors import GeometryError
 
 Result = TypeVar("Result")
@@ -16,7 +17,6 @@ Result = TypeVar("Result")
 SECONDS = 60.0
 _apart = False  # whether this process is the copy
 _PR_SET_PDEATHSIG = 1
-_ENDS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
 
 def apart(job: Callable[[], Result], what: str) -> Result:
@@ -75,7 +75,7 @@ def _death(status: int, what: str) -> BaseException:
     """Say how the copy ended."""
     if not os.WIFSIGNALED(status):
         how = "gives up"
-    elif os.WTERMSIG(status) in _ENDS:
+    elif os.WTERMSIG(status) in ENDS:
         return KeyboardInterrupt()
     elif os.WTERMSIG(status) == signal.SIGPROF:
         how = "finds no end"
@@ -90,7 +90,7 @@ def _attempt(job: Callable[[], Any], write: int) -> None:
     _apart, code = True, 1
     try:
         _die_with_parent()
-        for number in (*_ENDS, signal.SIGPROF):
+        for number in (*ENDS, signal.SIGPROF):
             signal.signal(number, signal.SIG_DFL)
         allow(SECONDS)
         nowhere = os.open(os.devnull, os.O_WRONLY)

@@ -1,5 +1,6 @@
 """Load cases: everything that acts on the rod at one crank angle."""
 
+import math
 from dataclasses import dataclass
 
 from geometry.invalid import require, require_number
@@ -54,6 +55,12 @@ class LoadCase:
     wall: float | None = None
     torque: float | None = None
     motion: RodMotion | None = None
+
+    @property
+    def largest_force(self) -> float:
+        """The larger of the forces at pin and crank, N."""
+        pin = math.hypot(self.pin_axial, self.pin_transverse)
+        return max(pin, math.hypot(self.crank_axial, self.crank_transverse))
 
 
 def given(pin_axial: float, pin_transverse: float = 0.0) -> LoadCase:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -43,7 +44,7 @@ class Slice:
     ends: Ints
     share: Floats
 
-    @property
+    @cached_property
     def areas(self) -> Floats:
         """(n,) mm²."""
         side, other = self.places[:, 1] - self.places[:, 0], self.places[:, 2] - self.places[:, 0]

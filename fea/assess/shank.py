@@ -25,7 +25,7 @@ def shank(rod: Rod | None, mesh: TetMesh, bores: Bores) -> tuple[tuple[Section, 
     """
     places = np.linspace(0.0, bores.rod_length, _STATIONS)
     if rod is None:
-        least = slices.least_section(mesh, bores.big_radius, bores.rod_length - bores.small_radius)
+        least = slices.least_section(mesh, *bores.between)
         return slices.sections(mesh, places), least
     solid = HeightField(rod)
     return tuple(solid.section(float(x)) for x in places), least_section(rod)

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from fea.discretise import discretise
 from fea.machine.clock import Clock
-from fea.material import Materials
+from fea.material import of_parts
 from fea.solvers.eigen import RIGID, Modes, free_modes
 from fea.study.study import Study
 from geometry.invalid import require
@@ -131,5 +131,5 @@ def modes_report(study: Study, count: int) -> ModesReport:
     nu = max(material.poissons_ratio for material in materials)
     rule = f"must not exceed {most} for modes: elements without a pressure lock"
     require(nu <= most, "material.nu", nu, rule, "Lower it.")
-    elastic = materials[0] if whole.part is None else Materials(materials, whole.part)
+    elastic = of_parts(materials, whole.part)
     return ModesReport(study, whole, free_modes(whole, elastic, elastic.density, count))

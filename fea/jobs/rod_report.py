@@ -8,7 +8,7 @@ import numpy as np
 from fea.assess.column import Plane
 from fea.discretise import Discretised, discretise
 from fea.machine.clock import Clock
-from fea.material import Materials
+from fea.material import of_parts
 from fea.solid.inertia import inertia
 from fea.study.study import Study
 from fea.units import KG, KG_M2
@@ -100,7 +100,7 @@ def rod_report(study: Study) -> RodReport:
     """
     mesh = discretise(study, Clock())
     materials, part = study.materials(mesh.parts), mesh.cell.part
-    density = materials[0].density if part is None else Materials(materials, part).density
+    density = of_parts(materials, part).density
     properties = inertia(mesh.cell, density).properties
     return RodReport(study, mesh, properties, *_sections(study, mesh))
 
@@ -109,6 +109,5 @@ def _sections(study: Study, mesh: Discretised) -> tuple[tuple[Section, ...], Sec
     """Sections along the shank, and the least."""
     if study.rod.rod is not None:
         return sections(study.rod.rod, _STATIONS), least_section(study.rod.rod)
-    whole, bores = mesh.whole.mesh, mesh.bores
-    ends = bores.big_radius, bores.rod_length - bores.small_radius
+    whole, ends = mesh.whole.mesh, mesh.bores.between
     return slices.sections(whole, np.linspace(*ends, _STATIONS + 2)[1:-1]), slices.least_section(whole, *ends)

@@ -12,8 +12,8 @@ import tempfile
 from collections.abc import Callable
 from typing import IO
 
-from fea.machine.signals import ENDS
 from fea.machine.streams import outlet
+from geometry.ends import ENDS
 
 MACHINE = 7
 _MIB = 2**20

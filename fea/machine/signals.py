@@ -4,8 +4,8 @@ import signal
 import threading
 import time
 
-# Ctrl-C, `kill` or a batch system whose time is up, a terminal that was closed.
-ENDS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+from geometry.ends import ENDS
+
 _CALM = 1.0  # seconds from one to the next that counts
 
 

@@ -1,8 +1,14 @@
-"""Notes of several speeds as one list."""
+"""Error bars and notes as every reader is told them: in tables, pictures and lists."""
 
 from collections.abc import Iterable, Sequence
 
 _AT_SPEED = " at\0rpm"  # stands for the speed in a note
+_WHOLE = 9.95  # percent: from there on an error bar has no decimals
+
+
+def error_bar(percent: float) -> str:
+    """Return an error bar: two digits."""
+    return f"{percent:.{0 if percent >= _WHOLE else 1}f}"
 
 
 def gathered(notes: Iterable[tuple[float, Sequence[str]]]) -> list[str]:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista
 
+from fea.output.notes import error_bar
 from fea.pictures.bands import Bands
 from fea.pictures.scale import exaggeration
 from fea.pictures.shown import MODE, Field, field_of
@@ -15,8 +16,6 @@ from fea.pictures.skin import Ints, Skin
 from fea.pictures.view import View, choose_view
 
 Floats = npt.NDArray[np.float64]
-
-_WHOLE = 9.95  # percent: from there on an error bar has no decimals
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ class Scene:
     def worst(self) -> str:
         """The worst value, with its error bar, in words."""
         said, bar = self.field.said(self.peak), self.error_percent
-        return said if bar is None else f"{said} ± {bar:.{0 if bar >= _WHOLE else 1}f} %"
+        return said if bar is None else f"{said} ± {error_bar(bar)} %"
 
     @property
     def top(self) -> float:

@@ -1,6 +1,7 @@
 """The stress in a cross-section against the forces beyond it: Cauchy's cut, as every textbook begins with."""
 
 import math
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -8,7 +9,7 @@ import numpy.typing as npt
 from fea.solid.inertia import mass_beyond
 from geometry.mass import MassProperties
 from loads.cases import LoadCase, RodMotion
-from mesh.slices import cut
+from mesh.slices import Slice, cut
 from mesh.tetmesh import TetMesh
 
 Floats = npt.NDArray[np.float64]
@@ -17,7 +18,7 @@ _XX, _XY = 0, 3
 
 
 class SectionBalance:
-    """A cross-section of a rod, and the mass beyond it.
+    """A cross-section of a rod, and the mass beyond it, found when first asked for and kept.
 
     Parameters
     ----------
@@ -34,11 +35,8 @@ class SectionBalance:
     def __init__(
         self, whole: TetMesh, cell: TetMesh, density: float | Floats, rod_length: float, station: float
     ) -> None:
-        self._slice = cut(whole, station)
-        self._areas, self._y = self._slice.areas, self._slice.places[..., 0]
-        section = self._slice.section()
-        self._gyration = math.sqrt(section.inertia_z / section.area)
-        self._beyond, self._rod_length = mass_beyond(cell, density, station), rod_length
+        self._whole, self._cell, self._density = whole, cell, density
+        self._rod_length, self._station = rod_length, station
 
     def error(self, case: LoadCase, stress: Floats) -> float:
         """How far a case's nodal stress (n_nodes, 6), MPa, is from carrying what acts beyond the section.
@@ -52,30 +50,40 @@ class SectionBalance:
         *force, moment = self._acting(case)
         *carried, bent = self._carried(stress)
         off = max(abs(force[0] - carried[0]), abs(force[1] - carried[1]), abs(moment - bent) / self._gyration)
-        largest = max(
-            math.hypot(case.pin_axial, case.pin_transverse),
-            math.hypot(case.crank_axial, case.crank_transverse),
-        )
-        return off / (largest + abs(moment) / self._gyration)
+        return off / (case.largest_force + abs(moment) / self._gyration)
+
+    @cached_property
+    def _slice(self) -> Slice:
+        return cut(self._whole, self._station)
+
+    @cached_property
+    def _gyration(self) -> float:
+        """Radius of gyration about z, mm."""
+        section = self._slice.section()
+        return math.sqrt(section.inertia_z / section.area)
+
+    @cached_property
+    def _beyond(self) -> MassProperties:
+        return mass_beyond(self._cell, self._density, self._station)
 
     def _acting(self, case: LoadCase) -> tuple[float, float, float]:
         """Forces along x and y beyond the section, N, and their moment about its point y = 0, N·mm."""
         x, y = case.pin_axial, case.pin_transverse
-        moment = (self._rod_length - self._slice.station) * y
+        moment = (self._rod_length - self._station) * y
         if case.motion is not None:
             along, across, turning = _inertia(self._beyond, case.motion)
             center_x, center_y, _ = self._beyond.center
-            moment += (center_x - self._slice.station) * across - center_y * along + turning
+            moment += (center_x - self._station) * across - center_y * along + turning
             x, y = x + along, y + across
         return x, y, moment
 
     def _carried(self, stress: Floats) -> tuple[float, float, float]:
         """Integrals of σ_xx, σ_xy and −y σ_xx, each linear on a triangle."""
-        values = self._slice.at_corners(stress[:, [_XX, _XY]])
-        along, across = self._areas @ values.mean(axis=1)
-        normal, y = values[..., 0], self._y
+        values, areas = self._slice.at_corners(stress[:, [_XX, _XY]]), self._slice.areas
+        along, across = areas @ values.mean(axis=1)
+        normal, y = values[..., 0], self._slice.places[..., 0]
         products = y.sum(axis=1) * normal.sum(axis=1) + (y * normal).sum(axis=1)
-        return float(along), float(across), float(-self._areas @ products / 12)
+        return float(along), float(across), float(-areas @ products / 12)
 
 
 def _inertia(body: MassProperties, motion: RodMotion) -> tuple[float, float, float]:

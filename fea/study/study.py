@@ -191,7 +191,7 @@ class Study:
         return "\n".join([self.rod.text(), *(table_text(name, table) for name, table in tables)])
 
 
-_TABLES: Mapping[str, type[Any]] = {
+TABLES: Mapping[str, type[Any]] = {
     "material": MaterialTable,
     "engine": EngineTable,
     "speed": SpeedTable,
@@ -249,11 +249,11 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
     except (ValueError, RecursionError) as error:  # of a number with too many digits a plain ValueError
         raise InvalidValue("STUDY", f"{name}.toml", f"is not valid TOML: {error}") from error
     for key in raw:
-        if key != "rod" and key not in _TABLES:
-            raise unknown_key(f"{name}.toml:", key, ["rod", *_TABLES])
+        if key != "rod" and key not in TABLES:
+            raise unknown_key(f"{name}.toml:", key, ["rod", *TABLES])
     require("rod" in raw, "STUDY", name, "has no [rod] table", 'Give dimensions or preset = "leon-2001".')
     raw, part_material = _parted(raw)
-    tables = {key: read_table(cls, key, raw[key]) for key, cls in _TABLES.items() if key in raw}
+    tables = {key: read_table(cls, key, raw[key]) for key, cls in TABLES.items() if key in raw}
     rod = read_rod(raw["rod"], folder)
     if "engine" in tables:
         tables["engine"] = tables["engine"].located(folder)

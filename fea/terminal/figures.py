@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+from fea.output.notes import error_bar
+
 Summary = Mapping[str, Any]
 UNKNOWN = "–"
 # Wider or narrower than their columns.
@@ -26,8 +28,8 @@ def number(value: float | None, form: str) -> str:
 
 
 def bar(percent: float | None) -> str:
-    """Return an error bar: two digits."""
-    return number(percent, ".1f" if percent is None or percent < 9.95 else ".0f")
+    """Return an error bar."""
+    return UNKNOWN if percent is None else error_bar(percent)
 
 
 def kilo(newtons: float | None) -> str:

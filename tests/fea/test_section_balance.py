@@ -103,7 +103,7 @@ def test_a_hole_amid_the_shank_is_no_reason_to_mark_a_run(tmp_path, monkeypatch)
     analysis = Analysis(load_study("drilled.toml"), Clock())
     through, *beside = (
         max(section.error(case.case, case.stress) for case in analysis.at(None).cases)
-        for section in analysis._amid()
+        for section in analysis._amid
     )
     limit = LIMITS["section_balance"]
     assert through > limit > min(beside)

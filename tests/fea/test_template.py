@@ -6,21 +6,10 @@ from importlib.resources import files
 
 import pytest
 
-from fea.study.engine_table import EngineTable
-from fea.study.material_table import MaterialTable
-from fea.study.study import AnalysisTable, ForcesTable, MeshTable, OutputTable, SpeedTable, Study, load_study
+from fea.study.study import TABLES, Study, load_study
 from geometry.dimensions import dimensions, options
 
 TEXT = (files("fea") / "studies" / "template.toml.txt").read_text(encoding="utf-8")
-TABLES = {
-    "material": MaterialTable,
-    "engine": EngineTable,
-    "speed": SpeedTable,
-    "forces": ForcesTable,
-    "mesh": MeshTable,
-    "analysis": AnalysisTable,
-    "output": OutputTable,
-}
 GIVEN = {"length", "big_end_bore", "small_end_bore"}
 DEFAULTS = [name for name in dimensions() if name not in {*options(), *GIVEN}]
 

@@ -40,3 +40,14 @@ def on_bores(rod: Analysis) -> np.ndarray:
     for surface in (Surface.BIG_END_BORE, Surface.SMALL_END_BORE):
         found[mesh.facets[surface]] = True
     return found
+
+
+def superposition_errors(rod: Analysis, rpm: float, angles: np.ndarray) -> tuple[float, float]:
+    """Largest difference of superposed from direct stress on the bores and elsewhere, of the peaks."""
+    stress, peaks = direct(rod, rpm, angles)
+    cycle = rod.cycle_analysis
+    weights = cycle.weights(rod.engine, rod.gas, rpm * RPM, angles)
+    superposed = cycle.units.tensor(0, weights, rod.mesh.whole)
+    error = (np.abs(superposed - stress).max(axis=1) / peaks).max(axis=1)
+    there = on_bores(rod)
+    return float(error[there].max()), float(error[~there].max())
