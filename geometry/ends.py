@@ -1,6 +1,42 @@
-"""The signals that ask a program to end."""
+"""The signals that ask a program to end, and how to put them off for a moment."""
 
+import contextlib
 import signal
+import threading
+from collections.abc import Iterator
 
 # Ctrl-C, `kill` or a batch system whose time is up, a terminal that was closed.
 ENDS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+
+
+@contextlib.contextmanager
+def held_back() -> Iterator[None]:
+    """Put off these signals here, and in processes started meanwhile until these let them `through`.
+
+    The first that came is raised afterwards. Those that are ignored stay so; threads other than the main one
+    get none.
+    """
+    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    came: list[int] = []
+    # A mask alone would do if this were the only thread: the system may hand a signal to any of them.
+    handlers = {number: signal.getsignal(number) for number in ENDS}
+    awaited = {number: handler for number, handler in handlers.items() if handler is not signal.SIG_IGN}
+    for number in awaited:
+        signal.signal(number, lambda number, _frame: came.append(number))
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, awaited)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        for number, handler in awaited.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for number in came[:1]:
+            signal.raise_signal(number)
+
+
+def through() -> None:
+    """In a process started while they were held back: let the signals through."""
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS)

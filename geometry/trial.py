@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from typing import IO, Any, TypeVar
 
-from geometry.ends import ENDS
+from geometry.ends import ENDS, held_back, through
 from geometry.errors import GeometryError
 
 Result = TypeVar("Result")
@@ -44,18 +44,22 @@ def apart(job: Callable[[], Result], what: str) -> Result:
     sys.stdout.flush()
     sys.stderr.flush()
     read, write = os.pipe()
-    child = os.fork()
-    if not child:
-        os.close(read)
-        _attempt(job, write)
-    os.close(write)
+    child = 0
     try:
+        with held_back():  # until it is known whom to take along
+            child = os.fork()
+            if not child:
+                os.close(read)
+                _attempt(job, write)
+        os.close(write)
         with os.fdopen(read, "rb") as pipe:
             said = pipe.read()
         _, status = os.waitpid(child, 0)
     except BaseException:  # an interrupt: leave no orphan behind
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
+        if child:
+            with contextlib.suppress(ProcessLookupError, ChildProcessError):  # it had ended
+                os.kill(child, signal.SIGKILL)
+                os.waitpid(child, 0)
         raise
     if status:
         raise _death(status, what)
@@ -92,6 +96,7 @@ def _attempt(job: Callable[[], Any], write: int) -> None:
         _die_with_parent()
         for number in (*ENDS, signal.SIGPROF):
             signal.signal(number, signal.SIG_DFL)
+        through()
         allow(SECONDS)
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)

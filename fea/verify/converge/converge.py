@@ -5,12 +5,10 @@ import math
 import statistics
 import time
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_all_start_methods, get_context
-from multiprocessing.context import BaseContext
-from typing import TypeVar
+from functools import partial
 
+from fea.machine.fresh_process import in_fresh_process
 from fea.study.study import Study
 from fea.verify.cases.goodier import EQUATOR
 from fea.verify.cases.lame import HOOP
@@ -36,7 +34,8 @@ RUNS, LONG = 3, 5.0
 _GROWTH = 3.5
 
 Outcomes = dict[Computation, Measured]
-Result = TypeVar("Result")
+
+_apart = partial(in_fresh_process, compute.__module__)
 
 
 @dataclass(frozen=True)
@@ -120,24 +119,6 @@ def _repeated(computation: Computation, study: Study, first: Measured) -> Measur
     again = [_apart(compute, computation, study) for _ in range(RUNS - 1)]
     seconds = [found.seconds for found in (first, *again) if found is not None]
     return dataclasses.replace(first, seconds=statistics.median(seconds))
-
-
-def _apart(work: Callable[..., Result], *arguments: object) -> Result | None:
-    """Compute in a fresh process, so that its peak memory is its own; None where it fails."""
-    with ProcessPoolExecutor(1, mp_context=_context()) as pool:
-        try:
-            return pool.submit(work, *arguments).result()
-        except Exception:  # noqa: BLE001 - one that fails must not take the others with it
-            return None
-
-
-def _context() -> BaseContext:
-    """Processes that have imported everything but computed nothing, where the system has such."""
-    if "forkserver" not in get_all_start_methods():
-        return get_context("spawn")
-    context = get_context("forkserver")
-    context.set_forkserver_preload([compute.__module__])
-    return context
 
 
 def _reference(study: Study, problem: str) -> Reference:

@@ -1,0 +1,26 @@
+"""Works for a process of their own."""
+
+import os
+import signal
+import time
+
+
+def twice(number):
+    return 2 * number
+
+
+def fails():
+    raise ValueError
+
+
+def dies():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def asks_its_parent_to_end(path, parent):
+    """Wait, and say on the way out that there was time to clean up."""
+    try:
+        os.kill(parent, signal.SIGTERM)
+        time.sleep(60)
+    finally:
+        path.write_text("cleaned up")
