@@ -2,9 +2,11 @@
 
 import contextlib
 import os
+import signal
+import threading
 from collections.abc import Callable
-from multiprocessing import get_all_start_methods, get_context, resource_tracker
-from multiprocessing.connection import Connection
+from multiprocessing import get_all_start_methods, get_context, parent_process, resource_tracker
+from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkServerContext, SpawnContext
 from typing import TypeVar
 
@@ -66,6 +68,15 @@ def _answer(pipe: Connection, work: Callable[..., object], *arguments: object) -
     """In the fresh process: send what the work returns, or nothing."""
     with contextlib.suppress(Exception, KeyboardInterrupt):
         interrupt_once(afresh=True)
+        threading.Thread(target=_end_with_parent, daemon=True).start()
         through()
         pipe.send(work(*arguments))
     os._exit(0)
+
+
+def _end_with_parent() -> None:
+    """Interrupt this process when the one that asked for it is gone, were it by ``kill -9``."""
+    parent = parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os.kill(os.getpid(), signal.SIGTERM)

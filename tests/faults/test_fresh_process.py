@@ -82,3 +82,23 @@ def test_an_ignored_signal_stays_ignored():
         assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGHUP, before)
+
+
+def test_kill_9_takes_the_work_along(tmp_path):
+    code = (
+        "import pathlib, works; from fea.machine.fresh_process import in_fresh_process;"
+        f"in_fresh_process('works', works.waits, pathlib.Path({str(tmp_path / 'at work')!r}))"
+    )
+    path = os.pathsep.join(sys.path)
+    with subprocess.Popen([sys.executable, "-c", code], env=os.environ | {"PYTHONPATH": path}) as process:
+        while not (tmp_path / "at work").exists():
+            time.sleep(0.05)
+        worker = int((tmp_path / "at work").read_text())
+        process.kill()
+    for _ in range(100):
+        time.sleep(0.05)
+        try:
+            os.kill(worker, 0)
+        except ProcessLookupError:
+            return
+    pytest.fail("it is still at work")

@@ -24,3 +24,10 @@ def asks_its_parent_to_end(path, parent):
         time.sleep(60)
     finally:
         path.write_text("cleaned up")
+
+
+def waits(path):
+    """Say who waits."""
+    path.with_suffix(".begun").write_text(str(os.getpid()))
+    path.with_suffix(".begun").replace(path)
+    time.sleep(60)
