@@ -24,15 +24,15 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.assess.crossland import crossland_factors
-from fea.assess.deviatoric import deviatoric, extreme_principals
-from fea.assess.fatigue import fatigue_factor
+from fea.assess.deviatoric import extreme_principals
 from fea.assess.history import signed_equivalent
 from fea.assess.safety import CAP, safety_factor
 from fea.crank.cycle_table import cycle_angles
 from fea.cycle.analysis import CycleAnalysis
-from fea.cycle.path import Path, path
-from fea.cycle.screened import Block, product
+from fea.cycle.part_rows import PartRows, deviator_norm
+from fea.cycle.path import path
 from fea.cycle.unit_solutions import Weights
+from fea.cycle.worst import CasePeak, Place, Worst
 from fea.units import RPM
 from loads.cases import LoadCase
 from loads.engine import Engine
@@ -51,141 +51,6 @@ STRAYED = 0.2
 ROWS = 2000
 # At first only so many, which are likely to hold the worst.
 FIRST_ROWS = 50
-# Nodes bounded at once.
-_NODES = 2000
-# Rounding of the bounds, relative.
-_ROUNDING = 1e-9
-
-
-@dataclass(frozen=True)
-class Place:
-    """The worst place against one mode of failure.
-
-    Attributes
-    ----------
-    factor
-        Its safety factor.
-    at
-        (3,) mm.
-    crank_angle
-        Of the largest von Mises stress, rad; None where it is in no cycle.
-    mean, amplitude, ratio
-        Of the signed equivalent stress, MPa.
-    crossland
-        Crossland's factor there, or None where it is not known.
-    """
-
-    factor: float
-    at: Floats
-    crank_angle: float | None
-    mean: float
-    amplitude: float
-    ratio: float
-    crossland: float | None
-
-
-@dataclass(frozen=True)
-class CasePeak:
-    """A peak case, superposed: largest stresses, MPa, and least safety factor."""
-
-    case: LoadCase
-    von_mises: float
-    at: Floats
-    principal_1: float
-    principal_3: float
-    factor: float
-
-
-@dataclass(frozen=True)
-class Worst:
-    """The worst of the cycle at one speed.
-
-    Attributes
-    ----------
-    rpm
-        The speed.
-    cases
-        The peak cases.
-    yielding, fatigue
-        The worst places; fatigue is None where no part's strengths are known.
-    looked_at
-        How many places were worked out.
-    """
-
-    rpm: float
-    cases: tuple[CasePeak, ...]
-    yielding: Place
-    fatigue: Place | None
-    looked_at: int
-
-
-class _Part:
-    """The nodes of a part, then their images across y = 0: rows."""
-
-    def __init__(self, analysis: CycleAnalysis, number: int) -> None:
-        own, self._sides = analysis.units.parts[number], analysis.units.sides
-        self._even, self._odd = deviatoric(own.even), deviatoric(own.odd)
-        self._norms = _equivalent(self._even), _equivalent(self._odd)
-        self.material = analysis.materials[number]
-        self._criterion = analysis.fatigue
-        points = analysis.mesh.cell.points[own.nodes]
-        self.points = np.concatenate([points * [1, side, 1] for side in self._sides])
-
-    def stress(self, weights: Weights, rows: Ints) -> Floats:
-        """Stress (n, 6, n_instants) of some rows."""
-        image, node = np.divmod(rows, len(self._even))
-        side = np.asarray(self._sides)[image, None, None]
-        return product(self._even[node], weights[0]) + side * product(self._odd[node], weights[1])
-
-    def block(self, along: Path, rows: Ints) -> Block:
-        """Some rows over a path."""
-        image, node = np.divmod(rows, len(self._even))
-        side = np.asarray(self._sides)[image, None, None]
-        return Block(self._even[node], side * self._odd[node], along, (1,), principals=False)
-
-    def every(self, weights: Weights) -> Floats:
-        """Stress (n_rows, 6, n_instants) of every row."""
-        even, odd = product(self._even, weights[0]), product(self._odd, weights[1])
-        return np.concatenate([even + odd if side > 0 else even - odd for side in self._sides])
-
-    def strayed(self, strays: Weights) -> Floats:
-        """Bound (n_rows, n) on the von Mises stress of weights whose magnitudes are at most these."""
-        even, odd = (norm @ away for norm, away in zip(self._norms, strays, strict=True))
-        return np.concatenate([even + odd] * len(self._sides))
-
-    def bound(self, weights: Weights) -> Floats:
-        """No less than the largest von Mises stress (n_rows,) over the instants."""
-        along = path(weights)
-        strays, ends = self.strayed(along.strays), along.at_ends()
-        largest = np.empty(len(self.points))
-        for start in range(0, len(largest), _NODES):
-            rows = np.arange(start, min(start + _NODES, len(largest)))
-            equivalent = _equivalent(self.stress(ends, rows))
-            chords = np.maximum(equivalent[:, :-1], equivalent[:, 1:]) + strays[rows]
-            largest[rows] = chords.max(axis=1)
-        return largest * (1 + _ROUNDING)
-
-    def yielding_bound(self, largest: Floats) -> Floats:
-        """No more than the factors against yielding, not capped, where stress reaches at most `largest`."""
-        return self.material.yield_strength / np.maximum(largest, np.finfo(float).tiny)
-
-    def yielding_factor(self, highest: Floats, lowest: Floats) -> Floats:
-        """Factors (n,) against yielding of the extremes of the signed equivalent stress."""
-        return self.yielding_bound(np.maximum(np.abs(highest), np.abs(lowest)))
-
-    def fatigue_factor(self, highest: Floats, lowest: Floats) -> Floats:
-        """Factors (n,) against fatigue of the extremes of the signed equivalent stress."""
-        return self._fatigue((highest + lowest) / 2, (highest - lowest) / 2)
-
-    def _fatigue(self, mean: Floats, amplitude: Floats) -> Floats:
-        """Factors against fatigue; infinite where the strengths are not known."""
-        found = fatigue_factor(self._criterion, mean, amplitude, self.material)
-        return np.full(len(mean), np.inf) if found is None else found
-
-    def fatigue_bound(self, largest: Floats) -> Floats:
-        """No more than the fatigue factors of histories whose von Mises stress is at most `largest`."""
-        none = np.zeros_like(largest)
-        return np.minimum(self._fatigue(none, largest), self._fatigue(largest, none))
 
 
 class SpeedSearch:
@@ -208,7 +73,7 @@ class SpeedSearch:
     ) -> None:
         self._analysis, self._engine, self._gas = analysis, engine, gas
         self._degrees = cycle_angles()
-        self._parts = [_Part(analysis, number) for number in range(len(analysis.units.parts))]
+        self._parts = [PartRows(analysis, number) for number in range(len(analysis.units.parts))]
         places = np.unique(np.linspace(0, len(speeds) - 1, min(ANCHORS, len(speeds))).round().astype(int))
         self._anchors = np.sort(np.asarray(speeds, float))[places]
         self._weights = [self._at(rpm, self._degrees) for rpm in self._anchors]
@@ -229,12 +94,12 @@ class SpeedSearch:
         )
         at_cases = [part.every(of_cases) for part in self._parts]
         bounds = [
-            np.maximum(bound, _equivalent(stress[..., cyclic]).max(axis=1, initial=0.0))
+            np.maximum(bound, deviator_norm(stress[..., cyclic]).max(axis=1, initial=0.0))
             for bound, stress in zip(self._bounds(rpm, degrees), at_cases, strict=True)
         ]
-        yielding, first = self._worst(cycle, bounds, _Part.yielding_bound, _Part.yielding_factor)
+        yielding, first = self._worst(cycle, bounds, PartRows.yielding_bound, PartRows.yielding_factor)
         yielding = dataclasses.replace(yielding, factor=min(yielding.factor, CAP))
-        fatigue, second = self._worst(cycle, bounds, _Part.fatigue_bound, _Part.fatigue_factor)
+        fatigue, second = self._worst(cycle, bounds, PartRows.fatigue_bound, PartRows.fatigue_factor)
         peaks = tuple(self._peak(case, [s[..., k] for s in at_cases]) for k, case in enumerate(cases))
         return Worst(rpm, peaks, yielding, fatigue if np.isfinite(fatigue.factor) else None, first + second)
 
@@ -264,8 +129,8 @@ class SpeedSearch:
         self,
         cycle: "_Cycle",
         bounds: list[Floats],
-        bound: Callable[[_Part, Floats], Floats],
-        factor: Callable[[_Part, Floats, Floats], Floats],
+        bound: Callable[[PartRows, Floats], Floats],
+        factor: Callable[[PartRows, Floats, Floats], Floats],
     ) -> tuple[Place, int]:
         """The place of the least factor, and how many were worked out."""
         least = np.concatenate([bound(part, b) for part, b in zip(self._parts, bounds, strict=True)])
@@ -287,7 +152,7 @@ class SpeedSearch:
         number = int(np.searchsorted(first, at, side="right") - 1)
         return self._place(best, self._parts[number], at - int(first[number]), cycle), looked
 
-    def _place(self, factor: float, part: _Part, row: int, cycle: "_Cycle") -> Place:
+    def _place(self, factor: float, part: PartRows, row: int, cycle: "_Cycle") -> Place:
         history = part.stress(cycle.weights, np.array([row]))
         signed = signed_equivalent(history)[0]
         highest, lowest = float(signed.max()), float(signed.min())
@@ -306,7 +171,7 @@ class SpeedSearch:
     def _peak(self, case: LoadCase, stresses: list[Floats]) -> CasePeak:
         found = []
         for part, stress in zip(self._parts, stresses, strict=True):
-            equivalent = _equivalent(stress[..., None])[:, 0]
+            equivalent = deviator_norm(stress[..., None])[:, 0]
             largest, least = (sign * _largest_principal(sign * stress, equivalent) for sign in (1, -1))
             row = int(equivalent.argmax())
             factor = float(safety_factor(equivalent[row : row + 1], part.material.yield_strength)[0])
@@ -333,11 +198,6 @@ class _Cycle:
 
     angles: Floats
     weights: Weights
-
-
-def _equivalent(stress: Floats) -> Floats:
-    q = stress[:, :5]
-    return np.asarray(np.sqrt(np.einsum("nct,nct->nt", q, q)))
 
 
 def _largest_principal(stress: Floats, equivalent: Floats) -> float:

@@ -7,8 +7,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fea.assess.remarks import fatigue_remarks
-from fea.cycle.search import CasePeak, Place, SpeedSearch, Worst
+from fea.cycle.search import SpeedSearch
 from fea.cycle.speed_map import first_below
+from fea.cycle.worst import CasePeak, Place, Worst
 from fea.jobs.buckling import column_figures
 from fea.jobs.report import load_figures
 from fea.machine.threads import side_by_side

@@ -10,7 +10,8 @@ from fea.assess.history import extremes
 from fea.assess.safety import CAP
 from fea.choices import Fatigue, Symmetry
 from fea.crank.cycle_table import cycle_angles
-from fea.cycle.search import SpeedSearch, _Part
+from fea.cycle.part_rows import PartRows
+from fea.cycle.search import SpeedSearch
 from fea.jobs.speed_sweep import SpeedSweep
 from fea.units import RPM
 from loads.gas import NoGas
@@ -72,7 +73,7 @@ def test_bounds_are_never_below_what_they_bound(rod, search, rpm):
 def test_no_history_of_that_size_is_nearer_to_fatigue(rod, criterion):
     rng = np.random.default_rng(5)
     highest, lowest = np.sort(rng.uniform(-400, 400, (2, 5000)), axis=0)[::-1]
-    part = object.__new__(_Part)
+    part = object.__new__(PartRows)
     part.material, part._criterion = rod.materials[0], criterion
     factors = part.fatigue_factor(highest, lowest)
     assert (part.fatigue_bound(np.maximum(np.abs(highest), np.abs(lowest))) <= factors * (1 + 1e-12)).all()

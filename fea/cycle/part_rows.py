@@ -1,0 +1,94 @@
+"""Stress of the nodes of a part and of their images over a cycle, and bounds on it (`fea.cycle.search`)."""
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.assess.deviatoric import deviatoric
+from fea.assess.fatigue import fatigue_factor
+from fea.cycle.analysis import CycleAnalysis
+from fea.cycle.path import Path, path
+from fea.cycle.screened import Block, product
+from fea.cycle.unit_solutions import Weights
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# Nodes bounded at once.
+_NODES = 2000
+# Rounding of the bounds, relative.
+_ROUNDING = 1e-9
+
+
+class PartRows:
+    """The nodes of a part, then their images across y = 0: rows, with their stresses and bounds on them."""
+
+    def __init__(self, analysis: CycleAnalysis, number: int) -> None:
+        own, self._sides = analysis.units.parts[number], analysis.units.sides
+        self._even, self._odd = deviatoric(own.even), deviatoric(own.odd)
+        self._norms = deviator_norm(self._even), deviator_norm(self._odd)
+        self.material = analysis.materials[number]
+        self._criterion = analysis.fatigue
+        points = analysis.mesh.cell.points[own.nodes]
+        self.points = np.concatenate([points * [1, side, 1] for side in self._sides])
+
+    def stress(self, weights: Weights, rows: Ints) -> Floats:
+        """Stress (n, 6, n_instants) of some rows."""
+        image, node = np.divmod(rows, len(self._even))
+        side = np.asarray(self._sides)[image, None, None]
+        return product(self._even[node], weights[0]) + side * product(self._odd[node], weights[1])
+
+    def block(self, along: Path, rows: Ints) -> Block:
+        """Some rows over a path."""
+        image, node = np.divmod(rows, len(self._even))
+        side = np.asarray(self._sides)[image, None, None]
+        return Block(self._even[node], side * self._odd[node], along, (1,), principals=False)
+
+    def every(self, weights: Weights) -> Floats:
+        """Stress (n_rows, 6, n_instants) of every row."""
+        even, odd = product(self._even, weights[0]), product(self._odd, weights[1])
+        return np.concatenate([even + odd if side > 0 else even - odd for side in self._sides])
+
+    def strayed(self, strays: Weights) -> Floats:
+        """Bound (n_rows, n) on the von Mises stress of weights whose magnitudes are at most these."""
+        even, odd = (norm @ away for norm, away in zip(self._norms, strays, strict=True))
+        return np.concatenate([even + odd] * len(self._sides))
+
+    def bound(self, weights: Weights) -> Floats:
+        """No less than the largest von Mises stress (n_rows,) over the instants."""
+        along = path(weights)
+        strays, ends = self.strayed(along.strays), along.at_ends()
+        largest = np.empty(len(self.points))
+        for start in range(0, len(largest), _NODES):
+            rows = np.arange(start, min(start + _NODES, len(largest)))
+            at_ends = deviator_norm(self.stress(ends, rows))
+            chords = np.maximum(at_ends[:, :-1], at_ends[:, 1:]) + strays[rows]
+            largest[rows] = chords.max(axis=1)
+        return largest * (1 + _ROUNDING)
+
+    def yielding_bound(self, largest: Floats) -> Floats:
+        """No more than the factors against yielding, not capped, where stress reaches at most `largest`."""
+        return self.material.yield_strength / np.maximum(largest, np.finfo(float).tiny)
+
+    def yielding_factor(self, highest: Floats, lowest: Floats) -> Floats:
+        """Factors (n,) against yielding of the extremes of the signed equivalent stress."""
+        return self.yielding_bound(np.maximum(np.abs(highest), np.abs(lowest)))
+
+    def fatigue_factor(self, highest: Floats, lowest: Floats) -> Floats:
+        """Factors (n,) against fatigue of the extremes of the signed equivalent stress."""
+        return self._fatigue((highest + lowest) / 2, (highest - lowest) / 2)
+
+    def _fatigue(self, mean: Floats, amplitude: Floats) -> Floats:
+        """Factors against fatigue; infinite where the strengths are not known."""
+        found = fatigue_factor(self._criterion, mean, amplitude, self.material)
+        return np.full(len(mean), np.inf) if found is None else found
+
+    def fatigue_bound(self, largest: Floats) -> Floats:
+        """No more than the fatigue factors of histories whose von Mises stress is at most `largest`."""
+        none = np.zeros_like(largest)
+        return np.minimum(self._fatigue(none, largest), self._fatigue(largest, none))
+
+
+def deviator_norm(stress: Floats) -> Floats:
+    """Return the von Mises stress (n, n_instants) of (n, 6, n_instants) in the components of `deviatoric`."""
+    q = stress[:, :5]
+    return np.asarray(np.sqrt(np.einsum("nct,nct->nt", q, q)))

@@ -1,0 +1,72 @@
+"""The worst of a cycle at one speed: peaks of the cases, and the places that fail first."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from loads.cases import LoadCase
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Place:
+    """The worst place against one mode of failure.
+
+    Attributes
+    ----------
+    factor
+        Its safety factor.
+    at
+        (3,) mm.
+    crank_angle
+        Of the largest von Mises stress, rad; None where it is in no cycle.
+    mean, amplitude, ratio
+        Of the signed equivalent stress, MPa.
+    crossland
+        Crossland's factor there, or None where it is not known.
+    """
+
+    factor: float
+    at: Floats
+    crank_angle: float | None
+    mean: float
+    amplitude: float
+    ratio: float
+    crossland: float | None
+
+
+@dataclass(frozen=True)
+class CasePeak:
+    """A peak case, superposed: largest stresses, MPa, and least safety factor."""
+
+    case: LoadCase
+    von_mises: float
+    at: Floats
+    principal_1: float
+    principal_3: float
+    factor: float
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The worst of the cycle at one speed.
+
+    Attributes
+    ----------
+    rpm
+        The speed.
+    cases
+        The peak cases.
+    yielding, fatigue
+        The worst places; fatigue is None where no part's strengths are known.
+    looked_at
+        How many places were worked out.
+    """
+
+    rpm: float
+    cases: tuple[CasePeak, ...]
+    yielding: Place
+    fatigue: Place | None
+    looked_at: int
