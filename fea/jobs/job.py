@@ -261,9 +261,10 @@ def _take_pictures(place: Path, figures: dict[str, Any], clock: Clock) -> str:
 
 
 def _study_text(study: Study, rpm: float | None) -> str:
-    if rpm is None:
-        return study.text()
-    return dataclasses.replace(study, speed=dataclasses.replace(study.speed, rpm=rpm)).text()
+    # Not where the files of the run went: run again from there, it would replace its sweep, or fill the run.
+    output = dataclasses.replace(study.output, directory=None, animate=None)
+    speed = study.speed if rpm is None else dataclasses.replace(study.speed, rpm=rpm)
+    return dataclasses.replace(study, speed=speed, output=output).text()
 
 
 def map_text(reports: Sequence[RunReport]) -> str:

@@ -82,6 +82,11 @@ def test_several_speeds_leave_a_run_each_and_a_map(tmp_path):
     assert (tmp_path / "sweep" / "map.csv").read_text().count("\n") == 1 + len(slow["loads"]) + len(
         fast["loads"]
     )
+    # Its study runs again, and not in place of the sweep that it is part of.
+    again = fea("run", "sweep/6000rpm/study.toml", "--quiet", cwd=tmp_path)
+    assert again.returncode == 0, again.stderr
+    assert {entry.name for entry in (tmp_path / "sweep").iterdir()} == {"0rpm", "6000rpm", "map.csv"}
+    assert (tmp_path / "results" / "study-6000rpm" / "summary.json").exists()
 
 
 def test_no_symmetry_gives_the_same_figures(run, tmp_path):
