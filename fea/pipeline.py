@@ -9,7 +9,7 @@ import numpy as np
 from fea.adaptive.case_error import CaseErrors
 from fea.assess.plausible import unit_remarks
 from fea.assess.remarks import check_remarks
-from fea.assess.shank import shank
+from fea.assess.shank import part_at, shank
 from fea.case_loads import CaseForces, CaseLoads
 from fea.checks import LIMITS, Check
 from fea.choices import Element, Support
@@ -261,6 +261,11 @@ class Analysis:
     def sections(self) -> tuple[tuple[Section, ...], Section]:
         """Cross-sections from pin to pin, and the least of the shank: by its dimensions or else its mesh."""
         return shank(self.study.rod.rod, self.mesh.whole.mesh, self.mesh.bores)
+
+    @cached_property
+    def shank_material(self) -> Material:
+        """Material of the least section: a file may hold its parts in any order."""
+        return self.materials[part_at(self.mesh.whole.mesh, self.sections[1].x)]
 
     @cached_property
     def _amid(self) -> tuple[SectionBalance, ...]:

@@ -29,3 +29,13 @@ def shank(rod: Rod | None, mesh: TetMesh, bores: Bores) -> tuple[tuple[Section, 
         return slices.sections(mesh, places), least
     solid = HeightField(rod)
     return tuple(solid.section(float(x)) for x in places), least_section(rod)
+
+
+def part_at(mesh: TetMesh, station: float) -> int:
+    """Number of the part that fills most of the cross-section at x = `station`, mm."""
+    if mesh.part is None:
+        return 0
+    corners = mesh.points[mesh.tets[:, :4]]
+    cut = (corners[..., 0].min(axis=1) <= station) & (station <= corners[..., 0].max(axis=1))
+    volumes = np.abs(np.linalg.det(corners[cut, 1:] - corners[cut, :1]))
+    return int(np.bincount(mesh.part[cut], volumes).argmax())

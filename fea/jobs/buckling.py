@@ -117,7 +117,7 @@ def _columns(analysis: Analysis, cases: Sequence[LoadCase]) -> dict[str, Any]:
     worst = max(cases, key=compression)
     force = compression(worst)
     stations, least = analysis.sections
-    material = analysis.materials[0]
+    material = analysis.shank_material
     planes = {
         plane.value: _plane(
             column(plane, stations, least, material.youngs_modulus, material.yield_strength), force
