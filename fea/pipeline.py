@@ -247,7 +247,8 @@ class Analysis:
             )
             units = unit_solutions(self.model, self._recovery, loads, self.materials, cut_y=self.mesh.cut_y)
         fatigue = self.study.analysis.fatigue
-        return CycleAnalysis(self.mesh, self.rod, self.materials, loads, units, fatigue)
+        masked = self._errors.masked
+        return CycleAnalysis(self.mesh, self.rod, self.materials, loads, units, fatigue, masked)
 
     @cached_property
     def buckling(self) -> Buckling:

@@ -53,13 +53,19 @@ class CaseErrors:
         One a part.
     held
         Surfaces whose displacement is prescribed.
+
+    Attributes
+    ----------
+    masked
+        Nodes of the cell near places where the exact stress is infinite.
     """
 
     def __init__(self, mesh: Discretised, materials: Sequence[Material], held: tuple[Surface, ...]) -> None:
         self._mesh = mesh
         self._estimator = ErrorEstimator(mesh.cell, materials)
         whole = mesh.whole
-        self._masked = masked_nodes(mesh.cell, held)[whole.source]
+        self.masked = masked_nodes(mesh.cell, held)
+        self._masked = self.masked[whole.source]
         beyond = whole.sign[:, 1] < 0
         self._node_side = beyond.astype(int)
         self._element_side = beyond[whole.mesh.tets].any(axis=1).astype(int)

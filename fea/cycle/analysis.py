@@ -27,10 +27,12 @@ from loads.engine import Engine
 from loads.gas import GasModel
 
 Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 # Limit of the check ``superposition`` where the pressure jumps, at which no series converges: what is called
 # converged.
 AT_JUMPS = 0.05
+_AWAY = "the cycle's factors, too, are of the rod away from places where the exact stress is infinite"
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,8 @@ class CycleResult:
         What a reader must know of the material.
     multiaxial
         The worst place by Crossland's criterion, or None where no endurance is known.
+    counts
+        (n_nodes,) nodes that are judged: those that are not near a singular place.
     """
 
     angles: Floats
@@ -70,6 +74,7 @@ class CycleResult:
     series_error: float
     unit_solutions: int
     jumps: bool
+    counts: Mask
     remarks: tuple[str, ...] = ()
     multiaxial: Spot | None = None
 
@@ -80,14 +85,15 @@ class CycleResult:
 
     def notes(self) -> tuple[str, ...]:
         """Say what a reader must know of the cycle."""
+        said = self.remarks if self.counts.all() else (*self.remarks, _AWAY)
         if self.jumps:
             why = "jumps at its arc's ends"
         elif self.series_error > 2 * TOLERANCE:
             why = "rises within a narrow arc"
         else:
-            return self.remarks
+            return said
         apart = f"{100 * self.superposition:.2g} % of each peak case's largest"
-        return (*self.remarks, f"the bore pressure {why}: superposed stress there is within {apart}")
+        return (*said, f"the bore pressure {why}: superposed stress there is within {apart}")
 
 
 @dataclass(frozen=True)
@@ -106,6 +112,8 @@ class CycleAnalysis:
         The unit loads and their solutions.
     fatigue
         The criterion.
+    masked
+        Nodes of the cell near places where the exact stress is infinite: they are not judged.
     """
 
     mesh: Discretised
@@ -114,6 +122,12 @@ class CycleAnalysis:
     loads: UnitLoads
     units: UnitSolutions
     fatigue: Fatigue
+    masked: Mask
+
+    @property
+    def counts(self) -> Mask:
+        """Nodes of the cell that are judged: all where none would be left."""
+        return np.ones_like(self.masked) if self.masked.all() else ~self.masked
 
     def weights(self, engine: Engine, gas: GasModel, speed: float, angles: Floats) -> Weights:
         """Weights (n_units, n_instants) on the even and the odd unit solutions; speed in rad/s."""
@@ -159,9 +173,12 @@ class CycleAnalysis:
         of_degrees = every[0][:, :count], every[1][:, :count]
         of_peaks = every[0][:, count:], every[1][:, count:]
         points, length = whole.mesh.points, self.mesh.bores.rod_length
-        worst = distinct(points, -found.usage, length)
-        weakest = [] if found.fatigue_factor is None else [int(np.nanargmin(found.fatigue_factor))]
-        multiaxial, factors = worst_multiaxial(found, self.units, of_degrees, whole, self.materials)
+        counts = self.counts[whole.source]
+        worst = [node for node in distinct(points, np.where(counts, -found.usage, 0), length) if counts[node]]
+        weakest = _least(found.fatigue_factor, counts)
+        multiaxial, factors = worst_multiaxial(
+            found, self.units, of_degrees, whole, self.materials, counts=counts
+        )
         found = replace(found, crossland_factor=factors)
         histories = spots([*worst, *weakest], self.units, of_degrees, whole, found)
         return CycleResult(
@@ -173,6 +190,7 @@ class CycleAnalysis:
             self.loads.series_error,
             self.units.count,
             self.loads.jumps,
+            counts,
             fatigue_remarks(self.materials),
             multiaxial,
         )
@@ -186,3 +204,9 @@ class CycleAnalysis:
                 apart = np.abs(von_mises(tensors[..., k]) - direct)
                 worst = max(worst, float(np.nanmax(apart) / np.nanmax(direct)))
         return worst
+
+
+def _least(factor: Floats | None, counts: Mask) -> list[int]:
+    """Node of the least factor among those that count; none where no strength is known."""
+    judged = np.full(counts.shape, np.nan) if factor is None else np.where(counts, factor, np.nan)
+    return [] if np.isnan(judged).all() else [int(np.nanargmin(judged))]

@@ -19,6 +19,7 @@ from fea.material import Material
 from mesh.mirror import MirroredMesh
 
 Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 BLOCK = 64  # places worked out at a time
 
@@ -29,18 +30,21 @@ def worst_multiaxial(
     weights: Weights,
     whole: MirroredMesh,
     materials: Sequence[Material],
+    *,
+    counts: Mask,
 ) -> tuple[Spot | None, Floats | None]:
     """Return the place of the least factor by Crossland, and every node's; None where no endurance is known.
 
-    Nodes are worked out in the order of their bounds until the next bound exceeds the least factor found.
-    Where parts meet, the node is of the one nearer to yielding.
+    Nodes are worked out in the order of their bounds until the next bound exceeds the least factor found;
+    those that do not count (n_nodes,) are left out. Where parts meet, the node is of the one nearer to
+    yielding.
     """
     if found.crossland_factor is None:
         return None, None
     factor = found.crossland_factor.copy()
     # An image across z = 0 has the same history.
     image = 2 * whole.source + (whole.sign[:, 1] < 0)
-    once = np.flatnonzero(np.isfinite(factor) & (whole.sign[:, 2] > 0))
+    once = np.flatnonzero(counts & np.isfinite(factor) & (whole.sign[:, 2] > 0))
     order = once[factor[once].argsort()]
     exact = np.full(int(image.max()) + 1, np.nan)
     worst, best = None, np.inf

@@ -20,15 +20,21 @@ _ROUNDING = 1e-9
 
 
 class PartRows:
-    """The nodes of a part, then their images across y = 0: rows, with their stresses and bounds on them."""
+    """The nodes of a part, then their images across y = 0: rows, with their stresses and bounds on them.
+
+    Nodes near a singular place are left out.
+    """
 
     def __init__(self, analysis: CycleAnalysis, number: int) -> None:
         own, self._sides = analysis.units.parts[number], analysis.units.sides
-        self._even, self._odd = deviatoric(own.even), deviatoric(own.odd)
+        counts = analysis.counts[own.nodes]
+        if not counts.any():  # a part has a worst place
+            counts[:] = True
+        self._even, self._odd = deviatoric(own.even[counts]), deviatoric(own.odd[counts])
         self._norms = deviator_norm(self._even), deviator_norm(self._odd)
         self.material = analysis.materials[number]
         self._criterion = analysis.fatigue
-        points = analysis.mesh.cell.points[own.nodes]
+        points = analysis.mesh.cell.points[own.nodes[counts]]
         self.points = np.concatenate([points * [1, side, 1] for side in self._sides])
 
     def stress(self, weights: Weights, rows: Ints) -> Floats:

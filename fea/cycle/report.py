@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from fea.assess.crossland import crossland
 from fea.assess.deviatoric import deviatoric
 from fea.choices import Fatigue
@@ -18,16 +20,21 @@ def envelope_figures(
 ) -> dict[str, Any]:
     """Return the figures of ``envelope`` in ``summary.json``: the worst of the cycle and its worst places."""
     found = result.envelope
-    worst = int(found.usage.argmax())
+    counts = result.counts
+    worst = int(np.where(counts, found.usage, -np.inf).argmax())
+    unmasked = {
+        "unmasked_max_von_mises_MPa": float(found.von_mises.max()),
+        "unmasked_min_safety_factor": float(found.safety_factor.min()),
+    }
     fatigue = None if result.weakest is None else _place(result.weakest, result, materials)
     multiaxial = None if result.multiaxial is None else _place(result.multiaxial, result, materials)
     return {
         "min_safety_factor": float(found.safety_factor[worst]),
         "at_mm": mesh.points[worst].tolist(),
         "crank_deg": float(found.usage_angle[worst]) / DEG,
-        "max_von_mises_MPa": float(found.von_mises.max()),
-        "max_principal_MPa": float(found.principal_1.max()),
-        "min_principal_MPa": float(found.principal_3.min()),
+        "max_von_mises_MPa": float(found.von_mises[counts].max()),
+        "max_principal_MPa": float(found.principal_1[counts].max()),
+        "min_principal_MPa": float(found.principal_3[counts].min()),
         "min_fatigue_safety_factor": None if fatigue is None else fatigue["fatigue_safety_factor"],
         "fatigue_criterion": criterion.value,
         "fatigue": fatigue,
@@ -36,7 +43,7 @@ def envelope_figures(
         "spots": [_place(spot, result, materials) for spot in result.spots],
         "unit_solutions": result.unit_solutions,
         "instants": len(result.angles),
-    }
+    } | ({} if counts.all() else unmasked)
 
 
 def _place(spot: Spot, result: CycleResult, materials: Sequence[Material]) -> dict[str, Any]:
