@@ -141,7 +141,6 @@ def _swept(
         if rpm in sweep.worst
     }
     folders = [folder for _, folder, _ in runs]
-    template = next(iter(full.values())).summary
     reports = []
     for rpm, folder, _ in runs:
         if rpm is None or rpm in full:
@@ -149,7 +148,8 @@ def _swept(
         folder.mkdir()
         with clock("write"):
             _write_study(folder, adapted.analysis, rpm)
-            figures = sweep.summary(template, rpm)
+            near = min(full, key=lambda other: (other < rpm, abs(other - rpm)))  # inertia grows with speed
+            figures = sweep.summary(full[near].summary, rpm)
             write_text(folder / "summary.json", json_text(figures))
         reports.append(RunReport(folder, figures))
     return sorted([*reports, *full.values()], key=lambda report: folders.index(report.folder))

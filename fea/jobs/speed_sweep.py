@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from fea.assess.remarks import fatigue_remarks
 from fea.cycle.search import SpeedSearch
 from fea.cycle.speed_map import first_below
 from fea.cycle.worst import CasePeak, Place, Worst
@@ -15,7 +14,7 @@ from fea.jobs.report import load_figures
 from fea.machine.threads import side_by_side
 from fea.pipeline import Analysis
 from fea.speed_loads import speed_loads
-from fea.units import DEG, RPM
+from fea.units import DEG
 
 # With more speeds than this the fields are written at the worst ones only.
 MOST_FULL_RUNS = 10
@@ -52,9 +51,11 @@ class SpeedSweep:
     def __init__(self, analysis: Analysis, speeds: Sequence[float]) -> None:
         if analysis.engine is None or analysis.gas is None:
             raise ValueError("a sweep needs an engine")
-        for rpm in speeds:  # a speed that loads the rod with nothing is refused
-            speed_loads(analysis.study, analysis.engine, analysis.gas, analysis.rod, rpm)
         self._analysis = analysis
+        self._loads = {  # a speed that loads the rod with nothing is refused
+            rpm: speed_loads(analysis.study, analysis.engine, analysis.gas, analysis.rod, rpm)
+            for rpm in speeds
+        }
         self._search = SpeedSearch(analysis.cycle_analysis, analysis.engine, analysis.gas, sorted(speeds))
         self._found = dict(zip(sorted(speeds), side_by_side(self._search.at, sorted(speeds)), strict=True))
         self.critical = {name: self._critical(mode) for name, mode in _MODES.items()}
@@ -82,8 +83,10 @@ class SpeedSweep:
         The checks are those of the full run, whose stiffness and unit solutions these figures are of.
         """
         found = self._found[rpm]
-        note = None if self._analysis.gas is None else self._analysis.gas.note(rpm * RPM)
-        omitted = [{"what": what, "why": why} for what, why in _LEFT_OUT]
+        own, others = self._loads[rpm], self._loads[full["rpm"]]
+        elsewhere = {item.what for item in others.left_out}
+        shared = [item for item in full["left_out"] if item["what"] not in elsewhere]
+        spared = [*((item.what, item.why) for item in own.left_out), *_LEFT_OUT]
         return {
             **full,
             "rpm": rpm,
@@ -91,8 +94,8 @@ class SpeedSweep:
             "results": {peak.case.name: _result(peak) for peak in found.cases},
             "envelope": _envelope(found, full["envelope"]),
             "buckling": column_figures(self._analysis, [peak.case for peak in found.cases]),
-            "notes": [*fatigue_remarks(self._analysis.materials), *([note] if note else [])],
-            "left_out": [*full["left_out"], *omitted],
+            "notes": [*(note for note in full["notes"] if note not in others.notes), *own.notes],
+            "left_out": [*shared, *({"what": what, "why": why} for what, why in spared)],
         }
 
 

@@ -49,9 +49,10 @@ def test_a_sweep_with_its_map_may_be_replaced(sweep):
 
 
 def test_many_speeds_leave_fields_at_the_worst_and_figures_at_all(tmp_path):
-    run = fea("run", "--rpm", "1000:6000:500", "--cycle", "--size", "20", "--out", "many", cwd=tmp_path)
+    speeds = "0,1000:6000:500"
+    run = fea("run", "--rpm", speeds, "--cycle", "--size", "20", "--out", "many", cwd=tmp_path)
     assert run.returncode == 0, run.stderr
-    runs = {rpm: tmp_path / "many" / f"{rpm}rpm" for rpm in range(1000, 6001, 500)}
+    runs = {rpm: tmp_path / "many" / f"{rpm}rpm" for rpm in (0, *range(1000, 6001, 500))}
     summaries = {rpm: json.loads((folder / "summary.json").read_text()) for rpm, folder in runs.items()}
     assert {rpm for rpm, folder in runs.items() if (folder / "tension.vtu").exists()} == {6000}
     assert all(
@@ -69,6 +70,13 @@ def test_many_speeds_leave_fields_at_the_worst_and_figures_at_all(tmp_path):
         assert summaries[5500]["results"][case]["max_von_mises_MPa"] == pytest.approx(
             result["max_von_mises_MPa"], rel=5e-3
         )
+    # What is said of the mesh and of the loads is what holds at that speed.
+    said = {rpm: {item["what"] for item in summary["left_out"]} for rpm, summary in summaries.items()}
+    assert {rpm for rpm, what in said.items() if "inertia of the rod" in what} == {0}
+    assert set(solved["notes"]) <= set(summaries[5500]["notes"])
+    assert all(
+        any("times the default" in note for note in figures["notes"]) for figures in summaries.values()
+    )
     # The critical speed lies between the speeds beside it, nearer than interpolation would place it.
     critical = summaries[6000]["critical_speeds_rpm"]["fatigue"]
     factors = {rpm: summary["envelope"]["min_fatigue_safety_factor"] for rpm, summary in summaries.items()}
