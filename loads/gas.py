@@ -26,6 +26,10 @@ LARGEST_PEAK = 40.0  # MPa: no piston engine in service reaches it
 class GasModel(Protocol):
     """Anything that gives a gauge pressure over crank angle and speed."""
 
+    @property
+    def samples(self) -> Floats:
+        """Crank angles within the cycle, rad, between which the pressure has no peaks; mostly none."""
+
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
         """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
 
@@ -33,21 +37,30 @@ class GasModel(Protocol):
         """Say what a reader must know about the pressure at this speed (rad/s); mostly nothing."""
 
 
+class Ideal:
+    """What the ideal cycles have in common."""
+
+    def note(self, speed: float) -> str:  # noqa: ARG002
+        """Nothing to say."""
+        return ""
+
+    @property
+    def samples(self) -> Floats:
+        """None: the pressure is smooth within a stroke."""
+        return np.zeros(0)
+
+
 @dataclass(frozen=True)
-class NoGas:
+class NoGas(Ideal):
     """An open cylinder: inertia alone."""
 
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
         """Zero everywhere."""
         return np.zeros(np.broadcast_shapes(np.shape(crank_angle), np.shape(speed)))
 
-    def note(self, speed: float) -> str:  # noqa: ARG002
-        """Nothing to say."""
-        return ""
-
 
 @dataclass(frozen=True)
-class Boyle:
+class Boyle(Ideal):
     """Isothermal compression and expansion at every turn: p V = const from the atmosphere at BDC.
 
     It has no combustion and repeats each turn (Columba 2022, whose gas force it is).
@@ -70,19 +83,16 @@ class Boyle:
         """Refuse a ratio or a pressure that cannot be."""
         _require_compression(self.compression_ratio)
         require_positive("engine.atmosphere_bar", self.atmosphere)
+        _require_reached("engine.atmosphere_bar", self.atmosphere, self.atmosphere * self.compression_ratio)
 
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
         """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
         ratio = self.compression_ratio / relative_volume(self.engine, self.compression_ratio, crank_angle)
         return _at_every(speed, self.atmosphere * (ratio - 1))
 
-    def note(self, speed: float) -> str:  # noqa: ARG002
-        """Nothing to say."""
-        return ""
-
 
 @dataclass(frozen=True)
-class Otto:
+class Otto(Ideal):
     """Ideal four-stroke constant-volume cycle of a perfect gas (Heywood 1988, §5.2 and table 5.1).
 
     Intake 0…π at the intake pressure, isentropic compression π…2π, heat at constant volume at the
@@ -122,6 +132,7 @@ class Otto:
             gamma,
             "must lie between 1 (isothermal) and 5/3 (monatomic)",
         )
+        _require_reached("engine.intake_pressure_bar", self.intake, self.compressed)
         if self.peak is not None:
             self._require_peak(require_positive("engine.peak_pressure_bar", self.peak))
 
@@ -156,10 +167,6 @@ class Otto:
         )
         return _at_every(speed, np.choose(stroke, strokes) - self.atmosphere)
 
-    def note(self, speed: float) -> str:  # noqa: ARG002
-        """Nothing to say."""
-        return ""
-
 
 def dead_centres(engine: Engine) -> tuple[float, float]:
     """Crank angles of top and bottom dead centre, rad: crank and rod in one line."""
@@ -183,6 +190,12 @@ def _at_every(speed: Floats, pressure: Floats) -> Floats:
 def _require_compression(ratio: float) -> None:
     require_number("engine.compression_ratio", ratio)
     require(1 < ratio <= 100, "engine.compression_ratio", ratio, "must lie above 1 and not above 100")
+
+
+def _require_reached(name: str, before: float, compressed: float) -> None:
+    """Refuse what no engine compresses to; MPa."""
+    rule = f"gives {10 * compressed:.4g} bar compressed, above {10 * LARGEST_PEAK:g}, which no engine reaches"
+    require(compressed <= LARGEST_PEAK, name, 10 * before, rule, "Is it in bar, absolute?")
 
 
 def too_high(peak: float) -> str:

@@ -16,8 +16,8 @@ from loads.gas import CYCLE, GasModel
 Floats = npt.NDArray[np.float64]
 Measure = Callable[[Cycle], Floats]
 
-# Half a degree finds every peak; the second grid, a hundredth of it, places it (a parabola would not:
-# a trace that is linear between samples has kinks).
+# Half a degree finds every peak of the motion, a trace's own samples every peak of the pressure; the second
+# grid, a hundredth of the first, places it (a parabola would not: a trace has kinks).
 _COARSE = math.radians(0.5)
 _FINE = _COARSE / 100
 # Peaks that differ by less (relative) are one peak repeated.
@@ -60,7 +60,7 @@ def peak_cases(engine: Engine, rod: MassProperties, gas: GasModel, speed: float)
     def at(angles: Floats) -> Cycle:
         return cycle(engine, rod, gas, speed, angles)
 
-    coarse = np.arange(0, CYCLE - _COARSE / 2, _COARSE)
+    coarse = np.union1d(np.arange(0, CYCLE - _COARSE / 2, _COARSE), gas.samples)
     whole = at(coarse)
     least = _ROUNDING * max(np.abs(whole.pin_axial).max(), np.abs(whole.crank_axial).max())
     cases, left_out = [], []

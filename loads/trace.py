@@ -66,6 +66,11 @@ class Trace:
         weights = (np.interp(speed, self.speeds, unit) for unit in np.eye(len(rows)))
         return np.asarray(sum(w * p for w, p in zip(weights, rows, strict=True)), dtype=np.float64)
 
+    @property
+    def samples(self) -> Floats:
+        """Crank angles of the samples, rad: the pressure is linear between them."""
+        return self.crank_angles
+
     def note(self, speed: float) -> str:
         """Say when the speed lies outside the measured ones."""
         if self.speeds.size == 0 or self.speeds[0] * (1 - 1e-9) <= speed <= self.speeds[-1] * (1 + 1e-9):

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.crank.cycle_table import columns, cycle_angles
-from fea.units import DEG, N_M, RPM
+from fea.units import BAR, DEG, N_M, RPM
 from geometry.mass import MassProperties
 from loads.cylinders import WholeEngine, whole_engine
 from loads.dynamics import cycle
@@ -17,6 +17,8 @@ from loads.gas import GasModel
 
 Floats = npt.NDArray[np.float64]
 
+# A peak between the angles of the table that is higher by this part of it is told.
+_MISSED = 0.01
 # What a reader looks for first; the other columns are in the CSV file.
 EXTREMES = (
     "gas_N",
@@ -98,8 +100,23 @@ def cycle_reports(
             tables = _engine_tables(whole_engine(engine, rod, gas, rpm * RPM, angles), rpm, angles)
         else:
             tables = (columns(cycle(engine, rod, gas, rpm * RPM, angles), rpm),)
-        reports.append(CycleReport(rpm, tables, gas.note(rpm * RPM)))
+        notes = (gas.note(rpm * RPM), _missed(gas, rpm * RPM, angles))
+        reports.append(CycleReport(rpm, tables, "; ".join(filter(None, notes))))
     return reports
+
+
+def _missed(gas: GasModel, speed: float, angles: Floats) -> str:
+    """Say so where the pressure peaks between the angles of the table."""
+    if not gas.samples.size:
+        return ""
+    samples = gas.pressure(gas.samples, np.asarray(speed))
+    peak = float(samples.max())
+    if float(gas.pressure(angles, np.asarray(speed)).max()) >= (1 - _MISSED) * peak:
+        return ""
+    at = float(gas.samples[samples.argmax()]) / DEG
+    return (
+        f"the gas pressure peaks at {at:g}°, {peak / BAR:.4g} bar, between whole degrees: extremes miss that"
+    )
 
 
 def _engine_tables(whole: WholeEngine, rpm: float, angles: Floats) -> tuple[dict[str, npt.ArrayLike], ...]:

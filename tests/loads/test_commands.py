@@ -123,3 +123,15 @@ def test_the_cycle_is_not_written_over_the_trace_it_comes_from(tmp_path, capsys)
     assert call(["loads", str(study), "--csv", str(trace)]) == 2
     assert "is the study's pressure trace" in capsys.readouterr().err
     assert trace.read_text().startswith("crank_deg,pressure_bar\n0,1")
+
+
+def test_a_pressure_that_peaks_between_degrees_is_told(piston_study, tmp_path, capsys):
+    study = tmp_path / "knock.toml"
+    text = (tmp_path / "mine.toml").read_text(encoding="utf-8")
+    study.write_text(text.replace('"motored"\ncompression_ratio = 9', '"knock.csv"'), encoding="utf-8")
+    rows = ["crank_deg,pressure_bar", "0,0", "350,20", "372,50", "372.4,80", "372.8,50", "400,10", "540,1"]
+    (tmp_path / "knock.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    assert call(["loads", str(study), "--json"]) == 0
+    assert "peaks at 372.4°, 80 bar, between whole degrees" in json.loads(capsys.readouterr().out)["note"]
+    assert call(["loads", piston_study, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["note"] is None

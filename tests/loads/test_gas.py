@@ -151,3 +151,11 @@ def test_an_offset_pin_moves_the_strokes():
 def test_an_impossible_ideal_cycle_is_refused(make):
     with pytest.raises(InvalidValue):
         make()
+
+
+@pytest.mark.parametrize(
+    "kilopascal", [lambda: Otto(LEON, 12.0, intake=10.0), lambda: Boyle(LEON, 10.0, 10.0)]
+)
+def test_what_no_engine_compresses_to_is_refused(kilopascal):
+    with pytest.raises(InvalidValue, match=r"which no engine reaches.*in bar, absolute"):
+        kilopascal()

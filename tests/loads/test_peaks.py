@@ -10,6 +10,7 @@ from loads.cases import given
 from loads.dynamics import cycle
 from loads.gas import NoGas
 from loads.peaks import peak_cases
+from loads.trace import Trace
 
 FINE = np.arange(0, 720, 0.02) * DEG
 
@@ -66,12 +67,9 @@ def test_cases_that_do_not_occur_are_left_out_with_a_reason():
 
 
 def test_gas_alone_at_standstill_never_pulls():
-    class Hydraulic:
+    class Hydraulic(NoGas):
         def pressure(self, crank_angle, speed):
             return np.ones(np.broadcast_shapes(crank_angle.shape, speed.shape))
-
-        def note(self, speed):
-            return ""
 
     peaks = peak_cases(LEON, LEON_ROD, Hydraulic(), 0.0)
     assert ("tension", "the rod is in compression all through the cycle") in peaks.left_out
@@ -113,3 +111,16 @@ def test_a_rod_at_rest_is_not_bent():
     peaks = peak_cases(LEON, LEON_ROD, shipped_trace("leon-2001"), 0.0)
     assert {case.name for case in peaks.cases} == {"compression", "side", "gas"}
     assert dict(peaks.left_out)["bending"] == "no transverse force on the crank end"
+
+
+def test_a_spike_of_the_pressure_narrower_than_the_search_is_found():
+    # Knocking combustion, sampled at 0.1°: the highest pressure lies between half degrees.
+    degrees = np.arange(0, 720, 0.1)
+    bar = 60 * np.exp(-(((degrees - 370) / 40) ** 2))
+    bar[3723] += 60
+    gas = Trace(degrees * DEG, 0.1 * bar, np.array([]))
+    cases = {case.name: case for case in peak_cases(LEON, LEON_ROD, gas, 2000 * RPM).cases}
+    highest = 0.1 * bar.max() * LEON.piston_area
+    assert cases["gas"].gas == pytest.approx(highest, rel=1e-9)
+    for name in ("gas", "compression", "side"):
+        assert cases[name].crank_angle / DEG == pytest.approx(372.3, abs=0.006), name
