@@ -2,9 +2,10 @@
 
     python tests/benchmarks/soak.py --count 200
 
-Runs differ in speed, solver, element and support; every tenth reads a STEP file. Printed: memory after the
-warm-up and at the end, its slope a run (least squares over the minima of ten runs, which allocation noise
-does not move), open files, files in the temporary directory, child processes.
+Runs differ in speed, solver, element, support and material; of ten one reads a STEP file, another has its
+whole cycle. Printed: memory after the warm-up and at the end, its slope a run (least squares over the minima
+of ten runs, which allocation noise does not move), open files, files in the temporary directory, child
+processes.
 """
 
 import argparse
@@ -16,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 TURN = 10  # runs after which everything repeats
+SOFT = (7, 8)  # those of a nearly incompressible material
 STUDY = """
 [rod]
 {rod}
@@ -45,14 +47,15 @@ def one(number: int, folder: Path) -> None:
     from fea import run
 
     turn = number % TURN
-    study = folder / ("step.toml" if turn == TURN - 1 else "preset.toml")
+    study = folder / ("step.toml" if turn == TURN - 1 else "soft.toml" if turn in SOFT else "preset.toml")
     run(
         str(study),
         rpm=1000.0 + 500 * turn,
         size=14,
-        solver="cholmod" if turn in (3, 4) else "auto",
+        solver="cholmod" if turn in (3, 4) else "amg" if turn in (0, SOFT[1]) else "auto",
         element="p1" if turn in (5, 6) else "p2",
         support="clamped" if turn in (2, 6) else "inertia-relief",
+        cycle=turn == 1,
         out=folder / "r",
     )
 
@@ -74,6 +77,8 @@ def main() -> None:
         with session():
             export_step(PRESETS["leon-2001"], folder / "rod.step")
         (folder / "preset.toml").write_text(STUDY.format(rod='preset = "leon-2001"'))
+        soft = STUDY.format(rod='preset = "leon-2001"\n[material]\npreset = "leon-2001"\nnu = 0.49')
+        (folder / "soft.toml").write_text(soft)
         (folder / "step.toml").write_text(STUDY.format(rod='step = "rod.step"'))
         memory = []
         for number in range(count):
