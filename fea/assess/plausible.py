@@ -34,4 +34,17 @@ def _of_material(material: Material) -> list[str]:
     if material.yield_strength > STRONGEST:
         strength = f"material.yield_MPa = {material.yield_strength:g}"
         said.append(f"{strength} is beyond any metal's: is it in MPa (steel 600)?")
+    elif material.ultimate_strength is not None:
+        said += _above_ultimate(material, material.ultimate_strength)
     return said
+
+
+def _above_ultimate(material: Material, ultimate: float) -> list[str]:
+    """Strengths that no metal has beside its ultimate strength."""
+    others = {"yield_MPa": material.yield_strength, "endurance_MPa": material.endurance_limit}
+    return [
+        f"material.{key} = {value:g} lies above ultimate_MPa = {ultimate:g}, which no metal's does: "
+        "is the ultimate strength that of another material, or of a preset?"
+        for key, value in others.items()
+        if value is not None and value > ultimate
+    ]

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from fea.checks import Check
+from fea.choices import Fatigue
 from fea.material import Material
 
 _WHY = {
@@ -21,11 +22,14 @@ _WHY = {
 }
 
 
-def fatigue_remarks(materials: Sequence[Material]) -> tuple[str, ...]:
-    """Say which strengths were estimated or are missing."""
+def fatigue_remarks(materials: Sequence[Material], criterion: Fatigue) -> tuple[str, ...]:
+    """Say which strengths that a criterion needs were estimated or are missing."""
+    needed = {"endurance_MPa": [material.endurance_limit for material in materials]}
+    if criterion is not Fatigue.SODERBERG:  # which goes by the yield strength
+        needed["ultimate_MPa"] = [material.ultimate_strength for material in materials]
     said = []
-    if any(material.endurance_limit is None or material.ultimate_strength is None for material in materials):
-        said.append("fatigue is not judged where [material] lacks endurance_MPa or ultimate_MPa")
+    if any(None in strengths for strengths in needed.values()):
+        said.append(f"fatigue is not judged where [material] lacks {' or '.join(needed)}")
     if any(material.endurance_estimated for material in materials):
         said.append(
             "endurance_MPa is not given: half the ultimate strength is taken, as for polished steel, "

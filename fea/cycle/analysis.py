@@ -191,7 +191,7 @@ class CycleAnalysis:
             self.units.count,
             self.loads.jumps,
             counts,
-            fatigue_remarks(self.materials),
+            fatigue_remarks(self.materials, self.fatigue),
             multiaxial,
         )
 

@@ -8,7 +8,7 @@ from fea.output.notes import error_bar
 Summary = Mapping[str, Any]
 UNKNOWN = "–"
 # Wider or narrower than their columns.
-_MANY_NEWTONS, _SMALL_FACTOR = 999e3, 0.095
+_MANY_NEWTONS, _FAR_TOO_MANY, _SMALL_FACTOR = 999e3, 99_999e3, 0.095
 
 
 def worst_case(summary: Summary) -> str:
@@ -33,10 +33,11 @@ def bar(percent: float | None) -> str:
 
 
 def kilo(newtons: float | None) -> str:
-    """Return a force in kN with its sign, short where it is huge."""
+    """Return a force in kN with its sign: a tenth, whole ones where it is large, short where it is huge."""
     if newtons is None:
         return UNKNOWN
-    return f"{newtons / 1000:+.1f}" if abs(newtons) < _MANY_NEWTONS else f"{newtons / 1000:+.0e}"
+    form = "+.1f" if abs(newtons) < _MANY_NEWTONS else "+.0f" if abs(newtons) < _FAR_TOO_MANY else "+.1e"
+    return format(newtons / 1000, form)
 
 
 def factor(value: float | None) -> str:

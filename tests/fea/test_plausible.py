@@ -1,8 +1,9 @@
 import pytest
 
 from fea.assess.plausible import unit_remarks
-from fea.assess.remarks import check_remarks
+from fea.assess.remarks import check_remarks, fatigue_remarks
 from fea.checks import check
+from fea.choices import Fatigue
 from fea.study.engine_table import EngineTable
 from fea.study.material_presets import MATERIALS
 from fea.study.material_table import MaterialTable
@@ -25,6 +26,8 @@ def test_no_published_material_is_remarked_on(preset):
         ({"density_kg_m3": 7.85}, "density_kg_m3"),
         ({"density_kg_m3": 7.85e-9}, "density_kg_m3"),
         ({"yield_MPa": 620e6}, "yield_MPa"),
+        ({"yield_MPa": 900.0}, "yield_MPa = 900 lies above ultimate_MPa = 723.8"),
+        ({"endurance_MPa": 800.0}, "endurance_MPa = 800 lies above ultimate_MPa"),
         ({"piston_mass_kg": 500.0}, "piston_mass_kg"),
         ({"bore_mm": 0.08}, "piston_mass_kg"),
     ],
@@ -42,3 +45,13 @@ def test_plain_values_are_not_remarked_on():
 def test_a_failed_check_of_the_model_is_put_into_words(name):
     assert len(check_remarks({name: check(name, 1.0)})) == 1
     assert check_remarks({name: check(name, 0.0)}) == ()
+
+
+def test_only_strengths_that_the_criterion_needs_are_missed():
+    known = {"E_GPa": 200.0, "nu": 0.3, "density_kg_m3": 7800.0, "yield_MPa": 600.0}
+    material = MaterialTable(**known, endurance_MPa=300.0).material()
+    assert fatigue_remarks([material], Fatigue.SODERBERG) == ()
+    (remark,) = fatigue_remarks([material], Fatigue.GOODMAN)
+    assert "lacks endurance_MPa or ultimate_MPa" in remark
+    (remark,) = fatigue_remarks([MaterialTable(**known).material()], Fatigue.SODERBERG)
+    assert "ultimate" not in remark
