@@ -180,7 +180,9 @@ class CycleAnalysis:
             found, self.units, of_degrees, whole, self.materials, counts=counts
         )
         found = replace(found, crossland_factor=factors)
-        histories = spots([*worst, *weakest], self.units, of_degrees, whole, found)
+        places = [(node, int(found.part[node])) for node in worst]
+        places += [(node, int(found.fatigue_part[node])) for node in weakest]
+        histories = spots(places, self.units, of_degrees, whole)
         return CycleResult(
             degrees,
             found,

@@ -38,7 +38,8 @@ class Envelope:
     principal_1, principal_3
         Largest and least principal stress, MPa; where parts meet, of either.
     mean, amplitude, ratio
-        Of the signed equivalent stress (see `fea.assess.history`), MPa; R = least over largest.
+        Of the signed equivalent stress (see `fea.assess.history`), MPa; R = least over largest: those that
+        the fatigue factor is of.
     safety_factor
         Against yielding, at most `fea.assess.safety.CAP`.
     usage, usage_angle
@@ -47,8 +48,9 @@ class Envelope:
         Against fatigue: None where no part's strengths are known, NaN at nodes of parts whose are not.
     crossland_factor
         By Crossland's criterion (`fea.cycle.multiaxial`): None and NaN likewise.
-    part
-        Whose mean, amplitude and ratio these are: where parts meet, of the one that is nearer to yielding.
+    part, fatigue_part
+        Where parts meet, the one that is nearer to yielding, and the one whose mean, amplitude and ratio
+        these are: that of the lesser fatigue factor, or where none is known, nearer to yielding.
     """
 
     von_mises: Floats
@@ -64,6 +66,7 @@ class Envelope:
     fatigue_factor: Floats | None
     crossland_factor: Floats | None
     part: Ints
+    fatigue_part: Ints
 
     def point_data(self) -> dict[str, npt.NDArray[np.floating[Any]]]:
         """Arrays at the nodes, by their names in the VTU file.
@@ -159,12 +162,14 @@ def _judged(found: Reach, angles: Floats, material: Material, criterion: Fatigue
         fatigue_factor(criterion, found.mean, found.amplitude, material),
         crossland_bound(found.radius, found.tension, material),
         np.full(len(found.von_mises), number),
+        np.full(len(found.von_mises), number),
     )
 
 
 def _worse(one: Envelope, other: Envelope) -> Envelope:
-    """Of two parts that share nodes the extremes of either, and the history of the one nearer to yielding."""
+    """Of two parts that share nodes the extremes of either, and the history of the one nearer to failure."""
     worse = np.isnan(one.usage) | (other.usage > one.usage)
+    tired = _tires_first(one, other, worse)
     more = np.isnan(one.von_mises) | (other.von_mises > one.von_mises)
 
     def either(name: str, *, where: npt.NDArray[np.bool_] = worse) -> Floats:
@@ -175,16 +180,25 @@ def _worse(one: Envelope, other: Envelope) -> Envelope:
         crank_angle=either("crank_angle", where=more),
         principal_1=np.fmax(one.principal_1, other.principal_1),
         principal_3=np.fmin(one.principal_3, other.principal_3),
-        mean=either("mean"),
-        amplitude=either("amplitude"),
-        ratio=either("ratio"),
+        mean=either("mean", where=tired),
+        amplitude=either("amplitude", where=tired),
+        ratio=either("ratio", where=tired),
         safety_factor=either("safety_factor"),
         usage=either("usage"),
         usage_angle=either("usage_angle"),
         fatigue_factor=_lesser(one.fatigue_factor, other.fatigue_factor),
         crossland_factor=_lesser(one.crossland_factor, other.crossland_factor),
         part=np.where(worse, other.part, one.part),
+        fatigue_part=np.where(tired, other.fatigue_part, one.fatigue_part),
     )
+
+
+def _tires_first(one: Envelope, other: Envelope, worse: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Where the fatigue factor of the other is the lesser or the only one; `worse` where there is none."""
+    unknown = np.full(worse.shape, np.nan)
+    first, second = (unknown if of.fatigue_factor is None else of.fatigue_factor for of in (one, other))
+    known, more = ~np.isnan(first), ~np.isnan(second)
+    return np.where(known & more, second < first, np.where(known | more, more, worse))
 
 
 def _lesser(one: Floats | None, other: Floats | None) -> Floats | None:

@@ -36,8 +36,7 @@ def worst_multiaxial(
     """Return the place of the least factor by Crossland, and every node's; None where no endurance is known.
 
     Nodes are worked out in the order of their bounds until the next bound exceeds the least factor found;
-    those that do not count (n_nodes,) are left out. Where parts meet, the node is of the one nearer to
-    yielding.
+    those that do not count (n_nodes,) are left out. Where parts meet, the lesser factor is the node's.
     """
     if found.crossland_factor is None:
         return None, None
@@ -47,16 +46,22 @@ def worst_multiaxial(
     once = np.flatnonzero(counts & np.isfinite(factor) & (whole.sign[:, 2] > 0))
     order = once[factor[once].argsort()]
     exact = np.full(int(image.max()) + 1, np.nan)
+    holds = np.zeros((len(units.parts), int(whole.source.max()) + 1), dtype=bool)
+    for part, held in zip(units.parts, holds, strict=True):
+        held[part.nodes] = True
     worst, best = None, np.inf
     for start in range(0, len(order), BLOCK):
         nodes = order[start : start + BLOCK]
         if factor[nodes[0]] >= best:
             break
-        for spot in spots(nodes[factor[nodes] < best].tolist(), units, weights, whole, found):
-            factors = crossland_factors(deviatoric(spot.stress)[None], materials[int(found.part[spot.node])])
+        chosen = nodes[factor[nodes] < best]
+        numbers, rows = np.nonzero(holds[:, whole.source[chosen]])
+        places = zip(chosen[rows].tolist(), numbers.tolist(), strict=True)
+        for spot in spots(places, units, weights, whole):
+            factors = crossland_factors(deviatoric(spot.stress)[None], materials[spot.part])
             if factors is None:
                 continue
-            exact[image[spot.node]] = factors[0]
+            exact[image[spot.node]] = np.fmin(exact[image[spot.node]], factors[0])
             if factors[0] < best:
                 worst, best = spot, float(factors[0])
     return worst, np.where(np.isnan(exact[image]), factor, exact[image])

@@ -1,6 +1,6 @@
 """The worst places of a rod, each with its stress over the cycle."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +8,6 @@ import numpy.typing as npt
 
 from fea.assess.deviatoric import tensor
 from fea.assess.history import signed_equivalent
-from fea.cycle.envelope import Envelope
 from fea.cycle.unit_solutions import UnitSolutions, Weights
 from mesh.mirror import MirroredMesh
 
@@ -26,8 +25,8 @@ class Spot:
 
     Attributes
     ----------
-    node
-        On the whole rod.
+    node, part
+        On the whole rod; number of the part whose stress it is.
     place
         (3,) mm.
     stress
@@ -37,6 +36,7 @@ class Spot:
     """
 
     node: int
+    part: int
     place: Floats
     stress: Floats
     signed: Floats
@@ -67,10 +67,10 @@ def distinct(points: Floats, factor: Floats, length: float, count: int = COUNT) 
 
 
 def spots(
-    nodes: Sequence[int], units: UnitSolutions, weights: Weights, whole: MirroredMesh, found: Envelope
+    places: Iterable[tuple[int, int]], units: UnitSolutions, weights: Weights, whole: MirroredMesh
 ) -> tuple[Spot, ...]:
-    """Return the histories of some nodes of the whole rod."""
-    return tuple(_spot(node, units, weights, whole, int(found.part[node])) for node in nodes)
+    """Return the histories of some nodes of the whole rod, each with the number of a part that holds it."""
+    return tuple(_spot(node, units, weights, whole, part) for node, part in places)
 
 
 def _spot(node: int, units: UnitSolutions, weights: Weights, whole: MirroredMesh, number: int) -> Spot:
@@ -81,4 +81,4 @@ def _spot(node: int, units: UnitSolutions, weights: Weights, whole: MirroredMesh
     (history,) = part.histories(weights, (side,), row)
     stress = tensor(history[0]) * np.array([1, 1, 1, x * y, y * z, x * z])[:, None]
     signed = signed_equivalent(history)[0]
-    return Spot(node, whole.mesh.points[node], stress, signed)
+    return Spot(node, number, whole.mesh.points[node], stress, signed)

@@ -1,5 +1,6 @@
 """Where parts meet the envelope holds for both; its least safety is of the part nearer to yielding."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -66,3 +67,20 @@ def test_the_worst_place_is_known_where_every_factor_is_capped():
     assert (idle.safety_factor == CAP).all()
     assert idle.usage.argmax() == 1
     assert idle.usage_angle[1] == 1.0
+
+
+def test_mean_and_amplitude_of_a_shared_node_are_those_its_fatigue_factor_is_of():
+    # Bronze is nearer to yielding at the shared node, but only of the steel are fatigue strengths known.
+    steel = dataclasses.replace(STEEL, ultimate_strength=800.0, endurance_limit=250.0)
+    met = _worse(
+        _of([300.0, 200.0, np.nan], [1, 1, 0], steel, 0), _of([np.nan, 30.0, 20.0], [0, 2, 2], BRONZE, 1)
+    )
+    np.testing.assert_array_equal(met.part, [0, 1, 1])
+    np.testing.assert_array_equal(met.fatigue_part, [0, 0, 1])
+    np.testing.assert_array_equal(met.amplitude, [300, 200, 20])
+    np.testing.assert_allclose(met.fatigue_factor[:2], 250 / met.amplitude[:2])
+    # Where both are known the lesser factor counts.
+    bronze = dataclasses.replace(BRONZE, ultimate_strength=90.0, endurance_limit=20.0)
+    met = _worse(_of([200.0], [1], steel, 0), _of([30.0], [2], bronze, 1))
+    assert (met.fatigue_part[0], met.amplitude[0]) == (1, 30)
+    assert met.fatigue_factor[0] == pytest.approx(20 / 30)
