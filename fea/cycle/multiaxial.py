@@ -56,7 +56,7 @@ def worst_multiaxial(
             break
         chosen = nodes[factor[nodes] < best]
         numbers, rows = np.nonzero(holds[:, whole.source[chosen]])
-        places = zip(chosen[rows].tolist(), numbers.tolist(), strict=True)
+        places = list(zip(chosen[rows].tolist(), numbers.tolist(), strict=True))
         for spot in spots(places, units, weights, whole):
             factors = crossland_factors(deviatoric(spot.stress)[None], materials[spot.part])
             if factors is None:
