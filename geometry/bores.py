@@ -34,6 +34,7 @@ def find_bores(
         They cannot be told; the message lists what was found and the keys that name them.
     """
     holes = through_holes(volumes, faces)
+    _require_cylinders(holes, faces)
     big, small = ([hole for hole in holes if _has_diameter(hole, name)] for name in named)
     pairs = [
         (one, other)
@@ -54,6 +55,16 @@ def find_bores(
         listed = "; ".join(hole.text() for hole in holes)
         raise GeometryError(f"more than one pair of holes could be the bores: {listed}. {_REMEDY}")
     return _heavier_first(best, volumes) if _alike(*best) else best
+
+
+def _require_cylinders(holes: Sequence[Hole], faces: Sequence[Face]) -> None:
+    """Refuse a solid without holes whose round faces may be splines: no diameter would name its bores."""
+    splines = sum("spline" in face.shape.lower() for face in faces)
+    if not holes and splines:
+        raise GeometryError(
+            f"no through-hole is a cylinder; {splines} of {len(faces)} faces are splines. Export the solid "
+            "with cylindrical bores, not converted to splines"
+        )
 
 
 def _is_amid(bores: tuple[Hole, Hole], holes: Sequence[Hole]) -> bool:

@@ -303,3 +303,15 @@ def test_drafted_corners_and_blends_of_varying_radius_get_small_elements(tmp_pat
     with session():
         rounds = [item for item in import_step(path).features if item.kind is FeatureKind.ROUND]
     assert [item.radius for item in rounds] == [pytest.approx(2.0, rel=0.1)]
+
+
+def test_bores_that_are_splines_are_called_so(tmp_path):
+    def converted(occ):
+        occ.mirror(strap(occ), 1, 0.3, 0, 2)  # which the kernel writes as splines
+
+    path = write(tmp_path / "splines.step", converted)
+    with (
+        session(),
+        pytest.raises(GeometryError, match="no through-hole is a cylinder.*not converted to splines"),
+    ):
+        import_step(path)
