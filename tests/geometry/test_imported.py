@@ -312,6 +312,6 @@ def test_bores_that_are_splines_are_called_so(tmp_path):
     path = write(tmp_path / "splines.step", converted)
     with (
         session(),
-        pytest.raises(GeometryError, match="no through-hole is a cylinder.*not converted to splines"),
+        pytest.raises(GeometryError, match=r"no through-hole is a cylinder.*not converted to splines"),
     ):
         import_step(path)
