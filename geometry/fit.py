@@ -9,7 +9,7 @@ import numpy as np
 
 from geometry.dimensions import dimensions
 from geometry.invalid import InvalidValue, require, require_positive
-from geometry.mass import MassProperties
+from geometry.mass import MassProperties, joined
 from geometry.rod import Rod
 from geometry.section import HeightField
 from geometry.segments import Floats
@@ -35,12 +35,15 @@ class Targets:
         Centre of gravity, mm from the crank-pin centre.
     inertia_z
         About the pin-parallel axis through the centre of gravity, t·mm².
+    bushing_density
+        t/mm³, where the bushing has its own.
     """
 
     density: float
     mass: float | None = None
     center: float | None = None
     inertia_z: float | None = None
+    bushing_density: float | None = None
 
     def given(self) -> dict[str, float]:
         """Return the figures that are sought."""
@@ -118,13 +121,13 @@ def fit(rod: Rod, targets: Targets, free: Sequence[str]) -> Fit:
             changed = _changed(rod, free, shares * start)
         except InvalidValue:
             return np.full(len(sought), _REFUSED)
-        return np.array(list(_misfits(changed, targets.density, sought).values()))
+        return np.array(list(_misfits(changed, targets, sought).values()))
 
     found = least_squares(misfit, np.ones(len(free)), bounds=(1 / SPAN, SPAN), xtol=1e-6, max_nfev=50)
     best = _rounded(rod, free, found.x * start)
     ends = np.abs(np.log(found.x)) > np.log(SPAN) - _AT_LIMIT
     limits = tuple(name for name, at_end in zip(free, ends, strict=True) if at_end)
-    return Fit(best, _misfits(best, targets.density, sought), limits)
+    return Fit(best, _misfits(best, targets, sought), limits)
 
 
 def _rounded(rod: Rod, free: Sequence[str], values: Floats) -> Rod:
@@ -139,7 +142,16 @@ def _changed(rod: Rod, free: Sequence[str], values: Floats | list[float]) -> Rod
     return replace(rod, **changes)
 
 
-def _misfits(rod: Rod, density: float, sought: dict[str, float]) -> dict[str, float]:
-    mass: MassProperties = HeightField(rod).mass().times(density)
+def _misfits(rod: Rod, targets: Targets, sought: dict[str, float]) -> dict[str, float]:
+    mass = _weighed(rod, targets)
     reached = {"mass": mass.mass, "center": mass.center[0], "inertia_z": mass.inertia_z}
     return {name: reached[name] / target - 1 for name, target in sought.items()}
+
+
+def _weighed(rod: Rod, targets: Targets) -> MassProperties:
+    """Mass properties with the densities of rod and bushing."""
+    solid = HeightField(rod)
+    every = solid.mass().times(targets.density)
+    if not rod.bushing or targets.bushing_density is None:
+        return every
+    return joined([every, solid.bushing().times(targets.bushing_density - targets.density)])

@@ -17,6 +17,7 @@ from geometry.step import RingStep, ring_steps
 # Gauss's nodes over the angle of a half circle: exact enough for arcs that end upright.
 _ANGLES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 _SHARES = (1 - np.cos((_ANGLES + 1) * math.pi / 2)) / 2
+_TURN = 720  # angles of a whole circle
 _SHARE_WEIGHTS = _WEIGHTS * np.sin((_ANGLES + 1) * math.pi / 2) * math.pi / 4
 
 
@@ -112,6 +113,22 @@ class HeightField:
         center = float(4 * weight @ (area * x)) / volume
         xx = float(4 * weight @ (area * (x - center) ** 2))
         yy, zz = float(4 * weight @ second), float(4 * weight @ cube / 3)
+        inertia = ((yy + zz, 0.0, 0.0), (0.0, xx + zz, 0.0), (0.0, 0.0, xx + yy))
+        return MassProperties(volume, (center, 0.0, 0.0), inertia)
+
+    def bushing(self) -> MassProperties:
+        """Integrate those of the bushing alone; the rod has one."""
+        rod, angle = self.rod, (np.arange(_TURN) + 0.5) * 2 * math.pi / _TURN
+        radius = rod.small_end_bore / 2 + rod.bushing * (_ANGLES[:, None] + 1) / 2
+        x, y = rod.length + radius * np.cos(angle), radius * np.sin(angle)
+        weight = _WEIGHTS[:, None] * radius * rod.bushing / 2 * (2 * math.pi / _TURN)
+        z = self.half_width(x, y)
+        void = np.minimum(self.void(x, y), z)
+        solid = 2 * weight * (z - void)
+        volume = float(solid.sum())
+        center = float((solid * x).sum()) / volume
+        xx, yy = float((solid * (x - center) ** 2).sum()), float((solid * y**2).sum())
+        zz = float((2 / 3 * weight * (z**3 - void**3)).sum())
         inertia = ((yy + zz, 0.0, 0.0), (0.0, xx + zz, 0.0), (0.0, 0.0, xx + yy))
         return MassProperties(volume, (center, 0.0, 0.0), inertia)
 

@@ -33,19 +33,24 @@ def fitted(
     InvalidValue
         No target, nothing free, a key that is no dimension, or a rod without dimensions.
     """
-    rod, density = study.rod.solid(), study.material.material().density
+    rod = study.rod.solid()
+    density, *others = (
+        part.density for part in study.materials(["rod", "bushing"] if rod.bushing else ["rod"])
+    )
+    bushing = next(iter(others), None)
     given = study.rod.mass
     if (mass_kg, center_of_gravity_mm, inertia_kg_m2) == (None, None, None):
         remedy = "Say --mass-kg, --center-of-gravity-mm or --inertia-kg-m2, or give them in [rod]."
         require(given is not None, "--fit", list(free), "has no target", remedy)
     if given is not None and mass_kg is center_of_gravity_mm is inertia_kg_m2 is None:
-        targets = Targets(density, given.mass, given.center[0], given.inertia_z)
+        targets = Targets(density, given.mass, given.center[0], given.inertia_z, bushing)
     else:
         targets = Targets(
             density,
             None if mass_kg is None else mass_kg * KG,
             center_of_gravity_mm,
             None if inertia_kg_m2 is None else inertia_kg_m2 * KG_M2,
+            bushing,
         )
     found = fit(rod, targets, [dimension_of(key) for key in free])
     return dataclasses.replace(study.rod, rod=found.rod, length=found.rod.length), found

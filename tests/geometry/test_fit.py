@@ -2,9 +2,14 @@ import pytest
 
 from geometry.fit import Targets, fit
 from geometry.invalid import InvalidValue
+from geometry.mass import joined
+from geometry.mirror import Mirror
 from geometry.presets import FORSA_G10
+from geometry.proportions import proportioned
 from geometry.rod import Rod
 from geometry.section import HeightField
+from geometry.session import session
+from geometry.solid import build
 
 STEEL = 7.85e-9
 FREE = ("big_end_ring", "small_end_ring", "shank_depth_small_end")
@@ -63,3 +68,18 @@ def test_a_fit_without_sense_is_refused(targets, free, name):
     with pytest.raises(InvalidValue) as refusal:
         fit(FORSA_G10, targets, free)
     assert refusal.value.name == name
+
+
+def test_a_bushing_of_another_density_counts_with_its_own():
+    bushed = proportioned(150.0, 52.0, 24.0, bushing=3.0, oil_hole=3.0)
+    bronze = 8.8e-9
+    found = fit(bushed, Targets(4.43e-9, mass=0.5e-3, center=60.0, bushing_density=bronze), FREE)
+    assert found.met
+    with session():
+        parts = {part.name: part.mass for part in build(found.rod, Mirror.NONE).parts}
+    whole = joined([parts["rod"].times(4.43e-9), parts["bushing"].times(bronze)])
+    assert (whole.mass, whole.center[0]) == pytest.approx((0.5e-3, 60.0), rel=2e-3)
+    alone = HeightField(found.rod).bushing()
+    assert alone.mass == pytest.approx(parts["bushing"].mass, rel=1e-3)
+    for i in range(3):
+        assert alone.inertia[i][i] == pytest.approx(parts["bushing"].inertia[i][i], rel=1e-3)
