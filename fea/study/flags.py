@@ -98,6 +98,8 @@ class Flags:
             if given:
                 changes[name] = dataclasses.replace(getattr(study, name), **given)
         asked = dataclasses.replace(study, **changes)
+        still = self.rpm is None or study.forces is None
+        require(still, "--rpm", self.rpm, "needs an [engine]: given forces have no speed", "Leave it out.")
         needs = "judges the crank cycle, which is not asked for"
         cycle = self.fatigue is None or asked.analysis.cycle
         require(cycle, "--fatigue", self.fatigue, needs, "Add --cycle.")

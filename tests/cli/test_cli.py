@@ -127,6 +127,7 @@ def test_a_low_safety_factor_is_exit_6(tmp_path):
         (("run", "--nonsense"), 2, "--nonsense"),
         (("run", "--support", "glue"), 2, "glue"),
         (("run", "--fatigue", "gerber"), 2, "--cycle"),
+        (("run", "leon-2001-as-published", "--rpm", "3000"), 2, "given forces have no speed"),
         (("rod", "--mass-kg", "0.8"), 2, "--fit"),
         (("rod", "--step", "nowhere/rod.step"), 2, "nowhere"),
         (("loads", "--plot", "cycle.docx"), 2, ".svg"),
