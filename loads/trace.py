@@ -12,6 +12,7 @@ from loads.gas import ATMOSPHERE, CYCLE, LARGEST_PEAK, too_high
 Floats = npt.NDArray[np.float64]
 
 _SMALLEST_PEAK = 0.1  # MPa: no engine that compresses at all stays below it
+_IDLING_PEAK = 2.0  # MPa: only engines at idle or motored stay below it
 # A trace may start and end its cycle apart by this part of its peak (drift of the transducer).
 _CLOSURE = 0.05
 
@@ -72,7 +73,15 @@ class Trace:
         return self.crank_angles
 
     def note(self, speed: float) -> str:
-        """Say when the speed lies outside the measured ones."""
+        """Say when the speed lies outside the measured ones, and when the pressure is low."""
+        highest = float(self.pressures.max())
+        low = (
+            f"gas pressure peaks at {10 * highest:.4g} bar, as of an engine at idle: if the file is in MPa, "
+            "multiply by 10"
+        )
+        return "; ".join(filter(None, (self._outside(speed), low if highest < _IDLING_PEAK else "")))
+
+    def _outside(self, speed: float) -> str:
         if self.speeds.size == 0 or self.speeds[0] * (1 - 1e-9) <= speed <= self.speeds[-1] * (1 + 1e-9):
             return ""
         nearest = self.speeds[0] if speed < self.speeds[0] else self.speeds[-1]

@@ -159,3 +159,8 @@ def test_an_impossible_ideal_cycle_is_refused(make):
 def test_what_no_engine_compresses_to_is_refused(kilopascal):
     with pytest.raises(InvalidValue, match=r"which no engine reaches.*in bar, absolute"):
         kilopascal()
+
+
+def test_a_peak_of_an_idling_engine_is_remarked_on_as_it_may_be_in_megapascal():
+    assert "if the file is in MPa" in trace(pressures=HUMP / 10).note(1.0)
+    assert trace().note(1.0) == ""
