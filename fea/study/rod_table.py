@@ -90,9 +90,12 @@ class RodTable:
             There are none.
         """
         if self.rod is None:
-            given = "a STEP file" if self.step is not None else "mass properties only"
+            if self.step is not None:
+                rule = "is a solid already: it has no dimensions to fit or to make another of"
+                raise InvalidValue("rod.step", str(self.step.path), rule)
             remedy = "Give big_end_bore_mm and small_end_bore_mm beside length_mm, or a preset."
-            raise InvalidValue("[rod]", given, "has no dimensions to make a solid of", remedy)
+            rule = "has no dimensions to make a solid of"
+            raise InvalidValue("[rod]", "mass properties only", rule, remedy)
         return self.rod
 
     def mass_remarks(self, drawn: MassProperties) -> list[str]:

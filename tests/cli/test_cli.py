@@ -142,6 +142,7 @@ def test_a_low_safety_factor_is_exit_6(tmp_path):
         (("run", "--out", "occupied"), 2, "occupied"),
         (("run", "--threads", "0"), 2, "--threads"),
         (("view", "missing.vtu"), 2, "missing.vtu"),
+        (("view", "missing.vtu", "--out", "study.toml"), 2, "--out = 'study.toml': must end in .png"),
         (("frobnicate",), 2, "frobnicate"),
         (("init", "occupied/mine.txt"), 2, "exists"),
     ],

@@ -199,3 +199,10 @@ def test_paths_that_no_file_of_a_run_could_name_are_refused(tmp_path, monkeypatc
     (tmp_path / "b").symlink_to("a")
     with pytest.raises(InvalidValue, match=r"--out .*is no path here"):
         Flags(out=Path("a")).applied(parsed(LEON, tmp_path))
+
+
+def test_a_solid_from_a_file_has_no_dimensions_to_fit(tmp_path):
+    (tmp_path / "rod.step").write_text("ISO-10303-21;")
+    study = parsed('[rod]\nstep = "rod.step"\n[forces]\npin_N = [1.0, 0.0]', tmp_path)
+    with pytest.raises(InvalidValue, match=r"rod\.step.* is a solid already"):
+        study.rod.solid()
