@@ -72,6 +72,8 @@ class Discretised:
         What the symmetry spares.
     warnings
         What gmsh had to say.
+    refined
+        Whether earlier solutions had a say in the sizes.
     """
 
     cell: TetMesh
@@ -86,6 +88,7 @@ class Discretised:
     repair: Repair
     left_out: tuple[Omission, ...]
     warnings: tuple[str, ...]
+    refined: bool
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -93,7 +96,7 @@ class Discretised:
         coarser = self.size / default_size(self.bores.rod_length)
         count = self.quality.straightened
         notes = []
-        if coarser > 1.01:
+        if coarser > 1.01 and not self.refined:
             notes.append(
                 f"elements of {self.size:g} mm are {coarser:.2g} times the default: {PER_ARC / coarser:.1f} "
                 f"in place of {PER_ARC} through a fillet's arc, so peaks may be too low"
@@ -193,6 +196,7 @@ def discretise(
         drawn.repair,
         _spared(symmetry),
         drawn.warnings,
+        bool(wanted),
     )
 
 

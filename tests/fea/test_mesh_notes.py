@@ -7,9 +7,10 @@ import pytest
 from fea.discretise import Discretised
 
 
-def notes(straightened: int, *warnings: str) -> tuple[str, ...]:
+def notes(straightened: int, *warnings: str, size: float = 5.0, refined: bool = False) -> tuple[str, ...]:
     mesh = SimpleNamespace(
-        size=5.0,
+        size=size,
+        refined=refined,
         bores=SimpleNamespace(rod_length=140.0),
         quality=SimpleNamespace(straightened=straightened),
         warnings=warnings,
@@ -30,3 +31,9 @@ def test_mended_elements_are_counted_in_words(count, says):
 def test_gmshs_word_on_elements_that_were_mended_afterwards_is_not_passed_on():
     distortion = "Warning: Volume mesh: worst distortion = -0.7 (avg = 0.98, 2 elements with jac. < 0)"
     assert notes(0, distortion, "Warning: something else") == ("gmsh: Warning: something else",)
+
+
+def test_a_coarse_size_is_remarked_on_unless_the_mesh_was_refined():
+    (remark,) = notes(0, size=10.0)
+    assert "2 times the default" in remark
+    assert notes(0, size=10.0, refined=True) == ()
