@@ -13,6 +13,7 @@ Floats = npt.NDArray[np.float64]
 
 _SMALLEST_PEAK = 0.1  # MPa: no engine that compresses at all stays below it
 _IDLING_PEAK = 2.0  # MPa: only engines at idle or motored stay below it
+_NO_FIRING = 0.5  # of the peak: around a top dead centre where no more is reached, nothing fires
 # A trace may start and end its cycle apart by this part of its peak (drift of the transducer).
 _CLOSURE = 0.05
 
@@ -73,13 +74,27 @@ class Trace:
         return self.crank_angles
 
     def note(self, speed: float) -> str:
-        """Say when the speed lies outside the measured ones, and when the pressure is low."""
+        """Say when the speed lies outside the measured ones, and what may be meant otherwise."""
+        return "; ".join(filter(None, (self._outside(speed), self._low(), self._turned())))
+
+    def _low(self) -> str:
         highest = float(self.pressures.max())
-        low = (
+        if highest >= _IDLING_PEAK:
+            return ""
+        return (
             f"gas pressure peaks at {10 * highest:.4g} bar, as of an engine at idle: if the file is in MPa, "
             "multiply by 10"
         )
-        return "; ".join(filter(None, (self._outside(speed), low if highest < _IDLING_PEAK else "")))
+
+    def _turned(self) -> str:
+        highest = self.pressures.max(axis=0)
+        firing = np.abs(self.crank_angles - CYCLE / 2) <= CYCLE / 4
+        if highest[firing].max(initial=0.0) >= _NO_FIRING * highest.max():
+            return ""
+        return (
+            f"gas pressure peaks at {math.degrees(self.crank_angles[highest.argmax()]):.4g}°, and firing top "
+            "dead centre is at 360°: if the file counts from the firing one, add 360° to its angles"
+        )
 
     def _outside(self, speed: float) -> str:
         if self.speeds.size == 0 or self.speeds[0] * (1 - 1e-9) <= speed <= self.speeds[-1] * (1 + 1e-9):

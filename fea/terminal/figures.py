@@ -36,7 +36,7 @@ def kilo(newtons: float | None) -> str:
     """Return a force in kN with its sign: a tenth, whole ones where it is large, short where it is huge."""
     if newtons is None:
         return UNKNOWN
-    form = "+.1f" if abs(newtons) < _MANY_NEWTONS else "+.0f" if abs(newtons) < _FAR_TOO_MANY else "+.1e"
+    form = "+z.1f" if abs(newtons) < _MANY_NEWTONS else "+.0f" if abs(newtons) < _FAR_TOO_MANY else "+.1e"
     return format(newtons / 1000, form)
 
 

@@ -5,7 +5,7 @@ import pytest
 from rich.console import Console
 
 from fea.output.notes import gathered
-from fea.terminal.figures import worst_case
+from fea.terminal.figures import kilo, worst_case
 from fea.terminal.table import print_runs
 
 SUMMARY = {
@@ -68,6 +68,13 @@ def test_the_table_tells_each_case_with_forces_in_kilonewton(folder):
         "0.109",
     ] in rows
     assert ["given", "–", "-30.2", "-40.0", "–", "210.0", "–", "–", "–", "0.050"] in rows
+
+
+@pytest.mark.parametrize(
+    ("newtons", "said"), [(-3.0, "+0.0"), (-51.0, "-0.1"), (-1.7963e6, "-1796"), (4e8, "+4.0e+05")]
+)
+def test_forces_of_any_size(newtons, said):
+    assert kilo(newtons) == said
 
 
 def test_peaks_that_are_not_settled_are_named(folder):

@@ -164,3 +164,10 @@ def test_what_no_engine_compresses_to_is_refused(kilopascal):
 def test_a_peak_of_an_idling_engine_is_remarked_on_as_it_may_be_in_megapascal():
     assert "if the file is in MPa" in trace(pressures=HUMP / 10).note(1.0)
     assert trace().note(1.0) == ""
+
+
+def test_a_trace_that_counts_from_firing_is_remarked_on():
+    turned = trace(pressures=np.roll(HUMP, 36))
+    assert "peaks at 10°, and firing top dead centre is at 360°" in turned.note(1.0)
+    twice = trace(pressures=np.maximum(HUMP, np.roll(HUMP, 36)))  # of two strokes
+    assert twice.note(1.0) == ""
