@@ -18,7 +18,8 @@ from geometry.ends import ENDS, held_back
 
 @pytest.fixture
 def interruptible():
-    before = {number: signal.getsignal(number) for number in ENDS}
+    # Other tests may have called the program here, or a shell have made the suite ignore Ctrl-C.
+    before = {number: signal.signal(number, signal.SIG_DFL) for number in ENDS}
     interrupt_once()
     yield
     for number, handler in before.items():
@@ -39,6 +40,7 @@ def test_an_interrupt_lets_the_work_clean_up(tmp_path):
     assert (tmp_path / "end").read_text() == "cleaned up"
 
 
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("after", [0.9, 1.1, 1.3, 1.6, 2.0])
 def test_an_interrupt_while_a_comparison_starts_is_one_line(tmp_path, after):
     """From a terminal all processes get it, those too that are still importing."""
