@@ -8,7 +8,7 @@ from typing import Any
 
 import gmsh
 
-from geometry.ends import ENDS
+from geometry.ends import ENDS, held_back
 
 # Those that gmsh changes.
 _SIGNALS = [*ENDS, *([signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else [])]
@@ -72,20 +72,21 @@ def session(*, threads: int = 1) -> Iterator[GmshLog]:
 def _opened(threads: int) -> Iterator[GmshLog]:
     main = threading.current_thread() is threading.main_thread()
     handlers = {number: signal.getsignal(number) for number in _SIGNALS} if main else {}
-    # A user's ~/.gmshrc must not change results, nor gmsh take over Ctrl-C and broken pipes.
-    gmsh.initialize(readConfigFiles=False, interruptible=False)
     log = GmshLog()
     try:
+        with held_back():  # an interrupt finds gmsh open or closed, not half of either
+            # A user's ~/.gmshrc must not change results, nor gmsh take over Ctrl-C and broken pipes.
+            gmsh.initialize(readConfigFiles=False, interruptible=False)
+            gmsh.option.setNumber("General.Terminal", 0)
+            gmsh.option.setNumber("General.NumThreads", threads)
+            gmsh.logger.start()
         _restore(handlers)
-        gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setNumber("General.NumThreads", threads)
-        gmsh.logger.start()
         yield log
     finally:
-        try:
-            log._end()  # noqa: SLF001 - the session and its log are one
-        finally:
-            gmsh.finalize()
+        with held_back():
+            if gmsh.isInitialized():
+                log._end()  # noqa: SLF001 - the session and its log are one
+                gmsh.finalize()
             _restore(handlers)
 
 

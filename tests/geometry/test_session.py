@@ -1,3 +1,4 @@
+import os
 import signal
 import threading
 
@@ -52,3 +53,23 @@ def test_a_session_opens_in_a_worker_thread():
     worker.start()
     worker.join()
     assert opened == [1]
+
+
+@pytest.mark.parametrize("module", ["option", "logger"])
+def test_an_interrupt_while_gmsh_opens_waits_until_it_is_open(monkeypatch, capfd, module):
+    name = {"option": "setNumber", "logger": "start"}[module]
+    plain = getattr(getattr(gmsh, module), name)
+
+    def interrupted(*arguments):
+        os.kill(os.getpid(), signal.SIGINT)
+        plain(*arguments)
+
+    monkeypatch.setattr(getattr(gmsh, module), name, interrupted)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), session():
+            pytest.fail("it is told at once")
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert not gmsh.isInitialized()
+    assert capfd.readouterr().err == ""
