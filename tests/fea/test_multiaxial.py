@@ -8,6 +8,10 @@ from fea.assess.crossland import crossland, crossland_factors
 from fea.assess.deviatoric import deviatoric
 from fea.choices import Symmetry
 from fea.cycle import multiaxial
+from fea.machine.clock import Clock
+from fea.pipeline import Analysis
+from fea.study.flags import Flags
+from fea.study.study import load_study
 from fea.units import RPM
 
 
@@ -34,3 +38,50 @@ def test_no_node_of_the_rod_is_worse(monkeypatch):
     assert short.max() < 1 + 1e-3
     assert np.median(short) > 0.9
     assert np.percentile(short, 5) > 0.8
+
+
+BUSHED = """
+[rod]
+preset = "leon-2001"
+bushing_mm = 2.0
+[material]
+preset = "leon-2001"
+[material.bushing]
+E_GPa = 110.0
+nu = 0.34
+density_kg_m3 = 8800
+yield_MPa = 4000.0
+ultimate_MPa = 4000.0
+endurance_MPa = {endurance}
+[engine]
+stroke_mm = 94.0
+bore_mm = 76.0
+piston_mass_kg = 1.3345
+gas = "leon-2001"
+"""
+
+
+@pytest.mark.parametrize("endurance", [1.0, 4000.0])
+def test_where_parts_meet_the_lesser_factor_counts_though_the_other_part_is_nearer_to_yielding(
+    tmp_path, endurance
+):
+    (tmp_path / "bushed.toml").write_text(BUSHED.format(endurance=endurance))
+    flags = Flags(size=14.0, cycle=True)
+    rod = Analysis(flags.applied(load_study(str(tmp_path / "bushed.toml"))), Clock())
+    found, whole = rod.at(6000.0).cycle, rod.mesh.whole
+    cycle = rod.cycle_analysis
+    weights = cycle.weights(rod.engine, rod.gas, 6000 * RPM, found.angles)
+    factors = np.full((2, len(whole.mesh.points)), np.nan)
+    for number, material in enumerate(rod.materials):
+        tensor = cycle.units.tensor(number, weights, whole)
+        own = ~np.isnan(tensor[:, 0, 0])
+        factors[number, own] = crossland_factors(deviatoric(tensor[own]), material)
+    shared = ~np.isnan(factors).any(axis=0)
+    assert (found.envelope.part[shared] == 0).any()  # by yielding alone the bushing would not be looked at
+    least = factors.min(axis=0)
+    worst, _ = multiaxial.worst_multiaxial(
+        found.envelope, cycle.units, weights, whole, rod.materials, counts=shared
+    )
+    best = crossland(deviatoric(worst.stress), rod.materials[worst.part])
+    assert best == pytest.approx(least[shared].min(), rel=1e-3)
+    assert (found.envelope.crossland_factor[shared] <= least[shared] * (1 + 1e-3)).all()
