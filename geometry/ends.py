@@ -13,8 +13,8 @@ ENDS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") i
 def held_back() -> Iterator[None]:
     """Put off these signals here, and in processes started meanwhile until these let them `through`.
 
-    The first that came is raised afterwards. Those that are ignored stay so; threads other than the main one
-    get none.
+    The first that came is raised afterwards. Those that are ignored stay so, and those that Python does not
+    handle, which it could not give back; threads other than the main one get none.
     """
     if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
         yield
@@ -22,7 +22,9 @@ def held_back() -> Iterator[None]:
     came: list[int] = []
     # A mask alone would do if this were the only thread: the system may hand a signal to any of them.
     handlers = {number: signal.getsignal(number) for number in ENDS}
-    awaited = {number: handler for number, handler in handlers.items() if handler is not signal.SIG_IGN}
+    awaited = {
+        number: handler for number, handler in handlers.items() if handler not in (signal.SIG_IGN, None)
+    }
     for number in awaited:
         signal.signal(number, lambda number, _frame: came.append(number))
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, awaited)
@@ -30,7 +32,7 @@ def held_back() -> Iterator[None]:
         yield
     finally:
         for number, handler in awaited.items():
-            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+            signal.signal(number, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         for number in came[:1]:
             signal.raise_signal(number)

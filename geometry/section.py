@@ -113,8 +113,7 @@ class HeightField:
         center = float(4 * weight @ (area * x)) / volume
         xx = float(4 * weight @ (area * (x - center) ** 2))
         yy, zz = float(4 * weight @ second), float(4 * weight @ cube / 3)
-        inertia = ((yy + zz, 0.0, 0.0), (0.0, xx + zz, 0.0), (0.0, 0.0, xx + yy))
-        return MassProperties(volume, (center, 0.0, 0.0), inertia)
+        return _mirrored_body(volume, center, (xx, yy, zz))
 
     def bushing(self) -> MassProperties:
         """Integrate those of the bushing alone; the rod has one."""
@@ -129,8 +128,7 @@ class HeightField:
         center = float((solid * x).sum()) / volume
         xx, yy = float((solid * (x - center) ** 2).sum()), float((solid * y**2).sum())
         zz = float((2 / 3 * weight * (z**3 - void**3)).sum())
-        inertia = ((yy + zz, 0.0, 0.0), (0.0, xx + zz, 0.0), (0.0, 0.0, xx + yy))
-        return MassProperties(volume, (center, 0.0, 0.0), inertia)
+        return _mirrored_body(volume, center, (xx, yy, zz))
 
     def _moments(self, x: Floats) -> tuple[Floats, Floats, Floats]:
         """Integrate z, z y² and z³ over y ≥ 0 at every `x`."""
@@ -188,6 +186,13 @@ class HeightField:
         seams += [np.full_like(x, level) for level in levels]
         stacked = np.stack([np.zeros_like(x), *seams, top], axis=-1)
         return np.sort(np.clip(stacked, 0.0, top[:, None]), axis=-1)
+
+
+def _mirrored_body(volume: float, center: float, squares: tuple[float, float, float]) -> MassProperties:
+    """Body of density 1 with the mirror planes y = 0 and z = 0, from integrals of (x − center)², y², z²."""
+    xx, yy, zz = squares
+    inertia = ((yy + zz, 0.0, 0.0), (0.0, xx + zz, 0.0), (0.0, 0.0, xx + yy))
+    return MassProperties(volume, (center, 0.0, 0.0), inertia)
 
 
 def _nodes(seams: Floats) -> tuple[Floats, Floats]:

@@ -6,13 +6,14 @@ The von Mises stress is the length of q, and a history of stress is a curve in t
 deviators are scalar products, and the smallest ball round the curve measures its amplitude.
 """
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 Reals = npt.NDArray[np.floating[Any]]  # of either precision
+Real = TypeVar("Real", bound=np.floating[Any])
 
 _ROOT = 3**0.5
 # Rows q₁…q₅ and σ_m, columns XX YY ZZ XY YZ XZ.
@@ -37,6 +38,12 @@ def deviatoric(history: Floats) -> Floats:
 def tensor(components: Floats) -> Floats:
     """Return stress (…, 6, n) of q and σ_m (…, 6, n)."""
     return np.asarray(TO_TENSOR @ components)
+
+
+def deviator_norm(components: npt.NDArray[Real]) -> npt.NDArray[Real]:
+    """Return the von Mises stress (n, n_instants) of q and σ_m (n, 6, n_instants)."""
+    q = components[:, :5]
+    return np.asarray(np.sqrt(np.einsum("nct,nct->nt", q, q)))
 
 
 def extreme_principals(components: Reals, equivalent: Reals) -> tuple[Reals, Reals]:

@@ -210,5 +210,7 @@ class CycleAnalysis:
 
 def _least(factor: Floats | None, counts: Mask) -> list[int]:
     """Node of the least factor among those that count; none where no strength is known."""
-    judged = np.full(counts.shape, np.nan) if factor is None else np.where(counts, factor, np.nan)
+    if factor is None:
+        return []
+    judged = np.where(counts, factor, np.nan)
     return [] if np.isnan(judged).all() else [int(np.nanargmin(judged))]

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from fea.assess.deviatoric import deviatoric
+from fea.assess.deviatoric import deviator_norm, deviatoric
 from fea.assess.fatigue import fatigue_factor
 from fea.cycle.analysis import CycleAnalysis
 from fea.cycle.path import Path, path
@@ -92,9 +92,3 @@ class PartRows:
         """No more than the fatigue factors of histories whose von Mises stress is at most `largest`."""
         none = np.zeros_like(largest)
         return np.minimum(self._fatigue(none, largest), self._fatigue(largest, none))
-
-
-def deviator_norm(stress: Floats) -> Floats:
-    """Return the von Mises stress (n, n_instants) of (n, 6, n_instants) in the components of `deviatoric`."""
-    q = stress[:, :5]
-    return np.asarray(np.sqrt(np.einsum("nct,nct->nt", q, q)))

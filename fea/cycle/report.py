@@ -29,9 +29,9 @@ def envelope_figures(
         "unmasked_max_von_mises_MPa": float(found.von_mises.max()),
         "unmasked_min_safety_factor": float(found.safety_factor.min()),
     }
-    fatigue = None if result.weakest is None else _place(result.weakest, result, materials, criterion)
-    multiaxial = (
-        None if result.multiaxial is None else _place(result.multiaxial, result, materials, criterion)
+    fatigue, multiaxial = (
+        None if spot is None else _place(spot, result, materials, criterion)
+        for spot in (result.weakest, result.multiaxial)
     )
     return {
         "min_safety_factor": float(found.safety_factor[worst]),

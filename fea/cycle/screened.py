@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.assess.deviatoric import deviatoric, extreme_principals
+from fea.assess.deviatoric import deviator_norm, deviatoric, extreme_principals
 from fea.assess.history import NO_SIGN, Extremes
 from fea.cycle.balls import distances_from_middle
 from fea.cycle.path import Path
@@ -140,13 +140,13 @@ class Block:
         """
         direction = worst[:, None, :5] / np.maximum(largest, _TINY)[:, None, None]
         along = (direction @ self._at_ends[:, :5])[:, 0]
-        equivalent = _equivalent(self._at_ends)
+        equivalent = deviator_norm(self._at_ends)
         against = -np.copysign(equivalent, along).min(axis=1)
         straight = _at_either_end(-along) + self._strays[0]
         upper = np.where(straight < 0, straight, _at_either_end(equivalent) + self._strays[0])
         for rows, _, stress in self._inside(upper[None], against[None]):
             along = (direction[rows] @ stress[:, :5])[:, 0]
-            signed = np.copysign(_equivalent(stress), along)
+            signed = np.copysign(deviator_norm(stress), along)
             against[rows] = np.maximum(against[rows], -signed.min(axis=1))
         return np.asarray(-against)
 
@@ -196,28 +196,23 @@ def _product(units: Floats, weights: Floats) -> Floats:
 
 def _three(stress: Floats) -> Floats:
     """Von Mises, largest and negative least principal stress (3, n, n_instants)."""
-    equivalent = _equivalent(stress)
+    equivalent = deviator_norm(stress)
     largest, least = extreme_principals(stress, equivalent)
     return np.stack([equivalent, largest, -least])
 
 
 def _one(stress: Floats) -> Floats:
     """Von Mises stress (1, n, n_instants)."""
-    return _equivalent(stress)[None]
+    return deviator_norm(stress)[None]
 
 
 def _bounds(units: Floats, strays: Floats) -> Floats:
     """Bounds (2, n, n_chords) on von Mises and principal stresses of what strays from the chords."""
-    equivalent = _equivalent(units)
+    equivalent = deviator_norm(units)
     strays = strays.astype(units.dtype)
     return np.stack(
         [_product(equivalent, strays), _product(np.abs(units[:, 5]) + 2 / 3 * equivalent, strays)]
     )
-
-
-def _equivalent(stress: Floats) -> Floats:
-    q = stress[:, :5]
-    return np.asarray(np.sqrt(np.einsum("nct,nct->nt", q, q)))
 
 
 def _at_either_end(values: Floats) -> Floats:

@@ -24,12 +24,12 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.assess.crossland import crossland_factors
-from fea.assess.deviatoric import extreme_principals
+from fea.assess.deviatoric import deviator_norm, extreme_principals
 from fea.assess.history import signed_equivalent
 from fea.assess.safety import CAP, safety_factor
 from fea.crank.cycle_table import cycle_angles
 from fea.cycle.analysis import CycleAnalysis
-from fea.cycle.part_rows import PartRows, deviator_norm
+from fea.cycle.part_rows import PartRows
 from fea.cycle.path import path
 from fea.cycle.unit_solutions import Weights
 from fea.cycle.worst import CasePeak, Place, Worst
