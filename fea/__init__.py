@@ -31,7 +31,7 @@ def run(study: str | Path = "leon-2001", **flags: Any) -> dict[str, Any] | list[
     geometry.invalid.InvalidValue
         A value breaks a rule.
     """
-    from fea.jobs.job import run_study
+    from fea.runs import run_study
     from fea.study.flags import python_flags
     from fea.study.study import load_study
 

@@ -2,6 +2,8 @@
 
 from enum import StrEnum
 
+from geometry.mirror import Mirror
+
 
 class Element(StrEnum):
     """Order of the tetrahedra."""
@@ -23,12 +25,12 @@ class Support(StrEnum):
 
 
 class Symmetry(StrEnum):
-    """Which part of the rod is solved."""
+    """Which part of the rod is solved: a mirror cell, or the smallest one that the rod has."""
 
     AUTO = "auto"
-    NONE = "none"
-    HALF = "half"
-    QUARTER = "quarter"
+    NONE = Mirror.NONE.value
+    HALF = Mirror.HALF.value
+    QUARTER = Mirror.QUARTER.value
 
 
 class SolverName(StrEnum):

@@ -7,7 +7,7 @@ from enum import StrEnum
 
 import gmsh
 
-from geometry.mirror import AXIS, Mirror
+from geometry.mirror import PLANE_AXIS, Mirror
 from geometry.outline import Outline
 from geometry.pocket import Pocket, web_pocket
 from geometry.rod import Rod
@@ -141,7 +141,7 @@ def surfaces(
 
     def surface(face: Face) -> Surface:
         for plane in mirror.planes:
-            axis = AXIS[plane]
+            axis = PLANE_AXIS[plane]
             if face.shape == "Plane" and max(abs(face.low[axis]), abs(face.high[axis])) < slack:
                 return plane
         return next((name for name, place in places.items() if face.about(*place)), Surface.FREE)

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from geometry.arrays import Floats
 from geometry.dimensions import dimensions
 from geometry.invalid import InvalidValue, require, require_positive
 from geometry.mass import MassProperties, joined
 from geometry.rod import Rod
 from geometry.section import HeightField
-from geometry.segments import Floats
 
 SPAN = 3.0  # a free dimension may grow or shrink by this factor
 _MET = 1e-3

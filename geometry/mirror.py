@@ -4,7 +4,8 @@ from enum import StrEnum
 
 from geometry.surfaces import Surface
 
-AXIS = {Surface.SYMMETRY_Y: 1, Surface.SYMMETRY_Z: 2}  # the normals of the mirror planes
+# Axis of the normal of each mirror plane.
+PLANE_AXIS = {Surface.SYMMETRY_X: 0, Surface.SYMMETRY_Y: 1, Surface.SYMMETRY_Z: 2}
 
 
 class Mirror(StrEnum):

@@ -6,9 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
+from geometry.arrays import Floats
 from geometry.bosses import Bosses, bosses
 from geometry.dimensions import Dimensions
-from geometry.segments import Arc, Floats, Line, Segment
+from geometry.segments import Arc, Line, Segment
 from geometry.tangency import Edge, fillet_center, foot, shank_edge
 
 

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geometry.arrays import Floats
 from geometry.dimensions import Dimensions
-from geometry.segments import Arc, Floats, Line, Point, Segment, half_chord, mirrored
+from geometry.segments import Arc, Line, Point, Segment, half_chord, mirrored
 from geometry.step import ring_steps
 from geometry.tangency import Edge
 

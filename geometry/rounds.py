@@ -5,15 +5,13 @@ from collections.abc import Iterator, Sequence
 
 import gmsh
 import numpy as np
-import numpy.typing as npt
 
+from geometry.arrays import Floats
 from geometry.faces import Face, Feature, FeatureKind
 from geometry.holes import inside
 
 # Steps over a face of no constant radius in each of its parameters.
 _STEPS = 8
-
-Floats = npt.NDArray[np.float64]
 
 
 def concave_rounds(faces: Sequence[Face], volumes: Sequence[int], length: float) -> Iterator[Feature]:

@@ -6,11 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
+from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from geometry.outline import Outline
 from geometry.pocket import Pocket, web_pocket
 from geometry.rod import Rod
-from geometry.segments import Floats, half_chord
+from geometry.segments import half_chord
 from geometry.slant import slanted_half_width
 from geometry.step import RingStep, ring_steps
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import gmsh
 
-from geometry.ends import ENDS, held_back
+from geometry.system.signals import ENDS, held_back
 
 # Those that gmsh changes.
 _SIGNALS = [*ENDS, *([signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else [])]

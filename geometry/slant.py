@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from geometry.arrays import Floats
 from geometry.dimensions import Dimensions
-from geometry.segments import Floats, Line, Segment
+from geometry.segments import Line, Segment
 
 
 def slanted_half_width(rod: Dimensions, x: Floats) -> Floats:

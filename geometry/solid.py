@@ -10,7 +10,7 @@ from geometry.errors import GeometryError
 from geometry.faces import Bore, Feature, faces_of, features, surfaces
 from geometry.invalid import require
 from geometry.mass import MassProperties, joined
-from geometry.mirror import AXIS, Mirror
+from geometry.mirror import PLANE_AXIS, Mirror
 from geometry.outline import Outline
 from geometry.rod import Rod
 from geometry.segments import Line, Segment, mirrored
@@ -149,5 +149,5 @@ def whole_mass(body: int, mirror: Mirror) -> MassProperties:
         raise GeometryError(f"the CAD kernel made a solid of volume {volume:g} mm³; it must be positive")
     mass = MassProperties(volume, (x, y, z), ((a, b, c), (d, e, f), (g, h, i)))
     for plane in mirror.planes:
-        mass = mass.reflected(AXIS[plane])
+        mass = mass.reflected(PLANE_AXIS[plane])
     return mass

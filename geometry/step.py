@@ -6,8 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from geometry.arrays import Floats
 from geometry.dimensions import Dimensions
-from geometry.segments import Arc, Floats, Line, Point, Segment, half_chord
+from geometry.segments import Arc, Line, Point, Segment, half_chord
 
 # The step begins this share of the ring's outer radius outside it, where it crosses the outline at an
 # angle; at the ring itself it would touch the outline tangentially.

@@ -12,10 +12,10 @@ import gmsh
 
 from geometry import kernel
 from geometry.errors import GeometryError
-from geometry.files import replaced
 from geometry.mirror import Mirror
 from geometry.rod import Rod
 from geometry.solid import build
+from geometry.system.files import replaced
 
 _KINDS = ("points", "curves", "surfaces", "solids")
 

@@ -5,18 +5,16 @@ from dataclasses import dataclass
 
 import gmsh
 import numpy as np
-import numpy.typing as npt
 
 from geometry import kernel
+from geometry.arrays import Floats
 from geometry.errors import GeometryError
-from geometry.mirror import AXIS, Mirror
+from geometry.mirror import PLANE_AXIS, Mirror
 
 # Of the rod's length.
 _SLACK = 1e-5
 # Places along each edge at which a face is held against its image.
 _PLACES = np.linspace(0.0, 1.0, 9)
-
-Floats = npt.NDArray[np.float64]
 
 
 def smallest_cell(volumes: Sequence[int], length: float) -> Mirror:
@@ -53,7 +51,7 @@ def cut_to(volumes: Sequence[int], mirror: Mirror, length: float) -> list[list[i
     far = 10 * length
     corner, size = [-far] * 3, [2 * far] * 3
     for plane in mirror.planes:
-        corner[AXIS[plane]], size[AXIS[plane]] = 0.0, far
+        corner[PLANE_AXIS[plane]], size[PLANE_AXIS[plane]] = 0.0, far
     kept = []
     with kernel.attempt("cut the solid at its mirror planes"):
         for volume in volumes:

@@ -13,9 +13,8 @@ from enum import StrEnum
 import numpy as np
 import numpy.typing as npt
 
+from geometry.arrays import Floats
 from geometry.invalid import InvalidValue, require, require_positive
-
-Floats = npt.NDArray[np.float64]
 
 
 class Shape(StrEnum):

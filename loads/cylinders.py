@@ -5,12 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.dynamics import Cycle, cycle
 from loads.engine import Engine
 from loads.gas import GasModel
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

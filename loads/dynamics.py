@@ -16,13 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.cases import RodMotion
 from loads.engine import Engine
 from loads.gas import GasModel
 from loads.slider_crank import Kinematics, kinematics
 
-Floats = npt.NDArray[np.float64]
 Pair = tuple[Floats, Floats]
 
 

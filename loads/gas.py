@@ -9,12 +9,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from geometry.arrays import Floats
 from geometry.invalid import require, require_number, require_positive
 from loads.engine import Engine
-
-Floats = npt.NDArray[np.float64]
 
 CYCLE = 4 * math.pi
 ATMOSPHERE = 0.101325  # MPa

@@ -5,15 +5,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.cases import LoadCase
 from loads.dynamics import Cycle, cycle, rod_motion
 from loads.engine import Engine
 from loads.gas import CYCLE, GasModel
 
-Floats = npt.NDArray[np.float64]
 Measure = Callable[[Cycle], Floats]
 
 # Half a degree finds every peak of the motion, a trace's own samples every peak of the pressure; the second

@@ -6,15 +6,15 @@ rod length l and pin offset e, the crank pin is at (r cos θ, r sin θ), the pis
     l sin β = r sin θ − e,      x = r cos θ + l cos β.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from geometry.arrays import Floats
 from geometry.invalid import InvalidValue
 from loads.engine import Engine
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -90,3 +90,8 @@ def _turning(speed: npt.ArrayLike) -> Floats:
         worst = float(omega.min()) if np.isfinite(omega).all() else "not finite"
         raise InvalidValue("crank speed (rad/s)", worst, "must be finite and not negative")
     return omega
+
+
+def cycle_angles(step_deg: float = 1.0) -> Floats:
+    """Crank angles of one four-stroke cycle, both ends included, rad."""
+    return np.arange(0, 720 + step_deg / 2, step_deg) * (math.pi / 180)

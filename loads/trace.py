@@ -4,12 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from geometry.arrays import Floats
 from geometry.invalid import InvalidValue, require
 from loads.gas import ATMOSPHERE, CYCLE, LARGEST_PEAK, too_high
-
-Floats = npt.NDArray[np.float64]
 
 _SMALLEST_PEAK = 0.1  # MPa: no engine that compresses at all stays below it
 _IDLING_PEAK = 2.0  # MPa: only engines at idle or motored stay below it

@@ -6,15 +6,16 @@ from dataclasses import replace
 import gmsh
 import numpy as np
 
+from geometry.arrays import Ints
+from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
 from mesh.errors import MeshError
-from mesh.mirror import PLANE_AXIS
 from mesh.outward import outward
 from mesh.quality import LEAST_SCALED_JACOBIAN, Quality, measure, mended, scaled_jacobian
 from mesh.repair import NOTHING, Repair, UnsoundMeshError, of_crossing, of_elements
 from mesh.size_field import SizeField
 from mesh.sizing import Refinement, Sizing, apply
-from mesh.tetmesh import Ints, TetMesh
+from mesh.tetmesh import TetMesh
 
 _ON_ERROR, _STOP = "General.AbortOnError", 1  # stop meshing, throw nothing
 _TET = {1: 4, 2: 11}  # gmsh's element types

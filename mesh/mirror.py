@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from geometry.arrays import Floats, Ints
+from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
-from mesh.tetmesh import Floats, Ints, TetMesh
-
-PLANE_AXIS = {Surface.SYMMETRY_X: 0, Surface.SYMMETRY_Y: 1, Surface.SYMMETRY_Z: 2}
+from mesh.tetmesh import TetMesh
 
 # A reflection turns an element inside out; exchanging two vertices turns it back.
 _TET_TURN = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]}

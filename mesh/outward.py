@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from geometry.arrays import Ints
 from mesh.errors import MeshError
-from mesh.tetmesh import Ints, TetMesh
+from mesh.tetmesh import TetMesh
 
 # The faces of a positively oriented tetrahedron, seen from outside counter-clockwise.
 _FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from mesh.tetmesh import Ints, TetMesh
+from geometry.arrays import Ints
+from mesh.tetmesh import TetMesh
 
 # The faces of a tetrahedron by its vertices.
 _FACES = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))

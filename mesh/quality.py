@@ -5,7 +5,8 @@ from math import factorial
 
 import numpy as np
 
-from mesh.tetmesh import EDGES, Floats, Ints, TetMesh
+from geometry.arrays import Floats, Ints
+from mesh.tetmesh import EDGES, TetMesh
 
 # An element whose Jacobian falls below this share of its straight volume is too bent to trust.
 LEAST_SCALED_JACOBIAN = 0.05

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from geometry.arrays import Ints
 from geometry.surfaces import Surface
-from mesh.tetmesh import EDGES, Ints, TetMesh
+from mesh.tetmesh import EDGES, TetMesh
 
 # Of a ten-node tetrahedron: the four corners, and the octahedron between them cut around a diagonal.
 _CORNERS = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]]

@@ -11,8 +11,8 @@ import gmsh
 import numpy as np
 from scipy.spatial import KDTree
 
+from geometry.arrays import Floats
 from mesh.errors import MeshError
-from mesh.tetmesh import Floats
 
 _MESH_ADAPT = 1  # gmsh's number
 _SURFACE, _CURVE = 2, 1

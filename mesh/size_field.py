@@ -6,7 +6,7 @@ import gmsh
 import numpy as np
 from scipy.spatial import KDTree
 
-from mesh.tetmesh import Floats, Ints
+from geometry.arrays import Floats, Ints
 
 # Places looked at when sizes are kept from jumping: the smallest sizes matter, and they are near.
 _NEIGHBOURS = 64

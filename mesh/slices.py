@@ -5,12 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from geometry.arrays import Floats, Ints
 from geometry.section import Section
-from mesh.tetmesh import Floats, TetMesh
-
-Ints = npt.NDArray[np.int64]
+from mesh.tetmesh import TetMesh
 
 # The eight tetrahedra of a second-order one, of its nodes in VTK's order: four at the vertices, four around
 # the diagonal 6–8 of what is left between them.

@@ -2,13 +2,8 @@
 
 from dataclasses import dataclass, field
 
-import numpy as np
-import numpy.typing as npt
-
+from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Vertex pairs of the mid-edge nodes 4…9, in VTK's order (gmsh swaps the last two).
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))

@@ -1,10 +1,8 @@
 """Smallest balls round many paths at once."""
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from geometry.arrays import Floats, Ints
 
 # Relative: a radius is never too small, and too large by this part of itself at most.
 TOLERANCE = 1e-3

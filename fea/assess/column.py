@@ -10,12 +10,10 @@ from enum import StrEnum
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import eigh
 
+from geometry.arrays import Floats
 from geometry.section import Section
-
-Floats = npt.NDArray[np.float64]
 
 
 class Plane(StrEnum):

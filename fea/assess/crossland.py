@@ -6,14 +6,12 @@ tension) and t (fully reversed torsion): β = t, α = 3t/f − √3.
 """
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.assess.ball import ball_radii
 from fea.assess.safety import CAP
 from fea.material import Material
+from geometry.arrays import Floats
 from geometry.invalid import require
-
-Floats = npt.NDArray[np.float64]
 
 # t/f of 31 wrought steels: 0.60 ± 0.03, all within 0.52…0.69 (Forrest 1962, as table 6-14 of Budynas &
 # Nisbett, Shigley's Mechanical Engineering Design, 9th ed.). Aluminium has 0.55 there, titanium 0.48: below

@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Reals = npt.NDArray[np.floating[Any]]  # of either precision
+from geometry.arrays import Floats, Reals
+
 Real = TypeVar("Real", bound=np.floating[Any])
 
 _ROOT = 3**0.5

@@ -8,13 +8,11 @@ is not counted as a benefit: then n = S_e/σ_a.
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.assess.safety import CAP
 from fea.choices import Fatigue
 from fea.material import Material
-
-Floats = npt.NDArray[np.float64]
+from geometry.arrays import Floats
 
 
 def goodman(mean: Floats, amplitude: Floats, endurance: float, ultimate: float) -> Floats:

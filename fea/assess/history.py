@@ -11,13 +11,10 @@ fail for alternating torsion, where both give R = 0 for R = −1 and half the am
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.assess.deviatoric import extreme_principals
 from fea.assess.safety import CAP
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from geometry.arrays import Floats, Ints
 
 # Mean stress below this part of the von Mises stress has no sign: pure shear counts as tension.
 NO_SIGN = 1e-9

@@ -1,10 +1,8 @@
 """Safety against yielding."""
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from geometry.arrays import Floats, Ints
 
 # Where stress vanishes the factor has no bound; this one keeps colour scales readable.
 CAP = 100.0

@@ -10,10 +10,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+from geometry.arrays import Floats, Mask
 
 # A peak is called converged within this, unless another tolerance is asked for: less than a pressure's
 # assumed distribution or a material's strength is known to.

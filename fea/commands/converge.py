@@ -55,7 +55,7 @@ def converge(
 
         sys.stdout.write(json_text([row.as_dict() for row in found.rows], _DIGITS))
     elif not quiet:
-        from fea.terminal.converge_table import print_comparison
+        from fea.verify.converge.terminal import print_comparison
 
         rod = [row for row in found.rows if row.computation.problem == "rod"]
         print_comparison(found.rows, advice(rod, found.references["rod"].uncertainty_percent))

@@ -36,7 +36,7 @@ def loads(
     quiet
         Print nothing.
     """
-    from fea.jobs.cycle_job import study_cycles
+    from fea.analysis.rod_mass import study_cycles
     from fea.output.target import require_target
     from fea.study.flags import Flags
     from fea.study.study import load_study
@@ -47,12 +47,12 @@ def loads(
     _keep_trace(asked, csv)
     reports = study_cycles(asked, every_cylinder=cylinders == "all")
     if csv is not None:
-        from fea.crank.cycle_report import stacked
-        from fea.output.cycle import write_cycle_csv
+        from fea.analysis.force_report import stacked
+        from fea.output.forces_csv import write_cycle_csv
 
         write_cycle_csv(csv, stacked(reports))
     if plot is not None:
-        from fea.output.cycle_plots import plot_cycles
+        from fea.output.plots.forces import plot_cycles
 
         plot_cycles(plot, reports, asked.name)
     if json:
@@ -61,7 +61,7 @@ def loads(
         figures = [{"study": asked.name} | report.as_dict() for report in reports]
         sys.stdout.write(json_text(figures[0] if len(figures) == 1 else figures))
     elif not quiet:
-        from fea.output.cycle_extremes import print_cycles
+        from fea.output.terminal.forces import print_cycles
 
         print_cycles(reports, asked.name)
         for path in filter(None, (csv, plot)):

@@ -37,7 +37,7 @@ def modes(
     quiet
         Print nothing.
     """
-    from fea.jobs.modes import modes_report
+    from fea.analysis.modes import modes_report
     from fea.output.target import require_target
     from fea.study.flags import Flags
     from fea.study.study import load_study
@@ -54,7 +54,7 @@ def modes(
 
         sys.stdout.write(json_text(figures))
     elif not quiet:
-        from fea.terminal.modes_table import print_modes
+        from fea.output.terminal.modes import print_modes
 
         print_modes(figures)
         if vtu is not None:

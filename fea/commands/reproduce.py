@@ -41,7 +41,7 @@ def reproduce(
         rows = [row.as_dict() for table in tables for row in table.rows]
         sys.stdout.write(json_text(rows, _DIGITS))
     elif not quiet:
-        from fea.terminal.reproduction_table import print_reproduction
+        from fea.verify.reproduce.terminal import print_reproduction
 
         print_reproduction(tables)
         if report is not None:

@@ -53,7 +53,7 @@ def rod(
 
     asked = Flags(size=size).applied(load_study(study))
     if fit is not None:
-        from fea.jobs.rod_fit import fitted
+        from fea.analysis.rod_fit import fitted
 
         table, found = fitted(asked, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
         if json:
@@ -67,7 +67,7 @@ def rod(
             sys.stderr.write(f"fea: {found.text()}. The rod that comes nearest is given\n")
         return 0 if found.met else CHECK_FAILED
 
-    from fea.jobs.rod_report import rod_report
+    from fea.analysis.rod_report import rod_report
 
     _require_plain(step, mass_kg, center_of_gravity_mm, inertia_kg_m2)
     report = rod_report(asked)
@@ -80,7 +80,7 @@ def rod(
             export_step(asked.rod.solid(), step)
         written.append(step)
     if screenshot:
-        from fea.pictures.picture import picture_of_mesh
+        from fea.output.pictures.picture import picture_of_mesh
 
         written.append(picture_of_mesh(report.mesh.whole.mesh, asked.name, Path("results")))
     figures = report.figures()
@@ -89,7 +89,7 @@ def rod(
 
         sys.stdout.write(json_text(figures))
     elif not quiet:
-        from fea.terminal.rod_table import print_rod
+        from fea.output.terminal.rod import print_rod
 
         print_rod(figures)
         for path in written:

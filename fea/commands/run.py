@@ -38,8 +38,8 @@ def run(
     limit_threads(threads)
     asked = flags.applied(load_study(study))
 
-    from fea.jobs.job import run_study
     from fea.machine.progress import stages
+    from fea.runs import run_study
 
     with stages(silent=quiet or json) as listener:
         reports = run_study(asked, listener)
@@ -50,7 +50,7 @@ def run(
         sys.stdout.write(json_text(summaries[0] if len(summaries) == 1 else summaries))
     elif not quiet:
         from fea.output.target import near
-        from fea.terminal.table import print_runs
+        from fea.output.terminal.run import print_runs
 
         print_runs([(report.folder, report.summary) for report in reports])
         for film in filter(None, (report.film for report in reports)):
@@ -63,7 +63,7 @@ def run(
 
 def verdict(summaries: list[dict[str, Any]], min_safety: float | None) -> int:
     """Exit code of finished runs: a failed check wins over a low safety factor."""
-    from fea.jobs.report import worst_safety
+    from fea.analysis.summary import worst_safety
 
     if not all(figures["trusted"] for figures in summaries):
         return CHECK_FAILED

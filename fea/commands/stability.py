@@ -29,7 +29,7 @@ def stability(*cases: str, json: bool = False, report: Path | None = None, quiet
     with stages(silent=quiet) as listener:
         rows = compute(cases, listener)
     if report is not None:
-        from fea.output.stability_report import write_report
+        from fea.verify.stability.report import write_report
 
         target = report.name if report.is_absolute() else report.as_posix()
         write_report(report, rows, " ".join(["fea stability", *cases, f"--report {target}"]))
@@ -38,7 +38,7 @@ def stability(*cases: str, json: bool = False, report: Path | None = None, quiet
 
         sys.stdout.write(json_text([row.as_dict() for row in rows], _DIGITS))
     elif not quiet:
-        from fea.terminal.stability_table import print_stability
+        from fea.verify.stability.terminal import print_stability
 
         print_stability(rows)
         if report is not None:

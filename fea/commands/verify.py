@@ -38,7 +38,7 @@ def verify(*cases: str, json: bool = False, report: Path | None = None, quiet: b
 
         sys.stdout.write(json_text([row.as_dict() for row in rows], _DIGITS))
     elif not quiet:
-        from fea.terminal.verification_table import print_verification
+        from fea.verify.terminal import print_verification
 
         print_verification(rows)
         if report is not None:

@@ -19,8 +19,8 @@ def view(file: Path, *, field: str | None = None, out: Path | None = None) -> No
     out
         The .png file to write; beside the result by default.
     """
+    from fea.output.pictures.picture import picture_of
     from fea.output.target import require_target
-    from fea.pictures.picture import picture_of
 
     require_target("--out", out, (".png",))
     picture = picture_of(file, out or file.with_suffix(".png"), field)

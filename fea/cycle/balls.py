@@ -1,18 +1,15 @@
 """Balls round many paths, quickly found and not quite the smallest."""
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.floating[Any]]
+from geometry.arrays import Reals
 
 # How often a ball grows.
 GROWTHS = 4
 _TINY = 1e-30
 
 
-def distances_from_middle(paths: Floats, start: Floats) -> Floats:
+def distances_from_middle(paths: Reals, start: Reals) -> Reals:
     """Distances (n, n_points) of the points of paths from the centre of a ball that nearly holds them.
 
     It begins half way from `start` to the point farthest from it, and grows towards what lies outside (Ritter
@@ -37,6 +34,6 @@ def distances_from_middle(paths: Floats, start: Floats) -> Floats:
     return np.asarray(np.sqrt(np.maximum(_square_distances(paths, squares, center), 0)))
 
 
-def _square_distances(paths: Floats, squares: Floats, center: Floats) -> Floats:
+def _square_distances(paths: Reals, squares: Reals, center: Reals) -> Reals:
     along = (center[:, None] @ paths)[:, 0]
     return np.asarray(squares - 2 * along + (center**2).sum(axis=1)[:, None])

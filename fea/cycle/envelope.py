@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from fea.assess.case_result import CaseResult
 from fea.assess.crossland import crossland_bound
 from fea.assess.fatigue import fatigue_factor
 from fea.assess.safety import safety_factor
@@ -16,12 +17,9 @@ from fea.cycle.path import path
 from fea.cycle.screened import Reach, extremes
 from fea.cycle.unit_solutions import PartStress, UnitSolutions, Weights
 from fea.material import Material
-from fea.results import CaseResult
 from fea.units import DEG
+from geometry.arrays import Floats, Ints
 from mesh.mirror import MirroredMesh
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Written in place of a fatigue factor where a part's strengths are not known: NaN spoils ranges and filters.
 NOT_JUDGED = -1.0

@@ -8,7 +8,6 @@ degree. So the array is complete, never hopeful, and its least value is the rod'
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.assess.crossland import crossland_factors
 from fea.assess.deviatoric import deviatoric
@@ -16,10 +15,8 @@ from fea.cycle.envelope import Envelope
 from fea.cycle.spots import Spot, spots
 from fea.cycle.unit_solutions import UnitSolutions, Weights
 from fea.material import Material
+from geometry.arrays import Floats, Mask
 from mesh.mirror import MirroredMesh
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 BLOCK = 64  # places worked out at a time
 

@@ -1,17 +1,14 @@
 """Stress of the nodes of a part and of their images over a cycle, and bounds on it (`fea.cycle.search`)."""
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.assess.deviatoric import deviator_norm, deviatoric
 from fea.assess.fatigue import fatigue_factor
-from fea.cycle.analysis import CycleAnalysis
 from fea.cycle.path import Path, path
 from fea.cycle.screened import Block, product
+from fea.cycle.superposition import CycleAnalysis
 from fea.cycle.unit_solutions import Weights
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from geometry.arrays import Floats, Ints
 
 # Nodes bounded at once.
 _NODES = 2000

@@ -9,12 +9,9 @@ where the others need not be looked at, and nothing is lost.
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.cycle.unit_solutions import Weights
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from geometry.arrays import Floats, Ints
 
 # Instants from one end of a chord to the other.
 CHORD = 15

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.assess.deviatoric import deviator_norm, deviatoric, extreme_principals
 from fea.assess.history import NO_SIGN, Extremes
@@ -19,9 +18,7 @@ from fea.cycle.balls import distances_from_middle
 from fea.cycle.path import Path
 from fea.cycle.unit_solutions import PartStress, Weights
 from fea.machine.threads import side_by_side
-
-Floats = npt.NDArray[np.floating[Any]]
-Ints = npt.NDArray[np.int64]
+from geometry.arrays import Ints, Reals
 
 # Bytes of stress at the ends of chords formed at a time in each thread; what is made of it takes about
 # three times that.
@@ -79,7 +76,7 @@ class Block:
     """
 
     def __init__(
-        self, even: Floats, odd: Floats, path: Path, sides: tuple[int, ...], *, principals: bool = True
+        self, even: Reals, odd: Reals, path: Path, sides: tuple[int, ...], *, principals: bool = True
     ) -> None:
         self._even, self._odd, self._path, self._sides = even, odd, path, sides
         self._measures = _three if principals else _one
@@ -97,12 +94,12 @@ class Block:
         tension = np.minimum(self._tension(), largest[1])
         return Reach(largest[0], instant, largest[1], -largest[2], highest, lowest, radius, tension)
 
-    def _radius(self, worst: Floats) -> Floats:
+    def _radius(self, worst: Reals) -> Reals:
         """Radius (n_rows,) of a ball that holds every path, by the ends of chords and how far it strays."""
         distance = distances_from_middle(self._at_ends[:, :5], worst[:, :5])
         return np.asarray((_at_either_end(distance) + self._strays[0]).max(axis=1))
 
-    def _tension(self) -> Floats:
+    def _tension(self) -> Reals:
         """No less than the largest mean stress (n_rows,)."""
         strays = self._strays[1] - 2 / 3 * self._strays[0]
         return np.asarray((_at_either_end(self._at_ends[:, 5]) + strays).max(axis=1))
@@ -112,12 +109,12 @@ class Block:
         largest, _, worst = self._largest()
         return self._signed(largest[0], worst)
 
-    def _signed(self, largest: Floats, worst: Floats) -> tuple[Any, Any]:
+    def _signed(self, largest: Reals, worst: Reals) -> tuple[Any, Any]:
         least = self._least(largest, worst)
         compressed = worst[:, 5] < -NO_SIGN * largest
         return np.where(compressed, -least, largest), np.where(compressed, -largest, least)
 
-    def _largest(self) -> tuple[Floats, Ints, Floats]:
+    def _largest(self) -> tuple[Reals, Ints, Reals]:
         """Largest measures (k, n_rows); instant and stress (n_rows, 6) of the largest von Mises stress."""
         at_ends = self._measures(self._at_ends)
         end = at_ends[0].argmax(axis=1)
@@ -133,7 +130,7 @@ class Block:
             largest[:, rows] = np.maximum(largest[:, rows], found)
         return largest, instant, worst
 
-    def _least(self, largest: Floats, worst: Floats) -> Floats:
+    def _least(self, largest: Reals, worst: Reals) -> Reals:
         """Least von Mises stress (n_rows,), negative where the stress points against the worst.
 
         It is no less than the part of q along the worst q, which strays from its chord as little.
@@ -150,11 +147,11 @@ class Block:
             against[rows] = np.maximum(against[rows], -signed.min(axis=1))
         return np.asarray(-against)
 
-    def _stress(self, weights: Weights) -> Floats:
+    def _stress(self, weights: Weights) -> Reals:
         even, odd = product(self._even, weights[0]), product(self._odd, weights[1])
         return np.concatenate([even + odd if side > 0 else even - odd for side in self._sides])
 
-    def _inside(self, upper: Floats, reached: Floats) -> Iterator[tuple[Ints, int, Floats]]:
+    def _inside(self, upper: Reals, reached: Reals) -> Iterator[tuple[Ints, int, Reals]]:
         """Yield rows, first instant and stress (m, 6, n) inside the chords that may exceed what is reached.
 
         Parameters
@@ -174,13 +171,13 @@ class Block:
                 yield rows, instants.start, even + side * odd
 
 
-def product(units: Floats, weights: Floats) -> Floats:
+def product(units: Reals, weights: Reals) -> Reals:
     """Stress (n, 6, n_instants): units (n, 6, n_units) times weights (n_units, n_instants)."""
     flat = units.reshape(-1, units.shape[2])
     return _product(flat, weights.astype(units.dtype)).reshape(len(units), 6, -1)
 
 
-def _product(units: Floats, weights: Floats) -> Floats:
+def _product(units: Reals, weights: Reals) -> Reals:
     """Multiply (n, k) by (k, m) in slabs of rows that BLAS leaves to the thread that asks."""
     slab = max(1, SLAB // max(1, weights.size))
     whole = len(units) // slab * slab
@@ -194,19 +191,19 @@ def _product(units: Floats, weights: Floats) -> Floats:
     return found
 
 
-def _three(stress: Floats) -> Floats:
+def _three(stress: Reals) -> Reals:
     """Von Mises, largest and negative least principal stress (3, n, n_instants)."""
     equivalent = deviator_norm(stress)
     largest, least = extreme_principals(stress, equivalent)
     return np.stack([equivalent, largest, -least])
 
 
-def _one(stress: Floats) -> Floats:
+def _one(stress: Reals) -> Reals:
     """Von Mises stress (1, n, n_instants)."""
     return deviator_norm(stress)[None]
 
 
-def _bounds(units: Floats, strays: Floats) -> Floats:
+def _bounds(units: Reals, strays: Reals) -> Reals:
     """Bounds (2, n, n_chords) on von Mises and principal stresses of what strays from the chords."""
     equivalent = deviator_norm(units)
     strays = strays.astype(units.dtype)
@@ -215,7 +212,7 @@ def _bounds(units: Floats, strays: Floats) -> Floats:
     )
 
 
-def _at_either_end(values: Floats) -> Floats:
+def _at_either_end(values: Reals) -> Reals:
     return np.maximum(values[..., :-1], values[..., 1:])
 
 

@@ -21,26 +21,23 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.assess.crossland import crossland_factors
 from fea.assess.deviatoric import deviator_norm, extreme_principals
 from fea.assess.history import signed_equivalent
 from fea.assess.safety import CAP, safety_factor
-from fea.crank.cycle_table import cycle_angles
-from fea.cycle.analysis import CycleAnalysis
 from fea.cycle.part_rows import PartRows
 from fea.cycle.path import path
+from fea.cycle.superposition import CycleAnalysis
 from fea.cycle.unit_solutions import Weights
 from fea.cycle.worst import CasePeak, Place, Worst
 from fea.units import RPM
+from geometry.arrays import Floats
 from loads.cases import LoadCase
 from loads.engine import Engine
 from loads.gas import GasModel
 from loads.peaks import peak_cases
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from loads.slider_crank import cycle_angles
 
 # Speeds at which every place is bounded; between them bounds are interpolated.
 ANCHORS = 9

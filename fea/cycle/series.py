@@ -20,12 +20,10 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 
+from geometry.arrays import Floats, Ints
 from loads.bearing import Arc
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 Wave = Callable[[Floats], Floats]
 
 # Largest error of the series anywhere on the bore, in parts of the peak pressure, where the pressure is

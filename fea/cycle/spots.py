@@ -4,15 +4,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.assess.deviatoric import tensor
 from fea.assess.history import signed_equivalent
 from fea.cycle.unit_solutions import UnitSolutions, Weights
+from geometry.arrays import Floats
 from mesh.mirror import MirroredMesh
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 COUNT = 5
 # Places nearer to each other than this part of the rod's length are one place.

@@ -9,22 +9,19 @@ from dataclasses import dataclass
 from functools import cached_property, reduce
 
 import numpy as np
-import numpy.typing as npt
 
-from fea.case_loads import Bores
 from fea.choices import Support
 from fea.cycle.series import coefficients, series, skewed
+from fea.rod.case_forces import Bores
 from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction, wrapped
 from fea.solid.inertia import Inertia
 from fea.solid.tilt import Tilt
 from fea.units import DEG
+from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from loads.bearing import Arc, BorePressure, Shape
 from loads.cases import RodMotion
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Skewness of a bore's pressure above which its own harmonics are solved for.
 SKEWED = 2e-3

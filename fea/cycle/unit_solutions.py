@@ -6,19 +6,17 @@ from functools import partial
 from itertools import pairwise, product, starmap, zip_longest
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.assess.deviatoric import deviatoric
 from fea.cycle.unit_loads import Fields, UnitLoads
 from fea.machine.threads import side_by_side
 from fea.material import Material
 from fea.solid.parity import Parity, Split
-from fea.solvers.solve import Model, Solution
+from fea.solvers.static import Model, Solution
 from fea.stress.part_recovery import PartRecovery
+from geometry.arrays import Floats, Ints
 from mesh.mirror import MirroredMesh
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 # Of the even and of the odd unit loads, each (n_units, n_instants).
 Weights = tuple[Floats, Floats]
 

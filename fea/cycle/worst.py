@@ -2,12 +2,8 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
+from geometry.arrays import Floats
 from loads.cases import LoadCase
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -98,7 +98,7 @@ def _library(what: str, package: str, code: str, remedy: str) -> Finding:
 
 
 def _pardiso() -> Finding:
-    complaint = _tried("from fea.solvers.pardiso import PardisoCholesky; PardisoCholesky(1)")
+    complaint = _tried("from fea.solvers.linear.pardiso import PardisoCholesky; PardisoCholesky(1)")
     if complaint is None:
         found = f"Pardiso (pypardiso {importlib.metadata.version('pypardiso')})"
         return Finding("linear solver", found, good=True, needed=False, remedy="")
@@ -115,7 +115,7 @@ def _pardiso() -> Finding:
 
 
 def _rendering() -> Finding:
-    complaint = _tried("from fea.pictures.picture import try_rendering; try_rendering()")
+    complaint = _tried("from fea.output.pictures.picture import try_rendering; try_rendering()")
     found = complaint or f"VTK {importlib.metadata.version('vtk')}, off-screen"
     return Finding("pictures", found, complaint is None, needed=False, remedy=_APT)
 

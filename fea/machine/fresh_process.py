@@ -11,7 +11,7 @@ from multiprocessing.context import ForkServerContext, SpawnContext
 from typing import TypeVar
 
 from fea.machine.signals import interrupt_once
-from geometry.ends import held_back, through
+from geometry.system.signals import held_back, through
 
 Result = TypeVar("Result")
 

@@ -13,13 +13,12 @@ from collections.abc import Callable
 from typing import IO
 
 from fea.machine.streams import outlet
-from geometry.ends import ENDS
+from geometry.system.signals import ENDS, die_with_parent
 
 MACHINE = 7
 _MIB = 2**20
 # Below this some libraries neither load nor fail: they wait for memory without end.
 LEAST = 512 * _MIB
-_PR_SET_PDEATHSIG = 1
 _LONGEST_REASON = 200
 
 
@@ -72,7 +71,7 @@ def _run(job: Callable[[], int], tell: int, chatter: IO[bytes]) -> None:
     """In the child: do the job, say its code and end, without the clean-up that would need memory."""
     code: int | None = None
     try:
-        _die_with_parent()
+        die_with_parent()
         _keep_apart(chatter)
         code = job()
     except SystemExit as leaving:
@@ -96,16 +95,6 @@ def _keep_apart(chatter: IO[bytes]) -> None:
         setattr(sys, name, own)
         setattr(sys, f"__{name}__", own)
         os.dup2(chatter.fileno(), descriptor)
-
-
-def _die_with_parent() -> None:
-    """Ask the system to end this process when its parent is killed."""
-    if not sys.platform.startswith("linux"):
-        return
-    with contextlib.suppress(Exception):  # it is a courtesy
-        import ctypes  # noqa: PLC0415
-
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def _forward_interrupts(child: int) -> None:

@@ -4,7 +4,7 @@ import signal
 import threading
 import time
 
-from geometry.ends import ENDS
+from geometry.system.signals import ENDS
 
 _CALM = 1.0  # seconds from one to the next that counts
 

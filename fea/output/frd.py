@@ -3,9 +3,8 @@
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from geometry.arrays import Floats
 
 _NODE = slice(3, 13)
 _WIDTH = 12

@@ -8,7 +8,8 @@ import numpy.typing as npt
 
 from fea.material import Material
 from fea.output.text import write_text
-from mesh.tetmesh import Floats, TetMesh
+from geometry.arrays import Floats
+from mesh.tetmesh import TetMesh
 
 # The ten-node tetrahedron numbers its mid-edge nodes as VTK does, so the nodes go as they are.
 _ELEMENT = {1: "C3D4", 2: "C3D10"}

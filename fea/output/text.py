@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from fea.output.errors import StorageError
-from geometry.files import replaced
+from geometry.system.files import replaced
 
 
 def write_text(path: Path, text: str) -> None:

@@ -10,10 +10,8 @@ from scipy import sparse
 from fea.material import Material, Materials
 from fea.solid.elasticity import node_pair_blocks
 from fea.solid.integration import gauss_blocks, stiffness_degree
+from geometry.arrays import Floats, Ints
 from mesh.tetmesh import EDGES, TetMesh
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)

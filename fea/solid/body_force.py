@@ -2,15 +2,11 @@
 
 from collections.abc import Callable
 
-import numpy as np
-import numpy.typing as npt
-
 from fea.solid.element import tabulate
 from fea.solid.integration import VOLUME_DEGREE, volume_points
 from fea.solid.traction import scattered
+from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 
 def body_forces(mesh: TetMesh, field: Callable[[Floats], Floats]) -> Floats:

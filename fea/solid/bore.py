@@ -4,15 +4,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.solid.clip import parts_within
 from fea.solid.element import shape_functions, tabulate
+from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Enough for the harmonics of a cycle, whose higher ones turn once within a few of the coarsest facets.
 FACET_DEGREE = 10

@@ -6,16 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from fea.solid.bore import (
-    BoreFacets,
-    FacetPoints,
-    Floats,
-    facets_within,
-    radial_forces,
-    radial_traction,
-    wrapped,
-)
+from fea.solid.bore import BoreFacets, FacetPoints, facets_within, radial_forces, radial_traction, wrapped
 from fea.solid.parity import Split
+from geometry.arrays import Floats
 
 # Two angles this near are one, rad: an arc's end there is at a node.
 ANGLE_DECIMALS = 9

@@ -1,10 +1,8 @@
 """The parts of triangles in which a function, linear between the corners, lies between two values."""
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from geometry.arrays import Floats, Ints
 
 _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 

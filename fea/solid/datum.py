@@ -1,13 +1,11 @@
 """Displacement seen from the bores instead of from the restraints."""
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.solid.bore import bore_facets
+from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 
 def bore_mean(mesh: TetMesh, surface: Surface, field: Floats) -> Floats:

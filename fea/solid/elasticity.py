@@ -1,13 +1,10 @@
 """The isotropic operator on Gauss points: stiffness and stress."""
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.material import Constants, Material
 from fea.solid.integration import GaussBlock
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from geometry.arrays import Floats, Ints
 
 # Components of a symmetric tensor in VTK's order.
 COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))

@@ -4,11 +4,10 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 from skfem import ElementTetP1, ElementTetP2, ElementTriP1, ElementTriP2
 from skfem.quadrature import get_quadrature
 
-Floats = npt.NDArray[np.float64]
+from geometry.arrays import Floats
 
 _ELEMENTS = {4: ElementTetP1, 10: ElementTetP2, 3: ElementTriP1, 6: ElementTriP2}
 

@@ -1,15 +1,12 @@
 """The stiffness a stress lends to displacements across it."""
 
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 
 from fea.material import Constants, Material, Materials
 from fea.solid.integration import gauss_blocks
+from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # The stress of second-order elements is linear, and their gradients are.
 _DEGREE = {4: 0, 10: 3}

@@ -3,17 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.solid.element import tabulate
 from fea.solid.integration import VOLUME_DEGREE, volume_points
 from fea.solid.parity import Split
+from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from geometry.surfaces import Surface
 from loads.cases import RodMotion
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

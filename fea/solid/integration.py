@@ -4,13 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.solid.element import Tabulation, tabulate
+from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Elements in a block: the working set of the stiffness kernel stays in the second-level cache.
 BLOCK = 512

@@ -1,14 +1,12 @@
 """The consistent mass matrix."""
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.solid.assembly import SymmetricMatrix, local_pairs, pattern
 from fea.solid.element import tabulate
 from fea.solid.integration import VOLUME_DEGREE, gauss_blocks
+from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 
 def mass_matrix(mesh: TetMesh, density: float | Floats) -> SymmetricMatrix:

@@ -5,15 +5,11 @@ piece shows it alone, so the rigid modes of all bodies are taken together.
 """
 
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
+from geometry.arrays import Floats, Ints, Mask
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 _FACES = np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])
 # Of the largest, below which an eigenvalue is that of a free motion.

@@ -8,11 +8,9 @@ from scipy.sparse.csgraph import connected_components
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.mechanism import FREE, bodies, free_shares, rigid_modes
 from fea.solid.parity import Parity
+from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 _MODES = ("slide along x", "slide along y", "slide along z", "turn about x", "turn about y", "turn about z")
 

@@ -9,15 +9,13 @@ with that traction, and β ΔT I is taken off at the nodes.
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.material import Material
 from fea.solid.element import tabulate
 from fea.solid.integration import VOLUME_DEGREE, gauss_blocks
 from fea.solid.traction import scattered
+from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 
 def thermal_modulus(material: Material, expansion: float) -> float:

@@ -9,13 +9,11 @@ accelerations they cause balance them instead.
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.solid.inertia import Inertia
+from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 # Resultants that vanish in plane motion: force along z, moments about x and y.
 _OUT_OF_PLANE = (2, 3, 4)

@@ -7,10 +7,10 @@ import numpy.typing as npt
 
 from fea.solid.element import tabulate
 from fea.solid.integration import jacobians
+from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
-Floats = npt.NDArray[np.float64]
 # From places (n, 3) and unit outward normals (n, 3) to tractions (n, 3), MPa.
 Traction = Callable[[Floats, Floats], Floats]
 

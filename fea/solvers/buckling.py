@@ -9,20 +9,18 @@ from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.choices import SolverName
 from fea.solid.geometric_stiffness import GeometricStiffness
 from fea.solid.parity import Parity
 from fea.solid.pins import SLIDE_Y, SLIDE_Z, TURN_X, Held, has_parity, motions
 from fea.solvers.constrained import Constrained, Solve, constrained, stopping
+from fea.solvers.linear.choice import LinearSolver, linear_solver
 from fea.solvers.reference_load import ReferenceLoad
 from fea.solvers.ritz import Space, largest, orthonormal, ritz_values
-from fea.solvers.solve import Model
-from fea.solvers.solvers import LinearSolver, linear_solver
+from fea.solvers.static import Model
+from geometry.arrays import Floats
 from geometry.surfaces import Surface
-
-Floats = npt.NDArray[np.float64]
 
 # Of the residual; the error of λ is of its square's order.
 _ACCURACY = 1e-4

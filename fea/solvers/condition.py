@@ -9,12 +9,10 @@ K u = f is rich in the softest modes, and the better the more f has of all.
 """
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.solid.assembly import SymmetricMatrix
-from fea.solvers.solvers import Factor
-
-Floats = npt.NDArray[np.float64]
+from fea.solvers.linear.choice import Factor
+from geometry.arrays import Floats
 
 
 def probe(matrix: SymmetricMatrix) -> Floats:

@@ -4,18 +4,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import qr
 
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
 from fea.solid.pins import Held, has_parity, mean_motions, motions
 from fea.solid.supports import plane_conditions
+from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 Solve = Callable[[Floats], Floats]
 
 

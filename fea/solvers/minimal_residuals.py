@@ -1,12 +1,10 @@
 """Preconditioned minimal residuals for many right-hand sides at once, of a matrix that is not definite."""
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.solid.errors import StagnationError
-from fea.solvers.conjugate_gradients import Operator
-
-Floats = npt.NDArray[np.float64]
+from fea.solvers.linear.conjugate_gradients import Operator
+from geometry.arrays import Floats
 
 MOST_ITERATIONS = 600
 

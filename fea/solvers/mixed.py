@@ -10,7 +10,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.choices import SolverName, Support
 from fea.machine.clock import Clock
@@ -19,16 +18,14 @@ from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
 from fea.solid.supports import plane_conditions
 from fea.solvers.condition import condition_of, probe
+from fea.solvers.linear.choice import Preconditioner
 from fea.solvers.mixed_system import MixedSystem, shear_materials
 from fea.solvers.pressure import pressure_space
 from fea.solvers.residuals import Residuals
-from fea.solvers.solve import Model, Solution, right_hand_sides
-from fea.solvers.solvers import Preconditioner
+from fea.solvers.static import Model, Solution, right_hand_sides
+from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 
 class MixedModel(Model):

@@ -5,19 +5,16 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 
 from fea.material import Material
 from fea.solid.assembly import SymmetricMatrix
-from fea.solvers.conjugate_gradients import Operator
+from fea.solvers.linear.conjugate_gradients import Operator
 from fea.solvers.pressure import PressureSpace
 from fea.solvers.residuals import Residuals, worst_ratio
 from fea.solvers.saddle import Constraint, iterate_saddle, solve_saddle
-from fea.solvers.solve import MOST_REFINEMENTS
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+from fea.solvers.static import MOST_REFINEMENTS
+from geometry.arrays import Floats, Mask
 
 
 def shear_materials(materials: Sequence[Material], soft: Sequence[int]) -> tuple[Material, ...]:

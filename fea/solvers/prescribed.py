@@ -1,17 +1,14 @@
 """Displacements under any supports, also ones that move."""
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.choices import SolverName
 from fea.material import Material
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.supports import require_restrained
-from fea.solvers.solvers import factorise
+from fea.solvers.linear.choice import factorise
+from geometry.arrays import Floats, Mask
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 
 def displacement(

@@ -6,17 +6,14 @@ Pressure is positive in tension here: σ = 2 μ ε + p I, with p = λ ∇·u in 
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 
 from fea.material import Material
 from fea.solid.element import shape_functions
 from fea.solid.integration import gauss_blocks, stiffness_degree
 from fea.stress.recovery import gauss_places
+from geometry.arrays import Floats, Ints
 from mesh.tetmesh import EDGES, TetMesh
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 VERTICES = 4
 

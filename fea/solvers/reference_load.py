@@ -4,14 +4,12 @@ from collections.abc import Mapping
 from itertools import product
 
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 
 from fea.solid.parity import Parity
 from fea.solid.pins import TURN_Z, Held, mean_motions, motions
+from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 
 class ReferenceLoad:

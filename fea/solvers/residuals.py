@@ -3,12 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.solid.assembly import SymmetricMatrix
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
+from geometry.arrays import Floats, Mask
 
 # A direct solver leaves a few units in the last place, the iterative one some thousand. What would fail its
 # check (1e-12) gets a step of refinement (Wilkinson 1963), or as many as help.

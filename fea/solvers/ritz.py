@@ -9,9 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from geometry.arrays import Floats
+
 Operator = Callable[[Floats], Floats]
 
 # Pairs beyond those wanted that are improved as well, so that none is overlooked, and how far.

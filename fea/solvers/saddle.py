@@ -11,14 +11,12 @@ the whole, preconditioned by blocks, take some sixty steps in their place (Silve
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 
-from fea.solvers.chebyshev import chebyshev
-from fea.solvers.conjugate_gradients import Operator, conjugate_gradients
+from fea.solvers.linear.chebyshev import chebyshev
+from fea.solvers.linear.conjugate_gradients import Operator, conjugate_gradients
 from fea.solvers.minimal_residuals import minimal_residuals
-
-Floats = npt.NDArray[np.float64]
+from geometry.arrays import Floats
 
 # Of the residual, in the norm of the preconditioner. Refinement goes on from there.
 TOLERANCE = 1e-7

@@ -3,20 +3,16 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from fea.solid.element import shape_functions
 from fea.solid.integration import jacobians
 from fea.solid.parity import Parity
+from geometry.arrays import Floats, Ints, Mask
+from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
-from mesh.mirror import PLANE_AXIS
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 # Facets meet smoothly below this angle. Where curved facets of 60° touch tangentially their quadratic
 # shapes differ by 4°.

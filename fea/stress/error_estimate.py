@@ -21,18 +21,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.material import Material
 from fea.solid.element import shape_functions, tabulate
 from fea.solid.integration import blocks, gauss_blocks
 from fea.stress.recovery import ElementStress, extrapolation, reference_nodes
 from fea.stress.stress import von_mises
-from mesh.mirror import PLANE_AXIS
+from geometry.arrays import Floats, Ints
+from geometry.mirror import PLANE_AXIS
 from mesh.tetmesh import EDGES, TetMesh
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Elements in a block, for memory.
 _BLOCK = 4096

@@ -4,17 +4,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.material import Material
 from fea.solid.parity import Parity
 from fea.stress.recovery import Recovery
+from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from mesh.parts import submesh
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,10 @@ from fea.solid.element import shape_functions, tabulate
 from fea.solid.integration import inverse_and_determinant, jacobians, stiffness_degree
 from fea.solid.parity import Parity
 from fea.stress.recovery_surface import SurfaceStress
+from geometry.arrays import Floats
+from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
-from mesh.mirror import PLANE_AXIS
 from mesh.tetmesh import EDGES, TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 _VERTICES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 

@@ -11,19 +11,15 @@ that of polynomial-preserving recovery (Zhang & Naga 2005), on the surface inste
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 
 from fea.material import Material
 from fea.solid.elasticity import COMPONENTS
 from fea.solid.parity import Parity
 from fea.stress.boundary_skin import FACET_EDGES, Edges, facet_normals, fans, shared_edges, skin
+from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 # At an edge the traction of either side counts this much more than the strain, which is fitted there
 # from one side. Much more would force the stress across a blunt edge to the zero that only its very

@@ -3,16 +3,12 @@
 import math
 from functools import cached_property
 
-import numpy as np
-import numpy.typing as npt
-
 from fea.solid.inertia import mass_beyond
+from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.cases import LoadCase, RodMotion
 from mesh.slices import Slice, cut
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 _XX, _XY = 0, 3
 

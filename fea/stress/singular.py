@@ -6,16 +6,13 @@ radius that does not depend on the element size, so that the extreme outside con
 """
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import KDTree
 
 from fea.stress.boundary_skin import facet_normals, shared_edges, skin
+from geometry.arrays import Ints, Mask
+from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
-from mesh.mirror import PLANE_AXIS
 from mesh.tetmesh import TetMesh
-
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 # A re-entrant edge is sharp when the surface turns there by more than this. Curved facets continue a fillet
 # smoothly, flat ones turn at each edge: on the coarsest sizes allowed, by up to 54°.

@@ -1,9 +1,8 @@
 """Scalars of a stress tensor."""
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from geometry.arrays import Floats
 
 
 def von_mises(stress: Floats) -> Floats:

@@ -3,8 +3,8 @@
 import dataclasses
 from dataclasses import dataclass
 
-from fea.assess.endurance import estimated_endurance, finish_factor, reliability_factor, size_factor
 from fea.choices import Finish
+from fea.endurance import estimated_endurance, finish_factor, reliability_factor, size_factor
 from fea.material import Material
 from fea.study.material_presets import MATERIALS
 from fea.study.tables import nearest

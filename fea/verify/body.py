@@ -5,17 +5,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.material import Material
 from fea.solid.parity import Parity
 from fea.solvers.prescribed import displacement
 from fea.stress.recovery import Recovery
+from geometry.arrays import Floats, Ints, Mask
+from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
-from mesh.mirror import PLANE_AXIS
-from mesh.tetmesh import Floats, Ints, TetMesh
-
-Mask = npt.NDArray[np.bool_]
+from mesh.tetmesh import TetMesh
 
 # Of NAFEMS's benchmarks and most others; density and strength matter to those that say so.
 STEEL = Material(youngs_modulus=210e3, poissons_ratio=0.3, density=7.85e-9, yield_strength=400.0)

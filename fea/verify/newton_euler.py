@@ -15,11 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.engine import Engine
 from loads.slider_crank import kinematics
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from itertools import groupby
 from pathlib import Path
 
 from fea.output.text import write_text
-from fea.terminal.verification_table import verdict
 from fea.verify.benchmark import Row
+from fea.verify.terminal import verdict
 from fea.verify.verification_plot import draw_convergence
 from fea.verify.verify import benchmark, computed_rows
 

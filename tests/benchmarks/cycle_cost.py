@@ -21,10 +21,10 @@ from cycles import SPEEDS, direct, on_bores
 
 import fea.cycle.series as series_module
 import fea.cycle.unit_loads as unit_loads_module
+from fea.analysis.pipeline import Analysis
 from fea.choices import Symmetry
 from fea.machine.clock import Clock
 from fea.output.inp import write_inp
-from fea.pipeline import Analysis
 from fea.solid.parity import Parity
 from fea.solid.supports import determinate_restraints, plane_conditions
 from fea.study.flags import Flags

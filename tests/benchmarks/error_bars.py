@@ -25,13 +25,13 @@ from error_bar_table import FACTORS, report_text
 from known_peaks import SIZES, KnownPeak, benchmark_peaks, exact_peaks
 from rod_studies import random_study
 
-from fea.adaptive.adapt import analysed
-from fea.adaptive.wanted_size import wanted_sizes
+from fea.analysis.adapt import analysed
+from fea.analysis.pipeline import Analysis
+from fea.analysis.wanted_size import wanted_sizes
+from fea.assess.case_result import CaseResult
 from fea.assess.verdict import peak
 from fea.choices import Element
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis
-from fea.results import CaseResult
 from fea.stress.error_estimate import STRESS_FACTOR
 from fea.study.study import MeshTable, SpeedTable, Study, load_study
 

@@ -95,8 +95,6 @@ def main() -> None:
     parser.add_argument("--kinds", nargs="+", default=["step", "toml", "csv"])
     parser.add_argument("--resume", type=Path, help="a JSON file to keep outcomes in")
     arguments = parser.parse_args()
-    import fea.jobs.job
-    import fea.jobs.rod_report  # noqa: F401 - loaded once, for every copy
 
     kept = json.loads(arguments.resume.read_text()) if arguments.resume and arguments.resume.exists() else {}
     for kind in arguments.kinds:

@@ -23,10 +23,10 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from rod_studies import random_study
 
-from fea.adaptive.adapt import Adapted, analysed
-from fea.adaptive.wanted_size import wanted_sizes
+from fea.analysis.adapt import Adapted, analysed
+from fea.analysis.pipeline import Analysis
+from fea.analysis.wanted_size import wanted_sizes
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis
 from fea.study.study import MeshTable, SpeedTable, Study, load_study
 
 SPEEDS = {"leon-2001": (800, 3000, 6000), "columba-2022": (800, 5100), "molina-2024": (780, 2000)}

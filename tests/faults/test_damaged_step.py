@@ -9,12 +9,12 @@ import pytest
 from contained import contained
 from mutated import mutated
 
+from fea.machine.forked import allow, apart
 from geometry.errors import GeometryError
 from geometry.invalid import InvalidValue
 from geometry.presets import PRESETS
 from geometry.session import session
 from geometry.step_file import export_step
-from geometry.trial import allow, apart
 
 STUDY = b'[rod]\nstep = "rod.step"\n[mesh]\nsize_mm = 14\n'
 

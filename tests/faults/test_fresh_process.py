@@ -13,7 +13,7 @@ import works
 
 from fea.machine.fresh_process import in_fresh_process
 from fea.machine.signals import interrupt_once
-from geometry.ends import ENDS, held_back
+from geometry.system.signals import ENDS, held_back
 
 
 @pytest.fixture

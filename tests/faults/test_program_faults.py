@@ -140,7 +140,7 @@ sys.exit(call(sys.argv[1:]))
 
 GMSH = {"module": "mesh.generate", "name": "gmsh", "owner": "gmsh.model.mesh", "method": "generate"}
 PARDISO = {
-    "module": "fea.solvers.pardiso",
+    "module": "fea.solvers.linear.pardiso",
     "name": "PardisoCholesky",
     "owner": "PardisoCholesky",
     "method": "factorise",

@@ -3,11 +3,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fea.adaptive import adapt
-from fea.adaptive.adapt import analysed
-from fea.adaptive.wanted_size import edge_length, predicted_elements, size_ratio, wanted_sizes
-from fea.discretise import discretise
+from fea.analysis import adapt
+from fea.analysis.adapt import analysed
+from fea.analysis.wanted_size import edge_length, predicted_elements, size_ratio, wanted_sizes
 from fea.machine.clock import Clock
+from fea.rod.discretise import discretise
 from fea.study.study import AnalysisTable, MeshTable, load_study
 from geometry.invalid import InvalidValue
 

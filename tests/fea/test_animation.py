@@ -13,12 +13,12 @@ from PIL import Image
 from program import fea
 
 from fea.choices import Symmetry
-from fea.jobs.animation import COUNT, frames
 from fea.output.errors import PictureError, StorageError
-from fea.pictures import animation
-from fea.pictures.animation import Frames, film, require_film, write_film
-from fea.pictures.animation_frames import Motion
-from fea.pictures.skin import Skin
+from fea.output.pictures import animation
+from fea.output.pictures.animation import Frames, film, require_film, write_film
+from fea.output.pictures.animation_frames import Motion
+from fea.output.pictures.film import COUNT, frames
+from fea.output.pictures.skin import Skin
 from fea.units import DEG
 from geometry.invalid import InvalidValue
 

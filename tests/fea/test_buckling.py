@@ -5,20 +5,20 @@ import dataclasses
 import numpy as np
 import pytest
 
+from fea.analysis.buckling import buckling_factors, buckling_report
+from fea.analysis.pipeline import Analysis
+from fea.analysis.summary import worst_safety
 from fea.choices import Support, Symmetry
-from fea.jobs.buckling import buckling_factors, buckling_report
-from fea.jobs.report import worst_safety
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis
+from fea.output.terminal.buckling import buckling_lines
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.geometric_stiffness import GeometricStiffness
 from fea.solid.parity import Parity
 from fea.solid.pins import SLIDE_X, TURN_Z, Held, mean_motions, motions
 from fea.solvers.buckling import Buckling
-from fea.solvers.solve import Model
+from fea.solvers.static import Model
 from fea.study.flags import Flags
 from fea.study.study import load_study
-from fea.terminal.buckling_lines import buckling_lines
 from fea.verify.body import STEEL
 from fea.verify.cases.euler_column import HEIGHT, LOAD, WIDTH, critical, strut
 from geometry.surfaces import Surface

@@ -6,7 +6,7 @@ import pytest
 
 from fea.cli import call
 from fea.output.frd import read_frd
-from fea.pictures.png import is_complete_png
+from fea.output.pictures.png import is_complete_png
 from fea.study.study import load_study
 from fea.verify.converge import converge as module
 from fea.verify.converge.advice import advice

@@ -3,10 +3,10 @@
 import gmsh
 import pytest
 
-from fea.cycle.report import envelope_figures
+from fea.analysis.envelope_summary import envelope_figures
+from fea.analysis.pipeline import Analysis
 from fea.cycle.search import SpeedSearch
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis
 from fea.study.study import parse_study
 from geometry.session import session
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from cycles import superposition_errors
 
+from fea.analysis.pipeline import Analysis
 from fea.choices import Symmetry
 from fea.cycle.unit_loads import SKEWED, _skewness
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis
 from fea.study.flags import Flags
 from fea.study.study import load_study
 

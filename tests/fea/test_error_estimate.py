@@ -8,10 +8,10 @@ from energy_errors import effectivity, manufactured_effectivity, rod, rod_effect
 from exact_bodies import HEIGHT, MATERIAL, PROBLEMS, solved
 from nested import nest, nested
 
+from fea.analysis.pipeline import Analysis
 from fea.assess.verdict import peak
 from fea.choices import Symmetry
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis
 from fea.solid.element import tabulate
 from fea.solid.integration import gauss_block
 from fea.stress.error_estimate import ErrorEstimator, sagitta

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from PIL import Image, ImageColor
 
-from fea.output import history_plot
 from fea.output.errors import PictureError
-from fea.output.history_plot import plot_histories
+from fea.output.plots import history as history_plot
+from fea.output.plots.history import plot_histories
 
 ANGLES = np.radians(np.arange(721.0))
 

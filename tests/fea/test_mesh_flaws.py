@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from fea.checks import LIMITS
-from fea.discretise import discretise
 from fea.machine.clock import Clock
-from fea.mesh_flaws import mass_error, mesh_flaws
+from fea.rod.discretise import discretise
+from fea.rod.flaws import mass_error, mesh_flaws
 from fea.solid.inertia import inertia
 from fea.study.study import parse_study
 from geometry.bodies.draw import draw

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from fea.discretise import Discretised
+from fea.rod.discretise import Discretised
 
 
 def notes(straightened: int, *warnings: str, size: float = 5.0, refined: bool = False) -> tuple[str, ...]:

@@ -22,10 +22,11 @@ from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity
 from fea.solid.supports import determinate_restraints
 from fea.solid.traction import traction_forces
-from fea.solvers import conjugate_gradients, minimal_residuals
+from fea.solvers import minimal_residuals
+from fea.solvers.linear import conjugate_gradients
 from fea.solvers.mixed import MixedModel
 from fea.solvers.pressure import pressure_space
-from fea.solvers.solve import Model
+from fea.solvers.static import Model
 from fea.stress.recovery import Recovery
 from fea.verify.cases.lame import loaded
 from fea.verify.cases.patch import shaken

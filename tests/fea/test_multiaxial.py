@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from cycles import analysis
 
+from fea.analysis.pipeline import Analysis
 from fea.assess.crossland import crossland, crossland_factors
 from fea.assess.deviatoric import deviatoric
 from fea.choices import Symmetry
 from fea.cycle import multiaxial
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.units import RPM

@@ -9,8 +9,8 @@ from fea.material import Material
 from fea.solid.assembly import linear_stiffness, pattern, stiffness
 from fea.solid.parity import Parity
 from fea.solid.supports import clamped, plane_conditions
-from fea.solvers import multigrid
-from fea.solvers.solvers import linear_solver
+from fea.solvers.linear import multigrid
+from fea.solvers.linear.choice import linear_solver
 from geometry.surfaces import Surface
 from mesh.tetmesh import EDGES
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from fea.terminal.converge_table import print_comparison
-from fea.terminal.reproduction_table import print_reproduction
 from fea.verify.converge.row import Computation, Measured, Row
+from fea.verify.converge.terminal import print_comparison
 from fea.verify.reproduce.sources import reproduce
+from fea.verify.reproduce.terminal import print_reproduction
 
 TOOLS = ("fea", "fea --tolerance", "fea --size 12.1 --tolerance", "CalculiX")
 

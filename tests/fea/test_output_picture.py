@@ -8,11 +8,9 @@ import pytest
 from PIL import Image
 
 from fea.output.errors import PictureError
-from fea.output.summary import json_text
-from fea.output.vtu import write_vtu
-from fea.pictures import picture
-from fea.pictures.described import described_by
-from fea.pictures.picture import (
+from fea.output.pictures import picture
+from fea.output.pictures.described import described_by
+from fea.output.pictures.picture import (
     Picture,
     described,
     draw_pictures,
@@ -21,10 +19,12 @@ from fea.pictures.picture import (
     take_pictures,
     try_rendering,
 )
-from fea.pictures.png import is_complete_png
-from fea.pictures.scene import Scene
-from fea.pictures.shown import available
-from fea.pictures.strokes import require_rod
+from fea.output.pictures.png import is_complete_png
+from fea.output.pictures.scene import Scene
+from fea.output.pictures.shown import available
+from fea.output.pictures.strokes import require_rod
+from fea.output.summary import json_text
+from fea.output.vtu import write_vtu
 from geometry.invalid import InvalidValue
 from mesh.tetmesh import TetMesh
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fea.output.cycle import COLUMNS, write_cycle_csv
+from fea.output.forces_csv import COLUMNS, write_cycle_csv
 from fea.output.summary import json_text
 from geometry.surfaces import Surface
 

@@ -5,8 +5,8 @@ import pytest
 from rich.console import Console
 
 from fea.output.notes import gathered
-from fea.terminal.figures import kilo, worst_case
-from fea.terminal.table import print_runs
+from fea.output.terminal.figures import kilo, worst_case
+from fea.output.terminal.run import print_runs
 
 SUMMARY = {
     "study": "leon-2001",

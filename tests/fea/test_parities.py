@@ -12,7 +12,7 @@ from fea.solid.bore_load import bore_load
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
 from fea.solid.supports import plane_conditions, require_restrained
-from fea.solvers.solve import Model
+from fea.solvers.static import Model
 from geometry.surfaces import Surface
 from mesh.mirror import reflect, unmirrored
 

@@ -10,8 +10,9 @@ from fea.solid.elasticity import stress_from_gradient
 from fea.solid.parity import Parity
 from fea.stress.recovery import ElementStress, Recovery
 from fea.stress.recovery_surface import SurfaceStress
+from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
-from mesh.mirror import PLANE_AXIS, reflect, unmirrored
+from mesh.mirror import reflect, unmirrored
 from mesh.tetmesh import EDGES, TetMesh
 
 STEEL = Material(youngs_modulus=2.1e5, poissons_ratio=0.3, density=7.85e-9, yield_strength=400.0)

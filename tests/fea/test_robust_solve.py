@@ -11,10 +11,10 @@ from fea.solid.assembly import pattern, stiffness
 from fea.solid.errors import StagnationError, UnderconstrainedError
 from fea.solid.parity import Split
 from fea.solid.supports import require_restrained
-from fea.solvers import solve
+from fea.solvers import static as solve
 from fea.solvers.condition import condition_estimate, condition_of, probe
+from fea.solvers.linear.choice import factorise
 from fea.solvers.residuals import REFINE_ABOVE
-from fea.solvers.solvers import factorise
 from geometry.bodies.shape import block
 from geometry.surfaces import Surface
 from mesh.body import mesh_body

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from fea import run
+from fea.analysis.pipeline import Analysis
 from fea.checks import LIMITS
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis
 from fea.stress.section_balance import SectionBalance
 from fea.study.study import load_study
 from geometry.bodies.shape import block

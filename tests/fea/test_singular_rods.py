@@ -5,10 +5,10 @@ import dataclasses
 import pytest
 from rods import random_rod
 
+from fea.analysis.pipeline import Analysis
 from fea.assess.verdict import Verdict, peak
-from fea.discretise import discretise
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis
+from fea.rod.discretise import discretise
 from fea.solid.traction import traction_forces
 from fea.solvers.prescribed import displacement
 from fea.stress.error_estimate import ErrorEstimator

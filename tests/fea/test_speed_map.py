@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from fea.cycle.speed_map import first_below, rounded, speed_map
+from fea.analysis.speed_map import first_below, rounded, speed_map
 
 CRITICAL = {"yield": 2500.0, "fatigue": 2000.0, "crossland": None}
 

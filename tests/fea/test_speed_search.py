@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from cycles import analysis
 
+from fea.analysis.speed_sweep import SpeedSweep
 from fea.assess.deviatoric import deviatoric
 from fea.assess.fatigue import fatigue_factor
 from fea.assess.history import extremes
 from fea.assess.safety import CAP
 from fea.choices import Fatigue, Symmetry
-from fea.crank.cycle_table import cycle_angles
 from fea.cycle.part_rows import PartRows
 from fea.cycle.search import SpeedSearch
-from fea.jobs.speed_sweep import SpeedSweep
 from fea.units import RPM
 from loads.gas import NoGas
 from loads.peaks import peak_cases
+from loads.slider_crank import cycle_angles
 
 SPEEDS = np.linspace(800, 9000, 21)
 

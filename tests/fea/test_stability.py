@@ -3,11 +3,11 @@
 import pytest
 
 from fea import run
-from fea.output.stability_report import write_report
-from fea.terminal.stability_table import counts
 from fea.verify.stability import rods
+from fea.verify.stability.report import write_report
 from fea.verify.stability.row import ExtremeRow, Verdict, judged
 from fea.verify.stability.stability import CASES, stability
+from fea.verify.stability.terminal import counts
 from geometry.invalid import InvalidValue
 
 

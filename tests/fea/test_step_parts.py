@@ -5,9 +5,9 @@ import math
 import gmsh
 import pytest
 
-from fea.jobs.buckling import column_figures
+from fea.analysis.buckling import column_figures
+from fea.analysis.pipeline import Analysis
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis
 from fea.study.study import parse_study
 from geometry.session import session
 from loads.cases import given

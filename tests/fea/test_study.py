@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fea.analysis.pipeline import Analysis
 from fea.choices import Element, Support
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis
 from fea.study.flags import Flags, python_flags
 from fea.study.speeds import parse_speeds
 from fea.study.study import load_study, parse_study, shipped_studies

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH, strap
 
-from fea.case_loads import Bores, CaseLoads
 from fea.choices import Support
 from fea.cycle.unit_loads import UnitLoads
+from fea.rod.case_forces import Bores, CaseLoads
 from fea.solid.inertia import inertia
 from fea.solid.tilt import Tilt, resultants
-from fea.solvers.solve import Model
+from fea.solvers.static import Model
 from fea.verify.body import STEEL
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure

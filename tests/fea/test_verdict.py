@@ -3,11 +3,11 @@ import math
 import numpy as np
 import pytest
 
-from fea.adaptive.case_error import CaseError
+from fea.assess.case_error import CaseError
+from fea.assess.case_result import case_result
 from fea.assess.verdict import CONVERGED_PERCENT, Verdict, peak
-from fea.discretise import discretise
 from fea.machine.clock import Clock
-from fea.results import case_result
+from fea.rod.discretise import discretise
 from fea.solid.traction import traction_forces
 from fea.solvers.prescribed import displacement
 from fea.stress.error_estimate import ErrorEstimator

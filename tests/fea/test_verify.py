@@ -3,7 +3,7 @@ import json
 import pytest
 
 from fea.cli import call
-from fea.pictures.png import is_complete_png
+from fea.output.pictures.png import is_complete_png
 from fea.verify import verify
 from fea.verify.benchmark import Benchmark, Computed, Goal, Row
 from geometry.invalid import InvalidValue

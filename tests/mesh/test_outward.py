@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from strap import strap
 
-from fea.discretise import discretise
 from fea.machine.clock import Clock
+from fea.rod.discretise import discretise
 from fea.study.study import load_study
 from geometry.surfaces import Surface
 from mesh.errors import MeshError

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fea.assess.column import Plane, column
-from fea.assess.shank import shank
-from fea.discretise import discretise
 from fea.machine.clock import Clock
+from fea.rod.discretise import discretise
+from fea.rod.shank import shank
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.verify.cases.euler_column import HEIGHT, WIDTH, strut

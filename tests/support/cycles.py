@@ -4,9 +4,9 @@ from functools import cache
 
 import numpy as np
 
+from fea.analysis.pipeline import Analysis
 from fea.choices import Symmetry
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.units import RPM

@@ -5,9 +5,9 @@ from functools import cache
 
 import numpy as np
 
+from fea.analysis.pipeline import Analysis
 from fea.machine.clock import Clock
 from fea.material import Material
-from fea.pipeline import Analysis
 from fea.solid.element import tabulate
 from fea.solid.integration import gauss_block
 from fea.stress.error_estimate import ErrorEstimator

@@ -16,7 +16,7 @@ from fea.solid.assembly import pattern, stiffness
 from fea.solid.elasticity import stress_from_gradient
 from fea.solid.element import tabulate
 from fea.solid.integration import jacobians
-from fea.solvers.solvers import factorise
+from fea.solvers.linear.choice import factorise
 from fea.stress.recovery import Recovery
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh

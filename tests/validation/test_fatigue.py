@@ -15,10 +15,10 @@ from fea.assess.crossland import (
     crossland_factors,
 )
 from fea.assess.deviatoric import deviatoric, tensor
-from fea.assess.endurance import estimated_endurance, finish_factor, reliability_factor, size_factor
 from fea.assess.fatigue import gerber, goodman, soderberg
 from fea.assess.history import extremes
 from fea.choices import Finish
+from fea.endurance import estimated_endurance, finish_factor, reliability_factor, size_factor
 from fea.material import Material
 from fea.stress.stress import von_mises
 from geometry.invalid import InvalidValue

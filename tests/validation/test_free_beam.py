@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from fea.jobs.modes import modes_report, moves
+from fea.analysis.modes import modes_report, moves
 from fea.solid.inertia import inertia
 from fea.solid.mass import mass_matrix
-from fea.solvers.eigen import RIGID, free_modes
+from fea.solvers.vibration import RIGID, free_modes
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.verify.cases.free_beam import LENGTH, STEEL, THICK, THIN

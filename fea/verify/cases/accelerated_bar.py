@@ -10,7 +10,7 @@ from fea.choices import Support
 from fea.solid.inertia import inertia
 from fea.solid.parity import Parity, Split
 from fea.solid.traction import nodal_traction, traction_forces
-from fea.solvers.solve import Model
+from fea.solvers.static import Model
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody
 from geometry.bodies.shape import Prism, polygon

@@ -8,10 +8,11 @@ from fea.solid.traction import traction_forces
 from fea.solvers.prescribed import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, LoadedBody, SolvedBody, held
+from geometry.arrays import Floats
 from geometry.bodies.shape import Prism, polygon
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body
-from mesh.tetmesh import Floats, TetMesh
+from mesh.tetmesh import TetMesh
 
 THICKNESS = 0.6
 COMPRESSIBLE = replace(STEEL, youngs_modulus=70.0, poissons_ratio=1 / 3)

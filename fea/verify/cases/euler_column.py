@@ -12,7 +12,7 @@ from fea.choices import Support
 from fea.solid.parity import Parity
 from fea.solid.pins import SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z, Held
 from fea.solvers.buckling import Buckling
-from fea.solvers.solve import Model
+from fea.solvers.static import Model
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL
 from geometry.bodies.shape import Prism, polygon

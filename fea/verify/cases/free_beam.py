@@ -8,7 +8,7 @@ f_EB = (βL)²/2πL² r √(E/ρ), F = βL (cosh βL − cos βL)/(sinh βL − 
 import math
 
 from fea.material import Material
-from fea.solvers.eigen import RIGID, free_modes
+from fea.solvers.vibration import RIGID, free_modes
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from geometry.bodies.shape import block
 from mesh.body import mesh_body

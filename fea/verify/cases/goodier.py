@@ -13,13 +13,13 @@ from fea.solid.elasticity import stress_from_gradient
 from fea.solid.traction import traction_forces
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, LoadedBody, furthest, held, nodes_of
+from geometry.arrays import Floats
 from geometry.bodies.shape import Revolution, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body
 from mesh.tetmesh import TetMesh
 
-Floats = npt.NDArray[np.float64]
 Complexes = npt.NDArray[np.complex128]
 
 RADIUS, OUTSIDE, TENSION = 1.0, 4.0, 100.0

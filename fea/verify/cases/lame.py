@@ -7,11 +7,12 @@ import numpy as np
 from fea.solid.traction import nodal_traction, traction_forces
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, LoadedBody, furthest, held, nodes_of
+from geometry.arrays import Floats
 from geometry.bodies.shape import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body
-from mesh.tetmesh import Floats, TetMesh
+from mesh.tetmesh import TetMesh
 
 INSIDE, OUTSIDE, THICKNESS, PRESSURE = 10.0, 20.0, 3.0, 100.0
 _A2, _B2 = INSIDE**2, OUTSIDE**2

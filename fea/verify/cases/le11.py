@@ -3,18 +3,16 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.solid.thermal import thermal_forces, thermal_modulus
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, LoadedBody, held
+from geometry.arrays import Floats
 from geometry.bodies.shape import Revolution, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 EXPANSION = 2.3e-4  # 1/K
 METRE = 1000.0

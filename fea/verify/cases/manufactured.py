@@ -7,7 +7,6 @@ The displacement is a sum of plane waves Σ c sin(k · x + φ); it needs the bod
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.solid.body_force import body_forces
 from fea.solid.element import tabulate
@@ -15,13 +14,12 @@ from fea.solid.integration import gauss_blocks
 from fea.solvers.prescribed import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL
+from geometry.arrays import Floats
 from geometry.bodies.shape import block
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 from mesh.refined import refined
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 # Amplitude c, wave vector k and phase φ of each wave, without any symmetry.
 WAVES = (

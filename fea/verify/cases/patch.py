@@ -1,18 +1,16 @@
 """Patch test: a linear displacement on the boundary of an irregular mesh is found exactly inside."""
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.solid.elasticity import stress_from_gradient
 from fea.solvers.prescribed import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody, furthest
+from geometry.arrays import Floats
 from geometry.bodies.shape import block
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 from mesh.tetmesh import EDGES, TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 # An arbitrary gradient without any symmetry, and a shift that keeps the displacement away from zero.
 GRADIENT = 1e-3 * np.array([[1.0, 0.4, -0.3], [0.2, -0.7, 0.5], [-0.6, 0.1, 0.8]])

@@ -7,23 +7,19 @@ largest principal stress on the bore over the mean stress P/((W − d) t) of the
 import math
 from collections.abc import Callable
 
-import numpy as np
-import numpy.typing as npt
-
 from fea.solid.bore import bore_facets
 from fea.solid.bore_load import bore_load
 from fea.solvers.prescribed import displacement
 from fea.stress.stress import principal
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody, held, nodes_of
+from geometry.arrays import Floats
 from geometry.bodies.shape import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from loads.bearing import Arc as PressedArc
 from loads.bearing import BorePressure
 from mesh.body import Fine, mesh_body
-
-Floats = npt.NDArray[np.float64]
 
 RADIUS, OUTSIDE, LENGTH, HALF_THICKNESS, FORCE = 10.0, 20.0, 100.0, 5.0, 10e3
 NET_STRESS = FORCE / (2 * (OUTSIDE - RADIUS) * 2 * HALF_THICKNESS)

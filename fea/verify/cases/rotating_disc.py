@@ -12,7 +12,7 @@ from fea.choices import Support
 from fea.solid.inertia import inertia
 from fea.solid.parity import Parity
 from fea.solid.traction import traction_forces
-from fea.solvers.solve import Model
+from fea.solvers.static import Model
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody
 from geometry.bodies.shape import Prism, Side

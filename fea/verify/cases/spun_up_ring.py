@@ -7,23 +7,21 @@ the bore turns ρα (b² − a²)²/(8 μ a²) ahead of the rim. The field is an
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.choices import Support
 from fea.solid.inertia import inertia
 from fea.solid.parity import Parity, Split
 from fea.solid.traction import nodal_traction, traction_forces
-from fea.solvers.solve import Model
+from fea.solvers.static import Model
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody
+from geometry.arrays import Floats
 from geometry.bodies.shape import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from loads.cases import RodMotion
 from mesh.body import Fine, mesh_body
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 INSIDE, MIDDLE, OUTSIDE, HALF_THICKNESS, ALPHA = 20.0, 30.0, 50.0, 3.0, 1e6
 

@@ -12,7 +12,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import numpy.typing as npt
 
-from fea.adaptive.adapt import analysed
+from fea.analysis.adapt import analysed
+from fea.analysis.pipeline import Analysis, SpeedResult
 from fea.choices import Element, Symmetry
 from fea.machine.clock import Clock
 from fea.machine.peak_memory import peak_memory
@@ -20,14 +21,14 @@ from fea.machine.threads import threads
 from fea.material import Material
 from fea.output.frd import read_frd
 from fea.output.inp import write_inp
-from fea.pipeline import Analysis, SpeedResult
 from fea.solid.supports import clamped, determinate_restraints
 from fea.stress.stress import von_mises
 from fea.study.study import MeshTable, Study
 from fea.verify.cases import goodier, lame
 from fea.verify.converge.row import Computation, Measured
+from geometry.arrays import Floats
 from geometry.surfaces import Surface
-from mesh.tetmesh import Floats, TetMesh
+from mesh.tetmesh import TetMesh
 
 _BODIES = {"lame": (lame.loaded, lame.worst_hoop), "goodier": (goodier.loaded, goodier.worst_equator)}
 # Coarsest elements of Lamé's cylinder, mm.

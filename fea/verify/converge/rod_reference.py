@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from fea.adaptive.wanted_size import wanted_sizes
+from fea.analysis.pipeline import Analysis
+from fea.analysis.wanted_size import wanted_sizes
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis
 from fea.study.study import MeshTable, Study
 from fea.verify.converge.reference import Reference, extrapolated
 

@@ -9,20 +9,18 @@ import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.units import DEG, KG, KG_M2, M_S, M_S2, N_M, RPM, M
 from fea.verify.newton_euler import Reactions, solve
 from fea.verify.reproduce.printed import Cell, column, decimals, degrees, records, values
 from fea.verify.reproduce.row import Slip
 from fea.verify.reproduce.table import Column, Table, table
+from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.dynamics import Cycle, center_acceleration, cycle
 from loads.engine import Engine
 from loads.gas import Boyle, GasModel, NoGas
 from loads.slider_crank import Kinematics, kinematics
-
-Floats = npt.NDArray[np.float64]
 
 SOURCE = "columba-2022"
 SPEEDS = (800, 3200, 5100)

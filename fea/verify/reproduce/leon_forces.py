@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.units import DEG
 from fea.verify.reproduce.leon_engine import (
@@ -19,8 +18,7 @@ from fea.verify.reproduce.misprint import wrong_digit
 from fea.verify.reproduce.printed import Cell, column, degrees, values
 from fea.verify.reproduce.row import Slip
 from fea.verify.reproduce.table import Column, Table, table
-
-Floats = npt.NDArray[np.float64]
+from geometry.arrays import Floats
 
 TABLES = {6000: 13, 3000: 14, 800: 15}
 _INERTIATABLES = {6000: 8, 3000: 9, 800: 10}

@@ -1,7 +1,6 @@
 """León 2001, tables 1–6 and 11: position, rod angle, velocity, acceleration, angular acceleration."""
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.units import DEG, M_S, M_S2
 from fea.verify.reproduce.leon_engine import LAMBDA, SOURCE, SPEEDS, L, R, exact_motion
@@ -9,8 +8,7 @@ from fea.verify.reproduce.misprint import wrong_digit
 from fea.verify.reproduce.printed import Cell, column, degrees, records, values
 from fea.verify.reproduce.row import Row, Slip
 from fea.verify.reproduce.table import Column, Table, table
-
-Floats = npt.NDArray[np.float64]
+from geometry.arrays import Floats
 
 _LAMBDA_SLIP = 0.141  # the rod length in metres
 _LAMBDA_ACCELERATION = 0.30

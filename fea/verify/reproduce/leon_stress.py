@@ -12,8 +12,8 @@ from functools import cache
 
 import numpy as np
 
+from fea.analysis.pipeline import Analysis, SpeedResult
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis, SpeedResult
 from fea.study.study import ForcesTable, MeshTable, load_study
 from fea.verify.reproduce.leon_engine import SOURCE
 from fea.verify.reproduce.printed import decimals, records

@@ -7,10 +7,9 @@ from fea.units import DEG, M_S2, RPM
 from fea.verify.reproduce.printed import decimals, records
 from fea.verify.reproduce.row import Row, Slip
 from fea.verify.reproduce.table import Table
+from geometry.arrays import Floats
 from loads.engine import Engine
 from loads.slider_crank import Kinematics, kinematics
-
-Floats = npt.NDArray[np.float64]
 
 SOURCE = "molina-2024"
 R, L, BORE = 44.0, 150.0, 85.0  # mm

@@ -5,13 +5,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.verify.reproduce import columba, leon_engine, molina
 from fea.verify.reproduce.printed import column, degrees, values
 from fea.verify.reproduce.table import Table
+from geometry.arrays import Floats
 
-Floats = npt.NDArray[np.float64]
 Exact = Callable[[Floats], Floats]
 
 _PRINTED = {"marker": "o", "markersize": 3.5, "linestyle": "none", "color": "#c0392b"}

@@ -11,10 +11,11 @@ from fea.verify.body import STEEL, SolvedBody, held
 from fea.verify.stability.peaks import noticed, peak_of
 from fea.verify.stability.row import ExtremeRow
 from fea.verify.stability.solved import Solved, percent, solved
+from geometry.arrays import Floats
 from geometry.bodies.shape import Prism, polygon
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
-from mesh.tetmesh import Floats, TetMesh
+from mesh.tetmesh import TetMesh
 
 DEPTH, WIDTH, LENGTH, STRESS = 4.0, 6.0, 20.0, 100.0
 LAYERS = (4.0, 2.0, 1.0, 0.5)

@@ -16,7 +16,7 @@ from fea.verify.cases.lame import INSIDE, OUTSIDE, PRESSURE, loaded
 from fea.verify.stability.pair import solved_pair
 from fea.verify.stability.row import ExtremeRow
 from fea.verify.stability.solved import Solved, solved
-from mesh.tetmesh import Floats
+from geometry.arrays import Floats
 
 RATIOS = (0.3, 0.4, 0.45, 0.49, 0.499, 0.4999, 0.49999, 0.499999)
 METHODS = ("p1", "p2", "p2/p1")

@@ -5,8 +5,9 @@ from itertools import permutations
 
 import numpy as np
 
+from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
-from mesh.tetmesh import EDGES, Floats, Ints, TetMesh
+from mesh.tetmesh import EDGES, TetMesh
 
 # Vertices of a positively oriented tetrahedron's faces, seen from outside.
 _FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])

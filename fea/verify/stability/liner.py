@@ -11,8 +11,8 @@ from fea.verify.body import STEEL, held
 from fea.verify.stability.lattice import lattice
 from fea.verify.stability.row import ExtremeRow
 from fea.verify.stability.solved import percent, solved
+from geometry.arrays import Floats
 from geometry.surfaces import Surface
-from mesh.tetmesh import Floats
 
 BORE, INTERFACE, OUTSIDE, THICKNESS, PRESSURE = 10.0, 12.0, 20.0, 2.0, 100.0
 CONTRASTS = (1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9)

@@ -9,13 +9,12 @@ from fea.material import Material
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.supports import require_restrained
 from fea.solvers.condition import condition_estimate
+from fea.solvers.linear.choice import factorise
 from fea.solvers.mixed_system import MixedSystem, shear_materials
 from fea.solvers.pressure import pressure_space
-from fea.solvers.solvers import factorise
 from fea.verify.stability.solved import Solved
+from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

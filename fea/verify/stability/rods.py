@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from fea.analysis.pipeline import Analysis, SpeedResult
 from fea.machine.clock import Clock
-from fea.pipeline import Analysis, SpeedResult
 from fea.solid.element import tabulate
 from fea.solid.integration import gauss_blocks
 from fea.study.engine_table import EngineTable

@@ -8,10 +8,11 @@ from fea.solid.traction import traction_forces
 from fea.verify.body import STEEL, held
 from fea.verify.stability.row import ExtremeRow
 from fea.verify.stability.solved import Solved, solved
+from geometry.arrays import Floats
 from geometry.bodies.shape import Prism, polygon
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
-from mesh.tetmesh import Floats, TetMesh
+from mesh.tetmesh import TetMesh
 
 SCALES = (1e-3, 1e-1, 1e1, 1e3)
 MODULI = (1.0, 1e3, 1.2e6)  # MPa: rubber, a polymer, diamond

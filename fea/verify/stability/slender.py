@@ -9,8 +9,8 @@ from fea.verify.body import STEEL, held
 from fea.verify.stability.lattice import lattice
 from fea.verify.stability.row import ExtremeRow
 from fea.verify.stability.solved import percent, solved
+from geometry.arrays import Floats
 from geometry.surfaces import Surface
-from mesh.tetmesh import Floats
 
 SIDE = 2.0
 SLENDERNESS = (10, 30, 100, 300, 1000)

@@ -13,8 +13,9 @@ from fea.verify.stability.bending import STRESS, beam, bent, stressed
 from fea.verify.stability.peaks import noticed, peak_of
 from fea.verify.stability.row import ExtremeRow
 from fea.verify.stability.solved import percent
+from geometry.arrays import Floats
 from mesh.quality import measure, shape
-from mesh.tetmesh import EDGES, Floats, TetMesh
+from mesh.tetmesh import EDGES, TetMesh
 
 SHAPES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 SIZE = 1.0

@@ -10,12 +10,11 @@ from fea.material import Material, Materials
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.supports import require_restrained
 from fea.solvers.condition import condition_estimate
+from fea.solvers.linear.choice import factorise
 from fea.solvers.residuals import residuals
-from fea.solvers.solvers import factorise
 from fea.verify.stability.row import ExtremeRow, judged
+from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

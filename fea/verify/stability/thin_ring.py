@@ -13,11 +13,11 @@ from fea.verify.body import STEEL, SolvedBody, held
 from fea.verify.stability.peaks import peak_of, peak_row
 from fea.verify.stability.row import ExtremeRow
 from fea.verify.stability.solved import solved
+from geometry.arrays import Floats
 from geometry.bodies.shape import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
-from mesh.tetmesh import Floats
 
 BORE, THICKNESS, SIZE, PRESSURE = 20.0, 6.0, 3.0, 1.0
 WALLS = (20.0, 10.0, 5.0, 2.0, 1.0)

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from fea.case_loads import Bores, CaseForces, CaseLoads
 from fea.choices import Support
-from fea.discretise import Discretised, discretise
 from fea.machine.clock import Clock
 from fea.output.inp import write_inp
+from fea.rod.case_forces import Bores, CaseForces, CaseLoads
+from fea.rod.discretise import Discretised, discretise
 from fea.solid.inertia import inertia
 from fea.solid.supports import determinate_restraints
 from fea.study.study import load_study

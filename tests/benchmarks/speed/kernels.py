@@ -14,8 +14,8 @@ from worker import Run
 from fea.choices import Support
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.parity import Parity
-from fea.solvers.pardiso import _ANALYSE, _FACTORISE, _SOLVE, PardisoCholesky
-from fea.solvers.solve import Model
+from fea.solvers.linear.pardiso import _ANALYSE, _FACTORISE, _SOLVE, PardisoCholesky
+from fea.solvers.static import Model
 from fea.study.study import load_study
 
 COUNT, SCHEDULING = 18, 23  # iparm(19): −1 asks for the count, in millions; iparm(24): 0 is the classic one

@@ -15,7 +15,7 @@ from fea.machine.clock import Clock
 from fea.solid.element import tabulate
 from fea.solid.integration import stiffness_degree
 from fea.solid.parity import Parity, Split
-from fea.solvers.solve import Model
+from fea.solvers.static import Model
 from fea.stress.recovery import ElementStress, Recovery
 from fea.stress.stress import von_mises
 from fea.study.study import load_study

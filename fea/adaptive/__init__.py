@@ -1,1 +1,0 @@
-"""Errors of the peaks, and meshes that bring them within a tolerance."""

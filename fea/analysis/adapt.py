@@ -1,0 +1,172 @@
+"""Remesh where the estimate says, until every peak is within the tolerance asked for."""
+
+import dataclasses
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fea.analysis.pipeline import Analysis, SpeedResult
+from fea.analysis.wanted_size import predicted_elements, size_ratio, wanted_sizes
+from fea.machine.clock import Clock
+from fea.study.study import Study
+from geometry.arrays import Floats
+from geometry.errors import GeometryError
+from mesh.errors import MeshError
+from mesh.size_field import SizeField
+from mesh.sizing import Sizing
+
+# Of the first mesh, over the default size: it costs a third of the default mesh and tells as well where
+# elements are needed. The later ones keep the default sizes, which follow the rod's features, wherever
+# nothing is wanted.
+COARSER = 1.5
+# The last pass is the answer, and those before it may cost no more than one and a half times as much.
+MAX_PASSES = 4
+# About ten gigabytes and some minutes with a direct solver on a quarter of the rod.
+MAX_ELEMENTS = 600_000
+# Over all speeds, nodes whose fields stay in memory until they are asked for, at about a kilobyte each; the
+# last mesh is solved once more for further speeds.
+MAX_KEPT_NODES = 1_000_000
+
+
+@dataclass(frozen=True)
+class Pass:
+    """One mesh and what it gave.
+
+    Attributes
+    ----------
+    elements, nodes
+        Of the whole rod.
+    error_percent
+        The largest bar of any case.
+    seconds
+        Wall time of the pass.
+    """
+
+    elements: int
+    nodes: int
+    error_percent: float
+    seconds: float
+
+    def text(self, number: int) -> str:
+        """Return a line for who waits."""
+        return f"pass {number}: {self.elements} elements, ±{self.error_percent:.1f} %, {self.seconds:.1f} s"
+
+
+@dataclass(frozen=True)
+class Adapted:
+    """The analysis on the last mesh, and how that came about.
+
+    Attributes
+    ----------
+    analysis
+        Of the last pass.
+    passes
+        All of them; none where no tolerance was asked for.
+    shortfall
+        Why the tolerance is not met; empty where it is.
+    results
+        By speed, as far as they are kept.
+    """
+
+    analysis: Analysis
+    passes: tuple[Pass, ...] = ()
+    shortfall: str = ""
+    results: Mapping[float | None, SpeedResult] = field(default_factory=dict)
+
+    def at(self, rpm: float | None) -> SpeedResult:
+        """Solve the load cases of one speed (rpm); None for given forces."""
+        result = self.results.get(rpm) or self.analysis.at(rpm)
+        if not self.shortfall:
+            return result
+        return dataclasses.replace(result, notes=(*result.notes, self.shortfall))
+
+
+def analysed(
+    study: Study,
+    speeds: Sequence[float | None],
+    clock: Clock,
+    listener: Callable[[str], None] | None = None,
+) -> Adapted:
+    """Prepare the analysis of a study, on ever better meshes where a tolerance is asked for.
+
+    Parameters
+    ----------
+    study
+        What is asked; ``analysis.tolerance_percent`` is the tolerance, for the cases of all speeds.
+    speeds
+        rpm; None for given forces.
+    clock
+        Times the stages, over all passes.
+    listener
+        Told the figures of each pass.
+
+    Raises
+    ------
+    GeometryError, MeshError, InvalidValue, …
+        See `Analysis`.
+    """
+    tolerance = study.analysis.tolerance_percent
+    if tolerance is None:
+        return Adapted(Analysis(study, clock))
+    passes: list[Pass] = []
+    fields: list[SizeField] = []
+    while True:
+        start = time.perf_counter()
+        analysis = _meshed(study, clock, fields)
+        worst, ratio, results = _solved(analysis, speeds, tolerance, again=bool(fields))
+        passes.append(_pass(analysis, worst, time.perf_counter() - start))
+        if listener:
+            listener(passes[-1].text(len(passes)))
+        wanted = wanted_sizes(analysis.mesh, ratio)
+        shortfall = "" if worst <= tolerance else _obstacle(analysis, wanted, len(passes))
+        if worst <= tolerance or wanted is None or shortfall:
+            break
+        fields.append(wanted)
+        del analysis, results  # their memory is the next mesh's
+    if shortfall:
+        shortfall = f"the tolerance of {tolerance:g} % is not met (±{worst:.2g} %): {shortfall}"
+    return Adapted(analysis, tuple(passes), shortfall, results)
+
+
+def _solved(
+    analysis: Analysis, speeds: Sequence[float | None], tolerance: float, *, again: bool
+) -> tuple[float, Floats, dict[float | None, SpeedResult]]:
+    """Solve all speeds: the largest bar (percent), factors (n_nodes,) on the size, and the results kept."""
+    mesh, asked = analysis.mesh.whole.mesh, analysis.study.analysis
+    worst, ratio = 0.0, np.ones(len(mesh.points))
+    most = 0 if asked.cycle else max(1, MAX_KEPT_NODES // len(mesh.points))
+    results: dict[float | None, SpeedResult] = {}
+    for rpm in speeds:
+        result = analysis.at(rpm, cycle=False)
+        worst = max(worst, *(case.error_percent for case in result.cases))
+        ratio = np.minimum(ratio, size_ratio(mesh, result.cases, tolerance, again=again))
+        if len(results) < most:
+            results[rpm] = result
+    return worst, ratio, results
+
+
+def _meshed(study: Study, clock: Clock, fields: Sequence[SizeField]) -> Analysis:
+    """Mesh coarsely at first, then as without a tolerance but for the wanted sizes."""
+    if fields or study.mesh.size_mm is not None:
+        return Analysis(study, clock, fields)
+    try:
+        return Analysis(study, clock, coarser=COARSER)
+    except (GeometryError, MeshError):  # what only smaller elements can follow
+        return Analysis(study, clock)
+
+
+def _pass(analysis: Analysis, error_percent: float, seconds: float) -> Pass:
+    mesh = analysis.mesh.whole.mesh
+    return Pass(len(mesh.tets), len(mesh.points), error_percent, seconds)
+
+
+def _obstacle(analysis: Analysis, wanted: SizeField | None, n_passes: int) -> str:
+    """What stands in the way of a further pass; empty where nothing does."""
+    if wanted is None or n_passes == MAX_PASSES:
+        return f"{n_passes} meshes were tried. Start from a smaller --size"
+    elements = predicted_elements(analysis.mesh, wanted, Sizing(analysis.mesh.size).growth)
+    if elements > MAX_ELEMENTS:
+        return f"it would take {elements:.2g} elements, more than {MAX_ELEMENTS}"
+    return ""

@@ -1,0 +1,131 @@
+"""Element sizes that a tolerance on the peaks asks for, from the errors of a solution."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fea.assess.case_result import CaseResult
+from fea.rod.discretise import Discretised
+from geometry.arrays import Floats
+from mesh.size_field import SizeField
+from mesh.tetmesh import EDGES, TetMesh
+
+# Errors fall with this power of the element size, as the rate of the stress in second-order elements.
+_RATE = {1: 1.0, 2: 2.0}
+# Places that an earlier pass refined in vain are less smooth: the ends of fillets, where curvature jumps.
+# There the rate is lower, and a step worth another pass has at least this ratio.
+_ROUGH_RATE, _ROUGH_RATIO = 1.0, 0.5
+# Of the tolerance, what is aimed at: predictions scatter, and a further pass costs a whole solution, smaller
+# elements at the peaks next to nothing.
+_AIM = 0.25
+# A coarse mesh's own peak falls as it is refined, by about this share of its error: so much lower lies what
+# other places have to stay below.
+_FALL = 0.15
+# No element shrinks further than this in one pass: what its error says so far off is too vague.
+LEAST_RATIO = 0.2
+# Beyond this error in the energy norm a whole rod is too coarse for any peak to be trusted; elements with
+# more than their share of it shrink (Zienkiewicz & Zhu 1987, eq. 21), and no further than by half.
+ENERGY_PERCENT = 20.0
+_LEAST_ENERGY_RATIO = 0.5
+# Mean length of the edges that gmsh makes, over the size it was asked for.
+REALISED = 1.25
+# A size, mm, that binds nobody.
+_ANYTHING = 1e6
+
+
+def size_ratio(
+    mesh: TetMesh, cases: Sequence[CaseResult], tolerance_percent: float, *, again: bool = False
+) -> Floats:
+    """Factor (n_nodes,) on the size of the elements that brings the peaks of every case within a tolerance.
+
+    Parameters
+    ----------
+    mesh
+        The whole rod.
+    cases
+        Solved on it.
+    tolerance_percent
+        Of the largest von Mises stress and of the least safety factor.
+    again
+        Whether the mesh has been refined for this tolerance already.
+    """
+    ratio, rate = np.ones(len(mesh.points)), _RATE[mesh.order]
+    for case in cases:
+        nodal = _nodal_ratio(case, mesh, tolerance_percent / 100, again=again)
+        ratio = np.minimum(ratio, nodal)
+        np.minimum.at(ratio, mesh.tets, _energy_ratio(case, mesh, rate)[:, None])
+    return ratio
+
+
+def wanted_sizes(mesh: Discretised, ratio: Floats) -> SizeField | None:
+    """Sizes on what gmsh meshed, from a factor at each node of the whole; None where no factor is below 1."""
+    drawn = mesh.drawn
+    on_drawn = np.ones(len(drawn.points))
+    np.minimum.at(on_drawn, mesh.drawn_node, ratio)
+    # The elements around a node decide its error: all their vertices get the size, or none would.
+    np.minimum.at(on_drawn, drawn.tets[:, :4], on_drawn[drawn.tets].min(axis=1)[:, None])
+    if not (on_drawn < 1).any():
+        return None
+    size = np.where(on_drawn < 1, on_drawn * edge_length(drawn) / REALISED, np.inf)
+    return SizeField(drawn.points, drawn.tets[:, :4], np.minimum(size, _ANYTHING))
+
+
+def _nodal_ratio(case: CaseResult, mesh: TetMesh, tolerance: float, *, again: bool) -> Floats:
+    """Factor on the size at each node of the whole, for the bars of the peaks."""
+    ratio, masked = np.ones(len(case.von_mises)), case.error.masked
+    if masked.all():
+        return ratio
+    # What a first mesh says is vague, and a further pass dearer than elements; of first order they are many.
+    vague = mesh.order == 2 and not again
+    rate = _ROUGH_RATE if again else _RATE[mesh.order]
+    for value, own_error in case.judged:
+        error = np.where(masked, 0.0, own_error)
+        hottest = int(np.where(masked, -np.inf, value).argmax())
+        peak, aim = value[hottest], _AIM * tolerance * value[hottest]
+        fall = _FALL * error[hottest] if vague else 0.0
+        error = _around(error, mesh) if vague else error
+        # A node counts as far as its stress and error together reach beyond the peak's bar.
+        allowed = np.maximum(peak + aim - fall - value, aim)
+        factor = np.divide(allowed, error, out=np.ones_like(error), where=~masked & (error > 0))
+        ratio = np.minimum(ratio, factor ** (1 / rate))
+    if again:
+        ratio[ratio < 1] = np.minimum(ratio[ratio < 1], _ROUGH_RATIO)
+    return np.maximum(ratio, LEAST_RATIO)
+
+
+def _around(error: Floats, mesh: TetMesh) -> Floats:
+    """Largest error (n_nodes,) over the elements at each node: by chance it is too small at single nodes."""
+    largest = error.copy()
+    np.maximum.at(largest, mesh.tets, error[mesh.tets].max(axis=1)[:, None])
+    return largest
+
+
+def _energy_ratio(case: CaseResult, mesh: TetMesh, rate: float) -> Floats:
+    """Factor on the size of each element, for the error in the energy norm."""
+    share = case.error.element_percent
+    if case.error.energy_percent <= ENERGY_PERCENT:
+        return np.ones_like(share)
+    permitted = ENERGY_PERCENT / np.sqrt(share.size)
+    factor = (permitted / np.maximum(share, permitted)) ** (1 / (rate + 1.5))  # volume counts as h^(3/2)
+    smooth = ~case.error.masked[mesh.tets].any(axis=1)
+    return np.where(smooth, np.maximum(factor, _LEAST_ENERGY_RATIO), 1.0)
+
+
+def edge_length(mesh: TetMesh) -> Floats:
+    """Mean length (n_nodes,) of the edges at each vertex, mm; infinite at other nodes."""
+    total, count = np.zeros((2, len(mesh.points)))
+    for a, b in EDGES:
+        length = np.linalg.norm(mesh.points[mesh.tets[:, a]] - mesh.points[mesh.tets[:, b]], axis=1)
+        for end in (a, b):
+            total += np.bincount(mesh.tets[:, end], length, minlength=total.size)
+            count += np.bincount(mesh.tets[:, end], minlength=total.size)
+    return np.divide(total, count, out=np.full_like(total, np.inf), where=count > 0)
+
+
+def predicted_elements(mesh: Discretised, wanted: SizeField, growth: float) -> float:
+    """How many elements of the whole rod the wanted sizes will make."""
+    graded = wanted.graded(growth)
+    tets = mesh.drawn.tets[:, :4]
+    expected = REALISED * graded.size[tets].mean(axis=1)
+    ratio = np.minimum(1.0, expected / edge_length(mesh.drawn)[tets].mean(axis=1))
+    return float((ratio**-3.0).sum()) * len(mesh.whole.mesh.tets) / len(tets)

@@ -1,1 +1,0 @@
-"""The crank cycle of a study in engineering units: columns, extremes, means."""

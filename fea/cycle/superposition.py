@@ -1,0 +1,213 @@
+"""The whole crank cycle of a rod at one speed after another, from one set of unit solutions."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fea.assess.case_result import CaseResult
+from fea.assess.remarks import fatigue_remarks
+from fea.checks import LIMITS, Check
+from fea.choices import Fatigue
+from fea.cycle.envelope import Envelope, envelope, with_cases
+from fea.cycle.multiaxial import worst_multiaxial
+from fea.cycle.series import TOLERANCE
+from fea.cycle.spots import Spot, distinct, spots
+from fea.cycle.unit_loads import UnitLoads
+from fea.cycle.unit_solutions import UnitSolutions, Weights
+from fea.material import Material
+from fea.rod.discretise import Discretised
+from fea.stress.stress import von_mises
+from geometry.arrays import Floats, Mask
+from geometry.mass import MassProperties
+from loads.cases import LoadCase, RodMotion
+from loads.dynamics import cycle, origin_acceleration
+from loads.engine import Engine
+from loads.gas import GasModel
+from loads.slider_crank import cycle_angles
+
+# Limit of the check ``superposition`` where the pressure jumps, at which no series converges: what is called
+# converged.
+AT_JUMPS = 0.05
+_AWAY = "the cycle's factors, too, are of the rod away from places where the exact stress is infinite"
+
+
+@dataclass(frozen=True)
+class CycleResult:
+    """A cycle at one speed.
+
+    Attributes
+    ----------
+    angles
+        (n_instants,) crank angles of the histories, rad: every degree.
+    envelope
+        On the whole rod.
+    spots
+        The worst places against yielding, the worst first.
+    weakest
+        The worst place against fatigue, or None where no fatigue strength is known.
+    superposition
+        Largest difference of superposed from directly solved von Mises stress over the peak cases, in
+        parts of each case's largest.
+    series_error
+        What the cosine series misses of the bore pressure at worst, in parts of its peak.
+    unit_solutions
+        How many there are.
+    jumps
+        Whether the bore pressure does, at its arc's ends.
+    remarks
+        What a reader must know of the material.
+    multiaxial
+        The worst place by Crossland's criterion, or None where no endurance is known.
+    counts
+        (n_nodes,) nodes that are judged: those that are not near a singular place.
+    """
+
+    angles: Floats
+    envelope: Envelope
+    spots: tuple[Spot, ...]
+    weakest: Spot | None
+    superposition: float
+    series_error: float
+    unit_solutions: int
+    jumps: bool
+    counts: Mask
+    remarks: tuple[str, ...] = ()
+    multiaxial: Spot | None = None
+
+    def checks(self) -> dict[str, Check]:
+        """Hold the superposition against the directly solved cases."""
+        limit = AT_JUMPS if self.jumps else LIMITS["superposition"]
+        return {"superposition": Check(self.superposition, limit)}
+
+    def notes(self) -> tuple[str, ...]:
+        """Say what a reader must know of the cycle."""
+        said = self.remarks if self.counts.all() else (*self.remarks, _AWAY)
+        if self.jumps:
+            why = "jumps at its arc's ends"
+        elif self.series_error > 2 * TOLERANCE:
+            why = "rises within a narrow arc"
+        else:
+            return said
+        apart = f"{100 * self.superposition:.2g} % of each peak case's largest"
+        return (*said, f"the bore pressure {why}: superposed stress there is within {apart}")
+
+
+@dataclass(frozen=True)
+class CycleAnalysis:
+    """Superposes the unit solutions of a rod.
+
+    Attributes
+    ----------
+    mesh
+        The meshed rod.
+    rod
+        Its mass properties, from the quadrature of the inertia fields.
+    materials
+        One a part.
+    loads, units
+        The unit loads and their solutions.
+    fatigue
+        The criterion.
+    masked
+        Nodes of the cell near places where the exact stress is infinite: they are not judged.
+    """
+
+    mesh: Discretised
+    rod: MassProperties
+    materials: tuple[Material, ...]
+    loads: UnitLoads
+    units: UnitSolutions
+    fatigue: Fatigue
+    masked: Mask
+
+    @property
+    def counts(self) -> Mask:
+        """Nodes of the cell that are judged: all where none would be left."""
+        return np.ones_like(self.masked) if self.masked.all() else ~self.masked
+
+    def weights(self, engine: Engine, gas: GasModel, speed: float, angles: Floats) -> Weights:
+        """Weights (n_units, n_instants) on the even and the odd unit solutions; speed in rad/s."""
+        c = cycle(engine, self.rod, gas, speed, angles)
+        return self.loads.weights(
+            np.stack([c.pin_axial, c.pin_transverse]),
+            np.stack([-c.crank_axial, c.crank_transverse]),
+            np.stack(origin_acceleration(engine, c.motion)),
+            -c.motion.rod_rate,
+            -c.motion.rod_acceleration,
+        )
+
+    def case_weights(self, cases: Sequence[LoadCase]) -> Weights:
+        """Weights (n_units, n_cases) of load cases."""
+        still = RodMotion((0.0, 0.0), 0.0, 0.0)
+        motions = [case.motion or still for case in cases]
+        return self.loads.weights(
+            np.array([[case.pin_axial, case.pin_transverse] for case in cases]).T,
+            np.array([[-case.crank_axial, case.crank_transverse] for case in cases]).T,
+            np.array([motion.acceleration for motion in motions]).T,
+            np.array([motion.angular_velocity for motion in motions]),
+            np.array([motion.angular_acceleration for motion in motions]),
+        )
+
+    def at(self, engine: Engine, gas: GasModel, speed: float, cases: Sequence[CaseResult]) -> CycleResult:
+        """Work out the cycle at one speed.
+
+        Parameters
+        ----------
+        engine, gas, speed
+            What drives the rod; speed in rad/s.
+        cases
+            The peak cases at that speed, directly solved: the envelope is no less than these.
+        """
+        degrees = cycle_angles()
+        peaks = [case for case in cases if case.case.motion is not None]
+        angles = np.concatenate([degrees, [case.case.crank_angle or 0.0 for case in peaks]])
+        every = self.weights(engine, gas, speed, angles)
+        whole = self.mesh.whole
+        found = envelope(self.units, every, angles, whole, materials=self.materials, criterion=self.fatigue)
+        found = with_cases(found, cases)
+        count = len(degrees)
+        of_degrees = every[0][:, :count], every[1][:, :count]
+        of_peaks = every[0][:, count:], every[1][:, count:]
+        points, length = whole.mesh.points, self.mesh.bores.rod_length
+        counts = self.counts[whole.source]
+        worst = [node for node in distinct(points, np.where(counts, -found.usage, 0), length) if counts[node]]
+        weakest = _least(found.fatigue_factor, counts)
+        multiaxial, factors = worst_multiaxial(
+            found, self.units, of_degrees, whole, self.materials, counts=counts
+        )
+        found = replace(found, crossland_factor=factors)
+        places = [(node, int(found.part[node])) for node in worst]
+        places += [(node, int(found.fatigue_part[node])) for node in weakest]
+        histories = spots(places, self.units, of_degrees, whole)
+        return CycleResult(
+            degrees,
+            found,
+            histories[: len(worst)],
+            histories[-1] if weakest else None,
+            self._difference(of_peaks, peaks),
+            self.loads.series_error,
+            self.units.count,
+            self.loads.jumps,
+            counts,
+            fatigue_remarks(self.materials, self.fatigue),
+            multiaxial,
+        )
+
+    def _difference(self, weights: Weights, peaks: Sequence[CaseResult]) -> float:
+        worst = 0.0
+        for number in range(len(self.units.parts)):
+            tensors = self.units.tensor(number, weights, self.mesh.whole)
+            for k, case in enumerate(peaks):
+                direct = case.part_von_mises[number]
+                apart = np.abs(von_mises(tensors[..., k]) - direct)
+                worst = max(worst, float(np.nanmax(apart) / np.nanmax(direct)))
+        return worst
+
+
+def _least(factor: Floats | None, counts: Mask) -> list[int]:
+    """Node of the least factor among those that count; none where no strength is known."""
+    if factor is None:
+        return []
+    judged = np.where(counts, factor, np.nan)
+    return [] if np.isnan(judged).all() else [int(np.nanargmin(judged))]

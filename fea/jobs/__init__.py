@@ -1,1 +1,0 @@
-"""The jobs behind the commands: analyse, report, leave the files."""

@@ -1,0 +1,107 @@
+"""An animation of the crank cycle as a file, drawn by a process that may fail without harm to results."""
+
+import json
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.output.errors import PictureError, StorageError
+from fea.output.pictures.child import REMEDY, environments, run_drawing
+from fea.output.pictures.skin import Skin
+from fea.output.target import require_target
+from geometry.arrays import Floats
+
+Singles = npt.NDArray[np.float32]
+
+SUFFIXES = (".gif", ".mp4")
+TIMEOUT = 600.0  # seconds; 72 frames take about ten
+
+
+@dataclass(frozen=True)
+class Frames:
+    """What there is to see of a rod at instants of the cycle.
+
+    Attributes
+    ----------
+    skin
+        Its outer surface without load, rod frame, mm.
+    displacement
+        (n_frames, n_nodes, 3) of the skin's nodes, rod frame, mm.
+    von_mises
+        (n_frames, n_nodes), MPa.
+    crank_angle
+        (n_frames,), rad.
+    crank_radius, rod_length, pin_offset
+        Of the engine, mm.
+    title
+        Lines that say what is shown: study and speed.
+    """
+
+    skin: Skin
+    displacement: Singles
+    von_mises: Singles
+    crank_angle: Floats
+    crank_radius: float
+    rod_length: float
+    pin_offset: float
+    title: tuple[str, ...]
+
+
+def require_film(path: Path) -> None:
+    """Refuse a file that could not be written in the end, before anything is computed.
+
+    Raises
+    ------
+    InvalidValue
+        The suffix is not known, or there is no such directory.
+    PictureError
+        MP4 is asked for and its encoder is not installed.
+    """
+    require_target("--animate", path, SUFFIXES)
+    if path.suffix.lower() == ".mp4" and find_spec("imageio_ffmpeg") is None:
+        remedy = "`pip install imageio-ffmpeg` brings it; .gif needs nothing more."
+        raise PictureError(f"{path.name} needs imageio-ffmpeg, which is not installed. {remedy}")
+
+
+def film(frames: Frames, suffix: str) -> bytes:
+    """Draw an animation and return the content of its file.
+
+    Raises
+    ------
+    PictureError
+        Nothing came out; says what to install.
+    """
+    with TemporaryDirectory() as scratch:
+        source, target = Path(scratch, "frames.npz"), Path(scratch, f"film{suffix.lower()}")
+        np.savez(
+            source,
+            points=frames.skin.points,
+            facets=frames.skin.facets,
+            displacement=frames.displacement,
+            von_mises=frames.von_mises,
+            crank_angle=frames.crank_angle,
+        )
+        engine = {name: getattr(frames, name) for name in ("crank_radius", "rod_length", "pin_offset")}
+        orders = json.dumps(
+            {"source": str(source), "target": str(target), "engine": engine, "title": frames.title}
+        )
+        for environment in environments():
+            said = run_drawing("fea.output.pictures.animation_frames", orders, environment, TIMEOUT)
+            if target.is_file():
+                return target.read_bytes()
+    raise PictureError(f"The animation could not be drawn: {said}. {REMEDY}")
+
+
+def write_film(path: Path, content: bytes) -> None:
+    """Write an animation's file, complete or not at all; `StorageError` where the system refuses."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        part.write_bytes(content)
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise StorageError(f"{path} could not be written: {error.strerror}.") from error

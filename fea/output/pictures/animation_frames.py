@@ -1,0 +1,190 @@
+"""The process that draws an animation: ``python -m fea.output.pictures.animation_frames ORDERS``."""
+
+import json
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyvista
+from PIL import Image
+
+from fea.output.pictures.animation_page import Page
+from fea.output.pictures.bands import Bands
+from fea.output.pictures.drawing import SCALARS, add_surface
+from fea.output.pictures.frame import Frame
+from fea.output.pictures.scale import exaggeration
+from fea.output.pictures.skin import Skin
+from fea.output.pictures.strokes import GREY, INK, PAPER, add_lines, require_rod
+from fea.output.pictures.view import View
+from fea.units import DEG
+from geometry.arrays import Floats
+
+FRAMES_PER_SECOND = 20
+SIZE = (384, 608)  # pixels of the engine's part of the page; sides of a film are multiples of 16
+PIECES = 2  # of a facet's side: a page is a quarter the size of a picture
+# From the front and a little from the side; the cylinder is upright.
+TOWARDS = np.array([0.12, -0.24, 0.96])
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A rod as it is drawn at every instant.
+
+    Attributes
+    ----------
+    skin, displacement, von_mises, crank_angle
+        As in `fea.output.pictures.animation.Frames`.
+    crank_radius, rod_length, pin_offset
+        Of the engine, mm.
+    """
+
+    skin: Skin
+    displacement: npt.NDArray[np.float32]
+    von_mises: npt.NDArray[np.float32]
+    crank_angle: Floats
+    crank_radius: float
+    rod_length: float
+    pin_offset: float
+
+    @cached_property
+    def factor(self) -> float:
+        """By which displacements are drawn larger."""
+        largest = float(np.linalg.norm(self.displacement, axis=2).max())
+        return exaggeration(float(np.ptp(self.skin.points, axis=0).max()), largest)
+
+    def deformed(self, k: int) -> Floats:
+        """(n_nodes, 3) places of the nodes in the rod's frame, as they are drawn."""
+        return np.asarray(self.skin.points + self.factor * self.displacement[k])
+
+    def placement(self, k: int) -> Floats:
+        """(4, 4) from the rod's frame to the engine's.
+
+        The crank pin is on its circle; the rod is turned so that its small end as it is drawn, longer or
+        shorter, is on the cylinder's axis.
+        """
+        theta, r = self.crank_angle[k], self.crank_radius
+        near = np.abs(self.skin.points[:, 0] - self.rod_length) < 0.05 * self.rod_length
+        stretched = self.rod_length + self.factor * float(self.displacement[k, near, 0].mean())
+        sin = (r * np.sin(theta) - self.pin_offset) / stretched
+        cos = np.sqrt(1 - sin**2)
+        placed = np.eye(4)
+        placed[:2] = [[cos, sin, 0, r * np.cos(theta)], [-sin, cos, 0, r * np.sin(theta)]]
+        return placed
+
+
+def images(motion: Motion) -> Iterator[npt.NDArray[np.uint8]]:
+    """Draw the engine's part of every page, (height, width, 3)."""
+    plotter = pyvista.Plotter(off_screen=True, window_size=SIZE, lighting="none", border=False)
+    plotter.set_background(PAPER)
+    surface = pyvista.PolyData.from_regular_faces(
+        motion.skin.refined(motion.deformed(0)), motion.skin.triangles()
+    )
+    surface.point_data[SCALARS] = motion.skin.refined(motion.von_mises[0].astype(float))
+    surface.point_data["Normals"] = motion.skin.refined_normals()
+    surface.point_data.active_normals_name = "Normals"
+    rod = add_surface(plotter, surface, Bands.up_to(float(motion.von_mises.max())))
+    crank = _add_engine(plotter, motion)
+    _frame(motion).aim(plotter)
+    plotter.enable_anti_aliasing("ssaa")
+    for k in range(len(motion.crank_angle)):
+        surface.points = motion.skin.refined(motion.deformed(k))
+        surface.point_data[SCALARS] = motion.skin.refined(motion.von_mises[k].astype(float))
+        rod.user_matrix = motion.placement(k)
+        crank.user_matrix = _turned(motion.crank_angle[k])
+        plotter.renderer.ResetCameraClippingRange()
+        plotter.render()
+        image = plotter.screenshot(return_img=True)
+        require_rod(image)
+        yield image
+    plotter.close()
+
+
+def _add_engine(plotter: Any, motion: Motion) -> Any:
+    """Draw the cylinder's axis and the crank pin's circle; return the crank's arm."""
+    r, offset = motion.crank_radius, motion.pin_offset
+    axis = pyvista.Line((-r, offset, 0), (r + motion.skin.points[:, 0].max(), offset, 0))
+    plotter.add_mesh(axis, color=GREY, line_width=2, lighting=False)
+    angle = np.linspace(0, 2 * np.pi, 91)
+    circle = r * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    add_lines(plotter, circle[None], GREY, 1)
+    return plotter.add_mesh(pyvista.Line((0, 0, 0), (r, 0, 0)), color=INK, line_width=6, lighting=False)
+
+
+def _turned(angle: float) -> Floats:
+    turned = np.eye(4)
+    turned[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    return turned
+
+
+def _frame(motion: Motion) -> Frame:
+    """Return the frame that holds the rod at every instant."""
+    towards = TOWARDS / np.linalg.norm(TOWARDS)
+    up = np.array([1.0, 0, 0]) - towards[0] * towards
+    up /= np.linalg.norm(up)
+    some = slice(None, None, max(1, len(motion.skin.points) // 2000))
+    swept = []
+    for k in range(len(motion.crank_angle)):
+        placed = motion.placement(k)
+        swept.append(motion.deformed(k)[some] @ placed[:3, :3].T + placed[:3, 3])
+    view = View(towards, np.cross(up, towards), up)
+    return Frame.around(np.concatenate(swept), view, SIZE[0] / SIZE[1], width=0.94, height=0.94)
+
+
+def write_gif(path: Path, pages: list[Image.Image]) -> None:
+    """Write pages as a GIF that repeats for ever; one palette, so that nothing flickers."""
+    few = pages[:: max(1, len(pages) // 8)]
+    width, height = pages[0].size
+    montage = Image.new("RGB", (width, height * len(few)))
+    for number, page in enumerate(few):
+        montage.paste(page, (0, number * height))
+    palette = montage.quantize(255, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    indexed = [page.quantize(palette=palette, dither=Image.Dither.NONE) for page in pages]
+    indexed[0].save(
+        path,
+        save_all=True,
+        append_images=indexed[1:],
+        duration=1000 // FRAMES_PER_SECOND,
+        loop=0,
+        optimize=False,
+    )
+
+
+def write_mp4(path: Path, pages: list[Image.Image]) -> None:
+    """Write pages as an H.264 film."""
+    import imageio_ffmpeg  # noqa: PLC0415 - an extra
+
+    writer = imageio_ffmpeg.write_frames(
+        str(path), pages[0].size, fps=FRAMES_PER_SECOND, quality=7, ffmpeg_log_level="error"
+    )
+    writer.send(None)
+    for page in pages:
+        writer.send(page.tobytes())
+    writer.close()
+
+
+def main() -> None:
+    """Draw the animation asked for; its file is complete or not there."""
+    orders = json.loads(sys.argv[1])
+    with np.load(orders["source"]) as arrays:
+        skin = Skin(arrays["points"], arrays["facets"], pieces=PIECES)
+        rest = {name: arrays[name] for name in ("displacement", "von_mises", "crank_angle")}
+    motion = Motion(skin, **rest, **orders["engine"])
+    page = Page(orders["title"], float(motion.von_mises.max()), motion.factor, SIZE)
+    stress = motion.von_mises.max(axis=1)
+    pages = [
+        page.drawn(image, motion.crank_angle[k] / DEG, float(stress[k]))
+        for k, image in enumerate(images(motion))
+    ]
+    target = Path(orders["target"])
+    part = target.with_stem("part")
+    (write_gif if target.suffix == ".gif" else write_mp4)(part, pages)
+    part.replace(target)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,181 @@
+"""The picture of a result: the deformed rod, its hot spot magnified, the legend."""
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista
+
+from fea.output.pictures.bands import Bands
+from fea.output.pictures.frame import Frame
+from fea.output.pictures.scale import round_down
+from fea.output.pictures.scene import Scene
+from fea.output.pictures.shown import MODE
+from fea.output.pictures.skin import refined_line
+from fea.output.pictures.strokes import (
+    GREY,
+    INK,
+    PAPER,
+    SHADING,
+    SIZE,
+    add_edges,
+    add_lines,
+    canvas,
+    finish,
+    write,
+)
+from fea.output.pictures.view import View
+
+ROD_SHARE, SPOT_SHARE = 0.58, 0.64  # of the height for the rod, of the width for the hot spot
+SCALARS = "shown"  # what the colours show, whatever it is
+MAGNIFIED = 0.055  # half the height of the hot spot's frame, in parts of the rod's extent
+BELOW_TITLE = 0.9  # of the height of the rod's frame
+MARGIN = 0.11  # half the width of the peak's words, which stay within the picture
+
+
+def draw(scene: Scene, title: str, png: Path, notes: Sequence[str] = ()) -> None:
+    """Draw a result.
+
+    Parameters
+    ----------
+    scene
+        The result.
+    title
+        Study, case, speed and crank angle.
+    png
+        The picture to write.
+    notes
+        More lines beside the legend.
+
+    Raises
+    ------
+    RuntimeError
+        The picture came out blank: some OpenGL libraries fail without saying so.
+    """
+    plotter = canvas([ROD_SHARE, 1 - ROD_SHARE], [SPOT_SHARE, 1 - SPOT_SHARE], groups=[(0, slice(None))])
+    surface = _surface(scene)
+    plotter.subplot(0, 0)
+    _draw_rod(plotter, scene, surface)
+    write(plotter, title, (0.02, 0.91), size=30)
+    plotter.subplot(1, 0)
+    _draw_spot(plotter, scene, surface)
+    plotter.subplot(1, 1)
+    _draw_legend(plotter, scene, notes)
+    finish(plotter, png, ROD_SHARE)
+
+
+def _draw_rod(plotter: Any, scene: Scene, surface: Any) -> None:
+    """Draw the whole rod, where it was without load, and a ring around the hot spot."""
+    aspect = SIZE[0] / (SIZE[1] * ROD_SHARE)
+    frame = Frame.around(scene.deformed, scene.view(closeness=0.8), aspect, width=0.9, height=0.7)
+    add_surface(plotter, surface, scene.bands)
+    add_edges(plotter, scene.skin, scene.skin.points, frame, (GREY, 1.0))
+    add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 1.5))
+    radius = 0.5 * MAGNIFIED * scene.extent
+    _add_ring(plotter, scene, frame, radius)
+    _add_label(plotter, scene, frame, radius)
+    frame.aim(plotter)
+    plotter.add_axes(line_width=3, color=INK, viewport=(0.0, 0.0, 0.1, 0.24))
+
+
+def _add_label(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
+    """Write the peak above the rod where that is nearer to the hot spot and leaves the title, else below."""
+    flat = frame.view.across(scene.deformed)
+    x, y = flat[scene.node]
+    beside = flat[abs(flat[:, 0] - x) < 0.15 * scene.extent, 1]
+    gap = 0.05 * 2 * frame.half_height
+    highest = frame.relative(np.array([x, beside.max() + 2 * gap]))[1]
+    above = beside.max() - y < y - beside.min() and highest < BELOW_TITLE
+    end = beside.max() + gap if above else beside.min() - gap
+    start = y + radius if above else y - radius
+    add_lines(plotter, frame.lifted(np.array([[[x, start], [x, end]]])), INK, 2)
+    across, height = frame.relative(np.array([x, end + (0.3 if above else -0.9) * gap]))
+    write(plotter, scene.worst, (min(max(across, MARGIN), 1 - MARGIN), height), size=24, centred=True)
+
+
+def _draw_spot(plotter: Any, scene: Scene, surface: Any) -> None:
+    """Draw the surroundings of the hot spot with the elements' edges and a scale bar."""
+    aspect = SIZE[0] * SPOT_SHARE / (SIZE[1] * (1 - ROD_SHARE))
+    view, half = scene.view(closeness=2.5), MAGNIFIED * scene.extent
+    near = float((scene.deformed @ view.towards).max()) + 1.0
+    frame = Frame(view, view.across(scene.deformed[scene.node]), half, aspect, near)
+    add_surface(plotter, surface, scene.bands)
+    elements = refined_line(scene.deformed, scene.skin.sides[0]) + frame.nudge
+    add_lines(plotter, elements, INK, 1.0, opacity=0.35)
+    add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 2.0))
+    _add_ring(plotter, scene, frame, 0.06 * half)
+    length = round_down(0.6 * half)
+    start = frame.place((0.03, 0.08))
+    end = start + np.array([length, 0.0])
+    add_lines(plotter, frame.lifted(np.array([[start, end]])), INK, 4)
+    above = (start + end) / 2 + np.array([0.0, 0.06 * half])
+    write(plotter, f" {length:g} mm ", frame.relative(above), size=20, centred=True, ground=0.7)
+    frame.aim(plotter)
+
+
+def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
+    """Draw the colours' meaning and what else must be known to read the picture."""
+    limits, colours = scene.bands.limits, scene.bands.colours
+    edges = np.linspace(0.06, 0.94, len(limits))
+    low, high = 0.76, 0.84
+    corners = [[[a, low], [b, low], [b, high], [a, high]] for a, b in itertools.pairwise(edges)]
+    aspect = SIZE[0] * (1 - SPOT_SHARE) / (SIZE[1] * (1 - ROD_SHARE))
+    frame = Frame(View.along(np.array([0.0, 0.0, 1.0])), np.array([aspect / 2, 0.5]), 0.5, aspect, 0.0)
+    points = frame.lifted(np.reshape(corners, (-1, 2)) * [aspect, 1.0])
+    bar = pyvista.PolyData.from_regular_faces(points, np.arange(len(points)).reshape(-1, 4))
+    bar.cell_data["colours"] = colours
+    plotter.add_mesh(bar, scalars="colours", rgb=True, lighting=False, show_edges=True, edge_color=INK)
+    frame.aim(plotter)
+    write(plotter, scene.field.label, (edges[0], high + 0.035), size=24)
+    for edge, limit in zip(edges, limits, strict=True):
+        write(plotter, f"{limit:g}", (edge, low - 0.065), size=19, centred=True)
+    x, y, z = (round(float(coordinate), 1) + 0.0 for coordinate in scene.at)
+    lines = [
+        scene.worst,
+        f"at x = {x}, y = {y}, z = {z} mm",
+        *([f"blue from {limits[-1]:g} up"] if scene.field.capped else []),
+        *([_moved(scene)] if scene.displaced > 0 else []),
+        *notes,
+        *(["grey lines: the rod without load"] if scene.displaced > 0 else []),
+    ]
+    for k, line in enumerate(lines):
+        write(plotter, line, (edges[0], 0.57 - 0.085 * k), size=21)
+
+
+def _moved(scene: Scene) -> str:
+    if scene.field.name.startswith(MODE):
+        return "its size is free: only the shape means anything"
+    return f"displacement up to {scene.displaced:.3g} mm, drawn × {scene.exaggeration:g}"
+
+
+def _surface(scene: Scene) -> Any:
+    """Return the deformed skin with its colours' values; shaded by the normals without load."""
+    surface = pyvista.PolyData.from_regular_faces(scene.skin.refined(scene.deformed), scene.skin.triangles())
+    surface.point_data[SCALARS] = scene.skin.refined(np.minimum(scene.values, scene.top))
+    surface.point_data["Normals"] = scene.skin.refined_normals()
+    surface.point_data.active_normals_name = "Normals"
+    return surface
+
+
+def add_surface(plotter: Any, surface: Any, bands: Bands) -> Any:
+    """Add a surface in the bands of its `SCALARS`; return what was added."""
+    return plotter.add_mesh(
+        surface,
+        scalars=SCALARS,
+        cmap=bands.table(),
+        show_scalar_bar=False,
+        smooth_shading=False,
+        **SHADING,
+        copy_mesh=False,
+    )
+
+
+def _add_ring(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
+    """Draw a circle around the hot spot, legible on any colour."""
+    angle = np.linspace(0, 2 * np.pi, 73)[:, None]
+    middle = frame.view.across(scene.deformed[scene.node])
+    ring = frame.lifted(middle + radius * np.hstack([np.cos(angle), np.sin(angle)]))[None]
+    add_lines(plotter, ring, PAPER, 6)
+    add_lines(plotter, ring, INK, 3)

@@ -1,0 +1,82 @@
+"""What part of the world a picture without perspective shows."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pyvista
+
+from fea.output.pictures.view import View
+from geometry.arrays import Floats
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A rectangle of the world, seen from a direction.
+
+    Attributes
+    ----------
+    view
+        Where the eye is.
+    centre
+        (2,) the middle, in the view's coordinates, mm.
+    half_height
+        mm.
+    aspect
+        Width over height.
+    near
+        How far towards the eye things reach, mm: marks are drawn there, before everything.
+    """
+
+    view: View
+    centre: Floats
+    half_height: float
+    aspect: float
+    near: float
+
+    @property
+    def nudge(self) -> Floats:
+        """(3,) towards the eye, so that a line on a surface is not half buried in it; nothing seems moved."""
+        step: Floats = 4e-3 * self.half_height * self.view.towards
+        return step
+
+    @classmethod
+    def around(cls, points: Floats, view: View, aspect: float, width: float, height: float) -> "Frame":
+        """Return the frame of which points (n, 3) fill at most these parts of its width and height."""
+        flat = view.across(points)
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        half = max((high[0] - low[0]) / (width * aspect), (high[1] - low[1]) / height) / 2
+        return cls(view, (low + high) / 2, float(half), aspect, float((points @ view.towards).max()) + 1.0)
+
+    def lifted(self, flat: Floats) -> Floats:
+        """Return points (…, 3) before everything else, from coordinates (…, 2) of the view."""
+        axes = np.stack([self.view.right, self.view.up])
+        return flat @ axes + self.near * self.view.towards
+
+    def relative(self, flat: Floats) -> tuple[float, float]:
+        """Return coordinates (2,) of the view in parts of the frame's width and height."""
+        x, y = (flat - self.centre) / (2 * self.half_height * np.array([self.aspect, 1.0])) + 0.5
+        return float(x), float(y)
+
+    def place(self, relative: tuple[float, float]) -> Floats:
+        """Return the coordinates (2,) of the view of a place in parts of the frame's width and height."""
+        size = 2 * self.half_height * np.array([self.aspect, 1.0])
+        flat: Floats = self.centre + (np.array(relative) - 0.5) * size
+        return flat
+
+    def aim(self, plotter: Any) -> None:
+        """Let the camera of the plotter's active part show this frame."""
+        middle = self.lifted(self.centre)
+        camera = plotter.camera
+        camera.parallel_projection = True
+        camera.focal_point = middle
+        camera.position = middle + 10 * self.half_height * self.view.towards
+        camera.up = self.view.up
+        camera.parallel_scale = self.half_height
+        plotter.renderer.ResetCameraClippingRange()
+        # A lamp beside the eye: what faces it is bright, and round things look round.
+        lamp = 0.3 * self.view.up - 0.2 * self.view.right + self.view.towards
+        plotter.add_light(
+            pyvista.Light(position=middle + lamp, focal_point=middle, light_type="scene light"),
+            only_active=True,
+        )

@@ -1,0 +1,107 @@
+"""Pictures of results, drawn by a process that may fail without harm to them."""
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from fea.output.errors import PictureError
+from fea.output.pictures.child import REMEDY, environments, run_drawing
+from fea.output.pictures.described import Picture, described, described_by
+from fea.output.pictures.png import is_complete_png
+from fea.output.pictures.shown import chosen_field, point_arrays
+from fea.output.text import make_directory
+from fea.output.vtu import write_vtu
+from geometry.invalid import require
+from mesh.tetmesh import TetMesh
+
+TIMEOUT = 60.0  # seconds a picture; one takes about one
+
+
+def take_pictures(folder: Path, summary: Mapping[str, Any]) -> list[Path]:
+    """Draw one picture for each result of the run in `folder`; return their files."""
+    others = [name for name in ("envelope", "buckling") if (folder / f"{name}.vtu").is_file()]
+    pictures = [described_by(summary, folder / f"{name}.vtu") for name in (*summary["results"], *others)]
+    draw_pictures(pictures)
+    return [picture.png for picture in pictures]
+
+
+def picture_of(vtu: Path, png: Path, field: str | None = None) -> Path:
+    """Draw one result file, titled by the summary beside it if there is one; return `png`.
+
+    Raises
+    ------
+    InvalidValue
+        There is no such file, or it is not that of a run, or has not the field.
+    PictureError
+        See `draw_pictures`.
+    """
+    require(vtu.is_file(), "FILE", str(vtu), "is no file", "Name a .vtu file that fea wrote.")
+    draw_pictures([described(vtu, png, chosen_field(field, point_arrays(vtu), vtu.name))])
+    return png
+
+
+def picture_of_mesh(mesh: TetMesh, name: str, folder: Path) -> Path:
+    """Draw a rod and its elements as ``<name>-rod.png`` in `folder`, which is made; return the file.
+
+    Raises
+    ------
+    PictureError
+        See `draw_pictures`.
+    StorageError
+        The folder cannot be made.
+    """
+    png = folder / f"{name}-rod.png"
+    title = f"{name}: {len(mesh.points)} nodes, {len(mesh.tets)} elements"
+    with TemporaryDirectory() as scratch:
+        vtu = Path(scratch, "mesh.vtu")
+        write_vtu(vtu, mesh, {})
+        make_directory(folder)
+        draw_pictures([Picture(vtu, png, title, mesh_only=True)])
+    return png
+
+
+def try_rendering() -> None:
+    """Draw something small the way pictures are drawn.
+
+    Raises
+    ------
+    PictureError
+        This machine cannot; says what to install.
+    """
+    with TemporaryDirectory() as folder:
+        vtu = Path(folder, "trial.vtu")
+        points = np.vstack([np.zeros(3), np.eye(3)])
+        mesh = TetMesh(points, np.array([[0, 1, 2, 3]]))
+        write_vtu(vtu, mesh, {"displacement": points * 0.01, "von_mises": points @ [1.0, 2.0, 3.0]})
+        draw_pictures([Picture(vtu, vtu.with_suffix(".png"), "trial")])
+
+
+def draw_pictures(pictures: Sequence[Picture]) -> None:
+    """Draw pictures, all in one process.
+
+    Raises
+    ------
+    PictureError
+        One is missing, damaged or blank; says what to install.
+    """
+    if not pictures:
+        return
+    orders = json.dumps([_order(picture) for picture in pictures])
+    for environment in environments():
+        for picture in pictures:
+            picture.png.unlink(missing_ok=True)
+        said = run_drawing("fea.output.pictures.render", orders, environment, TIMEOUT * (1 + len(pictures)))
+        missing = [picture.png.name for picture in pictures if not is_complete_png(picture.png)]
+        if not missing:
+            return
+    raise PictureError(f"{', '.join(missing)} could not be drawn: {said}. {REMEDY}")
+
+
+def _order(picture: Picture) -> dict[str, Any]:
+    return asdict(picture) | {"vtu": os.fspath(picture.vtu), "png": os.fspath(picture.png)}

@@ -1,0 +1,144 @@
+"""A result as a picture needs it: the skin, its stress, the hot spot."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pyvista
+
+from fea.output.notes import error_bar
+from fea.output.pictures.bands import Bands
+from fea.output.pictures.scale import exaggeration
+from fea.output.pictures.shown import MODE, Field, field_of
+from fea.output.pictures.skin import Skin
+from fea.output.pictures.view import View, choose_view
+from geometry.arrays import Floats, Ints
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A rod under load.
+
+    Attributes
+    ----------
+    skin
+        The outer surface without load.
+    field
+        What the colours show.
+    displacement, values
+        (n_nodes, 3) in mm, zero where the result has none, and (n_nodes,) of the field.
+    at
+        (3,) the hot spot of the rod without load, mm.
+    peak
+        The value there.
+    error_percent
+        Its error bar; None where none is known.
+    """
+
+    skin: Skin
+    field: Field
+    displacement: Floats
+    values: Floats
+    at: Floats
+    peak: float
+    error_percent: float | None = None
+
+    @classmethod
+    def read(
+        cls,
+        vtu: Path,
+        name: str = "von_mises",
+        peak: float | None = None,
+        at: tuple[float, float, float] | None = None,
+        error_percent: float | None = None,
+    ) -> "Scene":
+        """Read a result file; the hot spot is where the field of that name is worst unless given.
+
+        Raises
+        ------
+        ValueError
+            The file holds no tetrahedra, or not the field at its nodes.
+        """
+        points, tets, data = _read(vtu)
+        if name not in data:
+            raise ValueError(f"{vtu} is not a result: it lacks {name}.")
+        field = field_of(name)
+        values = field.values(data)
+        worst = field.worst(values)
+        return cls(
+            Skin.of(points, tets),
+            field,
+            data.get(name if name.startswith(MODE) else "displacement", np.zeros_like(points)),
+            values,
+            points[worst] if at is None else np.array(at),
+            float(values[worst]) if peak is None else peak,
+            error_percent,
+        )
+
+    @property
+    def worst(self) -> str:
+        """The worst value, with its error bar, in words."""
+        said, bar = self.field.said(self.peak), self.error_percent
+        return said if bar is None else f"{said} ± {error_bar(bar)} %"
+
+    @property
+    def top(self) -> float:
+        """The value at which the colours end."""
+        return float(self.values.max()) if self.field.signed else self.field.top(self.peak)
+
+    @cached_property
+    def bands(self) -> Bands:
+        """The colours."""
+        if self.field.signed:
+            return Bands.around_zero(float(self.values.min()), self.top)
+        return Bands.up_to(self.top, low=self.field.low)
+
+    @cached_property
+    def extent(self) -> float:
+        """The largest dimension of the rod, mm."""
+        return float(np.ptp(self.skin.points, axis=0).max())
+
+    @cached_property
+    def exaggeration(self) -> float:
+        """The factor by which displacements are drawn."""
+        return exaggeration(self.extent, self.displaced)
+
+    @cached_property
+    def displaced(self) -> float:
+        """The largest displacement, mm."""
+        return float(np.linalg.norm(self.displacement, axis=1).max())
+
+    @cached_property
+    def deformed(self) -> Floats:
+        """(n_nodes, 3) places of the nodes as they are drawn."""
+        return self.skin.points + self.exaggeration * self.displacement
+
+    @cached_property
+    def node(self) -> int:
+        """The node of the skin that is nearest to the hot spot."""
+        nodes = np.unique(self.skin.facets)
+        return int(nodes[np.linalg.norm(self.skin.points[nodes] - self.at, axis=1).argmin()])
+
+    def view(self, closeness: float) -> View:
+        """Return the view that shows the hot spot (`closeness` as in `choose_view`)."""
+        mean = self.skin.normals[self.skin.facets == self.node].mean(axis=0)
+        normal = mean / np.linalg.norm(mean)
+        start = self.skin.points[self.node] + 2e-3 * self.extent * normal
+        return choose_view(normal, lambda towards: not self.skin.hides(start, towards), closeness)
+
+
+def read_skin(vtu: Path) -> Skin:
+    """Return the outer surface of a mesh, with or without results; ValueError where there is none."""
+    points, tets, _ = _read(vtu)
+    return Skin.of(points, tets)
+
+
+def _read(vtu: Path) -> tuple[Floats, Ints, dict[str, Floats]]:
+    """Return nodes, tetrahedra and the arrays at the nodes."""
+    grid = pyvista.read(vtu)
+    tets = [cells for cells in getattr(grid, "cells_dict", {}).values() if cells.shape[1] in (4, 10)]
+    if len(tets) != 1:
+        raise ValueError(f"{vtu} is not a result: it lacks tetrahedra.")
+    data = {name: np.array(values, float) for name, values in grid.point_data.items()}
+    return np.array(grid.points, float), tets[0], data

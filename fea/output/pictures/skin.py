@@ -1,0 +1,151 @@
+"""The outer surface of a mesh, cut finely enough that curved facets look curved."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from geometry.arrays import Floats
+
+Ints = npt.NDArray[Any]
+
+# The faces of a tetrahedron with outward orientation: vertices, then mid-edge nodes in VTK's order.
+FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
+SIDES = np.array([[0, 1, 3], [1, 2, 4], [2, 0, 5]])  # of a face: two vertices and the node between
+SMOOTH = np.cos(np.radians(25.0))  # facets that meet at less are one smooth surface, cut by the mesher
+PIECES = 4
+
+
+@dataclass(frozen=True)
+class Skin:
+    """The facets that belong to one element only.
+
+    Attributes
+    ----------
+    points
+        (n_nodes, 3) coordinates of all nodes, mm.
+    facets
+        (n_facets, 3) or (n_facets, 6) node numbers: vertices, mid-edge nodes; outward orientation.
+    pieces
+        A side of a facet is drawn as so many straight pieces.
+    """
+
+    points: Floats
+    facets: Ints
+    pieces: int = PIECES
+
+    @classmethod
+    def of(cls, points: Floats, tets: Ints) -> "Skin":
+        """Return the skin of tetrahedra (n_elements, 4 or 10) in VTK's node order."""
+        columns = FACES[:, :3] if tets.shape[1] == 4 else FACES
+        faces = tets[:, columns].reshape(-1, columns.shape[1])
+        corners = np.sort(faces[:, :3].astype(np.int64), axis=1)
+        keys = (corners[:, 0] * len(points) + corners[:, 1]) * len(points) + corners[:, 2]
+        _, first, count = np.unique(keys, return_index=True, return_counts=True)
+        return cls(points, faces[np.sort(first[count == 1])])
+
+    @cached_property
+    def normals(self) -> Floats:
+        """(n_facets, 3 or 6, 3) outward unit normals at the facets' nodes, smooth across smooth edges."""
+        corners = self.points[self.facets]
+        along = np.einsum("nkj,fkx->fnjx", _slopes(self.facets.shape[1]), corners)
+        own = _unit(np.cross(along[:, :, 0], along[:, :, 1]))
+        mean = np.zeros_like(self.points)
+        np.add.at(mean, self.facets, own)
+        shared = _unit(mean)[self.facets]
+        alike = np.sum(own * shared, axis=-1, keepdims=True) > SMOOTH
+        return np.where(alike, shared, own)
+
+    @cached_property
+    def sides(self) -> tuple[Ints, npt.NDArray[np.bool_]]:
+        """Node numbers (n_edges, 2 or 3) of the elements' edges, and which of them are edges of the shape."""
+        width = 2 if self.facets.shape[1] == 3 else 3
+        sides = self.facets[:, SIDES[:, :width]].reshape(-1, width)
+        ends = np.sort(sides[:, :2].astype(np.int64), axis=1)
+        keys = ends[:, 0] * len(self.points) + ends[:, 1]
+        flat = self.normals[:, SIDES[:, :2]].sum(axis=2).reshape(-1, 3)
+        order = np.argsort(keys, kind="stable")
+        _, start, count = np.unique(keys[order], return_index=True, return_counts=True)
+        one, other = order[start], order[start + count - 1]
+        sharp = np.sum(_unit(flat[one]) * _unit(flat[other]), axis=1) < SMOOTH
+        return sides[one], sharp
+
+    def hides(self, place: Floats, towards: Floats) -> bool:
+        """Return whether a facet, taken as flat, is between a place (3,) and an eye in a direction (3,)."""
+        a, b, c = np.moveaxis(self.points[self.facets[:, :3]], 1, 0)
+        # place + t·towards = a + ξ(b − a) + η(c − a), by Cramer's rule
+        side, other, gap = b - a, c - a, place - a
+        area = np.cross(side, other)
+        with np.errstate(divide="ignore", invalid="ignore"):  # facets seen edge-on
+            xi = np.cross(gap, other) @ towards / (area @ towards)
+            eta = np.cross(side, gap) @ towards / (area @ towards)
+            ahead = -np.einsum("ij,ij->i", area, gap) / (area @ towards)
+        return bool(np.any((xi >= 0) & (eta >= 0) & (xi + eta <= 1) & (ahead > 0)))
+
+    def triangles(self) -> Ints:
+        """Return the small triangles (n, 3), numbering the rows that `refined` gives."""
+        number = {place: k for k, place in enumerate(_places(self.pieces))}
+        upward = [((i, j), (i + 1, j), (i, j + 1)) for i, j in number if i + j < self.pieces]
+        downward = [((i + 1, j), (i + 1, j + 1), (i, j + 1)) for i, j in number if i + j < self.pieces - 1]
+        once = np.array([[number[place] for place in triangle] for triangle in upward + downward])
+        return (once + len(number) * np.arange(len(self.facets))[:, None, None]).reshape(-1, 3)
+
+    def refined(self, values: Floats) -> Floats:
+        """Return nodal values (n_nodes,) or (n_nodes, k) at the corners of the small triangles."""
+        return self._refined(values[self.facets])
+
+    def refined_normals(self) -> Floats:
+        """Return outward unit normals (n, 3) at the corners of the small triangles."""
+        return _unit(self._refined(self.normals))
+
+    def _refined(self, at_nodes: Floats) -> Floats:
+        xi, eta = np.array(_places(self.pieces)).T / self.pieces
+        shapes = _shapes(np.stack([1 - xi - eta, xi, eta], axis=1), self.facets.shape[1])
+        fine: Floats = np.einsum("pn,fn...->fp...", shapes, at_nodes)
+        flat: Floats = fine.reshape(-1, *at_nodes.shape[2:])
+        return flat
+
+
+def refined_line(points: Floats, sides: Ints) -> Floats:
+    """Return (n_edges, `PIECES` + 1, 3) places along edges (n_edges, 2 or 3) with their curvature."""
+    t = np.linspace(0, 1, PIECES + 1)
+    if sides.shape[1] == 2:
+        shapes = np.stack([1 - t, t], axis=1)
+    else:
+        shapes = np.stack([(1 - t) * (1 - 2 * t), t * (2 * t - 1), 4 * t * (1 - t)], axis=1)
+    places: Floats = np.einsum("tn,snx->stx", shapes, points[sides])
+    return places
+
+
+def _places(pieces: int) -> list[tuple[int, int]]:
+    """Return the corners of the small triangles of a facet, in parts of its sides."""
+    return [(i, j) for i in range(pieces + 1) for j in range(pieces + 1 - i)]
+
+
+def _shapes(bary: Floats, nodes: int) -> Floats:
+    """Return the shape functions (n, nodes) of a facet at barycentric coordinates (n, 3)."""
+    if nodes == 3:
+        return bary
+    between = [4 * bary[:, i] * bary[:, j] for i, j, _ in SIDES]
+    return np.hstack([bary * (2 * bary - 1), np.stack(between, axis=1)])
+
+
+def _slopes(nodes: int) -> Floats:
+    """Return the derivatives (at node, of node, by ξ and η) of a facet's shape functions at its nodes."""
+    if nodes == 3:
+        return np.tile(np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]]), (3, 1, 1))
+    bary = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]])
+    by_bary = np.zeros((6, 6, 3))
+    for k in range(3):
+        by_bary[:, k, k] = 4 * bary[:, k] - 1
+    for k, (i, j, _) in enumerate(SIDES):
+        by_bary[:, 3 + k, i], by_bary[:, 3 + k, j] = 4 * bary[:, j], 4 * bary[:, i]
+    return np.stack([by_bary[..., 1] - by_bary[..., 0], by_bary[..., 2] - by_bary[..., 0]], axis=-1)
+
+
+def _unit(vectors: Floats) -> Floats:
+    """Return vectors of length one; a null vector stays null."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return vectors / np.where(length > 0, length, 1.0)

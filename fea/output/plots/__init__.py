@@ -1,0 +1,1 @@
+"""Plots over crank angle and speed."""

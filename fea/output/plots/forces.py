@@ -1,0 +1,126 @@
+"""Plots of the crank cycle for a report."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.analysis.force_report import CycleReport
+from fea.output.errors import PictureError
+
+# Column, title, unit, and what brings the column to that unit.
+_PANELS: tuple[tuple[str, str, str, float], ...] = (
+    ("gas_N", "Gas force on the piston", "kN", 1e-3),
+    ("piston_acceleration_m_s2", "Piston acceleration (towards the head)", "km/s²", 1e-3),
+    ("pin_axial_N", "Force along the rod, piston pin (tension +)", "kN", 1e-3),
+    ("crank_axial_N", "Force along the rod, crank pin (tension +)", "kN", 1e-3),
+    ("wall_N", "Wall force on the piston", "kN", 1e-3),
+    ("crank_transverse_N", "Transverse force, crank pin", "kN", 1e-3),
+    ("torque_Nm", "Torque on the crank", "N·m", 1.0),
+    ("shaking_x_N", "Shaking force along the cylinder", "kN", 1e-3),
+)
+_DEAD_CENTRES = ((0, "TDC"), (180, "BDC"), (360, "TDC\nfiring"), (540, "BDC"), (720, "TDC"))
+_MOST_LINES = 12  # more speeds than this are a colour scale, not a legend
+_PALEST = 0.85
+
+
+def plot_cycles(path: Path, reports: Sequence[CycleReport], study: str) -> None:
+    """Draw forces and torque of every speed over the crank angle.
+
+    Where all cylinders were computed, torque and shaking force are those of the whole engine, the first
+    cylinder's dashed beside them.
+
+    Raises
+    ------
+    PictureError
+        The file could not be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only a plot needs it
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    figure = Figure(figsize=(11, 13), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = np.ravel(figure.subplots(4, 2, sharex=True))
+    for panel, (column, heading, unit, scale) in zip(axes, _PANELS, strict=True):
+        _draw(panel, reports, column, scale)
+        _decorate(panel, heading, unit)
+    for panel in axes[-2:]:
+        panel.set_xlabel("crank angle, °")
+    if len(reports) <= _MOST_LINES:
+        axes[0].legend(frameon=False, fontsize=8)
+    else:
+        _add_scale(figure, axes, reports)
+    parts = "one cylinder"
+    if reports[0].engine is not None:
+        parts = (
+            "first cylinder; torque and shaking force of the whole engine, dashed those of the first cylinder"
+        )
+    figure.suptitle(f"{study}: {parts}")
+    try:
+        figure.savefig(path, dpi=120)
+    except (OSError, ValueError) as error:  # ValueError: a suffix matplotlib cannot write
+        reason = getattr(error, "strerror", None) or str(error)
+        raise PictureError(f"{path} could not be written: {reason}.") from error
+
+
+def _places(reports: Sequence[CycleReport]) -> npt.NDArray[np.float64]:
+    """Places of speeds in the colour map, in proportion; the palest colours are left out."""
+    rpm = np.array([report.rpm for report in reports], dtype=float)
+    return np.asarray(_PALEST * (rpm - rpm.min()) / (np.ptp(rpm) or 1.0))
+
+
+def _add_scale(figure: Any, axes: Any, reports: Sequence[CycleReport]) -> None:
+    """Say which colour is which speed."""
+    from matplotlib import colormaps  # noqa: PLC0415
+    from matplotlib.cm import ScalarMappable  # noqa: PLC0415
+    from matplotlib.colors import ListedColormap, Normalize  # noqa: PLC0415
+
+    rpm = [report.rpm for report in reports]
+    shades = ListedColormap(colormaps["viridis"](np.linspace(0, _PALEST, 256)))
+    scale = ScalarMappable(Normalize(min(rpm), max(rpm)), shades)
+    figure.colorbar(scale, ax=axes.tolist(), location="bottom", label="speed, rpm", aspect=60, pad=0.02)
+
+
+def _draw(panel: Any, reports: Sequence[CycleReport], column: str, scale: float) -> None:
+    from matplotlib import colormaps  # noqa: PLC0415
+
+    shades = colormaps["viridis"](_places(reports))
+    for report, shade in zip(reports, shades, strict=True):
+        engine = report.engine
+        summed = engine is not None and not np.isnan(np.asarray(engine[column])).all()
+        if engine is not None and summed:
+            _line(panel, engine, column, scale, color=shade, label=f"{report.rpm:g} rpm")
+        style = {"ls": "--", "lw": 0.8, "alpha": 0.7} if summed else {"label": f"{report.rpm:g} rpm"}
+        _line(panel, report.first, column, scale, color=shade, **style)
+
+
+def _line(panel: Any, table: Any, column: str, scale: float, **style: Any) -> None:
+    panel.plot(np.asarray(table["crank_deg"]), np.asarray(table[column]) * scale, **({"lw": 1.4} | style))
+
+
+def _decorate(panel: Any, heading: str, unit: str) -> None:
+    panel.set_title(heading, fontsize=10)
+    panel.set_ylabel(unit)
+    panel.set_xlim(0, 720)
+    panel.set_xticks(range(0, 721, 90))
+    panel.grid(alpha=0.3)
+    panel.axhline(0, color="0.5", lw=0.8)
+    low, high = panel.get_ylim()
+    panel.set_ylim(low, high + 0.12 * (high - low))
+    for degrees, name in _DEAD_CENTRES:
+        panel.axvline(degrees, color="0.5", lw=0.8, ls=":")
+        side = {0: "left", 720: "right"}.get(degrees, "center")
+        inwards = {"left": 6, "right": -6}.get(side, 0)
+        panel.text(
+            degrees + inwards,
+            0.99,
+            name,
+            transform=panel.get_xaxis_transform(),
+            ha=side,
+            va="top",
+            fontsize=7,
+            color="0.35",
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0},
+        )

@@ -1,0 +1,171 @@
+"""Stress against crank angle at the worst places of a rod.
+
+Drawn with Pillow: to load matplotlib takes longer than a tenth of the whole run.
+"""
+
+from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from fea.output.errors import PictureError
+from fea.output.pictures.scale import round_up
+from fea.units import DEG
+from geometry.arrays import Floats
+
+_SIZE, _FINER = (1100, 660), 3  # pixels, and how many times as many are drawn
+_LEFT, _TOP, _RIGHT, _BOTTOM = 88, 132, 1078, 572  # of the panel
+_TEXT, _SMALL, _TITLE = 14, 12, 17
+_INK, _GREY, _GRID, _PAPER = "#1a1a1a", "#7a7a7a", "#e4e4e4", "white"
+# Told apart by people who do not see all colours, too (Wong 2011).
+_COLOURS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9")
+_LAST = 720  # degrees
+_STEPS = 7  # of the stress axis, at most
+_LEVEL = 16  # pixels from one row of names of cases to the next
+_SIGN = (
+    "sign: plus where the stress pulls and minus where it presses, told where a curve is furthest from zero; "
+    "elsewhere by whether the stress points the same way"
+)
+
+
+def plot_histories(
+    path: Path,
+    title: str,
+    angles: Floats,
+    histories: Sequence[tuple[Sequence[float], Floats]],
+    marks: Mapping[str, float],
+) -> None:
+    """Draw one curve a place.
+
+    Parameters
+    ----------
+    path
+        The file to write.
+    title
+        Above the plot.
+    angles
+        (n,) crank angles, rad.
+    histories
+        Place (x, y, z), mm, and signed von Mises stress (n,), MPa.
+    marks
+        Crank angles to be marked, rad, by the name of their case.
+
+    Raises
+    ------
+    PictureError
+        The file could not be written.
+    """
+    panel = _Panel(np.array([signed for _, signed in histories]))
+    panel.text((_SIZE[0] / 2, 18), f"{title}: hottest places", _TITLE, "mm")
+    panel.axes()
+    panel.mark({name: angle / DEG for name, angle in marks.items()})
+    for number, (place, signed) in enumerate(histories):
+        colour = _COLOURS[number % len(_COLOURS)]
+        panel.curve(angles / DEG, signed, colour)
+        x, y, z = (coordinate + 0.0 for coordinate in np.round(place, 1))
+        panel.name(number, f"({x:g}, {y:g}, {z:g}) mm".replace("-", "−"), colour)
+    try:
+        panel.picture().save(path, format="PNG", compress_level=2)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise PictureError(f"{path} could not be written: {reason}.") from error
+
+
+class _Panel:
+    """Axes that hold some curves.
+
+    Parameters
+    ----------
+    stress
+        (n_curves, n), MPa.
+    """
+
+    def __init__(self, stress: Floats) -> None:
+        low, high = min(0.0, float(stress.min())), max(0.0, float(stress.max()))
+        room = 0.05 * (high - low) or 1.0
+        self._low, self._high = low - room, high + room
+        self._image = Image.new("RGB", (_FINER * _SIZE[0], _FINER * _SIZE[1]), _PAPER)
+        self._pen = ImageDraw.Draw(self._image)
+
+    def picture(self) -> Image.Image:
+        """Return the picture with its edges smoothed."""
+        return self._image.reduce(_FINER)
+
+    def axes(self) -> None:
+        """Draw grid, ticks, frame and what is along the axes."""
+        for degrees in range(0, _LAST + 1, 90):
+            x = self._x(degrees)
+            self._line([(x, _TOP), (x, _BOTTOM)], _GRID, 1)
+            self._line([(x, _BOTTOM), (x, _BOTTOM + 5)], _INK, 1)
+            self.text((x, _BOTTOM + 9), f"{degrees}", _TEXT, "ma")
+        step = round_up((self._high - self._low) / _STEPS)
+        for stress in (step * np.arange(np.ceil(self._low / step), self._high / step)).tolist():
+            y = self._y(stress)
+            self._line([(_LEFT, y), (_RIGHT, y)], _GREY if stress == 0 else _GRID, 1)
+            self._line([(_LEFT - 5, y), (_LEFT, y)], _INK, 1)
+            self.text((_LEFT - 9, y), f"{stress:g}".replace("-", "−"), _TEXT, "rm")
+        corners = [(_LEFT, _TOP), (_RIGHT, _TOP), (_RIGHT, _BOTTOM), (_LEFT, _BOTTOM), (_LEFT, _TOP)]
+        self._line(corners, _INK, 1)
+        self.text(((_LEFT + _RIGHT) / 2, _BOTTOM + 42), "crank angle, ° (firing TDC at 360°)", _TEXT, "mm")
+        self.text((_LEFT, _SIZE[1] - 20), _SIGN, _SMALL, "lm", _GREY)
+        self._upwards("von Mises stress with a sign, MPa")
+
+    def mark(self, marks: Mapping[str, float]) -> None:
+        """Mark crank angles, degrees, named above the panel in as many rows as keep names and lines apart."""
+        ends: list[float] = []  # how far to the right there is room in each row
+        for name, degrees in sorted(marks.items(), key=lambda item: -item[1]):
+            x = self._x(degrees)
+            width = _font(_SMALL).getlength(name) + 12
+            level = next((row for row, end in enumerate(ends) if x + width < end), len(ends))
+            top, fits = _TOP - 4 - _LEVEL * level, x + width < _SIZE[0]
+            ends[: level + 1] = [x if fits else x - width] * (level + 1)
+            for y in range(top - 8, _BOTTOM, 5):
+                self._line([(x, y), (x, y + 2)], _GREY, 1)
+            self.text((x + 4 if fits else x - 4, top), name, _SMALL, "ls" if fits else "rs", _GREY)
+
+    def curve(self, degrees: Floats, stress: Floats, colour: str) -> None:
+        """Draw stress, MPa, over crank angles."""
+        pairs = zip(degrees.tolist(), stress.tolist(), strict=True)
+        self._line([(self._x(angle), self._y(value)) for angle, value in pairs], colour, 2)
+
+    def name(self, number: int, label: str, colour: str) -> None:
+        """Say above the panel what a curve is; three names in a row."""
+        row, column = divmod(number, 3)
+        x, y = _LEFT + 330 * column, 44 + 22 * row
+        self._line([(x, y), (x + 28, y)], colour, 2)
+        self.text((x + 36, y), label, _TEXT, "lm")
+
+    def text(
+        self, place: tuple[float, float], words: str, size: int, anchor: str, colour: str = _INK
+    ) -> None:
+        """Write at a place in pixels; Pillow's anchors."""
+        at = (_FINER * place[0], _FINER * place[1])
+        self._pen.text(at, words, fill=colour, font=_font(_FINER * size), anchor=anchor)
+
+    def _upwards(self, words: str) -> None:
+        """Write along the stress axis."""
+        band = Image.new("RGB", (_FINER * (_BOTTOM - _TOP), _FINER * 24), _PAPER)
+        middle = (band.width / 2, band.height / 2)
+        ImageDraw.Draw(band).text(middle, words, fill=_INK, font=_font(_FINER * _TEXT), anchor="mm")
+        self._image.paste(band.transpose(Image.Transpose.ROTATE_90), (_FINER * 6, _FINER * _TOP))
+
+    def _line(self, points: Sequence[tuple[float, float]], colour: str, width: int) -> None:
+        finer = [(_FINER * x, _FINER * y) for x, y in points]
+        self._pen.line(finer, fill=colour, width=_FINER * width)
+
+    def _x(self, degrees: float) -> float:
+        return _LEFT + degrees / _LAST * (_RIGHT - _LEFT)
+
+    def _y(self, stress: float) -> float:
+        return _BOTTOM - (stress - self._low) / (self._high - self._low) * (_BOTTOM - _TOP)
+
+
+def _font(size: int) -> ImageFont.FreeTypeFont:
+    """Return the font that comes with matplotlib, which is not loaded for it."""
+    found = find_spec("matplotlib")
+    if found is None or found.origin is None:
+        raise PictureError("no font was found: matplotlib is not installed.")
+    fonts = Path(found.origin).parent / "mpl-data" / "fonts" / "ttf"
+    return ImageFont.truetype(str(fonts / "DejaVuSans.ttf"), size)

@@ -1,0 +1,114 @@
+"""The extremes of the crank cycle on the terminal."""
+
+from collections.abc import Sequence
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from fea.analysis.force_report import EXTREMES, WHOLE_ENGINE, CycleReport, Extreme, extremes, mean_torque
+from fea.output.notes import gathered
+from fea.units import RPM
+
+_NAMES = {
+    "gas_N": ("gas force", "N"),
+    "piston_velocity_m_s": ("piston velocity", "m/s"),
+    "piston_acceleration_m_s2": ("piston acceleration", "m/s²"),
+    "rod_angular_acceleration_rad_s2": ("rod angular acceleration", "rad/s²"),
+    "pin_axial_N": ("along the rod, piston pin", "N"),
+    "crank_axial_N": ("along the rod, crank pin", "N"),
+    "crank_transverse_N": ("transverse, crank pin", "N"),
+    "wall_N": ("wall force", "N"),
+    "torque_Nm": ("torque", "N·m"),
+    "shaking_x_N": ("shaking along the cylinder", "N"),
+    "shaking_y_N": ("shaking across", "N"),
+}
+# What balances in the whole engine leaves rounding of this size.
+_NOISE = 1e-9
+_MOST_TABLES = 4  # with more speeds, one line each
+
+
+def print_cycles(reports: Sequence[CycleReport], study: str) -> None:
+    """Print a table a speed, or with many speeds a line each."""
+    console = Console(highlight=False)
+    if len(reports) > _MOST_TABLES:
+        console.print(_overview(reports, study))
+    else:
+        for report in reports:
+            console.print(_extremes(report, study))
+    for note in gathered((report.rpm, [report.note] if report.note else []) for report in reports):
+        console.print(f"Note: {note}.", markup=False, soft_wrap=True)
+    console.print("Forces on the rod: tension positive. Angles from TDC, firing TDC at 360°.", style="dim")
+
+
+def _extremes(report: CycleReport, study: str) -> Table:
+    table = _table(f"{study}, {report.rpm:g} rpm")
+    table.add_column("")
+    for name in ("largest", "at", "least", "at"):
+        table.add_column(name, justify="right")
+    table.add_column("unit")
+    for name, extreme in extremes(report.first, EXTREMES).items():
+        _add(table, *_NAMES[name], extreme)
+    table.add_row(*_mean("mean torque of a cylinder", mean_torque(report.first), report.rpm))
+    if report.engine is not None:
+        table.add_section()
+        for name, extreme in extremes(report.engine, WHOLE_ENGINE).items():
+            quantity, unit = _NAMES[name]
+            _add(table, f"whole engine: {quantity}", unit, extreme)
+        table.add_row(*_mean("whole engine: mean torque", mean_torque(report.engine), report.rpm))
+    return table
+
+
+def _table(title: str) -> Table:
+    return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+
+
+def _add(table: Table, name: str, unit: str, e: Extreme) -> None:
+    table.add_row(
+        name,
+        _shown(e.largest),
+        _at(e.largest, e.largest_deg),
+        _shown(e.least),
+        _at(e.least, e.least_deg),
+        unit,
+    )
+
+
+def _at(value: float, degrees: float) -> str:
+    return "" if abs(value) < _NOISE else f"{degrees:g}°"
+
+
+def _mean(name: str, torque: float, rpm: float) -> tuple[str, ...]:
+    return name, f"{torque:.1f}", "", "", "", f"N·m ({torque * rpm * RPM / 1e3:.1f} kW)"
+
+
+def _overview(reports: Sequence[CycleReport], study: str) -> Table:
+    table = _table(study)
+    for name in ("rpm", "tension N", "at", "compression N", "at", "wall N", "at", "mean N·m"):
+        table.add_column(name, justify="right")
+    for report in reports:
+        found = extremes(report.first, EXTREMES)
+        pull = max((found["pin_axial_N"], found["crank_axial_N"]), key=lambda e: e.largest)
+        push = min((found["pin_axial_N"], found["crank_axial_N"]), key=lambda e: e.least)
+        wall = found["wall_N"]
+        side, at = max(
+            (wall.largest, wall.largest_deg), (wall.least, wall.least_deg), key=lambda v: abs(v[0])
+        )
+        torque = mean_torque(report.first if report.engine is None else report.engine)
+        table.add_row(
+            f"{report.rpm:g}",
+            _shown(pull.largest),
+            f"{pull.largest_deg:g}°",
+            _shown(push.least),
+            f"{push.least_deg:g}°",
+            _shown(side),
+            f"{at:g}°",
+            f"{torque:.1f}",
+        )
+    return table
+
+
+def _shown(value: float) -> str:
+    if abs(value) < _NOISE:
+        return "0"
+    return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"

@@ -1,0 +1,158 @@
+"""From a load case to nodal forces on the meshed cell."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fea.choices import Support
+from fea.solid.bore import BoreFacets, bore_facets
+from fea.solid.bore_load import BoreLoad, bore_load
+from fea.solid.inertia import Inertia
+from fea.solid.parity import Split
+from fea.solid.tilt import Tilt
+from geometry.arrays import Floats
+from geometry.surfaces import Surface
+from loads.bearing import Arc, BorePressure
+from loads.cases import LoadCase
+from mesh.tetmesh import TetMesh
+
+
+@dataclass(frozen=True)
+class Bores:
+    """What the pressures need of the rod.
+
+    Attributes
+    ----------
+    rod_length
+        Between the bores, mm.
+    big_radius, big_width, small_radius, small_width
+        mm, the widths in the mean.
+    small_taper
+        The small end's width at the angle φ from +x is small_width + small_taper cos φ, mm.
+    """
+
+    rod_length: float
+    big_radius: float
+    big_width: float
+    small_radius: float
+    small_width: float
+    small_taper: float = 0.0
+
+    @property
+    def between(self) -> tuple[float, float]:
+        """X where the big end's bore ends and where the small end's begins, mm."""
+        return self.big_radius, self.rod_length - self.small_radius
+
+
+@dataclass(frozen=True)
+class CaseForces:
+    """Nodal forces of a case and how well they balance.
+
+    Attributes
+    ----------
+    forces
+        On the cell, N.
+    traction
+        On each pressed bore, MPa.
+    scale
+        Of the two bore pressures, the factor farther from 1.
+    largest
+        The largest bore force, N.
+    tilt
+        Moment out of the plane of motion that the rod's inertia balances, over the largest bore force times
+        the rod's length; None where mirror planes or a clamp leave none.
+    """
+
+    forces: Split
+    traction: dict[Surface, Split]
+    scale: float
+    largest: float
+    tilt: float | None = None
+
+
+class CaseLoads:
+    """Turns load cases into nodal forces; the geometry of the bores is worked out once.
+
+    Parameters
+    ----------
+    mesh
+        The meshed cell.
+    bores
+        Dimensions of the bores.
+    inertia
+        Of the same mesh.
+    pressure
+        How a pin presses on its bore.
+    support
+        A clamped big end takes the crank force as its reaction.
+    """
+
+    def __init__(
+        self, mesh: TetMesh, bores: Bores, inertia: Inertia, pressure: BorePressure, support: Support
+    ) -> None:
+        self._n_nodes = len(mesh.points)
+        self._bores, self._inertia, self._pressure, self._support = bores, inertia, pressure, support
+        self._small = bore_facets(mesh, Surface.SMALL_END_BORE, bores.rod_length)
+        self._big = bore_facets(mesh, Surface.BIG_END_BORE, 0.0)
+        self._tilt = Tilt.where_free(mesh, inertia, held=support is Support.CLAMPED)
+
+    def __call__(self, case: LoadCase) -> CaseForces:
+        """Nodal forces of everything that acts in `case`."""
+        bores = self._bores
+        pin, crank = (case.pin_axial, case.pin_transverse), (-case.crank_axial, case.crank_transverse)
+        arc = self._pressure.arc(case.pin_axial)
+        taper = bores.small_taper * float(np.cos(np.arctan2(pin[1], pin[0])))  # along the force
+        peak = arc.peak(float(np.hypot(*pin)), bores.small_radius, bores.small_width, taper)
+        loads = {Surface.SMALL_END_BORE: self._pressed(self._small, pin, arc, peak)}
+        if self._support is not Support.CLAMPED:
+            arc = self._pressure.arc(case.crank_axial)
+            peak = arc.peak(float(np.hypot(*crank)), bores.big_radius, bores.big_width)
+            loads[Surface.BIG_END_BORE] = self._pressed(self._big, crank, arc, peak)
+        parts = [load.forces for load in loads.values()]
+        if case.motion is not None:
+            parts.append(self._inertia.forces(case.motion))
+        forces, tilt = self._upright(_total(parts), case.largest_force)
+        return CaseForces(
+            forces,
+            {surface: load.traction for surface, load in loads.items()},
+            max((load.scale for load in loads.values()), key=lambda scale: abs(scale - 1)),
+            case.largest_force,
+            tilt,
+        )
+
+    def _upright(self, forces: Split, largest: float) -> tuple[Split, float | None]:
+        """Forces (uncut about y, as a rod that is cut there is about z) freed of what tilts, and how much."""
+        if self._tilt is None:
+            return forces, None
+        force, *moments = self._tilt.out_of_plane(forces.symmetric)
+        length = self._bores.rod_length
+        tilt = max(abs(force) * length, *map(abs, moments)) / (largest * length)
+        return Split(self._tilt.balanced(forces.symmetric), None), float(tilt)
+
+    def _pressed(self, bore: BoreFacets, force: tuple[float, float], arc: Arc, peak: float) -> BoreLoad:
+        return bore_load(bore, self._n_nodes, force, lambda psi: peak * arc.unbounded(psi), arc.angle / 2)
+
+
+def _total(parts: Sequence[Split]) -> Split:
+    odd = [part.antisymmetric for part in parts if part.antisymmetric is not None]
+    return Split(np.sum([part.symmetric for part in parts], axis=0), np.sum(odd, axis=0) if odd else None)
+
+
+def imbalance(points: Floats, forces: Split, images: int) -> tuple[float, float]:
+    """Resultant force (N) and moment about z (N·mm) of nodal forces on the whole rod, both zero in balance.
+
+    Parameters
+    ----------
+    points
+        Nodes of the cell, (n_nodes, 3).
+    forces
+        On the cell.
+    images
+        How many cells make the whole.
+    """
+    x_part = forces.symmetric
+    y_part = forces.symmetric if forces.antisymmetric is None else forces.antisymmetric
+    moment = points[:, 0] @ y_part[:, 1] - points[:, 1] @ y_part[:, 0]
+    resultant = np.hypot(x_part[:, 0].sum(), y_part[:, 1].sum())
+    return float(images * resultant), float(images * abs(moment))

@@ -1,0 +1,70 @@
+"""Elements that make a run's checks refuse its mesh, and what to do otherwise about them."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from fea.checks import LIMITS
+from fea.material import Material, of_parts
+from fea.solid.inertia import inertia
+from fea.study.study import Study
+from geometry.arrays import Mask
+from geometry.solid import Solid
+from mesh.quality import Quality, scaled_jacobian, shape
+from mesh.repair import Repair, of_elements
+from mesh.tetmesh import TetMesh
+
+_LEAST_SHAPE = 1 / LIMITS["flattest_element"]
+_BENT = 0.25  # scaled Jacobian of an element that can no longer follow its arc
+
+
+def mesh_flaws(study: Study, solid: Solid, mesh: TetMesh, quality: Quality) -> Repair | None:
+    """Find the elements that are too flat, and those whose straightened or bent edges miss too much mass.
+
+    Parameters
+    ----------
+    study
+        Whose materials they are.
+    solid
+        As drawn in the open session.
+    mesh, quality
+        Of the drawn cell.
+
+    Returns
+    -------
+    Repair or None
+        None where the mesh passes the checks, or misses mass by the size of its elements alone.
+    """
+    found = {"flat": shape(mesh) < _LEAST_SHAPE} if quality.least_shape < _LEAST_SHAPE else {}
+    suspect = quality.mended or quality.least_scaled_jacobian < _BENT
+    if mesh.order > 1 and suspect and _misses_mass(study, solid, mesh):
+        found |= _off_the_surface(mesh, quality)
+    if not found:
+        return None
+    what = " and ".join(_counted(int(bad.sum()), kind) for kind, bad in found.items())
+    return of_elements(mesh.points[mesh.tets[np.any(list(found.values()), axis=0), :4]], what)
+
+
+def _off_the_surface(mesh: TetMesh, quality: Quality) -> dict[str, Mask]:
+    """Elements that may miss mass: straightened ones, or those that were nearly bent enough for that."""
+    if not quality.mended:
+        return {"bent": scaled_jacobian(mesh) < _BENT}
+    straight = np.zeros(len(mesh.tets), dtype=bool)
+    straight[list(quality.mended)] = True
+    return {"straight where the solid is curved": straight}
+
+
+def mass_error(meshed: float, volumes: Iterable[float], materials: Sequence[Material]) -> float:
+    """Relative difference of the meshed mass (whole rod, t) from that of the solid's parts, mm³."""
+    solid = sum(m.density * volume for m, volume in zip(materials, volumes, strict=True))
+    return abs(meshed / solid - 1)
+
+
+def _counted(count: int, kind: str) -> str:
+    return f"{count} {'element was' if count == 1 else 'elements were'} {kind}"
+
+
+def _misses_mass(study: Study, solid: Solid, mesh: TetMesh) -> bool:
+    materials = study.materials(part.name for part in solid.parts)
+    meshed = inertia(mesh, of_parts(materials, mesh.part).density).properties.mass
+    return mass_error(meshed, (part.mass.mass for part in solid.parts), materials) > LIMITS["mesh_mass"]

@@ -1,0 +1,42 @@
+"""Chebyshev's iteration: a polynomial in a matrix in place of its inverse."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from geometry.arrays import Floats
+
+
+def chebyshev(
+    operator: Callable[[Floats], Floats],
+    diagonal: Floats,
+    right_hand_sides: Floats,
+    bounds: tuple[float, float],
+    steps: int,
+) -> Floats:
+    """Approach A⁻¹ b from zero (Saad 2003, algorithm 12.1), linearly in b and symmetrically.
+
+    Parameters
+    ----------
+    operator
+        A on (n, k) vectors.
+    diagonal
+        (n,) D, by which A is scaled.
+    right_hand_sides
+        (n, k).
+    bounds
+        Of the eigenvalues of D⁻¹A that are to be damped.
+    steps
+        Degree of the polynomial plus one.
+    """
+    low, high = bounds
+    middle, half = (high + low) / 2, (high - low) / 2
+    inverse = 1 / diagonal[:, None]
+    ratio = rho = half / middle
+    step = inverse * right_hand_sides / middle
+    x = step.copy()
+    for _ in range(steps - 1):
+        last, rho = rho, 1 / (2 / ratio - rho)
+        step = rho * last * step + (2 * rho / half) * inverse * (right_hand_sides - operator(x))
+        x += step
+    return np.asarray(x)

@@ -1,0 +1,152 @@
+"""Linear solvers behind one small protocol, and the choice among them."""
+
+import importlib.util
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+from fea.choices import SolverName
+from fea.material import Material, Materials
+from fea.solid.assembly import SymmetricMatrix
+from fea.solid.errors import SolverUnavailableError
+from fea.solvers.linear import memory, pardiso
+from geometry.arrays import Floats
+from mesh.tetmesh import TetMesh
+
+_PACKAGES = {
+    SolverName.PARDISO: ("pypardiso",),
+    SolverName.CHOLMOD: ("cvxopt", "pymetis"),
+    SolverName.AMG: ("pyamg",),
+}
+
+
+class LinearSolver(Protocol):
+    """Solves with symmetric positive definite matrices of one sparsity, each kept in a slot."""
+
+    name: str
+
+    def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
+        """Make ready to solve with `matrix`; raises `SingularMatrixError`."""
+
+    def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
+        """Solve for (n, k) right-hand sides with the matrix in a slot."""
+
+
+@runtime_checkable
+class Preconditioner(Protocol):
+    """A solver that iterates, and can lend what it iterates with."""
+
+    def precondition(self, slot: int, residual: Floats) -> Floats:
+        """About the inverse of the matrix in a slot on (n, k) residuals, symmetric and positive definite."""
+
+
+def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
+    """Resolve `AUTO`: a direct solver while its factors fit into memory, multigrid beyond.
+
+    Parameters
+    ----------
+    choice
+        What was asked.
+    n_dofs
+        Rows of each matrix.
+    slots
+        Matrices kept at once.
+
+    Raises
+    ------
+    MemoryError
+        Not even multigrid fits; says the prediction and what would fit.
+    """
+    if choice is not SolverName.AUTO:
+        return choice
+    free = memory.SHARE * memory.available_bytes()
+    if memory.direct_bytes(n_dofs, slots) <= free:
+        return direct()
+    need = memory.iterative_bytes(n_dofs, slots)
+    if need <= free:
+        return SolverName.AMG
+    coarser = (need / free) ** (1 / 3)
+    message = (
+        f"{n_dofs} unknowns need about {need / memory.MIB:.0f} MiB even for the iterative solver, and "
+        f"{free / memory.MIB:.0f} MiB may be used. Elements {coarser:.2f} times as large (--size) would fit"
+    )
+    raise MemoryError(message)
+
+
+def direct() -> SolverName:
+    """Name the direct solver of this machine."""
+    return SolverName.PARDISO if pardiso.is_installed() else SolverName.CHOLMOD
+
+
+def linear_solver(
+    choice: SolverName, mesh: TetMesh, material: Material | Materials, slots: int
+) -> LinearSolver:
+    """Return a solver for stiffness matrices of a mesh, three unknowns a node.
+
+    Raises
+    ------
+    SolverUnavailableError
+        The named solver is not installed.
+    MemoryError
+        See `chosen`.
+    """
+    choice = chosen(choice, mesh.points.size, slots)
+    if choice is not SolverName.AMG:
+        return _direct_solver(choice, slots)
+    if mesh.order == 2:
+        from fea.solvers.linear.multigrid import Multigrid  # noqa: PLC0415 - only large models need it
+
+        return Multigrid(mesh, material, lambda coarse: factorise(coarse).solve)
+    _require_packages(choice)
+    from fea.solvers.linear.amg import SmoothedAggregation  # noqa: PLC0415
+
+    return SmoothedAggregation(mesh.points)
+
+
+def _direct_solver(choice: SolverName, slots: int) -> LinearSolver:
+    _require_packages(choice)
+    if choice is SolverName.PARDISO:
+        return pardiso.PardisoCholesky(slots)
+    from fea.solvers.linear.cholmod import CholmodCholesky  # noqa: PLC0415 - only what is used is loaded
+
+    return CholmodCholesky()
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One factorised matrix."""
+
+    solver: LinearSolver
+
+    def solve(self, right_hand_sides: Floats) -> Floats:
+        """Solve for (n, k) right-hand sides at once."""
+        return self.solver.solve(0, right_hand_sides)
+
+
+def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> Factor:
+    """Factorise one matrix with a direct solver: the one named, or that of this machine.
+
+    Raises
+    ------
+    SingularMatrixError
+        It is not positive definite.
+    SolverUnavailableError
+        The named solver is not installed.
+    """
+    named = choice in {SolverName.PARDISO, SolverName.CHOLMOD}
+    solver = _direct_solver(choice if named else direct(), slots=1)
+    solver.factorise(0, matrix)
+    return Factor(solver)
+
+
+def _require_packages(choice: SolverName) -> None:
+    for package in _PACKAGES[choice]:
+        _require(package, choice)
+
+
+def _require(package: str, choice: SolverName) -> None:
+    if importlib.util.find_spec(package) is None:
+        message = (
+            f"solver {choice} is not available: package {package} is not installed. "
+            f"Install it (pip install {package}) or choose another --solver"
+        )
+        raise SolverUnavailableError(message)

@@ -1,0 +1,156 @@
+"""Conjugate gradients on two levels of one mesh, for models whose factor does not fit into memory.
+
+The linear functions lie in the quadratic ones, and on the same curved cells: their Galerkin matrix has an
+eighth of the unknowns and is factorised; Chebyshev's polynomial smooths what they cannot represent
+(p-multigrid: Helenbrook, Mavriplis & Atkins 2003; smoother: Adams, Brezina, Hu & Tuminaro 2003). The number
+of iterations does not grow with the size of the mesh.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from fea.material import Material, Materials
+from fea.solid.assembly import SymmetricMatrix, linear_stiffness
+from fea.solvers.linear.chebyshev import chebyshev
+from fea.solvers.linear.conjugate_gradients import TOLERANCE, conjugate_gradients
+from geometry.arrays import Floats, Ints, Mask
+from mesh.tetmesh import EDGES, TetMesh
+
+# Chebyshev's polynomial damps the upper part of the spectrum of D⁻¹K; what lies below is the coarse level's.
+_STEPS = 2
+_DAMPED_SHARE = 1 / 8
+_POWER_STEPS = 15
+_SAFETY = 1.1  # power steps approach the largest eigenvalue from below
+
+
+class Multigrid:
+    """Solves by conjugate gradients preconditioned on two levels, behind the protocol of the direct solvers.
+
+    Parameters
+    ----------
+    mesh
+        Of second order.
+    material
+        Of every element, or of each part.
+    factorise
+        Makes a function that solves with a matrix: a direct solver for the linear functions.
+    """
+
+    name = "amg"
+
+    def __init__(
+        self,
+        mesh: TetMesh,
+        material: Material | Materials,
+        factorise: Callable[[SymmetricMatrix], Callable[[Floats], Floats]],
+    ) -> None:
+        self._factorise = factorise
+        self._vertices, self._interpolation = _interpolation(mesh.tets, len(mesh.points))
+        self._coarse = linear_stiffness(mesh, material)
+        self._levels: dict[int, _Levels] = {}
+
+    def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
+        """Make ready to solve with `matrix`.
+
+        Raises
+        ------
+        SingularMatrixError
+            Restricted to linear functions it is not positive definite.
+        """
+        free = (matrix.row_sums != matrix.diagonal()).reshape(-1, 3)
+        held = ~free[self._vertices]
+        solve = self._factorise(self._coarse.constrained(held.ravel()))
+        transfer = _Transfer(self._interpolation, free, ~held)
+        self._levels[slot] = _Levels(matrix, transfer, matrix.diagonal(), solve, _largest_eigenvalue(matrix))
+
+    def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
+        """Solve for (n, k) right-hand sides.
+
+        Raises
+        ------
+        StagnationError
+            The residual did not fall as far as it must.
+        """
+        levels = self._levels[slot]
+        return conjugate_gradients(
+            levels.matrix.__matmul__,
+            levels.precondition,
+            right_hand_sides,
+            tolerance=TOLERANCE,
+            remedy="Choose --solver pardiso, or a better shaped mesh",
+        )
+
+    def precondition(self, slot: int, residual: Floats) -> Floats:
+        """About the inverse of the matrix in a slot on (n, k) residuals."""
+        return self._levels[slot].precondition(residual)
+
+
+@dataclass(frozen=True)
+class _Transfer:
+    """Between linear and quadratic functions; neither moves what is held."""
+
+    interpolation: sparse.csr_array
+    free: Mask
+    coarse_free: Mask
+
+    def prolong(self, coarse: Floats) -> Floats:
+        nodal = np.where(self.coarse_free[..., None], coarse.reshape(*self.coarse_free.shape, -1), 0.0)
+        fine = self.interpolation @ nodal.reshape(len(nodal), -1)
+        return np.where(self.free[..., None], fine.reshape(*self.free.shape, -1), 0.0).reshape(
+            self.free.size, -1
+        )
+
+    def restrict(self, fine: Floats) -> Floats:
+        nodal = np.where(self.free[..., None], fine.reshape(*self.free.shape, -1), 0.0)
+        coarse = self.interpolation.T @ nodal.reshape(len(nodal), -1)
+        coarse = coarse.reshape(*self.coarse_free.shape, -1)
+        return np.where(self.coarse_free[..., None], coarse, 0.0).reshape(self.coarse_free.size, -1)
+
+
+@dataclass(frozen=True)
+class _Levels:
+    matrix: SymmetricMatrix
+    transfer: _Transfer
+    diagonal: Floats
+    coarse_solve: Callable[[Floats], Floats]
+    largest: float
+
+    def precondition(self, residual: Floats) -> Floats:
+        """Smooth, correct on the linear functions, smooth: symmetric, as conjugate gradients need it."""
+        u = self._smoothed(residual)
+        left = self.transfer.restrict(residual - self.matrix @ u)
+        u += self.transfer.prolong(self.coarse_solve(left))
+        return u + self._smoothed(residual - self.matrix @ u)
+
+    def _smoothed(self, residual: Floats) -> Floats:
+        bounds = _DAMPED_SHARE * self.largest, _SAFETY * self.largest
+        return chebyshev(self.matrix.__matmul__, self.diagonal, residual, bounds, _STEPS)
+
+
+def _interpolation(tets: Ints, n_points: int) -> tuple[Ints, sparse.csr_array]:
+    """Vertex nodes, and the weights (n_nodes, n_vertices) of linear functions at all nodes."""
+    vertices = np.unique(tets[:, :4])
+    number = np.zeros(n_points, dtype=np.int64)
+    number[vertices] = np.arange(len(vertices))
+    middles, first = np.unique(tets[:, 4:], return_index=True)
+    ends = number[tets[:, np.array(EDGES)].reshape(-1, 2)[first]]
+    rows = np.concatenate([vertices, np.repeat(middles, 2)])
+    columns = np.concatenate([number[vertices], ends.ravel()])
+    weights = np.concatenate([np.ones(len(vertices)), np.full(ends.size, 0.5)])
+    shape = (n_points, len(vertices))
+    return vertices, sparse.csr_array(sparse.coo_array((weights, (rows, columns)), shape=shape))
+
+
+def _largest_eigenvalue(matrix: SymmetricMatrix) -> float:
+    """Largest eigenvalue of D⁻¹K, by power steps on its symmetric form."""
+    root = np.sqrt(matrix.diagonal())
+    vector = np.random.default_rng(0).standard_normal(matrix.size)
+    value = 1.0
+    for _ in range(_POWER_STEPS):
+        image = (matrix @ (vector / root)) / root
+        value = float(np.linalg.norm(image) / np.linalg.norm(vector))
+        vector = image / value
+    return value

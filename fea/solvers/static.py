@@ -1,0 +1,214 @@
+"""Solve K u = f for every load at once, one factorisation a parity, and check what came out."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fea.choices import SolverName, Support
+from fea.machine.clock import Clock
+from fea.material import Material, Materials
+from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
+from fea.solid.errors import StagnationError
+from fea.solid.parity import Parity, Split
+from fea.solid.supports import (
+    clamped,
+    determinate_restraints,
+    plane_conditions,
+    require_restrained,
+)
+from fea.solvers.condition import condition_of, probe
+from fea.solvers.linear import memory
+from fea.solvers.linear.choice import direct, linear_solver
+from fea.solvers.residuals import Residuals, residuals
+from geometry.arrays import Floats, Mask
+from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
+
+# Steps of refinement at most, while they help.
+MOST_REFINEMENTS = 3
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Displacement of every load case.
+
+    Attributes
+    ----------
+    displacement
+        Per parity (n_nodes, 3, n_cases), mm; the antisymmetric part is absent where no load has one.
+    residuals
+        Per parity.
+    pressure
+        Per parity, by the number of each part that has one (`fea.solvers.mixed`): (n_nodes, n_cases), MPa,
+        positive in tension.
+    condition
+        Of the stiffness, per parity (`fea.solvers.condition`), where it was estimated.
+    """
+
+    displacement: dict[Parity, Floats]
+    residuals: dict[Parity, Residuals]
+    pressure: dict[Parity, dict[int, Floats]] = field(default_factory=dict)
+    condition: dict[Parity, float] = field(default_factory=dict)
+
+
+class Model:
+    """A meshed cell with its stiffness; factorised once a parity, on the first load that needs it.
+
+    Parameters
+    ----------
+    mesh
+        The meshed cell.
+    material
+        Of every element, or of each part.
+    support
+        How the rod is held.
+    solver
+        Which linear solver.
+    clock
+        Times the stages ``assembly``, ``factor`` and ``solve``.
+    """
+
+    def __init__(
+        self,
+        mesh: TetMesh,
+        material: Material | Materials,
+        support: Support,
+        solver: SolverName = SolverName.AUTO,
+        clock: Clock | None = None,
+    ) -> None:
+        self.mesh = mesh
+        self._clock = clock or Clock()
+        cut = Surface.SYMMETRY_Y in mesh.facets
+        self.material = material
+        self._solver = linear_solver(solver, mesh, material, slots=len(Parity) if cut else 1)
+        self._factorised: list[Parity] = []
+        self._condition: dict[Parity, float] = {}
+        self._held = (
+            clamped(mesh, Surface.BIG_END_BORE)
+            if support is Support.CLAMPED
+            else determinate_restraints(mesh)
+        )
+        with self._clock("assembly"):
+            self._K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
+
+    @property
+    def solved_dofs(self) -> int:
+        """Unknowns over the parities factorised so far."""
+        return sum(int(np.count_nonzero(~self._fixed(parity))) for parity in self._factorised)
+
+    @property
+    def solver(self) -> str:
+        """Name of the solver used."""
+        return self._solver.name
+
+    @property
+    def stiffness(self) -> SymmetricMatrix:
+        """K without any support."""
+        return self._K
+
+    def restrained(self, parity: Parity) -> tuple[Mask, Callable[[Floats], Floats]]:
+        """Degrees of freedom (n,) held for a parity about y = 0, and what solves for (n, k) forces then."""
+        slot = self._slot(parity)
+        return self._fixed(parity), lambda forces: self._solved(slot, forces)
+
+    def _fixed(self, parity: Parity) -> Mask:
+        return (plane_conditions(self.mesh, parity) | self._held).ravel()
+
+    def _slot(self, parity: Parity) -> int:
+        """Slot of the solver that holds the factor of a parity."""
+        if parity not in self._factorised:
+            fixed = self._fixed(parity)
+            require_restrained(self.mesh, fixed.reshape(-1, 3))
+            with self._clock("factor"):
+                self._solver.factorise(len(self._factorised), self._K.constrained(fixed))
+            self._factorised.append(parity)
+        return self._factorised.index(parity)
+
+    def solve(self, loads: Sequence[Split]) -> Solution:
+        """Displacements of the cell under each load.
+
+        Raises
+        ------
+        UnderconstrainedError
+            A rigid motion is left free.
+        SingularMatrixError
+            The factorisation broke down.
+        """
+        displacement: dict[Parity, Floats] = {}
+        found: dict[Parity, Residuals] = {}
+        for parity, f in right_hand_sides(loads).items():
+            slot = self._slot(parity)
+            with self._clock("solve"):
+                u, found[parity] = self._refined(parity, slot, f)
+            displacement[parity] = u.reshape(len(self.mesh.points), 3, -1)
+        return Solution(displacement, found, condition=dict(self._condition))
+
+    def _refined(self, parity: Parity, slot: int, f: Floats) -> tuple[Floats, Residuals]:
+        """Solve for (n, k) forces; where that is rough, again for what is left of them while it helps."""
+        fixed = self._fixed(parity)
+        held = self._held.ravel() & ~plane_conditions(self.mesh, parity).ravel()
+        u = self._probed(parity, slot, np.where(fixed[:, None], 0.0, f))
+        u[fixed] = 0.0
+        found = self._checked(u, f, fixed, held)
+        for _ in range(MOST_REFINEMENTS):
+            if not found.rough:
+                break
+            left = np.where(fixed[:, None], 0.0, f - self._K @ u)
+            further = u + np.where(fixed[:, None], 0.0, self._solved(slot, left))
+            better = self._checked(further, f, fixed, held)
+            if not better.better_than(found):
+                break
+            u, found = further, better
+        return u, found
+
+    def _checked(self, u: Floats, f: Floats, fixed: Mask, held: Mask) -> Residuals:
+        singly = self._solver.name == SolverName.AMG
+        return residuals(self._K, u, f, fixed=fixed, held=held, singly=singly)
+
+    def _probed(self, parity: Parity, slot: int, f: Floats) -> Floats:
+        """Solve, at first together with what tells the condition; an iterative solver has the loads alone."""
+        if parity in self._condition:
+            return self._solved(slot, f)
+        if self._solver.name == SolverName.AMG:
+            u = self._solved(slot, f)
+            self._condition[parity] = condition_of(self._K, u, f)
+            return u
+        softest = np.where(self._fixed(parity)[:, None], 0.0, probe(self._K))
+        u = self._solved(slot, np.hstack([f, softest]))
+        self._condition[parity] = condition_of(self._K, u[:, -1:], softest)
+        return u[:, :-1]
+
+    def _solved(self, slot: int, f: Floats) -> Floats:
+        """Solve with the factor in a slot; where the iterative solver stagnates, directly if that fits."""
+        try:
+            return self._solver.solve(slot, f)
+        except StagnationError as error:
+            self._hand_over(error)
+            return self._solver.solve(slot, f)
+
+    def _hand_over(self, error: StagnationError) -> None:
+        """Go on with the direct solver, or raise the iterative one's error where that does not fit."""
+        slots = len(Parity) if Surface.SYMMETRY_Y in self.mesh.facets else 1
+        if memory.direct_bytes(self.mesh.points.size, slots) > memory.SHARE * memory.available_bytes():
+            raise error
+        self._solver = linear_solver(direct(), self.mesh, self.material, slots)
+        parities, self._factorised = self._factorised, []
+        for parity in parities:
+            self._slot(parity)
+
+
+def right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:
+    """Columns (3 n_nodes, n_cases) per parity; the antisymmetric one only where a load has that part."""
+
+    def column_stack(parts: Sequence[Floats]) -> Floats:
+        return np.stack([part.ravel() for part in parts], axis=1)
+
+    sides = {Parity.SYMMETRIC: column_stack([load.symmetric for load in loads])}
+    odd = [load.antisymmetric for load in loads if load.antisymmetric is not None]
+    if len(odd) == len(loads):
+        antisymmetric = column_stack(odd)
+        # Purely axial loads leave rounding only.
+        if np.abs(antisymmetric).max() > 1e-12 * np.abs(sides[Parity.SYMMETRIC]).max():
+            sides[Parity.ANTISYMMETRIC] = antisymmetric
+    return sides
