@@ -1,25 +1,55 @@
-"""Connecting-rod stress analysis: solves, judges, tells.
+"""Stress analysis of connecting rods, from a study to stresses and safety factors.
 
-``from fea import run`` does in Python what ``fea run`` does in the shell.
+`analyse` computes and returns a `Result`; `run` does what ``fea run`` does in the shell and leaves files.
+Importing this package loads nothing else: a name is loaded when it is first used.
+
+>>> import fea
+>>> result = fea.analyse(fea.load_study("leon-2001"), rpm=6000, size=14)
+>>> result.trusted
+True
 """
 
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Unpack
 
-__all__ = ["run"]
+if TYPE_CHECKING:
+    from fea.analysis.prepare import PreparedRod, prepare
+    from fea.result import Result, analyse
+    from fea.study.flags import RunFlags
+    from fea.study.study import Study, load_study
+
+__all__ = ["PreparedRod", "Result", "Study", "analyse", "load_study", "prepare", "run"]
+
+# Where each public name is defined.
+_HOMES = {
+    "PreparedRod": "fea.analysis.prepare",
+    "Result": "fea.result",
+    "Study": "fea.study.study",
+    "analyse": "fea.result",
+    "load_study": "fea.study.study",
+    "prepare": "fea.analysis.prepare",
+}
 
 
-def run(study: str | Path = "leon-2001", **flags: Any) -> dict[str, Any] | list[dict[str, Any]]:
-    """Analyse a study and leave its run on disk.
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is first used."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'fea' has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def run(study: "str | Path | Study" = "leon-2001", **flags: "Unpack[RunFlags]") -> Any:
+    """Analyse a study at each of its speeds and write a run for each, as ``fea run`` does.
 
     Parameters
     ----------
     study
-        A shipped study or the path of a TOML file.
+        A study, a shipped one by name, or the path of a TOML file.
     **flags
         Those of ``fea run`` by their Python names: ``rpm`` (a number, a list or text), ``size``,
-        ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``min_safety``,
-        ``screenshot``, ``cycle``, ``animate``, ``out``.
+        ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``tolerance``, ``min_safety``,
+        ``screenshot``, ``cycle``, ``fatigue``, ``buckling``, ``animate``, ``out``.
 
     Returns
     -------
@@ -31,10 +61,10 @@ def run(study: str | Path = "leon-2001", **flags: Any) -> dict[str, Any] | list[
     geometry.invalid.InvalidValue
         A value breaks a rule.
     """
+    from fea.output.json_file import as_dict
     from fea.runs import run_study
-    from fea.study.flags import python_flags
-    from fea.study.study import load_study
+    from fea.study.study import Study, load_study
 
-    reports = run_study(python_flags(flags).applied(load_study(study)))
-    summaries = [report.summary for report in reports]
+    asked = study if isinstance(study, Study) else load_study(study)
+    summaries = [as_dict(report.summary) for report in run_study(asked.with_flags(**flags))]
     return summaries[0] if len(summaries) == 1 else summaries

@@ -6,29 +6,25 @@ import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
-from fea.analysis.adapt import Adapted, analysed
-from fea.analysis.buckling import BUCKLING_COLUMNS, buckling_factors, buckling_report
-from fea.analysis.force_table import cycle_columns
-from fea.analysis.pipeline import Analysis, SpeedResult
-from fea.analysis.speed_map import speed_map
-from fea.analysis.speed_sweep import MOST_FULL_RUNS, SpeedSweep
-from fea.analysis.summary import summary
-from fea.cycle.superposition import CycleResult
+from fea.analysis.adapt import Adapted, adapt_mesh
+from fea.analysis.figures import Summary
+from fea.analysis.outcome import outcome, outcome_of
+from fea.analysis.speed import SpeedResult
+from fea.analysis.speed_map import case_rows, speed_map
+from fea.analysis.sweep import MOST_FULL_RUNS, SpeedSweep
 from fea.machine.clock import Clock
-from fea.output.errors import PictureError
 from fea.output.folder import require_replaceable, run_folder
-from fea.output.forces_csv import write_cycle_csv
 from fea.output.pictures.animation import require_film, write_film
 from fea.output.pictures.film import animation_file, filmed
-from fea.output.summary import json_text
 from fea.output.text import write_text
-from fea.output.vtu import write_vtu
+from fea.result import Result, result_of
 from fea.study.study import Study
 
-# Speed, rpm, directory and animation of a run.
-Run = tuple[float | None, Path, Path | None]
+# Beside the folders of several speeds.
+CASE_MAP = "map.csv"
+CYCLE_MAP = ("cycle_map.csv", "cycle_map.png")
 
 
 @dataclass(frozen=True)
@@ -50,10 +46,18 @@ class RunReport:
     """
 
     folder: Path
-    summary: dict[str, Any]
+    summary: Summary
     complaint: str = ""
     film: Path | None = None
     pages: bytes = b""
+
+
+class _Place(NamedTuple):
+    """Where a speed's run belongs: speed in rpm, folder, and file of its animation."""
+
+    rpm: float | None
+    folder: Path
+    film: Path | None
 
 
 def run_study(study: Study, listener: Callable[[str], None] | None = None) -> list[RunReport]:
@@ -80,7 +84,7 @@ def run_study(study: Study, listener: Callable[[str], None] | None = None) -> li
     GeometryError, MeshError, UnderconstrainedError, SingularMatrixError, SolverUnavailableError
         See the stages.
     """
-    speeds: Sequence[float | None] = study.speed.speeds() if study.engine else (None,)
+    speeds = study.speeds()
     folders = _folders(study, speeds)
     films = [animation_file(study, rpm) for rpm in speeds]
     one = len(folders) == 1
@@ -90,13 +94,17 @@ def run_study(study: Study, listener: Callable[[str], None] | None = None) -> li
         if film is not None:
             require_film(film)
     clock = Clock(listener)
-    adapted = analysed(study, speeds, clock, listener)
-    with run_folder(target) as place:
+    prepared = adapt_mesh(study, speeds, clock, listener)
+    with run_folder(target) as part:
         if one:
-            reports = [_leave(adapted, adapted.at(speeds[0]), place, films[0], clock)]
+            found = result_of(outcome(study, prepared, speeds[0]))
+            reports = [_leave(found, prepared, _Place(speeds[0], part, films[0]), clock)]
         else:
-            places = [place / folder.name for folder in folders]
-            reports = _leave_all(adapted, list(zip(speeds, places, films, strict=True)), clock)
+            places = [
+                _Place(rpm, part / folder.name, film)
+                for rpm, folder, film in zip(speeds, folders, films, strict=True)
+            ]
+            reports = _leave_all(study, prepared, places, clock)
     for report in reports:
         if report.film is not None:
             write_film(report.film, report.pages)
@@ -105,63 +113,92 @@ def run_study(study: Study, listener: Callable[[str], None] | None = None) -> li
     ]
 
 
-def _leave_all(adapted: Adapted, runs: Sequence[Run], clock: Clock) -> list[RunReport]:
-    """Write the runs of several speeds, and what tells them all."""
-    study = adapted.analysis.study
-    shown = study.output.screenshot or study.analysis.buckling or any(film for _, _, film in runs)
-    sweep = _sweep(adapted, [rpm for rpm, _, _ in runs], clock) if study.analysis.cycle else None
-    if sweep is not None and len(runs) > MOST_FULL_RUNS and not shown:
-        reports = _swept(adapted, sweep, runs, clock)
+def _leave_all(study: Study, prepared: Adapted, places: Sequence[_Place], clock: Clock) -> list[RunReport]:
+    """Write the runs of several speeds, and the tables over all of them."""
+    shown = study.output.screenshot or study.analysis.buckling or any(place.film for place in places)
+    sweep = None
+    if study.analysis.cycle:
+        with clock("map"):
+            sweep = SpeedSweep(prepared.rod, [place.rpm for place in places if place.rpm is not None])
+    if sweep is not None and len(places) > MOST_FULL_RUNS and not shown:
+        reports = _leave_worst(study, prepared, sweep, places, clock)
     else:
-        reports = [
-            _leave(adapted, adapted.at(rpm), folder, film, clock, sweep=sweep) for rpm, folder, film in runs
-        ]
-    place = runs[0][1].parent
-    write_text(place / "map.csv", map_text(reports))
-    with clock("plot"):
-        _map_speeds(place, study.name, reports)
+        reports = [_leave_one(study, prepared, sweep, place, clock)[0] for place in places]
+    above, summaries = places[0].folder.parent, [report.summary for report in reports]
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(case_rows(summaries))
+    write_text(above / CASE_MAP, text.getvalue())
+    found = speed_map(summaries)
+    if found is not None:
+        from fea.output.plots.speed_map import plot_speed_map, write_speed_map  # noqa: PLC0415 - only a sweep
+
+        with clock("plot"):
+            table, plot = CYCLE_MAP
+            write_speed_map(above / table, found)
+            plot_speed_map(above / plot, study.name, found)
     return reports
 
 
-def _sweep(adapted: Adapted, speeds: Sequence[float | None], clock: Clock) -> SpeedSweep:
-    with clock("map"):
-        return SpeedSweep(adapted.analysis, [rpm for rpm in speeds if rpm is not None])
-
-
-def _swept(
-    adapted: Adapted,
-    sweep: SpeedSweep,
-    runs: Sequence[Run],
-    clock: Clock,
+def _leave_worst(
+    study: Study, prepared: Adapted, sweep: SpeedSweep, places: Sequence[_Place], clock: Clock
 ) -> list[RunReport]:
     """Leave full runs at the worst of many speeds, and at the others their figures."""
     full = {
-        rpm: _leave(adapted, adapted.at(rpm), folder, film, clock, sweep=sweep)
-        for rpm, folder, film in runs
-        if rpm in sweep.worst
+        place.rpm: _leave_one(study, prepared, sweep, place, clock)
+        for place in places
+        if place.rpm is not None and place.rpm in sweep.worst
     }
-    folders = [folder for _, folder, _ in runs]
     reports = []
-    for rpm, folder, _ in runs:
+    for place in places:
+        rpm = place.rpm
         if rpm is None or rpm in full:
+            reports.append(full[rpm or 0.0][0])
             continue
-        folder.mkdir()
-        with clock("write"):
-            _write_study(folder, adapted.analysis, rpm)
-            near = min(full, key=lambda other: (other < rpm, abs(other - rpm)))  # inertia grows with speed
-            figures = sweep.summary(full[near].summary, rpm)
-            write_text(folder / "summary.json", json_text(figures))
-        reports.append(RunReport(folder, figures))
-    return sorted([*reports, *full.values()], key=lambda report: folders.index(report.folder))
+        near = min(full, key=lambda other: (other < rpm, abs(other - rpm)))  # inertia grows with speed
+        summary = sweep.summary(rpm, full[near][1], prepared.passes)
+        place.folder.mkdir()
+        found = result_of(outcome_of(study, prepared.rod, summary))
+        written, _ = found.write_into(place.folder, clock, shared_files=_shared(study))
+        reports.append(RunReport(place.folder, written))
+    return reports
 
 
-def _map_speeds(place: Path, study: str, reports: Sequence[RunReport]) -> None:
-    found = speed_map([report.summary for report in reports])
-    if found is not None:
-        from fea.output.plots.speed_map import plot_speed_map, write_speed_map  # noqa: PLC0415 - only a sweep needs it
+def _leave_one(
+    study: Study, prepared: Adapted, sweep: SpeedSweep | None, place: _Place, clock: Clock
+) -> tuple[RunReport, SpeedResult]:
+    """Write the run of one speed of several; return what it left, and what was found at that speed."""
+    solved = prepared.at(place.rpm)
+    found = result_of(outcome(study, prepared, place.rpm, solved))
+    if sweep is not None:
+        summary = dataclasses.replace(found.summary, critical_speeds_rpm=sweep.critical)
+        found = dataclasses.replace(found, summary=summary)
+    return _leave(found, prepared, place, clock, shared_files=_shared(study)), solved
 
-        write_speed_map(place / "cycle_map.csv", found)
-        plot_speed_map(place / "cycle_map.png", study, found)
+
+def _leave(
+    found: Result,
+    prepared: Adapted,
+    place: _Place,
+    clock: Clock,
+    shared_files: tuple[str, ...] | None = None,
+) -> RunReport:
+    """Write one speed's run into its folder, which is made where it is missing."""
+    place.folder.mkdir(exist_ok=True)
+    pages, refused = b"", ""
+    if place.film is not None and place.rpm is not None:
+        pages, refused = filmed(prepared.rod, place.rpm, place.film, clock)
+    written, complaint = found.write_into(
+        place.folder,
+        clock,
+        screenshot=found.study.output.screenshot,
+        shared_files=shared_files,
+    )
+    return RunReport(place.folder, written, complaint or refused, place.film if pages else None, pages)
+
+
+def _shared(study: Study) -> tuple[str, ...]:
+    """Names of the files beside the folders of several speeds."""
+    return (CASE_MAP, *CYCLE_MAP) if study.analysis.cycle else (CASE_MAP,)
 
 
 def default_directory(study: Study, rpm: float | None) -> Path:
@@ -176,115 +213,3 @@ def _folders(study: Study, speeds: Sequence[float | None]) -> list[Path]:
         return [folder]
     parent = Path("results") / study.name if given is None else study.folder / given
     return [parent / f"{rpm:g}rpm" for rpm in speeds]
-
-
-def _leave(
-    adapted: Adapted,
-    result: SpeedResult,
-    folder: Path,
-    film: Path | None,
-    clock: Clock,
-    *,
-    sweep: SpeedSweep | None = None,
-) -> RunReport:
-    """Write one speed's run, of a `sweep` or alone, into its directory, which is made where it is missing."""
-    folder.mkdir(exist_ok=True)
-    analysis = adapted.analysis
-    mesh = analysis.mesh.whole.mesh
-    buckling = buckling_report(analysis, result, clock)
-    result = dataclasses.replace(
-        result, checks=result.checks | buckling.checks, left_out=(*result.left_out, *buckling.left_out)
-    )
-    with clock("write"):
-        for case in result.cases:
-            write_vtu(
-                folder / f"{case.case.name}.vtu",
-                mesh,
-                case.point_data(),
-                case.cell_data(mesh, analysis.materials),
-            )
-        _write_study(folder, analysis, result.rpm)
-        if result.cycle is not None:
-            write_vtu(folder / "envelope.vtu", mesh, result.cycle.envelope.point_data())
-        if buckling.shapes:
-            write_vtu(folder / "buckling.vtu", mesh, buckling.shapes)
-    if result.cycle is not None:
-        with clock("plot"):
-            _plot_history(folder / "history.png", analysis.study.name, result, result.cycle)
-    figures = summary(analysis, result, buckling.figures, clock, adapted.passes)
-    if sweep is not None:
-        figures["critical_speeds_rpm"] = sweep.critical
-    complaint, pages = "", b""
-    if analysis.study.output.screenshot:
-        complaint = _take_pictures(folder, figures, clock)
-    if film is not None and result.rpm is not None:
-        pages, refused = filmed(analysis, result.rpm, film, clock)
-        complaint = complaint or refused
-    figures["timings_s"], figures["total_s"] = dict(clock.seconds), clock.total
-    write_text(folder / "summary.json", json_text(figures))
-    return RunReport(folder, figures, complaint, film if pages else None, pages)
-
-
-def _write_study(place: Path, analysis: Analysis, rpm: float | None) -> None:
-    """Write the study at one speed, and its cycle."""
-    write_text(place / "study.toml", _study_text(analysis.study, rpm))
-    if analysis.engine is not None and analysis.gas is not None and rpm is not None:
-        write_cycle_csv(place / "loads.csv", cycle_columns(analysis.engine, analysis.rod, analysis.gas, rpm))
-
-
-def _plot_history(path: Path, study: str, result: SpeedResult, cycle: CycleResult) -> None:
-    from fea.output.plots.history import plot_histories  # noqa: PLC0415 - only a plot needs it
-
-    plot_histories(
-        path,
-        f"{study} at {result.rpm:g} rpm",
-        cycle.angles,
-        [(spot.place.tolist(), spot.signed) for spot in cycle.spots],
-        {
-            case.case.name: case.case.crank_angle
-            for case in result.cases
-            if case.case.crank_angle is not None and case.case.motion is not None
-        },
-    )
-
-
-def _take_pictures(place: Path, figures: dict[str, Any], clock: Clock) -> str:
-    """Take the pictures; a machine that cannot draw still keeps the figures."""
-    from fea.output.pictures.picture import take_pictures  # noqa: PLC0415 - only a picture needs it
-
-    try:
-        with clock("picture"):
-            take_pictures(place, figures)
-    except PictureError as error:
-        return str(error)
-    return ""
-
-
-def _study_text(study: Study, rpm: float | None) -> str:
-    # Not where the files of the run went: run again from there, it would replace its sweep, or fill the run.
-    output = dataclasses.replace(study.output, directory=None, animate=None)
-    speed = study.speed if rpm is None else dataclasses.replace(study.speed, rpm=rpm)
-    return dataclasses.replace(study, speed=speed, output=output).text()
-
-
-def map_text(reports: Sequence[RunReport]) -> str:
-    """The extremes of every run as CSV, a row a speed and case."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    figures = ("crank_deg", "pin_axial_N", "crank_axial_N", "max_von_mises_MPa", "min_safety_factor")
-    writer.writerow(["rpm", "case", *figures, *BUCKLING_COLUMNS])
-    for report in reports:
-        loads = report.summary["loads"]
-        for name, result in report.summary["results"].items():
-            load = loads[name]
-            values = (
-                load["crank_deg"],
-                load["pin_axial_N"],
-                load["crank_axial_N"],
-                result["max_von_mises_MPa"],
-                result["min_safety_factor"],
-                *buckling_factors(report.summary["buckling"], name),
-            )
-            row = ["" if value is None else f"{value:.7g}" for value in values]
-            writer.writerow([f"{report.summary['rpm']:g}", name, *row])
-    return text.getvalue()

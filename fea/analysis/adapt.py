@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fea.analysis.pipeline import Analysis, SpeedResult
+from fea.analysis.figures import PassFigures
+from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.speed import SpeedResult, solve_speed
 from fea.analysis.wanted_size import predicted_elements, size_ratio, wanted_sizes
 from fea.machine.clock import Clock
 from fea.study.study import Study
@@ -31,36 +33,12 @@ MAX_KEPT_NODES = 1_000_000
 
 
 @dataclass(frozen=True)
-class Pass:
-    """One mesh and what it gave.
-
-    Attributes
-    ----------
-    elements, nodes
-        Of the whole rod.
-    error_percent
-        The largest bar of any case.
-    seconds
-        Wall time of the pass.
-    """
-
-    elements: int
-    nodes: int
-    error_percent: float
-    seconds: float
-
-    def text(self, number: int) -> str:
-        """Return a line for who waits."""
-        return f"pass {number}: {self.elements} elements, ±{self.error_percent:.1f} %, {self.seconds:.1f} s"
-
-
-@dataclass(frozen=True)
 class Adapted:
-    """The analysis on the last mesh, and how that came about.
+    """The rod on its last mesh, and how that came about.
 
     Attributes
     ----------
-    analysis
+    rod
         Of the last pass.
     passes
         All of them; none where no tolerance was asked for.
@@ -70,26 +48,26 @@ class Adapted:
         By speed, as far as they are kept.
     """
 
-    analysis: Analysis
-    passes: tuple[Pass, ...] = ()
+    rod: PreparedRod
+    passes: tuple[PassFigures, ...] = ()
     shortfall: str = ""
     results: Mapping[float | None, SpeedResult] = field(default_factory=dict)
 
     def at(self, rpm: float | None) -> SpeedResult:
         """Solve the load cases of one speed (rpm); None for given forces."""
-        result = self.results.get(rpm) or self.analysis.at(rpm)
+        result = self.results.get(rpm) or solve_speed(self.rod, rpm)
         if not self.shortfall:
             return result
         return dataclasses.replace(result, notes=(*result.notes, self.shortfall))
 
 
-def analysed(
+def adapt_mesh(
     study: Study,
     speeds: Sequence[float | None],
     clock: Clock,
     listener: Callable[[str], None] | None = None,
 ) -> Adapted:
-    """Prepare the analysis of a study, on ever better meshes where a tolerance is asked for.
+    """Prepare the rod of a study, on ever better meshes where a tolerance is asked for.
 
     Parameters
     ----------
@@ -105,68 +83,71 @@ def analysed(
     Raises
     ------
     GeometryError, MeshError, InvalidValue, …
-        See `Analysis`.
+        See `fea.analysis.prepare.prepare`.
     """
     tolerance = study.analysis.tolerance_percent
     if tolerance is None:
-        return Adapted(Analysis(study, clock))
-    passes: list[Pass] = []
+        return Adapted(prepare(study, clock))
+    passes: list[PassFigures] = []
     fields: list[SizeField] = []
     while True:
         start = time.perf_counter()
-        analysis = _meshed(study, clock, fields)
-        worst, ratio, results = _solved(analysis, speeds, tolerance, again=bool(fields))
-        passes.append(_pass(analysis, worst, time.perf_counter() - start))
+        rod = _meshed(study, clock, fields)
+        worst, ratio, results = _solved(rod, speeds, tolerance, again=bool(fields))
+        passes.append(_pass(rod, worst, time.perf_counter() - start))
         if listener:
             listener(passes[-1].text(len(passes)))
-        wanted = wanted_sizes(analysis.mesh, ratio)
-        shortfall = "" if worst <= tolerance else _obstacle(analysis, wanted, len(passes))
+        wanted = wanted_sizes(rod.mesh, ratio)
+        shortfall = "" if worst <= tolerance else _obstacle(rod, wanted, len(passes))
         if worst <= tolerance or wanted is None or shortfall:
             break
         fields.append(wanted)
-        del analysis, results  # their memory is the next mesh's
+        del rod, results  # their memory is the next mesh's
     if shortfall:
         shortfall = f"the tolerance of {tolerance:g} % is not met (±{worst:.2g} %): {shortfall}"
-    return Adapted(analysis, tuple(passes), shortfall, results)
+    return Adapted(rod, tuple(passes), shortfall, results)
 
 
 def _solved(
-    analysis: Analysis, speeds: Sequence[float | None], tolerance: float, *, again: bool
+    rod: PreparedRod, speeds: Sequence[float | None], tolerance: float, *, again: bool
 ) -> tuple[float, Floats, dict[float | None, SpeedResult]]:
     """Solve all speeds: the largest bar (percent), factors (n_nodes,) on the size, and the results kept."""
-    mesh, asked = analysis.mesh.whole.mesh, analysis.study.analysis
+    mesh = rod.mesh.whole
     worst, ratio = 0.0, np.ones(len(mesh.points))
-    most = 0 if asked.cycle else max(1, MAX_KEPT_NODES // len(mesh.points))
+    most = 0 if rod.options.cycle else max(1, MAX_KEPT_NODES // len(mesh.points))
     results: dict[float | None, SpeedResult] = {}
     for rpm in speeds:
-        result = analysis.at(rpm, cycle=False)
-        worst = max(worst, *(case.error_percent for case in result.cases))
-        ratio = np.minimum(ratio, size_ratio(mesh, result.cases, tolerance, again=again))
+        result = solve_speed(rod, rpm, cycle=False)
+        cases = tuple(result.cases.values())
+        worst = max(worst, *(case.error_percent for case in cases))
+        ratio = np.minimum(ratio, size_ratio(mesh, cases, tolerance, again=again))
         if len(results) < most:
             results[rpm] = result
     return worst, ratio, results
 
 
-def _meshed(study: Study, clock: Clock, fields: Sequence[SizeField]) -> Analysis:
+def _meshed(study: Study, clock: Clock, fields: Sequence[SizeField]) -> PreparedRod:
     """Mesh coarsely at first, then as without a tolerance but for the wanted sizes."""
     if fields or study.mesh.size_mm is not None:
-        return Analysis(study, clock, fields)
+        return prepare(study, clock, wanted=fields)
     try:
-        return Analysis(study, clock, coarser=COARSER)
+        return prepare(study, clock, coarser=COARSER)
     except (GeometryError, MeshError):  # what only smaller elements can follow
-        return Analysis(study, clock)
+        return prepare(study, clock)
 
 
-def _pass(analysis: Analysis, error_percent: float, seconds: float) -> Pass:
-    mesh = analysis.mesh.whole.mesh
-    return Pass(len(mesh.tets), len(mesh.points), error_percent, seconds)
+def _pass(rod: PreparedRod, error_percent: float, seconds: float) -> PassFigures:
+    mesh = rod.mesh.whole
+    return PassFigures(
+        elements=len(mesh.tets), nodes=len(mesh.points), error_percent=error_percent, seconds=seconds
+    )
 
 
-def _obstacle(analysis: Analysis, wanted: SizeField | None, n_passes: int) -> str:
+def _obstacle(rod: PreparedRod, wanted: SizeField | None, n_passes: int) -> str:
     """What stands in the way of a further pass; empty where nothing does."""
     if wanted is None or n_passes == MAX_PASSES:
         return f"{n_passes} meshes were tried. Start from a smaller --size"
-    elements = predicted_elements(analysis.mesh, wanted, Sizing(analysis.mesh.size).growth)
+    elements = predicted_elements(rod.mesh, wanted, Sizing(rod.mesh.meshing.size).growth)
     if elements > MAX_ELEMENTS:
         return f"it would take {elements:.2g} elements, more than {MAX_ELEMENTS}"
     return ""

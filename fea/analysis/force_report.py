@@ -1,12 +1,12 @@
 """The crank cycle of a study: columns, extremes with their crank angles, mean torque."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from fea.analysis.figures import WhereKnown
 from fea.analysis.force_table import columns
 from fea.units import BAR, DEG, N_M, RPM
 from geometry.arrays import Floats
@@ -47,7 +47,7 @@ class Extreme:
 
 
 @dataclass(frozen=True)
-class CycleReport:
+class ForceReport:
     """One speed of an engine.
 
     Attributes
@@ -75,23 +75,57 @@ class CycleReport:
         """Columns of the whole engine, or None where one cylinder was asked."""
         return None if len(self.tables) == 1 else self.tables[0]
 
-    def as_dict(self) -> dict[str, Any]:
+    def figures(self, study: str) -> "ForceFigures":
         """Return the figures for JSON."""
-        figures: dict[str, Any] = {
-            "rpm": self.rpm,
-            "extremes": _plain(extremes(self.first, EXTREMES)),
-            **_means(self.first, self.rpm),
-            "note": self.note or None,
-        }
+        whole = None
         if self.engine is not None:
-            whole = _plain(extremes(self.engine, WHOLE_ENGINE))
-            figures["engine"] = {"extremes": whole, **_means(self.engine, self.rpm)}
-        return figures
+            means = _means(self.engine, self.rpm)
+            whole = EngineForceFigures(extremes=_plain(extremes(self.engine, WHOLE_ENGINE)), **means)
+        return ForceFigures(
+            study=study,
+            rpm=self.rpm,
+            extremes=_plain(extremes(self.first, EXTREMES)),
+            **_means(self.first, self.rpm),
+            note=self.note or None,
+            engine=whole,
+        )
 
 
-def cycle_reports(
+@dataclass(frozen=True, kw_only=True)
+class ExtremeFigures:
+    """Largest and least value of a column, and the crank angles where they first occur."""
+
+    max: float
+    max_crank_deg: float
+    min: float
+    min_crank_deg: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class EngineForceFigures:
+    """Extremes and means of the whole engine."""
+
+    extremes: Mapping[str, ExtremeFigures]
+    mean_torque_Nm: float
+    mean_power_kW: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceFigures:
+    """The figures of ``fea loads`` at one speed: first cylinder, and the whole engine where asked for."""
+
+    study: str
+    rpm: float
+    extremes: Mapping[str, ExtremeFigures]
+    mean_torque_Nm: float
+    mean_power_kW: float
+    note: str | None
+    engine: WhereKnown[EngineForceFigures] = None
+
+
+def force_reports(
     engine: Engine, rod: MassProperties, gas: GasModel, speeds: tuple[float, ...], *, every_cylinder: bool
-) -> list[CycleReport]:
+) -> list[ForceReport]:
     """Compute the cycle, every degree, at each speed (rpm)."""
     angles = cycle_angles()
     reports = []
@@ -101,7 +135,7 @@ def cycle_reports(
         else:
             tables = (columns(cycle(engine, rod, gas, rpm * RPM, angles), rpm),)
         notes = (gas.note(rpm * RPM), _missed(gas, rpm * RPM, angles))
-        reports.append(CycleReport(rpm, tables, "; ".join(filter(None, notes))))
+        reports.append(ForceReport(rpm, tables, "; ".join(filter(None, notes))))
     return reports
 
 
@@ -150,9 +184,11 @@ def _first(values: Floats) -> int:
     return int(np.argmax(values >= values.max() - 1e-9 * np.abs(values).max()))
 
 
-def _plain(found: dict[str, Extreme]) -> dict[str, dict[str, float]]:
+def _plain(found: dict[str, Extreme]) -> dict[str, ExtremeFigures]:
     return {
-        name: {"max": e.largest, "max_crank_deg": e.largest_deg, "min": e.least, "min_crank_deg": e.least_deg}
+        name: ExtremeFigures(
+            max=e.largest, max_crank_deg=e.largest_deg, min=e.least, min_crank_deg=e.least_deg
+        )
         for name, e in found.items()
     }
 
@@ -167,7 +203,7 @@ def _means(table: dict[str, npt.ArrayLike], rpm: float) -> dict[str, float]:
     return {"mean_torque_Nm": torque, "mean_power_kW": torque * rpm * RPM / 1e3}
 
 
-def stacked(reports: Sequence[CycleReport]) -> dict[str, npt.ArrayLike]:
+def stacked(reports: Sequence[ForceReport]) -> dict[str, npt.ArrayLike]:
     """Return the columns of all speeds and cylinders one below the other."""
     tables = [table for report in reports for table in report.tables]
     length = np.asarray(tables[0]["crank_deg"]).size

@@ -11,7 +11,7 @@ from loads.gas import GasModel
 from loads.slider_crank import cycle_angles
 
 
-def cycle_columns(
+def force_columns(
     engine: Engine, rod: MassProperties, gas: GasModel, rpm: float, angles: Floats | None = None
 ) -> dict[str, npt.ArrayLike]:
     """Kinematics and forces of one cylinder over the cycle at one speed.

@@ -1,13 +1,12 @@
 """The job behind `fea modes`: free vibration of the free rod."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from fea.machine.clock import Clock
+from fea.analysis.prepare import mesh_study
 from fea.material import of_parts
-from fea.rod.discretise import discretise
 from fea.solvers.vibration import RIGID, Modes, free_modes
 from fea.study.study import Study
 from geometry.arrays import Floats
@@ -26,6 +25,27 @@ MOST_POISSONS_RATIO = {1: 0.4, 2: 0.4999}
 _DIRECTIONS = ("lengthwise", "in the plane of motion", "sideways")
 
 
+@dataclass(frozen=True, kw_only=True)
+class ModeFigures:
+    """One mode; `orders` are multiples of the crank's rate: a four-stroke engine excites half ones, too."""
+
+    frequency_Hz: float
+    moves: str
+    orders: Mapping[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModesFigures:
+    """The figures of ``fea modes``."""
+
+    study: str
+    nodes: int
+    modes: tuple[ModeFigures, ...]
+    rigid_share: float
+    backward_error: float
+    trusted: bool
+
+
 @dataclass(frozen=True)
 class ModesReport:
     """Free vibration of a rod.
@@ -33,14 +53,17 @@ class ModesReport:
     Attributes
     ----------
     study
-        What was asked.
+        Its name.
+    speeds
+        At which the orders are told, rpm.
     mesh
         The whole rod.
     modes
         The six rigid motions first.
     """
 
-    study: Study
+    study: str
+    speeds: tuple[float, ...]
     mesh: TetMesh
     modes: Modes
 
@@ -68,28 +91,23 @@ class ModesReport:
         """Whether the rigid motions are six and the modes solve their equation."""
         return self.rigid_share <= RIGID_LIMIT and self.modes.backward_error <= BACKWARD_LIMIT
 
-    def figures(self) -> dict[str, Any]:
-        """The figures in the units their names say.
-
-        ``orders`` are multiples of the crank's rate at each speed: a four-stroke engine excites
-        whole and half ones.
-        """
-        speeds = self.study.speed.speeds() if self.study.engine else ()
-        return {
-            "study": self.study.name,
-            "nodes": len(self.mesh.points),
-            "modes": [
-                {
-                    "frequency_Hz": float(frequency),
-                    "moves": moves(self.mesh.points, shape),
-                    "orders": {f"{rpm:g}rpm": float(60 * frequency / rpm) for rpm in speeds if rpm > 0},
-                }
+    def figures(self) -> ModesFigures:
+        """Return the figures in the units their names say."""
+        return ModesFigures(
+            study=self.study,
+            nodes=len(self.mesh.points),
+            modes=tuple(
+                ModeFigures(
+                    frequency_Hz=float(frequency),
+                    moves=moves(self.mesh.points, shape),
+                    orders={f"{rpm:g}rpm": float(60 * frequency / rpm) for rpm in self.speeds if rpm > 0},
+                )
                 for frequency, shape in zip(self.elastic, self.shapes.values(), strict=True)
-            ],
-            "rigid_share": self.rigid_share,
-            "backward_error": self.modes.backward_error,
-            "trusted": self.trusted,
-        }
+            ),
+            rigid_share=self.rigid_share,
+            backward_error=self.modes.backward_error,
+            trusted=self.trusted,
+        )
 
 
 def moves(points: Floats, shape: Floats) -> str:
@@ -122,12 +140,13 @@ def modes_report(study: Study, count: int) -> ModesReport:
         The factorisation broke down.
     """
     require(1 <= count <= MOST, "--count", count, f"must lie within 1…{MOST}")
-    found = discretise(study, Clock())
-    whole = found.whole.mesh
+    found = mesh_study(study)
+    whole = found.whole
     materials = study.materials(found.parts)
     most = MOST_POISSONS_RATIO[whole.order]
     nu = max(material.poissons_ratio for material in materials)
     rule = f"must not exceed {most} for modes: elements without a pressure lock"
     require(nu <= most, "material.nu", nu, rule, "Lower it.")
     elastic = of_parts(materials, whole.part)
-    return ModesReport(study, whole, free_modes(whole, elastic, elastic.density, count))
+    speeds = study.speed.speeds() if study.engine else ()
+    return ModesReport(study.name, speeds, whole, free_modes(whole, elastic, elastic.density, count))

@@ -53,4 +53,4 @@ def fitted(
             bushing,
         )
     found = fit(rod, targets, [dimension_of(key) for key in free])
-    return dataclasses.replace(study.rod, rod=found.rod, length=found.rod.length), found
+    return dataclasses.replace(study.rod, dimensions=found.rod, length=found.rod.length), found

@@ -1,95 +1,81 @@
-"""The solid in figures: mass properties, sections along the shank, slenderness, the mesh's agreement."""
+"""The solid in figures: mass properties, sections along the shank, slenderness, agreement of the mesh."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from fea.analysis.figures import QualityFigures, Vector
+from fea.analysis.prepare import mesh_study
+from fea.analysis.summary import quality_figures
 from fea.assess.column import Plane
-from fea.machine.clock import Clock
 from fea.material import of_parts
-from fea.rod.discretise import Discretised, discretise
+from fea.rod.bores import Bores
 from fea.solid.inertia import inertia
 from fea.study.study import Study
 from fea.units import KG, KG_M2
-from geometry.mass import MassProperties
+from geometry.rod import Rod
 from geometry.section import Section, least_section, sections
 from mesh import slices
+from mesh.tetmesh import TetMesh
 
 _STATIONS = 11
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
+class SectionFigures:
+    """A cross-section of the shank."""
+
+    x_mm: float
+    area_mm2: float
+    inertia_y_mm4: float
+    inertia_z_mm4: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class RodMeshFigures(QualityFigures):
+    """The mesh of a rod; `mass_error` is relative to the solid's mass."""
+
+    nodes: int
+    elements: int
+    size_mm: float
+    mass_error: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class RodReport:
-    """A rod's figures.
+    """The figures of ``fea rod``.
 
     Attributes
     ----------
-    study
-        What was asked.
-    mesh
-        The meshed rod.
-    properties
-        From the mesh's quadrature.
-    along
-        Sections evenly spaced from ring to ring; of a solid from a file from bore to bore, cut from its mesh.
-    least
+    inertia_kg_m2
+        (3, 3) about the centre of gravity.
+    parts_mm3
+        Volume of each part.
+    sections
+        Evenly spaced from ring to ring; of a solid from a file from bore to bore, cut from its mesh.
+    least_section
         The section of least area.
+    slenderness
+        K l / r for bending in each plane.
     """
 
-    study: Study
-    mesh: Discretised
-    properties: MassProperties
-    along: tuple[Section, ...]
-    least: Section
-
-    def figures(self) -> dict[str, Any]:
-        """The figures in the units their names say."""
-        rod, quality = self.properties, self.mesh.quality
-        length = self.mesh.bores.rod_length
-        return {
-            "study": self.study.name,
-            "length_mm": length,
-            "mass_kg": rod.mass / KG,
-            "center_of_gravity_mm": list(rod.center),
-            "inertia_kg_m2": [[value / KG_M2 for value in row] for row in rod.inertia],
-            "volume_mm3": sum(self.mesh.parts.values()),
-            "parts_mm3": dict(self.mesh.parts),
-            "symmetry": self.mesh.symmetry.value,
-            "sections": [_section(section) for section in self.along],
-            "least_section": _section(self.least),
-            "slenderness": _slenderness(self.least, length),
-            "mesh": {
-                "nodes": len(self.mesh.whole.mesh.points),
-                "elements": len(self.mesh.whole.mesh.tets),
-                "size_mm": self.mesh.size,
-                "mass_error": self.mesh.mass_error(rod.mass, self.study.materials(self.mesh.parts)),
-                "least_scaled_jacobian": quality.least_scaled_jacobian,
-                "least_shape": quality.least_shape,
-                "median_shape": quality.median_shape,
-                "worst_at_mm": list(quality.worst_at),
-                "straightened_elements": quality.straightened,
-                "repairs": list(self.mesh.repair.causes),
-                "repaired_size_mm": self.mesh.repair.size,
-            },
-        }
+    study: str
+    length_mm: float
+    mass_kg: float
+    center_of_gravity_mm: Vector
+    inertia_kg_m2: tuple[tuple[float, ...], ...]
+    volume_mm3: float
+    parts_mm3: Mapping[str, float]
+    symmetry: str
+    sections: tuple[SectionFigures, ...]
+    least_section: SectionFigures
+    slenderness: Mapping[str, float]
+    mesh: RodMeshFigures
 
 
-def _section(section: Section) -> dict[str, float]:
-    return {
-        "x_mm": section.x,
-        "area_mm2": section.area,
-        "inertia_y_mm4": section.inertia_y,
-        "inertia_z_mm4": section.inertia_z,
-    }
-
-
-def _slenderness(section: Section, length: float) -> dict[str, float]:
-    return {plane.value: plane.length_factor * length / plane.gyration(section) for plane in Plane}
-
-
-def rod_report(study: Study) -> RodReport:
-    """Draw, mesh and measure the rod of a study.
+def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
+    """Draw, mesh and measure the rod of a study; return its figures and the mesh of the whole rod.
 
     Raises
     ------
@@ -98,16 +84,49 @@ def rod_report(study: Study) -> RodReport:
     GeometryError, MeshError
         No solid or no usable mesh came out.
     """
-    mesh = discretise(study, Clock())
-    materials, part = study.materials(mesh.parts), mesh.cell.part
-    density = of_parts(materials, part).density
-    properties = inertia(mesh.cell, density).properties
-    return RodReport(study, mesh, properties, *_sections(study, mesh))
+    mesh = mesh_study(study)
+    materials = study.materials(mesh.parts)
+    rod = inertia(mesh.cell, of_parts(materials, mesh.cell.part).density).properties
+    along, least = _sections(study.rod.dimensions, mesh.whole, mesh.bores)
+    quality = quality_figures(mesh.meshing.quality, mesh.meshing.repair)
+    report = RodReport(
+        study=study.name,
+        length_mm=mesh.bores.rod_length,
+        mass_kg=rod.mass / KG,
+        center_of_gravity_mm=rod.center,
+        inertia_kg_m2=tuple(tuple(value / KG_M2 for value in row) for row in rod.inertia),
+        volume_mm3=sum(mesh.parts.values()),
+        parts_mm3=dict(mesh.parts),
+        symmetry=mesh.symmetry.value,
+        sections=tuple(_section(section) for section in along),
+        least_section=_section(least),
+        slenderness={
+            plane.value: plane.length_factor * mesh.bores.rod_length / plane.gyration(least)
+            for plane in Plane
+        },
+        mesh=RodMeshFigures(
+            **vars(quality),
+            nodes=len(mesh.whole.points),
+            elements=len(mesh.whole.tets),
+            size_mm=mesh.meshing.size,
+            mass_error=mesh.mass_error(rod.mass, materials),
+        ),
+    )
+    return report, mesh.whole
 
 
-def _sections(study: Study, mesh: Discretised) -> tuple[tuple[Section, ...], Section]:
-    """Sections along the shank, and the least."""
-    if study.rod.rod is not None:
-        return sections(study.rod.rod, _STATIONS), least_section(study.rod.rod)
-    whole, ends = mesh.whole.mesh, mesh.bores.between
+def _section(section: Section) -> SectionFigures:
+    return SectionFigures(
+        x_mm=section.x,
+        area_mm2=section.area,
+        inertia_y_mm4=section.inertia_y,
+        inertia_z_mm4=section.inertia_z,
+    )
+
+
+def _sections(rod: Rod | None, whole: TetMesh, bores: Bores) -> tuple[tuple[Section, ...], Section]:
+    """Sections along the shank, and the smallest."""
+    if rod is not None:
+        return sections(rod, _STATIONS), least_section(rod)
+    ends = bores.between
     return slices.sections(whole, np.linspace(*ends, _STATIONS + 2)[1:-1]), slices.least_section(whole, *ends)

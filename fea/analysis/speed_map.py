@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from fea.analysis.figures import Summary
 from geometry.arrays import Floats
 
 COLUMNS = (
@@ -23,6 +23,16 @@ COLUMNS = (
     "amplitude_MPa",
     "stress_ratio",
     "crossland_safety_factor",
+    "column_safety_factor",
+    "buckling_factor",
+)
+# Of a table of load cases: the last two are the factors by the column formulas and of the solid's modes.
+_CASE_COLUMNS = (
+    "crank_deg",
+    "pin_axial_N",
+    "crank_axial_N",
+    "max_von_mises_MPa",
+    "min_safety_factor",
     "column_safety_factor",
     "buckling_factor",
 )
@@ -62,10 +72,10 @@ def first_below(factor: Floats) -> int | None:
     return int(below[0]) if below.size else None
 
 
-def speed_map(summaries: Sequence[Mapping[str, Any]]) -> SpeedMap | None:
-    """Gather the envelopes of the summaries of several speeds; None where no cycle was worked out."""
+def speed_map(summaries: Sequence[Summary]) -> SpeedMap | None:
+    """Gather the worst of the cycle at several speeds; None where no cycle was worked out."""
     critical = next(
-        (item["critical_speeds_rpm"] for item in summaries if "critical_speeds_rpm" in item), None
+        (item.critical_speeds_rpm for item in summaries if item.critical_speeds_rpm is not None), None
     )
     if critical is None:
         return None
@@ -73,25 +83,41 @@ def speed_map(summaries: Sequence[Mapping[str, Any]]) -> SpeedMap | None:
     return SpeedMap(dict(zip(COLUMNS, values.T, strict=True)), critical)
 
 
-def _row(summary: Mapping[str, Any]) -> list[float]:
-    envelope = summary["envelope"]
-    fatigue = envelope["fatigue"] or {}
-    buckling = summary["buckling"]
-    planes = [plane["safety_factor"] for plane in buckling["column"]["planes"].values()]
-    modes = [mode["factor"] for found in buckling.get("modes", {}).values() for mode in found]
-    found = {
-        "rpm": summary["rpm"],
-        "yield_safety_factor": envelope["min_safety_factor"],
-        "yield_crank_deg": envelope["crank_deg"],
-        **_place("yield", envelope["at_mm"]),
-        **_place("fatigue", fatigue.get("at_mm", [np.nan] * 3)),
-        **fatigue,
-        "crossland_safety_factor": envelope["min_crossland_safety_factor"],
-        "column_safety_factor": min((factor for factor in planes if factor is not None), default=None),
-        "buckling_factor": min(modes, default=None),
-    }
-    return [np.nan if found.get(name) is None else float(found[name]) for name in COLUMNS]
+def _row(summary: Summary) -> list[float]:
+    """Return the figures of one speed, in the order of `COLUMNS`."""
+    envelope = summary.envelope
+    if envelope is None or summary.rpm is None:
+        raise ValueError("a map over speeds needs the cycle at each of them")
+    fatigue, nowhere = envelope.fatigue, (None, None, None)
+    found = (
+        summary.rpm,
+        envelope.min_safety_factor,
+        envelope.crank_deg,
+        *envelope.at_mm,
+        *((None, *nowhere) if fatigue is None else (fatigue.fatigue_safety_factor, *fatigue.at_mm)),
+        *(nowhere if fatigue is None else (fatigue.mean_MPa, fatigue.amplitude_MPa, fatigue.stress_ratio)),
+        envelope.min_crossland_safety_factor,
+        summary.buckling.column.min_safety_factor,
+        summary.buckling.min_mode_factor,
+    )
+    return [np.nan if value is None else float(value) for value in found]
 
 
-def _place(mode: str, at: Sequence[float]) -> dict[str, float]:
-    return {f"{mode}_{axis}_mm": value for axis, value in zip("xyz", at, strict=True)}
+def case_rows(summaries: Sequence[Summary]) -> list[list[str]]:
+    """Return the extremes of every run as rows of text: a heading, then one row per speed and load case."""
+    rows = [["rpm", "case", *_CASE_COLUMNS]]
+    for summary in summaries:
+        for name, result in summary.results.items():
+            load = summary.loads[name]
+            values = (
+                load.crank_deg,
+                load.pin_axial_N,
+                load.crank_axial_N,
+                result.max_von_mises_MPa,
+                result.min_safety_factor,
+                *summary.buckling.of_case(name),
+            )
+            rows.append(
+                [f"{summary.rpm:g}", name, *("" if value is None else f"{value:.7g}" for value in values)]
+            )
+    return rows

@@ -1,141 +1,264 @@
-"""The summary of a run, as `summary.json` holds it."""
+"""From what was found to the figures of `summary.json`."""
 
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from importlib.metadata import version
-from typing import Any
 
-from fea.analysis.adapt import Pass
-from fea.analysis.envelope_summary import envelope_figures
-from fea.analysis.pipeline import Analysis, SpeedResult
-from fea.machine.clock import Clock
+import numpy as np
+
+from fea.analysis.buckling import BucklingReport
+from fea.analysis.figures import (
+    BucklingFigures,
+    CaseFigures,
+    CycleFigures,
+    EngineFigures,
+    EnvelopeFigures,
+    EnvironmentFigures,
+    LoadFigures,
+    ModelFigures,
+    PassFigures,
+    QualityFigures,
+    RodFigures,
+    SpotFigures,
+    Summary,
+    vector,
+)
+from fea.analysis.prepare import PreparedRod
+from fea.analysis.speed import SpeedResult
+from fea.assess.case_result import CaseResult
+from fea.assess.crossland import crossland
+from fea.assess.deviatoric import deviatoric
+from fea.assess.fatigue import fatigue_factor
+from fea.assess.history import extremes
+from fea.assess.safety import safety_factor
+from fea.assess.verdict import Verdict
+from fea.checks import Check
+from fea.choices import Fatigue
+from fea.cycle.spots import Spot
+from fea.cycle.superposition import CycleResult
 from fea.machine.peak_memory import peak_memory
+from fea.material import Material
+from fea.rod.load_cases import EngineLoading
+from fea.rod.omission import Omission
 from fea.units import DEG, KG, KG_M2, N_M
 from loads.cases import LoadCase
+from mesh.quality import Quality
+from mesh.repair import Repair
+from mesh.tetmesh import TetMesh
 
-SCHEMA = "fea/summary/1"
 _PACKAGES = ("conrod-fea", "gmsh", "scikit-fem", "numpy", "scipy", "pyvista", "vtk")
 
 
-def summary(
-    analysis: Analysis,
-    result: SpeedResult,
-    buckling: Mapping[str, Any],
-    clock: Clock,
-    passes: Sequence[Pass] = (),
-) -> dict[str, Any]:
-    """Return the figures of one speed, in the units their names say."""
-    mesh, tolerance = analysis.mesh.whole.mesh, analysis.study.analysis.tolerance_percent
-    return {
-        "schema": SCHEMA,
-        "study": analysis.study.name,
-        "rpm": result.rpm,
-        "trusted": result.trusted,
-        "rod": _rod(analysis),
-        "engine": _engine(analysis),
-        "loads": {case.case.name: load_figures(case.case) for case in result.cases},
-        "model": _model(analysis),
-        "results": {case.case.name: case.extremes(mesh, tolerance) for case in result.cases},
-        **({"passes": [asdict(item) for item in passes]} if passes else {}),
-        **_envelope(analysis, result),
-        "buckling": dict(buckling),
-        "checks": {
-            name: {"value": item.value, "limit": item.limit, "pass": item.passed}
-            for name, item in result.checks.items()
-        },
-        "notes": [*result.notes, *analysis.study.rod.mass_remarks(analysis.rod)],
-        "timings_s": dict(clock.seconds),
-        "total_s": clock.total,
-        "peak_memory_MiB": peak_memory(),
-        "left_out": [{"what": item.what, "why": item.why} for item in result.left_out],
-        "environment": _environment(),
-    }
+def speed_summary(
+    rod: PreparedRod, result: SpeedResult, buckling: BucklingReport, passes: Sequence[PassFigures] = ()
+) -> Summary:
+    """Return the figures of one speed."""
+    tolerance = rod.options.tolerance_percent
+    return summary_of(
+        rod,
+        passes,
+        rpm=result.rpm,
+        loads={name: load_figures(case.load) for name, case in result.cases.items()},
+        results={name: case_figures(case, tolerance) for name, case in result.cases.items()},
+        envelope=None
+        if result.cycle is None
+        else envelope_figures(result.cycle, rod.mesh.whole, rod.options.fatigue, rod.materials),
+        buckling=buckling.figures,
+        checks={**result.checks, **buckling.checks},
+        notes=result.notes,
+        left_out=(*result.left_out, *buckling.left_out),
+    )
 
 
-def _envelope(analysis: Analysis, result: SpeedResult) -> dict[str, Any]:
-    if result.cycle is None:
-        return {}
-    mesh, criterion = analysis.mesh.whole.mesh, analysis.study.analysis.fatigue
-    return {"envelope": envelope_figures(result.cycle, mesh, criterion, analysis.materials)}
+def summary_of(
+    rod: PreparedRod,
+    passes: Sequence[PassFigures],
+    *,
+    rpm: float | None,
+    loads: Mapping[str, LoadFigures],
+    results: Mapping[str, CaseFigures],
+    envelope: CycleFigures | None,
+    buckling: BucklingFigures,
+    checks: Mapping[str, Check],
+    notes: Sequence[str],
+    left_out: Sequence[Omission],
+) -> Summary:
+    """Return the figures of one speed, with those that all speeds of a rod share."""
+    return Summary(
+        study=rod.name,
+        rpm=rpm,
+        trusted=all(item.passed for item in checks.values()),
+        rod=_rod(rod),
+        engine=_engine(rod),
+        loads=loads,
+        model=_model(rod),
+        results=results,
+        passes=tuple(passes) or None,
+        envelope=envelope,
+        buckling=buckling,
+        checks=checks,
+        notes=tuple(notes),
+        timings_s=dict(rod.clock.seconds),
+        total_s=rod.clock.total,
+        peak_memory_MiB=peak_memory(),
+        left_out=tuple(left_out),
+        environment=_environment(),
+    )
 
 
-def _rod(analysis: Analysis) -> dict[str, Any]:
-    rod = analysis.rod
-    return {
-        "mass_kg": rod.mass / KG,
-        "center_of_gravity_mm": list(rod.center),
-        "inertia_kg_m2": rod.inertia_z / KG_M2,
-        "length_mm": analysis.mesh.bores.rod_length,
-    }
+def load_figures(case: LoadCase) -> LoadFigures:
+    """Return what acts in a load case."""
+    return LoadFigures(
+        crank_deg=None if case.crank_angle is None else case.crank_angle / DEG,
+        gas_N=case.gas,
+        pin_axial_N=case.pin_axial,
+        pin_transverse_N=case.pin_transverse,
+        crank_axial_N=case.crank_axial,
+        crank_transverse_N=case.crank_transverse,
+        wall_N=case.wall,
+        torque_Nm=None if case.torque is None else case.torque / N_M,
+    )
 
 
-def _engine(analysis: Analysis) -> dict[str, Any] | None:
-    engine = analysis.engine
-    if engine is None:
+def case_figures(case: CaseResult, tolerance_percent: float | None = None) -> CaseFigures:
+    """Return the extremes of a load case, over the nodes away from singular places."""
+    singular = bool(case.error.masked.any())
+    return CaseFigures(
+        max_von_mises_MPa=case.max_von_mises,
+        at_mm=vector(case.at),
+        max_principal_MPa=case.max_principal,
+        min_principal_MPa=case.min_principal,
+        max_displacement_mm=case.max_displacement,
+        min_safety_factor=case.min_safety_factor,
+        error_percent=case.error_percent,
+        energy_error_percent=case.error.energy_percent,
+        verdict=case.verdict(tolerance_percent).value,
+        unmasked_max_von_mises_MPa=case.peak.unmasked if singular else None,
+        unmasked_min_safety_factor=1 / case.worst.unmasked if singular else None,
+        unmasked_verdict=Verdict.DIVERGING.value if singular else None,
+        singular_max_von_mises_MPa=case.peak.singular if singular else None,
+        singular_verdict=Verdict.DIVERGING.value if singular else None,
+    )
+
+
+def envelope_figures(
+    result: CycleResult, mesh: TetMesh, criterion: Fatigue, materials: Sequence[Material]
+) -> EnvelopeFigures:
+    """Return the worst of the cycle and its worst places."""
+    found, counts = result.envelope, result.counts
+    worst = int(np.where(counts, found.usage, -np.inf).argmax())
+    fatigue, multiaxial = (
+        None if spot is None else _spot(spot, result, materials, criterion)
+        for spot in (result.weakest, result.multiaxial)
+    )
+    singular = not counts.all()
+    return EnvelopeFigures(
+        min_safety_factor=float(found.safety_factor[worst]),
+        at_mm=vector(mesh.points[worst]),
+        crank_deg=float(found.usage_angle[worst]) / DEG,
+        max_von_mises_MPa=float(found.von_mises[counts].max()),
+        max_principal_MPa=float(found.principal_1[counts].max()),
+        min_principal_MPa=float(found.principal_3[counts].min()),
+        min_fatigue_safety_factor=None if fatigue is None else fatigue.fatigue_safety_factor,
+        fatigue_criterion=criterion.value,
+        fatigue=fatigue,
+        min_crossland_safety_factor=None if multiaxial is None else multiaxial.crossland_safety_factor,
+        crossland=multiaxial,
+        spots=tuple(_spot(spot, result, materials, criterion) for spot in result.spots),
+        unit_solutions=result.unit_solutions,
+        instants=len(result.angles),
+        unmasked_max_von_mises_MPa=float(found.von_mises.max()) if singular else None,
+        unmasked_min_safety_factor=float(found.safety_factor.min()) if singular else None,
+    )
+
+
+def _spot(spot: Spot, result: CycleResult, materials: Sequence[Material], criterion: Fatigue) -> SpotFigures:
+    """Return the extremes of a place.
+
+    All are of the part that the spot is of; where the envelope is another part's there, they are taken from
+    every degree.
+    """
+    found, node, material = result.envelope, spot.node, materials[spot.part]
+    components = deviatoric(spot.stress)
+    own = extremes(components[None])
+    largest, angle = own.von_mises[0], result.angles[own.instant[0]]
+    if spot.part == found.part[node]:
+        largest, angle = material.yield_strength * found.usage[node], found.usage_angle[node]
+    mean, amplitude, ratio = own.mean, own.amplitude, own.ratio
+    factor = fatigue_factor(criterion, mean, amplitude, material)
+    if spot.part == found.fatigue_part[node]:
+        mean, amplitude, ratio = found.mean[[node]], found.amplitude[[node]], found.ratio[[node]]
+        factor = None if found.fatigue_factor is None else found.fatigue_factor[[node]]
+    return SpotFigures(
+        at_mm=vector(spot.place),
+        max_von_mises_MPa=float(largest),
+        crank_deg=float(angle) / DEG,
+        mean_MPa=float(mean[0]),
+        amplitude_MPa=float(amplitude[0]),
+        stress_ratio=float(ratio[0]),
+        safety_factor=float(safety_factor(np.asarray(largest), material.yield_strength)),
+        fatigue_safety_factor=None if factor is None else float(factor[0]),
+        crossland_safety_factor=crossland(components, material),
+        history_MPa=tuple(spot.signed.tolist()),
+    )
+
+
+def quality_figures(quality: Quality, repair: Repair) -> QualityFigures:
+    """Return the quality of a mesh."""
+    return QualityFigures(
+        least_scaled_jacobian=quality.least_scaled_jacobian,
+        least_shape=quality.least_shape,
+        median_shape=quality.median_shape,
+        worst_at_mm=vector(quality.worst_at),
+        straightened_elements=quality.straightened,
+        repairs=tuple(repair.causes),
+        repaired_size_mm=repair.size,
+    )
+
+
+def _rod(rod: PreparedRod) -> RodFigures:
+    return RodFigures(
+        mass_kg=rod.mass.mass / KG,
+        center_of_gravity_mm=rod.mass.center,
+        inertia_kg_m2=rod.mass.inertia_z / KG_M2,
+        length_mm=rod.mesh.bores.rod_length,
+    )
+
+
+def _engine(rod: PreparedRod) -> EngineFigures | None:
+    if not isinstance(rod.loading, EngineLoading):
         return None
-    return {
-        "crank_radius_mm": engine.crank_radius,
-        "rod_length_mm": engine.rod_length,
-        "bore_mm": engine.bore,
-        "piston_mass_kg": engine.piston_mass / KG,
-    }
+    engine = rod.loading.engine
+    return EngineFigures(
+        crank_radius_mm=engine.crank_radius,
+        rod_length_mm=engine.rod_length,
+        bore_mm=engine.bore,
+        piston_mass_kg=engine.piston_mass / KG,
+    )
 
 
-def load_figures(case: LoadCase) -> dict[str, float | None]:
-    """Return what acts in a load case, as ``loads`` of the summary holds it."""
-    return {
-        "crank_deg": None if case.crank_angle is None else case.crank_angle / DEG,
-        "gas_N": case.gas,
-        "pin_axial_N": case.pin_axial,
-        "pin_transverse_N": case.pin_transverse,
-        "crank_axial_N": case.crank_axial,
-        "crank_transverse_N": case.crank_transverse,
-        "wall_N": case.wall,
-        "torque_Nm": None if case.torque is None else case.torque / N_M,
-    }
+def _model(rod: PreparedRod) -> ModelFigures:
+    whole, meshing = rod.mesh.whole, rod.mesh.meshing
+    return ModelFigures(
+        nodes=len(whole.points),
+        elements=len(whole.tets),
+        dofs=whole.points.size,
+        solved_dofs=rod.model.solved_dofs,
+        element=rod.element.value,
+        formulation="displacement-pressure" if rod.soft else "displacement",
+        size_mm=meshing.size,
+        symmetry=rod.mesh.symmetry.value,
+        support=rod.options.support.value,
+        pressure=rod.options.pressure,
+        solver=rod.model.solver,
+        quality=quality_figures(meshing.quality, meshing.repair),
+    )
 
 
-def _model(analysis: Analysis) -> dict[str, Any]:
-    whole, quality = analysis.mesh.whole.mesh, analysis.mesh.quality
-    study = analysis.study
-    return {
-        "nodes": len(whole.points),
-        "elements": len(whole.tets),
-        "dofs": whole.points.size,
-        "solved_dofs": analysis.model.solved_dofs,
-        "element": study.mesh.element.value,
-        "formulation": analysis.formulation,
-        "size_mm": analysis.mesh.size,
-        "symmetry": analysis.mesh.symmetry.value,
-        "support": study.analysis.support.value,
-        "pressure": study.analysis.pressure,
-        "solver": analysis.model.solver,
-        "quality": {
-            "least_scaled_jacobian": quality.least_scaled_jacobian,
-            "least_shape": quality.least_shape,
-            "median_shape": quality.median_shape,
-            "worst_at_mm": list(quality.worst_at),
-            "straightened_elements": quality.straightened,
-            "repairs": list(analysis.mesh.repair.causes),
-            "repaired_size_mm": analysis.mesh.repair.size,
-        },
-    }
-
-
-def _environment() -> dict[str, Any]:
-    return {
-        "versions": {"python": platform.python_version()} | {name: version(name) for name in _PACKAGES},
-        "platform": platform.platform(),
-        "threads": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
-    }
-
-
-def worst_safety(figures: dict[str, Any]) -> float:
-    """Smallest safety factor of a summary: of its cases, against buckling, with the cycle against fatigue."""
-    envelope = figures.get("envelope", {})
-    factors = [case["min_safety_factor"] for case in figures["results"].values()]
-    factors += [envelope.get("min_safety_factor"), envelope.get("min_fatigue_safety_factor")]
-    factors.append(figures["buckling"]["min_safety_factor"])
-    return min(float(factor) for factor in factors if factor is not None)
+def _environment() -> EnvironmentFigures:
+    return EnvironmentFigures(
+        versions={"python": platform.python_version()} | {name: version(name) for name in _PACKAGES},
+        platform=platform.platform(),
+        threads=len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+    )

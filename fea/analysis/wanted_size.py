@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fea.assess.case_result import CaseResult
-from fea.rod.discretise import Discretised
+from fea.rod.discretise import MeshedRod
 from geometry.arrays import Floats
 from mesh.size_field import SizeField
 from mesh.tetmesh import EDGES, TetMesh
@@ -57,7 +57,7 @@ def size_ratio(
     return ratio
 
 
-def wanted_sizes(mesh: Discretised, ratio: Floats) -> SizeField | None:
+def wanted_sizes(mesh: MeshedRod, ratio: Floats) -> SizeField | None:
     """Sizes on what gmsh meshed, from a factor at each node of the whole; None where no factor is below 1."""
     drawn = mesh.drawn
     on_drawn = np.ones(len(drawn.points))
@@ -122,10 +122,10 @@ def edge_length(mesh: TetMesh) -> Floats:
     return np.divide(total, count, out=np.full_like(total, np.inf), where=count > 0)
 
 
-def predicted_elements(mesh: Discretised, wanted: SizeField, growth: float) -> float:
+def predicted_elements(mesh: MeshedRod, wanted: SizeField, growth: float) -> float:
     """How many elements of the whole rod the wanted sizes will make."""
     graded = wanted.graded(growth)
     tets = mesh.drawn.tets[:, :4]
     expected = REALISED * graded.size[tets].mean(axis=1)
     ratio = np.minimum(1.0, expected / edge_length(mesh.drawn)[tets].mean(axis=1))
-    return float((ratio**-3.0).sum()) * len(mesh.whole.mesh.tets) / len(tets)
+    return float((ratio**-3.0).sum()) * len(mesh.whole.tets) / len(tets)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.material import Material
-from fea.rod.discretise import Discretised
+from fea.rod.discretise import MeshedRod
 from fea.solid.parity import Parity
 from fea.stress.error_estimate import ErrorEstimate, ErrorEstimator
 from fea.stress.singular import masked_nodes
@@ -57,10 +57,10 @@ class CaseErrors:
         Nodes of the cell near places where the exact stress is infinite.
     """
 
-    def __init__(self, mesh: Discretised, materials: Sequence[Material], held: tuple[Surface, ...]) -> None:
+    def __init__(self, mesh: MeshedRod, materials: Sequence[Material], held: tuple[Surface, ...]) -> None:
         self._mesh = mesh
         self._estimator = ErrorEstimator(mesh.cell, materials)
-        whole = mesh.whole
+        whole = mesh.mirrored
         self.masked = masked_nodes(mesh.cell, held)
         self._masked = self.masked[whole.source]
         beyond = whole.sign[:, 1] < 0
@@ -100,7 +100,7 @@ class CaseErrors:
         )
 
     def _on_whole(self, sides: Sequence[ErrorEstimate]) -> list[CaseError]:
-        whole = self._mesh.whole
+        whole = self._mesh.mirrored
         side = self._element_side if len(sides) > 1 else np.zeros_like(self._element_side)
         energy = np.stack([found.energy for found in sides])[side, whole.element_source]
         solution = np.stack([found.solution for found in sides])[side, whole.element_source]
@@ -116,7 +116,7 @@ class CaseErrors:
         """Carry nodal errors of both sides to the whole; between them the larger counts."""
         values = np.stack(sides)
         if len(values) == 1:
-            return np.asarray(values[0][self._mesh.whole.source])
+            return np.asarray(values[0][self._mesh.mirrored.source])
         amid = np.unique(self._mesh.cell.facets[Surface.SYMMETRY_Y])
         values[:, amid] = values[:, amid].max(axis=0)
-        return np.asarray(values[self._node_side, self._mesh.whole.source])
+        return np.asarray(values[self._node_side, self._mesh.mirrored.source])

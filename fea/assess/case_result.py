@@ -13,19 +13,21 @@ from fea.assess.safety import CAP, element_largest, safety_factor
 from fea.assess.verdict import Peak, Verdict, peak
 from fea.material import Material
 from fea.stress.stress import principal, von_mises
-from geometry.arrays import Floats
+from geometry.arrays import Floats, Mask
 from loads.cases import LoadCase
 from mesh.tetmesh import TetMesh
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CaseResult:
     """Fields of one load case on the whole rod.
 
     Attributes
     ----------
-    case
+    load
         What acts.
+    mesh
+        Of the whole rod.
     displacement
         (n_nodes, 3), mm, seen from the bores.
     stress
@@ -45,7 +47,8 @@ class CaseResult:
         (n_nodes,) estimated error of `von_mises`, MPa.
     """
 
-    case: LoadCase
+    load: LoadCase
+    mesh: TetMesh
     displacement: Floats
     stress: Floats
     von_mises: Floats
@@ -61,9 +64,40 @@ class CaseResult:
         return bool(np.isfinite(self.stress).all() and np.isfinite(self.displacement).all())
 
     @property
-    def displacement_size(self) -> float:
+    def max_von_mises(self) -> float:
+        """Largest von Mises stress away from singular places, MPa."""
+        return self.peak.value
+
+    @property
+    def at(self) -> Floats:
+        """Place (3,) of the largest von Mises stress, mm."""
+        return np.asarray(self.mesh.points[self.peak.node])
+
+    @property
+    def min_safety_factor(self) -> float:
+        """Smallest safety factor against yielding, away from singular places."""
+        return 1 / self.worst.value
+
+    @property
+    def max_principal(self) -> float:
+        """Largest principal stress away from singular places, MPa."""
+        return float(self.principal[self.counts, 0].max())
+
+    @property
+    def min_principal(self) -> float:
+        """Least principal stress away from singular places, MPa."""
+        return float(self.principal[self.counts, 2].min())
+
+    @property
+    def max_displacement(self) -> float:
         """The largest displacement, mm."""
         return float(np.linalg.norm(self.displacement, axis=1).max())
+
+    @property
+    def counts(self) -> Mask:
+        """Nodes (n_nodes,) that count for the figures: those away from singular places, if there are any."""
+        masked = self.error.masked
+        return ~masked if not masked.all() else masked
 
     def point_data(self) -> dict[str, npt.NDArray[np.float64]]:
         """Arrays at the nodes, by their names in the VTU file."""
@@ -77,8 +111,9 @@ class CaseResult:
             "safety_factor": self.safety_factor,
         }
 
-    def cell_data(self, mesh: TetMesh, materials: Sequence[Material]) -> dict[str, npt.NDArray[Any]]:
+    def cell_data(self, materials: Sequence[Material]) -> dict[str, npt.NDArray[Any]]:
         """Arrays of the elements, by their names in the VTU file: the worst node of each counts."""
+        mesh = self.mesh
         largest, factor = np.empty((2, len(mesh.tets)))
         for number, (equivalent, material) in enumerate(zip(self.part_von_mises, materials, strict=True)):
             own = slice(None) if mesh.part is None else mesh.part == number
@@ -117,34 +152,13 @@ class CaseResult:
             (found.verdict(tolerance_percent) for found in (self.peak, self.worst)), key=severity.index
         )
 
-    def extremes(self, mesh: TetMesh, tolerance_percent: float | None = None) -> dict[str, object]:
-        """The figures of the summary, over the nodes that are not near a singular place."""
-        hottest, worst, masked = self.peak, self.worst, self.error.masked
-        counts = ~masked if not masked.all() else masked
-        unmasked = {
-            "unmasked_max_von_mises_MPa": hottest.unmasked,
-            "unmasked_min_safety_factor": 1 / worst.unmasked,
-            "unmasked_verdict": Verdict.DIVERGING.value,
-            "singular_max_von_mises_MPa": hottest.singular,
-            "singular_verdict": Verdict.DIVERGING.value,
-        }
-        return {
-            "max_von_mises_MPa": hottest.value,
-            "at_mm": mesh.points[hottest.node].tolist(),
-            "max_principal_MPa": float(self.principal[counts, 0].max()),
-            "min_principal_MPa": float(self.principal[counts, 2].min()),
-            "max_displacement_mm": self.displacement_size,
-            "min_safety_factor": 1 / worst.value,
-            "error_percent": self.error_percent,
-            "energy_error_percent": self.error.energy_percent,
-            "verdict": self.verdict(tolerance_percent).value,
-        } | (unmasked if masked.any() else {})
-
 
 def case_result(
-    case: LoadCase,
+    load: LoadCase,
+    mesh: TetMesh,
     displacement: Floats,
     stresses: Sequence[Floats],
+    *,
     materials: Sequence[Material],
     error: CaseError,
 ) -> CaseResult:
@@ -163,5 +177,14 @@ def case_result(
         off = np.where(worse, its_error, off)
         factor = np.where(worse, its_factor, factor)
     return CaseResult(
-        case, displacement, stress, equivalent, principal(stress), factor, equivalents, error, off
+        load=load,
+        mesh=mesh,
+        displacement=displacement,
+        stress=stress,
+        von_mises=equivalent,
+        principal=principal(stress),
+        safety_factor=factor,
+        part_von_mises=equivalents,
+        error=error,
+        von_mises_error=off,
     )

@@ -51,7 +51,7 @@ def converge(
         target = report.name if report.is_absolute() else report.as_posix()
         write_report(report, found, f"fea converge {study} --minutes {minutes:g} --report {target}")
     if json:
-        from fea.output.summary import json_text
+        from fea.output.json_file import json_text
 
         sys.stdout.write(json_text([row.as_dict() for row in found.rows], _DIGITS))
     elif not quiet:

@@ -19,7 +19,7 @@ def doctor(*, json: bool = False) -> int:
     findings = examine()
     ready = all(finding.good or not finding.needed for finding in findings)
     if json:
-        from fea.output.summary import json_text
+        from fea.output.json_file import json_text
 
         sys.stdout.write(json_text([vars(finding) for finding in findings]))
     else:

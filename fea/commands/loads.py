@@ -36,7 +36,7 @@ def loads(
     quiet
         Print nothing.
     """
-    from fea.analysis.rod_mass import study_cycles
+    from fea.analysis.study_forces import study_forces
     from fea.output.target import require_target
     from fea.study.flags import Flags
     from fea.study.study import load_study
@@ -45,25 +45,25 @@ def loads(
     require_target("--plot", plot, (".png", ".pdf", ".svg"))
     asked = Flags(rpm=rpm).applied(load_study(study))
     _keep_trace(asked, csv)
-    reports = study_cycles(asked, every_cylinder=cylinders == "all")
+    reports = study_forces(asked, every_cylinder=cylinders == "all")
     if csv is not None:
         from fea.analysis.force_report import stacked
-        from fea.output.forces_csv import write_cycle_csv
+        from fea.output.forces_csv import write_forces_csv
 
-        write_cycle_csv(csv, stacked(reports))
+        write_forces_csv(csv, stacked(reports))
     if plot is not None:
-        from fea.output.plots.forces import plot_cycles
+        from fea.output.plots.forces import plot_forces
 
-        plot_cycles(plot, reports, asked.name)
+        plot_forces(plot, reports, asked.name)
     if json:
-        from fea.output.summary import json_text
+        from fea.output.json_file import json_text
 
-        figures = [{"study": asked.name} | report.as_dict() for report in reports]
+        figures = [report.figures(asked.name) for report in reports]
         sys.stdout.write(json_text(figures[0] if len(figures) == 1 else figures))
     elif not quiet:
-        from fea.output.terminal.forces import print_cycles
+        from fea.output.terminal.forces import print_forces
 
-        print_cycles(reports, asked.name)
+        print_forces(reports, asked.name)
         for path in filter(None, (csv, plot)):
             sys.stdout.write(f"Wrote {path}\n")
 

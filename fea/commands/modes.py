@@ -50,7 +50,7 @@ def modes(
 
         write_vtu(vtu, report.mesh, report.shapes)
     if json:
-        from fea.output.summary import json_text
+        from fea.output.json_file import json_text
 
         sys.stdout.write(json_text(figures))
     elif not quiet:

@@ -36,7 +36,7 @@ def reproduce(
         target = report.name if report.is_absolute() else report.as_posix()
         write_report(report, tables, f"fea reproduce {source} --report {target}")
     if json:
-        from fea.output.summary import json_text
+        from fea.output.json_file import json_text
 
         rows = [row.as_dict() for table in tables for row in table.rows]
         sys.stdout.write(json_text(rows, _DIGITS))

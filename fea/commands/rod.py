@@ -57,7 +57,7 @@ def rod(
 
         table, found = fitted(asked, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
         if json:
-            from fea.output.summary import json_text
+            from fea.output.json_file import json_text
 
             outcome = {"met": found.met, "residuals": found.residuals, "at_limit": found.at_limit}
             sys.stdout.write(json_text(outcome | {"rod": vars(found.rod)}))
@@ -70,7 +70,7 @@ def rod(
     from fea.analysis.rod_report import rod_report
 
     _require_plain(step, mass_kg, center_of_gravity_mm, inertia_kg_m2)
-    report = rod_report(asked)
+    figures, mesh = rod_report(asked)
     written: list[Path] = []
     if step is not None:
         from geometry.session import session
@@ -82,10 +82,9 @@ def rod(
     if screenshot:
         from fea.output.pictures.picture import picture_of_mesh
 
-        written.append(picture_of_mesh(report.mesh.whole.mesh, asked.name, Path("results")))
-    figures = report.figures()
+        written.append(picture_of_mesh(mesh, asked.name, Path("results")))
     if json:
-        from fea.output.summary import json_text
+        from fea.output.json_file import json_text
 
         sys.stdout.write(json_text(figures))
     elif not quiet:

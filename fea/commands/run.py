@@ -1,12 +1,15 @@
 """`fea run`."""
 
 import sys
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from fea.study.flags import Flags
 from fea.study.study import DEFAULT_STUDY
+
+if TYPE_CHECKING:
+    from fea.analysis.figures import Summary
 
 CHECK_FAILED, UNSAFE, NO_PICTURE = 5, 6, 7
 
@@ -45,7 +48,7 @@ def run(
         reports = run_study(asked, listener)
     summaries = [report.summary for report in reports]
     if json:
-        from fea.output.summary import json_text
+        from fea.output.json_file import json_text
 
         sys.stdout.write(json_text(summaries[0] if len(summaries) == 1 else summaries))
     elif not quiet:
@@ -61,12 +64,10 @@ def run(
     return NO_PICTURE if code == 0 and any(report.complaint for report in reports) else code
 
 
-def verdict(summaries: list[dict[str, Any]], min_safety: float | None) -> int:
+def verdict(summaries: "list[Summary]", min_safety: float | None) -> int:
     """Exit code of finished runs: a failed check wins over a low safety factor."""
-    from fea.analysis.summary import worst_safety
-
-    if not all(figures["trusted"] for figures in summaries):
+    if not all(summary.trusted for summary in summaries):
         return CHECK_FAILED
-    if min_safety is not None and any(worst_safety(figures) < min_safety for figures in summaries):
+    if min_safety is not None and any(summary.least_factor < min_safety for summary in summaries):
         return UNSAFE
     return 0

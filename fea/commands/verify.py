@@ -34,7 +34,7 @@ def verify(*cases: str, json: bool = False, report: Path | None = None, quiet: b
             target = report.name if report.is_absolute() else report.as_posix()
             write_report(report, rows, " ".join(["fea verify", *cases, f"--report {target}"]), listener)
     if json:
-        from fea.output.summary import json_text
+        from fea.output.json_file import json_text
 
         sys.stdout.write(json_text([row.as_dict() for row in rows], _DIGITS))
     elif not quiet:

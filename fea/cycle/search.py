@@ -76,6 +76,11 @@ class SpeedSearch:
         self._weights = [self._at(rpm, self._degrees) for rpm in self._anchors]
         self._largest = [[part.bound(weights) for part in self._parts] for weights in self._weights]
 
+    @property
+    def instants(self) -> int:
+        """How many instants of the cycle are looked at."""
+        return len(self._degrees)
+
     def at(self, rpm: float) -> Worst:
         """Find the worst places at a speed between the first and the last, rpm."""
         cases = peak_cases(self._engine, self._analysis.rod, self._gas, rpm * RPM).cases

@@ -16,7 +16,7 @@ from fea.cycle.spots import Spot, distinct, spots
 from fea.cycle.unit_loads import UnitLoads
 from fea.cycle.unit_solutions import UnitSolutions, Weights
 from fea.material import Material
-from fea.rod.discretise import Discretised
+from fea.rod.discretise import MeshedRod
 from fea.stress.stress import von_mises
 from geometry.arrays import Floats, Mask
 from geometry.mass import MassProperties
@@ -113,7 +113,7 @@ class CycleAnalysis:
         Nodes of the cell near places where the exact stress is infinite: they are not judged.
     """
 
-    mesh: Discretised
+    mesh: MeshedRod
     rod: MassProperties
     materials: tuple[Material, ...]
     loads: UnitLoads
@@ -160,10 +160,10 @@ class CycleAnalysis:
             The peak cases at that speed, directly solved: the envelope is no less than these.
         """
         degrees = cycle_angles()
-        peaks = [case for case in cases if case.case.motion is not None]
-        angles = np.concatenate([degrees, [case.case.crank_angle or 0.0 for case in peaks]])
+        peaks = [case for case in cases if case.load.motion is not None]
+        angles = np.concatenate([degrees, [case.load.crank_angle or 0.0 for case in peaks]])
         every = self.weights(engine, gas, speed, angles)
-        whole = self.mesh.whole
+        whole = self.mesh.mirrored
         found = envelope(self.units, every, angles, whole, materials=self.materials, criterion=self.fatigue)
         found = with_cases(found, cases)
         count = len(degrees)
@@ -197,7 +197,7 @@ class CycleAnalysis:
     def _difference(self, weights: Weights, peaks: Sequence[CaseResult]) -> float:
         worst = 0.0
         for number in range(len(self.units.parts)):
-            tensors = self.units.tensor(number, weights, self.mesh.whole)
+            tensors = self.units.tensor(number, weights, self.mesh.mirrored)
             for k, case in enumerate(peaks):
                 direct = case.part_von_mises[number]
                 apart = np.abs(von_mises(tensors[..., k]) - direct)

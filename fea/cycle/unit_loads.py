@@ -12,7 +12,7 @@ import numpy as np
 
 from fea.choices import Support
 from fea.cycle.series import coefficients, series, skewed
-from fea.rod.case_forces import Bores
+from fea.rod.bores import Bores
 from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction, wrapped
 from fea.solid.inertia import Inertia
 from fea.solid.tilt import Tilt

@@ -1,38 +1,51 @@
-"""What an earlier run looks like on disk: the only thing a new run may replace."""
+"""What an earlier run looks like on disk: the only thing a new run may replace.
+
+A run names its files in its `summary.json`; one of several speeds also those beside the speeds' folders.
+"""
 
 import json
 from pathlib import Path
+from typing import Any
 
-CASES = ("tension", "compression", "side", "bending", "gas", "given", "envelope", "buckling")
-RUN_FILES = frozenset(
-    {"summary.json", "study.toml", "loads.csv", "history.png"}
-    | {f"{case}.{extension}" for case in CASES for extension in ("vtu", "png")},
-)
-# Beside one directory a speed.
-SWEEP_FILES = frozenset({"map.csv", "cycle_map.csv", "cycle_map.png", "map.png"})
+from fea.output.run_files import SUMMARY, picture_name
+
+_SCHEMA = "fea/summary/"
 
 
 def is_earlier_run(directory: Path) -> bool:
     """Return whether `directory` holds a run, or a run at each of several speeds, and nothing else."""
-    entries = {entry.name: entry for entry in directory.iterdir()}
-    if "map.csv" in entries:
-        runs = [entry for name, entry in entries.items() if name not in SWEEP_FILES]
-        return all(run.name.endswith("rpm") and _is_directory(run) and is_earlier_run(run) for run in runs)
-    return entries.keys() <= RUN_FILES and all(map(_is_file, entries.values())) and _has_summary(directory)
+    entries = list(directory.iterdir())
+    folders = [entry for entry in entries if entry.is_dir()]
+    if not folders:
+        return _is_run(directory)
+    lists = [_manifest(folder).get("shared_files") for folder in folders]
+    shared = lists[0]
+    if not isinstance(shared, list) or any(names != shared for names in lists):
+        return False
+    files = [entry for entry in entries if entry not in folders]
+    if any(folder.is_symlink() for folder in folders):
+        return False
+    return all(map(_is_run, folders)) and all(entry.name in shared and _is_file(entry) for entry in files)
 
 
-def _is_directory(path: Path) -> bool:
-    return path.is_dir() and not path.is_symlink()
+def _is_run(folder: Path) -> bool:
+    """Return whether a directory holds the files that its summary names, their pictures, and nothing else."""
+    files = _manifest(folder).get("files")
+    if not isinstance(files, list):
+        return False
+    own = {*files, *(picture_name(str(name)) for name in files if str(name).endswith(".vtu"))}
+    return all(entry.name in own and _is_file(entry) for entry in folder.iterdir())
 
 
 def _is_file(path: Path) -> bool:
     return path.is_file() and not path.is_symlink()
 
 
-def _has_summary(directory: Path) -> bool:
-    """Return whether there is a summary that a version of this program wrote."""
+def _manifest(folder: Path) -> dict[str, Any]:
+    """Return the summary in a directory, empty where there is none that this program wrote."""
     try:
-        summary = json.loads((directory / "summary.json").read_text(encoding="utf-8"))
+        summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        return False
-    return isinstance(summary, dict) and str(summary.get("schema")).startswith("fea/summary/")
+        return {}
+    ours = isinstance(summary, dict) and str(summary.get("schema")).startswith(_SCHEMA)
+    return summary if ours else {}

@@ -21,7 +21,6 @@ def write_vtu(
     mesh: TetMesh,
     point_data: Mapping[str, Array],
     cell_data: Mapping[str, Array] | None = None,
-    field_data: Mapping[str, float] | None = None,
 ) -> None:
     """Write a mesh and its results; the same input gives the same bytes.
 
@@ -40,8 +39,6 @@ def write_vtu(
         Each keeps its precision.
     cell_data
         Arrays (n_elements,) or (n_elements, n_components) by name.
-    field_data
-        Numbers that hold for the whole file, such as ``rpm`` (no text: meshio cannot read it back).
 
     Raises
     ------
@@ -52,14 +49,7 @@ def write_vtu(
     """
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter  # noqa: PLC0415 - only writing needs VTK
 
-    grid = _grid(mesh)
-    for name, values in point_data.items():
-        grid.GetPointData().AddArray(_array(name, values, len(mesh.points)))
-    for name, values in (cell_data or {}).items():
-        grid.GetCellData().AddArray(_array(name, values, len(mesh.tets)))
-    for name, value in (field_data or {}).items():
-        grid.GetFieldData().AddArray(_array(name, np.array([value], dtype=np.float64), 1))
-
+    grid = vtk_grid(mesh, point_data, cell_data or {})
     errors: list[str] = []
     writer = vtkXMLUnstructuredGridWriter()
     for source in (writer, writer.GetExecutive()):  # what is observed is not printed by VTK itself
@@ -74,8 +64,20 @@ def write_vtu(
         raise StorageError(f"{path} could not be written: check the disk's free space and the permissions.")
 
 
+def vtk_grid(mesh: TetMesh, point_data: Mapping[str, Array], cell_data: Mapping[str, Array]) -> Any:
+    """Return a mesh and its results as a vtkUnstructuredGrid; parameters and errors as for `write_vtu`.
+
+    It shares the memory of the arrays where it can.
+    """
+    grid = _grid(mesh)
+    for name, values in point_data.items():
+        grid.GetPointData().AddArray(_array(name, values, len(mesh.points)))
+    for name, values in cell_data.items():
+        grid.GetCellData().AddArray(_array(name, values, len(mesh.tets)))
+    return grid
+
+
 def _grid(mesh: TetMesh) -> Any:
-    """Return the mesh as a vtkUnstructuredGrid that shares the memory of the arrays where it can."""
     from vtkmodules.util.numpy_support import numpy_to_vtk  # noqa: PLC0415
     from vtkmodules.vtkCommonCore import vtkPoints  # noqa: PLC0415
     from vtkmodules.vtkCommonDataModel import (  # noqa: PLC0415

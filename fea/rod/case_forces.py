@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.choices import Support
+from fea.rod.bores import Bores
 from fea.solid.bore import BoreFacets, bore_facets
 from fea.solid.bore_load import BoreLoad, bore_load
 from fea.solid.inertia import Inertia
@@ -16,33 +17,6 @@ from geometry.surfaces import Surface
 from loads.bearing import Arc, BorePressure
 from loads.cases import LoadCase
 from mesh.tetmesh import TetMesh
-
-
-@dataclass(frozen=True)
-class Bores:
-    """What the pressures need of the rod.
-
-    Attributes
-    ----------
-    rod_length
-        Between the bores, mm.
-    big_radius, big_width, small_radius, small_width
-        mm, the widths in the mean.
-    small_taper
-        The small end's width at the angle φ from +x is small_width + small_taper cos φ, mm.
-    """
-
-    rod_length: float
-    big_radius: float
-    big_width: float
-    small_radius: float
-    small_width: float
-    small_taper: float = 0.0
-
-    @property
-    def between(self) -> tuple[float, float]:
-        """X where the big end's bore ends and where the small end's begins, mm."""
-        return self.big_radius, self.rod_length - self.small_radius
 
 
 @dataclass(frozen=True)
@@ -71,7 +45,7 @@ class CaseForces:
     tilt: float | None = None
 
 
-class CaseLoads:
+class NodalForces:
     """Turns load cases into nodal forces; the geometry of the bores is worked out once.
 
     Parameters

@@ -3,16 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 from fea.choices import Symmetry
 from fea.machine.clock import Clock
 from fea.machine.forked import allow, apart
 from fea.machine.guard import memory_limit
 from fea.material import Material
-from fea.rod.case_forces import Bores
-from fea.rod.flaws import mass_error, mesh_flaws
+from fea.rod.bores import Bores
+from fea.rod.flaws import MaterialsOf, mass_error, mesh_flaws
 from fea.rod.omission import Omission
-from fea.study.study import Study
+from fea.study.rod_table import RodTable
 from geometry.arrays import Ints
 from geometry.invalid import require
 from geometry.mirror import Mirror
@@ -38,70 +39,94 @@ _MENDED = "worst distortion"
 
 
 @dataclass(frozen=True)
-class Discretised:
-    """A meshed rod.
+class Meshing:
+    """How a mesh came about.
 
     Attributes
     ----------
-    cell
-        What is solved.
-    whole
-        The whole rod, from the cell.
-    drawn
-        What gmsh meshed, the smallest mirror cell: its nodes and elements come first in the others.
-    drawn_node
-        (n_nodes,) node of `drawn` behind each node of the whole.
-    quality
-        Of the mesh.
-    bores
-        Dimensions the pressures need.
-    parts
-        Volume of each part of the whole solid by the CAD kernel, mm³, by name.
-    symmetry
-        Which part the cell is.
     size
-        Element size, mm.
+        Element size asked for, mm.
+    quality
+        Of the elements.
     repair
-        What was done otherwise than this size asks for.
-    left_out
-        What the symmetry spares.
+        What was done differently from what this size asks for.
     warnings
-        What gmsh had to say.
+        Of gmsh.
     refined
-        Whether earlier solutions had a say in the sizes.
+        Whether errors of earlier solutions set sizes, too.
     """
 
-    cell: TetMesh
-    whole: MirroredMesh
-    drawn: TetMesh
-    drawn_node: Ints
-    quality: Quality
-    bores: Bores
-    parts: dict[str, float]
-    symmetry: Mirror
     size: float
+    quality: Quality
     repair: Repair
-    left_out: tuple[Omission, ...]
     warnings: tuple[str, ...]
-    refined: bool
+    refined: bool = False
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What a reader must know of the mesh: a coarse size, mended elements, complaints of gmsh."""
-        coarser = self.size / default_size(self.bores.rod_length)
+    def notes(self, rod_length: float) -> tuple[str, ...]:
+        """Return what a reader must know of the mesh: coarse elements, repairs, warnings of gmsh."""
+        coarser = self.size / default_size(rod_length)
         count = self.quality.straightened
         notes = []
         if coarser > 1.01 and not self.refined:
             notes.append(
                 f"elements of {self.size:g} mm are {coarser:.2g} times the default: {PER_ARC / coarser:.1f} "
-                f"in place of {PER_ARC} through a fillet's arc, so peaks may be too low"
+                f"instead of {PER_ARC} elements through a fillet's arc, so peaks may be too low"
             )
         notes += self.repair.notes
         if count:
             elements = "1 element has" if count == 1 else f"{count} elements have"
-            notes.append(f"{elements} straight edges where curved ones would have distorted the shape")
+            notes.append(f"{elements} straight edges where curved ones would have distorted the element")
         warnings = (warning for warning in self.warnings if _MENDED not in warning)
         return (*notes, *(f"gmsh: {warning}" for warning in warnings))
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshedRod:
+    """A meshed rod.
+
+    Attributes
+    ----------
+    cell
+        The part that is solved.
+    mirrored
+        The whole rod, put together from the cell.
+    drawn
+        What gmsh meshed: the smallest mirror cell.
+    drawn_node
+        (n_nodes,) node of `drawn` behind each node of the whole.
+    bores
+        Dimensions the pressures need.
+    parts
+        Volume of each part of the whole solid by the CAD kernel, mm³, by name.
+    symmetry
+        Which mirror cell is solved.
+    meshing
+        Size, quality and repairs.
+    """
+
+    cell: TetMesh
+    mirrored: MirroredMesh
+    drawn: TetMesh
+    drawn_node: Ints
+    bores: Bores
+    parts: dict[str, float]
+    symmetry: Mirror
+    meshing: Meshing
+
+    @property
+    def whole(self) -> TetMesh:
+        """Mesh of the whole rod."""
+        return self.mirrored.mesh
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know of the mesh."""
+        return self.meshing.notes(self.bores.rod_length)
+
+    @property
+    def left_out(self) -> tuple[Omission, ...]:
+        """What the symmetry spares."""
+        return _spared(self.symmetry)
 
     @property
     def cut_y(self) -> bool:
@@ -113,36 +138,55 @@ class Discretised:
         return mass_error(meshed, self.parts.values(), materials)
 
 
-@dataclass(frozen=True)
-class _Drawn:
+class _Drawn(NamedTuple):
     """What leaves the session of gmsh."""
 
     solid: Solid
     mesh: TetMesh
-    quality: Quality
-    size: float
-    repair: Repair
-    warnings: tuple[str, ...]
+    meshing: Meshing
 
 
-def discretise(
-    study: Study, clock: Clock, wanted: Sequence[SizeField] = (), coarser: float = 1.0
-) -> Discretised:
-    """Draw and mesh the rod of a study.
+@dataclass(frozen=True, kw_only=True)
+class MeshRequest:
+    """What a mesh is asked for.
+
+    Attributes
+    ----------
+    size
+        Element size, mm; None for `coarser` times the default of the rod's length.
+    order
+        Of the elements, 1 or 2.
+    symmetry
+        Which mirror cell to solve.
+    wanted
+        Sizes that errors of earlier solutions ask for, on their `MeshedRod.drawn`.
+    coarser
+        Factor on the default size.
+    """
+
+    size: float | None
+    order: int
+    symmetry: Symmetry = Symmetry.AUTO
+    wanted: Sequence[SizeField] = ()
+    coarser: float = 1.0
+
+
+def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: Clock) -> MeshedRod:
+    """Draw and mesh a rod.
 
     The smallest mirror cell is meshed; larger cells are put together from its reflections, so that
     the mesh of the whole is the same whichever part is solved.
 
     Parameters
     ----------
-    study
-        What is asked.
+    rod
+        Its dimensions or its file.
+    materials
+        Gives the material of each named part: a mesh whose mass is off is made again.
+    request
+        Size, order and symmetry.
     clock
         Times the stages ``geometry`` and ``mesh``.
-    wanted
-        Sizes that earlier solutions ask for, on their `Discretised.drawn`.
-    coarser
-        Factor on the default size.
 
     Raises
     ------
@@ -151,15 +195,13 @@ def discretise(
     GeometryError, MeshError
         No solid or no usable mesh came out.
     """
-    if study.rod.step is None or memory_limit() is not None:  # under a limit the whole program is guarded
-        drawn = _drawn(study, clock, wanted, coarser)
+    if rod.step is None or memory_limit() is not None:  # under a limit the whole program is guarded
+        drawn = _drawn(rod, materials, request, clock)
     else:
         with clock("mesh"):
-            drawn = apart(
-                lambda: _drawn(study, Clock(), wanted, coarser), f"read and mesh {study.rod.step.path}"
-            )
+            drawn = apart(lambda: _drawn(rod, materials, request, Clock()), f"read and mesh {rod.step.path}")
     solid, base = drawn.solid, drawn.mesh
-    symmetry = _cell(study.analysis.symmetry, solid.mirror)
+    symmetry = _cell(request.symmetry, solid.mirror)
     with clock("mesh"):
         cell = unmirrored(base)
         for plane in solid.mirror.planes:
@@ -168,45 +210,41 @@ def discretise(
         whole = unmirrored(cell.mesh)
         for plane in symmetry.planes:
             whole = reflect(whole, plane)
-    return Discretised(
-        cell.mesh,
-        whole,
-        base,
-        cell.source[whole.source],
-        drawn.quality,
-        _bores(solid),
-        {part.name: part.mass.mass for part in solid.parts},
-        symmetry,
-        drawn.size,
-        drawn.repair,
-        _spared(symmetry),
-        drawn.warnings,
-        bool(wanted),
+    return MeshedRod(
+        cell=cell.mesh,
+        mirrored=whole,
+        drawn=base,
+        drawn_node=cell.source[whole.source],
+        bores=Bores.of(solid.bores),
+        parts={part.name: part.mass.mass for part in solid.parts},
+        symmetry=symmetry,
+        meshing=drawn.meshing,
     )
 
 
-def _drawn(study: Study, clock: Clock, wanted: Sequence[SizeField], coarser: float) -> _Drawn:
+def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: Clock) -> _Drawn:
     """Draw and mesh in a session of its own."""
     with session() as log:
         with clock("geometry"):
-            solid = study.rod.draw()
+            solid = rod.draw()
         allow(_MESHING)
         with clock("mesh"):
             length = solid.bores[1].x
-            size = study.mesh.size_mm or coarser * default_size(length)
+            size = request.size or request.coarser * default_size(length)
             refined = refinements(solid.features, size, length)
-            sizing = Sizing(size, study.mesh.element.order)
+            sizing = Sizing(size, request.order)
             _require_few(estimate(refined, sizing), size)
             volumes = [part.volumes for part in solid.parts]
             drawing = log.warnings
             made = repaired(
-                partial(tetrahedralise, solid.faces, refined, sizing, volumes, wanted),
-                partial(mesh_flaws, study, solid),
+                partial(tetrahedralise, solid.faces, refined, sizing, volumes, request.wanted),
+                partial(mesh_flaws, materials, solid),
                 log,
                 lambda cause: clock.tell(f"meshing again: {cause}"),
             )
     warnings = tuple(dict.fromkeys((*drawing, *made.warnings)))
-    return _Drawn(solid, made.mesh, made.quality, size, made.repair, warnings)
+    meshing = Meshing(size, made.quality, made.repair, warnings, refined=bool(request.wanted))
+    return _Drawn(solid, made.mesh, meshing)
 
 
 def _require_few(elements: float, size: float) -> None:
@@ -236,11 +274,6 @@ def _cell(asked: Symmetry, smallest: Mirror) -> Mirror:
     possible = set(cell.planes) <= set(smallest.planes)
     require(possible, "analysis.symmetry", str(asked), rule, "Choose auto.")
     return cell
-
-
-def _bores(solid: Solid) -> Bores:
-    big, small = solid.bores
-    return Bores(small.x, big.radius, big.width, small.radius, small.width, small.taper)
 
 
 def _spared(symmetry: Mirror) -> tuple[Omission, ...]:

@@ -1,30 +1,32 @@
 """Elements that make a run's checks refuse its mesh, and what to do otherwise about them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
 from fea.checks import LIMITS
 from fea.material import Material, of_parts
 from fea.solid.inertia import inertia
-from fea.study.study import Study
 from geometry.arrays import Mask
 from geometry.solid import Solid
 from mesh.quality import Quality, scaled_jacobian, shape
 from mesh.repair import Repair, of_elements
 from mesh.tetmesh import TetMesh
 
+# From the names of parts to the material of each.
+MaterialsOf = Callable[[Iterable[str]], tuple[Material, ...]]
+
 _LEAST_SHAPE = 1 / LIMITS["flattest_element"]
 _BENT = 0.25  # scaled Jacobian of an element that can no longer follow its arc
 
 
-def mesh_flaws(study: Study, solid: Solid, mesh: TetMesh, quality: Quality) -> Repair | None:
+def mesh_flaws(materials: MaterialsOf, solid: Solid, mesh: TetMesh, quality: Quality) -> Repair | None:
     """Find the elements that are too flat, and those whose straightened or bent edges miss too much mass.
 
     Parameters
     ----------
-    study
-        Whose materials they are.
+    materials
+        Gives the material of each named part.
     solid
         As drawn in the open session.
     mesh, quality
@@ -37,7 +39,7 @@ def mesh_flaws(study: Study, solid: Solid, mesh: TetMesh, quality: Quality) -> R
     """
     found = {"flat": shape(mesh) < _LEAST_SHAPE} if quality.least_shape < _LEAST_SHAPE else {}
     suspect = quality.mended or quality.least_scaled_jacobian < _BENT
-    if mesh.order > 1 and suspect and _misses_mass(study, solid, mesh):
+    if mesh.order > 1 and suspect and _misses_mass(materials, solid, mesh):
         found |= _off_the_surface(mesh, quality)
     if not found:
         return None
@@ -64,7 +66,7 @@ def _counted(count: int, kind: str) -> str:
     return f"{count} {'element was' if count == 1 else 'elements were'} {kind}"
 
 
-def _misses_mass(study: Study, solid: Solid, mesh: TetMesh) -> bool:
-    materials = study.materials(part.name for part in solid.parts)
-    meshed = inertia(mesh, of_parts(materials, mesh.part).density).properties.mass
-    return mass_error(meshed, (part.mass.mass for part in solid.parts), materials) > LIMITS["mesh_mass"]
+def _misses_mass(materials: MaterialsOf, solid: Solid, mesh: TetMesh) -> bool:
+    own = materials(part.name for part in solid.parts)
+    meshed = inertia(mesh, of_parts(own, mesh.part).density).properties.mass
+    return mass_error(meshed, (part.mass.mass for part in solid.parts), own) > LIMITS["mesh_mass"]

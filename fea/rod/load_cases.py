@@ -1,16 +1,16 @@
-"""The load cases of a study at one speed, and what is left out of them."""
+"""What loads the rod, and its load cases at one speed."""
 
 from dataclasses import dataclass
 
 from fea.rod.omission import Omission
-from fea.study.study import Study
+from fea.study.engine_table import EngineTable
 from fea.units import RPM
 from geometry.invalid import InvalidValue
 from geometry.mass import MassProperties
 from loads.cases import LoadCase, given
 from loads.engine import Engine
 from loads.gas import GasModel
-from loads.peaks import peak_cases
+from loads.peaks import load_case, peak_cases
 
 
 @dataclass(frozen=True)
@@ -20,9 +20,9 @@ class SpeedLoads:
     Attributes
     ----------
     cases
-        Those solved.
+        Those that are solved.
     left_out
-        Those spared, and why.
+        Those that do not occur, and why.
     notes
         What the gas model had to assume.
     """
@@ -32,40 +32,80 @@ class SpeedLoads:
     notes: tuple[str, ...]
 
 
-def speed_loads(
-    study: Study, engine: Engine | None, gas: GasModel | None, rod: MassProperties, rpm: float | None
-) -> SpeedLoads:
-    """Find the peak cases of a cycle, or the forces given.
+@dataclass(frozen=True)
+class EngineLoading:
+    """An engine and its gas load the rod.
 
-    Parameters
+    Attributes
     ----------
-    study
-        What is asked.
     engine, gas
-        None where forces are given.
-    rod
-        Mass properties of the meshed rod.
-    rpm
-        The speed; None for given forces.
-
-    Raises
-    ------
-    InvalidValue
-        Nothing loads the rod.
+        In coherent units.
     """
-    if study.forces is not None:
+
+    engine: Engine
+    gas: GasModel
+
+    @classmethod
+    def of(cls, table: EngineTable, rod_length: float) -> "EngineLoading":
+        """Read the engine of a study, for a rod of a length, mm.
+
+        Raises
+        ------
+        InvalidValue
+            A value of the engine breaks a rule.
+        """
+        engine = table.engine(rod_length)
+        return cls(engine, table.gas_model(engine))
+
+    def at(self, rod: MassProperties, rpm: float | None) -> SpeedLoads:
+        """Find the peak cases of the crank cycle.
+
+        Parameters
+        ----------
+        rod
+            Mass properties of the meshed rod.
+        rpm
+            Engine speed.
+
+        Raises
+        ------
+        InvalidValue
+            Nothing loads the rod, or no speed is given.
+        """
+        if rpm is None:
+            raise InvalidValue("speed.rpm", None, "is missing: an engine needs a speed", "Give one.")
+        peaks = peak_cases(self.engine, rod, self.gas, rpm * RPM)
+        if not peaks.cases:
+            rule, remedy = "applies no load to the rod", "Choose a speed above 0, or an engine with gas."
+            raise InvalidValue("speed.rpm", rpm, rule, remedy)
+        omitted = tuple(Omission(f"case {name}", why) for name, why in peaks.left_out)
+        if rpm == 0:
+            omitted += (Omission("inertia of the rod", "the engine stands still"),)
+        note = self.gas.note(rpm * RPM)
+        return SpeedLoads(peaks.cases, omitted, (note,) if note else ())
+
+    def instant(self, rod: MassProperties, rpm: float, angle: float) -> LoadCase:
+        """Return what acts on the rod at a crank angle, rad."""
+        return load_case(self.engine, rod, self.gas, rpm * RPM, angle, name="instant")
+
+
+@dataclass(frozen=True)
+class GivenForces:
+    """A given pin force loads the rod, which is at rest.
+
+    Attributes
+    ----------
+    pin
+        Axial and transverse force on the piston-pin bore, N, tension positive.
+    """
+
+    pin: tuple[float, float]
+
+    def at(self, _rod: MassProperties, _rpm: float | None) -> SpeedLoads:
+        """Return the one load case there is."""
         reason = "forces are given"
         spared = (Omission("dynamics", reason), Omission("inertia of the rod", reason))
-        return SpeedLoads((given(*study.forces.pin()),), spared, ())
-    if engine is None or gas is None or rpm is None:
-        raise InvalidValue("study", study.name, "has neither [engine] nor [forces]", "Add one of them.")
-    peaks = peak_cases(engine, rod, gas, rpm * RPM)
-    if not peaks.cases:
-        raise InvalidValue(
-            "speed.rpm", rpm, "loads the rod with nothing", "Give it speed, or the engine gas."
-        )
-    omitted = tuple(Omission(f"case {name}", why) for name, why in peaks.left_out)
-    if rpm == 0:
-        omitted += (Omission("inertia of the rod", "the engine stands still"),)
-    note = gas.note(rpm * RPM)
-    return SpeedLoads(peaks.cases, omitted, (note,) if note else ())
+        return SpeedLoads((given(*self.pin),), spared, ())
+
+
+Loading = EngineLoading | GivenForces

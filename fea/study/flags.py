@@ -2,10 +2,10 @@
 
 import dataclasses
 import typing
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
 from fea.study.paths import absolute
@@ -104,6 +104,31 @@ class Flags:
         cycle = self.fatigue is None or asked.analysis.cycle
         require(cycle, "--fatigue", self.fatigue, needs, "Add --cycle.")
         return asked
+
+
+class AnalysisFlags(TypedDict, total=False):
+    """The flags of ``fea run`` that ask for figures, as Python values."""
+
+    rpm: float | Sequence[float] | str
+    size: float
+    element: str
+    support: str
+    symmetry: str
+    pressure: str
+    solver: str
+    cycle: bool
+    fatigue: str
+    buckling: bool
+    tolerance: float
+    min_safety: float
+
+
+class RunFlags(AnalysisFlags, total=False):
+    """All flags of ``fea run``, as Python values."""
+
+    screenshot: bool
+    animate: str | Path
+    out: str | Path
 
 
 def python_flags(values: Mapping[str, Any]) -> Flags:

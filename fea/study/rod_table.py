@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -49,8 +49,8 @@ class RodTable:
 
     Attributes
     ----------
-    rod
-        Its dimensions.
+    dimensions
+        Of a parametric rod.
     step
         The file it comes from.
     mass
@@ -59,7 +59,7 @@ class RodTable:
         Distance of the bores' centres, mm; None where only the solid of a file tells.
     """
 
-    rod: Rod | None
+    dimensions: Rod | None
     step: StepFile | None
     mass: MassProperties | None
     length: float | None
@@ -89,14 +89,25 @@ class RodTable:
         InvalidValue
             There are none.
         """
-        if self.rod is None:
+        if self.dimensions is None:
             if self.step is not None:
                 rule = "is a solid already: it has no dimensions to fit or to make another of"
                 raise InvalidValue("rod.step", str(self.step.path), rule)
             remedy = "Give big_end_bore_mm and small_end_bore_mm beside length_mm, or a preset."
             rule = "has no dimensions to make a solid of"
             raise InvalidValue("[rod]", "mass properties only", rule, remedy)
-        return self.rod
+        return self.dimensions
+
+    def with_dimensions(self, changes: Mapping[str, object]) -> "RodTable":
+        """Return the table with some dimensions changed, by their keys.
+
+        Raises
+        ------
+        InvalidValue
+            There are no dimensions, or one of those given is unknown or breaks a rule.
+        """
+        rod = dataclasses.replace(self.solid(), **_dimensions(changes))
+        return _between_bores(dataclasses.replace(self, dimensions=rod, length=rod.length))
 
     def mass_remarks(self, drawn: MassProperties) -> list[str]:
         """Say where given mass properties are not those of the solid, whose own inertia loads it.
@@ -131,9 +142,9 @@ class RodTable:
             bores = {"big_end_bore_mm": self.step.big_end_bore, "small_end_bore_mm": self.step.small_end_bore}
             entries["step"] = str(self.step.path)
             entries |= {key: value for key, value in bores.items() if value is not None}
-        elif self.rod is not None:
-            for field in dataclasses.fields(self.rod):
-                value = getattr(self.rod, field.name)
+        elif self.dimensions is not None:
+            for field in dataclasses.fields(self.dimensions):
+                value = getattr(self.dimensions, field.name)
                 if value or field.name not in options():
                     entries[_key(field.name)] = str(value) if isinstance(value, ShankSection) else value
         else:
@@ -188,15 +199,8 @@ def read_rod(raw: object, folder: Path) -> RodTable:
     """
     if not isinstance(raw, Mapping):
         raise InvalidValue("rod", raw, "must be a table, [rod]")
-    fields = _fields()
-    for key in raw:
-        if key not in fields and key not in _MASS_KEYS and key not in ("preset", "step"):
-            raise unknown_key("[rod]", key, [*fields, *_MASS_KEYS, "preset", "step"])
-    given: dict[str, Any] = {
-        fields[key]: checked(f"rod.{key}", value, ShankSection if fields[key] == "shank_section" else float)
-        for key, value in raw.items()
-        if key in fields
-    }
+    others = (*_MASS_KEYS, "preset", "step")
+    given = _dimensions({key: value for key, value in raw.items() if key not in others}, others)
     mass = _mass(raw)
     if "step" in raw:
         return RodTable(None, _step(raw, given, folder), mass, None)
@@ -214,6 +218,18 @@ def read_rod(raw: object, folder: Path) -> RodTable:
         require(name in given, f"rod.{name}_mm", None, "is missing", remedy)
     rod = proportioned(**given)
     return _between_bores(RodTable(rod, None, mass, rod.length))
+
+
+def _dimensions(raw: Mapping[str, object], others: Sequence[str] = ()) -> dict[str, Any]:
+    """Return fields of `Rod` from their keys; `others` are keys that would be valid as well."""
+    fields = _fields()
+    for key in raw:
+        if key not in fields:
+            raise unknown_key("[rod]", key, [*fields, *others])
+    return {
+        fields[key]: checked(f"rod.{key}", value, ShankSection if fields[key] == "shank_section" else float)
+        for key, value in raw.items()
+    }
 
 
 def _between_bores(table: RodTable) -> RodTable:

@@ -3,10 +3,10 @@
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
 from fea.material import Material
@@ -17,6 +17,9 @@ from fea.study.rod_table import RodTable, read_rod
 from fea.study.tables import key_text, nearest, read_table, table_text, unknown_key
 from geometry.invalid import InvalidValue, require, require_number, require_positive
 from loads.bearing import BorePressure
+
+if TYPE_CHECKING:
+    from fea.study.flags import RunFlags
 
 # A key of so many parts: the parser's time grows with their square.
 _NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")
@@ -150,19 +153,80 @@ class Study:
             require(not self.analysis.cycle, "analysis.cycle", "true", rule)
             self.forces.pin()
 
-    def require_balance(self) -> None:
-        """See to it that something takes up a given transverse force; flags may still change the support.
+    def require_loading(self) -> None:
+        """Refuse a study in which nothing loads the rod, or nothing balances the load.
 
         Raises
         ------
         InvalidValue
-            Nothing does.
+            There is neither an engine nor a force, or a transverse force that nothing balances.
         """
-        if self.forces is not None and self.analysis.support is not Support.CLAMPED:
+        if self.forces is None:
+            self.require_engine()
+        elif self.analysis.support is not Support.CLAMPED:
             _, transverse = self.forces.pin()
             rule = "has a transverse part, which nothing balances under inertia relief"
             remedy = 'Say support = "clamped", or leave the transverse part out.'
             require(transverse == 0, "forces.pin_N", list(self.forces.pin_N), rule, remedy)
+
+    def require_engine(self) -> EngineTable:
+        """Return the engine.
+
+        Raises
+        ------
+        InvalidValue
+            There is none.
+        """
+        if self.engine is not None:
+            return self.engine
+        if self.forces is not None:
+            rule, remedy = "has no [engine], so there is no crank cycle", "Given forces are for fea run."
+        else:
+            rule, remedy = "has neither [engine] nor [forces]", "Add one of them."
+        raise InvalidValue("STUDY", self.name, rule, remedy)
+
+    def speeds(self) -> tuple[float | None, ...]:
+        """Return the speeds, rpm; None alone where forces are given instead of an engine."""
+        return self.speed.speeds() if self.engine is not None else (None,)
+
+    def with_rod(self, **dimensions: Any) -> "Study":
+        """Return the study with other dimensions of its rod; the others stay as they are.
+
+        Parameters
+        ----------
+        **dimensions
+            By the keys of the [rod] table: ``web_thickness_mm=5.0``, ``shank_section="rectangular"``.
+
+        Raises
+        ------
+        InvalidValue
+            The rod has no dimensions, or one of those given is unknown or breaks a rule.
+
+        Examples
+        --------
+        >>> from fea import load_study
+        >>> load_study("leon-2001").with_rod(web_thickness_mm=5.0).rod.dimensions.web_thickness
+        5.0
+        """
+        return replace(self, rod=self.rod.with_dimensions(dimensions))
+
+    def with_flags(self, **flags: "Unpack[RunFlags]") -> "Study":
+        """Return the study with flags of ``fea run`` on top.
+
+        Raises
+        ------
+        InvalidValue
+            A flag is unknown or its value breaks a rule.
+
+        Examples
+        --------
+        >>> from fea import load_study
+        >>> load_study("leon-2001").with_flags(rpm=[3000, 6000], size=8).speeds()
+        (3000.0, 6000.0)
+        """
+        from fea.study.flags import python_flags  # noqa: PLC0415 - flags know the study that they change
+
+        return python_flags(flags).applied(self)
 
     def materials(self, parts: Iterable[str]) -> tuple[Material, ...]:
         """Return the material of each part; those without a table of their own are of [material].

@@ -21,9 +21,8 @@ from cycles import SPEEDS, direct, on_bores
 
 import fea.cycle.series as series_module
 import fea.cycle.unit_loads as unit_loads_module
-from fea.analysis.pipeline import Analysis
+from fea.analysis.prepare import PreparedRod, prepare
 from fea.choices import Symmetry
-from fea.machine.clock import Clock
 from fea.output.inp import write_inp
 from fea.solid.parity import Parity
 from fea.solid.supports import determinate_restraints, plane_conditions
@@ -78,10 +77,10 @@ def costs(rounds: int) -> list[str]:
     return rows
 
 
-def analysed(symmetry: Symmetry, size: float) -> Analysis:
+def analysed(symmetry: Symmetry, size: float) -> PreparedRod:
     """The default study, not kept from an earlier call."""
     flags = Flags(size=size, symmetry=symmetry, cycle=True)
-    return Analysis(flags.applied(load_study("leon-2001")), Clock())
+    return prepare(flags.applied(load_study("leon-2001")))
 
 
 def superposition() -> list[str]:
@@ -106,19 +105,19 @@ def superposition() -> list[str]:
     return rows
 
 
-def _superposed(rod: Analysis, order: int, exact: dict) -> tuple[list[np.ndarray], int]:
+def _superposed(rod: PreparedRod, order: int, exact: dict) -> tuple[list[np.ndarray], int]:
     original = unit_loads_module.series
     unit_loads_module.series = lambda arc: series_module.series(arc, order)
     try:
-        rod.__dict__.pop("cycle_analysis", None)
-        cycle, errors = rod.cycle_analysis, []
+        rod.__dict__.pop("cycle", None)
+        cycle, errors = rod.cycle, []
         for rpm, (angles, stress, peaks) in exact.items():
-            weights = cycle.weights(rod.engine, rod.gas, rpm * RPM, angles)
-            found = cycle.units.tensor(0, weights, rod.mesh.whole)
+            weights = cycle.weights(rod.engine.engine, rod.engine.gas, rpm * RPM, angles)
+            found = cycle.units.tensor(0, weights, rod.mesh.mirrored)
             errors.append((np.abs(found - stress).max(axis=1) / peaks).max(axis=1))
     finally:
         unit_loads_module.series = original
-        rod.__dict__.pop("cycle_analysis", None)
+        rod.__dict__.pop("cycle", None)
     return errors, cycle.units.count
 
 

@@ -13,7 +13,7 @@ import argparse
 import dataclasses
 import multiprocessing
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -25,8 +25,9 @@ from error_bar_table import FACTORS, report_text
 from known_peaks import SIZES, KnownPeak, benchmark_peaks, exact_peaks
 from rod_studies import random_study
 
-from fea.analysis.adapt import analysed
-from fea.analysis.pipeline import Analysis
+from fea.analysis.adapt import adapt_mesh
+from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.speed import solve_speed
 from fea.analysis.wanted_size import wanted_sizes
 from fea.assess.case_result import CaseResult
 from fea.assess.verdict import peak
@@ -66,49 +67,49 @@ def row(group: str, known: KnownPeak) -> dict:
 def rod_rows(name: str, study: Study) -> Rows:
     """Rows of a rod."""
     rpm = study.speed.speeds()[0] if study.engine is not None else None
-    analysis = Analysis(study, Clock())
-    default, size = analysis.at(rpm).cases, analysis.mesh.size
-    middle, fine = (peaks(study, analysis, default, rpm, hot) for hot in REFERENCES)
-    del analysis
+    rod = prepare(study)
+    default, size = tuple(solve_speed(rod, rpm).cases.values()), rod.mesh.meshing.size
+    middle, fine = (peaks(study, rod, default, rpm, hot) for hot in REFERENCES)
+    del rod
 
-    def rows(group: str, cases: tuple[CaseResult, ...], order: int = 2) -> Rows:
+    def rows(group: str, cases: Iterable[CaseResult], order: int = 2) -> Rows:
         return [
             row(
                 group,
                 KnownPeak(
-                    f"{name}, {c.case.name}",
+                    f"{name}, {c.load.name}",
                     order,
                     *c.judged[0],
                     c.error.masked,
-                    fine[c.case.name],
-                    abs(fine[c.case.name] - middle[c.case.name]),
+                    fine[c.load.name],
+                    abs(fine[c.load.name] - middle[c.load.name]),
                 ),
             )
             for c in cases
         ]
 
-    def at(mesh: MeshTable) -> tuple[CaseResult, ...]:
-        return Analysis(dataclasses.replace(study, mesh=mesh), Clock()).at(rpm).cases
+    def at(mesh: MeshTable) -> Iterable[CaseResult]:
+        return solve_speed(prepare(dataclasses.replace(study, mesh=mesh)), rpm).cases.values()
 
     options = dataclasses.replace(study.analysis, tolerance_percent=TOLERANCE)
-    refined = analysed(dataclasses.replace(study, analysis=options), (rpm,), Clock())
+    refined = adapt_mesh(dataclasses.replace(study, analysis=options), (rpm,), Clock())
     return [
         *rows("default size", default),
         *rows("1.5 times that", at(MeshTable(size_mm=1.5 * size))),
-        *rows(f"--tolerance {TOLERANCE:g}", refined.at(rpm).cases),
+        *rows(f"--tolerance {TOLERANCE:g}", refined.at(rpm).cases.values()),
         *rows("first order", at(MeshTable(element=Element.P1)), 1),
     ]
 
 
-def peaks(study: Study, analysis: Analysis, cases: tuple, rpm: float | None, hot: dict) -> dict[str, float]:
+def peaks(study: Study, rod: PreparedRod, cases: tuple, rpm: float | None, hot: dict) -> dict[str, float]:
     """Peak of each case with small elements where it is hot."""
     heat = np.max([case.von_mises / case.peak.value for case in cases], axis=0)
     ratio = np.ones_like(heat)
     for share, factor in hot.items():
         ratio[heat > share] = factor
-    fine = dataclasses.replace(study, mesh=MeshTable(size_mm=BASE * analysis.mesh.size))
-    found = Analysis(fine, Clock(), [wanted_sizes(analysis.mesh, ratio)]).at(rpm)
-    return {case.case.name: case.peak.value for case in found.cases}
+    fine = dataclasses.replace(study, mesh=MeshTable(size_mm=BASE * rod.mesh.meshing.size))
+    found = solve_speed(prepare(fine, wanted=[wanted_sizes(rod.mesh, ratio)]), rpm)
+    return {case.load.name: case.peak.value for case in found.cases.values()}
 
 
 def calibration() -> Iterator[Job]:

@@ -23,8 +23,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from rod_studies import random_study
 
-from fea.analysis.adapt import Adapted, analysed
-from fea.analysis.pipeline import Analysis
+from fea.analysis.adapt import Adapted, adapt_mesh
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed
 from fea.analysis.wanted_size import wanted_sizes
 from fea.machine.clock import Clock
 from fea.study.study import MeshTable, SpeedTable, Study, load_study
@@ -77,21 +78,22 @@ def drawn_studies() -> Iterator[Study]:
 def true_peaks(study: Study) -> Peaks:
     """Solve with small elements where any case is hot."""
     (rpm,) = study.speed.speeds()
-    coarse = Analysis(study, Clock())
-    heat = np.max([case.von_mises / case.peak.value for case in coarse.at(rpm).cases], axis=0)
+    coarse = prepare(study)
+    cases = solve_speed(coarse, rpm).cases.values()
+    heat = np.max([case.von_mises / case.peak.value for case in cases], axis=0)
     ratio = np.ones_like(heat)
     for share, factor in HOT.items():
         ratio[heat > share] = factor
-    fine = dataclasses.replace(study, mesh=MeshTable(size_mm=BASE * coarse.mesh.size))
-    found = Analysis(fine, Clock(), [wanted_sizes(coarse.mesh, ratio)]).at(rpm)
-    return {case.case.name: [case.peak.value, case.peak.error_percent] for case in found.cases}
+    fine = dataclasses.replace(study, mesh=MeshTable(size_mm=BASE * coarse.mesh.meshing.size))
+    found = solve_speed(prepare(fine, wanted=[wanted_sizes(coarse.mesh, ratio)]), rpm)
+    return {case.load.name: [case.peak.value, case.peak.error_percent] for case in found.cases.values()}
 
 
 def brought_within(study: Study, tolerance: float) -> tuple[Adapted, float]:
     """Run to the tolerance; return the seconds as well."""
     options = dataclasses.replace(study.analysis, tolerance_percent=tolerance)
     start = time.perf_counter()
-    found = analysed(dataclasses.replace(study, analysis=options), study.speed.speeds(), Clock())
+    found = adapt_mesh(dataclasses.replace(study, analysis=options), study.speed.speeds(), Clock())
     return found, time.perf_counter() - start
 
 
@@ -110,7 +112,7 @@ def row(study: Study, tolerance: float, truth: Peaks, runs: int) -> Row:
         len(found.passes),
         last.nodes,
         max(case.error_percent for case in cases),
-        max(100 * abs(case.peak.value / truth[case.case.name][0] - 1) for case in cases),
+        max(100 * abs(case.peak.value / truth[case.load.name][0] - 1) for case in cases),
         max(bar for _, bar in truth.values()),
         statistics.median(seconds for _, seconds in timings),
         statistics.median(ratio for ratio, _ in timings),
@@ -147,7 +149,7 @@ def main() -> None:
     parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
     kept: dict[str, Peaks] = json.loads(KEPT.read_text()) if KEPT.exists() else {}
-    Analysis(dataclasses.replace(load_study(), mesh=MeshTable(size_mm=14.0)), Clock()).at(6000.0)
+    solve_speed(prepare(dataclasses.replace(load_study(), mesh=MeshTable(size_mm=14.0))), 6000.0)
     rows = []
     for study in drawn_studies():
         key = f"{study.name} {study.speed.rpm:.0f}"

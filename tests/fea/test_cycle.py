@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from cycles import SPEEDS, analysis, superposition_errors
 
+from fea.analysis.speed import solve_speed
 from fea.choices import Symmetry
 from fea.cycle.envelope import NOT_JUDGED
 from fea.cycle.series import series
@@ -32,7 +33,7 @@ def quarter():
 
 @pytest.fixture(scope="module")
 def at_6000(quarter):
-    return quarter.at(6000.0)
+    return solve_speed(quarter, 6000.0)
 
 
 @pytest.mark.parametrize("rpm", SPEEDS)
@@ -54,7 +55,7 @@ def test_more_harmonics_come_nearer_to_the_half_cosine():
 
 
 def test_weights_press_with_exactly_the_force(quarter):
-    bore = quarter.cycle_analysis.loads.bores[1]
+    bore = quarter.cycle.loads.bores[1]
     direction = np.linspace(0, 2 * math.pi, 25)
     force = 3e4 * np.stack([np.cos(direction), np.sin(direction)])
     even, odd = bore.weights(force)
@@ -63,14 +64,14 @@ def test_weights_press_with_exactly_the_force(quarter):
 
 
 def test_no_force_needs_no_pressure(quarter):
-    even, odd = quarter.cycle_analysis.loads.bores[0].weights(np.zeros((2, 1)))
+    even, odd = quarter.cycle.loads.bores[0].weights(np.zeros((2, 1)))
     assert not even.any()
     assert not odd.any()
 
 
 def test_envelope_is_no_less_than_any_peak_case(at_6000):
     envelope = at_6000.cycle.envelope
-    for case in at_6000.cases:
+    for case in at_6000.cases.values():
         assert (envelope.von_mises >= case.von_mises).all()
         assert (envelope.safety_factor <= case.safety_factor).all()
         assert (envelope.principal_1 >= case.principal[:, 0]).all()
@@ -79,9 +80,9 @@ def test_envelope_is_no_less_than_any_peak_case(at_6000):
 
 def test_envelope_is_the_largest_of_the_instants(quarter, at_6000):
     angles = at_6000.cycle.angles[::6]
-    cycle = quarter.cycle_analysis
-    weights = cycle.weights(quarter.engine, quarter.gas, 6000 * RPM, angles)
-    tensors = np.moveaxis(cycle.units.tensor(0, weights, quarter.mesh.whole), 1, -1)
+    cycle = quarter.cycle
+    weights = cycle.weights(quarter.engine.engine, quarter.engine.gas, 6000 * RPM, angles)
+    tensors = np.moveaxis(cycle.units.tensor(0, weights, quarter.mesh.mirrored), 1, -1)
     envelope, some = at_6000.cycle.envelope, slice(None, None, 50)
     roots = np.linalg.eigvalsh(tensors[some][..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])
     scale = envelope.von_mises.max()
@@ -142,7 +143,7 @@ def test_a_factor_that_is_not_known_is_no_nan_in_the_file(at_6000):
 
 def test_the_file_can_be_read_by_meshio(tmp_path, quarter, at_6000):
     # Nodes in a number of the kind 3k + 2 fill blocks whose base64 text has no padding.
-    whole = quarter.mesh.whole.mesh
+    whole = quarter.mesh.whole
     count = len(whole.points) - (len(whole.points) - 2) % 3
     within = (whole.tets < count).all(axis=1)
     cut = replace(whole, points=whole.points[:count], tets=whole.tets[within], facets={})

@@ -49,7 +49,7 @@ def test_a_shared_node_has_the_larger_stress_and_the_lesser_factor(met):
 
 def test_a_case_that_is_larger_there_moves_no_angle_of_safety(met):
     case = SimpleNamespace(
-        case=SimpleNamespace(crank_angle=7.0),
+        load=SimpleNamespace(crank_angle=7.0),
         von_mises=np.array([1.0, 250.0, 30.0]),
         principal=np.zeros((3, 3)),
         safety_factor=np.array([99.0, 600 / 250, 40 / 30]),

@@ -3,10 +3,10 @@
 import gmsh
 import pytest
 
-from fea.analysis.envelope_summary import envelope_figures
-from fea.analysis.pipeline import Analysis
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed
+from fea.analysis.summary import envelope_figures
 from fea.cycle.search import SpeedSearch
-from fea.machine.clock import Clock
 from fea.study.study import parse_study
 from geometry.session import session
 
@@ -44,29 +44,26 @@ def analysis(tmp_path_factory):
         occ.cut(body, [(3, occ.addCylinder(x, 0, -12, 0, 0, 24, r)) for x, r in ((0, 26), (LENGTH, 12))])
         occ.synchronize()
         gmsh.write(str(folder / "rod.step"))
-    return Analysis(parse_study(STUDY, "sharp", folder), Clock())
+    return prepare(parse_study(STUDY, "sharp", folder))
 
 
 def test_the_worst_of_the_cycle_lies_away_from_sharp_edges(analysis):
-    result = analysis.at(6000.0)
-    mesh, studied = analysis.mesh.whole.mesh, analysis.study.analysis
-    found = envelope_figures(result.cycle, mesh, studied.fatigue, analysis.materials)
-    masked = result.cases[0].error.masked
-    sharp = {tuple(point) for point in mesh.points[masked].round(6)}
-    places = [found, found["fatigue"], found["crossland"], *found["spots"]]
-    assert not any(tuple(round(x, 6) for x in place["at_mm"]) in sharp for place in places)
-    least = min(case.extremes(mesh)["min_safety_factor"] for case in result.cases)
-    assert found["min_safety_factor"] == pytest.approx(least, rel=1e-3)
-    assert found["unmasked_min_safety_factor"] <= found["min_safety_factor"]
+    result = solve_speed(analysis, 6000.0)
+    found = envelope_figures(result.cycle, analysis.mesh.whole, analysis.options.fatigue, analysis.materials)
+    masked = result.cases["tension"].error.masked
+    sharp = {tuple(point) for point in analysis.mesh.whole.points[masked].round(6)}
+    places = [found, found.fatigue, found.crossland, *found.spots]
+    assert not any(tuple(round(x, 6) for x in place.at_mm) in sharp for place in places)
+    least = min(case.min_safety_factor for case in result.cases.values())
+    assert found.min_safety_factor == pytest.approx(least, rel=1e-3)
+    assert found.unmasked_min_safety_factor <= found.min_safety_factor
     assert any("of the rod away from places" in note for note in result.notes)
 
 
 def test_the_search_over_speeds_finds_the_same(analysis):
-    result = analysis.at(6000.0)
-    found = envelope_figures(
-        result.cycle, analysis.mesh.whole.mesh, analysis.study.analysis.fatigue, analysis.materials
-    )
-    worst = SpeedSearch(analysis.cycle_analysis, analysis.engine, analysis.gas, [6000.0]).at(6000.0)
-    for peak, case in zip(worst.cases, result.cases, strict=True):
+    result = solve_speed(analysis, 6000.0)
+    found = envelope_figures(result.cycle, analysis.mesh.whole, analysis.options.fatigue, analysis.materials)
+    worst = SpeedSearch(analysis.cycle, analysis.engine.engine, analysis.engine.gas, [6000.0]).at(6000.0)
+    for peak, case in zip(worst.cases, result.cases.values(), strict=True):
         assert peak.von_mises == pytest.approx(case.peak.value, rel=5e-3)
-    assert worst.fatigue.factor == pytest.approx(found["min_fatigue_safety_factor"], rel=1e-3)
+    assert worst.fatigue.factor == pytest.approx(found.min_fatigue_safety_factor, rel=1e-3)

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from cycles import superposition_errors
 
-from fea.analysis.pipeline import Analysis
+from fea.analysis.prepare import prepare
 from fea.choices import Symmetry
 from fea.cycle.unit_loads import SKEWED, _skewness
-from fea.machine.clock import Clock
 from fea.study.flags import Flags
 from fea.study.study import load_study
 
@@ -18,8 +17,8 @@ from fea.study.study import load_study
 @pytest.fixture(scope="module")
 def slanted():
     study = Flags(size=12.0, symmetry=Symmetry.QUARTER, cycle=True).applied(load_study("leon-2001"))
-    rod = replace(study.rod.rod, small_end_crown_width=0.6 * study.rod.rod.small_end_width)
-    return Analysis(replace(study, rod=replace(study.rod, rod=rod)), Clock())
+    rod = replace(study.rod.dimensions, small_end_crown_width=0.6 * study.rod.dimensions.small_end_width)
+    return prepare(replace(study, rod=replace(study.rod, dimensions=rod)))
 
 
 def test_superposed_stress_is_the_directly_solved_one(slanted):
@@ -31,7 +30,7 @@ def test_superposed_stress_is_the_directly_solved_one(slanted):
 
 
 def test_only_the_bore_that_needs_them_has_more_harmonics(slanted):
-    small, big = slanted.cycle_analysis.loads.bores
+    small, big = slanted.cycle.loads.bores
     assert set(big.orders) < set(small.orders)
     assert len(small.orders) - len(big.orders) == 3
 
@@ -39,7 +38,7 @@ def test_only_the_bore_that_needs_them_has_more_harmonics(slanted):
 def test_skewness_is_that_of_a_width_that_differs_around_the_bore(slanted):
     # Width w + t cos φ, force in the direction α: ∫ s (1 + (b/a) sin ψ) sin ψ (w + t cos(ψ + α)) dψ = 0 with
     # s = cos ψ, ∫ s sin² ψ = 2/3 and ∫ s sin² ψ cos ψ = π/8.
-    small, big = slanted.cycle_analysis.loads.bores
+    small, big = slanted.cycle.loads.bores
     width, taper = slanted.mesh.bores.small_width, slanted.mesh.bores.small_taper
     alpha = np.linspace(0, math.pi, 1001)
     across = taper * np.sin(alpha) * 2 / 3 / (width * 2 / 3 + taper * np.cos(alpha) * math.pi / 8)

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fea.analysis.prepare import mesh_study
 from fea.checks import LIMITS
 from fea.machine.clock import Clock
-from fea.rod.discretise import discretise
 from fea.rod.flaws import mass_error, mesh_flaws
 from fea.solid.inertia import inertia
 from fea.study.study import parse_study
@@ -25,7 +25,7 @@ ROD = '[rod]\nlength_mm = 100\nbig_end_bore_mm = 50\nsmall_end_bore_mm = 25\nsha
 def meshed(size, element="p2", rod=ROD):
     study = parse_study(f'{rod}[mesh]\nsize_mm = {size}\nelement = "{element}"\n', "coarse", Path())
     said = []
-    found = discretise(study, Clock(said.append))
+    found = mesh_study(study, Clock(said.append))
     materials = study.materials(found.parts)
     mass = inertia(found.cell, materials[0].density).properties.mass
     return found, said, mass_error(mass, found.parts.values(), materials)
@@ -34,16 +34,16 @@ def meshed(size, element="p2", rod=ROD):
 def test_straight_edges_that_miss_the_mass_are_made_again_with_shorter_ones():
     found, said, error = meshed(12.5)
     assert error < 0.2 * LIMITS["mesh_mass"]
-    assert found.size == 12.5
-    assert 0 < found.repair.size < found.size
-    assert [what for what in said if "again" in what] == [f"meshing again: {found.repair.causes[0]}"]
+    assert found.meshing.size == 12.5
+    assert 0 < found.meshing.repair.size < found.meshing.size
+    assert [what for what in said if "again" in what] == [f"meshing again: {found.meshing.repair.causes[0]}"]
     assert "straight where the solid is curved near" in found.notes[1]
 
 
 def test_elements_too_bent_for_the_mass_are_made_again():
     found, _, error = meshed(100 / 7, rod=ROD.replace("25", "20").replace("rectangular", "I"))
     assert error < 0.2 * LIMITS["mesh_mass"]
-    assert "elements were bent near" in found.repair.causes[0]
+    assert "elements were bent near" in found.meshing.repair.causes[0]
 
 
 def test_a_flat_element_is_found_by_its_shape():
@@ -63,5 +63,5 @@ def test_a_flat_element_is_found_by_its_shape():
 @pytest.mark.parametrize(("size", "element"), [(6.0, "p2"), (12.5, "p1")])
 def test_sound_meshes_and_chords_are_left_alone(size, element):
     found, said, _ = meshed(size, element)
-    assert found.repair.causes == ()
+    assert found.meshing.repair.causes == ()
     assert set(said) == {"geometry", "mesh"}

@@ -4,19 +4,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from fea.rod.discretise import Discretised
+from fea.rod.discretise import Meshing
 
 
 def notes(straightened: int, *warnings: str, size: float = 5.0, refined: bool = False) -> tuple[str, ...]:
-    mesh = SimpleNamespace(
-        size=size,
-        refined=refined,
-        bores=SimpleNamespace(rod_length=140.0),
-        quality=SimpleNamespace(straightened=straightened),
-        warnings=warnings,
-        repair=SimpleNamespace(notes=()),
-    )
-    return Discretised.notes.fget(mesh)
+    quality, repair = SimpleNamespace(straightened=straightened), SimpleNamespace(notes=())
+    return Meshing(size, quality, repair, warnings, refined).notes(rod_length=140.0)
 
 
 @pytest.mark.parametrize(

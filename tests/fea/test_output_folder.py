@@ -24,14 +24,20 @@ for number in range(1000):
         (part / "loads.csv").write_text("#")
         print(number, flush=True)
         time.sleep(pause)
-        (part / "summary.json").write_text(json.dumps({"schema": "fea/summary/1", "study": number}))
+        files = ["summary.json", "study.toml", "loads.csv"]
+        summary = {"schema": "fea/summary/1", "study": number, "files": files}
+        (part / "summary.json").write_text(json.dumps(summary))
 """
 
 
-def write_run(part: Path, study: str = "one", cases: tuple[str, ...] = ("tension",)) -> None:
-    for name in ("study.toml", "loads.csv", *(f"{case}.vtu" for case in cases)):
+def write_run(
+    part: Path, study: str = "one", cases: tuple[str, ...] = ("tension",), shared: list[str] | None = None
+) -> None:
+    names = ["study.toml", "loads.csv", *(f"{case}.vtu" for case in cases)]
+    for name in names:
         (part / name).write_text(study)
-    (part / "summary.json").write_text(json.dumps({"schema": "fea/summary/1", "study": study}))
+    summary = {"schema": "fea/summary/1", "study": study, "files": [*names, "summary.json"]}
+    (part / "summary.json").write_text(json.dumps(summary | ({"shared_files": shared} if shared else {})))
 
 
 def study_in(target: Path) -> str:
@@ -103,9 +109,33 @@ def test_a_sweep_over_speeds_is_an_earlier_run_too(tmp_path):
         with run_folder(target) as part:
             for speed in ("800rpm", "6000rpm"):
                 (part / speed).mkdir()
-                write_run(part / speed)
+                write_run(part / speed, shared=["map.csv"])
             (part / "map.csv").write_text("rpm\n")
     (target / "800rpm" / "notes.txt").write_text("mine")
+    with pytest.raises(OccupiedError, match="something other"):
+        require_replaceable(target)
+    (target / "800rpm" / "notes.txt").unlink()
+    require_replaceable(target)
+    (target / "notes.txt").write_text("mine")
+    with pytest.raises(OccupiedError, match="something other"):
+        require_replaceable(target)
+
+
+def test_runs_side_by_side_are_not_one_of_several_speeds(tmp_path):
+    for name in ("one-800rpm", "one-6000rpm"):
+        (tmp_path / "results" / name).mkdir(parents=True)
+        write_run(tmp_path / "results" / name)
+    with pytest.raises(OccupiedError, match="something other"):
+        require_replaceable(tmp_path / "results")
+
+
+def test_a_picture_beside_its_result_is_part_of_the_run(tmp_path):
+    target = tmp_path / "run"
+    with run_folder(target) as part:
+        write_run(part)
+    (target / "tension.png").touch()
+    require_replaceable(target)
+    (target / "loads.png").touch()
     with pytest.raises(OccupiedError, match="something other"):
         require_replaceable(target)
 

@@ -1,13 +1,18 @@
 import signal
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 from PIL import Image
+from written_figures import buckling, load, summary
+from written_figures import result as case_result
 
+from fea.analysis.figures import BucklingModeFigures, CycleFigures
 from fea.output.errors import PictureError
+from fea.output.json_file import json_text
 from fea.output.pictures import picture
 from fea.output.pictures.described import described_by
 from fea.output.pictures.picture import (
@@ -23,26 +28,20 @@ from fea.output.pictures.png import is_complete_png
 from fea.output.pictures.scene import Scene
 from fea.output.pictures.shown import available
 from fea.output.pictures.strokes import require_rod
-from fea.output.summary import json_text
 from fea.output.vtu import write_vtu
 from geometry.invalid import InvalidValue
 from mesh.tetmesh import TetMesh
 
-SUMMARY = {
-    "study": "leon-2001",
-    "rpm": 6000,
-    "trusted": True,
-    "loads": {"tension": {"crank_deg": 5.0}, "given": {"crank_deg": None}},
-    "results": {
-        "tension": {
-            "max_von_mises_MPa": 312.0,
-            "error_percent": 3.14,
-            "at_mm": [1.0, 2.0, 3.0],
-            "min_safety_factor": 1.9884,
-        },
-        "given": {"max_von_mises_MPa": 10.0, "at_mm": None, "min_safety_factor": None},
+SUMMARY = summary(
+    loads={"tension": load(crank_deg=5.0), "given": load(crank_deg=None)},
+    results={
+        "tension": case_result(
+            max_von_mises_MPa=312.0, error_percent=3.14, at_mm=(1.0, 2.0, 3.0), min_safety_factor=1.9884
+        ),
+        "given": case_result(max_von_mises_MPa=10.0),
     },
-}
+)
+RESULTS = ["tension.vtu", "given.vtu"]
 
 
 @pytest.fixture
@@ -91,7 +90,9 @@ def test_safety_factors_are_red_where_they_are_least_and_modes_where_they_move(r
     data = {"mode_1": shape / 2, "mode_2": shape, "fatigue_safety_factor": factor}
     write_vtu(result.with_stem("envelope"), mesh, data)
     both = [
-        Picture(result.with_stem("envelope"), result.with_name(f"{field}.png"), field, field=field)
+        Picture(
+            vtu=result.with_stem("envelope"), png=result.with_name(f"{field}.png"), title=field, field=field
+        )
         for field in ("mode_2", "fatigue_safety_factor")
     ]
     draw_pictures(both)
@@ -151,13 +152,13 @@ def test_a_drawing_process_that_dies_is_an_error_with_a_remedy_and_leaves_the_re
 def test_what_is_no_result_is_said(result):
     (result.parent / "bad.vtu").write_text("<VTKFile></VTKFile>")
     with pytest.raises(PictureError, match="not a result"):
-        draw_pictures([Picture(result.parent / "bad.vtu", result.parent / "bad.png", "bad")])
+        draw_pictures([Picture(vtu=result.parent / "bad.vtu", png=result.parent / "bad.png", title="bad")])
     with pytest.raises(InvalidValue, match="lacks stress, safety factors and mode shapes"):
         picture_of(result.parent / "bad.vtu", result.parent / "bad.png")
     (result.parent / "cut.vtu").write_bytes(result.read_bytes()[: result.stat().st_size // 2])
     with pytest.raises(InvalidValue, match=r"cut\.vtu.*is no whole \.vtu file"):
         picture_of(result.parent / "cut.vtu", result.parent / "cut.png")
-    with pytest.raises(InvalidValue, match="is no file"):
+    with pytest.raises(InvalidValue, match="is not a file"):
         picture_of(result.parent / "none.vtu", result.parent / "none.png")
     with pytest.raises(InvalidValue, match="must be one of von_mises, displacement for"):
         picture_of(result, result.with_suffix(".png"), "mode_1")
@@ -175,20 +176,19 @@ def test_a_machine_that_can_draw_passes_the_trial():
 def test_every_case_of_a_run_is_drawn_in_the_words_of_its_summary(tmp_path, monkeypatch):
     drawn = []
     monkeypatch.setattr(picture, "draw_pictures", drawn.extend)
-    assert take_pictures(tmp_path, SUMMARY) == [tmp_path / "tension.png", tmp_path / "given.png"]
+    assert take_pictures(tmp_path, SUMMARY, RESULTS) == [tmp_path / "tension.png", tmp_path / "given.png"]
     tension, given = drawn
     assert tension == Picture(
-        tmp_path / "tension.vtu",
-        tmp_path / "tension.png",
-        "leon-2001: tension, 6000 rpm, crank angle 5.0°",
-        312.0,
-        (1.0, 2.0, 3.0),
-        ("smallest safety factor against yield 1.99",),
+        vtu=tmp_path / "tension.vtu",
+        png=tmp_path / "tension.png",
+        title="leon-2001: tension, 6000 rpm, crank angle 5.0°",
+        peak=312.0,
+        at=(1.0, 2.0, 3.0),
+        notes=("smallest safety factor against yielding 1.99",),
         error_percent=3.14,
     )
     assert given.title == "leon-2001: given, 6000 rpm"
-    assert given.at is None
-    take_pictures(tmp_path, SUMMARY | {"trusted": False})
+    take_pictures(tmp_path, replace(SUMMARY, trusted=False), RESULTS)
     assert "NOT TO BE TRUSTED" in drawn[-1].notes[-1]
 
 
@@ -197,28 +197,41 @@ def test_a_file_beside_its_summary_is_titled_by_it(tmp_path):
     png = tmp_path / "elsewhere.png"
     assert described(tmp_path / "tension.vtu", png).title == "leon-2001: tension, 6000 rpm, crank angle 5.0°"
     assert described(tmp_path / "tension.vtu", png).png == png
-    assert described(tmp_path / "other.vtu", png) == Picture(tmp_path / "other.vtu", png, "other")
+    assert described(tmp_path / "other.vtu", png) == Picture(
+        vtu=tmp_path / "other.vtu", png=png, title="other"
+    )
 
 
 def test_the_envelope_and_modes_of_buckling_are_described_too(tmp_path, monkeypatch):
-    modes = [{"factor": 6.0146, "moves": "sideways"}, {"factor": 27.5, "moves": "twisting"}]
-    found = {"buckling": {"shapes_of": "gas", "modes": {"gas": modes}}}
-    envelope = {"envelope": {"min_safety_factor": 0.89, "min_fatigue_safety_factor": 0.54}}
-    summary = SUMMARY | found | envelope
-    (tmp_path / "summary.json").write_text(json_text(summary))
+    modes = (
+        BucklingModeFigures(factor=6.0146, moves="sideways"),
+        BucklingModeFigures(factor=27.5, moves="twisting"),
+    )
+    envelope = CycleFigures(
+        min_safety_factor=0.89,
+        at_mm=(1.0, 2.0, 3.0),
+        crank_deg=5.0,
+        min_fatigue_safety_factor=0.54,
+        fatigue_criterion="goodman",
+        fatigue=None,
+        min_crossland_safety_factor=None,
+        unit_solutions=74,
+        instants=721,
+    )
+    found = replace(buckling(3.0, 4.0, modes={"gas": modes}), shapes_of="gas")
+    run = replace(SUMMARY, buckling=found, envelope=envelope)
+    (tmp_path / "summary.json").write_text(json_text(run))
     mode = described(tmp_path / "buckling.vtu", tmp_path / "b.png", "mode_2")
     assert mode.title == "leon-2001: buckling under gas, mode 2 at 27.5 times the load, 6000 rpm"
     assert mode.notes == ("moves twisting",)
     drawn = []
     monkeypatch.setattr(picture, "draw_pictures", drawn.extend)
-    for name in ("envelope", "buckling"):
-        (tmp_path / f"{name}.vtu").touch()
-    take_pictures(tmp_path, summary)
-    assert [(item.png.name, item.field) for item in drawn[2:]] == [
+    take_pictures(tmp_path, run, ["envelope.vtu", "buckling.vtu"])
+    assert [(item.png.name, item.field) for item in drawn] == [
         ("envelope.png", "von_mises"),
         ("buckling.png", "mode_1"),
     ]
-    assert drawn[2].notes == ("smallest safety factors: yield 0.89, fatigue 0.54",)
+    assert drawn[0].notes == ("smallest safety factors: yielding 0.89, fatigue 0.54",)
     assert described(tmp_path / "modes.vtu", tmp_path / "m.png", "mode_3").title == "modes: mode 3"
 
 

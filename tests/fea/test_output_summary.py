@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fea.output.forces_csv import COLUMNS, write_cycle_csv
-from fea.output.summary import json_text
+from fea.output.forces_csv import COLUMNS, write_forces_csv
+from fea.output.json_file import json_text
 from geometry.surfaces import Surface
 
 
@@ -68,7 +68,7 @@ def test_the_cycle_has_the_promised_columns_and_a_row_an_angle(tmp_path):
         "crank_deg": np.arange(3.0),
         "pin_axial_N": [31512.3456, -0.0, 1],
     }
-    write_cycle_csv(tmp_path / "loads.csv", columns)
+    write_forces_csv(tmp_path / "loads.csv", columns)
     header, *rows = (tmp_path / "loads.csv").read_bytes().decode().split("\n")
     assert header == (
         "rpm,crank_deg,gas_N,piston_position_mm,piston_velocity_m_s,piston_acceleration_m_s2,rod_deg,"
@@ -84,11 +84,11 @@ def test_the_cycle_has_the_promised_columns_and_a_row_an_angle(tmp_path):
 
 
 def test_several_cylinders_add_a_column_in_front(tmp_path):
-    write_cycle_csv(tmp_path / "loads.csv", dict.fromkeys(COLUMNS, 1.0) | {"cylinder": [0, 1]})
+    write_forces_csv(tmp_path / "loads.csv", dict.fromkeys(COLUMNS, 1.0) | {"cylinder": [0, 1]})
     assert (tmp_path / "loads.csv").read_text().startswith("cylinder,rpm,")
 
 
 @pytest.mark.parametrize("columns", [{"rpm": 1.0}, dict.fromkeys(COLUMNS, 1.0) | {"rpn": 1.0}])
 def test_a_missing_or_unknown_column_is_named(tmp_path, columns):
     with pytest.raises(ValueError, match=r"columns \['.*rp|columns \['crank"):
-        write_cycle_csv(tmp_path / "loads.csv", columns)
+        write_forces_csv(tmp_path / "loads.csv", columns)

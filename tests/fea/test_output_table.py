@@ -1,41 +1,30 @@
-from copy import deepcopy
+from dataclasses import replace
 from io import StringIO
 
 import pytest
 from rich.console import Console
+from written_figures import load, result, summary
 
+from fea.checks import Check
 from fea.output.notes import gathered
-from fea.output.terminal.figures import kilo, worst_case
+from fea.output.terminal.figures import kilo
 from fea.output.terminal.run import print_runs
 
-SUMMARY = {
-    "study": "leon-2001",
-    "rpm": 6000,
-    "trusted": True,
-    "loads": {
-        "tension": {"crank_deg": 4.0, "pin_axial_N": 31512.0, "crank_axial_N": 48100.0, "wall_N": -212.0},
-        "given": {"crank_deg": None, "pin_axial_N": -30200.0, "crank_axial_N": -4e4, "wall_N": None},
-    },
-    "results": {
-        "tension": {
-            "max_von_mises_MPa": 312.04,
-            "error_percent": 3.14,
-            "verdict": "not converged",
-            "at_mm": [22.17, -0.0, 7.5],
-            "min_safety_factor": 1.9884,
-            "max_displacement_mm": 0.10912,
-        },
-        "given": {
-            "max_von_mises_MPa": 210.0,
-            "at_mm": None,
-            "min_safety_factor": None,
-            "max_displacement_mm": 0.05,
-        },
-    },
-    "model": {"nodes": 21500, "elements": 12000, "element": "p2", "size_mm": 3.0},
-    "checks": {"finite": {"value": 0.0, "limit": 0.0, "pass": True}},
-    "total_s": 2.345,
+LOADS = {
+    "tension": load(crank_deg=4.0, pin_axial_N=31512.0, crank_axial_N=48100.0, wall_N=-212.0),
+    "given": load(crank_deg=None, pin_axial_N=-30200.0, crank_axial_N=-4e4, wall_N=None),
 }
+TENSION = result(
+    max_von_mises_MPa=312.04,
+    error_percent=3.14,
+    verdict="not converged",
+    at_mm=(22.17, -0.0, 7.5),
+    min_safety_factor=1.9884,
+    max_displacement_mm=0.10912,
+)
+GIVEN = result(max_von_mises_MPa=210.0, max_displacement_mm=0.05)
+FILES = ("given.vtu", "summary.json", "tension.vtu")
+SUMMARY = summary(loads=LOADS, results={"tension": TENSION, "given": GIVEN}, files=FILES)
 
 
 def said(*runs, width: int = 80) -> str:
@@ -46,8 +35,6 @@ def said(*runs, width: int = 80) -> str:
 
 @pytest.fixture
 def folder(tmp_path):
-    for name in ("summary.json", "tension.vtu", "given.vtu"):
-        (tmp_path / name).touch()
     return tmp_path
 
 
@@ -67,7 +54,7 @@ def test_the_table_tells_each_case_with_forces_in_kilonewton(folder):
         "1.99",
         "0.109",
     ] in rows
-    assert ["given", "–", "-30.2", "-40.0", "–", "210.0", "–", "–", "–", "0.050"] in rows
+    assert ["given", "–", "-30.2", "-40.0", "–", "210.0", "–", "1.0,", "2.0,", "3.0", "9.00", "0.050"] in rows
 
 
 @pytest.mark.parametrize(
@@ -79,8 +66,8 @@ def test_forces_of_any_size(newtons, said):
 
 def test_peaks_that_are_not_settled_are_named(folder):
     assert "Not converged: tension (" in said((folder, SUMMARY))
-    singular = deepcopy(SUMMARY)
-    singular["results"]["given"] |= {"verdict": "not converged", "singular_max_von_mises_MPa": 99.0}
+    diverging = replace(GIVEN, verdict="not converged", singular_max_von_mises_MPa=99.0)
+    singular = replace(SUMMARY, results={"tension": TENSION, "given": diverging})
     text = said((folder, singular))
     assert "Diverging: given has 99.0 MPa" in text
     assert "210.0 MPa and its ± are of the rest" in text
@@ -95,11 +82,11 @@ def test_it_fits_eighty_columns(folder):
 
 def test_it_begins_with_the_verdict_and_ends_with_what_to_do(folder):
     lines = said((folder, SUMMARY)).splitlines()
-    assert lines[0] == "leon-2001 at 6000 rpm: smallest safety factor against yield 1.99 (tension)"
+    assert lines[0] == "leon-2001 at 6000 rpm: smallest safety factor against yielding 1.99 (tension)"
     assert "1 of 1 checks passed; 2.3 s" in "\n".join(lines)
     assert lines[-1] == f"Next: fea view {folder}/tension.vtu, or open it in ParaView."
-    (folder / "tension.png").touch()
-    assert f"look at {folder}/tension.png" in said((folder, SUMMARY)).splitlines()[-1]
+    drawn = replace(SUMMARY, files=(*FILES, "tension.png"))
+    assert f"look at {folder}/tension.png" in said((folder, drawn)).splitlines()[-1]
 
 
 @pytest.mark.parametrize("width", [40, 50, 60, 70, 80, 100])
@@ -121,16 +108,16 @@ def test_several_speeds_end_with_what_to_look_at(folder, monkeypatch):
     monkeypatch.chdir(folder.parent)
     runs = []
     for rpm, safety in ((3000, 3.0), (6000, 1.5), (9000, 1.2)):
-        place = folder / f"{rpm}rpm"
-        place.mkdir()
-        summary = deepcopy(SUMMARY) | {"rpm": rpm}
-        summary["results"]["tension"]["min_safety_factor"] = safety
-        runs.append((place, summary))
-    for rpm in (3000, 6000):
-        (folder / f"{rpm}rpm" / "tension.vtu").touch()
+        found = replace(
+            SUMMARY,
+            rpm=rpm,
+            results={"tension": replace(TENSION, min_safety_factor=safety), "given": GIVEN},
+            files=FILES if rpm < 9000 else ("summary.json",),
+        )
+        runs.append((folder / f"{rpm}rpm", found))
     last = said(*runs).splitlines()[-1]
     assert last == f"Next: fea view {folder.name}/6000rpm/tension.vtu."
-    (folder / "cycle_map.png").touch()
+    runs[0] = (runs[0][0], replace(runs[0][1], shared_files=("map.csv", "cycle_map.png")))
     last = said(*runs).splitlines()[-1]
     assert last.startswith(f"Next: look at {folder.name}/cycle_map.png, or fea view {folder.name}/6000rpm")
 
@@ -148,27 +135,25 @@ def test_every_path_is_named(folder):
 
 
 def test_a_failed_check_is_said_loudly(folder):
-    doubtful = deepcopy(SUMMARY) | {"notes": ["trace of 3000 rpm used"]}
-    doubtful["checks"]["reactions"] = {"value": 0.5, "limit": 1e-6, "pass": False}
-    text = said((folder, doubtful))
-    assert "NOT TO BE TRUSTED: reactions = 0.5, beyond 1e-06" in text
+    checks = {**SUMMARY.checks, "reactions": Check(0.5, 1e-6)}
+    text = said((folder, replace(SUMMARY, notes=("trace of 3000 rpm used",), checks=checks)))
+    assert "NOT TO BE TRUSTED: check reactions failed: 0.5, limit 1e-06" in text
     assert "1 of 2 checks passed" in text
     assert "trace of 3000 rpm used" in text
 
 
 def test_very_large_forces_and_very_small_factors_keep_their_digits(folder):
-    extreme = deepcopy(SUMMARY)
-    extreme["loads"]["tension"]["pin_axial_N"] = 1.49e9
-    extreme["loads"]["tension"]["crank_axial_N"] = -1_796_200.0
-    extreme["results"]["tension"]["min_safety_factor"] = 0.00331
+    load = replace(LOADS["tension"], pin_axial_N=1.49e9, crank_axial_N=-1_796_200.0)
+    small = replace(TENSION, min_safety_factor=0.00331)
+    extreme = replace(SUMMARY, loads=LOADS | {"tension": load}, results={"tension": small, "given": GIVEN})
     row = next(line.split() for line in said((folder, extreme)).splitlines() if "tension " in line[:9])
     assert {"+1.5e+06", "-1796"} <= set(row)
     assert "0.0033" in row
 
 
 def test_several_speeds_share_a_table(tmp_path):
-    fast = deepcopy(SUMMARY) | {"notes": ["trace of 3000 rpm used"]}
-    slow = fast | {"rpm": 800, "trusted": False}
+    fast = replace(SUMMARY, notes=("trace of 3000 rpm used",))
+    slow = replace(fast, rpm=800, trusted=False)
     text = said((tmp_path / "800rpm", slow), (tmp_path / "6000rpm", fast))
     rows = [line.split() for line in text.splitlines()]
     assert ["800", "tension", "4", "312.0", "3.1", "1.99", "check", "failed"] in rows
@@ -178,8 +163,8 @@ def test_several_speeds_share_a_table(tmp_path):
     assert f"{tmp_path}/map.csv" in text
 
 
-def test_a_case_without_a_safety_factor_is_not_the_worst():
-    assert worst_case(SUMMARY) == "tension"
+def test_the_case_with_the_smallest_factor_is_the_worst():
+    assert SUMMARY.worst_case == "tension"
 
 
 def test_nothing_is_said_of_no_run():

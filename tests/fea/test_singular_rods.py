@@ -5,10 +5,10 @@ import dataclasses
 import pytest
 from rods import random_rod
 
-from fea.analysis.pipeline import Analysis
+from fea.analysis.prepare import mesh_study, prepare
+from fea.analysis.speed import solve_speed
+from fea.analysis.summary import case_figures
 from fea.assess.verdict import Verdict, peak
-from fea.machine.clock import Clock
-from fea.rod.discretise import discretise
 from fea.solid.traction import traction_forces
 from fea.solvers.prescribed import displacement
 from fea.stress.error_estimate import ErrorEstimator
@@ -34,7 +34,7 @@ def drawn_rods():
 
 @pytest.mark.parametrize("name", ["leon-2001", "columba-2022", "molina-2024"])
 def test_no_shipped_rod_can_diverge_at_its_default_size(name):
-    cell = discretise(load_study(name), Clock()).cell
+    cell = mesh_study(load_study(name)).cell
     assert not masked_nodes(cell).any()
     assert masked_nodes(cell, (Surface.BIG_END_BORE,)).any()
 
@@ -42,18 +42,17 @@ def test_no_shipped_rod_can_diverge_at_its_default_size(name):
 @pytest.mark.parametrize("seed", drawn_rods())
 def test_no_rod_drawn_at_random_can(seed):
     rod = random_rod(seed)
-    cell = discretise(Study("drawn", RodTable(rod, None, None, rod.length)), Clock()).cell
+    cell = mesh_study(Study("drawn", RodTable(rod, None, None, rod.length))).cell
     assert not masked_nodes(cell).any()
 
 
 def test_the_clamped_rods_edge_is_told_as_diverging_while_the_peak_elsewhere_is_judged():
     study = dataclasses.replace(load_study("leon-2001-as-published"), mesh=MeshTable(size_mm=9.0))
-    analysis = Analysis(study, Clock())
-    (case,) = analysis.at(None).cases
-    told = case.extremes(analysis.mesh.whole.mesh)
-    assert told["singular_verdict"] == told["unmasked_verdict"] == "diverging"
-    assert told["verdict"] in ("converged", "not converged")
-    assert told["singular_max_von_mises_MPa"] == case.peak.singular > 100
+    case = solve_speed(prepare(study), None).cases["given"]
+    told = case_figures(case)
+    assert told.singular_verdict == told.unmasked_verdict == "diverging"
+    assert told.verdict in ("converged", "not converged")
+    assert told.singular_max_von_mises_MPa == case.peak.singular > 100
     assert case.peak.singular < case.peak.value == case.peak.unmasked
 
 
@@ -78,5 +77,5 @@ def test_a_clamped_bar_diverges(order):
 
 def test_a_coarse_smooth_rod_does_not():
     study = dataclasses.replace(load_study(), mesh=MeshTable(size_mm=14.0))
-    verdicts = {case.verdict() for case in Analysis(study, Clock()).at(6000.0).cases}
+    verdicts = {case.verdict() for case in solve_speed(prepare(study), 6000.0).cases.values()}
     assert Verdict.DIVERGING not in verdicts

@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
+from written_figures import buckling, summary
 
+from fea.analysis.figures import BucklingModeFigures, CycleFigures, PlaceFigures
 from fea.analysis.speed_map import first_below, rounded, speed_map
 
 CRITICAL = {"yield": 2500.0, "fatigue": 2000.0, "crossland": None}
@@ -23,14 +25,32 @@ def test_the_first_factor_below_one(factor, first):
 def _summary(rpm, factor, fatigue, crossland=None, *, modes=None):
     place = None
     if fatigue is not None:
-        place = {"at_mm": [1, 2, 3], "mean_MPa": 5, "amplitude_MPa": 6, "stress_ratio": -1.0}
-        place["fatigue_safety_factor"] = fatigue
-    envelope = {"min_safety_factor": factor, "crank_deg": 10, "at_mm": [1, 2, 3], "fatigue": place}
-    envelope["min_crossland_safety_factor"] = crossland
-    buckling = {"column": {"planes": {"y": {"safety_factor": 3.0}, "z": {"safety_factor": 4.0}}}}
+        place = PlaceFigures(
+            at_mm=(1, 2, 3),
+            mean_MPa=5,
+            amplitude_MPa=6,
+            stress_ratio=-1.0,
+            fatigue_safety_factor=fatigue,
+            crossland_safety_factor=crossland,
+        )
+    envelope = CycleFigures(
+        min_safety_factor=factor,
+        at_mm=(1, 2, 3),
+        crank_deg=10,
+        min_fatigue_safety_factor=fatigue,
+        fatigue_criterion="goodman",
+        fatigue=place,
+        min_crossland_safety_factor=crossland,
+        unit_solutions=74,
+        instants=721,
+    )
+    found = None
     if modes is not None:
-        buckling["modes"] = {"compression": [{"factor": f} for f in modes], "gas": [{"factor": 9.0}]}
-    return {"rpm": rpm, "envelope": envelope, "buckling": buckling, "critical_speeds_rpm": CRITICAL}
+        of_gas = (BucklingModeFigures(factor=9.0, moves="sideways"),)
+        found = {"compression": tuple(BucklingModeFigures(factor=f, moves="") for f in modes), "gas": of_gas}
+    return summary(
+        rpm=rpm, envelope=envelope, buckling=buckling(3.0, 4.0, modes=found), critical_speeds_rpm=CRITICAL
+    )
 
 
 def test_map_is_sorted_by_speed_and_knows_every_failure_mode():
@@ -47,7 +67,7 @@ def test_without_fatigue_data_only_yielding_is_mapped():
     found = speed_map([_summary(1000.0, 2.5, None)])
     assert np.isnan(found.columns["fatigue_safety_factor"]).all()
     assert np.isnan(found.columns["crossland_safety_factor"]).all()
-    assert speed_map([{"rpm": 1000.0}]) is None
+    assert speed_map([summary()]) is None
 
 
 @pytest.mark.parametrize(

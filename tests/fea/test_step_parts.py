@@ -6,8 +6,7 @@ import gmsh
 import pytest
 
 from fea.analysis.buckling import column_figures
-from fea.analysis.pipeline import Analysis
-from fea.machine.clock import Clock
+from fea.analysis.prepare import prepare
 from fea.study.study import parse_study
 from geometry.session import session
 from loads.cases import given
@@ -52,9 +51,9 @@ def test_the_column_is_of_the_shanks_material_wherever_the_file_holds_it(solids,
             draw(gmsh.model.occ)
         gmsh.model.occ.synchronize()
         gmsh.write(str(tmp_path / "rod.step"))
-    analysis = Analysis(parse_study(STUDY.format(bushing=number), "strap", tmp_path), Clock())
-    column = column_figures(analysis, [given(-1000.0)])["column"]
+    analysis = prepare(parse_study(STUDY.format(bushing=number), "strap", tmp_path))
+    column = column_figures(analysis, [given(-1000.0)])
     squash, slenderness = 500.0 * WIDTH * THICKNESS, 0.5 * 100 / (THICKNESS / 12**0.5)
     rankine = squash / (1 + 500.0 / (math.pi**2 * 200e3) * slenderness**2)
-    assert column["planes"]["sideways"]["rankine_N"] == pytest.approx(rankine, rel=0.02)
-    assert column["least_area_mm2"] == pytest.approx(WIDTH * THICKNESS, rel=1e-6)
+    assert column.planes["sideways"].rankine_N == pytest.approx(rankine, rel=0.02)
+    assert column.least_area_mm2 == pytest.approx(WIDTH * THICKNESS, rel=1e-6)

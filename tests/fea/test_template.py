@@ -44,14 +44,14 @@ def test_every_key_of_the_rod_is_there():
 @pytest.mark.parametrize("name", DEFAULTS)
 def test_dimensions_that_are_shown_are_those_that_follow(name, tmp_path):
     key = name if name == "shank_section" else f"{name}_mm"
-    plain = getattr(study(tmp_path).rod.rod, name)
-    given = getattr(study(tmp_path, key).rod.rod, name)
+    plain = getattr(study(tmp_path).rod.dimensions, name)
+    given = getattr(study(tmp_path, key).rod.dimensions, name)
     assert given == (plain if name == "shank_section" else pytest.approx(plain, rel=3e-3))
 
 
 def test_its_options_and_other_defaults_work(tmp_path):
     chosen = [f"{name}_mm" for name in options()]
-    rod = study(tmp_path, *chosen).rod.rod
+    rod = study(tmp_path, *chosen).rod.dimensions
     assert all(getattr(rod, name) > 0 for name in options())
     plain = study(tmp_path)
     shown = study(tmp_path, "intake_pressure_bar", "atmosphere_bar", "heat_ratio", "phase_deg")

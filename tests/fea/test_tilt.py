@@ -6,7 +6,8 @@ from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH, strap
 
 from fea.choices import Support
 from fea.cycle.unit_loads import UnitLoads
-from fea.rod.case_forces import Bores, CaseLoads
+from fea.rod.bores import Bores
+from fea.rod.case_forces import NodalForces
 from fea.solid.inertia import inertia
 from fea.solid.tilt import Tilt, resultants
 from fea.solvers.static import Model
@@ -48,7 +49,7 @@ def test_what_tilts_is_balanced_and_nothing_else_is_changed():
 def test_a_rod_whose_bores_are_off_one_plane_is_left_without_reactions(shift):
     """The moment is force times what the pins are off one line, where half-cosines press: 8R / 3π."""
     mesh = whole(shift)
-    case = CaseLoads(mesh, *of(mesh))(given(AXIAL))
+    case = NodalForces(mesh, *of(mesh))(given(AXIAL))
     solution = Model(mesh, STEEL, Support.INERTIA_RELIEF).solve([case.forces])
     reach = LENGTH + 8 / (3 * np.pi) * (BIG_BORE + SMALL_BORE)
     assert case.tilt == pytest.approx(shift * reach / LENGTH**2, rel=1e-3, abs=1e-12)

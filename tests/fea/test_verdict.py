@@ -3,11 +3,10 @@ import math
 import numpy as np
 import pytest
 
+from fea.analysis.prepare import mesh_study
 from fea.assess.case_error import CaseError
 from fea.assess.case_result import case_result
 from fea.assess.verdict import CONVERGED_PERCENT, Verdict, peak
-from fea.machine.clock import Clock
-from fea.rod.discretise import discretise
 from fea.solid.traction import traction_forces
 from fea.solvers.prescribed import displacement
 from fea.stress.error_estimate import ErrorEstimator
@@ -21,6 +20,7 @@ from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from loads.cases import given
 from mesh.body import mesh_body
+from mesh.tetmesh import TetMesh
 
 
 def test_a_place_that_comes_second_counts_with_its_error():
@@ -55,7 +55,8 @@ def test_where_hardly_any_stress_is_the_safety_factors_cap_hides_no_error_in_it(
     stress = np.zeros((3, 6))
     stress[:, 0] = [200.0, 1e-9, 0.0]
     error = CaseError((np.array([10.0, 300.0, 50.0]),), np.zeros(1), np.zeros(3, dtype=bool))
-    found = case_result(given(1.0, 0.0), np.zeros((3, 3)), [stress], [STEEL], error)
+    mesh = TetMesh(np.zeros((3, 3)), np.zeros((0, 4), dtype=int))
+    found = case_result(given(1.0), mesh, np.zeros((3, 3)), [stress], materials=[STEEL], error=error)
     assert found.worst.value == pytest.approx(200 / 400)
     assert found.worst.error_percent == pytest.approx(5.0)
     assert found.error_percent == pytest.approx(50.0)  # of the stress: 300 MPa may be hidden in the second
@@ -120,7 +121,7 @@ def test_the_singular_places_are_the_corner_and_the_clamps_border():
 
 
 def test_the_rod_is_smooth_and_its_clamp_is_not():
-    mesh = discretise(load_study(), Clock()).cell
+    mesh = mesh_study(load_study()).cell
     assert not singular_nodes(mesh).size
     border = mesh.points[singular_nodes(mesh, (Surface.BIG_END_BORE,))]
     assert len(border)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from strap import strap
 
-from fea.machine.clock import Clock
-from fea.rod.discretise import discretise
+from fea.analysis.prepare import mesh_study
 from fea.study.study import load_study
 from geometry.surfaces import Surface
 from mesh.errors import MeshError
@@ -50,8 +49,8 @@ def inner_faces(mesh):
 
 
 def test_the_rod_and_its_reflections_are_closed_by_outward_facets():
-    found = discretise(load_study(), Clock())
-    whole = found.whole.mesh
+    found = mesh_study(load_study())
+    whole = found.whole
     assert enclosed(found.drawn) == pytest.approx(volume(found.drawn), rel=1e-12)
     assert enclosed(whole) == pytest.approx(volume(whole), rel=1e-12)
     half = reflect(unmirrored(found.drawn), Surface.SYMMETRY_Y).mesh

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
+from fea.analysis.prepare import mesh_study
 from fea.assess.column import Plane, column
-from fea.machine.clock import Clock
-from fea.rod.discretise import discretise
 from fea.rod.shank import shank
 from fea.study.flags import Flags
 from fea.study.study import load_study
@@ -30,9 +29,9 @@ def test_a_plane_beside_the_mesh_is_refused():
 
 def test_a_rod_without_dimensions_has_the_sections_of_its_mesh():
     study = Flags(size=6.0).applied(load_study("leon-2001"))
-    found = discretise(study, Clock())
-    exact, least = shank(study.rod.rod, found.whole.mesh, found.bores)
-    cut, narrowest = shank(None, found.whole.mesh, found.bores)
+    found = mesh_study(study)
+    exact, least = shank(study.rod.dimensions, found.whole, found.bores)
+    cut, narrowest = shank(None, found.whole, found.bores)
     assert narrowest.area == pytest.approx(least.area, rel=2e-3)
     middle = [i for i, section in enumerate(exact) if 45 < section.x < 115]
     for name in ("area", "inertia_y", "inertia_z"):

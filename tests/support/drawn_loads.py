@@ -25,7 +25,7 @@ def randomly_loaded(study: Study, seed: int) -> Study:
     draw = np.random.default_rng([seed, 23])
     pressure = str(draw.choice(PRESSURES))
     if draw.random() < CLAMPED_SHARE:
-        rod = study.rod.rod
+        rod = study.rod.dimensions
         axial = 30.0 * rod.small_end_bore * rod.small_end_width * draw.choice([-1, 1])  # 30 MPa on the bore
         across = abs(axial) * draw.uniform(-0.2, 0.2)
         clamped = AnalysisTable(support=Support.CLAMPED, pressure=pressure)

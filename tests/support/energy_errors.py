@@ -5,8 +5,8 @@ from functools import cache
 
 import numpy as np
 
-from fea.analysis.pipeline import Analysis
-from fea.machine.clock import Clock
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed
 from fea.material import Material
 from fea.solid.element import tabulate
 from fea.solid.integration import gauss_block
@@ -59,9 +59,9 @@ def manufactured_effectivity(size: float, order: int) -> float:
 def rod(size: float):
     """Mesh, material and tension of the rod."""
     study = load_study()
-    analysis = Analysis(dataclasses.replace(study, mesh=MeshTable(size_mm=size)), Clock())
-    (case,) = (case for case in analysis.at(6000.0).cases if case.case.name == "tension")
-    return analysis.mesh.whole.mesh, analysis.materials[0], case
+    analysis = prepare(dataclasses.replace(study, mesh=MeshTable(size_mm=size)))
+    (case,) = (case for case in solve_speed(analysis, 6000.0).cases.values() if case.load.name == "tension")
+    return analysis.mesh.whole, analysis.materials[0], case
 
 
 def strain_energy(size: float) -> float:

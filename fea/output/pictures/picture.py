@@ -2,14 +2,14 @@
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 
+from fea.analysis.figures import Summary
 from fea.output.errors import PictureError
 from fea.output.pictures.child import REMEDY, environments, run_drawing
 from fea.output.pictures.described import Picture, described, described_by
@@ -23,10 +23,9 @@ from mesh.tetmesh import TetMesh
 TIMEOUT = 60.0  # seconds a picture; one takes about one
 
 
-def take_pictures(folder: Path, summary: Mapping[str, Any]) -> list[Path]:
-    """Draw one picture for each result of the run in `folder`; return their files."""
-    others = [name for name in ("envelope", "buckling") if (folder / f"{name}.vtu").is_file()]
-    pictures = [described_by(summary, folder / f"{name}.vtu") for name in (*summary["results"], *others)]
+def take_pictures(folder: Path, summary: Summary, results: Sequence[str]) -> list[Path]:
+    """Draw one picture for each named result file of the run in `folder`; return their files."""
+    pictures = [described_by(summary, folder / name) for name in results]
     draw_pictures(pictures)
     return [picture.png for picture in pictures]
 
@@ -41,7 +40,7 @@ def picture_of(vtu: Path, png: Path, field: str | None = None) -> Path:
     PictureError
         See `draw_pictures`.
     """
-    require(vtu.is_file(), "FILE", str(vtu), "is no file", "Name a .vtu file that fea wrote.")
+    require(vtu.is_file(), "FILE", str(vtu), "is not a file", "Name a .vtu file that fea wrote.")
     draw_pictures([described(vtu, png, chosen_field(field, point_arrays(vtu), vtu.name))])
     return png
 
@@ -62,7 +61,7 @@ def picture_of_mesh(mesh: TetMesh, name: str, folder: Path) -> Path:
         vtu = Path(scratch, "mesh.vtu")
         write_vtu(vtu, mesh, {})
         make_directory(folder)
-        draw_pictures([Picture(vtu, png, title, mesh_only=True)])
+        draw_pictures([Picture(vtu=vtu, png=png, title=title, mesh_only=True)])
     return png
 
 
@@ -79,7 +78,7 @@ def try_rendering() -> None:
         points = np.vstack([np.zeros(3), np.eye(3)])
         mesh = TetMesh(points, np.array([[0, 1, 2, 3]]))
         write_vtu(vtu, mesh, {"displacement": points * 0.01, "von_mises": points @ [1.0, 2.0, 3.0]})
-        draw_pictures([Picture(vtu, vtu.with_suffix(".png"), "trial")])
+        draw_pictures([Picture(vtu=vtu, png=vtu.with_suffix(".png"), title="trial")])
 
 
 def draw_pictures(pictures: Sequence[Picture]) -> None:
@@ -103,5 +102,5 @@ def draw_pictures(pictures: Sequence[Picture]) -> None:
     raise PictureError(f"{', '.join(missing)} could not be drawn: {said}. {REMEDY}")
 
 
-def _order(picture: Picture) -> dict[str, Any]:
+def _order(picture: Picture) -> dict[str, object]:
     return asdict(picture) | {"vtu": os.fspath(picture.vtu), "png": os.fspath(picture.png)}

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.force_report import CycleReport
+from fea.analysis.force_report import ForceReport
 from fea.output.errors import PictureError
 
 # Column, title, unit, and what brings the column to that unit.
@@ -26,7 +26,7 @@ _MOST_LINES = 12  # more speeds than this are a colour scale, not a legend
 _PALEST = 0.85
 
 
-def plot_cycles(path: Path, reports: Sequence[CycleReport], study: str) -> None:
+def plot_forces(path: Path, reports: Sequence[ForceReport], study: str) -> None:
     """Draw forces and torque of every speed over the crank angle.
 
     Where all cylinders were computed, torque and shaking force are those of the whole engine, the first
@@ -65,13 +65,13 @@ def plot_cycles(path: Path, reports: Sequence[CycleReport], study: str) -> None:
         raise PictureError(f"{path} could not be written: {reason}.") from error
 
 
-def _places(reports: Sequence[CycleReport]) -> npt.NDArray[np.float64]:
+def _places(reports: Sequence[ForceReport]) -> npt.NDArray[np.float64]:
     """Places of speeds in the colour map, in proportion; the palest colours are left out."""
     rpm = np.array([report.rpm for report in reports], dtype=float)
     return np.asarray(_PALEST * (rpm - rpm.min()) / (np.ptp(rpm) or 1.0))
 
 
-def _add_scale(figure: Any, axes: Any, reports: Sequence[CycleReport]) -> None:
+def _add_scale(figure: Any, axes: Any, reports: Sequence[ForceReport]) -> None:
     """Say which colour is which speed."""
     from matplotlib import colormaps  # noqa: PLC0415
     from matplotlib.cm import ScalarMappable  # noqa: PLC0415
@@ -83,7 +83,7 @@ def _add_scale(figure: Any, axes: Any, reports: Sequence[CycleReport]) -> None:
     figure.colorbar(scale, ax=axes.tolist(), location="bottom", label="speed, rpm", aspect=60, pad=0.02)
 
 
-def _draw(panel: Any, reports: Sequence[CycleReport], column: str, scale: float) -> None:
+def _draw(panel: Any, reports: Sequence[ForceReport], column: str, scale: float) -> None:
     from matplotlib import colormaps  # noqa: PLC0415
 
     shades = colormaps["viridis"](_places(reports))

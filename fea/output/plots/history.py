@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from fea.analysis.outcome import Outcome
 from fea.output.errors import PictureError
 from fea.output.pictures.scale import round_up
 from fea.units import DEG
@@ -28,6 +29,24 @@ _SIGN = (
     "sign: plus where the stress pulls and minus where it presses, told where a curve is furthest from zero; "
     "elsewhere by whether the stress points the same way"
 )
+
+
+def plot_stress_history(path: Path, run: Outcome) -> None:
+    """Draw the stress over the crank cycle at the hottest places of a run; errors as for `plot_histories`."""
+    if run.cycle is None:
+        raise ValueError("a stress history needs the crank cycle")
+    loads = {name: case.load for name, case in run.cases.items()}
+    plot_histories(
+        path,
+        f"{run.study.name} at {run.rpm:g} rpm",
+        run.cycle.angles,
+        [(spot.place.tolist(), spot.signed) for spot in run.cycle.spots],
+        {
+            name: load.crank_angle
+            for name, load in loads.items()
+            if load.crank_angle is not None and load.motion is not None
+        },
+    )
 
 
 def plot_histories(

@@ -1,35 +1,35 @@
 """Buckling on the terminal."""
 
-from collections.abc import Mapping
-from typing import Any
+from fea.analysis.figures import BucklingFigures, ColumnFigures
 
 _SIDES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
-_FORMULAS = {"euler_N": "Euler", "johnson_N": "Johnson", "rankine_N": "Rankine"}
 
 
-def buckling_lines(summary: Mapping[str, Any]) -> list[str]:
-    """Return a line on the column formulas and one on the modes, as far as a summary has them."""
-    found = summary.get("buckling", {})
-    return [*_column(found.get("column")), *_modes(found.get("modes"))]
+def buckling_lines(found: BucklingFigures) -> list[str]:
+    """Return a line on the column formulas and one on the buckling modes, as far as there are any."""
+    return [*_column(found.column), *_modes(found)]
 
 
-def _column(column: Mapping[str, Any] | None) -> list[str]:
+def _column(column: ColumnFigures) -> list[str]:
     """The plane that buckles first."""
-    if column is None or column["case"] is None:
+    factors = {name: plane.safety_factor for name, plane in column.planes.items()}
+    known = {name: factor for name, factor in factors.items() if factor is not None}
+    if column.case is None or not known:
         return []
-    planes, force = column["planes"], column["force_N"]
-    side = min(planes, key=lambda name: float(planes[name]["safety_factor"]))
-    factors = ", ".join(f"{name} {planes[side][key] / force:.2f}" for key, name in _FORMULAS.items())
-    return [f"Buckling under {force / 1000:.1f} kN ({column['case']}), {_SIDES[side]}: factors {factors}."]
+    side = min(known, key=lambda name: known[name])
+    plane, force = column.planes[side], column.force_N
+    loads = {"Euler": plane.euler_N, "Johnson": plane.johnson_N, "Rankine": plane.rankine_N}
+    said = ", ".join(f"{name} {load / force:.2f}" for name, load in loads.items())
+    return [f"Buckling safety factors under {force / 1000:.1f} kN ({column.case}), {_SIDES[side]}: {said}."]
 
 
-def _modes(modes: Mapping[str, Any] | None) -> list[str]:
+def _modes(found: BucklingFigures) -> list[str]:
     """The lowest factor of each case."""
-    if modes is not None and not modes:
-        return ["No case presses the rod: it does not buckle."]
+    if found.modes is None:
+        return []
+    if not found.modes:
+        return ["No load case compresses the rod, so it cannot buckle."]
     cases = [
-        f"{case} {found[0]['factor']:.2f} ({found[0]['moves']})"
-        for case, found in (modes or {}).items()
-        if found
+        f"{case} {modes[0].factor:.2f} ({modes[0].moves})" for case, modes in found.modes.items() if modes
     ]
-    return [f"Buckling of the elastic solid, factors on its load: {', '.join(cases)}."] if cases else []
+    return [f"Buckling modes of the solid, load factors: {', '.join(cases)}."] if cases else []

@@ -1,25 +1,10 @@
-"""Figures of a summary as words: what is not known, how many digits."""
-
-from collections.abc import Mapping
-from typing import Any
+"""Figures as words: what is not known, how many digits."""
 
 from fea.output.notes import error_bar
 
-Summary = Mapping[str, Any]
 UNKNOWN = "–"
 # Wider or narrower than their columns.
 _MANY_NEWTONS, _FAR_TOO_MANY, _SMALL_FACTOR = 999e3, 99_999e3, 0.095
-
-
-def worst_case(summary: Summary) -> str:
-    """Return the case with the smallest safety factor."""
-    results: Mapping[str, Summary] = summary["results"]
-    return min(results, key=lambda case: _or_infinity(results[case].get("min_safety_factor")))
-
-
-def least_factor(summary: Summary) -> float:
-    """Return the smallest safety factor of all cases, infinite where none has one."""
-    return _or_infinity(summary["results"][worst_case(summary)].get("min_safety_factor"))
 
 
 def number(value: float | None, form: str) -> str:
@@ -41,9 +26,5 @@ def kilo(newtons: float | None) -> str:
 
 
 def factor(value: float | None) -> str:
-    """Return a safety factor: two places, two digits where it is so small that they would be none."""
+    """Return a safety factor: two places, or two digits where it is so small that those would be zeros."""
     return number(value, ".2f" if value is None or value >= _SMALL_FACTOR else ".2g")
-
-
-def _or_infinity(value: float | None) -> float:
-    return float("inf") if value is None else value

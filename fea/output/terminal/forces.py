@@ -6,7 +6,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from fea.analysis.force_report import EXTREMES, WHOLE_ENGINE, CycleReport, Extreme, extremes, mean_torque
+from fea.analysis.force_report import EXTREMES, WHOLE_ENGINE, Extreme, ForceReport, extremes, mean_torque
 from fea.output.notes import gathered
 from fea.units import RPM
 
@@ -28,7 +28,7 @@ _NOISE = 1e-9
 _MOST_TABLES = 4  # with more speeds, one line each
 
 
-def print_cycles(reports: Sequence[CycleReport], study: str) -> None:
+def print_forces(reports: Sequence[ForceReport], study: str) -> None:
     """Print a table a speed, or with many speeds a line each."""
     console = Console(highlight=False)
     if len(reports) > _MOST_TABLES:
@@ -41,7 +41,7 @@ def print_cycles(reports: Sequence[CycleReport], study: str) -> None:
     console.print("Forces on the rod: tension positive. Angles from TDC, firing TDC at 360°.", style="dim")
 
 
-def _extremes(report: CycleReport, study: str) -> Table:
+def _extremes(report: ForceReport, study: str) -> Table:
     table = _table(f"{study}, {report.rpm:g} rpm")
     table.add_column("")
     for name in ("largest", "at", "least", "at"):
@@ -82,7 +82,7 @@ def _mean(name: str, torque: float, rpm: float) -> tuple[str, ...]:
     return name, f"{torque:.1f}", "", "", "", f"N·m ({torque * rpm * RPM / 1e3:.1f} kW)"
 
 
-def _overview(reports: Sequence[CycleReport], study: str) -> Table:
+def _overview(reports: Sequence[ForceReport], study: str) -> Table:
     table = _table(study)
     for name in ("rpm", "tension N", "at", "compression N", "at", "wall N", "at", "mean N·m"):
         table.add_column(name, justify="right")

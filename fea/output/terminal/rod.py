@@ -1,47 +1,48 @@
 """A rod's figures for a reader."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Sequence
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from fea.analysis.rod_report import RodReport, SectionFigures
 
-def print_rod(figures: Mapping[str, Any], console: Console | None = None) -> None:
-    """Print the figures of `fea.analysis.rod_report.RodReport`."""
+
+def print_rod(figures: RodReport, console: Console | None = None) -> None:
+    """Print the figures of a rod."""
     console = console or Console(highlight=False)
-    x, y, z = figures["center_of_gravity_mm"]
-    tensor = figures["inertia_kg_m2"]
-    mesh = figures["mesh"]
+    x, y, z = figures.center_of_gravity_mm
+    tensor = figures.inertia_kg_m2
+    mesh = figures.mesh
     lines = [
-        f"{figures['study']}: {figures['mass_kg']:.4g} kg, {figures['length_mm']:.6g} mm between the bores",
+        f"{figures.study}: {figures.mass_kg:.4g} kg, {figures.length_mm:.6g} mm between the bores",
         f"centre of gravity ({x:.2f}, {y + 0.0:.2f}, {z + 0.0:.2f}) mm from the crank pin",
         f"inertia about it, kg·m²: xx {tensor[0][0]:.4g}, yy {tensor[1][1]:.4g}, zz {tensor[2][2]:.4g}",
         *_column(figures),
     ]
-    if len(figures["parts_mm3"]) > 1:
-        volumes = ", ".join(f"{name} {volume:.0f} mm³" for name, volume in figures["parts_mm3"].items())
+    if len(figures.parts_mm3) > 1:
+        volumes = ", ".join(f"{name} {volume:.0f} mm³" for name, volume in figures.parts_mm3.items())
         lines.append(f"parts: {volumes}")
     for line in lines:
         console.print(line, markup=False, soft_wrap=True)
-    console.print(_sections(figures["sections"]))
+    console.print(_sections(figures.sections))
     console.print(
-        f"mesh at {mesh['size_mm']:.4g} mm: {mesh['nodes']} nodes, {mesh['elements']} elements, "
-        f"symmetry {figures['symmetry']}; mass within {100 * mesh['mass_error']:.2g} % of the solid's; "
-        f"least shape {mesh['least_shape']:.2f}, least scaled Jacobian {mesh['least_scaled_jacobian']:.2f}",
+        f"mesh at {mesh.size_mm:.4g} mm: {mesh.nodes} nodes, {mesh.elements} elements, "
+        f"symmetry {figures.symmetry}; mass within {100 * mesh.mass_error:.2g} % of the solid's; "
+        f"least shape {mesh.least_shape:.2f}, least scaled Jacobian {mesh.least_scaled_jacobian:.2f}",
         markup=False,
         soft_wrap=True,
     )
 
 
-def _column(figures: Mapping[str, Any]) -> list[str]:
+def _column(figures: RodReport) -> list[str]:
     """The rod as a column."""
-    least, slenderness = figures["least_section"], figures["slenderness"]
+    least, slenderness = figures.least_section, figures.slenderness
     return [
         (
-            f"least section {least['area_mm2']:.2f} mm² at x = {least['x_mm']:.1f} mm, "
-            f"I_y {least['inertia_y_mm4']:.0f} and I_z {least['inertia_z_mm4']:.0f} mm⁴"
+            f"least section {least.area_mm2:.2f} mm² at x = {least.x_mm:.1f} mm, "
+            f"I_y {least.inertia_y_mm4:.0f} and I_z {least.inertia_z_mm4:.0f} mm⁴"
         ),
         (
             f"slenderness K l / r {slenderness['in_plane']:.1f} in the plane of motion (K = 1), "
@@ -50,15 +51,15 @@ def _column(figures: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _sections(sections: list[Mapping[str, float]]) -> Table:
+def _sections(sections: Sequence[SectionFigures]) -> Table:
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     for title in ("x\nmm", "area\nmm²", "I_y\nmm⁴", "I_z\nmm⁴"):
         table.add_column(title, justify="right")
     for section in sections:
         table.add_row(
-            f"{section['x_mm']:.1f}",
-            f"{section['area_mm2']:.1f}",
-            f"{section['inertia_y_mm4']:.0f}",
-            f"{section['inertia_z_mm4']:.0f}",
+            f"{section.x_mm:.1f}",
+            f"{section.area_mm2:.1f}",
+            f"{section.inertia_y_mm4:.0f}",
+            f"{section.inertia_z_mm4:.0f}",
         )
     return table

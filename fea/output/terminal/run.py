@@ -8,9 +8,12 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from fea.analysis.figures import CaseFigures, LoadFigures, Summary
+from fea.assess.verdict import Verdict
+from fea.output.run_files import picture_name
 from fea.output.target import near
 from fea.output.terminal.buckling import buckling_lines
-from fea.output.terminal.figures import UNKNOWN, Summary, bar, factor, kilo, number, worst_case
+from fea.output.terminal.figures import UNKNOWN, bar, factor, kilo, number
 from fea.output.terminal.sweep import print_sweep
 
 _ENDLESS = 1000
@@ -18,6 +21,8 @@ WIDTH = 88  # of what is not a terminal: a file, a pipe
 _CASE, _ANGLE, _PLACE, _MOVED = "case", "crank\n°", "at x, y, z\nmm", "displ.\nmm"
 _PINS, _WALL = ("pin\nkN", "crank\nkN"), "wall\nkN"
 _COLUMNS = (_CASE, _ANGLE, *_PINS, _WALL, "Mises\nMPa", "±\n%", _PLACE, "safety\nfactor", _MOVED)
+# Kinds of files that are named first.
+_FIRST = (".json", ".toml", ".csv", ".vtu", ".png")
 # Gap between columns and those left out, from wide consoles to narrow ones.
 _NARROWER: tuple[tuple[int, frozenset[str]], ...] = (
     (1, frozenset()),
@@ -34,7 +39,7 @@ def print_runs(runs: Sequence[tuple[Path, Summary]], console: Console | None = N
     Parameters
     ----------
     runs
-        The directory and the summary (as in ``summary.json``) of each speed.
+        The directory and the figures of each speed.
     console
         Where to; standard output by default.
     """
@@ -65,12 +70,11 @@ def _table(summary: Summary, gap: int, without: Collection[str]) -> Table:
     for title in compress(_COLUMNS, kept):
         left = title in {_CASE, _PLACE}
         table.add_column(title, justify="left" if left else "right", no_wrap=True)
-    worst = worst_case(summary)
-    for case, result in summary["results"].items():
-        cells = [case, *_cells(summary["loads"][case], result)]
-        table.add_row(*compress(cells, kept), style="bold" if case == worst else "")
-        if result.get("singular_max_von_mises_MPa"):
-            table.add_row(*compress(_singular_cells(result), kept))
+    for case, result in summary.results.items():
+        cells = [case, *_cells(summary.loads[case], result)]
+        table.add_row(*compress(cells, kept), style="bold" if case == summary.worst_case else "")
+        if result.singular_max_von_mises_MPa:
+            table.add_row(*compress(_singular_cells(result.singular_max_von_mises_MPa), kept))
     return table
 
 
@@ -82,113 +86,108 @@ def _console() -> Console:
 def _print_run(console: Console, folder: Path, summary: Summary) -> None:
     console.print(_headline(summary), markup=False, style="bold", soft_wrap=True)
     console.print(case_table(summary, console))
-    for line in (*_doubts(summary), *_cycle(summary), *buckling_lines(summary), _model(summary)):
+    buckling = buckling_lines(summary.buckling)
+    for line in (*_doubts(summary), *_cycle(summary), *buckling, _model(summary)):
         # At words where a human reads; whole lines for a program.
         console.print(line, markup=False, soft_wrap=not console.is_terminal)
-    for line in (*_files(folder), _next(folder, summary)):
+    for line in (*_files(folder, summary), _next(folder, summary)):
         console.print(line, markup=False, soft_wrap=True)
 
 
-def _cells(load: Summary, result: Summary) -> list[str]:
-    at = result.get("at_mm")
+def _cells(load: LoadFigures, result: CaseFigures) -> list[str]:
     return [
-        number(load.get("crank_deg"), ".0f"),
-        *(kilo(load.get(name)) for name in ("pin_axial_N", "crank_axial_N", "wall_N")),
-        number(result.get("max_von_mises_MPa"), ".1f"),
-        bar(result.get("error_percent")),
-        ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in at) if at else UNKNOWN,
-        factor(result.get("min_safety_factor")),
-        number(result.get("max_displacement_mm"), ".3f"),
+        number(load.crank_deg, ".0f"),
+        *(kilo(force) for force in (load.pin_axial_N, load.crank_axial_N, load.wall_N)),
+        number(result.max_von_mises_MPa, ".1f"),
+        bar(result.error_percent),
+        ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in result.at_mm),
+        factor(result.min_safety_factor),
+        number(result.max_displacement_mm, ".3f"),
     ]
 
 
-def _singular_cells(result: Summary) -> list[str]:
+def _singular_cells(largest: float) -> list[str]:
     """Return the row of what a case has near singular places: no element size bounds its error."""
-    largest = number(result["singular_max_von_mises_MPa"], ".1f")
-    return ["  diverging", "", "", "", "", largest, "∞", "singular place", UNKNOWN, ""]
+    return ["  diverging", "", "", "", "", number(largest, ".1f"), "∞", "singular place", UNKNOWN, ""]
 
 
 def _headline(summary: Summary) -> str:
-    case = worst_case(summary)
-    safety = factor(summary["results"][case].get("min_safety_factor"))
-    speed = f" at {summary['rpm']:g} rpm" if summary.get("rpm") is not None else ""
-    return f"{summary['study']}{speed}: smallest safety factor against yield {safety} ({case})"
+    safety = factor(summary.min_safety_factor)
+    speed = f" at {summary.rpm:g} rpm" if summary.rpm is not None else ""
+    case = summary.worst_case
+    return f"{summary.study}{speed}: smallest safety factor against yielding {safety} ({case})"
 
 
 def _doubts(summary: Summary) -> list[str]:
     """Return what the reader must know before believing the figures."""
-    failed = {name: check for name, check in summary["checks"].items() if not check["pass"]}
     doubts = [
-        f"NOT TO BE TRUSTED: {name} = {number(check['value'], '.3g')}, beyond {check['limit']:.3g}"
-        for name, check in failed.items()
+        f"NOT TO BE TRUSTED: check {name} failed: {number(check.value, '.3g')}, limit {check.limit:.3g}"
+        for name, check in summary.checks.items()
+        if not check.passed
     ]
-    return [*doubts, *_unsettled(summary["results"]), *summary.get("notes", [])]
+    return [*doubts, *_unsettled(summary.results), *summary.notes]
 
 
-def _unsettled(results: Mapping[str, Summary]) -> list[str]:
-    """Return the peaks that finer elements would change, and those that no element could settle."""
-    by_verdict: dict[str, list[str]] = {}
-    for case, result in results.items():
-        by_verdict.setdefault(result.get("verdict", ""), []).append(case)
-    lines = []
-    if "not converged" in by_verdict:
-        lines.append(f"Not converged: {', '.join(by_verdict['not converged'])} (try --tolerance 5 or less)")
-    for case, result in results.items():
-        if result.get("singular_max_von_mises_MPa"):
-            lines.append(_diverging(case, result))
-    return lines
+def _unsettled(results: Mapping[str, CaseFigures]) -> list[str]:
+    """Return the peaks that finer elements would change, and those that no element size could settle."""
+    loose = [case for case, result in results.items() if result.verdict == Verdict.NOT_CONVERGED]
+    lines = [f"Not converged: {', '.join(loose)} (try --tolerance 5 or less)"] if loose else []
+    return lines + [
+        _diverging(case, result) for case, result in results.items() if result.singular_max_von_mises_MPa
+    ]
 
 
-def _diverging(case: str, result: Summary) -> str:
+def _diverging(case: str, result: CaseFigures) -> str:
     """Return what is wrong at the singular places of a case, and what its figures stand for."""
-    near = number(result["singular_max_von_mises_MPa"], ".1f")
-    rest = number(result.get("max_von_mises_MPa"), ".1f")
+    near = number(result.singular_max_von_mises_MPa, ".1f")
+    rest = number(result.max_von_mises_MPa, ".1f")
     return (
-        f"Diverging: {case} has {near} MPa near a sharp inner edge or a clamped border, where the exact "
-        "stress is infinite and finer elements give ever more; "
+        f"Diverging: {case} has {near} MPa near a sharp re-entrant edge or the border of a clamped surface, "
+        "where the exact stress is infinite (singular) and finer elements give ever higher values; "
         f"{rest} MPa and its ± are of the rest of the rod"
     )
 
 
 def _cycle(summary: Summary) -> list[str]:
     """Return what the whole crank cycle adds, where it was worked out."""
-    envelope = summary.get("envelope")
+    envelope = summary.envelope
     if envelope is None:
         return []
-    static = f"Whole cycle: smallest factor against yield {factor(envelope['min_safety_factor'])}"
-    angle = number(envelope["crank_deg"], ".0f")
+    static = f"Whole cycle: smallest factor against yielding {factor(envelope.min_safety_factor)}"
+    angle = number(envelope.crank_deg, ".0f")
     static += f" at {angle}°"
-    if angle != number(summary["loads"][worst_case(summary)].get("crank_deg"), ".0f"):
-        static += " (stress peaks beside the case's force)"
-    fatigue = envelope["fatigue"]
+    if angle != number(summary.loads[summary.worst_case].crank_deg, ".0f"):
+        static += " (the stress peaks at another angle than the force)"
+    fatigue = envelope.fatigue
     if fatigue is None:
-        return [f"{static}; fatigue is not judged (see notes)."]
-    at = ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in fatigue["at_mm"])
-    judged = f"against fatigue {factor(fatigue['fatigue_safety_factor'])} at ({at}) mm"
-    history = f"mean {fatigue['mean_MPa']:.0f}, amplitude {fatigue['amplitude_MPa']:.0f} MPa"
-    ratio = f"R = {fatigue['stress_ratio']:.2f} ({envelope['fatigue_criterion']})"
+        return [f"{static}; fatigue is not judged (see the notes)."]
+    at = ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in fatigue.at_mm)
+    judged = f"against fatigue {factor(fatigue.fatigue_safety_factor)} at ({at}) mm"
+    history = f"mean {fatigue.mean_MPa:.0f}, amplitude {fatigue.amplitude_MPa:.0f} MPa"
+    ratio = f"R = {fatigue.stress_ratio:.2f} ({envelope.fatigue_criterion})"
     return [f"{static}; {judged}: {history}, {ratio}."]
 
 
 def _model(summary: Summary) -> str:
-    model, checks = summary["model"], summary["checks"]
-    passed = sum(bool(check["pass"]) for check in checks.values())
-    kind = f"{model['element']}, {model['size_mm']:.3g} mm"
-    mesh = f"{model['nodes']} nodes, {model['elements']} elements ({kind})"
-    return f"{mesh}; {passed} of {len(checks)} checks passed; {summary['total_s']:.1f} s"
+    model, checks = summary.model, summary.checks
+    passed = sum(check.passed for check in checks.values())
+    kind = f"{model.element}, {model.size_mm:.3g} mm"
+    mesh = f"{model.nodes} nodes, {model.elements} elements ({kind})"
+    return f"{mesh}; {passed} of {len(checks)} checks passed; {summary.total_s:.1f} s"
 
 
-def _files(folder: Path) -> list[str]:
+def _files(folder: Path, summary: Summary) -> list[str]:
     """Return the paths written, the files of a kind together."""
-    names = sorted(entry.name for entry in folder.iterdir()) if folder.is_dir() else []
-    kinds = [
-        [name for name in names if name.endswith(kind)] for kind in (".json", ".toml", ".csv", ".vtu", ".png")
-    ]
-    return [f"Written to {near(folder)}/", *(f"  {'  '.join(names)}" for names in kinds if names)]
+    kinds: dict[str, list[str]] = {}
+    for name in summary.files or ():
+        kinds.setdefault(Path(name).suffix, []).append(name)
+    order = sorted(kinds, key=lambda kind: (_FIRST.index(kind) if kind in _FIRST else len(_FIRST), kind))
+    return [f"Written to {near(folder)}/", *(f"  {'  '.join(kinds[kind])}" for kind in order)]
 
 
 def _next(folder: Path, summary: Summary) -> str:
-    file = near(folder) / f"{worst_case(summary)}.vtu"
-    if not file.with_suffix(".png").exists():
+    result = f"{summary.worst_case}.vtu"
+    file, picture = near(folder) / result, picture_name(result)
+    if picture not in (summary.files or ()):
         return f"Next: fea view {file}, or open it in ParaView."
-    return f"Next: look at {file.with_suffix('.png')}, or open {file} in ParaView."
+    return f"Next: look at {near(folder) / picture}, or open {file} in ParaView."

@@ -8,10 +8,12 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from fea.analysis.figures import Summary
 from fea.analysis.speed_map import rounded, speed_map
+from fea.assess.verdict import Verdict
 from fea.output.notes import gathered
 from fea.output.target import near
-from fea.output.terminal.figures import Summary, bar, factor, least_factor, number, worst_case
+from fea.output.terminal.figures import bar, factor, number
 
 
 def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:
@@ -20,49 +22,60 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:
     for title in ("rpm", "worst\ncase", "crank\n°", "von Mises\nMPa", "±\n%", "safety\nfactor", ""):
         table.add_column(title, justify="left" if title.startswith("worst") else "right")
     for _, summary in runs:
-        case = worst_case(summary)
-        result = summary["results"][case]
+        case = summary.worst_case
+        result = summary.results[case]
         table.add_row(
-            number(summary["rpm"], "g"),
+            number(summary.rpm, "g"),
             case,
-            number(summary["loads"][case].get("crank_deg"), ".0f"),
-            number(result.get("max_von_mises_MPa"), ".1f"),
-            bar(result.get("error_percent")),
-            factor(result.get("min_safety_factor")),
-            "" if summary["trusted"] else "check failed",
+            number(summary.loads[case].crank_deg, ".0f"),
+            number(result.max_von_mises_MPa, ".1f"),
+            bar(result.error_percent),
+            factor(result.min_safety_factor),
+            "" if summary.trusted else "check failed",
         )
-    console.print(f"{runs[0][1]['study']}: {len(runs)} speeds", markup=False, style="bold")
+    console.print(f"{runs[0][1].study}: {len(runs)} speeds", markup=False, style="bold")
     console.print(table)
     summaries = [summary for _, summary in runs]
     for line in (*_sweep_doubts(summaries), *_critical(summaries)):
         console.print(line, markup=False, soft_wrap=not console.is_terminal)
-    folder = runs[0][0].parent
-    said = f"Written: {near(folder)}/map.csv, and a directory for each speed."
-    drawn = [f"{summary['rpm']:g}" for place, summary in runs if any(place.glob("*.vtu"))]
-    if len(drawn) < len(runs):
-        said += f" Fields are written at {', '.join(drawn)} rpm, the worst; figures at the others."
-    for line in (said, *_next(runs)):
+    for line in (_written(runs), *_next(runs)):
         console.print(line, markup=False, soft_wrap=True)
+
+
+def _written(runs: Sequence[tuple[Path, Summary]]) -> str:
+    """Return what was written, and where there are fields."""
+    said = f"Written: {near(runs[0][0].parent)}/map.csv, and a directory for each speed."
+    drawn = [f"{summary.rpm:g}" for _, summary in runs if _result(summary) is not None]
+    if len(drawn) == len(runs):
+        return said
+    return f"{said} Fields are written at {', '.join(drawn)} rpm, the worst speeds; figures at the others."
+
+
+def _result(summary: Summary) -> str | None:
+    """Name of the result file of the worst case, if it was written."""
+    name = f"{summary.worst_case}.vtu"
+    return name if name in (summary.files or ()) else None
 
 
 def _next(runs: Sequence[tuple[Path, Summary]]) -> list[str]:
     """Return what to look at: the map where there is one, and the worst case of all that is written."""
-    charts = [near(runs[0][0].parent / "cycle_map.png")]
-    said = [f"look at {chart}" for chart in charts if chart.is_file()]
-    files = {place / f"{worst_case(summary)}.vtu": least_factor(summary) for place, summary in runs}
-    written = {file: least for file, least in files.items() if file.is_file()}
+    folder, summary = runs[0]
+    charts = [name for name in summary.shared_files or () if name.endswith(".png")]
+    said = [f"look at {near(folder.parent / chart)}" for chart in charts]
+    written = [(place, found, _result(found)) for place, found in runs if _result(found) is not None]
     if written:
-        said.append(f"fea view {near(min(written, key=lambda file: written[file]))}")
+        place, _, file = min(written, key=lambda run: run[1].min_safety_factor)
+        said.append(f"fea view {near(place / str(file))}")
     return [f"Next: {', or '.join(said)}."] if said else []
 
 
 def _sweep_doubts(summaries: Sequence[Summary]) -> list[str]:
     """Return what the reader must know before believing the figures, once for all speeds."""
-    verdicts = [summary["results"][worst_case(summary)].get("verdict") for summary in summaries]
-    loose = verdicts.count("not converged")
+    verdicts = [summary.results[summary.worst_case].verdict for summary in summaries]
+    loose = verdicts.count(Verdict.NOT_CONVERGED)
     speeds = "1 speed" if loose == 1 else f"{loose} speeds"
     doubts = [f"Not converged: the worst case of {speeds} (try --tolerance 5 or less)"] if loose else []
-    return [*doubts, *gathered((summary["rpm"], summary.get("notes", [])) for summary in summaries)]
+    return [*doubts, *gathered((summary.rpm or 0.0, summary.notes) for summary in summaries)]
 
 
 def _critical(summaries: Sequence[Summary]) -> list[str]:
@@ -71,7 +84,7 @@ def _critical(summaries: Sequence[Summary]) -> list[str]:
     if found is None:
         return []
     said = [
-        f"{mode} {'within no speed' if rpm is None else f'from {rounded(rpm)} rpm'}"
+        f"{mode} {'at no speed' if rpm is None else f'from {rounded(rpm)} rpm'}"
         for mode, rpm in found.critical.items()
         if not np.isnan(found.columns[f"{mode}_safety_factor"]).all()
     ]

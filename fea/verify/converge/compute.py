@@ -12,8 +12,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.adapt import analysed
-from fea.analysis.pipeline import Analysis, SpeedResult
+from fea.analysis.adapt import adapt_mesh
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import SpeedResult, solve_speed
 from fea.choices import Element, Symmetry
 from fea.machine.clock import Clock
 from fea.machine.peak_memory import peak_memory
@@ -25,6 +26,7 @@ from fea.solid.supports import clamped, determinate_restraints
 from fea.stress.stress import von_mises
 from fea.study.study import MeshTable, Study
 from fea.verify.cases import goodier, lame
+from fea.verify.converge.rod_reference import first_case
 from fea.verify.converge.row import Computation, Measured
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
@@ -33,13 +35,6 @@ from mesh.tetmesh import TetMesh
 _BODIES = {"lame": (lame.loaded, lame.worst_hoop), "goodier": (goodier.loaded, goodier.worst_equator)}
 # Coarsest elements of Lamé's cylinder, mm.
 _TINY = 8.0
-
-
-class _MeanAnalysis(Analysis):
-    """An analysis whose recovery knows no traction, so that it averages at the boundary too."""
-
-    def _free_surfaces(self) -> tuple[Surface, ...]:
-        return ()
 
 
 def compute(computation: Computation, study: Study) -> Measured:
@@ -69,19 +64,14 @@ def _body(computation: Computation, _: Study) -> tuple[float, int, float]:
 
 
 def _rod(computation: Computation, study: Study) -> tuple[float, int, float]:
-    speed, clock = _speed(study), Clock()
+    speed, clock = study.speeds()[0], Clock()
     if computation.adaptive:
         options = dataclasses.replace(study.analysis, tolerance_percent=computation.size)
         table = MeshTable(size_mm=computation.first_size)
-        adapted = analysed(dataclasses.replace(study, mesh=table, analysis=options), (speed,), clock)
-        return adapted.analysis.mesh.size, *_peak(adapted.analysis, adapted.at(speed))
-    kind = _MeanAnalysis if computation.tool == "fea, mean" else Analysis
-    analysis = kind(_meshed(computation, study), clock)
-    return computation.size, *_peak(analysis, analysis.at(speed))
-
-
-def _speed(study: Study) -> float | None:
-    return study.speed.speeds()[0] if study.engine else None
+        found = adapt_mesh(dataclasses.replace(study, mesh=table, analysis=options), (speed,), clock)
+        return found.rod.mesh.meshing.size, *_peak(found.at(speed))
+    rod = prepare(_meshed(computation, study), clock, known_traction=computation.tool != "fea, mean")
+    return computation.size, *_peak(solve_speed(rod, speed))
 
 
 def _meshed(computation: Computation, study: Study) -> Study:
@@ -91,9 +81,10 @@ def _meshed(computation: Computation, study: Study) -> Study:
     return dataclasses.replace(study, mesh=table, analysis=options)
 
 
-def _peak(analysis: Analysis, result: SpeedResult) -> tuple[int, float]:
+def _peak(result: SpeedResult) -> tuple[int, float]:
     """Degrees of freedom and the largest von Mises stress of the first case."""
-    return analysis.mesh.whole.mesh.points.size, result.cases[0].peak.value
+    case = first_case(result)
+    return case.mesh.points.size, case.max_von_mises
 
 
 def _calculix_body(computation: Computation, _: Study) -> Measured:
@@ -108,15 +99,16 @@ def _calculix_body(computation: Computation, _: Study) -> Measured:
 def _calculix_rod(computation: Computation, study: Study) -> Measured:
     clock = Clock()
     asked = _meshed(computation, study)
-    analysis = Analysis(asked, clock)
-    mesh = analysis.mesh.cell
-    forces = analysis.forces(_speed(study))[0].symmetric
+    rod = prepare(asked, clock)
+    mesh = rod.mesh.cell
+    loads = rod.loading.at(rod.mass, study.speeds()[0])
+    forces = rod.nodal_forces(loads.cases[0]).forces.symmetric
     held = asked.analysis.support == "clamped"
     fixed = clamped(mesh, Surface.BIG_END_BORE) if held else determinate_restraints(mesh)
     # Drawing, meshing and loads are ours for both; our assembly is not CalculiX's to bear.
     before = sum(clock.seconds[stage] for stage in ("geometry", "mesh", "loads"))
     start = time.perf_counter()
-    stress = _calculix(mesh, analysis.materials[0], forces, fixed)
+    stress = _calculix(mesh, rod.materials[0], forces, fixed)
     seconds = before + time.perf_counter() - start
     return _measured(computation, mesh, seconds, float(np.nanmax(von_mises(stress))))
 

@@ -4,9 +4,10 @@ import dataclasses
 
 import numpy as np
 
-from fea.analysis.pipeline import Analysis
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import SpeedResult, solve_speed
 from fea.analysis.wanted_size import wanted_sizes
-from fea.machine.clock import Clock
+from fea.assess.case_result import CaseResult
 from fea.study.study import MeshTable, Study
 from fea.verify.converge.reference import Reference, extrapolated
 
@@ -24,16 +25,21 @@ def rod_reference(study: Study) -> Reference:
     """
     options = dataclasses.replace(study.analysis, tolerance_percent=None, cycle=False)
     plain = dataclasses.replace(study, analysis=options, mesh=MeshTable())
-    speed = study.speed.speeds()[0] if study.engine else None
-    analysis = Analysis(plain, Clock())
-    mesh, case = analysis.mesh, analysis.at(speed).cases[0]
-    del analysis
+    speed = study.speeds()[0]
+    rod = prepare(plain)
+    mesh, case = rod.mesh, first_case(solve_speed(rod, speed))
+    del rod
     values = []
     for scale in SCALES:
         ratio = np.ones_like(case.von_mises)
         for share, factor in HOT.items():
             ratio[case.von_mises > share * case.peak.value] = scale * factor
         fields = [field for field in (wanted_sizes(mesh, ratio),) if field]
-        fine = dataclasses.replace(plain, mesh=MeshTable(size_mm=scale * mesh.size))
-        values.append(Analysis(fine, Clock(), fields).at(speed).cases[0].peak.value)
+        fine = dataclasses.replace(plain, mesh=MeshTable(size_mm=scale * mesh.meshing.size))
+        values.append(first_case(solve_speed(prepare(fine, wanted=fields), speed)).max_von_mises)
     return extrapolated(SCALES, values)
+
+
+def first_case(result: SpeedResult) -> CaseResult:
+    """Return the first load case of a speed."""
+    return next(iter(result.cases.values()))

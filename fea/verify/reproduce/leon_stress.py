@@ -12,8 +12,8 @@ from functools import cache
 
 import numpy as np
 
-from fea.analysis.pipeline import Analysis, SpeedResult
-from fea.machine.clock import Clock
+from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.speed import SpeedResult, solve_speed
 from fea.study.study import ForcesTable, MeshTable, load_study
 from fea.verify.reproduce.leon_engine import SOURCE
 from fea.verify.reproduce.printed import decimals, records
@@ -35,39 +35,39 @@ Extreme = Callable[[SpeedResult], float]
 
 def largest_von_mises(result: SpeedResult) -> float:
     """MPa, over the load cases."""
-    return max(float(case.von_mises.max()) for case in result.cases)
+    return max(float(case.von_mises.max()) for case in result.cases.values())
 
 
 def largest_principal(result: SpeedResult) -> float:
     """MPa, over the load cases."""
-    return max(float(case.principal[:, 0].max()) for case in result.cases)
+    return max(float(case.principal[:, 0].max()) for case in result.cases.values())
 
 
 def least_safety(result: SpeedResult) -> float:
     """Against yielding, over the load cases."""
-    return min(float(case.safety_factor.min()) for case in result.cases)
+    return min(float(case.safety_factor.min()) for case in result.cases.values())
 
 
 def largest_displacement(result: SpeedResult) -> float:
     """mm, over the load cases."""
-    return max(float(np.linalg.norm(case.displacement, axis=1).max()) for case in result.cases)
+    return max(float(np.linalg.norm(case.displacement, axis=1).max()) for case in result.cases.values())
 
 
 @cache
 def as_published() -> SpeedResult:
     """Our rod under the published boundary conditions: big end clamped, table 17's forces on the pin bore."""
-    return _analysis("leon-2001-as-published").at(None)
+    return solve_speed(_rod("leon-2001-as-published"), None)
 
 
 @cache
 def corrected() -> dict[float, SpeedResult]:
     """Our rod in balance with its own inertia, by speed."""
-    analysis = _analysis("leon-2001")
-    return {rpm: analysis.at(rpm) for rpm in SPEEDS}
+    rod = _rod("leon-2001")
+    return {rpm: solve_speed(rod, rpm) for rpm in SPEEDS}
 
 
-def _analysis(name: str) -> Analysis:
-    return Analysis(dataclasses.replace(load_study(name), mesh=MeshTable(size_mm=SIZE)), Clock())
+def _rod(name: str) -> PreparedRod:
+    return prepare(dataclasses.replace(load_study(name), mesh=MeshTable(size_mm=SIZE)))
 
 
 def tables() -> list[Table]:
@@ -178,4 +178,4 @@ def _without_side_load() -> SpeedResult:
     study = load_study("leon-2001-as-published")
     axial, _ = study.forces.pin() if study.forces else (0.0, 0.0)
     alone = dataclasses.replace(study, forces=ForcesTable(pin_N=(axial, 0.0)), mesh=MeshTable(size_mm=SIZE))
-    return Analysis(alone, Clock()).at(None)
+    return solve_speed(prepare(alone), None)

@@ -5,8 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from fea.analysis.pipeline import Analysis, SpeedResult
-from fea.machine.clock import Clock
+from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.speed import SpeedResult, solve_speed
+from fea.assess.case_result import CaseResult
+from fea.rod.load_cases import EngineLoading
 from fea.solid.element import tabulate
 from fea.solid.integration import gauss_blocks
 from fea.study.engine_table import EngineTable
@@ -41,25 +43,24 @@ def rows() -> list[ExtremeRow]:
 def _webs() -> list[ExtremeRow]:
     """Pull rods of ever thinner webs: the written stress carries that force through the section."""
     study = load_study("leon-2001")
-    if study.rod.rod is None:
+    if study.rod.dimensions is None:
         raise AssertionError("the shipped study has dimensions")
     given = replace(study, engine=None, forces=ForcesTable((PULL, 0.0)), mesh=MeshTable(SIZE))
     found = []
     for web in WEBS:
-        rod = replace(study.rod, rod=replace(study.rod.rod, web_thickness=web))
-        analysis = Analysis(replace(given, rod=rod), Clock())
-        result = analysis.at(None)
-        error = 100 * abs(section_force(analysis, result) / PULL - 1)
+        rod = replace(study.rod, dimensions=replace(study.rod.dimensions, web_thickness=web))
+        result = solve_speed(prepare(replace(given, rod=rod)), None)
+        error = 100 * abs(section_force(result.cases["given"]) / PULL - 1)
         found.append(_row(("web of a rod, p2", "mm", web), result, error, SECTION_PERCENT))
     return found
 
 
-def section_force(analysis: Analysis, result: SpeedResult) -> float:
+def section_force(case: CaseResult) -> float:
     """Force along the rod in the mean of its sections in `SLAB`, of the stress that is written, N.
 
     ∫ w σ_xx dV / ∫ w dx with a parabola w(x) that vanishes at both ends.
     """
-    mesh, stress = analysis.mesh.whole.mesh, result.cases[0].stress
+    mesh, stress = case.mesh, case.stress
     values = tabulate(mesh.tets.shape[1], _DEGREE).values
     low, high = SLAB
     total = 0.0
@@ -78,29 +79,28 @@ def _engines() -> list[ExtremeRow]:
     usual, length = study.engine, study.rod.length
     otto = replace(usual, gas="otto", compression_ratio=8.0, peak_pressure_bar=60.0)
     motored = replace(usual, gas="motored", compression_ratio=8.0)
-    analysis = Analysis(replace(study, mesh=MeshTable(SIZE)), Clock())
-    found = _sums(analysis, usual, ("engine speed, mesh", "rpm"), {rpm: rpm for rpm in SPEEDS})
+    rod = prepare(replace(study, mesh=MeshTable(SIZE)))
+    found = _sums(rod, usual, ("engine speed, mesh", "rpm"), {rpm: rpm for rpm in SPEEDS})
     for ratio in RATIOS:
         engine = replace(otto, stroke_mm=2 * ratio * length)
-        found += _sums(analysis, engine, ("crank ratio, mesh", "λ"), {ratio: 6000.0})
+        found += _sums(rod, engine, ("crank ratio, mesh", "λ"), {ratio: 6000.0})
     for peak in HYDROLOCKS:
         engine = replace(otto, peak_pressure_bar=peak)
-        found += _sums(analysis, engine, ("hydrolock, mesh", "bar"), {peak: 0.0})
-    return found + _sums(analysis, motored, ("motored, mesh", "rpm"), {rpm: rpm for rpm in OVERSPEEDS})
+        found += _sums(rod, engine, ("hydrolock, mesh", "bar"), {peak: 0.0})
+    return found + _sums(rod, motored, ("motored, mesh", "rpm"), {rpm: rpm for rpm in OVERSPEEDS})
 
 
 def _sums(
-    analysis: Analysis, table: EngineTable, case: tuple[str, str], speeds: Mapping[float, float]
+    rod: PreparedRod, table: EngineTable, case: tuple[str, str], speeds: Mapping[float, float]
 ) -> list[ExtremeRow]:
     """Put another engine on the rod and run it at some speeds, rpm, by the values that their rows show."""
     try:
-        engine = table.engine(analysis.mesh.bores.rod_length)
-        analysis.engine, analysis.gas = engine, table.gas_model(engine)
+        rod = replace(rod, loading=EngineLoading.of(table, rod.mesh.bores.rod_length))
     except InvalidValue:
         return [ExtremeRow(*case, value, Verdict.REFUSED) for value in speeds]
     found = []
     for value, rpm in speeds.items():
-        result = analysis.at(rpm, cycle=False)
+        result = solve_speed(rod, rpm, cycle=False)
         error = 100 * max(result.checks[name].value for name in ("force_balance", "moment_balance"))
         found.append(_row((*case, value), result, error, BALANCE_PERCENT))
     return found

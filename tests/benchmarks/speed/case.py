@@ -12,11 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
+from fea.analysis.prepare import mesh_study
 from fea.choices import Support
-from fea.machine.clock import Clock
 from fea.output.inp import write_inp
-from fea.rod.case_forces import Bores, CaseForces, CaseLoads
-from fea.rod.discretise import Discretised, discretise
+from fea.rod.bores import Bores
+from fea.rod.case_forces import CaseForces, NodalForces
+from fea.rod.discretise import MeshedRod
 from fea.solid.inertia import inertia
 from fea.solid.supports import determinate_restraints
 from fea.study.study import load_study
@@ -56,7 +57,7 @@ def make_case(path: Path, dofs: int) -> None:
     material = load_study(STUDY).material.material()
     title = f"{STUDY}, {LOAD}, {SPEED:g} rpm"
     write_inp(path.with_suffix(".inp"), whole.mesh, material, forces, fixed, title=title)
-    facts = {"dofs": forces.size, "elements": len(whole.mesh.tets), "size_mm": found.size}
+    facts = {"dofs": forces.size, "elements": len(whole.mesh.tets), "size_mm": found.meshing.size}
     path.with_suffix(".json").write_text(json.dumps(facts), encoding="utf-8")
     # What the peers read: no package of ours.
     np.savez(
@@ -85,15 +86,15 @@ def read_case(path: Path) -> Case:
         return Case(cell, mirrored(cell), data["forces"], data["fixed"], Bores(*data["bores"].tolist()))
 
 
-def cell_with(dofs: int) -> Discretised:
+def cell_with(dofs: int) -> MeshedRod:
     """The rod whose whole has `dofs` degrees of freedom to within two per cent, its cell a quarter."""
     size = 5.0 * (20_000 / dofs) ** 0.4
     slope = -2.5  # of log dofs against log size; measured from the second attempt on
-    best: tuple[float, Discretised] | None = None
+    best: tuple[float, MeshedRod] | None = None
     last: tuple[float, float] | None = None
     for _ in range(8):
         meshed_rod = meshed(size)
-        found = 3 * len(meshed_rod.whole.mesh.points)
+        found = 3 * len(meshed_rod.whole.points)
         error = float(np.log(dofs / found))
         if best is None or abs(error) < abs(best[0]):
             best = error, meshed_rod
@@ -108,11 +109,11 @@ def cell_with(dofs: int) -> Discretised:
     return best[1]
 
 
-def meshed(size: float) -> Discretised:
+def meshed(size: float) -> MeshedRod:
     """The rod at an element size (mm)."""
     study = load_study(STUDY)
     sized = replace(study, mesh=replace(study.mesh, size_mm=size))
-    return discretise(sized, Clock())
+    return mesh_study(sized)
 
 
 def mirrored(cell: TetMesh) -> MirroredMesh:
@@ -132,7 +133,7 @@ def nodal_forces(mesh: TetMesh, bores: Bores) -> CaseForces:
     peaks = peak_cases(engine, weights.properties, study.engine.gas_model(engine), SPEED * RPM)
     chosen = next(case for case in peaks.cases if case.name == LOAD)
     pressure = BorePressure.parse(study.analysis.pressure)
-    return CaseLoads(mesh, bores, weights, pressure, Support.INERTIA_RELIEF)(chosen)
+    return NodalForces(mesh, bores, weights, pressure, Support.INERTIA_RELIEF)(chosen)
 
 
 def restraints(mesh: TetMesh) -> np.ndarray:

@@ -1,19 +1,20 @@
-"""The job behind `fea loads`: the crank cycle of a study, without a mesh."""
+"""The crank forces of a study, without a mesh."""
 
 from typing import TYPE_CHECKING
 
-from fea.analysis.force_report import CycleReport, cycle_reports
+from fea.analysis.force_report import ForceReport, force_reports
 from fea.machine.forked import apart
+from fea.rod.load_cases import EngineLoading
+from fea.study.rod_table import RodTable
 from fea.study.study import Study
-from geometry.invalid import InvalidValue
 from geometry.mass import MassProperties, joined
 
 if TYPE_CHECKING:
     from geometry.solid import Solid
 
 
-def study_cycles(study: Study, *, every_cylinder: bool) -> list[CycleReport]:
-    """Compute the crank cycle at each speed of a study.
+def study_forces(study: Study, *, every_cylinder: bool) -> list[ForceReport]:
+    """Compute the crank forces at each speed of a study.
 
     Raises
     ------
@@ -22,15 +23,13 @@ def study_cycles(study: Study, *, every_cylinder: bool) -> list[CycleReport]:
     GeometryError
         No solid came out to take the rod's mass from.
     """
-    if study.engine is None:
-        remedy = "Given forces are for fea run."
-        raise InvalidValue("STUDY", study.name, "has no [engine], so there is no crank cycle", remedy)
+    table = study.require_engine()
     if study.rod.length is not None:  # refused before anything is drawn
-        study.engine.gas_model(study.engine.engine(study.rod.length))
+        EngineLoading.of(table, study.rod.length)
     length, mass = rod_mass(study)
-    engine = study.engine.engine(length)
-    gas = study.engine.gas_model(engine)
-    return cycle_reports(engine, mass, gas, study.speed.speeds(), every_cylinder=every_cylinder)
+    loading = EngineLoading.of(table, length)
+    speeds = study.speed.speeds()
+    return force_reports(loading.engine, mass, loading.gas, speeds, every_cylinder=every_cylinder)
 
 
 def rod_mass(study: Study) -> tuple[float, MassProperties]:
@@ -43,22 +42,19 @@ def rod_mass(study: Study) -> tuple[float, MassProperties]:
     GeometryError
         No solid came out.
     """
-    if study.rod.mass is not None and study.rod.length is not None:
-        return study.rod.length, study.rod.mass
-    solid = (
-        _drawn(study)
-        if study.rod.step is None
-        else apart(lambda: _drawn(study), f"read {study.rod.step.path}")
-    )
+    rod = study.rod
+    if rod.mass is not None and rod.length is not None:
+        return rod.length, rod.mass
+    solid = _drawn(rod) if rod.step is None else apart(lambda: _drawn(rod), f"read {rod.step.path}")
     materials = study.materials(part.name for part in solid.parts)
     drawn = joined(
         [part.mass.times(material.density) for part, material in zip(solid.parts, materials, strict=True)]
     )
-    return solid.bores[1].x, study.rod.mass or drawn
+    return solid.bores[1].x, rod.mass or drawn
 
 
-def _drawn(study: Study) -> "Solid":
+def _drawn(rod: RodTable) -> "Solid":
     from geometry.session import session  # noqa: PLC0415 - gmsh is loaded only where a solid is drawn
 
     with session():
-        return study.rod.draw()
+        return rod.draw()

@@ -1,15 +1,24 @@
-"""A run's figures as JSON."""
+"""Figures as JSON, and back."""
 
+import dataclasses
 import json
 import math
+import types
+import typing
 from collections.abc import Mapping
 from enum import Enum
+from functools import cache
 from os import PathLike, fspath
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
-SCHEMA = "fea/summary/1"
+from fea.analysis.figures import ONLY_WHERE_KNOWN, Summary
+from fea.checks import Check
+
+Figures = TypeVar("Figures")
+
 DIGITS = 6  # beyond what any input is known to, and enough to compare two runs
 IN_FULL = ("loads",)  # tables from which equilibrium can be checked anew
 FULL = 17
@@ -21,7 +30,7 @@ def json_text(value: object, digits: int = DIGITS) -> str:
     Parameters
     ----------
     value
-        Mappings, sequences, NumPy arrays and scalars, enums, paths, text, numbers, booleans, None.
+        Dataclasses, mappings, sequences, NumPy arrays and scalars, enums, paths, text, numbers, None.
     digits
         Significant digits of a number; the components of a vector are rounded alike, to those of the
         largest, so that a coordinate of 3e-15 mm beside one of 141 mm is 0.
@@ -41,6 +50,8 @@ def json_text(value: object, digits: int = DIGITS) -> str:
 
 def _plain(value: object, digits: int) -> Any:  # noqa: PLR0911 - one line a type
     """Return `value` in JSON's own types, rounded."""
+    if dataclasses.is_dataclass(value):
+        return _plain(as_dict(value), digits)
     if isinstance(value, np.ndarray | np.generic):
         return _plain(value.tolist(), digits)
     if isinstance(value, Enum):
@@ -58,6 +69,81 @@ def _plain(value: object, digits: int) -> Any:  # noqa: PLR0911 - one line a typ
             return _vector(value, digits)
         return [_plain(item, digits) for item in value]
     raise TypeError(f"{value!r} has no JSON form: give a mapping, a sequence, a number, text or None.")
+
+
+def as_dict(value: Any) -> Any:
+    """Return figures as dictionaries and lists, unrounded: what a program reads of `summary.json`.
+
+    Fields that are None are left out where they are declared as `fea.analysis.figures.WhereKnown`.
+    """
+    if isinstance(value, Check):
+        return {"value": value.value, "limit": value.limit, "pass": value.passed}
+    if dataclasses.is_dataclass(value):
+        return {
+            field.name: as_dict(getattr(value, field.name))
+            for field in dataclasses.fields(value)
+            if getattr(value, field.name) is not None or not _only_where_known(type(value), field.name)
+        }
+    if isinstance(value, Mapping):
+        return {key: as_dict(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [as_dict(item) for item in value]
+    return value
+
+
+def read_summary(folder: Path) -> Summary:
+    """Read the figures of a run.
+
+    Raises
+    ------
+    OSError
+        There is no `summary.json`.
+    ValueError
+        It is not one that this version writes.
+    """
+    raw = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    try:
+        summary: Summary = _read(Summary, raw)
+    except (TypeError, KeyError, AttributeError) as error:
+        raise ValueError(f"{folder / 'summary.json'} is not the summary of a run: {error}") from error
+    return summary
+
+
+def _only_where_known(kind: type, name: str) -> bool:
+    return ONLY_WHERE_KNOWN in getattr(_hints(kind)[name], "__metadata__", ())
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    return typing.get_type_hints(kind, include_extras=True)
+
+
+def _read(hint: Any, raw: Any) -> Any:  # noqa: PLR0911 - one return per kind of type
+    """Return a JSON value as the annotated type `hint`."""
+    if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
+        return None if raw is None else _read_either([h for h in hint.__args__ if h is not type(None)], raw)
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is typing.Annotated:
+        return _read(arguments[0], raw)
+    if hint is Check:
+        return Check(raw["value"], raw["limit"])
+    if dataclasses.is_dataclass(hint):
+        kind = typing.cast("type", hint)
+        return kind(**{key: _read(_hints(kind)[key], item) for key, item in raw.items()})
+    if origin is tuple:
+        return tuple(_read(arguments[0], item) for item in raw)
+    if origin is not None and issubclass(origin, Mapping):
+        return {key: _read(arguments[1], item) for key, item in raw.items()}
+    return raw
+
+
+def _read_either(hints: list[Any], raw: Any) -> Any:
+    """Return a value as the first of several types that has all of its keys."""
+    for hint in hints:
+        fields = {f.name for f in dataclasses.fields(hint)} if dataclasses.is_dataclass(hint) else None
+        if fields is None or fields >= raw.keys():
+            return _read(hint, raw)
+    raise KeyError(", ".join(raw))
 
 
 def _digits(key: object, item: object, digits: int) -> int:

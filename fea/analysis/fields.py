@@ -1,0 +1,100 @@
+"""From a solution on the mirror cell to fields on the whole rod.
+
+This is the only place between solvers and results that knows of parities: what solves hands over the parts
+about y = 0, what judges gets the whole rod.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fea.analysis.solve import Equilibrium
+from fea.assess.case_error import CaseError, CaseErrors
+from fea.material import Material
+from fea.rod.case_forces import CaseForces
+from fea.solid.datum import referred_to_bores
+from fea.solid.parity import Parity
+from fea.solvers.static import Solution
+from fea.stress.part_recovery import PartRecovery
+from geometry.arrays import Floats
+from geometry.surfaces import Surface
+from mesh.mirror import MirroredMesh
+
+
+@dataclass(frozen=True)
+class CaseFields:
+    """Fields of one load case on the whole rod.
+
+    Attributes
+    ----------
+    displacement
+        (n_nodes, 3), mm.
+    stresses
+        Per part (n_nodes, 6), MPa; NaN at nodes that are not the part's.
+    error
+        Estimated errors of the stresses.
+    """
+
+    displacement: Floats
+    stresses: tuple[Floats, ...]
+    error: CaseError
+
+
+@dataclass(frozen=True, kw_only=True)
+class FieldRecovery:
+    """Carries solutions to the whole rod and recovers their stress.
+
+    Attributes
+    ----------
+    mirrored
+        The whole rod from the cell.
+    materials
+        One per part.
+    recovery, errors
+        Nodal stress of each part on the cell, and its estimated error.
+    rod_length
+        Distance of the bores, mm, relative to which displacement is given; None where a clamp holds the rod.
+    """
+
+    mirrored: MirroredMesh
+    materials: tuple[Material, ...]
+    recovery: PartRecovery
+    errors: CaseErrors
+    rod_length: float | None
+
+    def displacement(self, solution: Solution) -> Floats:
+        """Displacement (n_nodes, 3, n_cases) of the whole rod, mm."""
+        even, odd = (solution.displacement.get(parity) for parity in Parity)
+        displacement = self.mirrored.vector(np.asarray(even), odd)
+        if self.rod_length is None:
+            return displacement
+        return referred_to_bores(self.mirrored.mesh, displacement, self.rod_length)
+
+    def __call__(self, found: Equilibrium) -> list[CaseFields]:
+        """Recover the fields of each load case."""
+        solution = found.solution
+        stress = {
+            parity: self.recovery.nodal_stress(
+                u, self.materials, parity, _traction(found.forces, parity), solution.pressure.get(parity)
+            )
+            for parity, u in solution.displacement.items()
+        }
+        displacement, odd = self.displacement(solution), Parity.ANTISYMMETRIC
+        tensors = [
+            self.mirrored.tensor(even, stress[odd][number] if odd in stress else None)
+            for number, even in enumerate(stress[Parity.SYMMETRIC])
+        ]
+        errors = self.errors(solution.displacement, stress, solution.pressure)
+        return [
+            CaseFields(displacement[..., index], tuple(tensor[..., index] for tensor in tensors), error)
+            for index, error in enumerate(errors)
+        ]
+
+
+def _traction(forces: Sequence[CaseForces], parity: Parity) -> dict[Surface, Floats]:
+    """Traction (n_nodes, 3, n_cases) of one parity on each pressed surface."""
+    return {
+        surface: np.stack([case.traction[surface].part(parity) for case in forces], axis=-1)
+        for surface in forces[0].traction
+    }

@@ -1,0 +1,314 @@
+"""The figures of a run, as `summary.json` holds them: names carry the unit.
+
+A field that is None is written as ``null``; one declared as `WhereKnown` is left out then.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeVar
+
+from fea.checks import Check
+from fea.rod.omission import Omission
+
+SCHEMA = "fea/summary/1"
+Vector = tuple[float, float, float]
+Known = TypeVar("Known")
+ONLY_WHERE_KNOWN = "only where known"
+WhereKnown = Annotated[Known | None, ONLY_WHERE_KNOWN]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RodFigures:
+    """``rod``: mass properties of the meshed rod; the inertia is I_z about the centre of gravity."""
+
+    mass_kg: float
+    center_of_gravity_mm: Vector
+    inertia_kg_m2: float
+    length_mm: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class EngineFigures:
+    """``engine``."""
+
+    crank_radius_mm: float
+    rod_length_mm: float
+    bore_mm: float
+    piston_mass_kg: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadFigures:
+    """``loads``: what acts in a load case; None where it does not apply, as a crank angle to given forces."""
+
+    crank_deg: float | None
+    gas_N: float | None
+    pin_axial_N: float
+    pin_transverse_N: float
+    crank_axial_N: float
+    crank_transverse_N: float
+    wall_N: float | None
+    torque_Nm: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class QualityFigures:
+    """Quality of the elements, and what was done about bad ones."""
+
+    least_scaled_jacobian: float
+    least_shape: float
+    median_shape: float
+    worst_at_mm: Vector
+    straightened_elements: int
+    repairs: tuple[str, ...]
+    repaired_size_mm: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelFigures:
+    """``model``: nodes, elements and dofs of the whole rod as written; `solved_dofs` were factorised."""
+
+    nodes: int
+    elements: int
+    dofs: int
+    solved_dofs: int
+    element: str
+    formulation: str
+    size_mm: float
+    symmetry: str
+    support: str
+    pressure: str
+    solver: str
+    quality: QualityFigures
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseFigures:
+    """``results``: extremes of a load case away from singular places; None where they were not computed."""
+
+    max_von_mises_MPa: float
+    at_mm: Vector
+    max_principal_MPa: float
+    min_principal_MPa: float
+    max_displacement_mm: float | None
+    min_safety_factor: float
+    error_percent: float | None
+    energy_error_percent: WhereKnown[float] = None
+    verdict: str | None
+    unmasked_max_von_mises_MPa: WhereKnown[float] = None
+    unmasked_min_safety_factor: WhereKnown[float] = None
+    unmasked_verdict: WhereKnown[str] = None
+    singular_max_von_mises_MPa: WhereKnown[float] = None
+    singular_verdict: WhereKnown[str] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaceFigures:
+    """The stress history at one place: mean and amplitude are of the signed equivalent stress."""
+
+    at_mm: Vector
+    mean_MPa: float
+    amplitude_MPa: float
+    stress_ratio: float
+    fatigue_safety_factor: float | None
+    crossland_safety_factor: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpotFigures(PlaceFigures):
+    """A place with its whole history: the signed von Mises stress at every degree."""
+
+    max_von_mises_MPa: float
+    crank_deg: float
+    safety_factor: float
+    history_MPa: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CycleFigures:
+    """``envelope`` of a speed whose fields are not written: the worst of the whole crank cycle."""
+
+    min_safety_factor: float
+    at_mm: Vector
+    crank_deg: float | None
+    min_fatigue_safety_factor: float | None
+    fatigue_criterion: str
+    fatigue: PlaceFigures | None
+    min_crossland_safety_factor: float | None
+    unit_solutions: int
+    instants: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnvelopeFigures(CycleFigures):
+    """``envelope``: the worst of the whole crank cycle, and the places where stress is largest."""
+
+    fatigue: SpotFigures | None
+    max_von_mises_MPa: float
+    max_principal_MPa: float
+    min_principal_MPa: float
+    crossland: SpotFigures | None
+    spots: tuple[SpotFigures, ...]
+    unmasked_max_von_mises_MPa: WhereKnown[float] = None
+    unmasked_min_safety_factor: WhereKnown[float] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaneFigures:
+    """The column formulas for bending in one plane; the factor is None where nothing compresses the rod."""
+
+    slenderness: float
+    euler_N: float
+    johnson_N: float
+    rankine_N: float
+    safety_factor: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColumnFigures:
+    """The rod as a column under the load case that compresses it most."""
+
+    force_N: float
+    case: str | None
+    least_area_mm2: float
+    planes: Mapping[str, PlaneFigures]
+
+    @property
+    def min_safety_factor(self) -> float | None:
+        """The least factor of both planes."""
+        factors = [plane.safety_factor for plane in self.planes.values() if plane.safety_factor is not None]
+        return min(factors, default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BucklingModeFigures:
+    """A buckling mode: factor on the load of its case, and which way the rod moves."""
+
+    factor: float
+    moves: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class BucklingFigures:
+    """``buckling``: column formulas always; with `--buckling` the modes of the solid, by load case."""
+
+    column: ColumnFigures
+    modes: WhereKnown[Mapping[str, tuple[BucklingModeFigures, ...]]] = None
+    shapes_of: WhereKnown[str] = None
+    min_safety_factor: float | None
+
+    @property
+    def min_mode_factor(self) -> float | None:
+        """The least factor of all modes."""
+        return min((mode.factor for found in (self.modes or {}).values() for mode in found), default=None)
+
+    def of_case(self, case: str) -> tuple[float | None, float | None]:
+        """Return the least factors of a load case: by the column formulas, and of the solid's modes."""
+        column = self.column.min_safety_factor if self.column.case == case else None
+        modes = (self.modes or {}).get(case, ())
+        return column, min((mode.factor for mode in modes), default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PassFigures:
+    """One mesh of a refinement.
+
+    Attributes
+    ----------
+    elements, nodes
+        Of the whole rod.
+    error_percent
+        The largest error bar of any load case.
+    seconds
+        Wall time of the pass.
+    """
+
+    elements: int
+    nodes: int
+    error_percent: float
+    seconds: float
+
+    def text(self, number: int) -> str:
+        """Return a line for who waits."""
+        return f"pass {number}: {self.elements} elements, ±{self.error_percent:.1f} %, {self.seconds:.1f} s"
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnvironmentFigures:
+    """``environment``."""
+
+    versions: Mapping[str, str]
+    platform: str
+    threads: int | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Summary:
+    """What `summary.json` holds.
+
+    Attributes
+    ----------
+    rpm, engine
+        None where forces are given.
+    loads, results
+        By load case.
+    passes
+        Where the mesh was refined.
+    envelope
+        With the whole crank cycle.
+    critical_speeds_rpm
+        Of several speeds with their cycles: the lowest speed from which each safety factor is below 1.
+    files
+        The names of all files that the run wrote into its folder.
+    shared_files
+        Of several speeds, those beside the folders of the speeds.
+    """
+
+    schema: str = SCHEMA
+    study: str
+    rpm: float | None
+    trusted: bool
+    rod: RodFigures
+    engine: EngineFigures | None
+    loads: Mapping[str, LoadFigures]
+    model: ModelFigures
+    results: Mapping[str, CaseFigures]
+    passes: WhereKnown[tuple[PassFigures, ...]] = None
+    envelope: WhereKnown[CycleFigures | EnvelopeFigures] = None
+    buckling: BucklingFigures
+    checks: Mapping[str, Check]
+    notes: tuple[str, ...]
+    timings_s: Mapping[str, float]
+    total_s: float
+    peak_memory_MiB: float
+    left_out: tuple[Omission, ...]
+    environment: EnvironmentFigures
+    critical_speeds_rpm: WhereKnown[Mapping[str, float | None]] = None
+    files: WhereKnown[tuple[str, ...]] = None
+    shared_files: WhereKnown[tuple[str, ...]] = None
+
+    @property
+    def worst_case(self) -> str:
+        """The load case with the smallest safety factor."""
+        return min(self.results, key=lambda case: self.results[case].min_safety_factor)
+
+    @property
+    def min_safety_factor(self) -> float:
+        """The smallest safety factor of the load cases."""
+        return self.results[self.worst_case].min_safety_factor
+
+    @property
+    def least_factor(self) -> float:
+        """Smallest safety factor of load cases, against buckling and, with the cycle, against fatigue."""
+        factors = [case.min_safety_factor for case in self.results.values()]
+        factors += [] if self.buckling.min_safety_factor is None else [self.buckling.min_safety_factor]
+        if self.envelope is not None:
+            cycle = (self.envelope.min_safety_factor, self.envelope.min_fatigue_safety_factor)
+            factors += [factor for factor in cycle if factor is not None]
+        return min(factors)
+
+
+def vector(values: Any) -> Vector:
+    """Return three coordinates as plain numbers."""
+    x, y, z = (float(value) for value in values)
+    return x, y, z

@@ -1,0 +1,113 @@
+"""From a study to everything found at one speed."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from fea.analysis.adapt import Adapted
+from fea.analysis.buckling import BucklingReport, buckling_report
+from fea.analysis.figures import Summary
+from fea.analysis.prepare import PreparedRod
+from fea.analysis.speed import SpeedResult
+from fea.analysis.summary import speed_summary
+from fea.assess.case_result import CaseResult
+from fea.checks import Check
+from fea.cycle.superposition import CycleResult
+from fea.material import Material
+from fea.rod.load_cases import Loading
+from fea.study.study import Study
+from geometry.mass import MassProperties
+from mesh.tetmesh import TetMesh
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """Everything that an analysis found at one speed.
+
+    Attributes
+    ----------
+    study
+        What was asked, with this speed alone.
+    summary
+        The figures, as `summary.json` holds them.
+    mesh
+        Of the whole rod.
+    materials
+        One per part.
+    mass
+        Mass properties of the meshed rod, t and mm.
+    loading
+        The engine, or given forces.
+    speed
+        Fields and checks; None at a speed of many whose figures alone were worked out.
+    buckling
+        Column formulas, and modes of the solid where they were asked for; None as `speed`.
+    """
+
+    study: Study
+    summary: Summary
+    mesh: TetMesh
+    materials: tuple[Material, ...]
+    mass: MassProperties
+    loading: Loading
+    speed: SpeedResult | None
+    buckling: BucklingReport | None
+
+    @property
+    def rpm(self) -> float | None:
+        """Engine speed; None where forces are given."""
+        return self.summary.rpm
+
+    @property
+    def cases(self) -> Mapping[str, CaseResult]:
+        """One result per load case, by its name."""
+        return {} if self.speed is None else self.speed.cases
+
+    @property
+    def checks(self) -> Mapping[str, Check]:
+        """Value and limit of every check, by its name."""
+        return self.summary.checks
+
+    @property
+    def trusted(self) -> bool:
+        """Whether every check passed."""
+        return self.summary.trusted
+
+    @property
+    def cycle(self) -> CycleResult | None:
+        """The whole crank cycle, where it was asked for."""
+        return None if self.speed is None else self.speed.cycle
+
+
+def outcome(study: Study, adapted: Adapted, rpm: float | None, solved: SpeedResult | None = None) -> Outcome:
+    """Gather all that is found at one speed on the adapted mesh of a study; solve it unless that is done."""
+    result = solved or adapted.at(rpm)
+    buckling = buckling_report(adapted.rod, result)
+    summary = speed_summary(adapted.rod, result, buckling, adapted.passes)
+    return outcome_of(study, adapted.rod, summary, result, buckling)
+
+
+def outcome_of(
+    study: Study,
+    rod: PreparedRod,
+    summary: Summary,
+    speed: SpeedResult | None = None,
+    buckling: BucklingReport | None = None,
+) -> Outcome:
+    """Gather what was found at one speed."""
+    return Outcome(
+        study=at_speed(study, summary.rpm),
+        summary=summary,
+        mesh=rod.mesh.whole,
+        materials=rod.materials,
+        mass=rod.mass,
+        loading=rod.loading,
+        speed=speed,
+        buckling=buckling,
+    )
+
+
+def at_speed(study: Study, rpm: float | None) -> Study:
+    """Return the study of one speed alone, which runs again without replacing what it is part of."""
+    output = replace(study.output, directory=None, animate=None)
+    speed = study.speed if rpm is None else replace(study.speed, rpm=rpm)
+    return replace(study, speed=speed, output=output)

@@ -1,0 +1,289 @@
+"""From a study to a meshed rod that is ready to be solved at any speed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from fea.analysis.fields import FieldRecovery
+from fea.analysis.solve import PinModel, PrescribedPressure
+from fea.assess.case_error import CaseErrors
+from fea.checks import LIMITS
+from fea.choices import Element, Support
+from fea.cycle.superposition import CycleAnalysis
+from fea.cycle.unit_loads import UnitLoads
+from fea.cycle.unit_solutions import unit_solutions
+from fea.machine.clock import Clock
+from fea.material import Material, of_parts
+from fea.rod.case_forces import NodalForces
+from fea.rod.discretise import MeshedRod, MeshRequest, discretise
+from fea.rod.load_cases import EngineLoading, GivenForces, Loading
+from fea.rod.shank import part_at, shank
+from fea.solid.inertia import Inertia, inertia
+from fea.solid.pins import held_by_pins
+from fea.solvers.buckling import Buckling
+from fea.solvers.static import Model
+from fea.stress.part_recovery import PartRecovery
+from fea.stress.section_balance import SectionBalance
+from fea.study.study import AnalysisTable, Study
+from geometry.arrays import Floats
+from geometry.invalid import InvalidValue
+from geometry.mass import MassProperties
+from geometry.rod import Rod
+from geometry.section import Section
+from geometry.surfaces import Surface
+from loads.bearing import BorePressure
+from mesh.size_field import SizeField
+
+_SURFACES = (Surface.FREE, Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PreparedRod:
+    """A meshed rod with its stiffness, loads and recovery; speeds are solved one by one.
+
+    Attributes
+    ----------
+    name
+        Of the study.
+    options
+        How it is analysed.
+    dimensions
+        Of a parametric rod; None for a solid from a file.
+    mesh
+        The meshed rod.
+    materials
+        One per part.
+    loading
+        The engine, or given forces.
+    inertia
+        Mass properties and inertia forces, from one quadrature.
+    model
+        The stiffness of the cell, factorised when it is first needed.
+    nodal_forces
+        Turns a load case into nodal forces on the cell, with the pins' pressure as prescribed.
+    pins
+        How the pins load the rod.
+    fields
+        Carries solutions to the whole rod.
+    remarks
+        What a reader must know of the study's rod.
+    clock
+        Times the stages.
+    """
+
+    name: str
+    options: AnalysisTable
+    dimensions: Rod | None
+    mesh: MeshedRod
+    materials: tuple[Material, ...]
+    loading: Loading
+    inertia: Inertia
+    model: Model
+    nodal_forces: NodalForces
+    pins: PinModel
+    fields: FieldRecovery
+    remarks: tuple[str, ...]
+    clock: Clock
+
+    @property
+    def mass(self) -> MassProperties:
+        """Mass properties of the meshed rod."""
+        return self.inertia.properties
+
+    @property
+    def element(self) -> Element:
+        """Order of the elements."""
+        return Element.P1 if self.mesh.cell.order == 1 else Element.P2
+
+    @property
+    def clamped(self) -> bool:
+        """Whether the big end is clamped."""
+        return self.options.support is Support.CLAMPED
+
+    @property
+    def soft(self) -> tuple[int, ...]:
+        """Numbers of the parts that are solved with a pressure of their own."""
+        return soft_parts(self.materials, self.element)
+
+    @property
+    def engine(self) -> EngineLoading:
+        """The engine that loads the rod.
+
+        Raises
+        ------
+        InvalidValue
+            Forces are given instead.
+        """
+        if not isinstance(self.loading, EngineLoading):
+            rule = "has no [engine], so there is no crank cycle"
+            raise InvalidValue("STUDY", self.name, rule, "Add an [engine].")
+        return self.loading
+
+    def displacement(self, rpm: float, angles: Floats) -> Floats:
+        """Displacement (n_nodes, 3, n) of the whole rod at crank angles (n,), rad: mm, relative to the bores.
+
+        Raises
+        ------
+        InvalidValue
+            There is no engine.
+        """
+        cases = [self.engine.instant(self.mass, rpm, angle) for angle in angles]
+        return self.fields.displacement(self.pins.equilibrium(cases).solution)
+
+    @cached_property
+    def cycle(self) -> CycleAnalysis:
+        """Unit solutions that span the whole crank cycle at any speed, solved when first asked for."""
+        with self.clock("cycle"):
+            pressure, mesh = BorePressure.parse(self.options.pressure), self.mesh
+            loads = UnitLoads(mesh.cell, mesh.bores, self.inertia, pressure, self.options.support)
+            recovery = self.fields.recovery
+            units = unit_solutions(self.model, recovery, loads, self.materials, cut_y=mesh.cut_y)
+        masked = self.fields.errors.masked
+        return CycleAnalysis(mesh, self.mass, self.materials, loads, units, self.options.fatigue, masked)
+
+    @cached_property
+    def buckling(self) -> Buckling:
+        """The rod held by its pins, factorised when first asked for: its buckling modes at any speed."""
+        model = self.model
+        if self.clamped:
+            model = Model(self.mesh.cell, model.material, Support.INERTIA_RELIEF, self.options.solver)
+        return Buckling(model, held_by_pins(self.mesh.bores.rod_length))
+
+    @cached_property
+    def sections(self) -> tuple[tuple[Section, ...], Section]:
+        """Cross-sections from pin to pin, and the smallest one: by the dimensions, or cut from the mesh."""
+        return shank(self.dimensions, self.mesh.whole, self.mesh.bores)
+
+    @cached_property
+    def shank_material(self) -> Material:
+        """Material at the smallest section: a file may hold its parts in any order."""
+        return self.materials[part_at(self.mesh.whole, self.sections[1].x)]
+
+    @cached_property
+    def mid_sections(self) -> tuple[SectionBalance, ...]:
+        """Sections midway between the pins, or between bores that extend beyond that, then to either side."""
+        bores, mesh = self.mesh.bores, self.mesh
+        low, high = bores.between
+        middle = bores.rod_length / 2
+        middle = middle if low < middle < high else (low + high) / 2
+        density = self.model.material.density
+        return tuple(
+            SectionBalance(mesh.whole, mesh.cell, density, bores.rod_length, station)
+            for station in (middle, (low + middle) / 2, (middle + high) / 2)
+        )
+
+
+def soft_parts(materials: Sequence[Material], element: Element) -> tuple[int, ...]:
+    """Return the numbers of the parts that second-order displacement elements alone would lock in."""
+    if element is not Element.P2:
+        return ()
+    limit = LIMITS["poissons_ratio_p2"]
+    return tuple(n for n, material in enumerate(materials) if material.poissons_ratio > limit)
+
+
+def prepare(
+    study: Study,
+    clock: Clock | None = None,
+    *,
+    wanted: Sequence[SizeField] = (),
+    coarser: float = 1.0,
+    known_traction: bool = True,
+) -> PreparedRod:
+    """Draw and mesh the rod of a study, and prepare its stiffness, its loads and the recovery of its stress.
+
+    Parameters
+    ----------
+    study
+        What is asked.
+    clock
+        Times the stages.
+    wanted
+        Element sizes that earlier solutions ask for.
+    coarser
+        Factor on the default element size.
+    known_traction
+        Whether the known traction on the surface is used to recover stress there; averaging alone otherwise.
+
+    Raises
+    ------
+    InvalidValue
+        A value of the study breaks a rule.
+    GeometryError, MeshError
+        No solid or no usable mesh came out.
+    """
+    clock = clock or Clock()
+    study.require_loading()  # refused before anything is meshed
+    if study.engine is not None and study.rod.length is not None:
+        EngineLoading.of(study.engine, study.rod.length)
+    mesh = mesh_study(study, clock, wanted=wanted, coarser=coarser)
+    options, cell = study.analysis, mesh.cell
+    loading: Loading
+    if study.forces is not None:
+        loading = GivenForces(study.forces.pin())
+    else:
+        loading = EngineLoading.of(study.require_engine(), mesh.bores.rod_length)
+    materials = study.materials(mesh.parts)
+    soft = soft_parts(materials, study.mesh.element)
+    if soft and options.buckling:
+        nu, most = max(m.poissons_ratio for m in materials), LIMITS["poissons_ratio_p2"]
+        rule = f"must not exceed {most} for --buckling, which supports displacement elements only"
+        raise InvalidValue("material.nu", nu, rule, "Leave out --buckling: the column formulas remain.")
+    elastic = of_parts(materials, cell.part)
+    with clock("loads"):
+        body = inertia(cell, elastic.density)
+        pressure = BorePressure.parse(options.pressure)
+        forces = NodalForces(cell, mesh.bores, body, pressure, options.support)
+    model = _model(mesh, materials, soft, options, clock)
+    held = (Surface.BIG_END_BORE,) if options.support is Support.CLAMPED else ()
+    with clock("stress"):
+        known = tuple(surface for surface in _SURFACES if surface not in held) if known_traction else ()
+        fields = FieldRecovery(
+            mirrored=mesh.mirrored,
+            materials=materials,
+            recovery=PartRecovery(cell, mesh.symmetry.planes, known),
+            errors=CaseErrors(mesh, materials, held),
+            rod_length=None if held else mesh.bores.rod_length,
+        )
+    return PreparedRod(
+        name=study.name,
+        options=options,
+        dimensions=study.rod.dimensions,
+        mesh=mesh,
+        materials=materials,
+        loading=loading,
+        inertia=body,
+        model=model,
+        nodal_forces=forces,
+        pins=PrescribedPressure(forces, model),
+        fields=fields,
+        remarks=tuple(study.rod.mass_remarks(body.properties)),
+        clock=clock,
+    )
+
+
+def mesh_study(
+    study: Study, clock: Clock | None = None, *, wanted: Sequence[SizeField] = (), coarser: float = 1.0
+) -> MeshedRod:
+    """Draw and mesh the rod of a study; parameters and errors are those of `prepare`."""
+    request = MeshRequest(
+        size=study.mesh.size_mm,
+        order=study.mesh.element.order,
+        symmetry=study.analysis.symmetry,
+        wanted=wanted,
+        coarser=coarser,
+    )
+    return discretise(study.rod, study.materials, request, clock or Clock())
+
+
+def _model(
+    mesh: MeshedRod,
+    materials: tuple[Material, ...],
+    soft: tuple[int, ...],
+    options: AnalysisTable,
+    clock: Clock,
+) -> Model:
+    if not soft:
+        return Model(mesh.cell, of_parts(materials, mesh.cell.part), options.support, options.solver, clock)
+    from fea.solvers.mixed import MixedModel  # noqa: PLC0415 - metal rods do without
+
+    return MixedModel(mesh.cell, materials, soft, options.support, solver=options.solver, clock=clock)

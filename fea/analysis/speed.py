@@ -1,0 +1,146 @@
+"""A prepared rod at one speed: solve its load cases, judge the stresses, check everything."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from fea.analysis.check import speed_checks
+from fea.analysis.prepare import PreparedRod
+from fea.analysis.solve import Equilibrium
+from fea.assess.case_result import CaseResult, case_result
+from fea.assess.plausible import unit_remarks
+from fea.assess.remarks import check_remarks
+from fea.checks import LIMITS, Check
+from fea.choices import Element
+from fea.cycle.superposition import CycleResult
+from fea.rod.load_cases import EngineLoading, SpeedLoads
+from fea.rod.omission import Omission
+from fea.solid.parity import Parity
+from fea.solvers.static import Solution
+from fea.units import RPM
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpeedResult:
+    """Everything found at one speed.
+
+    Attributes
+    ----------
+    rpm
+        None where forces are given instead of an engine.
+    loads
+        The load cases, and what was left out of them.
+    cases
+        One result per load case, by its name.
+    checks
+        By name.
+    left_out
+        What was not computed, and why.
+    notes
+        What a reader must know beside the figures.
+    cycle
+        The whole crank cycle, where it was asked for.
+    """
+
+    rpm: float | None
+    loads: SpeedLoads
+    cases: Mapping[str, CaseResult]
+    checks: Mapping[str, Check]
+    left_out: tuple[Omission, ...]
+    notes: tuple[str, ...]
+    cycle: CycleResult | None = None
+
+    @property
+    def trusted(self) -> bool:
+        """Whether every check passed."""
+        return all(item.passed for item in self.checks.values())
+
+
+def solve_speed(rod: PreparedRod, rpm: float | None, *, cycle: bool | None = None) -> SpeedResult:
+    """Solve, judge and check the load cases of one speed.
+
+    Parameters
+    ----------
+    rod
+        Ready to be solved.
+    rpm
+        The speed; None for given forces.
+    cycle
+        Whether the whole crank cycle is worked out as well; by default as the rod's options say.
+
+    Raises
+    ------
+    InvalidValue
+        Nothing loads the rod.
+    UnderconstrainedError, SingularMatrixError
+        See `Model.solve`.
+    """
+    with rod.clock("loads"):
+        loads = rod.loading.at(rod.mass, rpm)
+    found = rod.pins.equilibrium(loads.cases)
+    with rod.clock("stress"):
+        cases = judge(rod, found)
+    checks = speed_checks(rod, found, tuple(cases.values()))
+    engine = rod.loading.engine if isinstance(rod.loading, EngineLoading) else None
+    notes = (
+        *check_remarks(checks),
+        *unit_remarks(rod.materials, engine),
+        *loads.notes,
+        *rod.mesh.notes,
+        *_pressure_notes(rod),
+    )
+    history = None
+    if rod.options.cycle if cycle is None else cycle:
+        history = solve_cycle(rod, rpm, cases)
+        checks |= history.checks()
+        notes += history.notes()
+    return SpeedResult(
+        rpm=rpm,
+        loads=loads,
+        cases=cases,
+        checks=checks,
+        left_out=(*rod.mesh.left_out, *_solution_left_out(rod, found.solution), *loads.left_out),
+        notes=(*notes, *rod.remarks),
+        cycle=history,
+    )
+
+
+def judge(rod: PreparedRod, found: Equilibrium) -> dict[str, CaseResult]:
+    """Recover the stresses of load cases in equilibrium and judge them, by the name of the case."""
+    return {
+        case.name: case_result(
+            case,
+            rod.mesh.whole,
+            fields.displacement,
+            fields.stresses,
+            materials=rod.materials,
+            error=fields.error,
+        )
+        for case, fields in zip(found.cases, rod.fields(found), strict=True)
+    }
+
+
+def solve_cycle(rod: PreparedRod, rpm: float | None, cases: Mapping[str, CaseResult]) -> CycleResult:
+    """Work out the whole crank cycle at one speed whose load cases are solved."""
+    engine, gas = rod.engine.engine, rod.engine.gas
+    cycle = rod.cycle
+    with rod.clock("cycle"):
+        return cycle.at(engine, gas, (rpm or 0.0) * RPM, tuple(cases.values()))
+
+
+def _solution_left_out(rod: PreparedRod, solution: Solution) -> tuple[Omission, ...]:
+    """What the loads and the materials spare."""
+    spared = []
+    if Parity.ANTISYMMETRIC not in solution.displacement and rod.mesh.cut_y:
+        spared.append(Omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"))
+    if not rod.soft and rod.element is Element.P2:
+        why = f"ν is at most {LIMITS['poissons_ratio_p2']} everywhere"
+        spared.append(Omission("pressure unknowns", why))
+    return tuple(spared)
+
+
+def _pressure_notes(rod: PreparedRod) -> list[str]:
+    names = list(rod.mesh.parts)
+    return [
+        f"{names[n]}: solved with a pressure of its own, as ν = {rod.materials[n].poissons_ratio:g}"
+        for n in rod.soft
+    ]

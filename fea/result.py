@@ -1,0 +1,233 @@
+"""The Python interface to an analysis: `analyse` computes, a `Result` shows and writes what was found."""
+
+import base64
+from dataclasses import replace
+from html import escape
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Unpack
+
+from fea.analysis.adapt import adapt_mesh
+from fea.analysis.figures import Summary
+from fea.analysis.outcome import Outcome, outcome
+from fea.machine.clock import Clock
+from fea.output.errors import PictureError
+from fea.output.folder import run_folder
+from fea.output.json_file import as_dict, json_text
+from fea.output.run_files import SUMMARY, picture_name, write_files
+from fea.output.text import write_text
+from fea.output.vtu import vtk_grid, write_vtu
+from fea.study.flags import AnalysisFlags, python_flags
+from fea.study.study import DEFAULT_STUDY, Study, load_study
+from geometry.invalid import require
+
+if TYPE_CHECKING:
+    import pyvista
+
+_COLUMNS = ("case", "crank angle, °", "von Mises, MPa", "±, %", "at x, y, z, mm", "safety factor")
+
+
+class Result(Outcome):
+    """What an analysis found at one speed; frozen, in memory only until `write` is called.
+
+    Fields are arrays on the whole rod, mm and MPa; figures are in `summary`, in the units their names say.
+
+    Examples
+    --------
+    >>> from fea import analyse
+    >>> result = analyse("leon-2001", rpm=6000, size=14)
+    >>> sorted(result.cases)
+    ['bending', 'compression', 'gas', 'side', 'tension']
+    >>> tension = result.cases["tension"]
+    >>> 500 < tension.max_von_mises < 800
+    True
+    >>> tension.stress.shape == (len(result.mesh.points), 6)
+    True
+    >>> result.checks["force_balance"].passed
+    True
+    >>> print(result.to_pyvista("tension").array_names[:2])
+    ['displacement', 'stress']
+    """
+
+    def to_pyvista(self, case: str) -> "pyvista.UnstructuredGrid":
+        """Return a load case, or the cycle's ``"envelope"``, as a PyVista grid with the VTU file's arrays.
+
+        Raises
+        ------
+        InvalidValue
+            There is no such case.
+        """
+        import pyvista as pv  # noqa: PLC0415 - only who asks for a grid needs it
+
+        names = [*self.cases, *(["envelope"] if self.cycle is not None else [])]
+        require(case in names, "case", case, f"must be one of {', '.join(names)}")
+        if case == "envelope" and self.cycle is not None:
+            return pv.wrap(vtk_grid(self.mesh, self.cycle.envelope.point_data(), {}))
+        found = self.cases[case]
+        return pv.wrap(vtk_grid(self.mesh, found.point_data(), found.cell_data(self.materials)))
+
+    def write(self, folder: str | Path, *, screenshot: bool = False) -> Path:
+        """Write what `fea run` leaves into a folder, all or nothing, and return it.
+
+        Parameters
+        ----------
+        folder
+            New, or holding nothing but an earlier run, which is replaced.
+        screenshot
+            Whether to draw each result as a picture as well.
+
+        Raises
+        ------
+        OccupiedError
+            The folder holds something other than an earlier run.
+        StorageError
+            The disk, a permission or the file system refused.
+        PictureError
+            This machine cannot draw; the folder is as it was before.
+        """
+        folder = Path(folder)
+        with run_folder(folder) as place:
+            _, complaint = self.write_into(place, Clock(), screenshot=screenshot)
+            if complaint:
+                raise PictureError(complaint)
+        return folder
+
+    def write_into(
+        self,
+        place: Path,
+        clock: Clock,
+        *,
+        screenshot: bool = False,
+        shared_files: tuple[str, ...] | None = None,
+    ) -> tuple[Summary, str]:
+        """Write all files of the run into a directory that exists, the summary last.
+
+        Parameters
+        ----------
+        place
+            Where to.
+        clock
+            Times the stages, for the summary.
+        screenshot
+            Whether to draw pictures; a machine that cannot still gets the other files.
+        shared_files
+            Of one speed of several, the files beside its folder.
+
+        Returns
+        -------
+        summary, complaint
+            What was written as `summary.json`, and why there are no pictures (empty otherwise).
+        """
+        names = write_files(place, self, clock)
+        complaint = ""
+        if screenshot and self.speed is not None:
+            results = [name for name in names if name.endswith(".vtu")]
+            complaint = _pictured(place, self.summary, results, clock)
+            names += [] if complaint else [picture_name(name) for name in results]
+        summary = replace(
+            self.summary,
+            timings_s=dict(clock.seconds) or self.summary.timings_s,
+            total_s=max(clock.total, self.summary.total_s),
+            files=tuple(sorted([*names, SUMMARY])),
+            shared_files=shared_files,
+        )
+        write_text(place / SUMMARY, json_text(summary))
+        return summary, complaint
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as dictionaries and lists: what `summary.json` holds."""
+        return dict(as_dict(self.summary))
+
+    def __repr__(self) -> str:
+        """Return the study, the speed and the smallest safety factor in a line."""
+        speed = "" if self.rpm is None else f" at {self.rpm:g} rpm"
+        trusted = "" if self.trusted else ", NOT TO BE TRUSTED"
+        worst = f"smallest safety factor against yielding {self.summary.min_safety_factor:.3g}"
+        return f"<{self.study.name}{speed}: {worst} ({self.summary.worst_case}){trusted}>"
+
+    def _repr_html_(self) -> str:
+        """Return a table of the load cases and a picture of the worst one, for a notebook."""
+        heading = "".join(f"<th>{escape(name)}</th>" for name in _COLUMNS)
+        rows = "".join(self._html_row(name) for name in self.summary.results)
+        table = f"<table><thead><tr>{heading}</tr></thead><tbody>{rows}</tbody></table>"
+        return f"<p><b>{escape(repr(self).strip('<>'))}</b></p>{table}{self._html_picture()}"
+
+    def _html_row(self, name: str) -> str:
+        found, angle = self.summary.results[name], self.summary.loads[name].crank_deg
+        cells = (
+            name,
+            "–" if angle is None else f"{angle:.0f}",
+            f"{found.max_von_mises_MPa:.1f}",
+            "–" if found.error_percent is None else f"{found.error_percent:.1f}",
+            ", ".join(f"{coordinate:.1f}" for coordinate in found.at_mm),
+            f"{found.min_safety_factor:.2f}",
+        )
+        return "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
+
+    def _html_picture(self) -> str:
+        """The worst case as an embedded picture; nothing where this machine cannot draw."""
+        worst = self.summary.worst_case
+        if worst not in self.cases:
+            return ""
+        case, file = self.cases[worst], f"{worst}.vtu"
+        with TemporaryDirectory() as scratch:
+            place = Path(scratch)
+            write_vtu(place / file, self.mesh, case.point_data(), case.cell_data(self.materials))
+            if _pictured(place, self.summary, [file], Clock()):
+                return ""
+            data = base64.b64encode((place / picture_name(file)).read_bytes()).decode()
+        return f'<img src="data:image/png;base64,{data}" alt="{escape(worst)}" style="max-width: 100%">'
+
+
+def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisFlags]) -> Result:
+    """Analyse a study at one speed and return what was found; nothing is written to disk.
+
+    Parameters
+    ----------
+    study
+        A study, a shipped one by name, or the path of a TOML file.
+    **flags
+        Those of ``fea run`` that ask for figures, by their Python names: ``rpm`` (a number), ``size``,
+        ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``cycle``, ``fatigue``,
+        ``buckling``, ``tolerance``, ``min_safety``.
+
+    Raises
+    ------
+    InvalidValue
+        A value breaks a rule, or the study has several speeds and none is chosen.
+    GeometryError, MeshError
+        No solid or no usable mesh came out.
+    UnderconstrainedError, SingularMatrixError, SolverUnavailableError
+        The equations could not be solved.
+
+    Examples
+    --------
+    >>> from fea import analyse, load_study
+    >>> thin = load_study("leon-2001").with_rod(web_thickness_mm=4.0)
+    >>> result = analyse(thin, rpm=6000, size=14)
+    >>> result.cases["tension"].max_von_mises > analyse(size=14).cases["tension"].max_von_mises
+    True
+    """
+    asked = study if isinstance(study, Study) else load_study(study)
+    asked = python_flags(flags).applied(asked)
+    speeds = asked.speeds()
+    rule = f"has {len(speeds)} speeds, and a result is of one"
+    require(len(speeds) == 1, "STUDY", asked.name, rule, "Choose one: analyse(study, rpm=6000).")
+    return result_of(outcome(asked, adapt_mesh(asked, speeds, Clock()), speeds[0]))
+
+
+def result_of(found: Outcome) -> Result:
+    """Return an outcome with the means to show and to write it."""
+    return Result(**vars(found))
+
+
+def _pictured(place: Path, summary: Summary, results: list[str], clock: Clock) -> str:
+    """Draw result files; return why that is impossible, empty otherwise: the figures are kept without."""
+    from fea.output.pictures.picture import take_pictures  # noqa: PLC0415 - only a picture needs it
+
+    try:
+        with clock("picture"):
+            take_pictures(place, summary, results)
+    except PictureError as error:
+        return str(error)
+    return ""

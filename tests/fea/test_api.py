@@ -1,0 +1,123 @@
+"""What a Python user sees: results in memory, files when asked for, examples that run."""
+
+import dataclasses
+import doctest
+import json
+import subprocess
+import sys
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+import fea
+from fea import analyse, load_study, run
+from fea.analysis.figures import EnvelopeFigures
+from fea.output import run_files
+from fea.output.json_file import as_dict, read_summary
+from fea.output.run_files import RunFile, Writer
+from fea.output.text import write_text
+from geometry.invalid import InvalidValue
+
+COARSE = {"rpm": 6000, "size": 14}
+
+
+@pytest.fixture(scope="module")
+def result():
+    return analyse("leon-2001", cycle=True, buckling=True, **COARSE)
+
+
+def test_an_analysis_touches_no_disk(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = analyse("leon-2001", **COARSE)
+    assert found.trusted
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_written_is_what_a_run_leaves(result, tmp_path):
+    summary = run("leon-2001", cycle=True, buckling=True, out=tmp_path / "run", **COARSE)
+    assert result.write(tmp_path / "result") == tmp_path / "result"
+    names = {entry.name for entry in (tmp_path / "run").iterdir()}
+    assert {entry.name for entry in (tmp_path / "result").iterdir()} == names == set(summary["files"])
+    for name in names - {"summary.json"}:
+        assert (tmp_path / "result" / name).read_bytes() == (tmp_path / "run" / name).read_bytes(), name
+    assert result.as_dict()["results"] == summary["results"]
+    assert result.as_dict()["envelope"] == summary["envelope"]
+
+
+def test_what_is_written_is_read_back_as_the_same_types(result, tmp_path):
+    found = read_summary(result.write(tmp_path / "result"))
+    assert isinstance(found.envelope, EnvelopeFigures)
+    assert found.results["tension"].min_safety_factor == pytest.approx(
+        result.cases["tension"].min_safety_factor, rel=1e-5
+    )
+    assert found.checks.keys() == result.checks.keys()
+    assert as_dict(found).keys() == json.loads((tmp_path / "result" / "summary.json").read_text()).keys()
+
+
+def test_figures_are_attributes_of_frozen_values(result):
+    tension = result.cases["tension"]
+    assert tension.max_von_mises == pytest.approx(tension.von_mises.max())
+    assert tension.at == pytest.approx(result.mesh.points[tension.von_mises.argmax()])
+    assert tension.min_safety_factor == pytest.approx(tension.safety_factor.min())
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        result.mesh = None
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        tension.stress = None
+
+
+def test_a_dimension_changes_what_depends_on_it(result):
+    thin = analyse(load_study("leon-2001").with_rod(web_thickness_mm=4.0), **COARSE)
+    assert thin.summary.rod.mass_kg < result.summary.rod.mass_kg
+    assert thin.cases["tension"].max_von_mises > result.cases["tension"].max_von_mises
+    with pytest.raises(InvalidValue, match=r"web_thicknes_mm.*unknown key.*web_thickness_mm"):
+        load_study("leon-2001").with_rod(web_thicknes_mm=4.0)
+
+
+def test_a_grid_has_the_arrays_of_the_file(result):
+    grid = result.to_pyvista("tension")
+    np.testing.assert_array_equal(grid.point_data["von_mises"], result.cases["tension"].von_mises)
+    assert "fatigue_safety_factor" in result.to_pyvista("envelope").point_data
+    with pytest.raises(InvalidValue, match=r"must be one of .*tension.*envelope"):
+        result.to_pyvista("tensile")
+
+
+def test_a_notebook_shows_every_case_and_the_worst_one_as_a_picture(result):
+    html = result._repr_html_()
+    assert all(f"<td>{name}</td>" in html for name in result.cases)
+    assert "data:image/png;base64," in html
+    assert repr(result).startswith("<leon-2001 at 6000 rpm: smallest safety factor")
+
+
+def test_several_speeds_are_no_result():
+    with pytest.raises(InvalidValue, match=r"has 3 speeds.*rpm=6000"):
+        analyse("columba-2022", size=14)
+
+
+def test_a_new_format_needs_its_writer_alone(tmp_path, monkeypatch, result):
+    def points(outcome):
+        yield RunFile("points.csv", lambda path: write_text(path, f"{len(outcome.mesh.points)}\n"))
+
+    monkeypatch.setattr(run_files, "WRITERS", (*run_files.WRITERS, Writer("write", points)))
+    folder = result.write(tmp_path / "run")
+    assert "points.csv" in read_summary(folder).files
+    assert result.write(folder) == folder  # it is recognised as an earlier run
+
+
+@pytest.mark.parametrize("module", ["fea", "fea.result", "fea.study.study"])
+def test_examples_in_docstrings_run(module):
+    found = doctest.testmod(import_module(module), raise_on_error=False)
+    assert found.attempted > 0
+    assert found.failed == 0
+
+
+def test_importing_the_package_loads_nothing_else():
+    code = "import sys, fea; print([m for m in ('numpy', 'gmsh', 'skfem', 'pyvista') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_every_public_name_is_there():
+    assert all(getattr(fea, name) is not None for name in fea.__all__)
+    with pytest.raises(AttributeError, match="nonsense"):
+        _ = fea.nonsense
