@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 if TYPE_CHECKING:
-    from fea.analysis.prepare import PreparedRod, prepare
-    from fea.result import Result, analyse
+    from fea.analysis.prepare import PreparedRod
+    from fea.result import Result, analyse, prepare
     from fea.study.flags import RunFlags
     from fea.study.study import Study, load_study
 
@@ -28,7 +28,7 @@ _HOMES = {
     "Study": "fea.study.study",
     "analyse": "fea.result",
     "load_study": "fea.study.study",
-    "prepare": "fea.analysis.prepare",
+    "prepare": "fea.result",
 }
 
 
@@ -63,8 +63,9 @@ def run(study: "str | Path | Study" = "leon-2001", **flags: "Unpack[RunFlags]") 
     """
     from fea.output.json_file import as_dict
     from fea.runs import run_study
+    from fea.study.flags import python_flags
     from fea.study.study import Study, load_study
 
     asked = study if isinstance(study, Study) else load_study(study)
-    summaries = [as_dict(report.summary) for report in run_study(asked.with_flags(**flags))]
+    summaries = [as_dict(report.summary) for report in run_study(python_flags(flags).applied(asked))]
     return summaries[0] if len(summaries) == 1 else summaries

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Unpack
 from fea.analysis.adapt import adapt_mesh
 from fea.analysis.figures import Summary
 from fea.analysis.outcome import Outcome, outcome
+from fea.analysis.prepare import PreparedRod
+from fea.analysis.prepare import prepare as prepared
 from fea.machine.clock import Clock
 from fea.output.errors import PictureError
 from fea.output.folder import run_folder
@@ -85,20 +87,16 @@ class Result(Outcome):
         PictureError
             This machine cannot draw; the folder is as it was before.
         """
-        folder = Path(folder)
-        with run_folder(folder) as place:
-            _, complaint = self.write_into(place, Clock(), screenshot=screenshot)
+        output = replace(self.study.output, screenshot=screenshot)
+        drawn = replace(self, study=replace(self.study, output=output))
+        with run_folder(Path(folder)) as place:
+            _, complaint = drawn.write_into(place, Clock())
             if complaint:
                 raise PictureError(complaint)
-        return folder
+        return Path(folder)
 
     def write_into(
-        self,
-        place: Path,
-        clock: Clock,
-        *,
-        screenshot: bool = False,
-        shared_files: tuple[str, ...] | None = None,
+        self, place: Path, clock: Clock, *, shared_files: tuple[str, ...] | None = None
     ) -> tuple[Summary, str]:
         """Write all files of the run into a directory that exists, the summary last.
 
@@ -108,25 +106,18 @@ class Result(Outcome):
             Where to.
         clock
             Times the stages, for the summary.
-        screenshot
-            Whether to draw pictures; a machine that cannot still gets the other files.
         shared_files
             Of one speed of several, the files beside its folder.
 
         Returns
         -------
         summary, complaint
-            What was written as `summary.json`, and why there are no pictures (empty otherwise).
+            What was written as `summary.json`, and why a picture is missing (empty where none is).
         """
-        names = write_files(place, self, clock)
-        complaint = ""
-        if screenshot and self.speed is not None:
-            results = [name for name in names if name.endswith(".vtu")]
-            complaint = _pictured(place, self.summary, results, clock)
-            names += [] if complaint else [picture_name(name) for name in results]
+        names, complaint = write_files(place, self, clock)
         summary = replace(
             self.summary,
-            timings_s=dict(clock.seconds) or self.summary.timings_s,
+            timings_s=self.summary.timings_s | dict(clock.seconds),
             total_s=max(clock.total, self.summary.total_s),
             files=tuple(sorted([*names, SUMMARY])),
             shared_files=shared_files,
@@ -169,11 +160,15 @@ class Result(Outcome):
         worst = self.summary.worst_case
         if worst not in self.cases:
             return ""
+        from fea.output.pictures.picture import take_pictures  # noqa: PLC0415 - only a notebook needs it
+
         case, file = self.cases[worst], f"{worst}.vtu"
         with TemporaryDirectory() as scratch:
             place = Path(scratch)
             write_vtu(place / file, self.mesh, case.point_data(), case.cell_data(self.materials))
-            if _pictured(place, self.summary, [file], Clock()):
+            try:
+                take_pictures(place, self.summary, [file])
+            except PictureError:
                 return ""
             data = base64.b64encode((place / picture_name(file)).read_bytes()).decode()
         return f'<img src="data:image/png;base64,{data}" alt="{escape(worst)}" style="max-width: 100%">'
@@ -208,26 +203,32 @@ def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisF
     >>> result.cases["tension"].max_von_mises > analyse(size=14).cases["tension"].max_von_mises
     True
     """
-    asked = study if isinstance(study, Study) else load_study(study)
-    asked = python_flags(flags).applied(asked)
+    asked = _asked(study, flags)
     speeds = asked.speeds()
     rule = f"has {len(speeds)} speeds, and a result is of one"
     require(len(speeds) == 1, "STUDY", asked.name, rule, "Choose one: analyse(study, rpm=6000).")
     return result_of(outcome(asked, adapt_mesh(asked, speeds, Clock()), speeds[0]))
 
 
+def prepare(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisFlags]) -> PreparedRod:
+    """Draw and mesh the rod of a study, and prepare stiffness, loads and recovery: what `analyse` solves.
+
+    Parameters and errors are those of `analyse`; the mesh is not refined.
+
+    Examples
+    --------
+    >>> from fea import prepare
+    >>> rod = prepare("leon-2001", size=14)
+    >>> sorted(rod.mesh.cell.facets)[:2]
+    [<Surface.BIG_END_BORE: 'big_end_bore'>, <Surface.FREE: 'free'>]
+    """
+    return prepared(_asked(study, flags))
+
+
+def _asked(study: str | Path | Study, flags: AnalysisFlags) -> Study:
+    return python_flags(flags).applied(study if isinstance(study, Study) else load_study(study))
+
+
 def result_of(found: Outcome) -> Result:
     """Return an outcome with the means to show and to write it."""
     return Result(**vars(found))
-
-
-def _pictured(place: Path, summary: Summary, results: list[str], clock: Clock) -> str:
-    """Draw result files; return why that is impossible, empty otherwise: the figures are kept without."""
-    from fea.output.pictures.picture import take_pictures  # noqa: PLC0415 - only a picture needs it
-
-    try:
-        with clock("picture"):
-            take_pictures(place, summary, results)
-    except PictureError as error:
-        return str(error)
-    return ""

@@ -187,12 +187,7 @@ def _leave(
     pages, refused = b"", ""
     if place.film is not None and place.rpm is not None:
         pages, refused = filmed(prepared.rod, place.rpm, place.film, clock)
-    written, complaint = found.write_into(
-        place.folder,
-        clock,
-        screenshot=found.study.output.screenshot,
-        shared_files=shared_files,
-    )
+    written, complaint = found.write_into(place.folder, clock, shared_files=shared_files)
     return RunReport(place.folder, written, complaint or refused, place.film if pages else None, pages)
 
 

@@ -19,11 +19,11 @@ from mesh.errors import MeshError
 from mesh.size_field import SizeField
 from mesh.sizing import Sizing
 
-# Of the first mesh, over the default size: it costs a third of the default mesh and tells as well where
-# elements are needed. The later ones keep the default sizes, which follow the rod's features, wherever
-# nothing is wanted.
+# Size of the first mesh over the default size: it costs a third of the default mesh and shows just as well
+# where small elements are needed. Later meshes keep the default sizes, which follow the
+# rod's features, elsewhere.
 COARSER = 1.5
-# The last pass is the answer, and those before it may cost no more than one and a half times as much.
+# The last pass gives the answer; those before it should not cost more than one and a half times as much.
 MAX_PASSES = 4
 # About ten gigabytes and some minutes with a direct solver on a quarter of the rod.
 MAX_ELEMENTS = 600_000
@@ -144,10 +144,10 @@ def _pass(rod: PreparedRod, error_percent: float, seconds: float) -> PassFigures
 
 
 def _obstacle(rod: PreparedRod, wanted: SizeField | None, n_passes: int) -> str:
-    """What stands in the way of a further pass; empty where nothing does."""
+    """Why there is no further pass; empty where one is possible."""
     if wanted is None or n_passes == MAX_PASSES:
-        return f"{n_passes} meshes were tried. Start from a smaller --size"
+        return f"{n_passes} meshes were tried; start from a smaller --size"
     elements = predicted_elements(rod.mesh, wanted, Sizing(rod.mesh.meshing.size).growth)
     if elements > MAX_ELEMENTS:
-        return f"it would take {elements:.2g} elements, more than {MAX_ELEMENTS}"
+        return f"it would take {elements:.2g} elements, and the limit is {MAX_ELEMENTS}"
     return ""

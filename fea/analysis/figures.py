@@ -278,7 +278,7 @@ class Summary:
     buckling: BucklingFigures
     checks: Mapping[str, Check]
     notes: tuple[str, ...]
-    timings_s: Mapping[str, float]
+    timings_s: dict[str, float]
     total_s: float
     peak_memory_MiB: float
     left_out: tuple[Omission, ...]

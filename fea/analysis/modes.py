@@ -145,8 +145,8 @@ def modes_report(study: Study, count: int) -> ModesReport:
     materials = study.materials(found.parts)
     most = MOST_POISSONS_RATIO[whole.order]
     nu = max(material.poissons_ratio for material in materials)
-    rule = f"must not exceed {most} for modes: elements without a pressure lock"
-    require(nu <= most, "material.nu", nu, rule, "Lower it.")
+    rule = f"must not exceed {most} for fea modes: its displacement elements lock above that"
+    require(nu <= most, "material.nu", nu, rule, "Use a smaller value.")
     elastic = of_parts(materials, whole.part)
     speeds = study.speed.speeds() if study.engine else ()
     return ModesReport(study.name, speeds, whole, free_modes(whole, elastic, elastic.density, count))

@@ -36,7 +36,8 @@ _LEFT_OUT = (
     ),
     Omission("error estimates and displacements", "many speeds: the peaks are superposed, not solved"),
     Omission(
-        "Crossland's factor at every place", "many speeds: only the worst by yield and fatigue are looked at"
+        "Crossland's factor at every place",
+        "many speeds: it is computed at the places that are worst against yielding and fatigue",
     ),
 )
 
@@ -82,7 +83,7 @@ class SpeedSweep:
             return None if first is None else float(rpm[0])
 
         def above(speed: float) -> float:
-            """Near to straight where inertia rules: stress goes by the square of speed."""
+            """Return the logarithm of the factor: nearly linear where inertia dominates (stress ∝ speed²)."""
             return float(np.log(mode(self._found.get(speed) or self._search.at(speed))))
 
         return float(brentq(above, rpm[first - 1], rpm[first], xtol=_WITHIN_RPM))

@@ -10,18 +10,18 @@ from geometry.arrays import Floats
 from mesh.size_field import SizeField
 from mesh.tetmesh import EDGES, TetMesh
 
-# Errors fall with this power of the element size, as the rate of the stress in second-order elements.
+# The error of the stress falls with this power of the element size, by element order.
 _RATE = {1: 1.0, 2: 2.0}
-# Places that an earlier pass refined in vain are less smooth: the ends of fillets, where curvature jumps.
-# There the rate is lower, and a step worth another pass has at least this ratio.
+# Where an earlier pass refined without success the stress is less smooth (at the ends of fillets the
+# curvature jumps): the rate is lower there, and elements shrink by this ratio to make a pass worth while.
 _ROUGH_RATE, _ROUGH_RATIO = 1.0, 0.5
-# Of the tolerance, what is aimed at: predictions scatter, and a further pass costs a whole solution, smaller
-# elements at the peaks next to nothing.
+# Share of the tolerance that is aimed at: predictions scatter, and another pass costs a whole solution,
+# whereas smaller elements at the peaks cost next to nothing.
 _AIM = 0.25
-# A coarse mesh's own peak falls as it is refined, by about this share of its error: so much lower lies what
-# other places have to stay below.
+# The peak of a coarse mesh falls under refinement by about this share of its error; other places have to stay
+# below the lower value.
 _FALL = 0.15
-# No element shrinks further than this in one pass: what its error says so far off is too vague.
+# No element shrinks more than this in one pass: error estimates are too vague to extrapolate further.
 LEAST_RATIO = 0.2
 # Beyond this error in the energy norm a whole rod is too coarse for any peak to be trusted; elements with
 # more than their share of it shrink (Zienkiewicz & Zhu 1987, eq. 21), and no further than by half.
@@ -29,8 +29,8 @@ ENERGY_PERCENT = 20.0
 _LEAST_ENERGY_RATIO = 0.5
 # Mean length of the edges that gmsh makes, over the size it was asked for.
 REALISED = 1.25
-# A size, mm, that binds nobody.
-_ANYTHING = 1e6
+# Stands for "no size is wanted here": larger than any element, mm.
+_NO_WISH = 1e6
 
 
 def size_ratio(
@@ -67,7 +67,7 @@ def wanted_sizes(mesh: MeshedRod, ratio: Floats) -> SizeField | None:
     if not (on_drawn < 1).any():
         return None
     size = np.where(on_drawn < 1, on_drawn * edge_length(drawn) / REALISED, np.inf)
-    return SizeField(drawn.points, drawn.tets[:, :4], np.minimum(size, _ANYTHING))
+    return SizeField(drawn.points, drawn.tets[:, :4], np.minimum(size, _NO_WISH))
 
 
 def _nodal_ratio(case: CaseResult, mesh: TetMesh, tolerance: float, *, again: bool) -> Floats:

@@ -13,64 +13,82 @@ from fea.analysis.force_table import force_columns
 from fea.analysis.outcome import Outcome
 from fea.assess.case_result import CaseResult
 from fea.machine.clock import Clock
+from fea.output.errors import PictureError
 from fea.output.forces_csv import write_forces_csv
 from fea.output.text import write_text
 from fea.output.vtu import write_vtu
 from fea.rod.load_cases import EngineLoading
 
-SUMMARY = "summary.json"
+SUMMARY, ENVELOPE, BUCKLING = "summary.json", "envelope.vtu", "buckling.vtu"
 
 
-class RunFile(NamedTuple):
-    """A file to be written: its name in the folder of the run, and what writes it to a path."""
+class RunFiles(NamedTuple):
+    """Files to be written: their names in the folder of the run, and what writes them into that folder."""
 
-    name: str
-    write: Callable[[Path], None]
+    names: tuple[str, ...]
+    write: Callable[[Path], object]
 
 
 class Writer(NamedTuple):
     """An output format: the stage that its time counts for, and the files that it has for a run."""
 
     stage: str
-    files: Callable[[Outcome], Iterator[RunFile]]
+    files: Callable[[Outcome], Iterator[RunFiles]]
 
 
-def _case_fields(run: Outcome) -> Iterator[RunFile]:
+def _one(name: str, write: Callable[[Path], object]) -> RunFiles:
+    """Return a file that is written to its path."""
+    return RunFiles((name,), lambda folder: write(folder / name))
+
+
+def _case_fields(run: Outcome) -> Iterator[RunFiles]:
     for name, case in run.cases.items():
-        yield RunFile(f"{name}.vtu", partial(_write_case, run, case))
+        yield _one(f"{name}.vtu", partial(_write_case, run, case))
 
 
 def _write_case(run: Outcome, case: CaseResult, path: Path) -> None:
     write_vtu(path, run.mesh, case.point_data(), case.cell_data(run.materials))
 
 
-def _study(run: Outcome) -> Iterator[RunFile]:
-    yield RunFile("study.toml", lambda path: write_text(path, run.study.text()))
+def _study(run: Outcome) -> Iterator[RunFiles]:
+    yield _one("study.toml", lambda path: write_text(path, run.study.text()))
 
 
-def _forces(run: Outcome) -> Iterator[RunFile]:
+def _forces(run: Outcome) -> Iterator[RunFiles]:
     if isinstance(run.loading, EngineLoading) and run.rpm is not None:
         columns = force_columns(run.loading.engine, run.mass, run.loading.gas, run.rpm)
-        yield RunFile("loads.csv", lambda path: write_forces_csv(path, columns))
+        yield _one("loads.csv", lambda path: write_forces_csv(path, columns))
 
 
-def _envelope(run: Outcome) -> Iterator[RunFile]:
+def _envelope(run: Outcome) -> Iterator[RunFiles]:
     if run.cycle is not None:
         data = run.cycle.envelope.point_data()
-        yield RunFile("envelope.vtu", lambda path: write_vtu(path, run.mesh, data))
+        yield _one(ENVELOPE, lambda path: write_vtu(path, run.mesh, data))
 
 
-def _buckling_shapes(run: Outcome) -> Iterator[RunFile]:
+def _buckling_shapes(run: Outcome) -> Iterator[RunFiles]:
     if run.buckling is not None and run.buckling.shapes:
         shapes = run.buckling.shapes
-        yield RunFile("buckling.vtu", lambda path: write_vtu(path, run.mesh, shapes))
+        yield _one(BUCKLING, lambda path: write_vtu(path, run.mesh, shapes))
 
 
-def _stress_history(run: Outcome) -> Iterator[RunFile]:
+def _stress_history(run: Outcome) -> Iterator[RunFiles]:
     if run.cycle is not None:
         from fea.output.plots.history import plot_stress_history  # noqa: PLC0415 - only a plot needs it
 
-        yield RunFile("history.png", lambda path: plot_stress_history(path, run))
+        yield _one("history.png", lambda path: plot_stress_history(path, run))
+
+
+def _pictures(run: Outcome) -> Iterator[RunFiles]:
+    """All pictures together: one process draws them."""
+    if run.study.output.screenshot and run.speed is not None:
+        from fea.output.pictures.picture import take_pictures  # noqa: PLC0415 - only a picture needs it
+
+        results = [f"{name}.vtu" for name in run.cases]
+        results += [ENVELOPE] if run.cycle is not None else []
+        results += [BUCKLING] if run.buckling is not None and run.buckling.shapes else []
+        names = tuple(picture_name(name) for name in results)
+        yield RunFiles(names, lambda folder: take_pictures(folder, run.summary, results))
 
 
 WRITERS = (
@@ -80,24 +98,35 @@ WRITERS = (
     Writer("write", _envelope),
     Writer("write", _buckling_shapes),
     Writer("plot", _stress_history),
+    Writer("picture", _pictures),
 )
 
 
-def write_files(folder: Path, run: Outcome, clock: Clock) -> list[str]:
-    """Write every file that a run has into its folder, but for pictures and the summary; return their names.
+def write_files(folder: Path, run: Outcome, clock: Clock) -> tuple[list[str], str]:
+    """Write every file that a run has into its folder, but for the summary.
+
+    Returns
+    -------
+    names, complaint
+        Of the files written; and why a picture is missing, as a machine that cannot draw keeps the rest.
 
     Raises
     ------
     StorageError
         The disk, a permission or the file system refused.
     """
-    names = []
+    names: list[str] = []
+    complaint = ""
     for writer in WRITERS:
-        for file in writer.files(run):
-            with clock(writer.stage):
-                file.write(folder / file.name)
-            names.append(file.name)
-    return names
+        for files in writer.files(run):
+            try:
+                with clock(writer.stage):
+                    files.write(folder)
+            except PictureError as error:
+                complaint = complaint or str(error)
+            else:
+                names += files.names
+    return names, complaint
 
 
 def picture_name(result: str) -> str:

@@ -4,8 +4,8 @@ import dataclasses
 from dataclasses import dataclass
 
 from fea.choices import Finish
-from fea.endurance import estimated_endurance, finish_factor, reliability_factor, size_factor
 from fea.material import Material
+from fea.study.endurance import estimated_endurance, finish_factor, reliability_factor, size_factor
 from fea.study.material_presets import MATERIALS
 from fea.study.tables import nearest
 from fea.units import GPA, KG_M3

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any
 
 from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
 from fea.material import Material
@@ -17,9 +17,6 @@ from fea.study.rod_table import RodTable, read_rod
 from fea.study.tables import key_text, nearest, read_table, table_text, unknown_key
 from geometry.invalid import InvalidValue, require, require_number, require_positive
 from loads.bearing import BorePressure
-
-if TYPE_CHECKING:
-    from fea.study.flags import RunFlags
 
 # A key of so many parts: the parser's time grows with their square.
 _NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")
@@ -209,24 +206,6 @@ class Study:
         5.0
         """
         return replace(self, rod=self.rod.with_dimensions(dimensions))
-
-    def with_flags(self, **flags: "Unpack[RunFlags]") -> "Study":
-        """Return the study with flags of ``fea run`` on top.
-
-        Raises
-        ------
-        InvalidValue
-            A flag is unknown or its value breaks a rule.
-
-        Examples
-        --------
-        >>> from fea import load_study
-        >>> load_study("leon-2001").with_flags(rpm=[3000, 6000], size=8).speeds()
-        (3000.0, 6000.0)
-        """
-        from fea.study.flags import python_flags  # noqa: PLC0415 - flags know the study that they change
-
-        return python_flags(flags).applied(self)
 
     def materials(self, parts: Iterable[str]) -> tuple[Material, ...]:
         """Return the material of each part; those without a table of their own are of [material].

@@ -15,7 +15,7 @@ from fea import analyse, load_study, run
 from fea.analysis.figures import EnvelopeFigures
 from fea.output import run_files
 from fea.output.json_file import as_dict, read_summary
-from fea.output.run_files import RunFile, Writer
+from fea.output.run_files import RunFiles, Writer
 from fea.output.text import write_text
 from geometry.invalid import InvalidValue
 
@@ -96,7 +96,8 @@ def test_several_speeds_are_no_result():
 
 def test_a_new_format_needs_its_writer_alone(tmp_path, monkeypatch, result):
     def points(outcome):
-        yield RunFile("points.csv", lambda path: write_text(path, f"{len(outcome.mesh.points)}\n"))
+        text = f"{len(outcome.mesh.points)}\n"
+        yield RunFiles(("points.csv",), lambda folder: write_text(folder / "points.csv", text))
 
     monkeypatch.setattr(run_files, "WRITERS", (*run_files.WRITERS, Writer("write", points)))
     folder = result.write(tmp_path / "run")

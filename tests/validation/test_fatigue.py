@@ -18,9 +18,9 @@ from fea.assess.deviatoric import deviatoric, tensor
 from fea.assess.fatigue import gerber, goodman, soderberg
 from fea.assess.history import extremes
 from fea.choices import Finish
-from fea.endurance import estimated_endurance, finish_factor, reliability_factor, size_factor
 from fea.material import Material
 from fea.stress.stress import von_mises
+from fea.study.endurance import estimated_endurance, finish_factor, reliability_factor, size_factor
 from geometry.invalid import InvalidValue
 
 KPSI = 6.894757  # MPa
