@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from fea.analysis.check import speed_checks
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.solve import Equilibrium
+from fea.analysis.speed_checks import speed_checks
 from fea.assess.case_result import CaseResult, case_result
 from fea.assess.plausible import unit_remarks
 from fea.assess.remarks import check_remarks
