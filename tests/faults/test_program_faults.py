@@ -228,7 +228,7 @@ def test_without_a_renderer_the_figures_stay(tmp_path):
         ('gas = "fan"', 2, "fan"),
         ("stroke_mm = 300.0", 2, "crank"),
         ("cylinders = 1000000000", 2, "engine.cylinders"),
-        ('gas = "none"', 2, "loads the rod with nothing"),
+        ('gas = "none"', 2, "applies no load to the rod"),
     ],
 )
 def test_engines_that_cannot_be(tmp_path, engine, code, says):

@@ -4,10 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from engines import LEON, LEON_ROD
 
-from fea.output.forces_csv import COLUMNS, write_forces_csv
+from fea.analysis.force_table import force_columns
+from fea.output.forces_csv import write_forces_csv
 from fea.output.json_file import json_text
 from geometry.surfaces import Surface
+from loads.gas import NoGas
 
 
 def test_numbers_keep_six_digits_and_whole_numbers_all():
@@ -63,7 +66,7 @@ def test_what_json_cannot_say_is_an_error():
 
 
 def test_the_cycle_has_the_promised_columns_and_a_row_an_angle(tmp_path):
-    columns = dict.fromkeys(COLUMNS, 0.0) | {
+    columns = dict.fromkeys(force_columns(LEON, LEON_ROD, NoGas(), 6000.0), 0.0) | {
         "rpm": 6000,
         "crank_deg": np.arange(3.0),
         "pin_axial_N": [31512.3456, -0.0, 1],
@@ -81,14 +84,3 @@ def test_the_cycle_has_the_promised_columns_and_a_row_an_angle(tmp_path):
         "6000,2,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0",
         "",
     ]
-
-
-def test_several_cylinders_add_a_column_in_front(tmp_path):
-    write_forces_csv(tmp_path / "loads.csv", dict.fromkeys(COLUMNS, 1.0) | {"cylinder": [0, 1]})
-    assert (tmp_path / "loads.csv").read_text().startswith("cylinder,rpm,")
-
-
-@pytest.mark.parametrize("columns", [{"rpm": 1.0}, dict.fromkeys(COLUMNS, 1.0) | {"rpn": 1.0}])
-def test_a_missing_or_unknown_column_is_named(tmp_path, columns):
-    with pytest.raises(ValueError, match=r"columns \['.*rp|columns \['crank"):
-        write_forces_csv(tmp_path / "loads.csv", columns)

@@ -52,10 +52,10 @@ def test_mass_matrix_moves_the_whole_mass(mesh):
 def test_a_rods_modes_lie_far_above_the_speed():
     report = modes_report(Flags(size=14.0, rpm="6000").applied(load_study("leon-2001")), 2)
     figures = report.figures()
-    first = figures["modes"][0]
+    first = figures.modes[0]
     assert report.trusted
-    assert first["orders"]["6000rpm"] == pytest.approx(first["frequency_Hz"] / 100)
-    ways = [mode["moves"] for mode in figures["modes"]]
+    assert first.orders["6000rpm"] == pytest.approx(first.frequency_Hz / 100)
+    ways = [mode.moves for mode in figures.modes]
     assert ways == ["twisting", "sideways"]  # an I-section is weakest in torsion, then sideways
     assert np.linalg.norm(report.shapes["mode_1"], axis=1).max() == pytest.approx(1)
 
