@@ -48,7 +48,7 @@ class Discretised:
     whole
         The whole rod, from the cell.
     drawn
-        What gmsh meshed, the smallest mirror cell: its nodes and elements come first in the others.
+        What gmsh meshed, the smallest mirror cell: its elements come first in the others.
     drawn_node
         (n_nodes,) node of `drawn` behind each node of the whole.
     quality
