@@ -1,12 +1,22 @@
 """Connecting-rod stress analysis: solves, judges, tells.
 
-``from fea import run`` does in Python what ``fea run`` does in the shell.
+``from fea import run`` does in Python what ``fea run`` does in the shell. ``to_skfem``, ``basis`` and
+``stiffness_coo`` give a mesh and its stiffness to scikit-fem.
 """
 
 from pathlib import Path
 from typing import Any
 
-__all__ = ["run"]
+_SCIKIT_FEM = ("basis", "stiffness_coo", "to_skfem")
+__all__ = ["basis", "run", "stiffness_coo", "to_skfem"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _SCIKIT_FEM:
+        from fea.solid import scikit_fem
+
+        return getattr(scikit_fem, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def run(study: str | Path = "leon-2001", **flags: Any) -> dict[str, Any] | list[dict[str, Any]]:
@@ -19,7 +29,7 @@ def run(study: str | Path = "leon-2001", **flags: Any) -> dict[str, Any] | list[
     **flags
         Those of ``fea run`` by their Python names: ``rpm`` (a number, a list or text), ``size``,
         ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``min_safety``,
-        ``screenshot``, ``cycle``, ``animate``, ``out``.
+        ``assembly``, ``screenshot``, ``cycle``, ``animate``, ``out``.
 
     Returns
     -------

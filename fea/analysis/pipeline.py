@@ -128,7 +128,7 @@ class Analysis:
         cell = self.mesh.cell
         elastic = of_parts(self.materials, cell.part)
         with clock("loads"):
-            self._inertia = inertia(cell, elastic.density)
+            self._inertia = inertia(cell, elastic.density, study.analysis.assembly)
             self.case_loads = CaseLoads(
                 cell, self.mesh.bores, self._inertia, self.pressure, study.analysis.support
             )
@@ -166,11 +166,17 @@ class Analysis:
     def _model(self, elastic: Material | Materials) -> Model:
         cell, asked = self.mesh.cell, self.study.analysis
         if not self.soft:
-            return Model(cell, elastic, asked.support, asked.solver, self._clock)
+            return Model(cell, elastic, asked.support, asked.solver, self._clock, assembly=asked.assembly)
         from fea.solvers.mixed import MixedModel  # noqa: PLC0415 - metal rods do without
 
         return MixedModel(
-            cell, self.materials, self.soft, asked.support, solver=asked.solver, clock=self._clock
+            cell,
+            self.materials,
+            self.soft,
+            asked.support,
+            solver=asked.solver,
+            clock=self._clock,
+            assembly=asked.assembly,
         )
 
     @property
@@ -255,7 +261,14 @@ class Analysis:
         """The rod held by its pins, factorised when first asked for: its modes of buckling at any speed."""
         model = self.model
         if self.study.analysis.support is not Support.INERTIA_RELIEF:
-            model = Model(self.mesh.cell, model.material, Support.INERTIA_RELIEF, self.study.analysis.solver)
+            asked = self.study.analysis
+            model = Model(
+                self.mesh.cell,
+                model.material,
+                Support.INERTIA_RELIEF,
+                asked.solver,
+                assembly=asked.assembly,
+            )
         return Buckling(model, held_by_pins(self.mesh.bores.rod_length))
 
     @cached_property
