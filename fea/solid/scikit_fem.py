@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from skfem import CellBasis, ElementTetP1, ElementTetP2, ElementVector, LinearForm, MeshTet, MeshTet2
+from skfem import CellBasis, Dofs, ElementVector, LinearForm, MeshTet, MeshTet2
 from skfem.assembly.form.coo_data import COOData
 from skfem.generic_utils import hash_args
 from skfem.mapping import MappingIsoparametric
@@ -26,7 +26,6 @@ from mesh.numbering import scikit_fem_order
 from mesh.tetmesh import TetMesh
 
 _MESHES = {1: MeshTet, 2: MeshTet2}
-_ELEMENTS = {1: ElementTetP1, 2: ElementTetP2}
 _AXES = 3
 # Elements assembled on at once: a basis holds every function at every quadrature point.
 _BLOCK = 2048
@@ -154,9 +153,12 @@ def volume_forces(mesh: TetMesh, form: LinearForm, intorder: int) -> Floats:
         As for `basis`.
     """
     bridged = to_skfem(mesh)
-    total = np.zeros(_AXES * len(bridged.nodes))
+    dofs = Dofs(bridged.mesh, _displacements(bridged.mesh))
+    total = np.zeros(dofs.N)
     for part in blocks(len(mesh.tets), _BLOCK):
-        total += form.assemble(_basis(bridged.mesh, intorder, np.arange(part.start, part.stop)))
+        elements = np.arange(part.start, part.stop)
+        own = _basis(bridged.mesh, intorder, elements=elements, dofs=dofs, disable_doflocs=True)
+        total += form.assemble(own)
     return _on_mesh(mesh, bridged.nodes, total.reshape(-1, _AXES))
 
 
@@ -171,7 +173,7 @@ def volume_moments(mesh: TetMesh, forms: Iterable[LinearForm], intorder: int) ->
         Over all elements.
     """
     bridged = to_skfem(mesh)
-    scalars = CellBasis(bridged.mesh, _ELEMENTS[mesh.order](), intorder=intorder)
+    scalars = CellBasis(bridged.mesh, bridged.mesh.elem(), intorder=intorder)
     return [_on_mesh(mesh, bridged.nodes, form.assemble(scalars)) for form in forms]
 
 
@@ -211,11 +213,14 @@ class _Isoparametric(MappingIsoparametric):  # type: ignore[misc]
         return np.asarray(super().invF(x, tind, newton_max_iters, newton_tol + rounding))
 
 
-def _basis(mesh: MeshTet, intorder: int, elements: Ints | None = None) -> CellBasis:
-    curved = isinstance(mesh, MeshTet2)
-    mapping = _Isoparametric(mesh, mesh.elem(), mesh.bndelem) if curved else None
-    element = ElementVector(_ELEMENTS[2 if curved else 1]())
-    return CellBasis(mesh, element, mapping=mapping, intorder=intorder, elements=elements)
+def _basis(mesh: MeshTet, intorder: int, **options: Any) -> CellBasis:
+    mapping = _Isoparametric(mesh, mesh.elem(), mesh.bndelem) if isinstance(mesh, MeshTet2) else None
+    return CellBasis(mesh, _displacements(mesh), mapping=mapping, intorder=intorder, **options)
+
+
+def _displacements(mesh: MeshTet) -> ElementVector:
+    """Functions of the order of the mesh, in x, y and z."""
+    return ElementVector(mesh.elem())
 
 
 def _on_mesh(mesh: TetMesh, nodes: Ints, values: Floats) -> Floats:

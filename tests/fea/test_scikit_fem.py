@@ -1,6 +1,8 @@
 """The bridge to scikit-fem, and the kernels against the weak forms on the same quadrature."""
 
+from contextlib import contextmanager
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -19,6 +21,7 @@ from fea.solid import forms
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.body_force import body_forces
 from fea.solid.geometric_stiffness import GeometricStiffness
+from fea.solid.inertia import _assembled_weights as weights
 from fea.solid.inertia import inertia
 from fea.solid.mass import mass_matrix
 from fea.solid.parity import Parity
@@ -27,7 +30,8 @@ from fea.solid.thermal import thermal_forces
 from fea.solid.traction import traction_forces
 from fea.solvers.mixed import MixedModel
 from fea.solvers.static import Model
-from fea.study.study import load_study
+from fea.study.flags import Flags
+from fea.study.study import load_study, parse_study
 from geometry.invalid import InvalidValue
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -57,6 +61,19 @@ def mesh(request):
 @pytest.fixture(scope="module")
 def materials(mesh):
     return Materials((STEEL, BRONZE), mesh.part)
+
+
+@pytest.fixture
+def without_kernel(monkeypatch):
+    """A context without the kernel of the stiffness."""
+
+    @contextmanager
+    def context():
+        with monkeypatch.context() as patch:
+            patch.delattr("fea.solvers.static.stiffness")
+            yield
+
+    return context
 
 
 def close(found, expected, rel=1e-12):
@@ -147,7 +164,8 @@ def test_traction(mesh):
     close(found, form.assemble(bore).reshape(-1, 3))
 
 
-def test_body_force(mesh):
+def test_body_force(mesh, monkeypatch):
+    monkeypatch.setattr("fea.solid.scikit_fem._BLOCK", 100)
     expected = forms.body_force(lambda x: x**2).assemble(basis(mesh, VOLUME_DEGREE)).reshape(-1, 3)
     close(body_forces(mesh, lambda places: places**2), expected)
     other = shuffled(mesh)
@@ -213,36 +231,47 @@ def test_the_matrix_that_is_solved(mesh, kind):
 
 
 @pytest.mark.parametrize("solver", [SolverName.AUTO, SolverName.AMG])
-def test_multigrid_takes_it_too(solver):
+def test_every_solver_takes_it(solver, without_kernel):
     mesh = strap(size=6.0)
     load = [tilted_load(mesh)]
-    ours, theirs = (
-        Model(mesh, STEEL, Support.CLAMPED, solver, assembly=assembly).solve(load) for assembly in Assembly
-    )
+    ours = Model(mesh, STEEL, Support.CLAMPED, solver).solve(load)
+    with without_kernel():
+        theirs = Model(mesh, STEEL, Support.CLAMPED, solver, assembly=Assembly.SCIKIT_FEM).solve(load)
     for parity in Parity:
         close(theirs.displacement[parity], ours.displacement[parity], rel=1e-9)
 
 
-def test_so_do_parts_with_a_pressure():
+def test_parts_with_a_pressure_take_it(without_kernel):
     mesh = two_parts(strap(size=6.0))
-    rubber = replace(BRONZE, poissons_ratio=0.49)
+    materials = [STEEL, replace(BRONZE, poissons_ratio=0.49)]
     load = [tilted_load(mesh)]
-    ours, theirs = (
-        MixedModel(mesh, [STEEL, rubber], [1], Support.CLAMPED, assembly=assembly).solve(load)
-        for assembly in Assembly
-    )
+    ours = MixedModel(mesh, materials, [1], Support.CLAMPED).solve(load)
+    with without_kernel():
+        model = MixedModel(mesh, materials, [1], Support.CLAMPED, assembly=Assembly.SCIKIT_FEM)
+    theirs = model.solve(load)
     for parity in Parity:
         close(theirs.displacement[parity], ours.displacement[parity], rel=1e-9)
 
 
-def test_a_run_finds_the_same_stress():
+def test_a_study_may_ask_for_it():
+    asked = Flags(assembly=Assembly.SCIKIT_FEM).applied(load_study())
+    again = parse_study(asked.text(), "again", asked.folder)
+    assert asked.analysis.assembly is again.analysis.assembly is Assembly.SCIKIT_FEM
+    with pytest.raises(InvalidValue, match=r"analysis.assembly.*Choose from batched, scikit-fem"):
+        parse_study(asked.text().replace("scikit-fem", "by-hand"), "again", asked.folder)
+
+
+def test_a_run_finds_the_same_stress(without_kernel, monkeypatch):
     study = load_study("leon-2001")
     study = replace(study, mesh=replace(study.mesh, size_mm=14.0))
-    ours, theirs = (
-        Analysis(replace(study, analysis=replace(study.analysis, assembly=assembly)), Clock()).at(6000.0)
-        for assembly in Assembly
-    )
+    ours = Analysis(study, Clock()).at(6000.0)
+    weighed = Mock(wraps=weights)
+    monkeypatch.setattr("fea.solid.inertia._assembled_weights", weighed)
+    with without_kernel():
+        asked = Flags(assembly=Assembly.SCIKIT_FEM).applied(study)
+        theirs = Analysis(asked, Clock()).at(6000.0)
     for one, other in zip(ours.cases, theirs.cases, strict=True):
         close(other.stress, one.stress, rel=1e-10)
         close(other.displacement, one.displacement, rel=1e-10)
     assert theirs.trusted == ours.trusted
+    weighed.assert_called_once()
