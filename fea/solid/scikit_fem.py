@@ -245,7 +245,9 @@ def _facet_numbers(mesh: MeshTet, facets: Ints) -> Ints:
         return np.asarray((a * mesh.nvertices + b) * mesh.nvertices + c)
 
     known, asked = key(mesh.facets), key(np.sort(facets, axis=1).T)
-    found = np.searchsorted(known, asked)
-    if (known[np.minimum(found, len(known) - 1)] != asked).any():
-        raise ValueError("facets of a surface that no element has")
+    found = np.minimum(np.searchsorted(known, asked), len(known) - 1)
+    astray = np.flatnonzero(known[found] != asked)
+    if astray.size:
+        first = np.sort(facets[astray[0]]).tolist()
+        raise ValueError(f"{astray.size} facets, the first of vertices {first}, that no element has")
     return np.asarray(found)
