@@ -16,10 +16,22 @@ from typing import TYPE_CHECKING, Any, Unpack
 if TYPE_CHECKING:
     from fea.analysis.prepare import PreparedRod
     from fea.result import Result, analyse, prepare
+    from fea.solid.scikit_fem import basis, stiffness_coo, to_skfem
     from fea.study.flags import RunFlags
     from fea.study.study import Study, load_study
 
-__all__ = ["PreparedRod", "Result", "Study", "analyse", "load_study", "prepare", "run"]
+__all__ = [
+    "PreparedRod",
+    "Result",
+    "Study",
+    "analyse",
+    "basis",
+    "load_study",
+    "prepare",
+    "run",
+    "stiffness_coo",
+    "to_skfem",
+]
 
 # Where each public name is defined.
 _HOMES = {
@@ -27,8 +39,11 @@ _HOMES = {
     "Result": "fea.result",
     "Study": "fea.study.study",
     "analyse": "fea.result",
+    "basis": "fea.solid.scikit_fem",
     "load_study": "fea.study.study",
     "prepare": "fea.result",
+    "stiffness_coo": "fea.solid.scikit_fem",
+    "to_skfem": "fea.solid.scikit_fem",
 }
 
 
@@ -49,7 +64,7 @@ def run(study: "str | Path | Study" = "leon-2001", **flags: "Unpack[RunFlags]") 
     **flags
         Those of ``fea run`` by their Python names: ``rpm`` (a number, a list or text), ``size``,
         ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``tolerance``, ``min_safety``,
-        ``screenshot``, ``cycle``, ``fatigue``, ``buckling``, ``animate``, ``out``.
+        ``assembly``, ``screenshot``, ``cycle``, ``fatigue``, ``buckling``, ``animate``, ``out``.
 
     Returns
     -------

@@ -42,6 +42,13 @@ class SolverName(StrEnum):
     AMG = "amg"
 
 
+class Assembly(StrEnum):
+    """What assembles the stiffness and the nodal forces of inertia: batched kernels or scikit-fem."""
+
+    BATCHED = "batched"
+    SCIKIT_FEM = "scikit-fem"
+
+
 class Finish(StrEnum):
     """How a part's surface was made."""
 

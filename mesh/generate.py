@@ -10,6 +10,7 @@ from geometry.arrays import Ints
 from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
 from mesh.errors import MeshError
+from mesh.numbering import numbered
 from mesh.outward import outward
 from mesh.quality import LEAST_SCALED_JACOBIAN, Quality, measure, mended, scaled_jacobian
 from mesh.repair import NOTHING, Repair, UnsoundMeshError, of_crossing, of_elements
@@ -52,7 +53,8 @@ def tetrahedralise(
     Returns
     -------
     TetMesh, Quality
-        The mesh, mended where raising the order had inverted elements, and its measured quality.
+        The mesh, mended where raising the order had inverted elements, its nodes in the order of
+        `mesh.numbering`; and its measured quality.
 
     Raises
     ------
@@ -74,7 +76,7 @@ def tetrahedralise(
             f"must exceed 0; mended below {LEAST_SCALED_JACOBIAN}). Try a smaller --size"
         )
         raise UnsoundMeshError(message, more)
-    return mesh, quality
+    return numbered(mesh)[0], quality
 
 
 def _generate(sizing: Sizing) -> None:

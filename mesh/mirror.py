@@ -8,6 +8,7 @@ import numpy.typing as npt
 from geometry.arrays import Floats, Ints
 from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
+from mesh.numbering import numbered
 from mesh.tetmesh import TetMesh
 
 # A reflection turns an element inside out; exchanging two vertices turns it back.
@@ -22,7 +23,8 @@ class MirroredMesh:
     Attributes
     ----------
     mesh
-        The whole; the nodes and elements of the cell come first.
+        The whole. The cell's elements come first; the nodes stand in the order of `mesh.numbering`, in which
+        a node of the cell comes before its images.
     source
         (n_nodes,) the cell's node behind each node.
     element_source
@@ -88,9 +90,10 @@ def reflect(whole: MirroredMesh, plane: Surface) -> MirroredMesh:
         },
         None if mesh.part is None else np.concatenate([mesh.part, mesh.part]),
     )
+    joined, order = numbered(joined)
     return MirroredMesh(
         joined,
-        np.concatenate([whole.source, whole.source[~shared]]),
+        np.concatenate([whole.source, whole.source[~shared]])[order],
         np.concatenate([whole.element_source, whole.element_source]),
-        np.concatenate([whole.sign, whole.sign[~shared] * turn]),
+        np.concatenate([whole.sign, whole.sign[~shared] * turn])[order],
     )

@@ -146,7 +146,8 @@ class PreparedRod:
         """The rod held by its pins, factorised when first asked for: its buckling modes at any speed."""
         model = self.model
         if self.clamped:
-            model = Model(self.mesh.cell, model.material, Support.INERTIA_RELIEF, self.options.solver)
+            relief, solver = Support.INERTIA_RELIEF, self.options.solver
+            model = Model(self.mesh.cell, model.material, relief, solver, assembly=self.options.assembly)
         return Buckling(model, held_by_pins(self.mesh.bores.rod_length))
 
     @cached_property
@@ -230,7 +231,7 @@ def prepare(
         raise InvalidValue("material.nu", nu, rule, "Leave out --buckling: the column formulas remain.")
     elastic = of_parts(materials, cell.part)
     with clock("loads"):
-        body = inertia(cell, elastic.density)
+        body = inertia(cell, elastic.density, options.assembly)
         pressure = BorePressure.parse(options.pressure)
         forces = NodalForces(cell, mesh.bores, body, pressure, options.support)
     model = _model(mesh, materials, soft, options, clock)
@@ -283,7 +284,16 @@ def _model(
     clock: Clock,
 ) -> Model:
     if not soft:
-        return Model(mesh.cell, of_parts(materials, mesh.cell.part), options.support, options.solver, clock)
+        elastic = of_parts(materials, mesh.cell.part)
+        return Model(mesh.cell, elastic, options.support, options.solver, clock, assembly=options.assembly)
     from fea.solvers.mixed import MixedModel  # noqa: PLC0415 - metal rods do without
 
-    return MixedModel(mesh.cell, materials, soft, options.support, solver=options.solver, clock=clock)
+    return MixedModel(
+        mesh.cell,
+        materials,
+        soft,
+        options.support,
+        solver=options.solver,
+        clock=clock,
+        assembly=options.assembly,
+    )

@@ -27,6 +27,18 @@ class SymmetricMatrix:
 
     upper: sparse.bsr_array
 
+    @classmethod
+    def of_full(cls, matrix: sparse.csr_array) -> "SymmetricMatrix":
+        """Take the upper triangle of a symmetric matrix, three rows a node."""
+        full = sparse.bsr_array(matrix, blocksize=(3, 3))
+        full.sort_indices()
+        n_nodes = len(full.indptr) - 1
+        row = np.repeat(np.arange(n_nodes), np.diff(full.indptr))
+        kept = full.indices >= row
+        indptr = np.r_[0, np.cumsum(np.bincount(row[kept], minlength=n_nodes))].astype(np.int32)
+        indices = full.indices[kept].astype(np.int32)
+        return cls(sparse.bsr_array((full.data[kept], indices, indptr), shape=full.shape))
+
     @property
     def size(self) -> int:
         """Number of rows."""
@@ -147,6 +159,17 @@ def pattern(tets: Ints, n_points: int) -> Pattern:
 def stiffness(mesh: TetMesh, material: Material | Materials, layout: Pattern) -> SymmetricMatrix:
     """Assemble the stiffness matrix of `mesh`, degrees of freedom node-wise (u_x, u_y, u_z), N/mm."""
     return _assembled(mesh, material, layout)
+
+
+def element_stiffness(mesh: TetMesh, material: Material | Materials) -> Floats:
+    """Integrate the stiffness of each element, (n_elements, 3 n_nodes, 3 n_nodes) node-wise, N/mm."""
+    n_nodes = mesh.tets.shape[1]
+    first, second = np.indices((n_nodes, n_nodes)).reshape(2, -1)
+    values = np.empty((len(mesh.tets), n_nodes, 3, n_nodes, 3))
+    for part, gauss in gauss_blocks(mesh, stiffness_degree(n_nodes)):
+        blocks = node_pair_blocks(gauss, material.of(part), (first, second))
+        values[part] = blocks.reshape(-1, n_nodes, n_nodes, 3, 3).swapaxes(2, 3)
+    return values.reshape(len(values), 3 * n_nodes, 3 * n_nodes)
 
 
 def linear_stiffness(mesh: TetMesh, material: Material | Materials) -> SymmetricMatrix:

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 
-from fea.solid.element import tabulate
-from fea.solid.integration import VOLUME_DEGREE, volume_points
-from fea.solid.traction import scattered
+from fea.solid import forms
+from fea.solid.integration import VOLUME_DEGREE
+from fea.solid.scikit_fem import by_point, volume_forces
 from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
 
@@ -19,7 +19,4 @@ def body_forces(mesh: TetMesh, field: Callable[[Floats], Floats]) -> Floats:
     field
         From places (n, 3), mm, to the force per volume b (n, 3), N/mm³.
     """
-    places, volumes = volume_points(mesh)
-    values = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values
-    force = field(places.reshape(-1, 3)).reshape(places.shape) * volumes[..., None]
-    return scattered(mesh.tets, values.T @ force, len(mesh.points))
+    return volume_forces(mesh, forms.body_force(by_point(field)), VOLUME_DEGREE)

@@ -4,9 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fea.choices import Assembly
 from fea.solid.element import tabulate
+from fea.solid.forms import moment
 from fea.solid.integration import VOLUME_DEGREE, volume_points
 from fea.solid.parity import Split
+from fea.solid.scikit_fem import volume_moments
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from geometry.surfaces import Surface
@@ -51,7 +54,7 @@ class Inertia:
         return Split(symmetric + antisymmetric, None)
 
 
-def inertia(mesh: TetMesh, density: float | Floats) -> Inertia:
+def inertia(mesh: TetMesh, density: float | Floats, assembly: Assembly = Assembly.BATCHED) -> Inertia:
     """Integrate mass and its moments over the mesh; the planes it is cut at complete the properties.
 
     Parameters
@@ -60,24 +63,36 @@ def inertia(mesh: TetMesh, density: float | Floats) -> Inertia:
         The meshed cell.
     density
         Of every element, or (n_elements,) of each, t/mm³.
+    assembly
+        What integrates the nodal weights; the quadrature is the same.
     """
     places, volumes = volume_points(mesh)
     mass = volumes * np.reshape(density, (-1, 1))
+    if assembly is Assembly.SCIKIT_FEM:
+        weight, *moments = _assembled_weights(mesh, density)
+    else:
+        weight, *moments = _weights(mesh, mass, places)
+    cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
+    properties = _properties(places.reshape(-1, 3), mass.ravel(), cut_y=cut_y, cut_z=cut_z)
+    x, y, z = moments
+    return Inertia(weight, x, y, z, properties, cut_y)
+
+
+def _weights(mesh: TetMesh, mass: Floats, places: Floats) -> list[Floats]:
+    """∫ρ N_a dV and ∫ρ N_a x_i dV of masses at places (n_elements, n_points)."""
     values = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values
 
     def nodal(field: Floats) -> Floats:
         sums = np.bincount(mesh.tets.ravel(), (field @ values).ravel(), minlength=len(mesh.points))
         return np.asarray(sums, dtype=float)
 
-    cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
-    return Inertia(
-        nodal(mass),
-        nodal(mass * places[..., 0]),
-        nodal(mass * places[..., 1]),
-        nodal(mass * places[..., 2]),
-        _properties(places.reshape(-1, 3), mass.ravel(), cut_y=cut_y, cut_z=cut_z),
-        cut_y,
-    )
+    return [nodal(mass), *(nodal(mass * places[..., axis]) for axis in range(3))]
+
+
+def _assembled_weights(mesh: TetMesh, density: float | Floats) -> list[Floats]:
+    """The same from their weak form."""
+    fields = [lambda x: np.ones_like(x[0]), *((lambda x, axis=axis: x[axis]) for axis in range(3))]
+    return volume_moments(mesh, [moment(density, field) for field in fields], VOLUME_DEGREE)
 
 
 def mass_beyond(mesh: TetMesh, density: float | Floats, station: float) -> MassProperties:

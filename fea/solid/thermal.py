@@ -8,12 +8,10 @@ with that traction, and β ΔT I is taken off at the nodes.
 
 from collections.abc import Callable
 
-import numpy as np
-
 from fea.material import Material
-from fea.solid.element import tabulate
-from fea.solid.integration import VOLUME_DEGREE, gauss_blocks
-from fea.solid.traction import scattered
+from fea.solid import forms
+from fea.solid.integration import VOLUME_DEGREE
+from fea.solid.scikit_fem import by_point, volume_forces
 from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
 
@@ -39,11 +37,5 @@ def thermal_forces(
     temperature
         From places (n, 3), mm, to the rise ΔT (n,), K.
     """
-    beta = thermal_modulus(material, expansion)
-    values = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values
-    forces = np.empty((*mesh.tets.shape, 3))
-    for part, gauss in gauss_blocks(mesh, VOLUME_DEGREE):
-        places = values @ mesh.points[mesh.tets[part]]
-        rise = temperature(places.reshape(-1, 3)).reshape(gauss.volumes.shape)
-        forces[part] = np.einsum("eq,eqad->ead", beta * rise * gauss.volumes, gauss.gradients, optimize=True)
-    return scattered(mesh.tets, forces, len(mesh.points))
+    form = forms.thermal_strain(material, expansion, by_point(temperature))
+    return volume_forces(mesh, form, VOLUME_DEGREE)

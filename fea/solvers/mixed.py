@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from fea.choices import SolverName, Support
+from fea.choices import Assembly, SolverName, Support
 from fea.machine.clock import Clock
 from fea.material import Material, of_parts
 from fea.solid.errors import StagnationError
@@ -39,8 +39,8 @@ class MixedModel(Model):
         One a part.
     soft
         Numbers of the parts that get a pressure.
-    support, solver, clock
-        As for `Model`.
+    support, solver, clock, assembly
+        As for `Model`; the matrices of the pressure are always batched.
     """
 
     def __init__(
@@ -52,10 +52,11 @@ class MixedModel(Model):
         *,
         solver: SolverName = SolverName.AUTO,
         clock: Clock | None = None,
+        assembly: Assembly = Assembly.BATCHED,
     ) -> None:
         shear = shear_materials(materials, soft)
         elastic = of_parts(shear, mesh.part)
-        super().__init__(mesh, elastic, support, solver, clock)
+        super().__init__(mesh, elastic, support, solver, clock, assembly=assembly)
         with self._clock("assembly"):
             self._space = pressure_space(mesh, {number: materials[number] for number in soft})
 

@@ -5,12 +5,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fea.choices import SolverName, Support
+from fea.choices import Assembly, SolverName, Support
 from fea.machine.clock import Clock
 from fea.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
+from fea.solid.scikit_fem import assembled_stiffness
 from fea.solid.supports import (
     clamped,
     determinate_restraints,
@@ -67,6 +68,8 @@ class Model:
         Which linear solver.
     clock
         Times the stages ``assembly``, ``factor`` and ``solve``.
+    assembly
+        What assembles the stiffness.
     """
 
     def __init__(
@@ -76,6 +79,8 @@ class Model:
         support: Support,
         solver: SolverName = SolverName.AUTO,
         clock: Clock | None = None,
+        *,
+        assembly: Assembly = Assembly.BATCHED,
     ) -> None:
         self.mesh = mesh
         self._clock = clock or Clock()
@@ -90,7 +95,11 @@ class Model:
             else determinate_restraints(mesh)
         )
         with self._clock("assembly"):
-            self._K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
+            self._K = (
+                assembled_stiffness(mesh, material)
+                if assembly is Assembly.SCIKIT_FEM
+                else stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
+            )
 
     @property
     def solved_dofs(self) -> int:

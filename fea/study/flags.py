@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypedDict
 
-from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
+from fea.choices import Assembly, Element, Fatigue, SolverName, Support, Symmetry
 from fea.study.paths import absolute
 from fea.study.speeds import parse_speeds
 from fea.study.study import Study
@@ -39,6 +39,9 @@ class Flags:
 
     solver: SolverName | None = None
     """Linear solver; by default chosen by the memory it will need."""
+
+    assembly: Assembly | None = None
+    """What assembles the stiffness: batched kernels (the default), or scikit-fem, more slowly."""
 
     cycle: bool = False
     """Work out every degree of the crank cycle: envelope, histories, fatigue."""
@@ -80,6 +83,7 @@ class Flags:
                 "symmetry": self.symmetry,
                 "pressure": self.pressure,
                 "solver": self.solver,
+                "assembly": self.assembly,
                 "tolerance_percent": number("analysis.tolerance_percent", self.tolerance),
                 "min_safety": number("analysis.min_safety", self.min_safety),
                 "cycle": self.cycle or None,
@@ -116,6 +120,7 @@ class AnalysisFlags(TypedDict, total=False):
     symmetry: str
     pressure: str
     solver: str
+    assembly: str
     cycle: bool
     fatigue: str
     buckling: bool

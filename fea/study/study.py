@@ -8,7 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from fea.choices import Element, Fatigue, SolverName, Support, Symmetry
+from fea.choices import Assembly, Element, Fatigue, SolverName, Support, Symmetry
 from fea.material import Material
 from fea.study.engine_table import EngineTable
 from fea.study.material_table import MaterialTable
@@ -81,6 +81,7 @@ class AnalysisTable:
     symmetry: Symmetry = Symmetry.AUTO
     pressure: str = "cosine-180"
     solver: SolverName = SolverName.AUTO
+    assembly: Assembly = Assembly.BATCHED
     tolerance_percent: float | None = None
     min_safety: float | None = None
     cycle: bool = False

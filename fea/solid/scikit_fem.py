@@ -1,0 +1,253 @@
+"""A mesh and its stiffness as scikit-fem's own objects.
+
+What scikit-fem assembles adds to what is assembled here:
+
+    foundation = BilinearForm(lambda u, v, w: 50.0 * dot(u, v))
+    bore = basis(mesh).boundary("small_end_bore")
+    K = (stiffness_coo(mesh, material) + foundation.coo_data(bore)).tocsr()
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from skfem import CellBasis, Dofs, ElementVector, LinearForm, MeshTet, MeshTet2
+from skfem.assembly.form.coo_data import COOData
+from skfem.generic_utils import hash_args
+from skfem.mapping import MappingIsoparametric
+
+from fea.material import Material, Materials
+from fea.solid.assembly import SymmetricMatrix, element_stiffness
+from fea.solid.forms import elasticity
+from fea.solid.integration import blocks, stiffness_degree
+from geometry.arrays import Floats, Ints
+from geometry.invalid import require
+from mesh.numbering import scikit_fem_order
+from mesh.tetmesh import TetMesh
+
+_MESHES = {1: MeshTet, 2: MeshTet2}
+_AXES = 3
+# Elements assembled on at once: a basis holds every function at every quadrature point.
+_BLOCK = 2048
+# A reference coordinate cannot be found more exactly than to a few roundings of the place.
+_ROUNDINGS = 16 * np.finfo(float).eps
+
+
+class SkfemMesh(NamedTuple):
+    """A mesh of scikit-fem, and whose nodes its nodes are.
+
+    Attributes
+    ----------
+    mesh
+        `skfem.MeshTet2`, as curved as the `TetMesh`, or `skfem.MeshTet` of first order. Its boundaries have
+        the names of the surfaces, its subdomains those of the parts.
+    nodes
+        (n_nodes,) the node of the `TetMesh` behind each node: 0, 1, 2, … where `mesh.numbering` numbered it,
+        as it does for all meshes that `fea` makes.
+    """
+
+    mesh: Any
+    nodes: Ints
+
+
+def to_skfem(mesh: TetMesh, parts: Sequence[str] = ()) -> SkfemMesh:
+    """Return a mesh as one of scikit-fem, with its surfaces and parts by name.
+
+    Parameters
+    ----------
+    mesh
+        Numbered in any way; nodes that no element has are left out.
+    parts
+        Names of the parts; by default ``part 0``, ``part 1``, …
+
+    Raises
+    ------
+    InvalidValue
+        A part has no name.
+    ValueError
+        Several edges join the same two vertices, which scikit-fem would take for one; or facets are of no
+        element.
+    """
+    order, count = scikit_fem_order(mesh.tets, len(mesh.points)), np.unique(mesh.tets).size
+    number, nodes = _inverse(order), order[:count]
+    corners = np.ascontiguousarray(number[mesh.tets[:, :4]].T)
+    bare = _MESHES[mesh.order](np.ascontiguousarray(mesh.points[nodes].T), corners)
+    if mesh.order == 2 and count != bare.nvertices + bare.nedges:
+        middles = count - bare.nvertices
+        message = (
+            f"{middles} mid-edge nodes on {bare.nedges} pairs of vertices: scikit-fem knows one edge a pair. "
+            "Mesh with smaller elements"
+        )
+        raise ValueError(message)
+    part = np.zeros(len(mesh.tets), dtype=np.int64) if mesh.part is None else mesh.part
+    n_parts = int(part.max()) + 1
+    names = list(parts) or [f"part {index}" for index in range(n_parts)]
+    require(len(names) >= n_parts, "parts", names, f"must name each of the {n_parts} parts")
+    surfaces = {
+        str(surface): _facet_numbers(bare, number[facets[:, :3]])
+        for surface, facets in mesh.facets.items()
+        if len(facets)
+    }
+    elements = {name: np.flatnonzero(part == index) for index, name in enumerate(names)}
+    return SkfemMesh(bare.with_boundaries(surfaces).with_subdomains(elements), nodes)
+
+
+def basis(mesh: TetMesh, intorder: int | None = None) -> CellBasis:
+    """Return the basis of displacements on a mesh: P2, or P1 of first order, in x, y and z.
+
+    ``basis(mesh).boundary("small_end_bore")`` is the basis on the facets of a surface.
+
+    Parameters
+    ----------
+    mesh
+        As for `to_skfem`, which tells how the nodes are numbered.
+    intorder
+        Degree of the polynomials that are integrated exactly where elements are straight; by default that
+        with which the stiffness is integrated here.
+    """
+    degree = stiffness_degree(mesh.tets.shape[1]) if intorder is None else intorder
+    return _basis(to_skfem(mesh).mesh, degree)
+
+
+def stiffness_coo(mesh: TetMesh, material: Material | Materials) -> COOData:
+    """Integrate the stiffness of all elements as scikit-fem's bilinear forms leave it, N/mm.
+
+    The same, much faster, as ``elasticity(material).coo_data(basis(mesh))``.
+
+    Parameters
+    ----------
+    mesh
+        As for `to_skfem`.
+    material
+        Of every element, or of each part.
+    """
+    number = _inverse(scikit_fem_order(mesh.tets, len(mesh.points)))[mesh.tets].astype(np.int32)
+    dofs = (_AXES * number[:, :, None] + np.arange(_AXES, dtype=np.int32)).reshape(len(mesh.tets), -1).T
+    count, size = len(dofs), int(dofs.max()) + 1
+    indices = np.empty((2, count, count, len(mesh.tets)), dtype=np.int32)  # by trial, then by test function
+    indices[0], indices[1] = dofs[None], dofs[:, None]
+    pairs = COOData(indices.reshape(2, -1), np.empty(0), (size, size), (count, count))
+    return pairs.fromlocal(element_stiffness(mesh, material))
+
+
+def assembled_stiffness(mesh: TetMesh, material: Material | Materials) -> SymmetricMatrix:
+    """Assemble `fea.solid.assembly.stiffness` by scikit-fem alone, from the weak form of elasticity."""
+    bridged = to_skfem(mesh)
+    K = elasticity(material).assemble(_basis(bridged.mesh, stiffness_degree(mesh.tets.shape[1])))
+    if (np.diff(bridged.nodes) != 1).any():
+        dofs = (_AXES * _inverse(bridged.nodes)[:, None] + np.arange(_AXES)).ravel()
+        K = K[dofs][:, dofs]
+    return SymmetricMatrix.of_full(K)
+
+
+def volume_forces(mesh: TetMesh, form: LinearForm, intorder: int) -> Floats:
+    """Assemble a form on displacements: nodal forces (n_nodes, 3), N.
+
+    Parameters
+    ----------
+    mesh
+        As for `to_skfem`.
+    form
+        Of places alone: it is assembled on a part of the elements at a time.
+    intorder
+        As for `basis`.
+    """
+    bridged = to_skfem(mesh)
+    dofs = Dofs(bridged.mesh, _displacements(bridged.mesh))
+    total = np.zeros(dofs.N)
+    for part in blocks(len(mesh.tets), _BLOCK):
+        elements = np.arange(part.start, part.stop)
+        own = _basis(bridged.mesh, intorder, elements=elements, dofs=dofs, disable_doflocs=True)
+        total += form.assemble(own)
+    return _on_mesh(mesh, bridged.nodes, total.reshape(-1, _AXES))
+
+
+def volume_moments(mesh: TetMesh, forms: Iterable[LinearForm], intorder: int) -> list[Floats]:
+    """Assemble forms on scalar functions of the same order: (n_nodes,) each.
+
+    Parameters
+    ----------
+    mesh, intorder
+        As for `volume_forces`.
+    forms
+        Over all elements.
+    """
+    bridged = to_skfem(mesh)
+    scalars = CellBasis(bridged.mesh, bridged.mesh.elem(), intorder=intorder)
+    return [_on_mesh(mesh, bridged.nodes, form.assemble(scalars)) for form in forms]
+
+
+def by_point(field: Callable[[Floats], Floats]) -> Callable[[Floats], Floats]:
+    """Turn a field of places (n, 3) into one of places (3, n_elements, n_points), its values likewise."""
+    places: Floats | None = None
+    values = np.empty(0)
+
+    def of_places(x: Floats) -> Floats:
+        nonlocal places, values
+        if x is not places:  # a form asks anew for each of the basis functions
+            found = field(np.asarray(x).reshape(_AXES, -1).T)
+            places, values = x, np.moveaxis(found, 0, -1).reshape(*found.shape[1:], *x.shape[1:])
+        return values
+
+    return of_places
+
+
+class _Isoparametric(MappingIsoparametric):  # type: ignore[misc]
+    """The map of curved elements, inverted once for all basis functions, and far from the origin, too."""
+
+    _inverted: tuple[object, Floats] = None, np.empty(0)
+
+    def invDF(self, X: Floats, tind: Ints | None = None) -> Floats:
+        of = hash_args(X, tind)
+        if self._inverted[0] != of:
+            self._inverted = of, super().invDF(X, tind)
+        return self._inverted[1]
+
+    def invF(
+        self, x: Floats, tind: Ints | None = None, newton_max_iters: int = 50, newton_tol: float = 1e-12
+    ) -> Floats:
+        # Facets find their quadrature points in the elements by Newton's steps, down to a tolerance below the
+        # rounding of places where elements are smaller than a thousandth of their distance from the origin.
+        steepest = np.abs(self.invDF(np.full((3, 1), 0.25), tind)).max()
+        rounding = _ROUNDINGS * np.abs(x).max() * steepest
+        return np.asarray(super().invF(x, tind, newton_max_iters, newton_tol + rounding))
+
+
+def _basis(mesh: MeshTet, intorder: int, **options: Any) -> CellBasis:
+    mapping = _Isoparametric(mesh, mesh.elem(), mesh.bndelem) if isinstance(mesh, MeshTet2) else None
+    return CellBasis(mesh, _displacements(mesh), mapping=mapping, intorder=intorder, **options)
+
+
+def _displacements(mesh: MeshTet) -> ElementVector:
+    """Functions of the order of the mesh, in x, y and z."""
+    return ElementVector(mesh.elem())
+
+
+def _on_mesh(mesh: TetMesh, nodes: Ints, values: Floats) -> Floats:
+    """Values by the nodes of a mesh, of values by those of scikit-fem; zero where there is none."""
+    own = np.zeros((len(mesh.points), *values.shape[1:]))
+    own[nodes] = values
+    return own
+
+
+def _inverse(order: Ints) -> Ints:
+    """Place of each number in a permutation."""
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    return place
+
+
+def _facet_numbers(mesh: MeshTet, facets: Ints) -> Ints:
+    """Numbers that scikit-fem gives facets (n_facets, 3) of vertices, in whatever order."""
+
+    def key(sorted_vertices: Ints) -> Ints:
+        a, b, c = sorted_vertices.astype(np.int64)
+        return np.asarray((a * mesh.nvertices + b) * mesh.nvertices + c)
+
+    known, asked = key(mesh.facets), key(np.sort(facets, axis=1).T)
+    found = np.minimum(np.searchsorted(known, asked), len(known) - 1)
+    astray = np.flatnonzero(known[found] != asked)
+    if astray.size:
+        first = np.sort(facets[astray[0]]).tolist()
+        raise ValueError(f"{astray.size} facets, the first of vertices {first}, that no element has")
+    return np.asarray(found)
