@@ -79,6 +79,7 @@ class ModelFigures:
     support: str
     pressure: str
     solver: str
+    assembly: str
     quality: QualityFigures
 
 

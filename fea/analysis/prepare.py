@@ -13,12 +13,13 @@ from fea.cycle.superposition import CycleAnalysis
 from fea.cycle.unit_loads import UnitLoads
 from fea.cycle.unit_solutions import unit_solutions
 from fea.machine.clock import Clock
-from fea.material import Material, of_parts
+from fea.material import Material, Materials, of_parts
 from fea.rod.case_forces import NodalForces
 from fea.rod.discretise import MeshedRod, MeshRequest, discretise
 from fea.rod.load_cases import EngineLoading, GivenForces, Loading
 from fea.rod.shank import part_at, shank
 from fea.solid.inertia import Inertia, inertia
+from fea.solid.parity import Split
 from fea.solid.pins import held_by_pins
 from fea.solvers.buckling import Buckling
 from fea.solvers.static import Model
@@ -26,7 +27,7 @@ from fea.stress.part_recovery import PartRecovery
 from fea.stress.section_balance import SectionBalance
 from fea.study.study import AnalysisTable, Study
 from geometry.arrays import Floats
-from geometry.invalid import InvalidValue
+from geometry.invalid import InvalidValue, require
 from geometry.mass import MassProperties
 from geometry.rod import Rod
 from geometry.section import Section
@@ -118,6 +119,30 @@ class PreparedRod:
             rule = "has no [engine], so there is no crank cycle"
             raise InvalidValue("STUDY", self.name, rule, "Add an [engine].")
         return self.loading
+
+    @property
+    def material(self) -> Material | Materials:
+        """Elastic constants of every element of the cell, or of each part."""
+        return of_parts(self.materials, self.mesh.cell.part)
+
+    def case_forces(self, name: str, rpm: float | None = None) -> Split:
+        """Nodal forces (n_nodes, 3) of a load case on the cell, N, by their parity about y = 0.
+
+        Parameters
+        ----------
+        name
+            ``"tension"``, ``"compression"``, ``"side"``, ``"bending"``, ``"gas"`` or ``"given"``.
+        rpm
+            Engine speed; None for given forces.
+
+        Raises
+        ------
+        InvalidValue
+            There is no such case at this speed.
+        """
+        cases = {case.name: case for case in self.loading.at(self.mass, rpm).cases}
+        require(name in cases, "case", name, f"must be one of {', '.join(cases)}")
+        return self.nodal_forces(cases[name]).forces
 
     def displacement(self, rpm: float, angles: Floats) -> Floats:
         """Displacement (n_nodes, 3, n) of the whole rod at crank angles (n,), rad: mm, relative to the bores.

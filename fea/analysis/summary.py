@@ -252,6 +252,7 @@ def _model(rod: PreparedRod) -> ModelFigures:
         support=rod.options.support.value,
         pressure=rod.options.pressure,
         solver=rod.model.solver,
+        assembly=rod.options.assembly.value,
         quality=quality_figures(meshing.quality, meshing.repair),
     )
 

@@ -79,6 +79,7 @@ def summary(**figures):
         support="inertia-relief",
         pressure="cosine-180",
         solver="pardiso",
+        assembly="batched",
         quality=quality,
     )
     usual = {
