@@ -54,7 +54,9 @@ def __getattr__(name: str) -> Any:
     return getattr(import_module(_HOMES[name]), name)
 
 
-def run(study: "str | Path | Study" = "leon-2001", **flags: "Unpack[RunFlags]") -> Any:
+def run(
+    study: "str | Path | Study" = "leon-2001", **flags: "Unpack[RunFlags]"
+) -> dict[str, Any] | list[dict[str, Any]]:
     """Analyse a study at each of its speeds and write a run for each, as ``fea run`` does.
 
     Parameters

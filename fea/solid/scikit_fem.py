@@ -67,6 +67,15 @@ def to_skfem(mesh: TetMesh, parts: Sequence[str] = ()) -> SkfemMesh:
     ValueError
         Several edges join the same two vertices, which scikit-fem would take for one; or facets are of no
         element.
+
+    Examples
+    --------
+    >>> from fea import prepare, to_skfem
+    >>> mesh, nodes = to_skfem(prepare("leon-2001", size=14).mesh.cell)
+    >>> sorted(mesh.boundaries)
+    ['big_end_bore', 'free', 'small_end_bore', 'symmetry_y', 'symmetry_z']
+    >>> (nodes == range(len(nodes))).all()
+    np.True_
     """
     order, count = scikit_fem_order(mesh.tets, len(mesh.points)), np.unique(mesh.tets).size
     number, nodes = _inverse(order), order[:count]
@@ -120,6 +129,18 @@ def stiffness_coo(mesh: TetMesh, material: Material | Materials) -> COOData:
         As for `to_skfem`.
     material
         Of every element, or of each part.
+
+    Examples
+    --------
+    >>> from fea import basis, prepare, stiffness_coo
+    >>> from skfem import BilinearForm
+    >>> from skfem.helpers import dot
+    >>> rod = prepare("leon-2001", size=14)
+    >>> foundation = BilinearForm(lambda u, v, _: 50.0 * dot(u, v))  # N/mm³
+    >>> bore = basis(rod.mesh.cell).boundary("small_end_bore")
+    >>> K = (stiffness_coo(rod.mesh.cell, rod.material) + foundation.coo_data(bore)).tocsr()
+    >>> K.shape[0] == 3 * len(rod.mesh.cell.points)
+    True
     """
     number = _inverse(scikit_fem_order(mesh.tets, len(mesh.points)))[mesh.tets].astype(np.int32)
     dofs = (_AXES * number[:, :, None] + np.arange(_AXES, dtype=np.int32)).reshape(len(mesh.tets), -1).T

@@ -110,7 +110,7 @@ def test_a_new_format_needs_its_writer_alone(tmp_path, monkeypatch, result):
     assert result.write(folder) == folder  # it is recognised as an earlier run
 
 
-@pytest.mark.parametrize("module", ["fea", "fea.result", "fea.study.study"])
+@pytest.mark.parametrize("module", ["fea", "fea.result", "fea.study.study", "fea.solid.scikit_fem"])
 def test_examples_in_docstrings_run(module):
     found = doctest.testmod(import_module(module), raise_on_error=False)
     assert found.attempted > 0
