@@ -2,7 +2,7 @@
 
 import math
 
-# Of a value in a message: enough to recognise it by.
+# Longest value shown in a message: enough to recognise it.
 _SHOWN = 160
 
 
@@ -14,7 +14,7 @@ class InvalidValue(ValueError):  # noqa: N818 - named for what it says
     name
         The quantity, with its unit where it has one (``"rod.web_thickness_mm"``).
     value
-        The offending value as it was given; None for one that was not.
+        The offending value as it was given; None if it is missing.
     rule
         What must hold, in words (``"must be positive"``).
     remedy
@@ -27,7 +27,7 @@ class InvalidValue(ValueError):  # noqa: N818 - named for what it says
         super().__init__(f"{what}." + (f" {remedy}" if remedy else ""))
 
     def __reduce__(self) -> tuple[type["InvalidValue"], tuple[object, ...]]:
-        """Pickle what it was made of, for errors that come from another process."""
+        """Pickle the arguments, for errors that come from another process."""
         return type(self), (self.name, self.value, self.rule, self.remedy)
 
 
@@ -54,7 +54,7 @@ def require_number(name: str, value: object) -> float:
 
 
 def is_finite(value: float) -> bool:
-    """Whether a number has a finite float (an integer may be too large for one)."""
+    """Whether a number is finite as a float (an integer may be too large for one)."""
     try:
         return math.isfinite(value)
     except OverflowError:

@@ -1,4 +1,4 @@
-"""Split every tetrahedron in eight, keeping straight-sided meshes nested."""
+"""Split every tetrahedron into eight; straight-sided meshes stay nested."""
 
 import numpy as np
 
@@ -21,12 +21,12 @@ _FACET_EDGES = ((0, 1), (1, 2), (2, 0))
 
 
 def refined(mesh: TetMesh) -> TetMesh:
-    """Halve every edge of a straight-sided mesh; the order stays."""
+    """Halve every edge of a straight-sided mesh, keeping its order."""
     return split(raised(mesh)) if mesh.order == 1 else raised(split(mesh))
 
 
 def raised(mesh: TetMesh) -> TetMesh:
-    """Add nodes amid the edges of a first-order mesh, which makes it one of second order."""
+    """Add mid-edge nodes to a first-order mesh, which makes it a second-order mesh."""
     n_points = len(mesh.points)
 
     def keys(cells: Ints, pairs: tuple[tuple[int, int], ...]) -> Ints:
@@ -47,9 +47,9 @@ def raised(mesh: TetMesh) -> TetMesh:
 
 
 def split(mesh: TetMesh) -> TetMesh:
-    """Make eight first-order tetrahedra of each of second order, with the same nodes.
+    """Replace each second-order tetrahedron by eight first-order ones with the same nodes.
 
-    The shortest diagonal is cut along: with any other, elements would grow longer at every refinement.
+    The cut is along the shortest diagonal: with any other, elements would become longer at every refinement.
     """
     ends = mesh.points[mesh.tets[:, _DIAGONALS]]
     shortest = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2).argmin(axis=1)

@@ -26,7 +26,7 @@ def run(
     study
         A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.
     threads
-        Threads of the solver; all processors by default.
+        Number of solver threads; default: all processors.
     json
         Print the summary as JSON and nothing else.
     quiet
@@ -62,7 +62,7 @@ def run(
 
 
 def verdict(summaries: list[dict[str, Any]], min_safety: float | None) -> int:
-    """Exit code of finished runs: a failed check wins over a low safety factor."""
+    """Exit code of finished runs: a failed check takes precedence over a low safety factor."""
     from fea.analysis.summary import worst_safety
 
     if not all(figures["trusted"] for figures in summaries):
