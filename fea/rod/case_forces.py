@@ -1,4 +1,4 @@
-"""From a load case to nodal forces on the meshed cell."""
+"""Nodal forces of a load case on the meshed cell."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,14 +20,14 @@ from mesh.tetmesh import TetMesh
 
 @dataclass(frozen=True)
 class Bores:
-    """What the pressures need of the rod.
+    """Dimensions of the rod that the bore pressures need.
 
     Attributes
     ----------
     rod_length
         Between the bores, mm.
     big_radius, big_width, small_radius, small_width
-        mm, the widths in the mean.
+        mm; the widths are means.
     small_taper
         The small end's width at the angle φ from +x is small_width + small_taper cos φ, mm.
     """
@@ -41,7 +41,7 @@ class Bores:
 
     @property
     def between(self) -> tuple[float, float]:
-        """X where the big end's bore ends and where the small end's begins, mm."""
+        """The x at which the big-end bore ends and that at which the small-end bore begins, mm."""
         return self.big_radius, self.rod_length - self.small_radius
 
 
@@ -56,12 +56,12 @@ class CaseForces:
     traction
         On each pressed bore, MPa.
     scale
-        Of the two bore pressures, the factor farther from 1.
+        The correction factor of the two bore pressures that is farther from 1.
     largest
         The largest bore force, N.
     tilt
         Moment out of the plane of motion that the rod's inertia balances, over the largest bore force times
-        the rod's length; None where mirror planes or a clamp leave none.
+        the rod's length; None if mirror planes or a clamp exclude such a moment.
     """
 
     forces: Split
@@ -72,7 +72,7 @@ class CaseForces:
 
 
 class CaseLoads:
-    """Turns load cases into nodal forces; the geometry of the bores is worked out once.
+    """Converts load cases to nodal forces; the geometry of the bores is evaluated once.
 
     Parameters
     ----------
@@ -81,11 +81,11 @@ class CaseLoads:
     bores
         Dimensions of the bores.
     inertia
-        Of the same mesh.
+        Inertia of the same mesh.
     pressure
-        How a pin presses on its bore.
+        Distribution of the pin pressure on the bores.
     support
-        A clamped big end takes the crank force as its reaction.
+        With a clamped big end, the crank force is a reaction and not applied.
     """
 
     def __init__(
@@ -122,7 +122,10 @@ class CaseLoads:
         )
 
     def _upright(self, forces: Split, largest: float) -> tuple[Split, float | None]:
-        """Forces (uncut about y, as a rod that is cut there is about z) freed of what tilts, and how much."""
+        """Forces without their out-of-plane part, and the relative moment that was removed.
+
+        A mesh that can tilt is not cut at z = 0 and hence not at y = 0: the forces have one part only.
+        """
         if self._tilt is None:
             return forces, None
         force, *moments = self._tilt.out_of_plane(forces.symmetric)
@@ -149,7 +152,7 @@ def imbalance(points: Floats, forces: Split, images: int) -> tuple[float, float]
     forces
         On the cell.
     images
-        How many cells make the whole.
+        Number of cells that make the whole rod.
     """
     x_part = forces.symmetric
     y_part = forces.symmetric if forces.antisymmetric is None else forces.antisymmetric

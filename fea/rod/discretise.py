@@ -1,4 +1,4 @@
-"""From a study's rod to the meshed cell and the whole it stands for."""
+"""Mesh the rod of a study: the mirror cell that is solved, and the whole rod that it represents."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -29,11 +29,13 @@ from mesh.size_field import SizeField
 from mesh.sizing import PER_ARC, Sizing, default_size, refinements
 from mesh.tetmesh import TetMesh
 
-# Processor time, s, after which gmsh is taken to be lost in a damaged file: ten million elements take less.
+# Processor time, s, after which gmsh is assumed not to finish (on a damaged file); ten million elements take
+# less.
 _MESHING = 3600.0
-# Elements of the drawn cell, by estimate, that gmsh makes within that time.
+# Estimated number of elements of the drawn cell that gmsh makes within that time.
 _MOST_ELEMENTS = 1e7
-# gmsh says so of elements that are mended afterwards: what is left of it, the mesh's own measure tells.
+# Part of gmsh's warning about distorted elements. They are repaired afterwards, and the mesh quality measures
+# what remains.
 _MENDED = "worst distortion"
 
 
@@ -44,31 +46,31 @@ class Discretised:
     Attributes
     ----------
     cell
-        What is solved.
+        The mirror cell that is solved.
     whole
-        The whole rod, from the cell.
+        The whole rod, reflected from the cell.
     drawn
-        What gmsh meshed, the smallest mirror cell: its nodes and elements come first in the others.
+        The smallest mirror cell, which gmsh meshed: its nodes and elements come first in the others.
     drawn_node
-        (n_nodes,) node of `drawn` behind each node of the whole.
+        (n_nodes,) the node of `drawn` that each node of the whole is an image of.
     quality
-        Of the mesh.
+        Quality of the mesh.
     bores
-        Dimensions the pressures need.
+        Dimensions that the pressures need.
     parts
         Volume of each part of the whole solid by the CAD kernel, mm³, by name.
     symmetry
-        Which part the cell is.
+        Which part of the rod the cell is.
     size
         Element size, mm.
     repair
-        What was done otherwise than this size asks for.
+        Changed settings with which the mesh was made again.
     left_out
-        What the symmetry spares.
+        Parts of the rod that the symmetry makes unnecessary.
     warnings
-        What gmsh had to say.
+        Warnings of gmsh.
     refined
-        Whether earlier solutions had a say in the sizes.
+        Whether earlier solutions requested element sizes.
     """
 
     cell: TetMesh
@@ -87,19 +89,20 @@ class Discretised:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a reader must know of the mesh: a coarse size, mended elements, complaints of gmsh."""
+        """Notes for the user: a coarse size, straightened elements, warnings of gmsh."""
         coarser = self.size / default_size(self.bores.rod_length)
         count = self.quality.straightened
         notes = []
         if coarser > 1.01 and not self.refined:
             notes.append(
-                f"elements of {self.size:g} mm are {coarser:.2g} times the default: {PER_ARC / coarser:.1f} "
-                f"in place of {PER_ARC} through a fillet's arc, so peaks may be too low"
+                f"elements of {self.size:g} mm are {coarser:.2g} times the default size, with "
+                f"{PER_ARC / coarser:.1f} instead of {PER_ARC} along a fillet's arc: peak stresses may be too low"
             )
         notes += self.repair.notes
         if count:
             elements = "1 element has" if count == 1 else f"{count} elements have"
-            notes.append(f"{elements} straight edges where curved ones would have distorted the shape")
+            why = "because curved edges would have distorted the shape"
+            notes.append(f"{elements} straight edges, {why}")
         warnings = (warning for warning in self.warnings if _MENDED not in warning)
         return (*notes, *(f"gmsh: {warning}" for warning in warnings))
 
@@ -115,7 +118,7 @@ class Discretised:
 
 @dataclass(frozen=True)
 class _Drawn:
-    """What leaves the session of gmsh."""
+    """The results of the gmsh session."""
 
     solid: Solid
     mesh: TetMesh
@@ -130,26 +133,26 @@ def discretise(
 ) -> Discretised:
     """Draw and mesh the rod of a study.
 
-    The smallest mirror cell is meshed; larger cells are put together from its reflections, so that
-    the mesh of the whole is the same whichever part is solved.
+    The smallest mirror cell is meshed; larger cells are assembled from its reflections, so that the mesh of
+    the whole rod does not depend on which part is solved.
 
     Parameters
     ----------
     study
-        What is asked.
+        The study.
     clock
         Times the stages ``geometry`` and ``mesh``.
     wanted
-        Sizes that earlier solutions ask for, on their `Discretised.drawn`.
+        Element sizes requested by earlier solutions, on their `Discretised.drawn`.
     coarser
         Factor on the default size.
 
     Raises
     ------
     InvalidValue
-        The rod has no dimensions or not the symmetry asked for.
+        The rod has no dimensions, or not the requested symmetry.
     GeometryError, MeshError
-        No solid or no usable mesh came out.
+        No solid or no usable mesh could be made.
     """
     if study.rod.step is None or memory_limit() is not None:  # under a limit the whole program is guarded
         drawn = _drawn(study, clock, wanted, coarser)
@@ -203,38 +206,38 @@ def _drawn(study: Study, clock: Clock, wanted: Sequence[SizeField], coarser: flo
                 partial(tetrahedralise, solid.faces, refined, sizing, volumes, wanted),
                 partial(mesh_flaws, study, solid),
                 log,
-                lambda cause: clock.tell(f"meshing again: {cause}"),
+                lambda cause: clock.tell(f"meshing again, because {cause}"),
             )
     warnings = tuple(dict.fromkeys((*drawing, *made.warnings)))
     return _Drawn(solid, made.mesh, made.quality, size, made.repair, warnings)
 
 
 def _require_few(elements: float, size: float) -> None:
-    """Refuse a size that gmsh would work on for hours."""
+    """Refuse an element size with which gmsh would take hours."""
     coarser = size * (elements / _MOST_ELEMENTS) ** (1 / 3)
     require(
         elements <= _MOST_ELEMENTS,
         "mesh.size_mm",
         size,
-        f"makes about {elements:.2g} elements, and more than {_MOST_ELEMENTS:.0e} are not meshed",
-        f"Take {1.05 * coarser:.2g} mm or more.",
+        f"gives about {elements:.2g} elements; at most {_MOST_ELEMENTS:.0e} are allowed",
+        f"Use {1.05 * coarser:.2g} mm or more.",
     )
 
 
 def _cell(asked: Symmetry, smallest: Mirror) -> Mirror:
-    """The mirror cell to solve: the smallest one unless a larger one is asked for.
+    """The mirror cell to solve: the smallest one unless a larger one is requested.
 
     Raises
     ------
     InvalidValue
-        The rod does not have the symmetry asked for.
+        The rod does not have the requested symmetry.
     """
     if asked is Symmetry.AUTO:
         return smallest
     cell = Mirror(asked.value)
-    rule = f"the rod's smallest mirror cell is {smallest}"
+    rule = f"the rod is not that symmetric: its smallest mirror cell is {smallest}"
     possible = set(cell.planes) <= set(smallest.planes)
-    require(possible, "analysis.symmetry", str(asked), rule, "Choose auto.")
+    require(possible, "analysis.symmetry", str(asked), rule, f"Choose auto or {smallest}.")
     return cell
 
 

@@ -1,4 +1,4 @@
-"""Elements that make a run's checks refuse its mesh, and what to do otherwise about them."""
+"""Elements with which the checks of a run would fail, and the changes to the mesh that avoid them."""
 
 from collections.abc import Iterable, Sequence
 
@@ -19,12 +19,12 @@ _BENT = 0.25  # scaled Jacobian of an element that can no longer follow its arc
 
 
 def mesh_flaws(study: Study, solid: Solid, mesh: TetMesh, quality: Quality) -> Repair | None:
-    """Find the elements that are too flat, and those whose straightened or bent edges miss too much mass.
+    """Find elements that are too flat, and straightened or distorted ones that miss too much mass.
 
     Parameters
     ----------
     study
-        Whose materials they are.
+        Gives the materials.
     solid
         As drawn in the open session.
     mesh, quality
@@ -33,9 +33,9 @@ def mesh_flaws(study: Study, solid: Solid, mesh: TetMesh, quality: Quality) -> R
     Returns
     -------
     Repair or None
-        None where the mesh passes the checks, or misses mass by the size of its elements alone.
+        None if the mesh passes the checks, or misses mass only because its elements are large.
     """
-    found = {"flat": shape(mesh) < _LEAST_SHAPE} if quality.least_shape < _LEAST_SHAPE else {}
+    found = {"too flat": shape(mesh) < _LEAST_SHAPE} if quality.least_shape < _LEAST_SHAPE else {}
     suspect = quality.mended or quality.least_scaled_jacobian < _BENT
     if mesh.order > 1 and suspect and _misses_mass(study, solid, mesh):
         found |= _off_the_surface(mesh, quality)
@@ -46,9 +46,9 @@ def mesh_flaws(study: Study, solid: Solid, mesh: TetMesh, quality: Quality) -> R
 
 
 def _off_the_surface(mesh: TetMesh, quality: Quality) -> dict[str, Mask]:
-    """Elements that may miss mass: straightened ones, or those that were nearly bent enough for that."""
+    """Elements that may miss mass: straightened ones or, without these, the most distorted ones."""
     if not quality.mended:
-        return {"bent": scaled_jacobian(mesh) < _BENT}
+        return {"too distorted": scaled_jacobian(mesh) < _BENT}
     straight = np.zeros(len(mesh.tets), dtype=bool)
     straight[list(quality.mended)] = True
     return {"straight where the solid is curved": straight}

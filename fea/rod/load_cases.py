@@ -1,4 +1,4 @@
-"""The load cases of a study at one speed, and what is left out of them."""
+"""The load cases of a study at one speed, and those that are left out."""
 
 from dataclasses import dataclass
 
@@ -20,11 +20,11 @@ class SpeedLoads:
     Attributes
     ----------
     cases
-        Those solved.
+        The load cases to solve.
     left_out
-        Those spared, and why.
+        Load cases and effects that are left out, and why.
     notes
-        What the gas model had to assume.
+        Assumptions of the gas model.
     """
 
     cases: tuple[LoadCase, ...]
@@ -35,14 +35,14 @@ class SpeedLoads:
 def speed_loads(
     study: Study, engine: Engine | None, gas: GasModel | None, rod: MassProperties, rpm: float | None
 ) -> SpeedLoads:
-    """Find the peak cases of a cycle, or the forces given.
+    """Find the peak load cases of a cycle, or return the case of given forces.
 
     Parameters
     ----------
     study
-        What is asked.
+        The study.
     engine, gas
-        None where forces are given.
+        None if forces are given.
     rod
         Mass properties of the meshed rod.
     rpm
@@ -61,9 +61,9 @@ def speed_loads(
         raise InvalidValue("study", study.name, "has neither [engine] nor [forces]", "Add one of them.")
     peaks = peak_cases(engine, rod, gas, rpm * RPM)
     if not peaks.cases:
-        raise InvalidValue(
-            "speed.rpm", rpm, "loads the rod with nothing", "Give it speed, or the engine gas."
-        )
+        rule = "applies no load to the rod, because the engine has no gas pressure"
+        remedy = "Use a speed above 0, or choose a gas model in [engine]."
+        raise InvalidValue("speed.rpm", rpm, rule, remedy)
     omitted = tuple(Omission(f"case {name}", why) for name, why in peaks.left_out)
     if rpm == 0:
         omitted += (Omission("inertia of the rod", "the engine stands still"),)
