@@ -95,8 +95,8 @@ class Discretised:
         notes = []
         if coarser > 1.01 and not self.refined:
             notes.append(
-                f"elements of {self.size:g} mm are {coarser:.2g} times the default size, with "
-                f"{PER_ARC / coarser:.1f} instead of {PER_ARC} along a fillet's arc: peak stresses may be too low"
+                f"elements of {self.size:g} mm are {coarser:.2g} times the default size: with only "
+                f"{PER_ARC / coarser:.1f} of them along a fillet's arc, peak stresses may be too low"
             )
         notes += self.repair.notes
         if count:
