@@ -30,15 +30,15 @@ COLUMNS = (
 
 
 def write_cycle_csv(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
-    """Write the cycle, one row a crank angle.
+    """Write the cycle, one row per crank angle.
 
     Parameters
     ----------
     path
-        The file to write; its directory exists.
+        The file to write; its directory must exist.
     columns
-        Every name of `COLUMNS` (and ``cylinder``, which then comes first) with its values: (n,), or one
-        number for all rows; units as the names say.
+        Every name of `COLUMNS` (and optionally ``cylinder``, which then comes first) with its values: (n,),
+        or one number for all rows, in the units of the names.
 
     Raises
     ------
@@ -55,6 +55,6 @@ def write_cycle_csv(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
 
 
 def _rows(values: npt.NDArray[np.float64]) -> str:
-    """Seven digits without a negative zero; what does not apply (NaN) is blank."""
+    """Rows with seven digits, without negative zeros; values that do not apply (NaN) are blank."""
     row = ",".join(["%.7g"] * values.shape[1]) + "\n"
     return (row * len(values) % tuple((values + 0.0).ravel().tolist())).replace("nan", "")
