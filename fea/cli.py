@@ -50,8 +50,9 @@ _COMMANDS = {
     "Each problem is solved on a series of finer meshes, with first- and second-order elements, as a whole "
     "and by symmetry, and with CalculiX (ccx) if it is installed. The result names the fastest way to an "
     "error within 5, 2 and 1 %.",
-    "stability": "Solve ill-conditioned and extreme cases: each must be right, marked or refused.\n\n"
-    "Each case has a known answer. The exit code is 5 if a wrong answer passes every check.",
+    "stability": "Solve ill-conditioned and extreme cases: no wrong result may pass unnoticed.\n\n"
+    "Each case has a known answer. Its result must be right, marked as not to be trusted, or refused. The "
+    "exit code is 5 if a wrong result passes every check.",
     "view": "Draw a result: a load case, the envelope of the crank cycle, or a mode.\n\n"
     "- `fea view results/leon-2001-6000rpm/tension.vtu --field safety_factor`",
     "init": "Write a study file with comments, ready to edit.\n\n"

@@ -1,6 +1,7 @@
 """The error for a value that breaks a rule, and the checks that raise it."""
 
 import math
+from enum import Enum
 
 # Longest value shown in a message: enough to recognise it.
 _SHOWN = 160
@@ -33,6 +34,7 @@ class InvalidValue(ValueError):  # noqa: N818 - named for what it says
 
 def shown(value: object) -> str:
     """Return a value as text for a message, however long or unprintable it is."""
+    value = value.value if isinstance(value, Enum) else value
     try:
         text = f"{value:g}" if isinstance(value, float) else repr(value)
     except (ValueError, RecursionError):  # Python prints no integer beyond 4300 digits

@@ -61,7 +61,8 @@ class Engine:
             reach < self.rod_length,
             "rod.length_mm",
             self.rod_length,
-            f"must exceed {reach:g} mm, the crank radius plus the pin offset, or the crank cannot turn",
+            f"must exceed {reach:g} mm, the crank radius plus the pin offset, or the crank cannot turn "
+            f"(λ = {reach / self.rod_length:.4g} must be below 1)",
             "Lengthen the rod or reduce engine.stroke_mm.",
         )
 

@@ -35,14 +35,14 @@ def raised(mesh: TetMesh) -> TetMesh:
 
     edges, number = np.unique(keys(mesh.tets, EDGES), return_inverse=True)
     middles = mesh.points[np.stack(np.divmod(edges, n_points))].mean(axis=0)
-    amid: dict[Surface, Ints] = {
+    middle_nodes: dict[Surface, Ints] = {
         surface: n_points + np.searchsorted(edges, keys(facets, _FACET_EDGES))
         for surface, facets in mesh.facets.items()
     }
     return TetMesh(
         np.concatenate([mesh.points, middles]),
         np.hstack([mesh.tets, n_points + number.reshape(-1, len(EDGES))]),
-        {surface: np.hstack([facets, amid[surface]]) for surface, facets in mesh.facets.items()},
+        {surface: np.hstack([facets, middle_nodes[surface]]) for surface, facets in mesh.facets.items()},
     )
 
 

@@ -117,6 +117,6 @@ class CaseErrors:
         values = np.stack(sides)
         if len(values) == 1:
             return np.asarray(values[0][self._mesh.whole.source])
-        amid = np.unique(self._mesh.cell.facets[Surface.SYMMETRY_Y])
-        values[:, amid] = values[:, amid].max(axis=0)
+        on_plane = np.unique(self._mesh.cell.facets[Surface.SYMMETRY_Y])
+        values[:, on_plane] = values[:, on_plane].max(axis=0)
         return np.asarray(values[self._node_side, self._mesh.whole.source])

@@ -8,7 +8,7 @@ _DIGITS = 9
 
 
 def stability(*cases: str, json: bool = False, report: Path | None = None, quiet: bool = False) -> int:
-    """Solve ill-conditioned and extreme cases with known answers: each must be right, marked or refused.
+    """Solve ill-conditioned and extreme cases with known answers: no wrong result may pass unnoticed.
 
     Parameters
     ----------

@@ -40,14 +40,14 @@ def guarded(job: Callable[[], int]) -> int:
         )
         return MACHINE
     with tempfile.TemporaryFile() as chatter:
-        told, tell = os.pipe()
+        read, write = os.pipe()
         child = os.fork()
         if not child:
-            os.close(told)
-            _run(job, tell, chatter)
-        os.close(tell)
+            os.close(read)
+            _run(job, write, chatter)
+        os.close(write)
         _forward_interrupts(child)
-        with os.fdopen(told, "rb") as pipe:
+        with os.fdopen(read, "rb") as pipe:
             said = pipe.read(1)
         _, status = os.waitpid(child, 0)
         if said:
@@ -67,7 +67,7 @@ def memory_limit() -> int | None:
     return min((limit for limit in limits if limit != resource.RLIM_INFINITY), default=None)
 
 
-def _run(job: Callable[[], int], tell: int, chatter: IO[bytes]) -> None:
+def _run(job: Callable[[], int], write: int, chatter: IO[bytes]) -> None:
     """In the child: run the job, send its code and end, without a clean-up, which would need memory."""
     code: int | None = None
     try:
@@ -82,7 +82,7 @@ def _run(job: Callable[[], int], tell: int, chatter: IO[bytes]) -> None:
         with contextlib.suppress(OSError, ValueError):
             sys.stderr.flush()
         if code is not None:
-            os.write(tell, bytes([code & 0xFF]))
+            os.write(write, bytes([code & 0xFF]))
         os._exit(MACHINE)
 
 

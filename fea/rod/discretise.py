@@ -219,7 +219,7 @@ def _require_few(elements: float, size: float) -> None:
         elements <= _MOST_ELEMENTS,
         "mesh.size_mm",
         size,
-        f"gives about {elements:.2g} elements; at most {_MOST_ELEMENTS:.0e} are allowed",
+        f"gives about {elements:.2g} elements; at most {_MOST_ELEMENTS / 1e6:.0f} million are allowed",
         f"Use {1.05 * coarser:.2g} mm or more.",
     )
 

@@ -122,8 +122,8 @@ class RodTable:
         if not others:
             return []
         text = (
-            f"this analysis uses the mass properties of the solid, not the given {', '.join(others)}, which "
-            "only fea loads uses; fea rod --fit adjusts the dimensions to given mass properties"
+            f"given mass properties are used by fea loads only, not here: {', '.join(others)}; fea rod --fit "
+            "adjusts the dimensions to them"
         )
         return [text]
 

@@ -92,10 +92,10 @@ def test_given_forces_have_no_cycle(tmp_path):
     )
     run = fea("run", study, cwd=tmp_path)
     assert run.returncode == 2
-    assert "needs an [engine]" in run.stderr
+    assert "[forces], which have no crank cycle. Give an [engine]" in run.stderr
 
 
-def test_a_speed_that_loads_the_rod_with_nothing_is_refused(tmp_path):
+def test_a_speed_without_any_load_is_refused(tmp_path):
     (tmp_path / "still.toml").write_text(
         """rod.preset = "leon-2001"
 material.preset = "leon-2001"
@@ -107,5 +107,5 @@ speed.rpm = [0, 3000]
     )
     run = fea("run", "still.toml", cwd=tmp_path)
     assert run.returncode == 2
-    assert "loads the rod with nothing" in run.stderr
+    assert "applies no load to the rod" in run.stderr
     assert not (tmp_path / "results").exists()

@@ -36,7 +36,7 @@ def test_straight_edges_that_miss_the_mass_are_made_again_with_shorter_ones():
     assert error < 0.2 * LIMITS["mesh_mass"]
     assert found.size == 12.5
     assert 0 < found.repair.size < found.size
-    assert [what for what in said if "again" in what] == [f"meshing again: {found.repair.causes[0]}"]
+    assert [what for what in said if "again" in what] == [f"meshing again, because {found.repair.causes[0]}"]
     assert "straight where the solid is curved near" in found.notes[1]
 
 

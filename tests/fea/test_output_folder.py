@@ -166,7 +166,7 @@ def test_a_file_and_the_current_directory_are_refused(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("mine")
     with pytest.raises(OccupiedError, match="is a file"):
         require_replaceable(tmp_path / "file")
-    with pytest.raises(OccupiedError, match=r"lies below .*file"):
+    with pytest.raises(OccupiedError, match=r"is below .*file"):
         require_replaceable(tmp_path / "file" / "run")
     monkeypatch.chdir(tmp_path)
     with pytest.raises(OccupiedError, match="current directory"):
