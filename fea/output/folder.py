@@ -123,7 +123,8 @@ def _require_directory_above(target: Path) -> None:
     above = next(parent for parent in target.absolute().parents if parent.exists())
     if not above.is_dir():
         raise OccupiedError(
-            f"{near(target)} is below {near(above)}, which is a file: choose another directory with --out."
+            f"{near(target)} is inside {near(above)}, which is not a directory: "
+            "choose another directory with --out."
         )
 
 

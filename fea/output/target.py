@@ -43,7 +43,7 @@ def require_report(path: Path | None) -> None:
         return
     _require_file("--report", path, (".md",))
     above = next(parent for parent in path.absolute().parents if parent.exists())
-    rule, remedy = f"is below {above}, which is a file", "Choose another path."
+    rule, remedy = f"is inside {above}, which is not a directory", "Choose another path."
     require(above.is_dir(), "--report", str(path), rule, remedy)
 
 
