@@ -7,7 +7,7 @@ import signal
 import sys
 
 _INTERRUPTED = 130
-_SAID = "fea: interrupted; nothing was left half-written\n"
+_SAID = "fea: interrupted; no incomplete result was left behind\n"
 
 
 def main() -> None:
@@ -28,7 +28,7 @@ def main() -> None:
 
 
 def _end_quietly() -> None:
-    """Let what asks the program to end do so at once, while there is nothing to clean up."""
+    """Let a signal end the program at once while there is nothing to clean up."""
 
     def end(_number: int, _frame: object) -> None:
         with contextlib.suppress(OSError):
@@ -42,7 +42,7 @@ def _end_quietly() -> None:
 
 
 def _called() -> int:
-    """Run the command line; what goes wrong before it can speak is told here."""
+    """Run the command line; report errors that occur before it is loaded."""
     try:
         from fea.machine.guard import MACHINE  # noqa: PLC0415 - as above
         from fea.machine.signals import interrupt_once  # noqa: PLC0415

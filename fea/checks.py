@@ -1,55 +1,62 @@
-"""Checks that decide whether a result may be trusted."""
+"""The checks that decide whether a result can be trusted."""
 
 from dataclasses import dataclass
 
-# Limits, each relative unless its name says otherwise, and why.
+# The limit of each check and the reason for it; limits are relative unless stated otherwise.
 LIMITS = {
-    # Every number of the result is finite: a count of those that are not.
+    # Number of load cases with values that are not finite: there must be none.
     "finite": 0.0,
-    # Facets and oil holes change a bore's area; beyond this the pressure is not the one intended.
+    # Facets and oil holes change the area of a bore, so the pressure is scaled to give the force. A larger
+    # correction means that the pressure is no longer the intended one.
     "bore_pressure_scale": 0.2,
-    # Pin, crank and inertia forces (and moments about z) come from one quadrature: rounding only.
+    # Pin, crank and inertia forces (and their moments about z) come from the same quadrature, so that only
+    # rounding errors remain.
     "force_balance": 1e-8,
     "moment_balance": 1e-8,
-    # Moment out of the plane of motion, over force times length, that inertia balances where pins would: a
-    # force a thousandth of the length off its line adds a twentieth to the stress of a shank an eighth thick.
+    # Moment out of the plane of motion over force times length. In reality the pins react it, in the model
+    # inertia does. A force that is off its line by a thousandth of the length raises the stress by a
+    # twentieth in a shank whose thickness is an eighth of the length.
     "tilt": 1e-3,
-    # Strain anywhere, and displacement over the rod's length: linear elasticity errs by about as much. Metals
-    # yield at a hundredth, so that it is rubber, or a modulus in the wrong unit, that fails.
+    # Largest strain, and displacement over the rod's length: the error of linear elasticity is of this order.
+    # Metals yield at a strain of about 0.01, so that only rubber or a modulus in the wrong unit fails.
     "small_strain": 0.1,
     "small_displacement": 0.1,
-    # Restraints of inertia relief carry what the balance and the solver leave over.
+    # Reactions at the restraints of inertia relief: rounding errors of the balance and of the solver only.
     "reactions": 1e-6,
-    # Normwise backward error of a backward stable solver is of the order of machine precision.
+    # The normwise backward error of a backward stable solver is of the order of machine precision.
     "backward_error": 1e-12,
-    # Forces that the solution leaves over at any node, of the largest nodal force: far below any error of the
-    # mesh, and what a recheck of the written files is held to.
+    # Largest residual force at any node, relative to the largest nodal force: far below any error of the
+    # mesh. An independent recheck of the written files uses the same limit.
     "imbalance": 1e-6,
-    # What the stress shown amid the shank misses of the forces beyond it: half of what is called converged.
-    # Recovered stress does so by the error of the mesh only; bending that first order cannot follow fails.
+    # Equilibrium check at mid-shank sections: resultant of the recovered stress against the forces beyond
+    # the section. Half of what counts as mesh-converged. On a sufficient mesh only the error of the mesh is
+    # left; first-order elements too coarse for bending fail.
     "section_balance": 2.5e-2,
-    # Rounding may take ε κ of the displacement: a thousandth, a fiftieth of what is called converged.
+    # Rounding errors may reach ε κ of the displacement: a thousandth is a fiftieth of the 5 % that counts as
+    # mesh-converged.
     "condition": 1e-3 / 2.2e-16,
-    # uᵀKu = uᵀf amplifies the backward error by the condition number.
+    # uᵀKu = uᵀf; the condition number amplifies the backward error here.
     "energy_balance": 1e-6,
-    # The mesh's mass against the solid's: curved elements miss it by far less unless some were straightened.
+    # Mass of the mesh against that of the solid: the error of curved elements is far smaller unless some
+    # had to be straightened.
     "mesh_mass": 1e-3,
-    # Straight edges are chords: 32 of them take 0.6 % off a bore's disc, which part of a ring's outside makes
-    # good. The most that loads may be off by: a tenth of what a 5 % mesh error is.
+    # The straight edges of first-order elements are chords: 32 of them reduce the area of a bore by 0.6 %,
+    # partly compensated on the outside of the ring. The loads err by at most this much: a tenth of a 5 % mesh
+    # error.
     "mesh_mass_p1": 5e-3,
-    # Superposed against directly solved peak cases: a tenth of what a 5 % mesh error is.
+    # Superposed against directly solved peak cases: a tenth of a 5 % mesh error.
     "superposition": 5e-3,
-    # Where the iteration ends; more means that a factor of buckling was not reached.
+    # Residual at which the iteration ends; a larger one means that a buckling load factor did not converge.
     "buckling": 1e-4,
-    # Poisson's ratio of the least compressible part without a pressure of its own: beyond these the mean
-    # stress of displacement elements oscillates, and those of first order lock too. Those of second order get
-    # the pressure there (`fea.solvers.mixed`; `fea stability incompressible` shows why at this ratio).
+    # Largest Poisson's ratio among the parts solved with displacement elements: above it their mean stress
+    # oscillates, and first-order elements lock as well. Second-order elements get a pressure field above it
+    # (`fea.solvers.mixed`; `fea stability incompressible` shows why the limit is at this ratio).
     "poissons_ratio_p1": 0.4,
     "poissons_ratio_p2": 0.4,
-    # Negative: an element is inside out.
+    # 1 if any element is inverted (its Jacobian is not positive everywhere), else 0.
     "inverted_elements": 0.0,
-    # One over the least mean ratio: a mesher that worked leaves ten at most. A single sliver of 200 makes
-    # the condition some four times what it was, flatter ones ever more (`fea stability slivers`).
+    # The inverse of the smallest mean ratio: a sound mesh stays below ten. A single sliver of 200 increases
+    # the condition number about fourfold, flatter ones even more (`fea stability slivers`).
     "flattest_element": 200.0,
 }
 
@@ -61,9 +68,9 @@ class Check:
     Attributes
     ----------
     value
-        What was measured.
+        The measured value.
     limit
-        What it may not exceed.
+        The largest value that passes.
     """
 
     value: float
@@ -71,10 +78,10 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """Whether the value is within the limit (a value that is no number is not)."""
+        """Whether the value is within the limit (NaN is not)."""
         return self.value <= self.limit
 
 
 def check(name: str, value: float) -> Check:
-    """Hold `value` against the limit called `name`."""
+    """Check `value` against the limit called `name`."""
     return Check(value, LIMITS[name])

@@ -1,4 +1,4 @@
-"""The closed choices of a study and of the command line."""
+"""The fixed choices of a study and of the command line."""
 
 from enum import StrEnum
 
@@ -25,7 +25,7 @@ class Support(StrEnum):
 
 
 class Symmetry(StrEnum):
-    """Which part of the rod is solved: a mirror cell, or the smallest one that the rod has."""
+    """Part of the rod that is solved: a given mirror cell, or (auto) the smallest one that the rod has."""
 
     AUTO = "auto"
     NONE = Mirror.NONE.value
@@ -59,7 +59,7 @@ class Finish(StrEnum):
 
 
 class Fatigue(StrEnum):
-    """The lines that judge mean and amplitude of a cycle."""
+    """The mean-stress corrections for fatigue."""
 
     GOODMAN = "goodman"
     GERBER = "gerber"

@@ -1,4 +1,4 @@
-"""The command line: commands by name, errors as one line, exit codes."""
+"""The command line: the commands, errors as one line, exit codes."""
 
 import os
 import sys
@@ -13,7 +13,7 @@ from fea.machine.signals import interrupt_once
 
 
 def _shown_default(value: object) -> Any:
-    """Return a default as the help shows it; that a switch is off goes without saying."""
+    """Return a default as the help shows it; for a switch that is off, nothing is shown."""
     if value is None or value is False:
         return None
     return f"{value:g}" if isinstance(value, float) else str(value)
@@ -23,38 +23,41 @@ app = App(
     name="fea",
     help="Will this connecting rod survive this engine at this speed, where does it fail first, "
     "and how far can the answer be trusted?\n\n"
-    "Exit codes: 0 done, 2 wrong usage or study, 3 no solid or mesh, 4 under-constrained or singular, "
-    "5 not to be trusted, 6 below --min-safety, 7 this machine cannot, 130 interrupted.",
+    "Exit codes: 0 done; 2 wrong usage or study; 3 no solid or no usable mesh; 4 under-constrained or "
+    "singular system; 5 a check failed, do not trust the result; 6 a safety factor is below --min-safety; "
+    "7 not possible on this machine (disk, permission, memory, library); 130 interrupted.",
     version=lambda: version("conrod-fea"),
     default_parameter=Parameter(negative="", show_default=_shown_default),
-    suppress_keyboard_interrupt=False,  # ours has a message
+    suppress_keyboard_interrupt=False,  # handled below, with a message
 )
 
-# Each command lives in a module of its own, loaded when it is called. Its first line is in the list of all.
+# Each command has a module of its own, loaded when it is called. The list of commands shows its first line.
 _COMMANDS = {
     "run": "Analyse a rod: stresses and safety factors at the peaks of the crank cycle.\n\n"
-    "- `fea run`: a published rod\n"
-    "- `fea run my.toml --tolerance 4 --screenshot`: errors within 4 %, with pictures\n"
-    "- `fea run my.toml --cycle --rpm 800:9000:200`: the whole cycle with fatigue, over speeds\n\n"
-    "Flags win over the study's file, which `fea init` writes.",
-    "loads": "Forces over the crank cycle, without a mesh.\n\n"
+    "- `fea run`: analyse a published rod\n"
+    "- `fea run my.toml --tolerance 4 --screenshot`: peak stresses within 4 %, with pictures\n"
+    "- `fea run my.toml --cycle --rpm 800:9000:200`: the whole cycle with fatigue, at many speeds\n\n"
+    "Flags override the values in the study file, which `fea init` creates.",
+    "loads": "Compute the forces over the crank cycle, without a mesh.\n\n"
     "- `fea loads --rpm 800:9000:200 --csv cycle.csv --plot cycle.png`",
-    "modes": "Free vibration of the free rod, against the orders of the speed.",
-    "rod": "The solid: mass properties and sections, STEP export, a picture.\n\n"
+    "modes": "Compute the free-free vibration modes and the engine orders that excite them.",
+    "rod": "Show mass properties and sections of the rod; export STEP; fit dimensions to a mass.\n\n"
     "- `fea rod my.toml --step my.step --screenshot`\n"
-    "- `fea rod --fit big_end_ring_mm --mass-kg 0.8 > fitted.toml`: a dimension that meets a mass",
-    "reproduce": "Published figures against computed ones.",
-    "verify": "Benchmark problems with known answers.",
-    "converge": "Error against run time, for a rod and two problems with exact solutions.\n\n"
-    "Solves each on ever finer meshes, with elements of first and of second order, whole and by symmetry, "
-    "and with CalculiX where it is installed (ccx). Says which is the fastest within 5, 2 and 1 %.",
-    "stability": "Stiff and extreme cases: each right, marked or refused.\n\n"
-    "Each has a known answer; a wrong one that nothing notices makes the exit code 5.",
-    "view": "A picture of a result: a load case, the crank cycle's envelope, a mode.\n\n"
+    "- `fea rod --fit big_end_ring_mm --mass-kg 0.8 > fitted.toml`: find the ring that gives this mass",
+    "reproduce": "Compare published figures with computed ones.",
+    "verify": "Solve benchmark problems with known answers.",
+    "converge": "Measure error against run time, for a rod and two problems with exact solutions.\n\n"
+    "Each problem is solved on a series of finer meshes, with first- and second-order elements, as a whole "
+    "and by symmetry, and with CalculiX (ccx) if it is installed. The result names the fastest way to an "
+    "error within 5, 2 and 1 %.",
+    "stability": "Solve ill-conditioned and extreme cases: no wrong result may pass unnoticed.\n\n"
+    "Each case has a known answer. Its result must be right, marked as not to be trusted, or refused. The "
+    "exit code is 5 if a wrong result passes every check.",
+    "view": "Draw a result: a load case, the envelope of the crank cycle, or a mode.\n\n"
     "- `fea view results/leon-2001-6000rpm/tension.vtu --field safety_factor`",
-    "init": "Write a commented study to edit.\n\n"
-    "It explains every key, and runs as it is: `fea run study.toml`.",
-    "doctor": "What this machine can and cannot do.",
+    "init": "Write a study file with comments, ready to edit.\n\n"
+    "It explains every key and runs as it is: `fea run study.toml`.",
+    "doctor": "Check what this machine needs to run fea, and what is installed.",
 }
 for _name, _help in _COMMANDS.items():
     app.command(f"fea.commands.{_name}:{_name}", name=_name, help=_help)
@@ -76,12 +79,13 @@ def call(arguments: Sequence[str]) -> int:
     try:
         return _dispatch(arguments)
     except KeyboardInterrupt:
-        _say("interrupted; nothing was left half-written")
+        _say("interrupted; no incomplete result was left behind")
         return INTERRUPTED
     except Exception as error:  # noqa: BLE001 - every error becomes one line and a code
-        code = MACHINE if "bad_alloc" in str(error) else exit_code(error)  # C++ for: no memory
+        code = MACHINE if "bad_alloc" in str(error) else exit_code(error)  # C++: out of memory
         if code is None:
-            _say(f"internal error: {type(error).__name__}: {error}. Run again with FEA_DEBUG=1 and report it")
+            what = f"internal error: {type(error).__name__}: {error}"
+            _say(f"{what}. Run again with FEA_DEBUG=1 and report the traceback")
             return 1
         _say(_text(error))
         return code
@@ -97,12 +101,12 @@ def _dispatch(arguments: Sequence[str]) -> int:
         print_error=False,
         result_action="return_value",
     )
-    sys.stdout.flush()  # where it is full, the code is not 0
+    sys.stdout.flush()  # fails on a full disk, so that the exit code is not 0
     return code if isinstance(code, int) else 0
 
 
 def exit_code(error: Exception) -> int | None:
-    """Return the documented exit code of an error, None for one nobody foresaw."""
+    """Return the documented exit code of an error, None for an unexpected error."""
     from fea.output.errors import OccupiedError, OutputError
     from fea.solid.errors import (
         SingularMatrixError,
@@ -126,7 +130,7 @@ def exit_code(error: Exception) -> int | None:
 def _text(error: Exception) -> str:
     if isinstance(error, UnusedCliTokensError):
         more = " ".join(error.unused_tokens or [])
-        return f"{more}: one argument too many. A command takes one study or file: see `fea --help`"
+        return f"{more}: too many arguments. A command takes one study or file: see `fea COMMAND --help`"
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return str(error) or type(error).__name__

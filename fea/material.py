@@ -1,4 +1,4 @@
-"""Materials: linear elastic and isotropic, with the strengths that judge a stress."""
+"""Materials: linear elastic and isotropic, with their strengths."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -24,11 +24,11 @@ class Material:
     yield_strength
         S_y, MPa.
     ultimate_strength, endurance_limit
-        S_u and S_e, the limit of the part under fully reversed tension, MPa, where known.
+        S_u, and S_e, the endurance limit of the part under fully reversed tension, MPa, if known.
     torsion_limit
-        The part's limit under fully reversed torsion, MPa, where known.
+        The endurance limit of the part under fully reversed torsion, MPa, if known.
     endurance_estimated
-        Whether S_e follows from S_u and not from tests.
+        Whether S_e was estimated from S_u instead of tests.
     """
 
     youngs_modulus: float
@@ -41,10 +41,10 @@ class Material:
     endurance_estimated: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse what no isotropic solid can be."""
+        """Refuse constants that no isotropic solid can have."""
         require_positive("material.E_GPa", self.youngs_modulus / 1e3)
         nu = require_number("material.nu", self.poissons_ratio)
-        require(-1 < nu < 0.5, "material.nu", nu, "must lie between −1 and 0.5, both excluded")
+        require(-1 < nu < 0.5, "material.nu", nu, "must be above −1 and below 0.5")
         require_positive("material.density_kg_m3", self.density * 1e12)
         require_positive("material.yield_MPa", self.yield_strength)
         known = {
@@ -57,11 +57,11 @@ class Material:
                 require_positive(f"material.{name}", value)
 
     def of(self, elements: slice) -> "Material":  # noqa: ARG002 - as `Materials.of`
-        """The material of some elements: this one."""
+        """Return the material of some elements, which is this one for all."""
         return self
 
     def without_lambda(self) -> "Material":
-        """Return the material of the same μ whose λ vanishes: its stress is 2 μ ε."""
+        """Return the material with the same μ and λ = 0: its stress is 2 μ ε."""
         return replace(self, youngs_modulus=2 * self.shear_modulus, poissons_ratio=0.0)
 
     @property
@@ -91,9 +91,9 @@ class Materials:
     Attributes
     ----------
     materials
-        One a part.
+        One per part.
     part
-        (n_elements,) which part an element belongs to.
+        (n_elements,) the part that each element belongs to.
     """
 
     materials: tuple[Material, ...]
@@ -113,5 +113,5 @@ class Materials:
 
 
 def of_parts(materials: Sequence[Material], part: npt.NDArray[np.int64] | None) -> Material | Materials:
-    """Return the materials of elements by their part (n_elements,); the first alone where there are none."""
+    """Return the materials by the part (n_elements,) of each element; without parts, the first material."""
     return materials[0] if part is None else Materials(tuple(materials), part)

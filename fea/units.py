@@ -1,6 +1,6 @@
 """The one converter between engineering units and the coherent system mm, N, MPa, t, s, rad.
 
-Multiply by a constant to come in, divide by it to go out: ``mass = 0.785 * KG``.
+Multiply by a constant to convert input, divide by it to convert output: ``mass = 0.785 * KG``.
 """
 
 import math

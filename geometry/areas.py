@@ -1,4 +1,4 @@
-"""What the faces of each feature must measure: a fillet that the CAD kernel lost is found by its area."""
+"""Expected face areas of every feature: a fillet that the CAD kernel lost is found by its missing area."""
 
 import math
 from collections.abc import Sequence
@@ -16,7 +16,8 @@ from geometry.segments import Arc
 from geometry.slant import slanted_half_width
 from geometry.step import RingStep
 
-# Sampling in place of integrals with kinks: a lost or doubled face is off by far more.
+# Relative. The expected areas are sampled, because the integrands have kinks; a face that is missing or
+# drawn twice is off by far more.
 TOLERANCE = 0.01
 _ALONG = (np.arange(2000) + 0.5) / 2000
 _ACROSS = (np.arange(40) + 0.5) / 40
@@ -37,8 +38,8 @@ def check_areas(rod: Rod, mirror: Mirror, features: Sequence[Feature]) -> None:
         found = drawn[kind] * mirror.copies
         if not abs(found - expected) <= TOLERANCE * expected:
             raise GeometryError(
-                f"the CAD kernel drew {found:.4g} mm² of {kind.replace('_', ' ')} where the dimensions "
-                f"give {expected:.4g} mm². Change its radius a little"
+                f"the CAD kernel drew {kind.replace('_', ' ')} faces of {found:.4g} mm², but the dimensions "
+                f"give {expected:.4g} mm². Change the dimensions of this feature slightly"
             )
 
 
@@ -64,14 +65,14 @@ def _bore(bore: Arc, width: float) -> float:
 
 
 def _ring_fillet(field: HeightField, arc: Arc) -> float:
-    """Area of a fillet in plan, on both edges of the shank, under the ring step that it crosses."""
+    """Area of a fillet in plan, on both edges of the shank, up to the ring step that it crosses."""
     angle = arc.begin + _ALONG * arc.sweep
     x, y = arc.center[0] + arc.radius * np.cos(angle), arc.center[1] + arc.radius * np.sin(angle)
     return 4 * arc.length * float(field.face(x, y).mean())
 
 
 def _ring_step(field: HeightField, step: RingStep) -> float:
-    """Area of a step's concave foot within the outline, on both faces."""
+    """Area of the concave arc at the foot of a step within the outline, on both faces."""
     if step.height == 0:
         return 0.0
     side = 1 if step is field.steps[0] else -1

@@ -1,4 +1,4 @@
-"""Array types, by what they hold."""
+"""Array types, named after what they hold."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Which two through-holes of a solid of unknown make are the bores."""
+"""Which two through-holes of an imported solid are the bores."""
 
 import math
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from geometry.errors import GeometryError
 from geometry.faces import Face
 from geometry.holes import Hole, through_holes
 
-_REMEDY = "Name the bores by their diameters: rod.big_end_bore_mm and rod.small_end_bore_mm"
+_REMEDY = "Give the diameters of the bores as rod.big_end_bore_mm and rod.small_end_bore_mm"
 
 
 def find_bores(
@@ -19,19 +19,19 @@ def find_bores(
 ) -> tuple[Hole, Hole]:
     """Find the bores of the big and the small end: the two largest parallel through-holes.
 
-    Of two alike the big end's is nearer to the centre of gravity.
+    Of two with the same diameter, the one nearer to the centre of gravity is taken for the big end's.
 
     Parameters
     ----------
     volumes, faces
         Of the solid.
     named
-        Diameters of the big-end and the small-end bore, mm, where the user has given them.
+        Diameters of the big-end and the small-end bore, mm, if the user has given them.
 
     Raises
     ------
     GeometryError
-        They cannot be told; the message lists what was found and the keys that name them.
+        The bores cannot be identified; the message lists the holes found and the keys that name the bores.
     """
     holes = through_holes(volumes, faces)
     _require_cylinders(holes, faces)
@@ -48,7 +48,7 @@ def find_bores(
     ]
     if not fitting:
         listed = "; ".join(hole.text() for hole in holes) or "none"
-        raise GeometryError(f"no two parallel bores found. Through-holes: {listed}. {_REMEDY}")
+        raise GeometryError(f"no two parallel bores were found. Through-holes: {listed}. {_REMEDY}")
     best = fitting[0]
     twice = len(fitting) > 1 and _alike(best[1], fitting[1][1]) and _alike(best[0], fitting[1][0])
     if twice or (named[1] is None and _is_amid(best, holes)):
@@ -58,19 +58,19 @@ def find_bores(
 
 
 def _require_cylinders(holes: Sequence[Hole], faces: Sequence[Face]) -> None:
-    """Refuse a solid without holes whose round faces may be splines: no diameter would name its bores."""
+    """Refuse a solid without cylindrical holes if it has spline faces: its bores may be splines."""
     splines = sum("spline" in face.shape.lower() for face in faces)
     if not holes and splines:
         raise GeometryError(
-            f"no through-hole is a cylinder; {splines} of {len(faces)} faces are splines. Export the solid "
-            "with cylindrical bores, not converted to splines"
+            f"no through-hole is a cylinder, and {splines} of {len(faces)} faces are splines. Export the "
+            "solid again with cylindrical bores that are not converted to splines"
         )
 
 
 def _is_amid(bores: tuple[Hole, Hole], holes: Sequence[Hole]) -> bool:
-    """Whether the small end's lies between the big end's and another not much smaller.
+    """Whether the small-end bore lies between the big-end bore and another hole of similar size.
 
-    The shank may have a larger hole than the pin's.
+    It may then be a hole in the shank that is larger than the pin bore.
     """
     big, small = bores
     return any(
@@ -82,7 +82,7 @@ def _is_amid(bores: tuple[Hole, Hole], holes: Sequence[Hole]) -> bool:
 
 
 def _heavier_first(bores: tuple[Hole, Hole], volumes: Sequence[int]) -> tuple[Hole, Hole]:
-    """Of two bores alike, take the one nearer to the centre of gravity for that of the big end."""
+    """Of two equal bores, take the one nearer to the centre of gravity for the big end's."""
     mass = np.array([gmsh.model.occ.getMass(3, volume) for volume in volumes])
     middle = mass @ [gmsh.model.occ.getCenterOfMass(3, volume) for volume in volumes] / mass.sum()
     one, other = bores

@@ -1,4 +1,4 @@
-"""Bolt bosses of the big-end cap: lugs on both sides of the ring; cap and rod are one piece."""
+"""Bolt bosses of the big-end cap: lugs on both sides of the ring; cap and rod are modelled as one piece."""
 
 import math
 from dataclasses import dataclass
@@ -60,7 +60,7 @@ class Bosses:
 
 
 def bosses(rod: Dimensions) -> Bosses | None:
-    """Return the bosses of a rod; None without cap bolts. Beyond the bolt's axis they are one bolt thick."""
+    """Return the bosses, which extend one bolt diameter beyond the bolt's axis; None without cap bolts."""
     if rod.cap_bolt == 0:
         return None
     at = rod.cap_bolt_spacing / 2

@@ -1,4 +1,4 @@
-"""The dimensions of a rod, and what follows from them at once."""
+"""The dimensions of a rod, and quantities that follow directly from them."""
 
 from dataclasses import dataclass, fields
 from enum import StrEnum
@@ -15,7 +15,7 @@ class ShankSection(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Dimensions:
-    """Dimensions of a connecting rod in its own frame, in mm; not checked (`geometry.rod.Rod` are).
+    """Dimensions of a connecting rod in its own frame, in mm, unchecked (`geometry.rod.Rod` checks them).
 
     The crank-pin bore is at the origin, +x leads to the small end, z runs along the pins.
 
@@ -98,12 +98,12 @@ class Dimensions:
 
     @property
     def pin_bearing_width(self) -> float:
-        """Length of the small-end bore, in the mean where the end is slanted, mm."""
+        """Length of the small-end bore, averaged round the bore if the end is slanted, mm."""
         return (self.small_end_width + (self.small_end_crown_width or self.small_end_width)) / 2
 
     @property
     def pin_bearing_taper(self) -> float:
-        """What the small-end bore is longer at its +x end than in the mean (shorter: negative), mm."""
+        """How much longer than its mean the small-end bore is on its +x side (negative: shorter), mm."""
         narrower = self.small_end_width - (self.small_end_crown_width or self.small_end_width)
         return -narrower / 2 * (self.small_end_bore / 2) / self.small_end_radius
 
@@ -124,5 +124,5 @@ def dimensions() -> tuple[str, ...]:
 
 
 def options() -> tuple[str, ...]:
-    """Names of the dimensions that may be 0: what they describe is then left out."""
+    """Names of the dimensions that may be 0, which leaves out the feature that they describe."""
     return tuple(field.name for field in fields(Dimensions) if field.default == 0)

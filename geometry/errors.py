@@ -1,5 +1,5 @@
-"""What can go wrong between dimensions and a solid."""
+"""The error of drawing or importing a solid."""
 
 
 class GeometryError(RuntimeError):
-    """No usable solid came out: what failed, and what to do."""
+    """No usable solid could be made; the message says what failed and what to do."""

@@ -1,4 +1,4 @@
-"""What each face of a drawn rod is, told by its shape and place and never by its number."""
+"""What each face of a drawn rod is, identified by its shape and position and never by its number."""
 
 import math
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ _SLACK = 1e-6  # of the rod's length
 
 
 class FeatureKind(StrEnum):
-    """A place that asks for small elements."""
+    """A feature that needs small elements."""
 
     BORE = "bore"
     HOLE = "hole"  # for a bolt or for oil, along x
@@ -34,7 +34,7 @@ class FeatureKind(StrEnum):
 
 @dataclass(frozen=True)
 class Feature:
-    """Faces of one kind, and the measures their elements must follow.
+    """Faces of one kind, and the measures from which their element size follows.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Feature:
     sweep
         Angle of the arc, rad; 0 where the faces are plane.
     thickness
-        Of the material behind the faces (ring at a bore, whole web), mm; infinite where it is not thin.
+        Of the material behind the faces (ring at a bore, whole web), mm; infinite if it is not thin.
     """
 
     kind: FeatureKind
@@ -114,7 +114,7 @@ class Bore:
     x, radius
         mm.
     width
-        Length along the axis, mm, in the mean.
+        Mean length along the axis, mm.
     taper
         The length at the angle φ from +x is width + taper cos φ, mm.
     """
@@ -154,7 +154,7 @@ def surfaces(
 
 
 def features(rod: Rod, faces: Sequence[Face]) -> tuple[Feature, ...]:
-    """Find the faces that ask for small elements; kinds that the rod lacks are absent."""
+    """Find the faces that need small elements; kinds that the rod lacks are absent."""
     slack = _SLACK * rod.length
     outline = Outline(rod)
 

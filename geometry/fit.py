@@ -16,14 +16,14 @@ from geometry.section import HeightField
 
 SPAN = 3.0  # a free dimension may grow or shrink by this factor
 _MET = 1e-3
-_DIGITS = (6, 9)  # of what is found: as few as leave a rod that keeps its rules
+_DIGITS = (6, 9)  # significant digits of the result: the fewest with which the rod still obeys its rules
 _AT_LIMIT = 1e-3  # relative distance
-_REFUSED = 10.0  # residual where the dimensions make no rod: the step is taken back
+_REFUSED = 10.0  # residual of dimensions that break a rule: large, so that the step is rejected
 
 
 @dataclass(frozen=True)
 class Targets:
-    """What a rod must weigh; None leaves a figure open.
+    """Target mass properties of a rod; None sets no target for that figure.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Targets:
     inertia_z
         About the pin-parallel axis through the centre of gravity, t·mm².
     bushing_density
-        t/mm³, where the bushing has its own.
+        t/mm³, if the bushing has a density of its own.
     """
 
     density: float
@@ -46,7 +46,7 @@ class Targets:
     bushing_density: float | None = None
 
     def given(self) -> dict[str, float]:
-        """Return the figures that are sought."""
+        """Return the targets that were given."""
         every = {"mass": self.mass, "center": self.center, "inertia_z": self.inertia_z}
         sought = {name: value for name, value in every.items() if value is not None}
         return {name: require_positive(f"target {name}", value) for name, value in sought.items()}
@@ -54,7 +54,7 @@ class Targets:
 
 @dataclass(frozen=True)
 class Fit:
-    """The rod that comes nearest to its targets.
+    """The rod that comes closest to its targets.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Fit:
     residuals
         Relative misfit of each target, computed / target − 1.
     at_limit
-        Free dimensions that ended at the limit of what was allowed.
+        Free dimensions that ended at the limit of their allowed range.
     """
 
     rod: Rod
@@ -76,24 +76,24 @@ class Fit:
         return all(abs(misfit) <= _MET for misfit in self.residuals.values())
 
     def text(self) -> str:
-        """Say whether the targets are met together, and what stands in the way."""
+        """Say whether the targets are met together, and if not, by how much they are missed."""
         if self.met:
-            return f"{'all targets are' if len(self.residuals) > 1 else 'the target is'} met to 0.1 %"
+            return f"{'all targets are' if len(self.residuals) > 1 else 'the target is'} met within 0.1 %"
         misfits = ", ".join(f"{name} {100 * value:+.2g} %" for name, value in self.residuals.items())
-        limits = f"; at their limits: {', '.join(self.at_limit)}" if self.at_limit else ""
+        limits = f"; dimensions at their limits: {', '.join(self.at_limit)}" if self.at_limit else ""
         what = "targets cannot be met together" if len(self.residuals) > 1 else "target cannot be met"
         return f"the {what} with these free dimensions: {misfits}{limits}"
 
 
 def fit(rod: Rod, targets: Targets, free: Sequence[str]) -> Fit:
-    """Adjust free dimensions of a rod until its mass properties meet the targets, or come nearest.
+    """Adjust free dimensions of a rod until its mass properties come as close as possible to the targets.
 
     Parameters
     ----------
     rod
-        Where to start from; what is not free stays.
+        The starting point; dimensions that are not free keep their values.
     targets
-        At least one figure.
+        At least one target.
     free
         Names of `Rod`'s dimensions. Each may change by the factor `SPAN` either way.
 
@@ -105,13 +105,13 @@ def fit(rod: Rod, targets: Targets, free: Sequence[str]) -> Fit:
     Raises
     ------
     InvalidValue
-        No target, nothing free, or a name that is no dimension.
+        No target, no free dimension, or a name that is not a dimension.
     """
     from scipy.optimize import least_squares  # noqa: PLC0415 - only a fit needs it
 
     sought = targets.given()
-    require(bool(sought), "targets", None, "are missing: give mass, center or inertia_z")
-    require(bool(free), "free dimensions", list(free), "at least one must be named")
+    require(bool(sought), "targets", None, "are missing: give at least one of mass, center and inertia_z")
+    require(bool(free), "free dimensions", list(free), "at least one dimension must be free")
     for name in free:
         require(name in dimensions(), "free dimension", name, f"must be one of {', '.join(dimensions())}")
     start = np.array([getattr(rod, name) for name in free])

@@ -1,4 +1,4 @@
-"""Cylindrical through-holes of a solid of unknown make."""
+"""Cylindrical through-holes of an imported solid."""
 
 import math
 from collections.abc import Sequence
@@ -40,11 +40,11 @@ class Hole:
 
     @property
     def mean_width(self) -> float:
-        """Length of its wall along the axis in the mean (ends may be slanted, an oil hole missing), mm."""
+        """Mean length of its wall along the axis (the ends may be slanted, an oil hole cut into it), mm."""
         return self.area / (2 * math.pi * self.radius)
 
     def taper(self, direction: Vector) -> float:
-        """How much longer than in the mean a wall with slanted ends is towards a unit vector, mm."""
+        """How much longer than its mean a wall with slanted ends is on the side of a unit vector, mm."""
         return float(self.moment @ direction) / (math.pi * self.radius**2)
 
     def parallel(self, other: "Hole") -> bool:
@@ -63,7 +63,7 @@ class Hole:
 
 
 def through_holes(volumes: Sequence[int], faces: Sequence[Face]) -> list[Hole]:
-    """Return the cylindrical through-holes, one an axis, the largest radius first."""
+    """Return the cylindrical through-holes, one per axis, the largest radius first."""
     holes: list[Hole] = []
     for group in _coaxial([face for face in faces if face.shape == "Cylinder"]):
         walls = [wall for wall in _walls(group) if _is_through(wall, volumes)]
@@ -73,7 +73,7 @@ def through_holes(volumes: Sequence[int], faces: Sequence[Face]) -> list[Hole]:
 
 
 def _bearing(walls: Sequence[Hole]) -> Hole:
-    """Return what a pin touches of coaxial walls: the narrowest that is no mere lip of them."""
+    """Return the coaxial wall that a pin touches: the narrowest one that is not just a lip."""
     most = max(wall.area for wall in walls)
     return min((wall for wall in walls if wall.area > most / 2), key=lambda wall: wall.radius)
 
@@ -94,7 +94,7 @@ def _coaxial(cylinders: Sequence[Face]) -> list[list[Face]]:
 
 
 def _walls(group: Sequence[Face]) -> list[Hole]:
-    """Put coaxial faces of one radius together; keep those that go (nearly) all round."""
+    """Join coaxial faces of one radius; keep the walls that go (nearly) all the way round."""
     point, direction = np.array(group[0].values[:3]), np.array(group[0].values[3:6])
     direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
     walls = []
@@ -121,7 +121,7 @@ def _extent(face: Face, point: Vector, direction: Vector) -> Vector:
 
 
 def _covered(extents: Vector) -> float:
-    """Length of the union of intervals (n, 2): a groove parts the wall of a bore."""
+    """Length of the union of intervals (n, 2); a groove divides the wall of a bore into several."""
     total, end = 0.0, -math.inf
     for low, high in sorted(map(sorted, extents.tolist())):
         total += max(0.0, high - max(low, end))
@@ -135,7 +135,7 @@ def _is_through(wall: Hole, volumes: Sequence[int]) -> bool:
     free = [wall.center + step * reach * wall.direction for step in (-1.0, -0.5, 0.0, 0.5, 1.0)]
     if any(inside(point, volumes) for point in free):
         return False
-    # Where the wall is: amid it there may be a groove.
+    # At the middle of a face, because the middle of the whole wall may lie in a groove.
     middle = np.array(gmsh.model.occ.getCenterOfMass(2, wall.faces[0]))
     level = wall.center + ((middle - wall.center) @ wall.direction) * wall.direction
     across = np.cross(wall.direction, np.eye(3)[np.argmin(np.abs(wall.direction))])

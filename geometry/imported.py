@@ -1,4 +1,4 @@
-"""A rod from a STEP file, found, placed and cut like one drawn from dimensions."""
+"""A rod from a STEP file, placed and cut in the same way as one drawn from dimensions."""
 
 import math
 from collections.abc import Sequence
@@ -36,17 +36,17 @@ def import_step(
     mirror
         The cell to keep; None for the smallest that the solid's symmetry allows.
     big_end_bore, small_end_bore
-        Diameters, mm, where the two largest parallel through-holes are not the bores.
+        Diameters, mm, needed if the two largest parallel through-holes are not the bores.
 
     Returns
     -------
     Solid
-        One part a solid of the file, by its name there; touching parts share their faces.
+        One part per solid of the file, under its name there; touching parts share their faces.
 
     Raises
     ------
     GeometryError
-        No solid in the file, bores that cannot be told, or a mirror plane that the solid does not have.
+        No solid in the file, bores that cannot be identified, or a mirror plane that the solid lacks.
     OSError
         The file cannot be read.
     """
@@ -57,7 +57,9 @@ def import_step(
     found = smallest_cell(volumes, length)
     mirror = found if mirror is None else mirror
     if len(mirror.planes) > len(found.planes):
-        raise GeometryError(f"{path.name}: the solid has no {mirror} symmetry; at most {found} is possible")
+        raise GeometryError(
+            f'{path.name}: the solid does not have {mirror} symmetry. Use symmetry = "{found}" or "auto"'
+        )
     parts = _parts(cut_to(volumes, mirror, length), names, mirror)
     volumes = [tag for part in parts for tag in part.volumes]
     faces = faces_of(volumes)
@@ -95,7 +97,7 @@ def _place(volumes: Sequence[int], big: Hole, small: Hole) -> tuple[Bore, Bore]:
 
 
 def _parts(cells: Sequence[Sequence[int]], names: Sequence[str], mirror: Mirror) -> tuple[Part, ...]:
-    """Let touching parts share their faces, and weigh them."""
+    """Let touching parts share their faces, and compute the mass properties of each."""
     cells = [list(cell) for cell in cells]
     if sum(map(len, cells)) > 1:
         every = [(kernel.SOLID, tag) for cell in cells for tag in cell]
@@ -105,7 +107,9 @@ def _parts(cells: Sequence[Sequence[int]], names: Sequence[str], mirror: Mirror)
         cells = [[piece for tag in cell for piece in became[tag]] for cell in cells]
         every_piece = [piece for cell in cells for piece in cell]
         if len(set(every_piece)) < len(every_piece):
-            raise GeometryError("the solids overlap; they may only touch. Mend them in the CAD program")
+            raise GeometryError(
+                "the solids in the STEP file overlap; they may only touch. Correct them in the CAD program"
+            )
     gmsh.model.occ.synchronize()
     return tuple(
         Part(name, tuple(cell), joined([whole_mass(tag, mirror) for tag in cell]))

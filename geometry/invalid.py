@@ -1,8 +1,9 @@
 """The error for a value that breaks a rule, and the checks that raise it."""
 
 import math
+from enum import Enum
 
-# Of a value in a message: enough to recognise it by.
+# Longest value shown in a message: enough to recognise it.
 _SHOWN = 160
 
 
@@ -14,7 +15,7 @@ class InvalidValue(ValueError):  # noqa: N818 - named for what it says
     name
         The quantity, with its unit where it has one (``"rod.web_thickness_mm"``).
     value
-        The offending value as it was given; None for one that was not.
+        The offending value as it was given; None if it is missing.
     rule
         What must hold, in words (``"must be positive"``).
     remedy
@@ -27,12 +28,13 @@ class InvalidValue(ValueError):  # noqa: N818 - named for what it says
         super().__init__(f"{what}." + (f" {remedy}" if remedy else ""))
 
     def __reduce__(self) -> tuple[type["InvalidValue"], tuple[object, ...]]:
-        """Pickle what it was made of, for errors that come from another process."""
+        """Pickle the arguments, for errors that come from another process."""
         return type(self), (self.name, self.value, self.rule, self.remedy)
 
 
 def shown(value: object) -> str:
     """Return a value as text for a message, however long or unprintable it is."""
+    value = value.value if isinstance(value, Enum) else value
     try:
         text = f"{value:g}" if isinstance(value, float) else repr(value)
     except (ValueError, RecursionError):  # Python prints no integer beyond 4300 digits
@@ -54,7 +56,7 @@ def require_number(name: str, value: object) -> float:
 
 
 def is_finite(value: float) -> bool:
-    """Whether a number has a finite float (an integer may be too large for one)."""
+    """Whether a number is finite as a float (an integer may be too large for one)."""
     try:
         return math.isfinite(value)
     except OverflowError:

@@ -16,13 +16,13 @@ SOLID = 3
 
 @contextmanager
 def attempt(what: str) -> Iterator[None]:
-    """Turn the kernel's refusal to do `what` into a `GeometryError`."""
+    """Turn any error of the kernel while it tries to do `what` into a `GeometryError`."""
     try:
         yield
     except GeometryError:
         raise
     except Exception as error:  # gmsh raises nothing more specific
-        message = f"the CAD kernel could not {what}: {error}. Change the dimensions involved a little"
+        message = f"the CAD kernel could not {what}: {error}. Change the dimensions involved slightly"
         raise GeometryError(message) from error
 
 
@@ -69,7 +69,7 @@ def revolution(profile: Sequence[Segment], x: float, sector: float = math.pi) ->
 
 
 def cut(body: int, tools: Sequence[int]) -> int:
-    """Take tools from a body; they are used up."""
+    """Subtract tools from a body; they are used up."""
     if not tools:
         return body
     left, _ = gmsh.model.occ.cut([(SOLID, body)], [(SOLID, tool) for tool in tools])
@@ -77,7 +77,7 @@ def cut(body: int, tools: Sequence[int]) -> int:
 
 
 def drilled(bodies: Sequence[int], tools: Sequence[int]) -> list[int]:
-    """Take tools from several bodies at once, which keep sharing their faces; the tools are used up."""
+    """Subtract tools from several bodies at once, which keep their common faces; the tools are used up."""
     if not tools:
         return list(bodies)
     _, pieces = gmsh.model.occ.cut([(SOLID, body) for body in bodies], [(SOLID, tool) for tool in tools])
@@ -85,7 +85,7 @@ def drilled(bodies: Sequence[int], tools: Sequence[int]) -> list[int]:
 
 
 def common(one: int, other: int) -> int:
-    """Keep what two bodies share; they are used up."""
+    """Return the intersection of two bodies, which are used up."""
     left, _ = gmsh.model.occ.intersect([(SOLID, one)], [(SOLID, other)])
     return _only_volume(left)
 
@@ -130,5 +130,7 @@ def _loop(chain: Sequence[Segment], place: Placing) -> int:
 def _only_volume(entities: Sequence[tuple[int, int]]) -> int:
     volumes = [tag for dim, tag in entities if dim == SOLID]
     if len(volumes) != 1:
-        raise GeometryError(f"the CAD kernel made {len(volumes)} solids where one was meant")
+        raise GeometryError(
+            f"the CAD kernel made {len(volumes)} solids instead of one. Change the rod's dimensions slightly"
+        )
     return int(volumes[0])

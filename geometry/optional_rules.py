@@ -1,4 +1,4 @@
-"""The rules for what a rod may have besides: slant, bushing, oil hole, cap bolts."""
+"""The rules for the optional features of a rod: slanted small end, bushing, oil hole, cap bolts."""
 
 from geometry.bosses import Bosses
 from geometry.dimensions import Dimensions
@@ -20,32 +20,32 @@ def _small_end(rod: Dimensions) -> None:
         crown == 0 or least <= crown <= most,
         "rod.small_end_crown_width_mm",
         crown,
-        f"must be 0 (no slant) or between {least:.4g} and {most:.4g} mm, below the small end's width",
+        f"must be 0 (no slant) or {least:.4g} to {most:.4g} mm, 0.3 to 0.98 of the small end's width",
     )
     most = 0.8 * rod.small_end_ring
-    rule = f"must be at most eight tenths of the small end's ring, {most:.4g} mm"
+    rule = f"must be at most {most:.4g} mm, 0.8 of the small end's ring"
     require(rod.bushing <= most, "rod.bushing_mm", rod.bushing, rule, "Thicken small_end_ring_mm.")
     most = 0.5 * min(crown or rod.small_end_width, rod.small_end_bore)
-    rule = f"must be at most half of the small end's width at the crown and of its bore, {most:.4g} mm"
+    rule = f"must be at most {most:.4g} mm: half of the small end's bore and of its width at the crown"
     require(rod.oil_hole <= most, "rod.oil_hole_mm", rod.oil_hole, rule, "Reduce it.")
 
 
 def _bosses(rod: Dimensions, bosses: Bosses) -> None:
     for name in ("cap_bolt_spacing", "cap_boss_length", "cap_boss_fillet"):
         value = getattr(rod, name)
-        require(value > 0, f"rod.{name}_mm", value, "must be given beside cap_bolt_mm")
+        require(value > 0, f"rod.{name}_mm", value, "must be positive if cap_bolt_mm is given")
     require(
         rod.big_end_width >= rod.small_end_width,
         "rod.big_end_width_mm",
         rod.big_end_width,
-        f"with cap bolts it must be at least the small end's width, {rod.small_end_width:g} mm",
+        f"must be at least the small end's width, {rod.small_end_width:g} mm, if the rod has cap bolts",
     )
     reach, most = bosses.half_length + bosses.fillet, 0.95 * bosses.ring
     require(
         reach <= most,
         "rod.cap_boss_length_mm",
         rod.cap_boss_length,
-        f"half of it and the fillet, {reach:.4g} mm, must end on the ring, within {most:.4g} mm of the pin",
+        f"half of it plus the fillet is {reach:.4g} mm; it must be at most {most:.4g} mm to end on the ring",
         "Shorten the bosses or reduce cap_boss_fillet_mm.",
     )
     gap = Outline(rod).fillets[0].start[0] - bosses.fillets()[1].end[0]
@@ -53,7 +53,7 @@ def _bosses(rod: Dimensions, bosses: Bosses) -> None:
         gap >= 0.02 * bosses.ring,
         "rod.cap_boss_length_mm",
         rod.cap_boss_length,
-        "bosses and shank must leave a piece of the ring between their fillets",
+        "the fillets of bosses and shank must leave a piece of the ring's outline between them",
         "Shorten the bosses, or reduce big_end_fillet_mm or the shank's depth.",
     )
 
@@ -63,7 +63,7 @@ def _bolts(rod: Dimensions, bosses: Bosses) -> None:
         rod.cap_bolt <= 0.8 * rod.big_end_width,
         "rod.cap_bolt_mm",
         rod.cap_bolt,
-        f"must be at most eight tenths of the big end's width, {rod.big_end_width:g} mm",
+        f"must be at most 0.8 of the big end's width, {rod.big_end_width:g} mm",
     )
     inner = max(1.02 * rod.big_end_bore / 2, bosses.seat, bosses.ring - 1.5 * rod.cap_bolt)
     least = 2 * inner + rod.cap_bolt
@@ -71,6 +71,6 @@ def _bolts(rod: Dimensions, bosses: Bosses) -> None:
         rod.cap_bolt_spacing >= least,
         "rod.cap_bolt_spacing_mm",
         rod.cap_bolt_spacing,
-        f"must be at least {least:.4g} mm: holes clear of the bore, plane seats, bosses that cover the ring",
-        "Widen it, or lengthen the bosses.",
+        f"must be at least {least:.4g} mm, so that the holes clear the bore and the bolts have plane seats",
+        "Increase it, or lengthen the bosses.",
     )

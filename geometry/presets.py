@@ -1,4 +1,4 @@
-"""Rods of published engines: what is printed is met as nearly as one real rod can, the rest is ours."""
+"""Rods of published engines: printed figures are met as closely as one real rod can, the rest is ours."""
 
 from types import MappingProxyType
 
@@ -29,12 +29,11 @@ LEON_2001 = Rod(
 """León 2001 (thesis, UNAM): a four-cylinder of two litres, stroke 94 mm.
 
 Published: length 141 mm; mass 0.785 kg (at 7700 kg/m³: 101.95 cm³); centre of gravity 64 mm from the crank
-pin; section of the shank as a column A = 0.89 cm², I = 0.126 cm⁴. No drawing: bores, widths, rings and
-radii are ours, plausible for the engine, with ring and shank dimensions fitted to the five figures.
-
-A and I are met at the least section of the shank, I about the z axis: the thesis buckles the rod with both
-ends pinned (K = 1), which is bending in the plane of motion. Its "inertia" 3.868e-3 kg·m² is the product
-m·a·b of the two-mass reduction, not a property of the rod, and is not sought.
+pin; section of the shank as a column A = 0.89 cm², I = 0.126 cm⁴. There is no drawing: bores, widths, rings
+and radii are ours, plausible for the engine, with ring and shank dimensions fitted to the five figures.
+A and I are met at the smallest section of the shank, with I about the z axis: the thesis treats the rod as a
+column with both ends pinned (K = 1), which is buckling in the plane of motion. Its "inertia" 3.868e-3 kg·m²
+is the product m·a·b of the two-mass reduction, not a property of the rod, and is not a target.
 
 Misfit of the rounded dimensions: mass +0.02 %, centre of gravity −0.02 %, A −0.03 %, I −0.02 %.
 """
@@ -63,9 +62,9 @@ FORSA_G10 = Rod(
 """Columba 2022 (thesis, ESPE Latacunga): Suzuki Forsa 1, G10, three cylinders, stroke 77 mm.
 
 Published: length 120 mm; mass 0.384 kg, centre of gravity 31.77 mm from the crank pin, I_z = 9.397e-4 kg·m²
-(the thesis uses a root of squares of three moments in its place). Ours: every other dimension, plausible for
-the engine, with both rings and the shank's depth fitted to the three figures at 7850 kg/m³, a density that
-is ours too. Misfit of the rounded dimensions: +0.03 %, −0.05 %, +0.01 %.
+(the thesis uses the root of the sum of squares of three moments instead). Ours: every other dimension,
+plausible for the engine, with both rings and the shank's depth fitted to the three figures at 7850 kg/m³, a
+density that is also ours. Misfit of the rounded dimensions: +0.03 %, −0.05 %, +0.01 %.
 """
 
 MOLINA_2000CC = Rod(

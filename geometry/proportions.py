@@ -1,4 +1,4 @@
-"""A whole rod from a few dimensions: what is not given follows usual proportions."""
+"""A whole rod from a few dimensions; those that are not given follow from usual proportions."""
 
 import math
 from typing import Any
@@ -75,7 +75,7 @@ def proportioned(length: float, big_end_bore: float, small_end_bore: float, **gi
 
 
 def _default_bosses(rod: dict[str, Any], bolt: float, ring: float) -> None:
-    """Complete the bosses: the holes as near to the bore as plane seats allow."""
+    """Complete the bosses: the holes are as close to the bore as plane seats allow."""
     half = (rod.get("cap_boss_length") or 1.3 * ring) / 2
     fillet = rod.get("cap_boss_fillet") or 0.12 * ring
     seat = math.sqrt(max((ring + fillet) ** 2 - (half + fillet) ** 2, 0.0))

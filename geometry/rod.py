@@ -1,4 +1,4 @@
-"""What a rod is: the dimensions a designer gives, checked."""
+"""A rod: its dimensions, checked."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from geometry.dimensions import Dimensions
 class Rod(Dimensions):
     """A connecting rod whose dimensions obey every rule.
 
-    Every dimension is given; `geometry.proportions.proportioned` derives what is not.
+    Every dimension must be given; `geometry.proportions.proportioned` derives missing ones.
 
     Raises
     ------

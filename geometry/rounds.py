@@ -1,4 +1,4 @@
-"""Concave radii of a solid of unknown make: where stress gathers, and elements must be small."""
+"""Concave radii of an imported solid, where stress concentrates and elements must be small."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -10,15 +10,15 @@ from geometry.arrays import Floats
 from geometry.faces import Face, Feature, FeatureKind
 from geometry.holes import inside
 
-# Steps over a face of no constant radius in each of its parameters.
+# Sampling steps, in each parameter, over a face whose radius varies.
 _STEPS = 8
 
 
 def concave_rounds(faces: Sequence[Face], volumes: Sequence[int], length: float) -> Iterator[Feature]:
-    """Find faces with a concave radius below a quarter of the rod's length, one feature a radius.
+    """Find faces with a concave radius below a quarter of the rod's length; one feature per radius.
 
-    Cylinders, tori, and what blends of varying radius, drafted corners and splines are: those by the least
-    radius that neighbouring normals tell.
+    These are cylinders, tori, and blends of varying radius, drafted corners and splines; the radius of the
+    latter is the smallest one found from neighbouring normals.
     """
     by_radius: dict[float, list[tuple[Face, float]]] = {}
     for face in faces:
@@ -32,7 +32,7 @@ def concave_rounds(faces: Sequence[Face], volumes: Sequence[int], length: float)
 
 
 def _round(face: Face, volumes: Sequence[int]) -> tuple[float, float] | None:
-    """Concave radius (mm) and the angle of its arc; None where the face is flat or bulges."""
+    """Concave radius (mm) and the angle of its arc; None if the face is flat or convex."""
     if face.shape == "Plane":
         return None
     if face.shape in ("Cylinder", "Torus"):
@@ -62,7 +62,7 @@ def _is_concave(face: Face, volumes: Sequence[int]) -> bool:
 
 
 def _tightest(face: Face, volumes: Sequence[int]) -> tuple[float, float] | None:
-    """Least concave radius along the lines of the parameters, and how far the normal turns on its line."""
+    """Smallest concave radius along the parameter lines, and the angle by which the normal turns there."""
     low, high = gmsh.model.getParametrizationBounds(2, face.tag)
     steps = np.linspace(0.02, 0.98, _STEPS + 1)  # a cone's tip has no normal
     u, v = (a + (b - a) * steps for a, b in zip(low, high, strict=True))
@@ -79,7 +79,7 @@ def _tightest(face: Face, volumes: Sequence[int]) -> tuple[float, float] | None:
     for axis in (0, 1):
         along, turning = np.diff(points, axis=axis), outwards * np.diff(normals, axis=axis)
         square = np.maximum((along**2).sum(axis=-1), 1e-300)
-        curvature = -(along * turning).sum(axis=-1) / square  # normals that close in: hollow
+        curvature = -(along * turning).sum(axis=-1) / square  # normals converge on a hollow face
         at = np.unravel_index(curvature.argmax(), curvature.shape)
         if curvature[at] > 0 and (best is None or 1 / curvature[at] < best[0]):
             turned = np.linalg.norm(turning, axis=-1).sum(axis=axis)[at[1 - axis]]

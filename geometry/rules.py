@@ -1,4 +1,4 @@
-"""The rules that dimensions must obey for a rod to exist; each names the dimension to change."""
+"""The rules that the dimensions of a rod must obey; each message names the dimension to change."""
 
 from geometry.dimensions import Dimensions, ShankSection, dimensions, options
 from geometry.invalid import InvalidValue, require, require_number
@@ -11,7 +11,7 @@ LEAST, MOST = 0.1, 10_000.0  # mm
 
 
 def check(rod: Dimensions) -> None:
-    """Raise `InvalidValue` for the first rule that `rod` breaks, from the single value to the whole."""
+    """Raise `InvalidValue` for the first rule that `rod` breaks, from single values to the whole rod."""
     _sizes(rod)
     _rings(rod)
     _shank(rod)
@@ -44,7 +44,7 @@ def _sizes(rod: Dimensions) -> None:
 def _rings(rod: Dimensions) -> None:
     for end in ("big_end", "small_end"):
         ring, bore = getattr(rod, f"{end}_ring"), getattr(rod, f"{end}_bore")
-        rule = f"the ring must be at least a fiftieth of its bore ({bore:g} mm) thick"
+        rule = f"must be at least {bore / 50:.4g} mm, a fiftieth of the bore ({bore:g} mm)"
         require(ring >= bore / 50, _key(f"{end}_ring"), ring, rule, "Thicken the ring or reduce the bore.")
     leave_a_shank(rod.length, rod.big_end_radius, rod.small_end_radius)
 
@@ -56,19 +56,20 @@ def leave_a_shank(length: float, big_end_radius: float, small_end_radius: float)
         reach < 0.95 * length,
         _key("length"),
         length,
-        f"the rings, {big_end_radius:g} and {small_end_radius:g} mm in radius, must leave a shank of "
-        "a twentieth of the length between them",
-        f"Lengthen the rod to more than {reach / 0.95:g} mm, or reduce bores or rings.",
+        f"must leave a shank between the rings, whose outer radii are {big_end_radius:g} and "
+        f"{small_end_radius:g} mm: at least a twentieth of the length",
+        f"Lengthen the rod to more than {reach / 0.95:g} mm, or reduce the bores or rings.",
     )
 
 
 def _shank(rod: Dimensions) -> None:
     for end in ("big_end", "small_end"):
         step = getattr(rod, f"{end}_width") - rod.shank_width
-        rule = f"the shank must not be wider than the {end.replace('_', ' ')}, {rod.shank_width + step:g} mm"
+        rule = f"must not exceed the width of the {end.replace('_', ' ')}, {rod.shank_width + step:g} mm"
         require(step >= 0, _key("shank_width"), rod.shank_width, rule, "Narrow the shank or widen the end.")
-        rule = f"a step to the {end.replace('_', ' ')} below a fiftieth of the width cannot be made"
         least = (rod.shank_width + step) / 50
+        what = f"{end.replace('_', ' ')}'s width"
+        rule = f"must equal the {what} or be at least {least:.4g} mm smaller"
         require(step == 0 or step >= least, _key("shank_width"), rod.shank_width, rule, "Make them equal.")
     edge = Outline(rod).edge
     slope = abs(edge.along[1])
@@ -76,13 +77,14 @@ def _shank(rod: Dimensions) -> None:
         slope <= 0.5,
         _key("shank_depth_big_end"),
         rod.shank_depth_big_end,
-        f"the shank's edges may incline by at most 30°, to {rod.shank_depth_small_end:g} mm at the small end",
-        "Bring the two depths closer together.",
+        f"the shank may taper by at most 30° per side; its depth at the small end is "
+        f"{rod.shank_depth_small_end:g} mm",
+        "Make the two depths less different.",
     )
     for end, x in (("big_end", 0.0), ("small_end", rod.length)):
         most = 0.92 * getattr(rod, f"{end}_radius")
         distance = edge.distance((x, 0.0))
-        rule = f"the shank's edge must pass the bore's centre within {most:.4g} mm (passes at {distance:.4g})"
+        rule = f"the shank's edge must pass within {most:.4g} mm of the bore's centre, not {distance:.4g} mm"
         name = f"shank_depth_{end}"
         require(distance <= most, _key(name), getattr(rod, name), rule, "Reduce it or thicken the ring.")
 
@@ -94,7 +96,7 @@ def _fillets(rod: Dimensions) -> None:
         small.start[0] - big.end[0] >= 0.01 * rod.length,
         _key(larger),
         getattr(rod, larger),
-        "the fillets must leave a straight edge of a hundredth of the rod's length between them",
+        "the two fillets must leave a straight edge between them, at least a hundredth of the rod's length",
         "Reduce this radius, or lengthen the rod.",
     )
 
@@ -104,13 +106,13 @@ def _steps(rod: Dimensions) -> None:
     for step in (big, small):
         if step.height == 0:
             continue
-        rule = f"must not exceed the distance {step.rim:g} mm of the step from the bore's centre"
+        rule = f"must not exceed {step.rim:g} mm, the distance of the step from the bore's centre"
         require(rod.ring_step_radius <= step.rim, _key("ring_step_radius"), rod.ring_step_radius, rule)
     require(
         big.foot + small.foot <= 0.99 * rod.length,
         _key("ring_step_radius"),
         rod.ring_step_radius,
-        f"the steps end {big.foot:.4g} and {small.foot:.4g} mm from the bores and must not meet on the shank",
+        f"the ring steps must not meet, but end {big.foot:.4g} and {small.foot:.4g} mm from the bores",
         "Reduce this radius, widen the shank or lengthen the rod.",
     )
 
@@ -120,12 +122,12 @@ def _web(rod: Dimensions) -> None:
         rod.web_thickness <= 0.95 * rod.shank_width,
         _key("web_thickness"),
         rod.web_thickness,
-        f"must be at most 0.95 of the shank's width, {rod.shank_width:g} mm",
-        'Thin the web, or choose shank_section = "rectangular".',
+        f"must be at most {0.95 * rod.shank_width:.4g} mm, 0.95 of the shank's width",
+        'Reduce it, or choose shank_section = "rectangular".',
     )
     depth = (rod.shank_width - rod.web_thickness) / 2
     for limit, what in ((depth, "pocket's depth"), (rod.pocket_corner_radius, "pocket's corner radius")):
-        rule = f"must be at most nine tenths of the {what}, {limit:g} mm"
+        rule = f"must be at most {0.9 * limit:.4g} mm, 0.9 of the {what}"
         radius = rod.pocket_floor_radius
         require(radius <= 0.9 * limit, _key("pocket_floor_radius"), radius, rule, "Reduce it.")
 
@@ -134,7 +136,7 @@ def _pocket(rod: Dimensions, pocket: Pocket) -> None:
     length = pocket.small_end - pocket.big_end
     tangents = sum(pocket.tangents)
     if length <= 0.01 * rod.length:
-        rule = f"leaves a pocket {length:.4g} mm long; it must have at least a hundredth of the rod's length"
+        rule = f"leaves a pocket {length:.4g} mm long; at least {0.01 * rod.length:.4g} mm are needed"
         remedy = 'Reduce it, or choose shank_section = "rectangular".'
         raise InvalidValue(_key("pocket_setback"), rod.pocket_setback, rule, remedy)
     half = min(pocket.edge.height(pocket.big_end), pocket.edge.height(pocket.small_end))
@@ -142,8 +144,8 @@ def _pocket(rod: Dimensions, pocket: Pocket) -> None:
         half > 0.02 * rod.flange_thickness,
         _key("flange_thickness"),
         rod.flange_thickness,
-        "the two flanges must leave a pocket between them all along the shank",
-        "Thin the flanges or deepen the shank.",
+        "the two flanges must leave a pocket between them along the whole shank",
+        "Reduce the flange thickness or increase the shank's depth.",
     )
     (_, y0), (_, y1) = pocket.corner_centers()
     radius = rod.pocket_corner_radius
@@ -151,6 +153,6 @@ def _pocket(rod: Dimensions, pocket: Pocket) -> None:
         min(y0, y1) >= 0.05 * radius and length - tangents >= 0.05 * radius,
         _key("pocket_corner_radius"),
         radius,
-        f"the corners must fit into a pocket {length:.4g} mm long and at least {2 * half:.4g} mm deep",
+        f"the corners must fit into a pocket {length:.4g} mm long and {2 * half:.4g} mm wide (narrow end)",
         "Reduce it.",
     )

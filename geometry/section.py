@@ -1,4 +1,4 @@
-"""Cross-sections and mass properties from the dimensions alone: quadrature in place of a CAD kernel."""
+"""Cross-sections and mass properties by quadrature over the dimensions, without a CAD kernel."""
 
 import math
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from geometry.segments import half_chord
 from geometry.slant import slanted_half_width
 from geometry.step import RingStep, ring_steps
 
-# Gauss's nodes over the angle of a half circle: exact enough for arcs that end upright.
+# Gauss points over the angle of a half circle: accurate also for arcs that end with a vertical tangent.
 _ANGLES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 _SHARES = (1 - np.cos((_ANGLES + 1) * math.pi / 2)) / 2
 _TURN = 720  # angles of a whole circle
@@ -92,7 +92,7 @@ class HeightField:
         return z
 
     def void(self, x: Floats, y: Floats) -> Floats:
-        """Return z up to which bolt and oil holes leave the rod hollow, mm."""
+        """Return the z up to which bolt and oil holes leave the rod hollow, mm."""
         rod, bosses = self.rod, self.outline.bosses
         z = np.where(x > rod.length, half_chord(rod.oil_hole / 2, y), 0.0)
         if bosses is not None:
@@ -117,7 +117,7 @@ class HeightField:
         return _mirrored_body(volume, center, (xx, yy, zz))
 
     def bushing(self) -> MassProperties:
-        """Integrate those of the bushing alone; the rod has one."""
+        """Integrate the mass properties of the bushing alone, for a rod that has one."""
         rod, angle = self.rod, (np.arange(_TURN) + 0.5) * 2 * math.pi / _TURN
         radius = rod.small_end_bore / 2 + rod.bushing * (_ANGLES[:, None] + 1) / 2
         x, y = rod.length + radius * np.cos(angle), radius * np.sin(angle)

@@ -10,21 +10,21 @@ import gmsh
 
 from geometry.system.signals import ENDS, held_back
 
-# Those that gmsh changes.
+# The signals whose handlers gmsh changes.
 _SIGNALS = [*ENDS, *([signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else [])]
 
 _one_thread = threading.RLock()
 
 
 class GmshLog:
-    """What gmsh said during a session; can still be read after the session has ended."""
+    """The messages of gmsh during a session; they can still be read after the session has ended."""
 
     def __init__(self) -> None:
         self._ended: list[str] | None = None
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Everything gmsh said, each line with its kind in front (``"Warning: …"``)."""
+        """Every message, each line with its kind in front (``"Warning: …"``)."""
         return tuple(gmsh.logger.get() if self._ended is None else self._ended)
 
     @property
@@ -74,7 +74,7 @@ def _opened(threads: int) -> Iterator[GmshLog]:
     handlers = {number: signal.getsignal(number) for number in _SIGNALS} if main else {}
     log = GmshLog()
     try:
-        with held_back():  # an interrupt finds gmsh open or closed, not half of either
+        with held_back():  # an interrupt must not come while gmsh is half open
             # A user's ~/.gmshrc must not change results, nor gmsh take over Ctrl-C and broken pipes.
             gmsh.initialize(readConfigFiles=False, interruptible=False)
             gmsh.option.setNumber("General.Terminal", 0)
@@ -91,7 +91,7 @@ def _opened(threads: int) -> Iterator[GmshLog]:
 
 
 def _restore(handlers: Mapping[signal.Signals, Any]) -> None:
-    """Give signals back the handlers that they had; one that Python did not set it cannot."""
+    """Restore the handlers of signals, except those that Python did not set and so cannot restore."""
     for number, handler in handlers.items():
         if handler is not None:
             signal.signal(number, handler)

@@ -1,4 +1,4 @@
-"""The slanted small end: side faces that lean inwards from where the ring begins to its crown."""
+"""The slanted small end: side faces that lean inwards from the start of the ring to its crown."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ def slanted_half_width(rod: Dimensions, x: Floats) -> Floats:
 
 
 def space_beside(rod: Dimensions) -> tuple[Segment, ...]:
-    """Return the closed profile (x, z) of what a slanted small end lacks; empty without a slant."""
+    """Return the closed profile (x, z) of what the slant cuts off above z = 0; empty without a slant."""
     begin, slope = _slope(rod)
     if slope == 0:
         return ()

@@ -20,7 +20,7 @@ from geometry.tools import bushed, holes, tools_above
 
 @dataclass(frozen=True)
 class Part:
-    """One material's share of the solid.
+    """A part of the solid, with one material.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Solid:
     faces
         gmsh's face tags of every surface of the boundary, cut planes included.
     features
-        What asks for small elements.
+        The faces that need small elements.
     mass
         Of the whole rod (also when a cell was drawn) for density 1: the mass is the volume, mm³.
     """
@@ -94,7 +94,7 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER) -> Solid:
         above += [kernel.turned_over(tool) for tool in above]
     with kernel.attempt("cut ring steps and web pockets"):
         body = kernel.cut(body, above)
-    with kernel.attempt("part the bushing from the rod (rod.bushing_mm)"):
+    with kernel.attempt("separate the bushing from the rod (rod.bushing_mm)"):
         bodies = bushed(rod, body)
     with kernel.attempt("drill bolt and oil holes (rod.cap_bolt_mm, rod.oil_hole_mm)"):
         bodies = dict(zip(bodies, kernel.drilled(list(bodies.values()), holes(rod)), strict=True))
@@ -113,7 +113,7 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER) -> Solid:
 
 def _require_symmetry(rod: Rod, mirror: Mirror) -> None:
     cells = list(Mirror)
-    rule = f"this rod's smallest mirror cell is {rod.smallest_cell}"
+    rule = f"the smallest mirror cell of this rod is {rod.smallest_cell}"
     possible = cells.index(mirror) <= cells.index(rod.smallest_cell)
     require(possible, "symmetry", str(mirror), rule, "Choose that or a larger part.")
 

@@ -10,8 +10,8 @@ from geometry.arrays import Floats
 from geometry.dimensions import Dimensions
 from geometry.segments import Arc, Line, Point, Segment, half_chord
 
-# The step begins this share of the ring's outer radius outside it, where it crosses the outline at an
-# angle; at the ring itself it would touch the outline tangentially.
+# The step begins outside the ring, by this fraction of its outer radius, so that it crosses the outline at
+# an angle; at the ring itself it would touch the outline tangentially.
 LAND = 0.06
 
 

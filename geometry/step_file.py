@@ -1,4 +1,4 @@
-"""STEP files: a rod written for other programs, and solids of other programs read."""
+"""STEP files: export a rod for other programs, and import solids from other programs."""
 
 import errno
 import os
@@ -31,7 +31,7 @@ def export_step(rod: Rod, path: Path) -> None:
         The file cannot be written.
     """
     build(rod, Mirror.NONE)
-    with tempfile.TemporaryDirectory() as folder:  # gmsh tells the format by the ending only
+    with tempfile.TemporaryDirectory() as folder:  # gmsh chooses the format by the file's ending
         written = Path(folder) / "rod.step"
         with kernel.attempt(f"write {path}"), _quiet():
             gmsh.write(str(written))
@@ -54,7 +54,9 @@ def read_step(path: Path) -> tuple[list[int], list[str]]:
     """
     with path.open("rb") as file:
         if not file.read(200).lstrip().startswith(b"ISO-10303-21"):
-            raise GeometryError(f"{path} is not a STEP file: it must begin with ISO-10303-21")
+            raise GeometryError(
+                f"{path} is not a STEP file: it must begin with ISO-10303-21. Export the rod from CAD as STEP"
+            )
     gmsh.model.add(path.stem)
     gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
     with kernel.attempt(f"read {path}"), _quiet():
@@ -62,7 +64,7 @@ def read_step(path: Path) -> tuple[list[int], list[str]]:
     volumes = [tag for dim, tag in entities if dim == kernel.SOLID]
     if not volumes:
         kinds = ", ".join(sorted({_KINDS[dim] for dim, _ in entities})) or "nothing"
-        raise GeometryError(f"{path} holds no solid, only {kinds}. Export the rod as a solid")
+        raise GeometryError(f"{path} contains no solid, only {kinds}. Export the rod as a solid body")
     names = [gmsh.model.getEntityName(3, tag).rpartition("/")[2] for tag in volumes]
     if len(names) == 1:
         return volumes, ["rod"]
@@ -82,7 +84,7 @@ def _imported(path: Path) -> list[tuple[int, int]]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep the kernel's own chatter off standard output, where it would spoil `--json`."""
+    """Keep the kernel's own messages off standard output, where they would spoil `--json`."""
     sys.stdout.flush()
     kept = os.dup(1)
     try:

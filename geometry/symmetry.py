@@ -1,4 +1,4 @@
-"""Mirror planes of a solid of unknown make: found on its faces, and cut at."""
+"""Mirror planes of an imported solid: found from its faces, and used to cut it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from geometry.mirror import PLANE_AXIS, Mirror
 
 # Of the rod's length.
 _SLACK = 1e-5
-# Places along each edge at which a face is held against its image.
+# Places along each edge at which a face is compared with its mirror image.
 _PLACES = np.linspace(0.0, 1.0, 9)
 
 
@@ -25,12 +25,12 @@ def smallest_cell(volumes: Sequence[int], length: float) -> Mirror:
     volumes
         Placed in the rod's frame.
     length
-        Of the rod, mm: the scale of what counts as equal.
+        Of the rod, mm; the tolerance is relative to it.
     """
     solids = [_faces(volume) for volume in volumes]
 
     def mirrored(axis: int) -> bool:
-        """Whether every solid is its own image: two that are each other's may be of different materials."""
+        """Whether every solid is its own image; two that mirror each other may have different materials."""
         return all(_is_mirrored(faces, axis, length) for faces in solids)
 
     if not mirrored(2):
@@ -59,7 +59,7 @@ def cut_to(volumes: Sequence[int], mirror: Mirror, length: float) -> list[list[i
             left, _ = gmsh.model.occ.intersect([(3, volume)], [(3, box)])
             kept.append([tag for dim, tag in left if dim == 3])
     if not all(kept):
-        raise GeometryError('a part of the solid lies beyond the mirror planes: use symmetry = "none"')
+        raise GeometryError('a part of the solid lies outside the mirror cell. Use symmetry = "none"')
     return kept
 
 
@@ -92,8 +92,8 @@ def _on_edges(face: int) -> Floats:
 def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
     """Whether every face has an image about the plane normal to `axis`.
 
-    Of the same area and centre, as cheaply told, and holding the images of its edges: a hole that is no
-    circle may be turned about its own axis.
+    The image must have the same area and centre, which is cheap to test, and contain the images of the
+    face's edges, because a non-circular hole may be turned about its own axis.
     """
     scale = np.array([length**2, length, length, length])
     image = faces.measures.copy()

@@ -1,4 +1,4 @@
-"""What is cut from the extruded outline of a rod, and the bushing parted from it."""
+"""The volumes cut from the extruded outline of a rod, and the bushing separated from it."""
 
 import math
 
@@ -13,7 +13,7 @@ from geometry.step import RingStep, ring_steps
 
 
 def tools_above(rod: Rod) -> list[int]:
-    """Draw what is cut above z = 0, and below it alike."""
+    """Draw the volumes cut away above z = 0; below it, their mirror images are cut."""
     tools = []
     big, small = ring_steps(rod)
     top = max(big.ring, small.ring)
@@ -43,7 +43,7 @@ def holes(rod: Rod) -> list[int]:
 
 
 def bushed(rod: Rod, body: int) -> dict[str, int]:
-    """Part the bushing from the rod; they share the faces where they touch."""
+    """Separate the bushing from the rod; they share the faces where they touch."""
     if not rod.bushing:
         return {"rod": body}
     occ, far = gmsh.model.occ, 2 * rod.small_end_width

@@ -1,1 +1,1 @@
-"""Why the rod is stressed: crank, rod and piston over the cycle."""
+"""The loads on the rod: dynamics of crank, rod and piston over the cycle."""

@@ -1,4 +1,4 @@
-"""How a pin force presses on a bore.
+"""The pressure that a pin force exerts on a bore.
 
 The pressure is constant along the pin and spread over an arc centred on the force, φ being the angle
 from it: p(φ) = p₀ s(φ) for |φ| ≤ arc/2. Its resultant on a bore of radius R and width b is
@@ -18,7 +18,7 @@ from geometry.invalid import InvalidValue, require, require_positive
 
 
 class Shape(StrEnum):
-    """How the pressure falls off from the middle of its arc."""
+    """How the pressure varies over its arc."""
 
     COSINE = "cosine"
     UNIFORM = "uniform"
@@ -46,17 +46,17 @@ class Arc:
             1 <= degrees <= 180 * (1 + 1e-12),
             "analysis.pressure arc in degrees",
             degrees,
-            "must lie within 1…180 (a pin presses on one side of its bore)",
+            "must lie between 1 and 180, because a pin presses on one side of its bore only",
         )
 
     def __call__(self, phi: npt.ArrayLike) -> Floats:
-        """Relative pressure s at angles φ (rad, any turn) from the force: 1 amid the arc, 0 outside it."""
+        """Relative pressure s at angles φ (rad, any turn) from the force: 1 in the middle, 0 off the arc."""
         phi = np.asarray(phi, dtype=np.float64)
         phi = np.abs(np.mod(phi + math.pi, 2 * math.pi) - math.pi)
         return np.where(phi <= self.angle / 2, self.unbounded(np.minimum(phi, self.angle / 2)), 0.0)
 
     def unbounded(self, phi: npt.ArrayLike) -> Floats:
-        """Relative pressure s as it would go on beyond the arc's ends."""
+        """Relative pressure s, continued beyond the ends of the arc."""
         phi = np.asarray(phi, dtype=np.float64)
         return np.ones_like(phi) if self.shape is Shape.UNIFORM else np.cos(math.pi / self.angle * phi)
 
@@ -91,7 +91,7 @@ class Arc:
 
 @dataclass(frozen=True)
 class BorePressure:
-    """The arcs a pin presses on when its end of the rod is pulled and when it is pushed.
+    """The arcs that a pin presses on when its end of the rod is pulled and when it is pushed.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class BorePressure:
                 "must be cosine-180, uniform-120, cosine-<arc in degrees> or webster",
             )
         degrees = float(match[2])
-        require(1 <= degrees <= 180, "analysis.pressure", name, "its arc must lie within 1…180 degrees")
+        require(1 <= degrees <= 180, "analysis.pressure", name, "the arc must lie between 1 and 180 degrees")
         arc = Arc(Shape(match[1]), math.radians(degrees))
         return cls(name, arc, arc)
 

@@ -32,7 +32,7 @@ class LoadCase:
     name
         ``tension``, ``compression``, ``side``, ``bending``, ``gas`` or ``given``.
     crank_angle
-        rad from firing TDC at 2π, or None where no cycle is behind the case.
+        rad, with firing TDC at 2π; None for a case that does not come from a crank cycle.
     pin_axial, crank_axial
         Positive pulls that end outwards (pin: along +x, crank: along −x).
     pin_transverse, crank_transverse
@@ -64,7 +64,7 @@ class LoadCase:
 
 
 def given(pin_axial: float, pin_transverse: float = 0.0) -> LoadCase:
-    """Make a case of a pin force without an engine, N: the crank end holds it, the rod is at rest.
+    """Make a case from a given pin force, N, without an engine: the crank end reacts it, the rod is at rest.
 
     The axial part is balanced at the crank end; a transverse part is not (its moment needs a clamped
     big end).
@@ -76,5 +76,6 @@ def given(pin_axial: float, pin_transverse: float = 0.0) -> LoadCase:
     """
     axial = require_number("forces.pin_N", pin_axial)
     transverse = require_number("forces.pin_N", pin_transverse)
-    require(bool(axial or transverse), "forces.pin_N", [axial, transverse], "must not be zero")
+    rule, remedy = "at least one component must not be zero", "Give [axial, transverse] in newtons."
+    require(bool(axial or transverse), "forces.pin_N", [axial, transverse], rule, remedy)
     return LoadCase("given", None, axial, transverse, crank_axial=axial, crank_transverse=-transverse)

@@ -1,4 +1,4 @@
-"""The cylinders of an engine together: each is a cycle of its own, later by its phase."""
+"""All cylinders of an engine: each has its own cycle, shifted by its phase."""
 
 from dataclasses import dataclass
 
@@ -19,12 +19,12 @@ class WholeEngine:
     Attributes
     ----------
     cylinders
-        One cycle a cylinder; the arrays of all belong to the same instants.
+        One cycle per cylinder, all evaluated at the same instants.
     torque
         On the crank, N·mm.
     shaking_x, shaking_y
-        Force of the mechanism on the frame, N. Moments between cylinders are left out: they need the
-        cylinders' distances.
+        Force of the mechanism on the frame, N. Moments between cylinders are not included: they depend on
+        the distances of the cylinders.
     """
 
     cylinders: tuple[Cycle, ...]

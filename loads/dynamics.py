@@ -152,9 +152,9 @@ def origin_acceleration(engine: Engine, motion: Kinematics) -> Pair:
 def _pin_force(engine: Engine, rod: MassProperties, motion: Kinematics, gas: Floats, a_center: Pair) -> Pair:
     """Force on the rod at the piston pin, engine axes, N.
 
-    Without friction P_x is the piston's alone and P_y = M/(l cos β) − P_x tan β =: N₀. Friction
-    −μ |N| sgn ẋ adds itself to P_x, hence N = N₀ + μ sgn ẋ tan β |N|: since μ |tan β| < 1 (the engine
-    sees to it), N has the sign of N₀ and the equation is solved in one step.
+    Without friction P_x follows from the piston alone and P_y = M/(l cos β) − P_x tan β =: N₀. Friction
+    −μ |N| sgn ẋ is added to P_x, hence N = N₀ + μ sgn ẋ tan β |N|: since μ |tan β| < 1 (`Engine`
+    ensures this), N has the sign of N₀ and the equation is solved in one step.
     """
     x, y, _ = rod.center
     a_x, a_y = a_center

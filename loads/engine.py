@@ -1,11 +1,11 @@
-"""The engine as the rod sees it."""
+"""The engine: crank, rod and piston of one cylinder, and the phase of the others."""
 
 import math
 from dataclasses import dataclass
 
 from geometry.invalid import require, require_number, require_positive
 
-# Beyond any engine built; each cylinder is computed.
+# More than any engine has; every cylinder is computed.
 MOST_CYLINDERS = 100
 
 
@@ -31,8 +31,8 @@ class Engine:
     Raises
     ------
     InvalidValue
-        When a value breaks its rule; the crank must be able to turn, so λ = (r + |offset|)/l < 1,
-        and with friction the piston must not jam, so μ tan β < 1 over the whole turn.
+        A value breaks its rule: the crank must be able to turn, so (r + |offset|)/l < 1, and with friction
+        the piston must not jam, so μ tan β < 1 over the whole turn.
     """
 
     crank_radius: float
@@ -61,9 +61,9 @@ class Engine:
             reach < self.rod_length,
             "rod.length_mm",
             self.rod_length,
-            f"must exceed crank radius + |pin offset| = {reach:g} mm "
-            f"(λ = {reach / self.rod_length:.4g} must stay below 1, or the crank cannot turn)",
-            "Lengthen the rod or shorten engine.stroke_mm.",
+            f"must exceed {reach:g} mm, the crank radius plus the pin offset, or the crank cannot turn "
+            f"(λ = {reach / self.rod_length:.4g} must be below 1)",
+            "Lengthen the rod or reduce engine.stroke_mm.",
         )
 
     def _require_a_free_piston(self) -> None:
@@ -74,8 +74,8 @@ class Engine:
             jam < 1,
             "engine.friction",
             friction,
-            f"μ tan β reaches {jam:.4g} in the cycle and must stay below 1, or the piston jams",
-            "Lower the friction or lengthen the rod.",
+            f"the piston jams: μ tan β must stay below 1 over the cycle, but reaches {jam:.4g}",
+            "Reduce the friction or lengthen the rod.",
         )
 
     def _require_cylinders(self) -> None:
@@ -84,7 +84,7 @@ class Engine:
             whole and 1 <= self.cylinders <= MOST_CYLINDERS,
             "engine.cylinders",
             self.cylinders,
-            f"must be a whole number within 1…{MOST_CYLINDERS}",
+            f"must be a whole number from 1 to {MOST_CYLINDERS}",
         )
         require_number("engine.phase_deg", self.phase)
 

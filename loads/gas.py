@@ -26,20 +26,20 @@ class GasModel(Protocol):
 
     @property
     def samples(self) -> Floats:
-        """Crank angles within the cycle, rad, between which the pressure has no peaks; mostly none."""
+        """Crank angles, rad, that include every peak of a sampled pressure; empty for a smooth one."""
 
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
         """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
 
     def note(self, speed: float) -> str:
-        """Say what a reader must know about the pressure at this speed (rad/s); mostly nothing."""
+        """Return a note for the user about the pressure at this speed (rad/s); usually empty."""
 
 
 class Ideal:
     """What the ideal cycles have in common."""
 
     def note(self, speed: float) -> str:  # noqa: ARG002
-        """Nothing to say."""
+        """Return no note."""
         return ""
 
     @property
@@ -59,9 +59,9 @@ class NoGas(Ideal):
 
 @dataclass(frozen=True)
 class Boyle(Ideal):
-    """Isothermal compression and expansion at every turn: p V = const from the atmosphere at BDC.
+    """Isothermal compression and expansion in every revolution: p V = const, atmospheric at BDC.
 
-    It has no combustion and repeats each turn (Columba 2022, whose gas force it is).
+    It has no combustion and repeats every revolution (the gas force of Columba 2022).
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class Boyle(Ideal):
     atmosphere: float = ATMOSPHERE
 
     def __post_init__(self) -> None:
-        """Refuse a ratio or a pressure that cannot be."""
+        """Refuse an impossible ratio or pressure."""
         _require_compression(self.compression_ratio)
         require_positive("engine.atmosphere_bar", self.atmosphere)
         _require_reached("engine.atmosphere_bar", self.atmosphere, self.atmosphere * self.compression_ratio)
@@ -128,7 +128,7 @@ class Otto(Ideal):
             1 <= gamma <= 5 / 3,
             "engine.heat_ratio",
             gamma,
-            "must lie between 1 (isothermal) and 5/3 (monatomic)",
+            "must lie between 1 (isothermal) and 5/3 (monatomic gas)",
         )
         _require_reached("engine.intake_pressure_bar", self.intake, self.compressed)
         if self.peak is not None:
@@ -140,8 +140,8 @@ class Otto(Ideal):
             peak >= self.compressed,
             "engine.peak_pressure_bar",
             bar,
-            f"must not lie below the end of compression, {10 * self.compressed:.4g} bar absolute",
-            'Without combustion the model is gas = "motored".',
+            f"must be at least {10 * self.compressed:.4g} bar absolute, the pressure after compression",
+            'For an engine without combustion use gas = "motored".',
         )
         require(peak <= LARGEST_PEAK, "engine.peak_pressure_bar", bar, too_high(peak))
 
@@ -187,20 +187,20 @@ def _at_every(speed: Floats, pressure: Floats) -> Floats:
 
 def _require_compression(ratio: float) -> None:
     require_number("engine.compression_ratio", ratio)
-    require(1 < ratio <= 100, "engine.compression_ratio", ratio, "must lie above 1 and not above 100")
+    require(1 < ratio <= 100, "engine.compression_ratio", ratio, "must be above 1 and at most 100")
 
 
 def _require_reached(name: str, before: float, compressed: float) -> None:
-    """Refuse what no engine compresses to; MPa."""
-    rule = f"gives {10 * compressed:.4g} bar compressed, above {10 * LARGEST_PEAK:g}, which no engine reaches"
-    require(compressed <= LARGEST_PEAK, name, 10 * before, rule, "Is it in bar, absolute?")
+    """Refuse a pressure (MPa) that is higher after compression than in any engine."""
+    rule = f"gives {10 * compressed:.4g} bar after compression; no engine exceeds {10 * LARGEST_PEAK:g} bar"
+    require(compressed <= LARGEST_PEAK, name, 10 * before, rule, "Give it in bar absolute.")
 
 
 def too_high(peak: float) -> str:
-    """What is wrong with a peak pressure (MPa) above every engine's, and the unit it may be in."""
+    """The rule for a peak pressure (MPa) above that of any engine, and the unit it may have been given in."""
     bar = 10 * peak
     unit, in_bar = ("Pa", 1e-5) if bar >= 1e5 else ("kPa", 1e-2) if bar >= 3000 else ("psi", 0.0689476)
     return (
-        f"peaks above {10 * LARGEST_PEAK:g} bar, which no engine reaches; "
-        f"if these are {unit}, the peak is {bar * in_bar:.4g} bar, if a cylinder full of water, give [forces]"
+        f"must not exceed {10 * LARGEST_PEAK:g} bar, more than any engine reaches. If the values are in "
+        f"{unit}, convert them: the peak is then {bar * in_bar:.4g} bar. For hydraulic lock, give [forces]"
     )

@@ -1,4 +1,4 @@
-"""The peak cases of a cycle: the crank angles at which a rod is worst off."""
+"""The peak load cases of a cycle: the crank angles with the largest forces on the rod."""
 
 import math
 from collections.abc import Callable
@@ -15,45 +15,46 @@ from loads.gas import CYCLE, GasModel
 
 Measure = Callable[[Cycle], Floats]
 
-# Half a degree finds every peak of the motion, a trace's own samples every peak of the pressure; the second
-# grid, a hundredth of the first, places it (a parabola would not: a trace has kinks).
+# A grid of half a degree finds every peak of the motion, and a trace's own samples find every peak of the
+# pressure. A grid a hundred times finer then locates the peak (not a parabola, because a trace has kinks).
 _COARSE = math.radians(0.5)
 _FINE = _COARSE / 100
-# Peaks that differ by less (relative) are one peak repeated.
+# Peaks that differ by less than this (relative) are repetitions of one peak.
 _EQUAL = 1e-6
 
 
 class Peaks(NamedTuple):
-    """The cases that occur, and the others with the reason why they do not."""
+    """The load cases that occur, and the names of the others with the reason why they do not."""
 
     cases: tuple[LoadCase, ...]
     left_out: tuple[tuple[str, str], ...]
 
 
-# Forces below this, of the largest along the rod, are rounding.
+# Forces below this fraction of the largest axial force are rounding errors.
 _ROUNDING = 1e-12
-# What each case makes largest; where even the largest is not positive the case does not occur.
+# The quantity that is largest in each case; if even its maximum is not positive, the case does not occur.
 _MEASURES: dict[str, tuple[Measure, str]] = {
     "tension": (
         lambda c: np.maximum(c.pin_axial, c.crank_axial),
-        "the rod is in compression all through the cycle",
+        "the rod is in compression throughout the cycle",
     ),
     "compression": (
         lambda c: -np.minimum(c.pin_axial, c.crank_axial),
-        "the rod is in tension all through the cycle",
+        "the rod is in tension throughout the cycle",
     ),
-    "side": (lambda c: np.abs(c.wall), "no force between piston and wall"),
-    "bending": (lambda c: np.abs(c.crank_transverse), "no transverse force on the crank end"),
+    "side": (lambda c: np.abs(c.wall), "there is no force between piston and wall"),
+    "bending": (lambda c: np.abs(c.crank_transverse), "there is no transverse force on the crank end"),
 }
 
 
 def peak_cases(engine: Engine, rod: MassProperties, gas: GasModel, speed: float) -> Peaks:
     """Find the peak cases of one cycle at a constant speed (rad/s).
 
-    ``tension`` and ``compression`` have the largest force along the rod at either end, ``side`` the
-    largest wall force, ``bending`` the largest transverse force at the crank end; each holds everything
-    that acts at its crank angle, found to 0.005°. ``gas`` is the peak gas force alone on a rod at rest
-    along the cylinder: low speed, where inertia does not relieve it (Shenoy & Fatemi, SAE 2005-01-0987).
+    ``tension`` and ``compression`` have the largest axial force at either end of the rod, ``side`` the
+    largest wall force, ``bending`` the largest transverse force at the crank end; each contains everything
+    that acts at its crank angle, which is located to 0.005°. ``gas`` is the peak gas force alone, on a rod
+    at rest along the cylinder: the condition of low speed, where inertia does not relieve the gas force
+    (Shenoy & Fatemi, SAE 2005-01-0987).
     """
 
     def at(angles: Floats) -> Cycle:
@@ -73,7 +74,7 @@ def peak_cases(engine: Engine, rod: MassProperties, gas: GasModel, speed: float)
     if largest > 0:
         cases.append(gas_alone(largest, angle))
     else:
-        left_out.append(("gas", "no gas force on the piston"))
+        left_out.append(("gas", "there is no gas force on the piston"))
     return Peaks(tuple(cases), tuple(left_out))
 
 
@@ -97,7 +98,7 @@ def load_case(
 
 
 def gas_alone(force: float, crank_angle: float) -> LoadCase:
-    """Put the gas force (N, towards the crank; it peaks at `crank_angle`) on a rod at rest."""
+    """Return the case of the gas force (N, towards the crank; peak at `crank_angle`) on a rod at rest."""
     return LoadCase(
         name="gas",
         crank_angle=crank_angle,
@@ -114,14 +115,14 @@ def gas_alone(force: float, crank_angle: float) -> LoadCase:
 def _refine(measure: Measure, at: Callable[[Floats], Cycle], whole: Cycle) -> tuple[float, float]:
     """Crank angle (rad, within the cycle) and value of the largest `measure`.
 
-    The transverse force at the crank end does not feel the gas, so it peaks alike at several angles of
-    the cycle: of equal peaks the one with the largest force along the rod is taken.
+    The transverse force at the crank end does not depend on the gas pressure, so it has equal peaks at
+    several angles of the cycle: of these, the one with the largest axial force is taken.
     """
     values = measure(whole)
     equal = values >= values.max() - _EQUAL * abs(values.max())
     along = np.maximum(np.abs(whole.pin_axial), np.abs(whole.crank_axial))
     peak = whole.motion.crank_angle[int(np.argmax(np.where(equal, along, -1.0)))]
-    # The grid holds the coarse peak itself, so that refining never finds less.
+    # The fine grid contains the coarse peak, so that its maximum is never smaller.
     near = peak + _FINE * np.arange(-100, 101)
     values = measure(at(near))
     i = int(np.argmax(values))

@@ -80,7 +80,7 @@ def kinematics(engine: Engine, crank_angle: npt.ArrayLike, speed: npt.ArrayLike)
 def _finite(crank_angle: npt.ArrayLike) -> Floats:
     theta = np.asarray(crank_angle, dtype=np.float64)
     if not np.isfinite(theta).all():
-        raise InvalidValue("crank angle", "not finite", "must be finite everywhere")
+        raise InvalidValue("crank angle", "not finite", "every angle must be finite")
     return theta
 
 

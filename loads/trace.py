@@ -1,4 +1,4 @@
-"""Cylinder pressure as it was measured: a trace for each of some speeds."""
+"""Measured cylinder pressure: one trace for every measured speed."""
 
 import math
 from dataclasses import dataclass
@@ -9,10 +9,10 @@ from geometry.arrays import Floats
 from geometry.invalid import InvalidValue, require
 from loads.gas import ATMOSPHERE, CYCLE, LARGEST_PEAK, too_high
 
-_SMALLEST_PEAK = 0.1  # MPa: no engine that compresses at all stays below it
-_IDLING_PEAK = 2.0  # MPa: only engines at idle or motored stay below it
-_NO_FIRING = 0.5  # of the peak: around a top dead centre where no more is reached, nothing fires
-# A trace may start and end its cycle apart by this part of its peak (drift of the transducer).
+_SMALLEST_PEAK = 0.1  # MPa: every engine that compresses its charge exceeds it
+_IDLING_PEAK = 2.0  # MPa: only engines that idle or are motored stay below it
+_NO_FIRING = 0.5  # of the peak: a top dead centre with less pressure around it is not the firing one
+# The values at the start and the end of the cycle may differ by this fraction of the peak (transducer drift).
 _CLOSURE = 0.05
 
 
@@ -33,8 +33,8 @@ class Trace:
     Raises
     ------
     InvalidValue
-        When the samples are too few, unsorted, do not cover or close the cycle, or hold a pressure that
-        no engine has (the message then guesses the unit).
+        The samples are too few or unsorted, do not cover the cycle, differ too much between its start and
+        end, or contain a pressure that no engine reaches (the message then suggests the unit).
     """
 
     crank_angles: Floats
@@ -72,7 +72,7 @@ class Trace:
         return self.crank_angles
 
     def note(self, speed: float) -> str:
-        """Say when the speed lies outside the measured ones, and what may be meant otherwise."""
+        """Note a speed outside the measured range, and values that suggest another unit or another TDC."""
         return "; ".join(filter(None, (self._outside(speed), self._low(), self._turned())))
 
     def _low(self) -> str:
@@ -80,8 +80,8 @@ class Trace:
         if highest >= _IDLING_PEAK:
             return ""
         return (
-            f"gas pressure peaks at {10 * highest:.4g} bar, as of an engine at idle: if the file is in MPa, "
-            "multiply by 10"
+            f"gas pressure peaks at only {10 * highest:.4g} bar, as in an engine at idle: if the file is in "
+            "MPa, multiply its values by 10"
         )
 
     def _turned(self) -> str:
@@ -90,8 +90,8 @@ class Trace:
         if highest[firing].max(initial=0.0) >= _NO_FIRING * highest.max():
             return ""
         return (
-            f"gas pressure peaks at {math.degrees(self.crank_angles[highest.argmax()]):.4g}°, and firing top "
-            "dead centre is at 360°: if the file counts from the firing one, add 360° to its angles"
+            f"gas pressure peaks at {math.degrees(self.crank_angles[highest.argmax()]):.4g}°, but firing TDC "
+            "is at 360°: if the file counts angles from firing TDC, add 360° to them"
         )
 
     def _outside(self, speed: float) -> str:
@@ -100,7 +100,7 @@ class Trace:
         nearest = self.speeds[0] if speed < self.speeds[0] else self.speeds[-1]
         return (
             f"gas pressure was not measured at {_rpm(speed):.6g} rpm: "
-            f"the trace of {_rpm(float(nearest)):.6g} rpm, the nearest, is used"
+            f"the trace of the nearest speed, {_rpm(float(nearest)):.6g} rpm, is used"
         )
 
 
@@ -113,19 +113,19 @@ def _require_shapes(angles: Floats, pressures: Floats, speeds: Floats) -> None:
         angles.ndim == 1 and angles.size >= 3,
         "gas trace",
         f"{angles.size} sample{'s' * (angles.size != 1)}",
-        "needs three samples or more over the cycle",
+        "must have at least three samples over the cycle",
     )
     rows, columns = pressures.shape
     require(
         columns == angles.size,
         "gas trace",
         f"{columns} pressures",
-        f"must match its {angles.size} crank angles",
+        f"must match the {angles.size} crank angles",
     )
     fits = speeds.size == rows or (speeds.size == 0 and rows == 1)
-    require(fits, "gas trace", f"{rows} traces", f"must match its {speeds.size} speeds")
+    require(fits, "gas trace", f"{rows} traces", f"must match the {speeds.size} speeds")
     finite = all(np.isfinite(a).all() for a in (angles, pressures, speeds))
-    require(finite, "gas trace", "not finite", "must hold finite numbers only")
+    require(finite, "gas trace", "not finite", "must contain finite numbers only")
     rising = speeds.size == 0 or (speeds[0] > 0 and bool((np.diff(speeds) > 0).all()))
     require(
         rising,
@@ -150,8 +150,8 @@ def _require_increasing_angles(angles: Floats) -> None:
         raise InvalidValue(
             "gas trace crank_deg",
             math.degrees(outside[0]),
-            "must lie within one cycle, 0…720°",
-            "Angles count from the gas-exchange TDC; firing TDC is at 360°.",
+            "must lie within one cycle, 0 to 720°",
+            "Count angles from the gas-exchange TDC, so that firing TDC is at 360°.",
         )
 
 
@@ -163,27 +163,29 @@ def _require_plausible(pressures: Floats) -> None:
         lowest >= -ATMOSPHERE * 1.05,
         "gas trace pressure_bar",
         10 * lowest,
-        "a gauge pressure cannot lie below a vacuum (−1 bar)",
+        "a gauge pressure cannot be below vacuum (−1 bar)",
+        "Give gauge pressures in bar.",
     )
     require(
         peak >= _SMALLEST_PEAK,
         "gas trace pressure_bar",
         10 * peak,
-        "peaks below 1 bar, which no engine that compresses does",
-        'If these are MPa, multiply by 10; for no gas at all, say gas = "none".',
+        "the peak must exceed 1 bar, as in every engine that compresses its charge",
+        'If the values are in MPa, multiply them by 10; without gas pressure, use gas = "none".',
     )
 
 
 def _closed(angles: Floats, pressures: Floats) -> tuple[Floats, Floats]:
-    """Without the sample a full cycle after the first, which must (nearly) repeat it."""
+    """Drop the sample one full cycle after the first, which must (nearly) repeat it."""
     if angles[-1] - angles[0] < CYCLE * (1 - 1e-9):
         return angles, pressures
     gap = float(np.max(np.abs(pressures[:, -1] - pressures[:, 0]) / pressures.max(axis=1)))
     require(
         gap <= _CLOSURE,
         "gas trace",
-        f"{100 * gap:.3g} % of the peak apart at 0° and 720°",
-        f"must close to {100 * _CLOSURE:g} % of its peak (the value at 0° is then used for both)",
+        f"{100 * gap:.3g} % of the peak between 0° and 720°",
+        f"the first and last pressure may differ by at most {100 * _CLOSURE:g} % of the peak",
+        "Correct the drift of the pressure transducer.",
     )
     return angles[:-1], pressures[:, :-1]
 

@@ -1,4 +1,4 @@
-"""Mesh a simple body as a rod is meshed."""
+"""Mesh a simple body in the same way as a rod."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -54,7 +54,7 @@ def mesh_body(
     Raises
     ------
     GeometryError, MeshError
-        No solid or no usable mesh came out.
+        No solid or no usable mesh could be made.
     """
     with session():
         faces = draw(body)

@@ -1,5 +1,5 @@
-"""What can go wrong between a solid and its mesh."""
+"""The error of meshing a solid."""
 
 
 class MeshError(RuntimeError):
-    """No usable mesh came out."""
+    """No usable mesh could be made."""

@@ -1,4 +1,4 @@
-"""How many elements a size will make, before they are made."""
+"""Estimate how many elements a size will produce, before meshing."""
 
 from collections.abc import Sequence
 from math import sqrt
@@ -7,15 +7,15 @@ import gmsh
 
 from mesh.sizing import Refinement, Sizing
 
-# Of a regular tetrahedron with unit edges; gmsh's are about two thirds of it.
+# Volume of a regular tetrahedron with unit edges; gmsh's elements have about two thirds of it.
 _VOLUME = sqrt(2) / 12 * 2 / 3
 
 
 def estimate(refinements: Sequence[Refinement], sizing: Sizing) -> float:
-    """Elements that the open model will have, about.
+    """Estimate the number of elements that the open model will have.
 
-    Edges h = s + g d grow with the distance d from a refined face: below each unit of its area, the integral
-    of h⁻³ over d adds (s⁻² - h∞⁻²) / 2 g to the h∞⁻³ a unit of volume.
+    The edge length grows with the distance d from a refined face, h = s + g d. Per unit area of the face, the
+    integral of h⁻³ over d adds (s⁻² - h∞⁻²) / 2 g to the element density h∞⁻³ of the rest of the volume.
     """
     kernel, size = gmsh.model.occ, sizing.size
     volume = sum(kernel.getMass(3, tag) for _, tag in gmsh.model.getEntities(3))

@@ -1,4 +1,4 @@
-"""From a solid in the open gmsh session to a mesh as arrays."""
+"""Mesh the solid in the open gmsh session and return the mesh as arrays."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -12,13 +12,13 @@ from geometry.surfaces import Surface
 from mesh.errors import MeshError
 from mesh.numbering import numbered
 from mesh.outward import outward
-from mesh.quality import LEAST_SCALED_JACOBIAN, Quality, measure, mended, scaled_jacobian
+from mesh.quality import Quality, measure, mended, scaled_jacobian
 from mesh.repair import NOTHING, Repair, UnsoundMeshError, of_crossing, of_elements
 from mesh.size_field import SizeField
 from mesh.sizing import Refinement, Sizing, apply
 from mesh.tetmesh import TetMesh
 
-_ON_ERROR, _STOP = "General.AbortOnError", 1  # stop meshing, throw nothing
+_ON_ERROR, _STOP = "General.AbortOnError", 1  # stop meshing without throwing
 _TET = {1: 4, 2: 11}  # gmsh's element types
 _TRIANGLE = {1: 2, 2: 9}
 _FROM_GMSH = {1: [0, 1, 2, 3], 2: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]}
@@ -44,11 +44,11 @@ def tetrahedralise(
     sizing
         Size and order.
     parts
-        gmsh's volume tags of each part, where there are several.
+        gmsh's volume tags of each part, if there are several.
     wanted
-        Sizes that earlier solutions ask for; everywhere the smallest size holds.
+        Element sizes requested by earlier solutions; at every point the smallest requested size applies.
     repair
-        What to do otherwise than at first, when the model is meshed again.
+        Changed settings for meshing the model again after a failure.
 
     Returns
     -------
@@ -59,8 +59,8 @@ def tetrahedralise(
     Raises
     ------
     MeshError
-        gmsh failed, or inverted elements could not be mended; an `UnsoundMeshError` where something may be
-        done about it.
+        gmsh failed, or inverted elements could not be repaired; an `UnsoundMeshError` if other settings may
+        help.
     """
     repair.prepare()
     apply(sizing, refinements, wanted, repair.spots)
@@ -72,15 +72,15 @@ def tetrahedralise(
         inverted = mesh.points[mesh.tets[scaled_jacobian(mesh) <= 0, :4]]
         more = of_elements(inverted, "elements were inverted")
         message = (
-            f"{more.causes[0]} and could not be mended (scaled Jacobian {quality.least_scaled_jacobian:.3g}, "
-            f"must exceed 0; mended below {LEAST_SCALED_JACOBIAN}). Try a smaller --size"
+            f"{more.causes[0]} and could not be repaired: the smallest scaled Jacobian is "
+            f"{quality.least_scaled_jacobian:.3g} and must exceed 0. Try a smaller --size"
         )
         raise UnsoundMeshError(message, more)
     return numbered(mesh)[0], quality
 
 
 def _generate(sizing: Sizing) -> None:
-    """Let gmsh mesh; what it may throw itself would leave it locked, unable to mesh again."""
+    """Let gmsh mesh the model, without its own exceptions: they would leave it unable to mesh again."""
     throwing = gmsh.option.getNumber(_ON_ERROR)
     gmsh.option.setNumber(_ON_ERROR, _STOP)
     failed = f"gmsh could not mesh the solid at size {sizing.size:g} mm"
@@ -123,7 +123,7 @@ def _arrays(surfaces: Mapping[Surface, Sequence[int]], order: int, parts: Sequen
 
 
 def _tets(order: int, parts: Sequence[Sequence[int]]) -> tuple[Ints, Ints | None]:
-    """Node tags of the tetrahedra, and the part of each where there are several."""
+    """Node tags of the tetrahedra, and the part of each if there are several."""
     if len(parts) < 2:
         return gmsh.model.mesh.getElementsByType(_TET[order])[1], None
     found = [gmsh.model.mesh.getElementsByType(_TET[order], volume)[1] for part in parts for volume in part]

@@ -1,4 +1,4 @@
-"""Reflect a mesh about its cut planes, and carry fields with it."""
+"""Reflect a mesh about its cut planes, and extend fields on it in the same way."""
 
 from dataclasses import dataclass
 
@@ -26,11 +26,11 @@ class MirroredMesh:
         The whole. The cell's elements come first; the nodes stand in the order of `mesh.numbering`, in which
         a node of the cell comes before its images.
     source
-        (n_nodes,) the cell's node behind each node.
+        (n_nodes,) the node of the cell that each node is an image of.
     element_source
-        (n_elements,) the cell's element behind each element.
+        (n_elements,) the element of the cell that each element is an image of.
     sign
-        (n_nodes, 3) +1, or −1 for the components of a vector that the reflections turn round.
+        (n_nodes, 3) +1, or −1 for the components of a vector that the reflections reverse.
     """
 
     mesh: TetMesh
@@ -39,7 +39,7 @@ class MirroredMesh:
     sign: npt.NDArray[np.float64]
 
     def vector(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:
-        """Carry a vector field (n_cell, 3, …) to the whole.
+        """Extend a vector field (n_cell, 3, …) from the cell to the whole mesh.
 
         Parameters
         ----------
@@ -50,7 +50,7 @@ class MirroredMesh:
         return np.asarray(sign * self._combine(symmetric, antisymmetric))
 
     def tensor(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:
-        """Carry a symmetric tensor field (n_cell, 6, …), components XX YY ZZ XY YZ XZ, to the whole."""
+        """Extend a symmetric tensor field (n_cell, 6, …), XX YY ZZ XY YZ XZ, from the cell to the whole."""
         x, y, z = self.sign.T
         one = np.ones_like(x)
         sign = np.stack([one, one, one, x * y, y * z, x * z], axis=1)

@@ -1,4 +1,4 @@
-"""Turn the boundary facets outwards: CAD kernels orient faces as they please."""
+"""Orient the boundary facets outwards: CAD kernels orient faces arbitrarily."""
 
 from dataclasses import replace
 
@@ -14,12 +14,12 @@ _TURN = {3: [0, 2, 1], 6: [0, 2, 1, 5, 4, 3]}
 
 
 def outward(mesh: TetMesh) -> TetMesh:
-    """Return the mesh with every facet turned as the element behind it demands.
+    """Return the mesh with every facet oriented outwards from the element behind it.
 
     Raises
     ------
     MeshError
-        Facets bound no element, or two: the surface of a damaged solid may fold onto itself.
+        A facet bounds no element or two elements: the surface of a damaged solid may fold onto itself.
     """
     faces = mesh.tets[:, _FACES].reshape(-1, 3)
     keys = _keys(faces, len(mesh.points))
@@ -33,8 +33,9 @@ def outward(mesh: TetMesh) -> TetMesh:
         if astray.any():
             x, y, z = mesh.points[facets[astray][0, :3]].mean(axis=0)
             message = (
-                f"{astray.sum()} triangles of the surface, the first at ({x:.1f}, {y:.1f}, {z:.1f}) mm, do "
-                "not bound the tetrahedra. The solid may be damaged: export it again, or try another --size"
+                f"{astray.sum()} surface triangles do not bound exactly one tetrahedron each; the first is "
+                f"at ({x:.1f}, {y:.1f}, {z:.1f}) mm. The solid may be damaged: export it again, or try "
+                "another --size"
             )
             raise MeshError(message)
         wrong = even[order[first]] != _even(facets[:, :3])
@@ -44,12 +45,12 @@ def outward(mesh: TetMesh) -> TetMesh:
 
 
 def _keys(faces: Ints, n_points: int) -> Ints:
-    """One number for the three nodes of a face, in whatever order."""
+    """One number for the three nodes of a face, independent of their order."""
     a, b, c = np.sort(faces, axis=1).T
     return np.asarray((a * n_points + b) * n_points + c)
 
 
 def _even(faces: Ints) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """Whether the nodes stand in an even permutation of their ascending order."""
+    """Whether the nodes are an even permutation of their ascending order."""
     a, b, c = faces.T
     return np.asarray((a < b).astype(int) + (b < c) + (c < a) == 2)

@@ -10,12 +10,12 @@ _FACES = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
 
 
 def submesh(mesh: TetMesh, number: int) -> tuple[TetMesh, Ints]:
-    """The elements of a part with the named facets that are theirs.
+    """The elements of a part, with the named facets that belong to them.
 
     Returns
     -------
     TetMesh, ndarray
-        The part's mesh and (n_part_nodes,) the node of the whole behind each of its nodes.
+        The part's mesh and (n_part_nodes,) the number of each of its nodes in the whole mesh.
 
     Raises
     ------
@@ -23,7 +23,7 @@ def submesh(mesh: TetMesh, number: int) -> tuple[TetMesh, Ints]:
         The mesh has no parts.
     """
     if mesh.part is None:
-        raise ValueError("the mesh has one part only")
+        raise ValueError("the mesh has only one part")
     tets = mesh.tets[mesh.part == number]
     nodes = np.unique(tets)
     local = np.full(len(mesh.points), -1)

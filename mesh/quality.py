@@ -1,4 +1,4 @@
-"""How good the elements are, measured on the curved element and not on its straight shadow."""
+"""Element quality, measured on the curved elements and not on their straight-sided approximations."""
 
 from dataclasses import dataclass, replace
 from math import factorial
@@ -8,7 +8,7 @@ import numpy as np
 from geometry.arrays import Floats, Ints
 from mesh.tetmesh import EDGES, TetMesh
 
-# An element whose Jacobian falls below this share of its straight volume is too bent to trust.
+# An element is too distorted to trust if its smallest Jacobian is below this fraction of its mean.
 LEAST_SCALED_JACOBIAN = 0.05
 
 
@@ -96,7 +96,7 @@ def scaled_jacobian(mesh: TetMesh) -> Floats:
 
 
 def measure(mesh: TetMesh, straightened: tuple[int, ...] = ()) -> Quality:
-    """Measure the mesh, whose elements of these numbers were straightened."""
+    """Measure the mesh; `straightened` are the numbers of elements with straightened edges."""
     shapes = shape(mesh)
     worst = int(shapes.argmin())
     x, y, z = mesh.points[mesh.tets[worst, :4]].mean(axis=0)
@@ -110,13 +110,13 @@ def measure(mesh: TetMesh, straightened: tuple[int, ...] = ()) -> Quality:
 
 
 def mended(mesh: TetMesh) -> tuple[TetMesh, tuple[int, ...]]:
-    """Straighten the edges of elements that are inverted or too bent, until none is left.
+    """Straighten the edges of elements that are inverted or too distorted, until none is left.
 
     Returns
     -------
     TetMesh, tuple[int, …]
-        The mesh and the numbers of the elements straightened; straight-sided inverted elements stay as
-        they are, for the caller to refuse.
+        The mesh and the numbers of the straightened elements. Straight-sided inverted elements stay as they
+        are; the caller must reject them.
     """
     straightened = np.zeros(len(mesh.tets), dtype=bool)
     for _ in range(10):

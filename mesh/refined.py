@@ -1,4 +1,4 @@
-"""Split every tetrahedron in eight, keeping straight-sided meshes nested."""
+"""Split every tetrahedron into eight; straight-sided meshes stay nested."""
 
 import numpy as np
 
@@ -21,12 +21,12 @@ _FACET_EDGES = ((0, 1), (1, 2), (2, 0))
 
 
 def refined(mesh: TetMesh) -> TetMesh:
-    """Halve every edge of a straight-sided mesh; the order stays."""
+    """Halve every edge of a straight-sided mesh, keeping its order."""
     return split(raised(mesh)) if mesh.order == 1 else raised(split(mesh))
 
 
 def raised(mesh: TetMesh) -> TetMesh:
-    """Add nodes amid the edges of a first-order mesh, which makes it one of second order."""
+    """Add mid-edge nodes to a first-order mesh, which makes it a second-order mesh."""
     n_points = len(mesh.points)
 
     def keys(cells: Ints, pairs: tuple[tuple[int, int], ...]) -> Ints:
@@ -35,21 +35,21 @@ def raised(mesh: TetMesh) -> TetMesh:
 
     edges, number = np.unique(keys(mesh.tets, EDGES), return_inverse=True)
     middles = mesh.points[np.stack(np.divmod(edges, n_points))].mean(axis=0)
-    amid: dict[Surface, Ints] = {
+    middle_nodes: dict[Surface, Ints] = {
         surface: n_points + np.searchsorted(edges, keys(facets, _FACET_EDGES))
         for surface, facets in mesh.facets.items()
     }
     return TetMesh(
         np.concatenate([mesh.points, middles]),
         np.hstack([mesh.tets, n_points + number.reshape(-1, len(EDGES))]),
-        {surface: np.hstack([facets, amid[surface]]) for surface, facets in mesh.facets.items()},
+        {surface: np.hstack([facets, middle_nodes[surface]]) for surface, facets in mesh.facets.items()},
     )
 
 
 def split(mesh: TetMesh) -> TetMesh:
-    """Make eight first-order tetrahedra of each of second order, with the same nodes.
+    """Replace each second-order tetrahedron by eight first-order ones with the same nodes.
 
-    The shortest diagonal is cut along: with any other, elements would grow longer at every refinement.
+    The cut is along the shortest diagonal: with any other, elements would become longer at every refinement.
     """
     ends = mesh.points[mesh.tets[:, _DIAGONALS]]
     shortest = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2).argmin(axis=1)

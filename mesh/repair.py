@@ -1,8 +1,9 @@
-"""What to do otherwise where gmsh made no mesh, or elements that the checks of a mesh refuse.
+"""Changed settings for meshing again, if gmsh failed or made elements that the mesh checks reject.
 
 On a curved face one or two elements wide, gmsh's frontal surface mesher may leave triangles that span half
-the face: they cut through the solid and through each other. MeshAdapt, which splits and swaps edges (Geuzaine
-& Remacle 2009), does not, though its triangles are worse elsewhere. And shorter edges bend less.
+the face and cut through the solid and through each other. MeshAdapt, which splits and swaps edges (Geuzaine
+& Remacle 2009), avoids them, though its triangles are worse elsewhere. Smaller elements help too, because
+shorter edges are less curved.
 """
 
 from dataclasses import dataclass
@@ -58,16 +59,16 @@ class Spot:
 
 @dataclass(frozen=True)
 class Repair:
-    """What is done otherwise than at first.
+    """Settings that differ from those of the first attempt.
 
     Attributes
     ----------
     faces
         gmsh's tags of the faces that MeshAdapt meshes.
     spots
-        Where elements are smaller.
+        Places with smaller elements.
     causes
-        What was wrong before each round, in words.
+        What was wrong before each attempt, in words.
     """
 
     faces: frozenset[int] = frozenset()
@@ -75,25 +76,25 @@ class Repair:
     causes: tuple[str, ...] = ()
 
     def __add__(self, other: "Repair") -> "Repair":
-        """Do both."""
+        """Return a repair that does both."""
         return Repair(self.faces | other.faces, self.spots + other.spots, self.causes + other.causes)
 
     @property
     def size(self) -> float | None:
-        """Smallest edge length asked for, mm, if any is."""
+        """Smallest edge length requested, mm; None without spots."""
         return min((spot.size for spot in self.spots), default=None)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a reader must know; empty where nothing was done."""
+        """Notes for the user; empty if nothing was repaired."""
         if not self.causes:
             return ()
-        what = [f"MeshAdapt on {len(self.faces)} faces"] if self.faces else []
-        what += [] if self.size is None else [f"elements down to {self.size:.2g} mm there"]
-        return (f"meshed again with {' and '.join(what)}: {'; then '.join(self.causes)}",)
+        what = [f"the MeshAdapt mesher on {len(self.faces)} faces"] if self.faces else []
+        what += [] if self.size is None else [f"elements down to {self.size:.2g} mm at the faulty places"]
+        return (f"the mesh was made again with {' and '.join(what)}, because {'; then '.join(self.causes)}",)
 
     def prepare(self) -> None:
-        """Clear the open model of the mesh before, and choose the mesher of its faces."""
+        """Remove the previous mesh from the open model, and choose the mesher of its faces."""
         if not self.causes:
             return
         gmsh.model.mesh.clear()
@@ -109,12 +110,12 @@ NOTHING = Repair()
 
 
 class UnsoundMeshError(MeshError):
-    """No usable mesh came out, but something may be done about it.
+    """No usable mesh could be made, but other settings may help.
 
     Attributes
     ----------
     repair
-        What.
+        The settings to try.
     """
 
     def __init__(self, message: str, repair: Repair) -> None:
@@ -127,7 +128,7 @@ class UnsoundMeshError(MeshError):
 
 
 def of_crossing(message: str) -> MeshError:
-    """Read from the open model where gmsh found its surface mesh to cross itself, if it did."""
+    """Return the error of a surface mesh that crosses itself, with its places if gmsh reports them."""
     faces = {tag for dimension, tag in gmsh.model.mesh.getLastEntityError() if dimension == _SURFACE}
     places = []
     for node in gmsh.model.mesh.getLastNodeError():
@@ -141,7 +142,7 @@ def of_crossing(message: str) -> MeshError:
         return MeshError(message)
     where = f" near {_place(np.mean(places, axis=0))}" if places else ""
     return UnsoundMeshError(
-        message, Repair(frozenset(faces), (), (f"triangles of the surface crossed{where}",))
+        message, Repair(frozenset(faces), (), (f"triangles of the surface mesh crossed each other{where}",))
     )
 
 

@@ -1,4 +1,4 @@
-"""Mesh, and mesh again where that went wrong."""
+"""Mesh a solid, and mesh it again with other settings if that fails."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from mesh.quality import Quality
 from mesh.repair import Repair, UnsoundMeshError
 from mesh.tetmesh import TetMesh
 
-# Each costs another mesh; what can be repaired at all mostly takes one.
+# Each round costs another mesh; most repairs that succeed at all take one.
 MAX_ROUNDS = 4
 
 
@@ -19,21 +19,21 @@ class Attempt(Protocol):
     """Meshes the open model."""
 
     def __call__(self, *, repair: Repair) -> tuple[TetMesh, Quality]:
-        """Mesh with this done otherwise than at first."""
+        """Mesh with the changed settings of `repair`."""
 
 
 @dataclass(frozen=True)
 class Meshed:
-    """A mesh and how it came about.
+    """A mesh and how it was made.
 
     Attributes
     ----------
     mesh, quality
-        As gmsh made it and it was mended.
+        The repaired mesh and its quality.
     repair
-        What was done otherwise than at first.
+        Settings that differ from those of the first attempt.
     warnings
-        What gmsh had to say of this mesh.
+        Warnings of gmsh about this mesh.
     """
 
     mesh: TetMesh
@@ -48,25 +48,25 @@ def repaired(
     log: GmshLog,
     tell: Callable[[str], None],
 ) -> Meshed:
-    """Mesh the open model, and again with what a failure or `flaws` asks for.
+    """Mesh the open model; after a failure or with flaws, mesh it again with the changes they call for.
 
-    Where no round ends without flaws the first mesh stays, for the checks of the run to mark.
+    If every attempt has flaws, the first mesh is returned, and the checks of the run will fail on it.
 
     Parameters
     ----------
     attempt
-        Meshes.
+        Meshes the model.
     flaws
-        What to do otherwise about a mesh; None where it is sound.
+        Returns the changes that a mesh calls for; None if it is sound.
     log
-        Of the session.
+        The messages of the session.
     tell
-        Called with the cause of each round before it begins.
+        Called with the cause of each new attempt before it begins.
 
     Raises
     ------
     MeshError
-        No round ended with a mesh; the first failure.
+        No attempt produced a mesh; this is the first failure.
     """
     repair, first, failure = Repair(), None, None
     for rounds in count():
@@ -92,8 +92,8 @@ def repaired(
 
 
 def _told(failure: MeshError | None, rounds: int) -> MeshError:
-    """Return the first failure, with how often something was tried about it."""
+    """Return the first failure, with the number of further attempts."""
     if failure is not None and not rounds:
         return failure
-    tries = f"{rounds} more attempts with other settings where it failed did no better"
+    tries = f"{rounds} further attempts with other settings at the faulty places failed too"
     return MeshError(f"{failure} ({tries})")

@@ -1,4 +1,4 @@
-"""Element sizes that vary from place to place, as an earlier solution on the same solid asks for them."""
+"""Element sizes that vary over the solid, as requested by an earlier solution on it."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from geometry.arrays import Floats, Ints
 
-# Places looked at when sizes are kept from jumping: the smallest sizes matter, and they are near.
+# Neighbours considered when limiting the growth of sizes: the smallest sizes matter, and they are near.
 _NEIGHBOURS = 64
 
 
@@ -37,12 +37,12 @@ class SizeField:
         small = np.flatnonzero(wanted < wanted.max())
         if not small.size:
             return self
-        # Smallest first in each neighbourhood would need a front; the nearest seeds bound it as well.
+        # An exact limit would need an advancing front; the nearest seeds give practically the same bound.
         seeds, sizes = places[small], wanted[small]
         distance, nearest = KDTree(seeds).query(places, k=min(_NEIGHBOURS, small.size))
         distance, nearest = distance.reshape(len(places), -1), nearest.reshape(len(places), -1)
         bound = np.minimum(wanted, (sizes[nearest] + growth * distance).min(axis=1))
-        # Far from many seeds of one cluster the smallest of all may be none of the nearest.
+        # Far from a large cluster of seeds, the smallest of all may not be among the nearest.
         least = int(sizes.argmin())
         bound = np.minimum(bound, sizes[least] + growth * np.linalg.norm(places - seeds[least], axis=1))
         size = self.size.copy()

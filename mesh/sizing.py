@@ -1,4 +1,4 @@
-"""How large the elements are, and where they are smaller."""
+"""Element size: general, and smaller on features."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,10 +9,10 @@ from geometry.faces import Feature, FeatureKind
 from mesh.repair import Spot
 from mesh.size_field import SizeField
 
-# Second-order elements through an arc, around a bore or a small hole, across a web, along the rod.
+# Number of second-order elements along an arc, around a bore or a small hole, across a web, along the rod.
 PER_ARC, PER_BORE, PER_HOLE, PER_WEB, PER_LENGTH = 4, 32, 12, 2, 28
 
-# Refinements grow with the general size up to this factor: coarser curved elements cannot follow an arc.
+# Refinements coarsen with the general size up to this factor: coarser curved elements cannot follow an arc.
 COARSEST = 2.4
 
 
@@ -27,7 +27,7 @@ class Refinement:
     size
         Edge length on the faces, mm.
     width
-        Across the faces, mm: points farther from their edges than half of it are off them.
+        Distance between the edges of the faces, mm: no point on them is farther than half of it from an edge.
     """
 
     faces: tuple[int, ...]
@@ -60,7 +60,7 @@ def default_size(rod_length: float) -> float:
 
 
 def feature_size(feature: Feature) -> float:
-    """Element size on a feature that resolves it at the default size, mm."""
+    """Element size that resolves a feature at the default general size, mm."""
     if feature.kind is FeatureKind.WEB:
         return feature.thickness / PER_WEB
     if feature.kind is FeatureKind.BORE:
@@ -93,7 +93,7 @@ def apply(
     wanted: Sequence[SizeField] = (),
     spots: Sequence[Spot] = (),
 ) -> None:
-    """Give the open model a background field with this size and these refinements, spots and sizes wanted."""
+    """Give the open model a background field of this size, these refinements, spots and wanted sizes."""
     field = gmsh.model.mesh.field
     bounds = [
         _bound(refinement, sizing)
@@ -106,7 +106,7 @@ def apply(
         least = field.add("Min")
         field.setNumbers(least, "FieldsList", bounds)
         field.setAsBackgroundMesh(least)
-    # The field says it all; sizes at CAD points and extension inwards would override its growth.
+    # The field alone decides; sizes at CAD points and extension inwards would override its growth.
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
     gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
     gmsh.option.setNumber("Mesh.MeshSizeMax", sizing.size)
@@ -123,7 +123,7 @@ def _bound(refinement: Refinement, sizing: Sizing) -> int:
     field.setNumbers(distance, "CurvesList", curves)
     field.setNumber(distance, "Sampling", int(min(max(20, 2 * longest / size), 400)))
     threshold = field.add("Threshold")
-    near = refinement.width / 4  # what lies between is reached from both edges
+    near = refinement.width / 4  # the middle is reached from both edges
     field.setNumber(threshold, "InField", distance)
     field.setNumber(threshold, "SizeMin", size)
     field.setNumber(threshold, "SizeMax", sizing.size)

@@ -1,4 +1,4 @@
-"""Cross-sections of a mesh: area and second moments of the polygons in which planes cut its tetrahedra."""
+"""Cross-sections of a mesh: area and second moments of the polygons where a plane cuts its tetrahedra."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ from geometry.arrays import Floats, Ints
 from geometry.section import Section
 from mesh.tetmesh import TetMesh
 
-# The eight tetrahedra of a second-order one, of its nodes in VTK's order: four at the vertices, four around
-# the diagonal 6–8 of what is left between them.
+# The eight tetrahedra into which a second-order one is split, by its nodes in VTK's order: four at the
+# vertices, and four around the diagonal 6–8 of the octahedron between them.
 _EIGHT = np.reshape(
     [0, 4, 6, 7, 1, 4, 5, 8, 2, 5, 6, 9, 3, 7, 8, 9, 6, 8, 4, 5, 6, 8, 5, 9, 6, 8, 9, 7, 6, 8, 7, 4], (8, 4)
 )
-# By how many of the vertices, sorted by x, are below the plane: the edges cut, as triangles.
+# The edges cut, as triangles, by the number of vertices below the plane (vertices sorted by x).
 _CUTS = {
     1: [[(0, 1), (0, 2), (0, 3)]],
     2: [[(0, 2), (0, 3), (1, 3)], [(0, 2), (1, 3), (1, 2)]],
@@ -87,7 +87,7 @@ def sections(mesh: TetMesh, stations: Iterable[float]) -> tuple[Section, ...]:
 
 
 def least_section(mesh: TetMesh, low: float, high: float, count: int = 201) -> Section:
-    """Return the section of least area with x between `low` and `high`, mm, of so many."""
+    """Return the section of least area among `count` sections with x from `low` to `high`, mm."""
     return min(sections(mesh, np.linspace(low, high, count)), key=lambda section: section.area)
 
 

@@ -1,4 +1,4 @@
-"""The mesh as arrays: what leaves gmsh."""
+"""The mesh as arrays, independent of gmsh."""
 
 from dataclasses import dataclass, field
 
@@ -24,7 +24,7 @@ class TetMesh:
         Per surface (n_facets, 3) or (n_facets, 6) node numbers: three vertices, then the mid-edge
         nodes of (0,1), (1,2), (2,0); outward orientation.
     part
-        (n_elements,) number of the part each element belongs to, or None where there is one part.
+        (n_elements,) number of the part each element belongs to, or None if there is only one part.
     """
 
     points: Floats

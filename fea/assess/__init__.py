@@ -1,1 +1,1 @@
-"""Judges a stress."""
+"""Assess stresses: safety factors, fatigue, buckling as a column, error bars and verdicts."""

@@ -1,24 +1,24 @@
-"""Smallest balls round many paths at once."""
+"""The smallest enclosing balls of many paths at once."""
 
 import numpy as np
 
 from geometry.arrays import Floats, Ints
 
-# Relative: a radius is never too small, and too large by this part of itself at most.
+# Relative: a radius is never too small, and at most this fraction too large.
 TOLERANCE = 1e-3
-# Few paths need more than ten; what is left then is still an upper bound.
+# Few paths need more than ten; a radius that is not converged then is still an upper bound.
 _MOST_CARRIERS = 40
 _MOST_STEPS = 500
 _TINY = 1e-300
 
 
 def ball_radii(paths: Floats) -> Floats:
-    """Radius (n,) of the smallest ball round each path (n, n_dimensions, n_points).
+    """Radius (n,) of the smallest enclosing ball of each path (n, n_dimensions, n_points).
 
-    A few points carry the ball of a path: those found so far have a ball of their own, and the point
-    farthest from its centre joins them (Bădoiu & Clarkson 2003) until that lies no farther out than they
-    do. The farthest distance is never below the true radius and the carriers' ball never above it, so
-    that the two bracket it to `TOLERANCE`.
+    The ball is determined by a few points of the path on its surface, the carriers. The point farthest from
+    the centre of the carriers' ball is added to them (Bădoiu & Clarkson 2003) until it is not farther away
+    than the carriers. The farthest distance is never below the true radius and the radius of the carriers'
+    ball is never above it, so that both enclose it within `TOLERANCE`.
     """
     radius = np.empty(len(paths))
     open_ = np.arange(len(paths))
@@ -47,12 +47,12 @@ def _farthest(paths: Floats, squares: Floats, center: Floats, rows: Ints) -> tup
 
 
 def _carried(carriers: Floats, weights: Floats) -> tuple[Floats, Floats]:
-    """Centre (n, d) and lower bound of the square radius (n,) of the balls round carriers (n, m, d).
+    """Centre (n, d) and lower bound of the squared radius (n,) of the balls of carriers (n, m, d).
 
-    The centre is the weighted mean with the weights that make the weighted mean square distance largest;
-    any weights make it less than the square of the radius (Yildirim 2008). `weights` (n, m) are where to
-    begin, and are improved in place: steps towards the farthest carrier, or away from the nearest one that
-    has weight, each as long as is best.
+    The centre is the weighted mean with the weights that maximise the weighted mean square distance; for any
+    weights this is at most the square of the radius (Yildirim 2008). `weights` (n, m) are the starting values
+    and are improved in place, by steps of optimal length towards the farthest carrier or away from the
+    nearest one with a positive weight.
     """
     rows = np.arange(len(carriers))
     center = (weights[:, None] @ carriers)[:, 0]

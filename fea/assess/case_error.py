@@ -16,17 +16,17 @@ from geometry.surfaces import Surface
 
 @dataclass(frozen=True)
 class CaseError:
-    """What may be wrong with the fields of one load case.
+    """Estimated errors of the fields of one load case.
 
     Attributes
     ----------
     part_von_mises
-        Per part (n_nodes,) error of the von Mises stress, MPa; NaN at nodes that are not the part's.
+        Per part (n_nodes,) error of the von Mises stress, MPa; NaN at nodes outside the part.
     element_percent
         (n_elements,) energy norm of the error in each element over that of the solution in the whole rod, in
         percent: the root of the sum of squares is the error of the whole.
     masked
-        (n_nodes,) near places where the exact stress is infinite.
+        (n_nodes,) near stress singularities, where the exact stress is infinite.
     """
 
     part_von_mises: tuple[Floats, ...]
@@ -40,21 +40,21 @@ class CaseError:
 
 
 class CaseErrors:
-    """Estimates errors on the cell, side by side about y = 0, and carries them to the whole.
+    """Estimates errors on the cell, for each side of y = 0, and maps them to the whole rod.
 
     Parameters
     ----------
     mesh
         The meshed rod.
     materials
-        One a part.
+        One per part.
     held
         Surfaces whose displacement is prescribed.
 
     Attributes
     ----------
     masked
-        Nodes of the cell near places where the exact stress is infinite.
+        Nodes of the cell near stress singularities, where the exact stress is infinite.
     """
 
     def __init__(self, mesh: MeshedRod, materials: Sequence[Material], held: tuple[Surface, ...]) -> None:
@@ -82,7 +82,7 @@ class CaseErrors:
         stresses
             Per parity and part (n_nodes, 6, n_cases), MPa, recovered on the cell.
         pressure
-            Per parity, by the number of each part that has one (n_nodes, n_cases), MPa.
+            Per parity, by the number of each part that has a pressure, (n_nodes, n_cases), MPa.
         """
         even, odd = Parity.SYMMETRIC, Parity.ANTISYMMETRIC
         soft = pressure.get(even, {})
@@ -95,7 +95,7 @@ class CaseErrors:
                     [s + sign * a for s, a in zip(stresses[even], stresses[odd], strict=True)],
                     {number: p + sign * pressure[odd][number] for number, p in soft.items()},
                 )
-                for sign in (1, -1)  # what stands at y > 0, then what stands at y < 0 turned over
+                for sign in (1, -1)  # the side y > 0, then the side y < 0 reflected
             ]
         )
 
@@ -113,10 +113,10 @@ class CaseErrors:
         ]
 
     def _nodal(self, sides: Sequence[Floats]) -> Floats:
-        """Carry nodal errors of both sides to the whole; between them the larger counts."""
+        """Map nodal errors of both sides to the whole rod; on y = 0 the larger counts."""
         values = np.stack(sides)
         if len(values) == 1:
             return np.asarray(values[0][self._mesh.mirrored.source])
-        amid = np.unique(self._mesh.cell.facets[Surface.SYMMETRY_Y])
-        values[:, amid] = values[:, amid].max(axis=0)
+        on_plane = np.unique(self._mesh.cell.facets[Surface.SYMMETRY_Y])
+        values[:, on_plane] = values[:, on_plane].max(axis=0)
         return np.asarray(values[self._node_side, self._mesh.mirrored.source])

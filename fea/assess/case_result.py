@@ -1,4 +1,4 @@
-"""What a load case does to the rod: fields on the whole rod and their extremes."""
+"""The result of a load case: fields on the whole rod and their extremes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class CaseResult:
     mesh
         Of the whole rod.
     displacement
-        (n_nodes, 3), mm, seen from the bores.
+        (n_nodes, 3), mm, relative to the bores.
     stress
         (n_nodes, 6), MPa, components XX YY ZZ XY YZ XZ.
     von_mises
@@ -39,10 +39,10 @@ class CaseResult:
     safety_factor
         (n_nodes,) against yielding.
     part_von_mises
-        Per part (n_nodes,), MPa, NaN where it has no node. Where parts meet the fields above are those
-        of the part that is nearer to yielding.
+        Per part (n_nodes,), MPa, NaN at nodes outside the part. At an interface the fields above are those
+        of the part that is closer to yielding.
     error
-        What may be wrong with them.
+        Estimated errors of the fields.
     von_mises_error
         (n_nodes,) estimated error of `von_mises`, MPa.
     """
@@ -60,7 +60,7 @@ class CaseResult:
 
     @property
     def finite(self) -> bool:
-        """Whether every number is one."""
+        """Whether every value is finite."""
         return bool(np.isfinite(self.stress).all() and np.isfinite(self.displacement).all())
 
     @property
@@ -112,7 +112,7 @@ class CaseResult:
         }
 
     def cell_data(self, materials: Sequence[Material]) -> dict[str, npt.NDArray[Any]]:
-        """Arrays of the elements, by their names in the VTU file: the worst node of each counts."""
+        """Arrays of the elements, by their names in the VTU file: the worst nodal value of each element."""
         mesh = self.mesh
         largest, factor = np.empty((2, len(mesh.tets)))
         for number, (equivalent, material) in enumerate(zip(self.part_von_mises, materials, strict=True)):
@@ -126,7 +126,7 @@ class CaseResult:
     def judged(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
         """Von Mises stress, and utilisation (one over the safety factor), each (n_nodes,) with its error."""
         utilisation = 1 / self.safety_factor
-        free = self.safety_factor < CAP  # where the factor is capped it says nothing of the stress
+        free = self.safety_factor < CAP  # a capped factor does not depend on the stress
         ratio = np.divide(utilisation, self.von_mises, out=np.zeros_like(utilisation), where=free)
         return (self.von_mises, self.von_mises_error), (utilisation, self.von_mises_error * ratio)
 
@@ -142,11 +142,11 @@ class CaseResult:
 
     @property
     def error_percent(self) -> float:
-        """Bar of the largest von Mises stress or of the least safety factor, whichever is larger."""
+        """Error bar of the largest von Mises stress or of the smallest safety factor, whichever is larger."""
         return max(self.peak.error_percent, self.worst.error_percent)
 
     def verdict(self, tolerance_percent: float | None = None) -> Verdict:
-        """The worse verdict on the largest von Mises stress and the least safety factor."""
+        """The worse of the verdicts on the largest von Mises stress and on the smallest safety factor."""
         severity = list(Verdict)
         return max(
             (found.verdict(tolerance_percent) for found in (self.peak, self.worst)), key=severity.index
@@ -162,7 +162,7 @@ def case_result(
     materials: Sequence[Material],
     error: CaseError,
 ) -> CaseResult:
-    """Judge displacement (n_nodes, 3) and each part's stress (n_nodes, 6) of a case."""
+    """Return the result of a case from its displacement (n_nodes, 3) and each part's stress (n_nodes, 6)."""
     equivalents = tuple(von_mises(stress) for stress in stresses)
     factors = [
         safety_factor(equivalent, material.yield_strength)

@@ -1,7 +1,8 @@
-"""The rod as a column: Euler's load of its sections, Johnson's parabola, Rankine's formula.
+"""Buckling of the rod as a column: Euler load of its sections, Johnson's parabola, Rankine's formula.
 
-A pin lets the rod turn in the plane of motion and holds it sideways: pinned at both ends there (effective
-length l), built in at both ends here (l/2). Shigley, Mechanical Engineering Design, chapter 4.
+The rod is pinned at both ends in the plane of motion (effective length l) and built in at both ends sideways
+(l/2), because a pin allows rotation in the plane of motion only. Shigley, Mechanical Engineering Design,
+chapter 4.
 """
 
 import math
@@ -17,7 +18,7 @@ from geometry.section import Section
 
 
 class Plane(StrEnum):
-    """Where a column bends."""
+    """The plane in which a column bends."""
 
     IN_PLANE = "in_plane"  # of motion
     SIDEWAYS = "sideways"
@@ -28,11 +29,11 @@ class Plane(StrEnum):
         return 1.0 if self is Plane.IN_PLANE else 0.5
 
     def inertia(self, section: Section) -> float:
-        """Second moment of a section that resists the bending, mm⁴."""
+        """Second moment of area of a section for this bending, mm⁴."""
         return section.inertia_z if self is Plane.IN_PLANE else section.inertia_y
 
     def gyration(self, section: Section) -> float:
-        """Radius of gyration that goes with it, mm."""
+        """Radius of gyration of a section for this bending, mm."""
         return section.gyration_z if self is Plane.IN_PLANE else section.gyration_y
 
 
@@ -43,11 +44,11 @@ class Column:
     Attributes
     ----------
     slenderness
-        Effective length over the radius of gyration of the least section.
+        Effective length over the radius of gyration of the smallest section.
     euler
-        Elastic critical load with the sections as they vary, N.
+        Elastic critical load for the varying sections, N.
     squash
-        Yield strength times least area, N.
+        Yield strength times the smallest area, N.
     """
 
     slenderness: float
@@ -56,7 +57,7 @@ class Column:
 
     @property
     def johnson(self) -> float:
-        """Johnson's parabola S_y A (1 − S_y A/4P_E), N; Euler's load where that is below S_y A/2.
+        """Johnson's parabola S_y A (1 − S_y A/4P_E), N; Euler's load if it is below S_y A/2.
 
         J. B. Johnson 1893; the parabola touches Euler's curve at S_y/2.
         """
@@ -79,14 +80,14 @@ class Column:
 def column(
     plane: Plane, stations: tuple[Section, ...], least: Section, youngs_modulus: float, yield_strength: float
 ) -> Column:
-    """Work out the critical loads in a plane; once, however many speeds load the column.
+    """Compute the critical loads in a plane; cached, as they do not depend on the speed.
 
     Parameters
     ----------
     plane
-        Where it bends, and so how its ends are held.
+        The plane in which it bends, which also determines the end conditions.
     stations
-        Sections from one pin's centre to the other's, x rising.
+        Sections from one pin centre to the other, in the order of increasing x.
     least
         The section of least area.
     youngs_modulus, yield_strength
@@ -111,7 +112,7 @@ def euler_load(x: Floats, bending_stiffness: Floats, *, built_in: bool) -> float
     bending_stiffness
         (n,) EI there, N·mm², linear between them.
     built_in
-        Whether both ends are kept from turning; pinned otherwise.
+        Whether both ends are built in; pinned otherwise.
     """
     n = 2 * len(x)
     K, G = np.zeros((2, n, n))

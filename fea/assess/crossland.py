@@ -1,8 +1,8 @@
 """Crossland's criterion for multiaxial, non-proportional histories.
 
-√J₂,a + α σ_H,max ≤ β (Crossland 1956): the amplitude of the deviatoric stress, which is the radius of the
-smallest ball round its path, and the largest mean stress. From the endurance limits f (fully reversed
-tension) and t (fully reversed torsion): β = t, α = 3t/f − √3.
+√J₂,a + α σ_H,max ≤ β (Crossland 1956), with the amplitude of the deviatoric stress, which is the radius of
+the smallest ball that encloses its path, and the largest hydrostatic stress. From the endurance limits f
+(fully reversed tension) and t (fully reversed torsion): β = t, α = 3t/f − √3.
 """
 
 import numpy as np
@@ -14,19 +14,19 @@ from geometry.arrays import Floats
 from geometry.invalid import require
 
 # t/f of 31 wrought steels: 0.60 ± 0.03, all within 0.52…0.69 (Forrest 1962, as table 6-14 of Budynas &
-# Nisbett, Shigley's Mechanical Engineering Design, 9th ed.). Aluminium has 0.55 there, titanium 0.48: below
-# 1/√3, where the criterion ends.
+# Nisbett, Shigley's Mechanical Engineering Design, 9th ed.). Aluminium has 0.55 there and titanium 0.48, both
+# below 1/√3, where the criterion is not valid.
 TORSION_RATIO = 0.60
 
 
 def crossland(history: Floats, material: Material) -> float | None:
-    """Return the factor of one history (6, n_instants); None where the endurance is not known."""
+    """Return the factor of one history (6, n_instants); None if the endurance limit is not known."""
     factors = crossland_factors(history[None], material)
     return None if factors is None else float(factors[0])
 
 
 def crossland_factors(histories: Floats, material: Material) -> Floats | None:
-    """Return `crossland_factor` of a material; None where its endurance is not known."""
+    """Return `crossland_factor` for a material; None if its endurance limit is not known."""
     limits = _limits(material)
     return None if limits is None else crossland_factor(histories, *limits)
 
@@ -34,7 +34,7 @@ def crossland_factors(histories: Floats, material: Material) -> Floats | None:
 def crossland_factor(histories: Floats, tension_limit: float, torsion_limit: float) -> Floats:
     """Factor (n,) by which histories may grow until Crossland's criterion is met, at most `CAP`.
 
-    Too small by `fea.assess.ball.TOLERANCE` at most, never too large.
+    It is never too large, and too small by at most `fea.assess.ball.TOLERANCE`.
 
     Parameters
     ----------
@@ -46,17 +46,17 @@ def crossland_factor(histories: Floats, tension_limit: float, torsion_limit: flo
     Raises
     ------
     InvalidValue
-        t/f is below 1/√3, where mean tension would do good.
+        t/f is below 1/√3, where tensile mean stress would increase the factor.
     """
     return _factor(ball_radii(histories[:, :5]), histories[:, 5].max(axis=1), tension_limit, torsion_limit)
 
 
 def crossland_bound(von_mises: Floats, principal: Floats, material: Material) -> Floats | None:
-    """Return what `crossland_factors` cannot be below, without the histories; None as there.
+    """Return a lower bound of `crossland_factors` without the histories; None as there.
 
-    The ball round the origin that reaches the largest von Mises stress holds the path, and the mean stress
-    is never above the largest principal stress. Where this bound exceeds the factor of some other place,
-    that place is the worse.
+    The ball about the origin with the largest von Mises stress as radius encloses the path, and the mean
+    stress is never above the largest principal stress. A place whose bound exceeds the factor of another
+    place cannot be the worst.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def crossland_bound(von_mises: Floats, principal: Floats, material: Material) ->
 
 
 def _limits(material: Material) -> tuple[float, float] | None:
-    """Limits f and t of a part; t is taken as `TORSION_RATIO` of f where it is not known."""
+    """Limits f and t of a part; t is assumed as `TORSION_RATIO` times f if it is not known."""
     tension, torsion = material.endurance_limit, material.torsion_limit
     if tension is None:
         return None
@@ -79,7 +79,8 @@ def _limits(material: Material) -> tuple[float, float] | None:
 
 def _factor(radius: Floats, mean: Floats, tension_limit: float, torsion_limit: float) -> Floats:
     ratio = torsion_limit / tension_limit
-    rule = "must be at least 0.577 of the endurance in tension for Crossland's criterion"
-    require(ratio >= 3**-0.5 * (1 - 1e-9), "material.endurance_torsion_MPa", torsion_limit, rule)
+    valid = ratio >= 3**-0.5 * (1 - 1e-9)
+    rule = "must be at least 0.577 times the endurance limit in tension for Crossland's criterion"
+    require(valid, "material.endurance_torsion_MPa", torsion_limit, rule, "Check both limits.")
     used = radius / 3**0.5 + (3 * ratio - 3**0.5) * mean
     return np.asarray(torsion_limit / np.maximum(used, torsion_limit / CAP))

@@ -2,8 +2,8 @@
 
     q = (σxx − (σyy + σzz)/2,  ½√3 (σyy − σzz),  √3 σxy,  √3 σyz,  √3 σxz),    σ_m = (σxx + σyy + σzz)/3
 
-The von Mises stress is the length of q, and a history of stress is a curve in that space: products of
-deviators are scalar products, and the smallest ball round the curve measures its amplitude.
+The von Mises stress is the length of q, and a stress history is a curve in that space: products of deviators
+are scalar products, and the radius of the smallest ball that encloses the curve is its amplitude.
 """
 
 from typing import Any, TypeVar

@@ -1,8 +1,8 @@
-"""Safety against fatigue from mean and amplitude of one stress: Goodman, Gerber, Soderberg.
+"""Safety factor against fatigue from mean stress and stress amplitude: Goodman, Gerber, Soderberg.
 
 n is the factor by which mean and amplitude may grow together until the line of the criterion is reached
 (Budynas & Nisbett, Shigley's Mechanical Engineering Design, 9th ed., section 6-12). A compressive mean
-is not counted as a benefit: then n = S_e/σ_a.
+stress gives no benefit: then n = S_e/σ_a.
 """
 
 from collections.abc import Callable
@@ -28,7 +28,7 @@ def soderberg(mean: Floats, amplitude: Floats, endurance: float, yield_strength:
 def gerber(mean: Floats, amplitude: Floats, endurance: float, ultimate: float) -> Floats:
     """Return n of n σ_a/S_e + (n σ_m/S_u)² = 1."""
     a, m = amplitude / endurance, np.maximum(mean, 0) / ultimate
-    # The positive root in the form that does not cancel where the mean vanishes.
+    # The positive root, in the form without cancellation at zero mean stress.
     return _inverse((a + np.sqrt(a**2 + 4 * m**2)) / 2)
 
 
@@ -40,12 +40,12 @@ _LINES: dict[Fatigue, tuple[Callable[[Floats, Floats, float, float], Floats], st
 
 
 def fatigue_factor(criterion: Fatigue, mean: Floats, amplitude: Floats, material: Material) -> Floats | None:
-    """Safety factor against fatigue, at most `CAP`; None where the material's strengths are not known.
+    """Safety factor against fatigue, at most `CAP`; None if the material's strengths are not known.
 
     Parameters
     ----------
     criterion
-        The line.
+        The mean-stress correction.
     mean, amplitude
         Of the signed equivalent stress, MPa, of one shape.
     material

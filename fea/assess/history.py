@@ -1,11 +1,12 @@
-"""What a stress history means to the node that bears it.
+"""The signed equivalent stress of a stress history, and its extremes.
 
-Fatigue is judged by one signed number a crank angle. The equivalent here is the von Mises stress with the
-sign of q(θ) · q(θ*), q the deviatoric vector and θ* the instant of its greatest length: plus while the
-stress points the way it does then, minus while it points against it. The whole takes the sign of the mean
-stress at θ*, so that plus is tension. For a proportional history, σ(θ) = f(θ) σ₀, this is exactly ±σ_vM
-with the sign of f. The usual signs (of the mean stress, or of the principal stress of largest magnitude)
-fail for alternating torsion, where both give R = 0 for R = −1 and half the amplitude; this one does not.
+Fatigue is assessed with one signed value per crank angle. The equivalent stress used here is the von Mises
+stress with the sign of q(θ) · q(θ*), where q is the deviatoric vector and θ* the instant at which it is
+longest: positive while the deviator points in the same direction as at θ*, negative while it points in the
+opposite direction. The whole history then takes the sign of the mean stress at θ*, so that tension is
+positive. For a proportional history, σ(θ) = f(θ) σ₀, this is exactly ±σ_vM with the sign of f. The usual
+signs (of the mean stress, or of the principal stress of largest magnitude) fail for alternating torsion: both
+give R = 0 instead of R = −1, and half the amplitude.
 """
 
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from fea.assess.deviatoric import extreme_principals
 from fea.assess.safety import CAP
 from geometry.arrays import Floats, Ints
 
-# Mean stress below this part of the von Mises stress has no sign: pure shear counts as tension.
+# A mean stress below this fraction of the von Mises stress has no sign: pure shear counts as tension.
 NO_SIGN = 1e-9
 
 
@@ -29,7 +30,7 @@ class Extremes:
     von_mises
         Largest von Mises stress, MPa.
     instant
-        Which instant that is.
+        Number of the instant of the largest von Mises stress.
     principal_1, principal_3
         Largest and least principal stress, MPa.
     highest, lowest
@@ -55,7 +56,7 @@ class Extremes:
 
     @property
     def ratio(self) -> Floats:
-        """R, least over largest of the signed equivalent; capped where the largest vanishes."""
+        """R, least over largest of the signed equivalent; capped if the largest is zero."""
         least = np.abs(self.lowest) / CAP
         below = np.where(np.abs(self.highest) > least, self.highest, np.copysign(least, self.highest))
         return np.divide(self.lowest, below, out=np.zeros_like(below), where=below != 0)

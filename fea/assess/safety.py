@@ -4,7 +4,7 @@ import numpy as np
 
 from geometry.arrays import Floats, Ints
 
-# Where stress vanishes the factor has no bound; this one keeps colour scales readable.
+# Upper limit of the factor, which would be infinite at zero stress; it keeps colour scales readable.
 CAP = 100.0
 
 

@@ -1,9 +1,9 @@
-"""How far a reported peak can be trusted: an error bar, and a word for it.
+"""The error bar of a peak stress, and the verdict on it.
 
-The peak of a case is the largest von Mises stress over the nodes, each of which may be off by its estimated
-error. So the true peak may lie as high as the largest sum of stress and error over *all* nodes: where the
-elements are too large, a place that seems to come second may be the worst one. The bar is that sum's excess
-over the computed peak, and is meant to either side.
+The peak of a case is the largest von Mises stress over the nodes, each with its estimated error. The true
+peak may therefore be as high as the largest sum of stress and error over *all* nodes: if the elements are too
+large, a place that seems to be second may be the worst one. The error bar is the excess of that sum over the
+computed peak, applied in both directions.
 """
 
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ import numpy as np
 
 from geometry.arrays import Floats, Mask
 
-# A peak is called converged within this, unless another tolerance is asked for: less than a pressure's
-# assumed distribution or a material's strength is known to.
+# A peak counts as mesh-converged within this error bar, unless another tolerance is requested: it is less
+# than the uncertainty of the assumed pressure distribution or of a material's strength.
 CONVERGED_PERCENT = 5.0
 
 
 class Verdict(StrEnum):
-    """What an error bar means."""
+    """The verdict that follows from an error bar."""
 
     CONVERGED = "converged"
     NOT_CONVERGED = "not converged"
@@ -33,15 +33,16 @@ class Peak:
     Attributes
     ----------
     node
-        Where.
+        Node of the peak.
     value
-        What.
+        Its value.
     bar
         The true peak lies within `value` ± `bar`.
     unmasked
         The largest over all nodes.
     singular
-        The largest near singular places, which finer elements raise without end; 0 without such places.
+        The largest near stress singularities, which grows without limit as the mesh is refined; 0 without
+        such places.
     """
 
     node: int
@@ -56,9 +57,9 @@ class Peak:
         return 100 * self.bar / self.value if self.value > 0 else 0.0
 
     def verdict(self, tolerance_percent: float | None = None) -> Verdict:
-        """Judge by the tolerance, `CONVERGED_PERCENT` without one.
+        """Return the verdict for the tolerance, or for `CONVERGED_PERCENT` without one.
 
-        A peak exceeded at a singular place is diverging: finer elements will give more and more there.
+        It is diverging if the stress near a singularity exceeds the peak: it grows with every refinement.
         """
         if self.unmasked > self.value:
             return Verdict.DIVERGING
@@ -74,7 +75,7 @@ def peak(value: Floats, error: Floats, masked: Mask | None = None) -> Peak:
     value, error
         (n_nodes,) the field and the estimated error of each value.
     masked
-        (n_nodes,) nodes near singular places; they count in `Peak.unmasked` only.
+        (n_nodes,) nodes near stress singularities; they count in `Peak.unmasked` only.
     """
     counts = np.ones(value.shape, dtype=bool) if masked is None or masked.all() else ~masked
     node = int(np.where(counts, value, -np.inf).argmax())

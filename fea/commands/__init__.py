@@ -1,1 +1,1 @@
-"""One module a command; heavy imports wait until the command is called."""
+"""One module per command; heavy imports wait until the command is called."""

@@ -16,20 +16,20 @@ def converge(
     report: Path | None = None,
     quiet: bool = False,
 ) -> int:
-    """Error against run time, for a rod and for two problems with exact solutions.
+    """Measure error against run time, for a rod and two problems with exact solutions.
 
     Parameters
     ----------
     study
-        A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file; its rod is solved in its
-        first load case at its first speed.
+        A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file; its first load case at its
+        first speed is solved.
     minutes
-        Time for all computations that are compared; a very fine mesh of the rod, which the others are held
-        against, takes some minutes more.
+        Time for all compared computations, in minutes; the reference solution, on a very fine mesh of the
+        rod, takes some minutes more.
     json
         Print every row as JSON and nothing else.
     report
-        Write a Markdown report with its plot beside it.
+        Write a Markdown report to this file (.md), with its plot next to it.
     quiet
         Print nothing.
     """

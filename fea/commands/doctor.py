@@ -7,7 +7,7 @@ from rich.table import Table
 
 
 def doctor(*, json: bool = False) -> int:
-    """What this machine can and cannot do.
+    """Check what this machine needs to run fea, and what is installed.
 
     Parameters
     ----------
@@ -35,5 +35,6 @@ def doctor(*, json: bool = False) -> int:
             cells = (mark, finding.what, finding.found, "" if finding.good else finding.remedy)
             table.add_row(*cells[: len(table.columns)])
         console.print(table)
-        console.print("Everything needed is there." if ready else "fea run needs what is missing.")
+        missing = "Something that fea needs is missing: see the remedies above."
+        console.print("Everything that fea needs is installed." if ready else missing)
     return 0 if ready else 7

@@ -9,12 +9,12 @@ from geometry.invalid import InvalidValue, require
 
 
 def init(file: Path = Path("study.toml")) -> None:
-    """Write a commented study to edit.
+    """Write a study file with comments, ready to edit.
 
     Parameters
     ----------
     file
-        The file to write (.toml); one that exists is never overwritten.
+        The file to write (.toml); an existing file is never overwritten.
     """
     require(not file.is_dir(), "FILE", str(file), "is a directory", "Name a file.")
     if not file.suffix:
@@ -25,9 +25,10 @@ def init(file: Path = Path("study.toml")) -> None:
             out.write(text)
     except FileExistsError:
         raise InvalidValue(
-            "FILE", str(file), "exists and is never overwritten", "Name another file."
+            "FILE", str(file), "already exists and is not overwritten", "Name another file."
         ) from None
     except FileNotFoundError:
-        raise InvalidValue("FILE", str(file), "lies in a directory that does not exist") from None
+        rule, remedy = "is in a directory that does not exist", "Create the directory first."
+        raise InvalidValue("FILE", str(file), rule, remedy) from None
     console = Console(soft_wrap=True, highlight=False)
-    console.print(f"Wrote {file}. Edit it, then: fea run {file}", markup=False)
+    console.print(f"Wrote {file}. Edit it, then run: fea run {file}", markup=False)

@@ -17,7 +17,7 @@ def loads(
     json: bool = False,
     quiet: bool = False,
 ) -> None:
-    """Forces over the crank cycle, without a mesh.
+    """Compute the forces over the crank cycle, without a mesh.
 
     Parameters
     ----------
@@ -26,13 +26,13 @@ def loads(
     rpm
         Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200).
     cylinders
-        The first cylinder, or all with their phase offsets and the engine's sums.
+        The first cylinder only, or all cylinders with their phase offsets and the sums of the engine.
     csv
-        Write the cycle to this .csv file, a row a degree.
+        Write the cycle to this .csv file, one row per degree.
     plot
-        Draw the cycle into this file (.png, .pdf, .svg).
+        Plot the cycle to this file (.png, .pdf, .svg).
     json
-        Print extremes and means as JSON and nothing else.
+        Print extreme and mean values as JSON and nothing else.
     quiet
         Print nothing.
     """
@@ -69,8 +69,9 @@ def loads(
 
 
 def _keep_trace(study: Study, csv: Path | None) -> None:
-    """Refuse to write the cycle over the study's own pressure trace."""
+    """Refuse to overwrite the study's own pressure trace."""
     from geometry.invalid import require
 
     own = study.engine is not None and csv is not None and Path(study.engine.gas) == csv.resolve()
-    require(not own, "--csv", str(csv), "is the study's pressure trace", "Name another file.")
+    rule = "is the study's own pressure trace, which must not be overwritten"
+    require(not own, "--csv", str(csv), rule, "Name another file.")

@@ -18,7 +18,7 @@ def modes(
     json: bool = False,
     quiet: bool = False,
 ) -> int:
-    """Free vibration of the free rod: frequencies, and which orders of the speed excite them.
+    """Compute the free-free vibration modes and the engine orders that excite them.
 
     Parameters
     ----------
@@ -27,11 +27,11 @@ def modes(
     rpm
         Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200).
     size
-        Element size, mm; by default a 28th of the rod's length, smaller on its features.
+        Element size, mm; default: 1/28 of the rod's length, smaller on fillets, bores and webs.
     count
-        How many elastic modes; the six rigid motions are left out.
+        Number of elastic modes; the six rigid-body modes are not counted.
     vtu
-        Write the mode shapes to this .vtu file; `fea view` draws them.
+        Write the mode shapes to this .vtu file, which `fea view` can draw.
     json
         Print the figures as JSON and nothing else.
     quiet

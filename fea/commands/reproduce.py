@@ -11,7 +11,7 @@ _DIGITS = 12
 def reproduce(
     source: str = "all", *, json: bool = False, report: Path | None = None, quiet: bool = False
 ) -> int:
-    """Published figures against computed ones: every printed cell, and why it differs.
+    """Compare published figures with computed ones: every printed cell, and why it differs.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def reproduce(
     json
         Print every row as JSON and nothing else.
     report
-        Write a Markdown report with its plots beside it.
+        Write a Markdown report to this file (.md), with its plots next to it.
     quiet
         Print nothing.
     """

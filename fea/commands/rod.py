@@ -21,28 +21,28 @@ def rod(
     json: bool = False,
     quiet: bool = False,
 ) -> int:
-    """The solid: mass properties and sections, STEP export, a picture.
+    """Show mass properties and sections of the rod; export STEP; fit dimensions to a mass.
 
     Parameters
     ----------
     study
         A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.
     size
-        Element size, mm; by default a 28th of the rod's length, smaller on its features.
+        Element size, mm; default: 1/28 of the rod's length, smaller on fillets, bores and webs.
     step
         Write the whole solid to this STEP file.
     screenshot
-        Draw the meshed rod: results/STUDY-rod.png.
+        Save a picture of the meshed rod as results/STUDY-rod.png.
     fit
-        Dimensions to adjust until the rod meets the targets below (or those in [rod]), as keys with commas
-        between: shank_width_mm,web_thickness_mm. Prints the fitted [rod] table, and exits with 5 where a
-        target is missed.
+        Dimensions to adjust until the rod meets the targets below (or those in [rod]): keys separated by
+        commas, such as shank_width_mm,web_thickness_mm. Prints the fitted [rod] table, and exits with code 5
+        if a target is missed.
     mass_kg
-        Target of --fit: mass.
+        Target mass for --fit, kg.
     center_of_gravity_mm
-        Target of --fit: centre of gravity from the crank pin.
+        Target centre of gravity for --fit, mm from the crank pin.
     inertia_kg_m2
-        Target of --fit: moment of inertia about the axis along the pins through the centre of gravity.
+        Target moment of inertia for --fit, kg m², about the pin-parallel axis through the centre of gravity.
     json
         Print the figures as JSON and nothing else.
     quiet
@@ -64,7 +64,7 @@ def rod(
         elif not quiet:
             sys.stdout.write(f"# {found.text()}\n{table.text()}")
         if not found.met:
-            sys.stderr.write(f"fea: {found.text()}. The rod that comes nearest is given\n")
+            sys.stderr.write(f"fea: {found.text()}. The printed rod comes closest to the targets\n")
         return 0 if found.met else CHECK_FAILED
 
     from fea.analysis.rod_report import rod_report
@@ -99,12 +99,12 @@ def rod(
 def _require_plain(
     step: Path | None, mass_kg: float | None, center_of_gravity_mm: float | None, inertia_kg_m2: float | None
 ) -> None:
-    """Refuse targets without --fit, and a STEP file where there is no directory."""
+    """Refuse targets without --fit, and a STEP file in a directory that does not exist."""
     from fea.output.target import require_target
     from geometry.invalid import require
 
     targets = {"mass": mass_kg, "center-of-gravity": center_of_gravity_mm, "inertia": inertia_kg_m2}
     remedy = "Name the dimensions to adjust with --fit."
     for name, target in targets.items():
-        require(target is None, f"target {name}", target, "is for --fit, which is not asked for", remedy)
+        require(target is None, f"target {name}", target, "has no effect without --fit", remedy)
     require_target("--step", step, (".step", ".stp"))

@@ -29,7 +29,7 @@ def run(
     study
         A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.
     threads
-        Threads of the solver; all processors by default.
+        Number of solver threads; default: all processors.
     json
         Print the summary as JSON and nothing else.
     quiet
@@ -65,7 +65,7 @@ def run(
 
 
 def verdict(summaries: "list[Summary]", min_safety: float | None) -> int:
-    """Exit code of finished runs: a failed check wins over a low safety factor."""
+    """Exit code of finished runs: a failed check takes precedence over a low safety factor."""
     if not all(summary.trusted for summary in summaries):
         return CHECK_FAILED
     if min_safety is not None and any(summary.least_factor < min_safety for summary in summaries):

@@ -8,16 +8,16 @@ _DIGITS = 9
 
 
 def stability(*cases: str, json: bool = False, report: Path | None = None, quiet: bool = False) -> int:
-    """Stiff and extreme cases with known answers: each must come out right, marked or refused.
+    """Solve ill-conditioned and extreme cases with known answers: no wrong result may pass unnoticed.
 
     Parameters
     ----------
     cases
-        Which ones (contrast, slender, incompressible, …); all of them by default.
+        Cases to solve (contrast, slender, incompressible, …); default: all of them.
     json
         Print every row as JSON and nothing else.
     report
-        Write a Markdown report with its plot beside it.
+        Write a Markdown report to this file (.md), with its plot next to it.
     quiet
         Print nothing.
     """

@@ -8,16 +8,17 @@ _DIGITS = 9
 
 
 def verify(*cases: str, json: bool = False, report: Path | None = None, quiet: bool = False) -> int:
-    """Benchmark problems with known answers, through the same elements, solver and recovery as a run.
+    """Solve benchmark problems with known answers, with the elements, solver and recovery of a run.
 
     Parameters
     ----------
     cases
-        Which ones (le1, le10, le11, lame, goodier, cook, …); all of them by default.
+        Cases to solve (le1, le10, le11, lame, goodier, cook, …); default: all of them.
     json
         Print every row as JSON and nothing else.
     report
-        Write a Markdown report with its plot beside it: every case on coarser meshes too.
+        Write a Markdown report to this file (.md), with its plot next to it; it also solves every case on
+        coarser meshes.
     quiet
         Print nothing.
     """

@@ -1,26 +1,26 @@
-"""Balls round many paths, quickly found and not quite the smallest."""
+"""Balls that enclose many paths: quickly computed, but not quite the smallest."""
 
 import numpy as np
 
 from geometry.arrays import Reals
 
-# How often a ball grows.
+# Number of times that a ball grows.
 GROWTHS = 4
 _TINY = 1e-30
 
 
 def distances_from_middle(paths: Reals, start: Reals) -> Reals:
-    """Distances (n, n_points) of the points of paths from the centre of a ball that nearly holds them.
+    """Distances (n, n_points) of the points of paths from the centre of an almost smallest enclosing ball.
 
-    It begins half way from `start` to the point farthest from it, and grows towards what lies outside (Ritter
-    1990). The largest distance is the radius of a ball that holds all.
+    It starts half-way from `start` to the point farthest from it, and grows towards points outside (Ritter
+    1990). The largest distance is the radius of a ball that encloses all points.
 
     Parameters
     ----------
     paths
         (n, n_dimensions, n_points).
     start
-        (n, n_dimensions), at the rim: the longest vector of each path.
+        (n, n_dimensions), a point on the surface: the longest vector of each path.
     """
     squares = np.einsum("nct,nct->nt", paths, paths)
     rows, center = np.arange(len(paths)), start

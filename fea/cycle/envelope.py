@@ -1,4 +1,4 @@
-"""The worst of the cycle at every node."""
+"""The envelope: the worst values of the cycle at every node."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -21,34 +21,35 @@ from fea.units import DEG
 from geometry.arrays import Floats, Ints
 from mesh.mirror import MirroredMesh
 
-# Written in place of a fatigue factor where a part's strengths are not known: NaN spoils ranges and filters.
+# Written instead of a fatigue factor if the strengths of a part are not known: NaN would break the ranges and
+# filters of viewers.
 NOT_JUDGED = -1.0
 
 
 @dataclass(frozen=True)
 class Envelope:
-    """Reach over the cycle on the whole rod, each (n_nodes,).
+    """Extreme values over the cycle on the whole rod, each (n_nodes,).
 
     Attributes
     ----------
     von_mises, crank_angle
-        Largest von Mises stress, MPa, and where in the cycle, rad; where parts meet, of either.
+        Largest von Mises stress, MPa, and its crank angle, rad; at an interface, the larger of both parts.
     principal_1, principal_3
-        Largest and least principal stress, MPa; where parts meet, of either.
+        Largest and least principal stress, MPa; at an interface, of both parts.
     mean, amplitude, ratio
-        Of the signed equivalent stress (see `fea.assess.history`), MPa; R = least over largest: those that
-        the fatigue factor is of.
+        Of the signed equivalent stress (see `fea.assess.history`), MPa; R = least over largest. They belong
+        to the fatigue factor.
     safety_factor
         Against yielding, at most `fea.assess.safety.CAP`.
     usage, usage_angle
-        Largest von Mises stress over yield strength, and where in the cycle, rad.
+        Largest von Mises stress over yield strength, and its crank angle, rad.
     fatigue_factor
-        Against fatigue: None where no part's strengths are known, NaN at nodes of parts whose are not.
+        Against fatigue: None if no part's strengths are known, NaN at nodes of parts whose are not.
     crossland_factor
         By Crossland's criterion (`fea.cycle.multiaxial`): None and NaN likewise.
     part, fatigue_part
-        Where parts meet, the one that is nearer to yielding, and the one whose mean, amplitude and ratio
-        these are: that of the lesser fatigue factor, or where none is known, nearer to yielding.
+        At an interface, the part that is closer to yielding, and the part that the mean, amplitude and ratio
+        belong to: the one with the smaller fatigue factor or, if none is known, the one closer to yielding.
     """
 
     von_mises: Floats
@@ -69,8 +70,8 @@ class Envelope:
     def point_data(self) -> dict[str, npt.NDArray[np.floating[Any]]]:
         """Arrays at the nodes, by their names in the VTU file.
 
-        The angle comes first and in single precision: meshio 5.3.5 takes one array for another in files
-        whose arrays are all of one size, where four thirds of one's place is another's.
+        The angle comes first and in single precision: meshio 5.3.5 may confuse two arrays in files whose
+        arrays are all of one size, if the offset of one is four thirds of that of another.
         """
         data: dict[str, npt.NDArray[np.floating[Any]]] = {
             "crank_deg": (self.crank_angle / DEG).astype(np.float32),
@@ -106,15 +107,15 @@ def envelope(
     units
         Unit solutions.
     weights
-        On the even and the odd ones, (n_units, n_instants).
+        Of the even and the odd unit loads, (n_units, n_instants).
     angles
         (n_instants,) crank angles, rad.
     whole
-        Carries the cell to the whole rod.
+        Maps the cell to the whole rod.
     materials
-        One a part.
+        One per part.
     criterion
-        Of fatigue.
+        The mean-stress correction.
     """
     order = np.argsort(angles)
     along, angles = path((weights[0][:, order], weights[1][:, order])), angles[order]
@@ -129,7 +130,7 @@ def envelope(
 
 
 def _on_whole(part: PartStress, sides: list[Reach], whole: MirroredMesh) -> Reach:
-    """Carry extremes of a part's nodes to the whole rod; NaN (instant 0) elsewhere."""
+    """Map extreme values at a part's nodes to the whole rod; NaN (instant 0) elsewhere."""
     place = np.full(int(whole.source.max()) + 1, -1)
     place[part.nodes] = np.arange(len(part.nodes))
     place = place[whole.source]
@@ -165,7 +166,7 @@ def _judged(found: Reach, angles: Floats, material: Material, criterion: Fatigue
 
 
 def _worse(one: Envelope, other: Envelope) -> Envelope:
-    """Of two parts that share nodes the extremes of either, and the history of the one nearer to failure."""
+    """Merge two parts with common nodes: extremes of both, and the history of the one closer to failure."""
     worse = np.isnan(one.usage) | (other.usage > one.usage)
     tired = _tires_first(one, other, worse)
     more = np.isnan(one.von_mises) | (other.von_mises > one.von_mises)
@@ -192,7 +193,7 @@ def _worse(one: Envelope, other: Envelope) -> Envelope:
 
 
 def _tires_first(one: Envelope, other: Envelope, worse: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Where the fatigue factor of the other is the lesser or the only one; `worse` where there is none."""
+    """Where the fatigue factor of the other is the smaller or the only one; `worse` where there is none."""
     unknown = np.full(worse.shape, np.nan)
     first, second = (unknown if of.fatigue_factor is None else of.fatigue_factor for of in (one, other))
     known, more = ~np.isnan(first), ~np.isnan(second)
@@ -205,10 +206,10 @@ def _lesser(one: Floats | None, other: Floats | None) -> Floats | None:
 
 
 def with_cases(envelope: Envelope, cases: Sequence[CaseResult]) -> Envelope:
-    """Let the envelope be no less than the directly solved peak cases.
+    """Extend the envelope to the directly solved peak cases.
 
-    Their von Mises and principal stresses count, also those of ``gas``, which is no instant of the cycle;
-    mean and amplitude are the cycle's alone.
+    Their von Mises and principal stresses are included, also those of ``gas``, which is not an instant of the
+    cycle; mean and amplitude come from the cycle only.
     """
     for case in cases:
         more = case.von_mises > envelope.von_mises

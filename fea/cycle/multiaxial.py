@@ -18,7 +18,7 @@ from fea.material import Material
 from geometry.arrays import Floats, Mask
 from mesh.mirror import MirroredMesh
 
-BLOCK = 64  # places worked out at a time
+BLOCK = 64  # places evaluated at a time
 
 
 def worst_multiaxial(
@@ -30,10 +30,11 @@ def worst_multiaxial(
     *,
     counts: Mask,
 ) -> tuple[Spot | None, Floats | None]:
-    """Return the place of the least factor by Crossland, and every node's; None where no endurance is known.
+    """Return the place of the smallest Crossland factor, and the factor of every node, or None if unknown.
 
-    Nodes are worked out in the order of their bounds until the next bound exceeds the least factor found;
-    those that do not count (n_nodes,) are left out. Where parts meet, the lesser factor is the node's.
+    They are unknown if no part's endurance limit is known. Nodes are evaluated in the order of their bounds
+    until the next bound exceeds the smallest factor found; nodes that do not count (n_nodes,) are left out.
+    At an interface the smaller factor of the parts is used.
     """
     if found.crossland_factor is None:
         return None, None

@@ -10,9 +10,9 @@ from fea.cycle.superposition import CycleAnalysis
 from fea.cycle.unit_solutions import Weights
 from geometry.arrays import Floats, Ints
 
-# Nodes bounded at once.
+# Number of nodes for which bounds are computed together.
 _NODES = 2000
-# Rounding of the bounds, relative.
+# Relative allowance for rounding in the bounds.
 _ROUNDING = 1e-9
 
 
@@ -41,7 +41,7 @@ class PartRows:
         return product(self._even[node], weights[0]) + side * product(self._odd[node], weights[1])
 
     def block(self, along: Path, rows: Ints) -> Block:
-        """Some rows over a path."""
+        """Return some rows over a path."""
         image, node = np.divmod(rows, len(self._even))
         side = np.asarray(self._sides)[image, None, None]
         return Block(self._even[node], side * self._odd[node], along, (1,), principals=False)
@@ -52,12 +52,12 @@ class PartRows:
         return np.concatenate([even + odd if side > 0 else even - odd for side in self._sides])
 
     def strayed(self, strays: Weights) -> Floats:
-        """Bound (n_rows, n) on the von Mises stress of weights whose magnitudes are at most these."""
+        """Upper bound (n_rows, n) of the von Mises stress for weights of at most these magnitudes."""
         even, odd = (norm @ away for norm, away in zip(self._norms, strays, strict=True))
         return np.concatenate([even + odd] * len(self._sides))
 
     def bound(self, weights: Weights) -> Floats:
-        """No less than the largest von Mises stress (n_rows,) over the instants."""
+        """Upper bound of the largest von Mises stress (n_rows,) over the instants."""
         along = path(weights)
         strays, ends = self.strayed(along.strays), along.at_ends()
         largest = np.empty(len(self.points))
@@ -69,7 +69,7 @@ class PartRows:
         return largest * (1 + _ROUNDING)
 
     def yielding_bound(self, largest: Floats) -> Floats:
-        """No more than the factors against yielding, not capped, where stress reaches at most `largest`."""
+        """Lower bound of the (uncapped) factors against yielding for stresses of at most `largest`."""
         return self.material.yield_strength / np.maximum(largest, np.finfo(float).tiny)
 
     def yielding_factor(self, highest: Floats, lowest: Floats) -> Floats:
@@ -81,11 +81,11 @@ class PartRows:
         return self._fatigue((highest + lowest) / 2, (highest - lowest) / 2)
 
     def _fatigue(self, mean: Floats, amplitude: Floats) -> Floats:
-        """Factors against fatigue; infinite where the strengths are not known."""
+        """Factors against fatigue; infinite if the strengths are not known."""
         found = fatigue_factor(self._criterion, mean, amplitude, self.material)
         return np.full(len(mean), np.inf) if found is None else found
 
     def fatigue_bound(self, largest: Floats) -> Floats:
-        """No more than the fatigue factors of histories whose von Mises stress is at most `largest`."""
+        """Lower bound of the fatigue factors of histories whose von Mises stress is at most `largest`."""
         none = np.zeros_like(largest)
         return np.minimum(self._fatigue(none, largest), self._fatigue(largest, none))

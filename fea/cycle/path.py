@@ -1,9 +1,9 @@
-"""A cycle as a path through the space of unit loads, and how far it strays from chords.
+"""A cycle as a path through the space of unit loads, and its deviation from chords.
 
-Between two instants a and b of the path the weights are w = (1 − s) w_a + s w_b + δ. A convex function of
-stress that is positively homogeneous, such as the von Mises or the largest principal stress, is then at
-most max(f(σ_a), f(σ_b)) + Σ_k |δ_k| ‖σ_k‖, where ‖σ_k‖ bounds ±f of the unit stress σ_k: few instants say
-where the others need not be looked at, and nothing is lost.
+Between two instants a and b of the path the weights are w = (1 − s) w_a + s w_b + δ. A convex function f of
+stress that is positively homogeneous, such as the von Mises or the largest principal stress, is then at most
+max(f(σ_a), f(σ_b)) + Σ_k |δ_k| ‖σ_k‖, where ‖σ_k‖ bounds ±f of the unit stress σ_k. A few instants therefore
+show where the others need not be evaluated, without loss.
 """
 
 from dataclasses import dataclass
@@ -48,7 +48,7 @@ class Path:
 
 
 def path(weights: Weights, chord: int = CHORD) -> Path:
-    """Cut the instants, in the order given, into chords."""
+    """Divide the instants, in the given order, into chords."""
     count = weights[0].shape[1]
     ends = np.unique(np.append(np.arange(0, count, chord), count - 1))
     even, odd = (_strays(w, ends) for w in weights)

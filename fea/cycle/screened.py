@@ -1,8 +1,9 @@
-"""Extremes over a cycle, worked out only at the instants that can be one.
+"""Extremes over a cycle, evaluated only at the instants at which they can occur.
 
-Every node is looked at where chords of the path end; within a chord only if the bound of `fea.cycle.path`
-exceeds what the node is known to reach. The result is that of looking everywhere, in single precision:
-unit solutions differ from direct ones by some hundred times more.
+Every node is evaluated at the ends of the chords of the path; within a chord only if the bound of
+`fea.cycle.path` exceeds the largest value already found at the node. The result is the same as that of
+evaluating every instant, in single precision, whose error is about a hundred times smaller than that of the
+superposition.
 """
 
 import dataclasses
@@ -20,26 +21,26 @@ from fea.cycle.unit_solutions import PartStress, Weights
 from fea.machine.threads import side_by_side
 from geometry.arrays import Ints, Reals
 
-# Bytes of stress at the ends of chords formed at a time in each thread; what is made of it takes about
-# three times that.
+# Bytes of stress at the ends of chords that each thread computes at a time; the quantities derived from it
+# take about three times as much.
 BLOCK_BYTES = 4 * 2**20
-# Products of matrices this large are one thread's: OpenBLAS spreads larger ones, and its threads would stand
-# in the way of those that have a block each.
+# Matrix products up to this size run in one thread: OpenBLAS divides larger ones among threads of its own,
+# which would compete with the threads that have a block each.
 SLAB = 2**18
-# Keeps a place without stress from dividing by zero, MPa.
+# Avoids a division by zero at a place without stress, MPa.
 _TINY = 1e-30
 
 
 @dataclass(frozen=True)
 class Reach(Extremes):
-    """Extremes, and what Crossland's criterion asks for, each (n,), MPa.
+    """Extremes, and bounds for Crossland's criterion, each (n,), MPa.
 
     Attributes
     ----------
     radius
-        Of a ball that holds the path of the deviatoric vectors, though not the smallest.
+        Of a ball, not quite the smallest, that encloses the path of the deviatoric vectors.
     tension
-        No less than the largest mean stress.
+        Upper bound of the largest mean (hydrostatic) stress.
     """
 
     radius: Any
@@ -72,7 +73,7 @@ class Block:
     sides
         1 for the nodes, −1 for their images across y = 0: rows are those of the first side, then of the next.
     principals
-        Whether principal stresses are looked at, too.
+        Whether principal stresses are evaluated too.
     """
 
     def __init__(
@@ -87,7 +88,7 @@ class Block:
         self._strays = strays[[0, 1, 1]] if principals else strays[:1]
 
     def extremes(self) -> Reach:
-        """Find the extremes of every row, principal stresses among them."""
+        """Find the extremes of every row, including principal stresses."""
         largest, instant, worst = self._largest()
         highest, lowest = self._signed(largest[0], worst)
         radius = np.minimum(self._radius(worst), largest[0])
@@ -95,12 +96,12 @@ class Block:
         return Reach(largest[0], instant, largest[1], -largest[2], highest, lowest, radius, tension)
 
     def _radius(self, worst: Reals) -> Reals:
-        """Radius (n_rows,) of a ball that holds every path, by the ends of chords and how far it strays."""
+        """Radius (n_rows,) of a ball that encloses each path, from chord ends and deviations from chords."""
         distance = distances_from_middle(self._at_ends[:, :5], worst[:, :5])
         return np.asarray((_at_either_end(distance) + self._strays[0]).max(axis=1))
 
     def _tension(self) -> Reals:
-        """No less than the largest mean stress (n_rows,)."""
+        """Upper bound of the largest mean stress (n_rows,)."""
         strays = self._strays[1] - 2 / 3 * self._strays[0]
         return np.asarray((_at_either_end(self._at_ends[:, 5]) + strays).max(axis=1))
 
@@ -133,7 +134,8 @@ class Block:
     def _least(self, largest: Reals, worst: Reals) -> Reals:
         """Least von Mises stress (n_rows,), negative where the stress points against the worst.
 
-        It is no less than the part of q along the worst q, which strays from its chord as little.
+        It is at least the component of q along the worst q, whose deviation from its chord has the same
+        bound.
         """
         direction = worst[:, None, :5] / np.maximum(largest, _TINY)[:, None, None]
         along = (direction @ self._at_ends[:, :5])[:, 0]
@@ -152,14 +154,14 @@ class Block:
         return np.concatenate([even + odd if side > 0 else even - odd for side in self._sides])
 
     def _inside(self, upper: Reals, reached: Reals) -> Iterator[tuple[Ints, int, Reals]]:
-        """Yield rows, first instant and stress (m, 6, n) inside the chords that may exceed what is reached.
+        """Yield rows, first instant and stress (m, 6, n) inside chords that may exceed known maxima.
 
         Parameters
         ----------
         upper
             (k, n_rows, n_chords) bounds of k quantities.
         reached
-            (k, n_rows); it may grow meanwhile.
+            (k, n_rows) largest values found so far; they may grow during the iteration.
         """
         for chord in range(upper.shape[2]):
             rows = np.flatnonzero((upper[..., chord] > reached).any(axis=0))
@@ -178,7 +180,7 @@ def product(units: Reals, weights: Reals) -> Reals:
 
 
 def _product(units: Reals, weights: Reals) -> Reals:
-    """Multiply (n, k) by (k, m) in slabs of rows that BLAS leaves to the thread that asks."""
+    """Multiply (n, k) by (k, m) in slabs of rows so small that BLAS stays in the calling thread."""
     slab = max(1, SLAB // max(1, weights.size))
     whole = len(units) // slab * slab
     found = np.empty((len(units), weights.shape[1]), units.dtype)
@@ -204,7 +206,7 @@ def _one(stress: Reals) -> Reals:
 
 
 def _bounds(units: Reals, strays: Reals) -> Reals:
-    """Bounds (2, n, n_chords) on von Mises and principal stresses of what strays from the chords."""
+    """Bounds (2, n, n_chords) on von Mises and principal stresses of the deviations from the chords."""
     equivalent = deviator_norm(units)
     strays = strays.astype(units.dtype)
     return np.stack(

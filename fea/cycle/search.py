@@ -1,18 +1,19 @@
-"""The worst place of a rod at one speed after another, without working out every place at each.
+"""The worst place of a rod at many speeds, without evaluating every place at each.
 
-A place is worth looking at only if a bound on its largest von Mises stress says so. At a speed ω between
-two anchors the weights of every instant are w = (1 − s) w₀ + s w₁ + δ with s linear in ω², by which inertia
-goes; and the von Mises stress is convex and positively homogeneous, a norm of the deviator. So
+Only places with a high enough bound on their largest von Mises stress are evaluated. At a speed ω between two
+anchors the weights of every instant are w = (1 − s) w₀ + s w₁ + δ with s linear in ω², like inertia; and the
+von Mises stress is convex and positively homogeneous, a norm of the deviator. So
 
     σ_vM(ω, t) ≤ (1 − s) M₀ + s M₁ + Σ_k max_t |δ_k| σ_vM,k
 
-at every instant t, where M is no less than the largest at the anchor (by the chords of `fea.cycle.path`)
-and σ_vM,k is the equivalent of unit stress k. No place yields before yield / that bound. And with |mean| +
-amplitude ≤ max σ_vM, Goodman's and Soderberg's use a/S_e + m/S of a history is at most max(1/S_e, 1/S)
-times it, as is Gerber's, which is convex in (a, m) and reaches no more at either end of that segment.
+at every instant t, where M is an upper bound of the stress at the anchor (by the chords of `fea.cycle.path`)
+and σ_vM,k is the equivalent stress of unit load k. The factor against yielding is at least the yield strength
+over this bound. With |mean| + amplitude ≤ max σ_vM, the utilisation a/S_e + m/S by Goodman or Soderberg is at
+most max(1/S_e, 1/S) times the bound, and so is that by Gerber, which is convex in (a, m) and not larger at
+either end of that segment.
 
-Places are worked out at every degree in the order of their bounds until the next one's bound is no worse than
-the worst found: what is left out cannot be the worst.
+Places are evaluated at every degree in the order of their bounds, until the next bound is not worse than the
+worst place found: the places left out cannot be the worst.
 """
 
 import dataclasses
@@ -39,28 +40,28 @@ from loads.gas import GasModel
 from loads.peaks import peak_cases
 from loads.slider_crank import cycle_angles
 
-# Speeds at which every place is bounded; between them bounds are interpolated.
+# Number of speeds at which bounds are computed for every place; between them bounds are interpolated.
 ANCHORS = 9
-# Where δ adds more than this part to the bounds on the average, every place is bounded anew: that is cheaper
-# than to work out many.
+# If δ increases the bounds by more than this fraction on average, they are computed again for every place:
+# that is cheaper than evaluating many places.
 STRAYED = 0.2
-# Places worked out at once: with their unit stresses, 3.5 kB each, and 50 ends of chords some 12 MB.
+# Places evaluated at once: some 12 MB with their unit stresses, 3.5 kB each, and 50 ends of chords.
 ROWS = 2000
-# At first only so many, which are likely to hold the worst.
+# Size of the first batch, which is likely to contain the worst place.
 FIRST_ROWS = 50
 
 
 class SpeedSearch:
     """Finds the worst places at any speed between the first and the last.
 
-    Memory: the unit stresses once more, and 8 bytes a place and anchor.
+    It needs memory for a copy of the unit stresses, and 8 bytes per place and anchor.
 
     Parameters
     ----------
     analysis
         The unit solutions.
     engine, gas
-        What drives the rod.
+        The engine and its gas pressure.
     speeds
         rpm; at least one.
     """
@@ -109,7 +110,7 @@ class SpeedSearch:
         return self._analysis.weights(self._engine, self._gas, rpm * RPM, angles)
 
     def _bounds(self, rpm: float, weights: Weights) -> list[Floats]:
-        """No less than the largest von Mises stress of every row of each part."""
+        """Upper bound of the largest von Mises stress of every row of each part."""
         above = int(np.clip(np.searchsorted(self._anchors, rpm), 1, max(len(self._anchors) - 1, 1)))
         if len(self._anchors) == 1:
             return [part.bound(weights) for part in self._parts]
@@ -134,7 +135,7 @@ class SpeedSearch:
         bound: Callable[[PartRows, Floats], Floats],
         factor: Callable[[PartRows, Floats, Floats], Floats],
     ) -> tuple[Place, int]:
-        """The place of the least factor, and how many were worked out."""
+        """The place of the smallest factor, and the number of places evaluated."""
         least = np.concatenate([bound(part, b) for part, b in zip(self._parts, bounds, strict=True)])
         order, first = np.argsort(least), np.cumsum([0, *(len(b) for b in bounds)])
         best, at, looked, along = np.inf, int(order[0]), 0, path(cycle.weights)
@@ -203,7 +204,7 @@ class _Cycle:
 
 
 def _largest_principal(stress: Floats, equivalent: Floats) -> float:
-    """Largest principal stress of all (n, 6), by the bound σ_m + ⅔ σ_vM on each."""
+    """Largest principal stress of all (n, 6), evaluated only where the bound σ_m + ⅔ σ_vM requires it."""
     bound = stress[:, 5] + 2 / 3 * equivalent
     best = [bound.argmax()]
     found = extreme_principals(stress[best].T, equivalent[best])[0]

@@ -1,17 +1,17 @@
-"""The pressure of a pin as a cosine series in the bore's angle.
+"""The pressure of a pin as a Fourier series in the angle of the bore.
 
 A pressure s(φ − ψ) centred on the direction ψ of the force is
 
     s(φ − ψ) = Σ c_n (cos nψ cos nφ + sin nψ sin nφ),    c_n = (1/π) ∫ s(φ) cos nφ dφ (c₀: half of it),
 
-so that the harmonics cos nφ and sin nφ of two bores span every direction. The half cosine has only
-n = 0, 1 and even terms, which fall like 1/n²: the series errs most at the arc's ends, where the slope
-jumps, and what it leaves out there alternates so fast that it dies within a fraction of the wall.
-A table of directions with the force split between two neighbours errs at the same place; but what it errs
-by has one sign on either side and so makes the ring oval, which is felt in the whole end.
+so that the harmonics cos nφ and sin nφ of two bores cover every direction. The half cosine has only n = 0, 1
+and even terms, which decrease like 1/n². The truncated series has its largest error at the ends of the arc,
+where the slope jumps; the missing terms alternate so fast there that their effect decays within a fraction of
+the wall thickness. A table of directions, with the force split between two neighbours, would have its error
+at the same place, but with one sign on either side, which makes the ring oval and affects the whole end.
 
-On a bore whose width differs around it that pressure alone would leave a resultant across the force, and
-s(ψ)(a + b sin ψ) presses instead, ψ = φ − ψ₀ from the force: its second part is Σ d_n sin nψ.
+On a bore of varying width that pressure alone would leave a resultant across the force. Then s(ψ)(a + b sin
+ψ) is used, with ψ = φ − ψ₀ measured from the force: its second term is Σ d_n sin nψ.
 """
 
 import math
@@ -26,10 +26,10 @@ from loads.bearing import Arc
 
 Wave = Callable[[Floats], Floats]
 
-# Largest error of the series anywhere on the bore, in parts of the peak pressure, where the pressure is
-# continuous: about 0.2 % of a rod's peak stress.
+# Largest error of the series anywhere on the bore for a continuous pressure, relative to the peak pressure:
+# equivalent to about 0.2 % of a rod's peak stress.
 TOLERANCE = 1e-2
-# Where the pressure jumps (a uniform arc) no series converges at the jump; this bounds the work.
+# Highest order: if the pressure jumps (a uniform arc), the series does not converge at the jump.
 HIGHEST = 48
 # Coefficients below this are rounding.
 _NEGLIGIBLE = 1e-12
@@ -39,14 +39,14 @@ _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
 @dataclass(frozen=True)
 class Series:
-    """Orders of a series that stands for a pressure.
+    """The orders of a series that approximates a pressure.
 
     Attributes
     ----------
     orders
-        (n_terms,) n, increasing, beginning with 0 and 1.
+        (n_terms,) n, increasing, starting with 0 and 1.
     error
-        Largest difference from the pressure it stands for, in parts of the peak.
+        Largest difference from the pressure, relative to its peak.
     """
 
     orders: Ints
@@ -62,14 +62,14 @@ def series(arc: Arc, highest: int | None = None) -> Series:
     arc
         The pressure.
     highest
-        Highest order; by default the least that keeps the error below `TOLERANCE`, at most `HIGHEST`.
+        Highest order; by default the lowest with an error below `TOLERANCE`, at most `HIGHEST`.
     """
     return _enough(arc, np.cos, 1.0) if highest is None else _truncated(arc, highest, np.cos)
 
 
 @cache
 def skewed(arc: Arc, share: float) -> Series:
-    """Expand s(ψ) sin ψ, of which a pressure has at most `share` parts: the fewer, the fewer terms do."""
+    """Expand s(ψ) sin ψ, which has at most the weight `share`: a smaller weight needs fewer terms."""
     return _enough(arc, np.sin, share)
 
 
@@ -94,7 +94,7 @@ def _truncated(arc: Arc, highest: int, wave: Wave) -> Series:
 
 
 def _coefficients(arc: Arc, orders: Ints, wave: Wave) -> Floats:
-    """By Gauss's quadrature over the arc, inside which the pressure is smooth."""
+    """Coefficients by Gauss quadrature over the arc, within which the pressure is smooth."""
     half = arc.angle / 2
     psi = _PLACES * half
     integrals = half * wave(np.multiply.outer(orders, psi)) @ (_WEIGHTS * _pressure(arc, psi, wave))
@@ -102,5 +102,5 @@ def _coefficients(arc: Arc, orders: Ints, wave: Wave) -> Floats:
 
 
 def _pressure(arc: Arc, psi: Floats, wave: Wave) -> Floats:
-    """What is even about the force, or odd."""
+    """The pressure function that is even about the force (cosine), or odd (sine)."""
     return arc(psi) if wave is np.cos else arc(psi) * np.sin(psi)

@@ -12,7 +12,7 @@ from geometry.arrays import Floats
 from mesh.mirror import MirroredMesh
 
 COUNT = 5
-# Places nearer to each other than this part of the rod's length are one place.
+# Places closer to each other than this fraction of the rod's length count as one.
 APART = 0.1
 
 
@@ -23,7 +23,7 @@ class Spot:
     Attributes
     ----------
     node, part
-        On the whole rod; number of the part whose stress it is.
+        Node on the whole rod; number of the part that the stress belongs to.
     place
         (3,) mm.
     stress
@@ -40,18 +40,18 @@ class Spot:
 
 
 def distinct(points: Floats, factor: Floats, length: float, count: int = COUNT) -> list[int]:
-    """Nodes of the smallest factors that lie apart from each other.
+    """Nodes of the smallest factors that are not close to each other.
 
     Parameters
     ----------
     points
-        (n_nodes, 3), mm; images across z = 0 are one place.
+        (n_nodes, 3), mm; images across z = 0 count as one place.
     factor
         (n_nodes,).
     length
         Of the rod, mm.
     count
-        At most so many.
+        Largest number of nodes.
     """
     folded = np.abs(points * [0, 0, 1]) + points * [1, 1, 0]
     open_ = points[:, 2] >= -1e-9 * length
@@ -66,7 +66,7 @@ def distinct(points: Floats, factor: Floats, length: float, count: int = COUNT) 
 def spots(
     places: Iterable[tuple[int, int]], units: UnitSolutions, weights: Weights, whole: MirroredMesh
 ) -> tuple[Spot, ...]:
-    """Return the histories of some nodes of the whole rod, each with the number of a part that holds it."""
+    """Return the histories of some nodes of the whole rod, each given with the number of its part."""
     return tuple(_spot(node, units, weights, whole, part) for node, part in places)
 
 

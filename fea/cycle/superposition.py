@@ -1,4 +1,4 @@
-"""The whole crank cycle of a rod at one speed after another, from one set of unit solutions."""
+"""The whole crank cycle of a rod at any speed, from one set of unit solutions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -26,10 +26,10 @@ from loads.engine import Engine
 from loads.gas import GasModel
 from loads.slider_crank import cycle_angles
 
-# Limit of the check ``superposition`` where the pressure jumps, at which no series converges: what is called
-# converged.
+# Limit of the check ``superposition`` if the pressure jumps, where the series does not converge: the error
+# that counts as mesh-converged.
 AT_JUMPS = 0.05
-_AWAY = "the cycle's factors, too, are of the rod away from places where the exact stress is infinite"
+_AWAY = "the safety factors of the cycle also leave out places where the exact stress is infinite (singular)"
 
 
 @dataclass(frozen=True)
@@ -45,22 +45,22 @@ class CycleResult:
     spots
         The worst places against yielding, the worst first.
     weakest
-        The worst place against fatigue, or None where no fatigue strength is known.
+        The worst place against fatigue, or None if no fatigue strength is known.
     superposition
-        Largest difference of superposed from directly solved von Mises stress over the peak cases, in
-        parts of each case's largest.
+        Largest difference between superposed and directly solved von Mises stress over the peak cases,
+        relative to the largest stress of each case.
     series_error
-        What the cosine series misses of the bore pressure at worst, in parts of its peak.
+        Largest error of the series of the bore pressure, relative to its peak.
     unit_solutions
-        How many there are.
+        Number of unit solutions.
     jumps
-        Whether the bore pressure does, at its arc's ends.
+        Whether the bore pressure jumps at the ends of its arc.
     remarks
-        What a reader must know of the material.
+        Notes about the material for the user.
     multiaxial
-        The worst place by Crossland's criterion, or None where no endurance is known.
+        The worst place by Crossland's criterion, or None if no endurance limit is known.
     counts
-        (n_nodes,) nodes that are judged: those that are not near a singular place.
+        (n_nodes,) nodes that count: those that are not near a stress singularity.
     """
 
     angles: Floats
@@ -76,21 +76,24 @@ class CycleResult:
     multiaxial: Spot | None = None
 
     def checks(self) -> dict[str, Check]:
-        """Hold the superposition against the directly solved cases."""
+        """Compare the superposition with the directly solved cases."""
         limit = AT_JUMPS if self.jumps else LIMITS["superposition"]
         return {"superposition": Check(self.superposition, limit)}
 
     def notes(self) -> tuple[str, ...]:
-        """Say what a reader must know of the cycle."""
+        """Return the notes about the cycle for the user."""
         said = self.remarks if self.counts.all() else (*self.remarks, _AWAY)
         if self.jumps:
-            why = "jumps at its arc's ends"
+            why = "jumps at the ends of its arc"
         elif self.series_error > 2 * TOLERANCE:
-            why = "rises within a narrow arc"
+            why = "acts on a narrow arc"
         else:
             return said
-        apart = f"{100 * self.superposition:.2g} % of each peak case's largest"
-        return (*said, f"the bore pressure {why}: superposed stress there is within {apart}")
+        apart = f"{100 * self.superposition:.2g} % of the largest stress of each peak case"
+        return (
+            *said,
+            f"the bore pressure {why}, so that the superposed stress may err there by up to {apart}",
+        )
 
 
 @dataclass(frozen=True)
@@ -104,13 +107,13 @@ class CycleAnalysis:
     rod
         Its mass properties, from the quadrature of the inertia fields.
     materials
-        One a part.
+        One per part.
     loads, units
         The unit loads and their solutions.
     fatigue
-        The criterion.
+        The mean-stress correction.
     masked
-        Nodes of the cell near places where the exact stress is infinite: they are not judged.
+        Nodes of the cell near stress singularities, which do not count.
     """
 
     mesh: MeshedRod
@@ -123,11 +126,11 @@ class CycleAnalysis:
 
     @property
     def counts(self) -> Mask:
-        """Nodes of the cell that are judged: all where none would be left."""
+        """Nodes of the cell that count; all nodes if none would be left."""
         return np.ones_like(self.masked) if self.masked.all() else ~self.masked
 
     def weights(self, engine: Engine, gas: GasModel, speed: float, angles: Floats) -> Weights:
-        """Weights (n_units, n_instants) on the even and the odd unit solutions; speed in rad/s."""
+        """Weights (n_units, n_instants) of the even and the odd unit solutions; speed in rad/s."""
         c = cycle(engine, self.rod, gas, speed, angles)
         return self.loads.weights(
             np.stack([c.pin_axial, c.pin_transverse]),
@@ -150,14 +153,14 @@ class CycleAnalysis:
         )
 
     def at(self, engine: Engine, gas: GasModel, speed: float, cases: Sequence[CaseResult]) -> CycleResult:
-        """Work out the cycle at one speed.
+        """Compute the cycle at one speed.
 
         Parameters
         ----------
         engine, gas, speed
-            What drives the rod; speed in rad/s.
+            The engine, its gas pressure and its speed in rad/s.
         cases
-            The peak cases at that speed, directly solved: the envelope is no less than these.
+            The peak cases at that speed, directly solved: the envelope includes them.
         """
         degrees = cycle_angles()
         peaks = [case for case in cases if case.load.motion is not None]
@@ -206,7 +209,7 @@ class CycleAnalysis:
 
 
 def _least(factor: Floats | None, counts: Mask) -> list[int]:
-    """Node of the least factor among those that count; none where no strength is known."""
+    """Node of the smallest factor among those that count; none if no strength is known."""
     if factor is None:
         return []
     judged = np.where(counts, factor, np.nan)

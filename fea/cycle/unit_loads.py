@@ -1,7 +1,8 @@
-"""Unit loads that span every instant of every speed: harmonics of the bore pressures, four inertia fields.
+"""Unit loads for every instant at every speed: harmonics of the bore pressures and four inertia fields.
 
-A rod in plane motion is pressed at two bores and carries −ρ(a₀ + α × x − ω² x). Each load is even about
-y = 0 (cos nφ, a_x, ω²) or odd (sin nφ, a_y, α). Weights on them follow from force and motion alone.
+A rod in plane motion is loaded by pressures on two bores and by the body force −ρ(a₀ + α × x − ω² x). Each
+unit load is even about y = 0 (cos nφ, a_x, ω²) or odd (sin nφ, a_y, α). Their weights follow from the forces
+and the motion.
 """
 
 from collections.abc import Iterator
@@ -23,7 +24,7 @@ from loads.bearing import Arc, BorePressure, Shape
 from loads.cases import RodMotion
 from mesh.tetmesh import TetMesh
 
-# Skewness of a bore's pressure above which its own harmonics are solved for.
+# Skewness of a bore's pressure above which additional harmonics are solved for.
 SKEWED = 2e-3
 _DIRECTIONS = np.arange(0, 360, 30) * DEG
 # Unit accelerations a_x, ω² and a_y, α.
@@ -54,9 +55,9 @@ class PressedBore:
     Attributes
     ----------
     surface
-        Which bore.
+        The bore.
     facets
-        Of the meshed cell.
+        Its facets on the meshed cell.
     outwards
         Sign of the force along x that pulls this end outwards.
     arcs
@@ -86,15 +87,15 @@ class PressedBore:
             np.einsum("dfq,nfq->dn", radial, pressure, optimize=True)
             for pressure in self.pressures(facets.angle)
         )
-        if facets.cut_y:  # what the images across y = 0 cancel
+        if facets.cut_y:  # components that the images across y = 0 cancel
             even[1], odd[0] = 0.0, 0.0
         return even, odd
 
     def weights(self, force: Floats) -> tuple[Floats, Floats]:
-        """Weights (n_terms, n) and (n_terms − 1, n) that press with `force` (2, n), N, exactly.
+        """Weights (n_terms, n), (n_terms − 1, n) of the pressure with exactly the resultant (2, n) `force`.
 
         The pressure is s(ψ)(a + b sin ψ) with the a and b that `fea.solid.bore_load` would find: its discrete
-        resultant along the force is the force, and across it nothing.
+        resultant equals the force along its direction and is zero across it.
         """
         direction = np.arctan2(force[1], force[0])
         cosines, sines = self.pressures(direction)
@@ -124,11 +125,11 @@ class UnitLoads:
     bores
         Dimensions of the bores.
     inertia
-        Of the same mesh.
+        Inertia of the same mesh.
     pressure
-        How a pin presses on its bore.
+        Distribution of the pin pressure on the bores.
     support
-        A clamped big end takes the crank force as its reaction.
+        With a clamped big end, the crank force is a reaction and not applied.
     """
 
     def __init__(
@@ -169,7 +170,7 @@ class UnitLoads:
                 forces.append(radial_forces(bore.facets, self._n_nodes, pressed))
         every = {surface: np.moveaxis(values, 0, -1) for surface, values in traction.items()}
         loads = (*forces, *inertial)
-        if self._tilt is not None:  # what tilts balances in every load alone, as it does in their sum
+        if self._tilt is not None:  # balanced in every load separately, and so in their sum
             loads = tuple(self._tilt.balanced(load) for load in loads)
         return Fields(loads, every)
 
@@ -201,7 +202,7 @@ def _harmonics(bore: PressedBore, parity: int) -> Iterator[tuple[Floats, Floats]
 
 
 def _with_skewed(orders: Ints, facets: BoreFacets, arcs: tuple[Arc, Arc]) -> Ints:
-    """Orders with those that s(ψ) sin ψ needs, where a bore wants more of it than a mesh's own unevenness."""
+    """Orders plus those of s(ψ) sin ψ, if a bore needs more of it than its mesh irregularity causes."""
     shares = {arc: _skewness(facets, arc) for arc in arcs}
     more = [skewed(arc, share).orders for arc, share in shares.items() if share > SKEWED]
     return reduce(np.union1d, more, orders)
@@ -216,7 +217,7 @@ def _skewness(facets: BoreFacets, arc: Arc) -> float:
 
 
 def _skewed_by(psi: Floats, area: Floats, arc: Arc) -> float:
-    """|b / a| in one direction: 0 where nothing lies within the arc."""
+    """|b / a| in one direction; 0 if no facet lies within the arc."""
     within = np.abs(psi) < arc.angle / 2
     across = np.sin(psi[within])
     pressed = arc.unbounded(psi[within]) * area[within] * across

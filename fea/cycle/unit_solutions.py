@@ -1,4 +1,4 @@
-"""Nodal stress of every unit load, and what their sums are."""
+"""Nodal stress of every unit load, and its superposition."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -20,11 +20,11 @@ from mesh.mirror import MirroredMesh
 # Of the even and of the odd unit loads, each (n_units, n_instants).
 Weights = tuple[Floats, Floats]
 
-# Bytes of the displacements solved for together, a solver's own start costing as much as ten columns, and
-# the fewest columns of a block where those of a large mesh take more.
+# Bytes of the displacements that are solved for together (starting a solver costs as much as ten columns),
+# and the smallest number of columns of a block, for large meshes.
 SOLVED_BYTES = 64 * 2**20
 SOLVED = 20
-# Columns whose stress is recovered together: of more, caches hold less.
+# Number of columns whose stress is recovered together, so that they fit into the caches.
 RECOVERED = 8
 
 
@@ -37,7 +37,7 @@ class PartStress:
     nodes
         (n,) its nodes in the cell.
     even, odd
-        (n, 6, n_units), MPa, of the unit loads of either parity.
+        (n, 6, n_units), MPa, of the unit loads of each parity.
     """
 
     nodes: Ints
@@ -47,8 +47,8 @@ class PartStress:
     def histories(self, weights: Weights, sides: tuple[int, ...], rows: slice | Ints) -> list[Floats]:
         """Histories (n, 6, n_instants) of some nodes, and of their images across y = 0 (side −1).
 
-        In the components of `fea.assess.deviatoric`. An image has those of its node: XY and YZ want
-        their sign turned, which neither length nor products of the deviatoric vectors feel.
+        In the components of `fea.assess.deviatoric`. An image has the components of its node: the signs of XY
+        and YZ should be reversed, but they affect neither lengths nor products of the deviatoric vectors.
         """
         even, odd = (
             deviatoric(unit[rows]) @ weight
@@ -61,18 +61,18 @@ class PartStress:
 class UnitSolutions:
     """The unit solutions of a rod.
 
-    They take 48 bytes a node of the cell and unit load: 3.5 kB a node for the 74 of a half cosine.
+    They take 48 bytes per node of the cell and unit load: 3.5 kB per node for the 74 of a half cosine.
 
     Attributes
     ----------
     parts
-        Unit stresses, one a part.
+        Unit stresses, one entry per part.
     sides
-        (1, −1) where the cell stands for its image across y = 0, else (1,).
+        (1, −1) if the cell represents its image across y = 0 too, else (1,).
     count
-        How many unit loads were solved.
+        Number of unit loads solved.
     backward_error
-        The largest of the solutions.
+        The largest backward error of the solutions.
     """
 
     parts: tuple[PartStress, ...]
@@ -81,7 +81,7 @@ class UnitSolutions:
     backward_error: float
 
     def tensor(self, part: int, weights: Weights, whole: MirroredMesh) -> Floats:
-        """Stress (n_nodes, 6, n_instants) of a part on the whole rod; NaN at nodes that are not its own."""
+        """Stress (n_nodes, 6, n_instants) of a part on the whole rod; NaN at nodes outside the part."""
         own = self.parts[part]
         fields = []
         for unit, weight in zip((own.even, own.odd), weights, strict=True):
@@ -103,7 +103,7 @@ def unit_solutions(
         See `Model.solve`.
     """
     even, odd = loads.fields()
-    if cut_y:  # an even and an odd load share a column: each has its own factor
+    if cut_y:  # an even and an odd load share a column, because each parity has its own factor
         pairs = _paired(even.forces, odd.forces)
         stresses, errors = _solved(model, recovery, materials, pairs, (even, odd))
     else:
@@ -149,12 +149,12 @@ def _column_bytes(loads: Sequence[Split]) -> int:
 
 
 def _like_blocks(start: int, stop: int, most: int) -> Iterator[tuple[int, int]]:
-    """Cut a range into blocks of like size."""
+    """Divide a range into blocks of similar size."""
     return pairwise(np.linspace(start, stop, -(-(stop - start) // most) + 1).astype(int).tolist())
 
 
 def _columns(of: tuple[Parity, Fields], solved: range) -> range:
-    """Which of the solved unit loads there are of a parity."""
+    """The columns of the solved unit loads that exist for a parity."""
     return range(solved.start, min(solved.stop, len(of[1].forces)))
 
 

@@ -1,4 +1,4 @@
-"""The worst of a cycle at one speed: peaks of the cases, and the places that fail first."""
+"""The worst of a cycle at one speed: the peaks of the load cases, and the places that fail first."""
 
 from dataclasses import dataclass
 
@@ -17,11 +17,11 @@ class Place:
     at
         (3,) mm.
     crank_angle
-        Of the largest von Mises stress, rad; None where it is in no cycle.
+        Of the largest von Mises stress, rad; None if it does not occur in the cycle.
     mean, amplitude, ratio
         Of the signed equivalent stress, MPa.
     crossland
-        Crossland's factor there, or None where it is not known.
+        Crossland's factor there, or None if it is not known.
     """
 
     factor: float
@@ -56,9 +56,9 @@ class Worst:
     cases
         The peak cases.
     yielding, fatigue
-        The worst places; fatigue is None where no part's strengths are known.
+        The worst places; fatigue is None if no part's strengths are known.
     looked_at
-        How many places were worked out.
+        Number of places that were evaluated.
     """
 
     rpm: float

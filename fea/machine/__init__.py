@@ -1,1 +1,1 @@
-"""The machine a run happens on: threads, memory limits, time, terminal."""
+"""The machine that runs the program: threads, processes, memory limits, time, terminal."""

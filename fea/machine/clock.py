@@ -1,4 +1,4 @@
-"""Wall time by stage, and who wants to hear of it."""
+"""Wall time per stage, with a listener for progress messages."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 
 class Clock:
-    """Adds up wall seconds per stage; a listener is told when a stage begins.
+    """Adds up wall seconds per stage, and notifies a listener when a stage begins.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class Clock:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
 
     def tell(self, what: str) -> None:
-        """Let the listener know what happens within a stage."""
+        """Notify the listener of an event within a stage."""
         if self._listener:
             self._listener(what)
 

@@ -1,4 +1,4 @@
-"""Examines the machine: each thing a run needs is tried, in a process of its own where it may crash."""
+"""Examine the machine: try everything that a run needs, in a separate process if it may crash."""
 
 import importlib.metadata
 import os
@@ -16,7 +16,7 @@ _APT = "apt-get install libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libx
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing examined.
+    """The result of examining one requirement.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class Finding:
     needed
         Whether `fea run` needs it.
     remedy
-        What to do when it does not work; not shown when it does.
+        What to do if it does not work; shown only then.
     """
 
     what: str
@@ -38,7 +38,7 @@ class Finding:
 
 
 def examine() -> list[Finding]:
-    """Try everything a run may need."""
+    """Try everything that a run may need."""
     return [
         _python(),
         _library("geometry and meshing", "gmsh", "import gmsh; gmsh.initialize(); gmsh.finalize()", _APT),
@@ -57,14 +57,14 @@ def _python() -> Finding:
         platform.python_version(),
         sys.version_info >= (3, 11),
         needed=True,
-        remedy="Python 3.11 or later",
+        remedy="install Python 3.11 or later",
     )
 
 
 def _tried(code: str, environment: dict[str, str] | None = None) -> str | None:
-    """None when `code` runs in a new interpreter, else the last line of its complaint.
+    """None if `code` runs in a new interpreter, else the last line of its error message.
 
-    What an interrupt makes it leave is in a directory that goes with the call.
+    Temporary files that it may leave after an interrupt are in a directory that is removed with the call.
     """
     try:
         with TemporaryDirectory() as scratch:
@@ -84,11 +84,11 @@ def _complaint(code: str, environment: Mapping[str, str]) -> str | None:
             env=environment,
         )
     except subprocess.TimeoutExpired:
-        return "no answer within two minutes"
+        return "it did not finish within two minutes"
     if done.returncode == 0:
         return None
     lines = done.stderr.strip().splitlines()
-    return lines[-1] if lines else f"ended with status {done.returncode}"
+    return lines[-1] if lines else f"it ended with status {done.returncode}"
 
 
 def _library(what: str, package: str, code: str, remedy: str) -> Finding:
@@ -110,7 +110,7 @@ def _pardiso() -> Finding:
         complaint,
         good=False,
         needed=True,
-        remedy="pip install pypardiso (x86-64), or cvxopt pymetis",
+        remedy="pip install pypardiso (on x86-64), or pip install cvxopt pymetis",
     )
 
 
@@ -129,11 +129,13 @@ def _memory() -> Finding:
     if not hasattr(os, "sysconf") or "SC_PHYS_PAGES" not in os.sysconf_names:
         return Finding("memory", "unknown", good=True, needed=False, remedy="")
     gib = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**30
-    return Finding("memory", f"{gib:.1f} GiB", gib >= 2, needed=True, remedy="a run needs 1 GiB or more")
+    remedy = "use a machine with at least 2 GiB of memory"
+    return Finding("memory", f"{gib:.1f} GiB", gib >= 2, needed=True, remedy=remedy)
 
 
 def _disk() -> Finding:
     here = Path.cwd()
     writable, free = os.access(here, os.W_OK), shutil.disk_usage(here).free / 2**30
     found = f"{free:.1f} GiB free, {'writable' if writable else 'read-only'}"
-    return Finding("current directory", found, writable and free > 0.1, needed=True, remedy="--out elsewhere")
+    remedy = "choose a writable directory with free space (--out)"
+    return Finding("current directory", found, writable and free > 0.1, needed=True, remedy=remedy)

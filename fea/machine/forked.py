@@ -1,4 +1,4 @@
-"""Do in a child process what may end its process, and bring back what it gave."""
+"""Run a job that may crash in a child process, and return its result."""
 
 import contextlib
 import os
@@ -13,30 +13,30 @@ from geometry.system.signals import ENDS, die_with_parent, held_back, through
 
 Result = TypeVar("Result")
 
-# Of processor time: a rod is read in a tenth of a second.
+# Processor time allowed; a sound rod is read in a tenth of a second.
 SECONDS = 60.0
 _apart = False  # whether this process is the copy
 
 
 def apart(job: Callable[[], Result], what: str) -> Result:
-    """Return what `job` returns in a copy of this process, or raise what it raises there.
+    """Return the result of `job` from a forked copy of this process, or raise the error raised there.
 
-    The CAD kernel follows references in a file without looking where they lead, and heals and meshes what
-    cannot be: a damaged file makes it step on memory that is not its own, or search without end. Where
-    processes cannot be copied (Windows) the job is done here.
+    The CAD kernel follows references in a file without checking them, and tries to heal and mesh impossible
+    solids: a damaged file makes it access invalid memory or run forever. If processes cannot be forked
+    (Windows), the job runs in this process.
 
     Parameters
     ----------
     job
-        What is done; what it returns and raises can be pickled, and it leaves nothing else behind.
+        The job. Its result and its errors must be picklable, and it must have no other effects.
     what
-        In words, for the message.
+        What it does, in words, for the message.
 
     Raises
     ------
     GeometryError
-        The copy was ended by a signal, left without a word, or took longer than `SECONDS` of processor
-        time or what it was allowed.
+        The copy was ended by a signal, ended without a result, or took longer than `SECONDS` of processor
+        time or than it was allowed.
     """
     if not hasattr(os, "fork"):
         return job()
@@ -45,7 +45,7 @@ def apart(job: Callable[[], Result], what: str) -> Result:
     read, write = os.pipe()
     child = 0
     try:
-        with held_back():  # until it is known whom to take along
+        with held_back():  # until the number of the child is known
             child = os.fork()
             if not child:
                 os.close(read)
@@ -53,15 +53,15 @@ def apart(job: Callable[[], Result], what: str) -> Result:
         os.close(write)
         with os.fdopen(read, "rb") as pipe:
             said = pipe.read()
-        _, status = os.waitpid(child, 0)
-    except BaseException:  # an interrupt: leave no orphan behind
+        _, status, usage = os.wait4(child, 0)
+    except BaseException:  # an interrupt: do not leave an orphan behind
         if child:
-            with contextlib.suppress(ProcessLookupError, ChildProcessError):  # it had ended
+            with contextlib.suppress(ProcessLookupError, ChildProcessError):  # it has already ended
                 os.kill(child, signal.SIGKILL)
                 os.waitpid(child, 0)
         raise
     if status:
-        raise _death(status, what)
+        raise _death(status, usage.ru_utime + usage.ru_stime, what)
     result, error = pickle.loads(said)  # noqa: S301 - our own copy wrote it
     if error is not None:
         raise error
@@ -69,26 +69,28 @@ def apart(job: Callable[[], Result], what: str) -> Result:
 
 
 def allow(seconds: float) -> None:
-    """Give a job that is done apart so much processor time from now on; elsewhere nothing is limited."""
+    """Allow a job that runs in a copy this much processor time from now on; otherwise do nothing."""
     if _apart:
         signal.setitimer(signal.ITIMER_PROF, seconds)
 
 
-def _death(status: int, what: str) -> BaseException:
-    """Say how the copy ended."""
+def _death(status: int, seconds: float, what: str) -> BaseException:
+    """Return the error of a copy that ended with a status after some seconds of processor time."""
     if not os.WIFSIGNALED(status):
-        how = "gives up"
+        how = "it stopped without a message"
     elif os.WTERMSIG(status) in ENDS:
         return KeyboardInterrupt()
     elif os.WTERMSIG(status) == signal.SIGPROF:
-        how = "finds no end"
+        how = f"it did not finish within {seconds:.3g} s of processor time"
     else:
-        how = f"dies ({signal.Signals(os.WTERMSIG(status)).name})"
-    return GeometryError(f"the CAD kernel {how} when it is to {what}. The file is damaged: export it again")
+        how = f"it crashed ({signal.Signals(os.WTERMSIG(status)).name})"
+    return GeometryError(
+        f"the CAD kernel could not {what}: {how}. The file is probably damaged: export it again"
+    )
 
 
 def _attempt(job: Callable[[], Any], write: int) -> None:
-    """In the child: do the job, say its outcome and end without any clean-up."""
+    """In the child: run the job, send its outcome and end without any clean-up."""
     global _apart
     _apart, code = True, 1
     try:
@@ -108,10 +110,10 @@ def _attempt(job: Callable[[], Any], write: int) -> None:
 
 
 def _tell(job: Callable[[], Any], pipe: IO[bytes]) -> None:
-    """Write the pair of result and error."""
+    """Send the pair of result and error."""
     outcome: tuple[Any, Exception | None]
     try:
         outcome = job(), None
-    except Exception as error:  # noqa: BLE001 - whatever it is, the parent raises it
+    except Exception as error:  # noqa: BLE001 - the parent raises any error
         outcome = None, error
     pickle.dump(outcome, pipe, protocol=pickle.HIGHEST_PROTOCOL)

@@ -1,4 +1,4 @@
-"""A computation in a process of its own, so that its peak memory is its own and its death no other's."""
+"""Run a computation in a fresh process, to measure its peak memory and to survive its crash."""
 
 import contextlib
 import os
@@ -19,26 +19,26 @@ _PATIENCE = 5.0  # seconds that an interrupted process has to clean up
 
 
 def in_fresh_process(module: str, work: Callable[..., Result], *arguments: object) -> Result | None:
-    """Return what `work` returns in a process that has imported a module and computed nothing.
+    """Return the result of `work` from a process that has imported a module and computed nothing else.
 
-    Where the process or the work fails, None. What interrupts this process ends that one too, which cleans up
-    first.
+    Returns None if the process or the work fails. If this process is interrupted, the other one ends too,
+    after cleaning up.
 
     Parameters
     ----------
     module
-        Its name: all that `work` needs, so that its times are not those of imports.
+        Name of the module with everything that `work` needs, so that its times do not include imports.
     work
         A function of some module.
     arguments
-        What it is given; they and what it returns can be pickled.
+        Its arguments; they and its result must be picklable.
     """
     context = _context(module)
     here, there = context.Pipe(duplex=False)
     process = context.Process(target=_answer, args=(there, work, *arguments), daemon=True)
     try:
-        resource_tracker.ensure_running()  # else it starts with the process, and lets signals through
-        with held_back():  # those that it got while it imports would print a traceback
+        resource_tracker.ensure_running()  # otherwise it starts with the process, and accepts signals
+        with held_back():  # a signal during the imports would print a traceback
             process.start()
         there.close()
         return here.recv()  # type: ignore[no-any-return]
@@ -65,7 +65,7 @@ def _context(module: str) -> ForkServerContext | SpawnContext:
 
 
 def _answer(pipe: Connection, work: Callable[..., object], *arguments: object) -> None:
-    """In the fresh process: send what the work returns, or nothing."""
+    """In the fresh process: send the result of the work, or nothing."""
     with contextlib.suppress(Exception, KeyboardInterrupt):
         interrupt_once(afresh=True)
         threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -75,7 +75,7 @@ def _answer(pipe: Connection, work: Callable[..., object], *arguments: object) -
 
 
 def _end_with_parent() -> None:
-    """Interrupt this process when the one that asked for it is gone, were it by ``kill -9``."""
+    """Interrupt this process when its parent has ended, even by ``kill -9``."""
     parent = parent_process()
     if parent is not None:
         wait([parent.sentinel])

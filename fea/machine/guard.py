@@ -1,7 +1,7 @@
-"""Under a memory limit, run in a child process, whose death is told in words.
+"""Under a memory limit, run the program in a child process, so that its death can be explained.
 
-A library that gets no memory mostly ends its process: gmsh aborts, OpenBLAS steps on a null pointer, MKL
-leaves with a code of its own. Without a limit memory is not refused, and nothing is done here.
+A library that gets no memory usually ends its process: gmsh aborts, OpenBLAS dereferences a null pointer, MKL
+exits with a code of its own. Without a limit, memory is not refused, and nothing is done here.
 """
 
 import contextlib
@@ -17,18 +17,18 @@ from geometry.system.signals import ENDS, die_with_parent
 
 MACHINE = 7
 _MIB = 2**20
-# Below this some libraries neither load nor fail: they wait for memory without end.
+# Below this limit some libraries neither load nor fail, but wait for memory forever.
 LEAST = 512 * _MIB
 _LONGEST_REASON = 200
 
 
 def guarded(job: Callable[[], int]) -> int:
-    """Return the exit code of `job`, or 7 where a memory limit made it die.
+    """Return the exit code of `job`, or 7 if a memory limit ended it.
 
     Parameters
     ----------
     job
-        Does everything and returns an exit code.
+        The whole program; returns an exit code.
     """
     limit = memory_limit()
     if limit is None or not hasattr(os, "fork"):
@@ -36,18 +36,18 @@ def guarded(job: Callable[[], int]) -> int:
     if limit < LEAST:
         sys.stderr.write(
             f"fea: the memory limit of {limit // _MIB} MiB is too low: the libraries alone need more than "
-            f"{LEAST // _MIB} MiB. Raise it (ulimit -v)\n"
+            f"{LEAST // _MIB} MiB. Raise the limit (ulimit -v)\n"
         )
         return MACHINE
     with tempfile.TemporaryFile() as chatter:
-        told, tell = os.pipe()
+        read, write = os.pipe()
         child = os.fork()
         if not child:
-            os.close(told)
-            _run(job, tell, chatter)
-        os.close(tell)
+            os.close(read)
+            _run(job, write, chatter)
+        os.close(write)
         _forward_interrupts(child)
-        with os.fdopen(told, "rb") as pipe:
+        with os.fdopen(read, "rb") as pipe:
             said = pipe.read(1)
         _, status = os.waitpid(child, 0)
         if said:
@@ -67,8 +67,8 @@ def memory_limit() -> int | None:
     return min((limit for limit in limits if limit != resource.RLIM_INFINITY), default=None)
 
 
-def _run(job: Callable[[], int], tell: int, chatter: IO[bytes]) -> None:
-    """In the child: do the job, say its code and end, without the clean-up that would need memory."""
+def _run(job: Callable[[], int], write: int, chatter: IO[bytes]) -> None:
+    """In the child: run the job, send its code and end, without a clean-up, which would need memory."""
     code: int | None = None
     try:
         die_with_parent()
@@ -82,12 +82,12 @@ def _run(job: Callable[[], int], tell: int, chatter: IO[bytes]) -> None:
         with contextlib.suppress(OSError, ValueError):
             sys.stderr.flush()
         if code is not None:
-            os.write(tell, bytes([code & 0xFF]))
+            os.write(write, bytes([code & 0xFF]))
         os._exit(MACHINE)
 
 
 def _keep_apart(chatter: IO[bytes]) -> None:
-    """Let Python speak through copies of its streams, and libraries into `chatter`."""
+    """Let Python write to copies of its streams, and redirect the messages of libraries to `chatter`."""
     for name, descriptor in (("stdout", 1), ("stderr", 2)):
         stream = getattr(sys, name)
         stream.flush()
@@ -98,7 +98,7 @@ def _keep_apart(chatter: IO[bytes]) -> None:
 
 
 def _forward_interrupts(child: int) -> None:
-    """Hand Ctrl-C and its like on to the child; the program takes one that comes twice as one."""
+    """Forward Ctrl-C and similar signals to the child; the program treats a repeated one as one."""
 
     def forward(number: int, _frame: object) -> None:
         with contextlib.suppress(ProcessLookupError):
@@ -110,11 +110,12 @@ def _forward_interrupts(child: int) -> None:
 
 
 def _explain(limit: int, status: int, chatter: str) -> None:
-    """Say why there is no result."""
-    how = f"was ended by {signal.Signals(os.WTERMSIG(status)).name}" if os.WIFSIGNALED(status) else "gave up"
+    """Explain why there is no result."""
+    ended = os.WIFSIGNALED(status)
+    how = f"was ended by {signal.Signals(os.WTERMSIG(status)).name}" if ended else "stopped"
     lines = [line.strip() for line in chatter.splitlines() if line.strip()]
     reason = f" ({lines[-1][:_LONGEST_REASON]})" if lines else ""
     sys.stderr.write(
         f"fea: a library {how}{reason} under the memory limit of {limit // _MIB} MiB. "
-        "Raise the limit (ulimit -v), or take larger elements (--size)\n"
+        "Raise the limit (ulimit -v), or use larger elements (--size)\n"
     )

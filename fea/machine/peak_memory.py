@@ -1,4 +1,4 @@
-"""Memory that this process has taken."""
+"""Peak memory of this process."""
 
 import resource
 import sys

@@ -1,4 +1,4 @@
-"""Progress on a terminal, silence elsewhere."""
+"""Progress messages on a terminal; none elsewhere."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -8,19 +8,19 @@ from rich.console import Console
 _WORDS = {
     "geometry": "drawing the rod",
     "mesh": "meshing",
-    "loads": "crank cycle and loads",
+    "loads": "computing crank cycle and loads",
     "assembly": "assembling the stiffness",
     "factor": "factorising",
     "solve": "solving",
-    "stress": "recovering stress",
-    "write": "writing",
-    "picture": "taking pictures",
+    "stress": "recovering the stress",
+    "write": "writing the results",
+    "picture": "drawing pictures",
 }
 
 
 @contextmanager
 def stages(*, silent: bool) -> Iterator[Callable[[str], None] | None]:
-    """Show the stage under way on stderr when it is a terminal; yields the listener for a `Clock`."""
+    """Show the current stage on stderr if it is a terminal; yields the listener for a `Clock`."""
     console = Console(stderr=True)
     if silent or not console.is_terminal:
         yield None

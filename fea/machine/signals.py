@@ -1,4 +1,4 @@
-"""The signals that ask a program to end, each taken as Ctrl-C is: what is under way is cleaned up."""
+"""The signals that ask a program to end: all are handled like Ctrl-C, with a clean-up."""
 
 import signal
 import threading
@@ -6,19 +6,19 @@ import time
 
 from geometry.system.signals import ENDS
 
-_CALM = 1.0  # seconds from one to the next that counts
+_CALM = 1.0  # seconds during which further signals are ignored
 
 
 def interrupt_once(*, afresh: bool = False) -> None:
-    """Raise `KeyboardInterrupt` at any of them; several in quick succession do not cut short its clean-up.
+    """Raise `KeyboardInterrupt` at any of them; a quick succession of signals counts as one.
 
-    One that is ignored (`nohup`) or that a host program handles is left so, as is a thread other than the
-    main one, which gets none.
+    A signal that is ignored (`nohup`) or that a host program handles is left as it is. Threads other than the
+    main one receive no signals and are left alone.
 
     Parameters
     ----------
     afresh
-        In place of whatever handles them now: the program's own first moments did.
+        Replace whatever handles the signals now, such as the handlers set while the program starts.
     """
     if threading.current_thread() is not threading.main_thread():
         return

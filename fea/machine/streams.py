@@ -1,4 +1,4 @@
-"""The standard streams, whatever the shell has made of them: closed, full, without a reader, not in UTF-8."""
+"""Make the standard streams usable even if they are closed, full, without a reader or not in UTF-8."""
 
 import codecs
 import io
@@ -14,10 +14,10 @@ _COUNT = 3  # stdin, stdout, stderr
 
 
 def settle_streams() -> None:
-    r"""Make stdout and stderr such that the program ends with its own code, and says all it can.
+    r"""Set up stdout and stderr so that the program keeps its exit code and loses as little text as possible.
 
-    A letter that the encoding lacks is written as JSON writes it (``\u00b1``). Where the reader of a pipe
-    has gone (``| head``), the rest is dropped. What cannot be said on stderr is dropped; stdout raises.
+    A character that the encoding lacks is written as in JSON (``\u00b1``). If the reader of a pipe has ended
+    (``| head``), the rest is dropped. Other errors of stderr are ignored; those of stdout are raised.
     """
     if os.name != "posix":
         return
@@ -35,11 +35,11 @@ def outlet(descriptor: int, like: TextIO | None, *, patient: bool = False) -> Te
     Parameters
     ----------
     descriptor
-        Where it writes; left open when the stream is closed.
+        The descriptor to write to; it stays open when the stream is closed.
     like
-        The stream it stands for, whose encoding it keeps; None for one that was closed.
+        The stream to replace, whose encoding is kept; None if it was closed.
     patient
-        Drop what is refused, instead of raising `OSError`.
+        Ignore write errors instead of raising `OSError`.
     """
     raw = _Outlet(descriptor, "standard error" if patient else "standard output", patient=patient)
     encoding = "utf-8" if like is None else like.encoding
@@ -48,7 +48,7 @@ def outlet(descriptor: int, like: TextIO | None, *, patient: bool = False) -> Te
 
 
 class _Outlet(io.RawIOBase):
-    """A descriptor that may have lost its reader."""
+    """A descriptor whose reader may have ended."""
 
     def __init__(self, descriptor: int, name: str, *, patient: bool) -> None:
         self._descriptor, self._name, self._patient = descriptor, name, patient
@@ -67,13 +67,13 @@ class _Outlet(io.RawIOBase):
             return os.write(self._descriptor, data)
         except OSError as error:
             if not self._patient and not isinstance(error, BrokenPipeError):
-                self._patient = True  # once is enough
+                self._patient = True  # raise only once
                 raise OSError(error.errno, error.strerror, self._name) from error
             return memoryview(data).nbytes
 
 
 def _open_closed() -> None:
-    """Give closed descriptors something to be, lest a result's file becomes what libraries chatter into."""
+    """Open closed descriptors, because libraries would otherwise write their messages into a result file."""
     for descriptor in range(_COUNT):
         try:
             os.fstat(descriptor)

@@ -1,4 +1,4 @@
-"""How many threads the libraries may use; to be said before they are loaded."""
+"""The number of threads of the libraries, which must be set before they are loaded."""
 
 import os
 from collections.abc import Callable, Iterable
@@ -14,7 +14,7 @@ _VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
 def limit_threads(threads: int | None) -> None:
-    """Limit OpenMP, MKL and OpenBLAS to `threads`; None leaves what the environment says.
+    """Limit OpenMP, MKL and OpenBLAS to `threads`; None leaves the environment unchanged.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def limit_threads(threads: int | None) -> None:
 
 
 def threads() -> int:
-    """How many threads may run: what the environment says, or one a processor."""
+    """Number of threads: from the environment, or one per processor."""
     said = os.environ.get(_VARIABLES[0], "")
     if said.isdecimal() and int(said) >= 1:
         return int(said)
@@ -37,6 +37,6 @@ def threads() -> int:
 
 
 def side_by_side(function: Callable[[Item], Found], items: Iterable[Item]) -> list[Found]:
-    """Apply a function that spends its time in numpy or scipy, which let other threads run, to each item."""
+    """Apply a function to each item in parallel threads; it should spend its time in numpy or scipy."""
     with ThreadPoolExecutor(threads()) as pool:
         return list(pool.map(function, items))

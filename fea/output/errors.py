@@ -1,4 +1,4 @@
-"""What can go wrong when results leave the program."""
+"""The errors of writing and showing results."""
 
 
 class OutputError(Exception):
@@ -6,12 +6,12 @@ class OutputError(Exception):
 
 
 class OccupiedError(OutputError):
-    """The output directory holds something that is not an earlier run (the user's choice: exit 2)."""
+    """The output directory contains something other than an earlier run (exit code 2)."""
 
 
 class StorageError(OutputError):
-    """The disk, a permission or the file system refused (this machine cannot: exit 7)."""
+    """A full disk, a permission or the file system prevents writing (exit code 7)."""
 
 
 class PictureError(OutputError):
-    """No usable picture came out; the result files are not touched by it (this machine cannot: exit 7)."""
+    """No usable picture could be drawn; the result files are not affected (exit code 7)."""

@@ -1,4 +1,4 @@
-"""Two paths change places in one step, so that a reader always sees one of them complete."""
+"""Exchange two paths in one atomic step, so that a reader always sees one of them complete."""
 
 import ctypes
 import errno
@@ -8,21 +8,21 @@ from pathlib import Path
 
 AT_FDCWD = -100  # Linux: paths are relative to the working directory
 RENAME_EXCHANGE = 2
-NOT_THERE = {errno.ENOSYS, errno.EINVAL}  # the kernel, or this file system, does not know the flag
+NOT_THERE = {errno.ENOSYS, errno.EINVAL}  # the kernel or the file system does not support the flag
 
 
 def exchange(one: Path, other: Path) -> bool:
-    """Let two existing paths on one file system change places.
+    """Exchange two existing paths on one file system.
 
     Returns
     -------
     bool
-        False where the system cannot do this in one step; nothing has changed then.
+        False if the system cannot do this in one step; then nothing has changed.
 
     Raises
     ------
     OSError
-        The system can, but refused.
+        The system supports it, but refused.
     """
     if not sys.platform.startswith("linux"):
         return False

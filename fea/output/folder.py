@@ -1,9 +1,9 @@
-"""The directory of a run: complete or not there at all, and never at the cost of an earlier one.
+"""The directory of a run: written completely or not at all, without ever damaging an earlier run.
 
-A run is written into a hidden directory beside its target, ``.<name>.<random>.part``, and changes places
-with the target at the end. Its process holds a lock on that directory: one that nobody holds was left by a
-process that died, and the next run into the same place removes it. Where places cannot be changed in one
-step, the earlier run steps aside as ``.<name>.<random>.backup``, which the next run puts back if need be.
+A run is written into a hidden directory beside its target, ``.<name>.<random>.part``, which is exchanged with
+the target at the end. Its process holds a lock on that directory: an unlocked one was left by a process that
+died, and the next run into the same place removes it. If two directories cannot be exchanged in one step, the
+earlier run is renamed to ``.<name>.<random>.backup``, which the next run restores if necessary.
 """
 
 import errno
@@ -25,14 +25,14 @@ LONGEST_NAME = 255  # bytes, on every file system in use
 
 
 def require_replaceable(target: Path) -> None:
-    """Make sure that a run may be put at `target`: nothing is there, or nothing but an earlier run.
+    """Require that a run may be written to `target`: it does not exist, is empty or holds an earlier run.
 
     Raises
     ------
     OccupiedError
-        Something else is there, or it is the directory the user stands in.
+        It contains something else, or it is or contains the current directory.
     StorageError
-        It cannot be looked into.
+        It cannot be read.
     """
     with _reported(target):
         _require_room_for_name(target)
@@ -41,43 +41,44 @@ def require_replaceable(target: Path) -> None:
             return
         if not target.is_dir():
             raise OccupiedError(
-                f"{near(target)} is a file: --out names a directory, new or of an earlier run."
+                f"{near(target)} is a file: --out must name a new directory or that of an earlier run."
             )
         if Path.cwd().is_relative_to(target.resolve()):
             raise OccupiedError(
-                f"{near(target)} is or holds the current directory, which no run replaces: name one in it."
+                f"{near(target)} is or contains the current directory, which a run cannot replace: choose a "
+                "directory below it with --out."
             )
         if any(target.iterdir()) and not is_earlier_run(target):
             raise OccupiedError(
-                f"{near(target)} holds something other than an earlier run, which is never overwritten: "
+                f"{near(target)} contains files that are not from an earlier run and are never overwritten: "
                 "choose another directory with --out, or empty this one.",
             )
 
 
 @contextmanager
 def run_folder(target: Path) -> Iterator[Path]:
-    """Give an empty directory to write a run into; it becomes `target` when the block ends well.
+    """Yield an empty directory to write a run into; it becomes `target` if the block succeeds.
 
-    When the block ends with an exception, or its process dies, `target` is as it was before. Several runs
-    into one place at once are safe: each is complete, and the last one stays.
+    If the block ends with an exception, or its process dies, `target` stays as it was. Several simultaneous
+    runs into one place are safe: each is complete, and the last one stays.
 
     Parameters
     ----------
     target
-        Where the run shall be. Missing parents are made. What is there is replaced only if it is an
-        earlier run (see `require_replaceable`, asked at the beginning and again at the end).
+        The directory of the run. Missing parents are created. An existing directory is replaced only if it
+        holds an earlier run (see `require_replaceable`, checked at the beginning and again at the end).
 
     Yields
     ------
     Path
-        The directory to write into; on the file system of the target.
+        The directory to write into, on the file system of the target.
 
     Raises
     ------
     OccupiedError
-        Something else is at `target`.
+        `target` contains something other than an earlier run.
     StorageError
-        The disk, a permission or the file system refused.
+        A full disk, a permission or the file system prevents writing.
     """
     require_replaceable(target)
     place = target.resolve()  # a link to a directory stays a link
@@ -112,41 +113,42 @@ def run_folder(target: Path) -> Iterator[Path]:
 
 
 def _require_room_for_name(target: Path) -> None:
-    """Make sure that the name of a sibling is no longer than a name may be."""
+    """Require that the name of a sibling is not too long for the file system."""
     if len(os.fsencode(_sibling(target.absolute(), BACKUP).name)) > LONGEST_NAME:
         raise OSError(errno.ENAMETOOLONG, os.strerror(errno.ENAMETOOLONG), str(target))
 
 
 def _require_directory_above(target: Path) -> None:
-    """Make sure that what exists of the way to `target` is directories."""
+    """Require that the existing parents of `target` are directories."""
     above = next(parent for parent in target.absolute().parents if parent.exists())
     if not above.is_dir():
         raise OccupiedError(
-            f"{near(target)} lies below {near(above)}, which is a file: --out names a directory."
+            f"{near(target)} is inside {near(above)}, which is not a directory: "
+            "choose another directory with --out."
         )
 
 
 @contextmanager
 def _reported(target: Path) -> Iterator[None]:
-    """Turn what the system says into an error with a remedy."""
+    """Turn an error of the system into one with a remedy."""
     try:
         yield
     except OSError as error:
         reason = error.strerror or str(error)
         raise StorageError(
-            f"{near(target)} could not be written: {reason}. Choose another place with --out."
+            f"{near(target)} could not be written: {reason}. Choose another directory with --out."
         ) from error
 
 
 def _make_parents(place: Path) -> list[Path]:
-    """Make the missing parents of `place`; return them, the deepest first."""
+    """Create the missing parents of `place`; return them, the deepest first."""
     missing = [parent for parent in place.parents if not parent.exists()]
     place.parent.mkdir(parents=True, exist_ok=True)
     return missing
 
 
 def _unmake_parents(made: list[Path]) -> None:
-    """Remove again what a failed run made, unless someone uses it by now."""
+    """Remove the parents that a failed run created, unless they are in use by now."""
     with suppress(OSError):
         for parent in made:
             parent.rmdir()
@@ -158,7 +160,7 @@ def _sibling(place: Path, kind: str) -> Path:
 
 
 def _siblings(place: Path, kind: str) -> list[Path]:
-    """Return what runs into `place` have left beside it."""
+    """Return what earlier runs into `place` have left beside it."""
     entries = place.parent.iterdir()
     return [
         entry for entry in entries if entry.name.startswith(f".{place.name}.") and entry.suffix == f".{kind}"
@@ -166,7 +168,7 @@ def _siblings(place: Path, kind: str) -> list[Path]:
 
 
 def _mend(place: Path) -> None:
-    """Clear away what runs that died have left; the caller holds the lock of the parent."""
+    """Clean up what killed runs have left; the caller holds the lock of the parent."""
     for backup in _siblings(place, BACKUP):
         if place.exists():
             shutil.rmtree(backup, ignore_errors=True)
@@ -197,7 +199,7 @@ def _put(part: Path, place: Path) -> Path | None:
 
 
 def _flush(directory: Path) -> None:
-    """Make sure that the disk has every file before the name of the run points to them."""
+    """Flush every file to the disk before the name of the run points to them."""
     for root, _, names in os.walk(directory):
         for name in names:
             with Path(root, name).open("rb") as file:
@@ -206,7 +208,7 @@ def _flush(directory: Path) -> None:
 
 
 def _flush_directory(directory: Path) -> None:
-    """Make sure that the disk has the entries of a directory, where the system can open one."""
+    """Flush the entries of a directory to the disk, if the system can open one."""
     with suppress(OSError):
         descriptor = os.open(directory, os.O_RDONLY)
         try:

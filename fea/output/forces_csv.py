@@ -16,7 +16,7 @@ def write_forces_csv(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
     Parameters
     ----------
     path
-        The file to write; its directory exists.
+        The file to write; its directory must exist.
     columns
         As `fea.analysis.force_table` gives them, by name in the order of the file: (n,), or one number for
         all rows; units as the names say.
@@ -33,6 +33,6 @@ def write_forces_csv(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
 
 
 def _rows(values: Floats) -> str:
-    """Seven digits without a negative zero; what does not apply (NaN) is blank."""
+    """Rows with seven digits, without negative zeros; values that do not apply (NaN) are blank."""
     row = ",".join(["%.7g"] * values.shape[1]) + "\n"
     return (row * len(values) % tuple((values + 0.0).ravel().tolist())).replace("nan", "")

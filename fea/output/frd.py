@@ -1,4 +1,4 @@
-"""What CalculiX found, from its result file."""
+"""Read the results of CalculiX from its .frd file."""
 
 from pathlib import Path
 

@@ -11,7 +11,7 @@ from fea.output.text import write_text
 from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
 
-# The ten-node tetrahedron numbers its mid-edge nodes as VTK does, so the nodes go as they are.
+# The ten-node tetrahedron numbers its mid-edge nodes as VTK does, so the order of the nodes does not change.
 _ELEMENT = {1: "C3D4", 2: "C3D10"}
 _PER_LINE = 8
 
@@ -41,14 +41,14 @@ def write_inp(
     forces
         (n_nodes, 3) nodal forces, N.
     fixed
-        (n_nodes, 3) the degrees of freedom that are held.
+        (n_nodes, 3) the constrained degrees of freedom.
     title
         One line about the case.
 
     Raises
     ------
     ValueError
-        An array has not one row a node.
+        An array does not have one row per node.
     StorageError
         The file could not be written.
     """
@@ -74,7 +74,7 @@ def _heading(title: str) -> Iterator[str]:
 def _mesh(mesh: TetMesh) -> Iterator[str]:
     yield "*NODE, NSET=NALL"
     numbers = range(1, len(mesh.points) + 1)
-    # Not more than 20 characters a number: what CalculiX reads.
+    # CalculiX reads at most 20 characters per number.
     yield from (
         f"{n},{x:.12e},{y:.12e},{z:.12e}" for n, (x, y, z) in zip(numbers, mesh.points.tolist(), strict=True)
     )

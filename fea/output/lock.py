@@ -1,4 +1,4 @@
-"""Locks on directories, which the system releases when their process ends, however it ends."""
+"""Locks on directories, which the system releases when their process ends for any reason."""
 
 import os
 import sys
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-if sys.platform == "win32":  # pragma: no cover - no lock on a directory there: `take` always answers None
+if sys.platform == "win32":  # pragma: no cover - directories cannot be locked: `take` always returns None
 
     def _lock(descriptor: int, *, wait: bool) -> None:
         raise OSError(descriptor, wait)
@@ -21,7 +21,7 @@ else:
 
 @contextmanager
 def held(directory: Path) -> Iterator[None]:
-    """Hold the lock of `directory` during the block; without locks on its file system, just go on."""
+    """Hold the lock of `directory` during the block; on a file system without locks, do nothing."""
     descriptor = take(directory, wait=True)
     try:
         yield
@@ -30,7 +30,7 @@ def held(directory: Path) -> Iterator[None]:
 
 
 def take(directory: Path, *, wait: bool = False) -> int | None:
-    """Return a descriptor that holds the lock of `directory`, or None where that cannot be had."""
+    """Return a descriptor that holds the lock of `directory`, or None if it cannot be locked."""
     try:
         descriptor = os.open(directory, os.O_RDONLY)
     except OSError:
@@ -44,7 +44,7 @@ def take(directory: Path, *, wait: bool = False) -> int | None:
 
 
 def release(descriptor: int | None) -> None:
-    """Give a lock back; None is no lock."""
+    """Release a lock; None means that there is none."""
     if descriptor is not None:
         with suppress(OSError):
             os.close(descriptor)

@@ -1,4 +1,4 @@
-"""Files that a user names: refused before anything is computed for them, and told in short."""
+"""Output files named by the user: checked before anything is computed, and shown as short paths."""
 
 from collections.abc import Collection
 from pathlib import Path
@@ -7,42 +7,44 @@ from geometry.invalid import InvalidValue, require
 
 
 def require_target(option: str, path: Path | None, suffixes: Collection[str]) -> None:
-    """Refuse a file that could not be written in the end.
+    """Refuse a file that cannot be written.
 
     Parameters
     ----------
     option
-        Where it was given (``"--csv"``), for messages.
+        The option that gives it (``"--csv"``), for messages.
     path
-        The file; None where there is none to write.
+        The file; None if there is none to write.
     suffixes
-        Those it may have, in lower case; what is there and no plain file (a device, a pipe) may have any.
+        The allowed suffixes, in lower case; an existing device or pipe may have any.
 
     Raises
     ------
     InvalidValue
-        The suffix is another, there is no such directory, or it is one itself.
+        The suffix is not allowed, the directory does not exist, or the path is a directory.
     """
     if path is None:
         return
     _require_file(option, path, suffixes)
     if not path.parent.is_dir():
-        raise InvalidValue(option, str(path), "lies in a directory that does not exist", "Make it first.")
+        rule = "is in a directory that does not exist"
+        raise InvalidValue(option, str(path), rule, "Create the directory first.")
 
 
 def require_report(path: Path | None) -> None:
-    """Refuse a Markdown report that could not be written in the end; the directories above it are made.
+    """Refuse a Markdown report that cannot be written; missing directories above it will be created.
 
     Raises
     ------
     InvalidValue
-        It does not end in .md, it is a directory, or something above it is none.
+        It does not end in .md, it is a directory, or a parent is not a directory.
     """
     if path is None:
         return
     _require_file("--report", path, (".md",))
     above = next(parent for parent in path.absolute().parents if parent.exists())
-    require(above.is_dir(), "--report", str(path), f"lies below {above}, which is a file")
+    rule, remedy = f"is inside {above}, which is not a directory", "Choose another path."
+    require(above.is_dir(), "--report", str(path), rule, remedy)
 
 
 def _require_file(option: str, path: Path, suffixes: Collection[str]) -> None:
@@ -53,7 +55,7 @@ def _require_file(option: str, path: Path, suffixes: Collection[str]) -> None:
 
 
 def near(path: Path) -> Path:
-    """Return a path in short: from the current directory, unless that is the root, where it is below it."""
+    """Return a path relative to the current directory if it is below it and that is not the root."""
     here = Path.cwd()
     short = path.is_relative_to(here) and here != here.parent
     return path.relative_to(here) if short else path

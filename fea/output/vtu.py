@@ -24,13 +24,13 @@ def write_vtu(
 ) -> None:
     """Write a mesh and its results; the same input gives the same bytes.
 
-    The arrays are written raw and uncompressed: zlib makes a file of results only a quarter smaller and
-    writing it ten to twenty times slower, and LZ4 cannot be read by meshio.
+    The arrays are written raw and uncompressed: zlib makes a result file only a quarter smaller and writing
+    it ten to twenty times slower, and meshio cannot read LZ4.
 
     Parameters
     ----------
     path
-        The file to write; its directory exists.
+        The file to write; its directory must exist.
     mesh
         First- or second-order tetrahedra, mm, nodes in VTK's order.
     point_data
@@ -43,7 +43,7 @@ def write_vtu(
     Raises
     ------
     ValueError
-        An array has not one row a node or element, or too few components for its names.
+        An array does not have one row per node or element, or has too few components for its names.
     StorageError
         The file could not be written.
     """
@@ -52,7 +52,7 @@ def write_vtu(
     grid = vtk_grid(mesh, point_data, cell_data or {})
     errors: list[str] = []
     writer = vtkXMLUnstructuredGridWriter()
-    for source in (writer, writer.GetExecutive()):  # what is observed is not printed by VTK itself
+    for source in (writer, writer.GetExecutive()):  # VTK does not print errors that are observed
         source.AddObserver("ErrorEvent", lambda _source, event: errors.append(event))
     writer.SetFileName(str(path))
     writer.SetInputData(grid)
@@ -61,7 +61,7 @@ def write_vtu(
     writer.SetCompressorTypeToNone()
     writer.SetHeaderTypeToUInt64()  # arrays beyond 4 GiB
     if not writer.Write() or errors or writer.GetErrorCode():
-        raise StorageError(f"{path} could not be written: check the disk's free space and the permissions.")
+        raise StorageError(f"{path} could not be written. Check the free disk space and the permissions.")
 
 
 def vtk_grid(mesh: TetMesh, point_data: Mapping[str, Array], cell_data: Mapping[str, Array]) -> Any:

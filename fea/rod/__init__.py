@@ -1,1 +1,1 @@
-"""A study's rod: meshed, its load cases, the nodal forces on it."""
+"""The rod of a study: its mesh, its load cases and the nodal forces on it."""

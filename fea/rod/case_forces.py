@@ -1,4 +1,4 @@
-"""From a load case to nodal forces on the meshed cell."""
+"""Nodal forces of a load case on the meshed cell."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,12 +30,12 @@ class CaseForces:
     traction
         On each pressed bore, MPa.
     scale
-        Of the two bore pressures, the factor farther from 1.
+        The correction factor of the two bore pressures that is farther from 1.
     largest
         The largest bore force, N.
     tilt
         Moment out of the plane of motion that the rod's inertia balances, over the largest bore force times
-        the rod's length; None where mirror planes or a clamp leave none.
+        the rod's length; None if mirror planes or a clamp exclude such a moment.
     """
 
     forces: Split
@@ -55,11 +55,11 @@ class NodalForces:
     bores
         Dimensions of the bores.
     inertia
-        Of the same mesh.
+        Inertia of the same mesh.
     pressure
-        How a pin presses on its bore.
+        Distribution of the pin pressure on the bores.
     support
-        A clamped big end takes the crank force as its reaction.
+        With a clamped big end, the crank force is a reaction and not applied.
     """
 
     def __init__(
@@ -96,7 +96,10 @@ class NodalForces:
         )
 
     def _upright(self, forces: Split, largest: float) -> tuple[Split, float | None]:
-        """Forces (uncut about y, as a rod that is cut there is about z) freed of what tilts, and how much."""
+        """Forces without their out-of-plane part, and the relative moment that was removed.
+
+        A mesh that can tilt is not cut at z = 0 and hence not at y = 0: the forces have one part only.
+        """
         if self._tilt is None:
             return forces, None
         force, *moments = self._tilt.out_of_plane(forces.symmetric)
@@ -123,7 +126,7 @@ def imbalance(points: Floats, forces: Split, images: int) -> tuple[float, float]
     forces
         On the cell.
     images
-        How many cells make the whole.
+        Number of cells that make the whole rod.
     """
     x_part = forces.symmetric
     y_part = forces.symmetric if forces.antisymmetric is None else forces.antisymmetric

@@ -1,4 +1,4 @@
-"""From a study's rod to the meshed cell and the whole it stands for."""
+"""Mesh the rod of a study: the mirror cell that is solved, and the whole rod that it represents."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,11 +30,13 @@ from mesh.size_field import SizeField
 from mesh.sizing import PER_ARC, Sizing, default_size, refinements
 from mesh.tetmesh import TetMesh
 
-# Processor time, s, after which gmsh is taken to be lost in a damaged file: ten million elements take less.
+# Processor time, s, after which gmsh is assumed not to finish (on a damaged file); ten million elements take
+# less.
 _MESHING = 3600.0
-# Elements of the drawn cell, by estimate, that gmsh makes within that time.
+# Estimated number of elements of the drawn cell that gmsh makes within that time.
 _MOST_ELEMENTS = 1e7
-# gmsh says so of elements that are mended afterwards: what is left of it, the mesh's own measure tells.
+# Part of gmsh's warning about distorted elements. They are repaired afterwards, and the mesh quality measures
+# what remains.
 _MENDED = "worst distortion"
 
 
@@ -69,13 +71,14 @@ class Meshing:
         notes = []
         if coarser > 1.01 and not self.refined:
             notes.append(
-                f"elements of {self.size:g} mm are {coarser:.2g} times the default: {PER_ARC / coarser:.1f} "
-                f"instead of {PER_ARC} elements through a fillet's arc, so peaks may be too low"
+                f"elements of {self.size:g} mm are {coarser:.2g} times the default size: with only "
+                f"{PER_ARC / coarser:.1f} of them along a fillet's arc, peak stresses may be too low"
             )
         notes += self.repair.notes
         if count:
             elements = "1 element has" if count == 1 else f"{count} elements have"
-            notes.append(f"{elements} straight edges where curved ones would have distorted the element")
+            why = "because curved edges would have distorted the shape"
+            notes.append(f"{elements} straight edges, {why}")
         warnings = (warning for warning in self.warnings if _MENDED not in warning)
         return (*notes, *(f"gmsh: {warning}" for warning in warnings))
 
@@ -174,8 +177,8 @@ class MeshRequest:
 def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: Clock) -> MeshedRod:
     """Draw and mesh a rod.
 
-    The smallest mirror cell is meshed; larger cells are put together from its reflections, so that
-    the mesh of the whole is the same whichever part is solved.
+    The smallest mirror cell is meshed; larger cells are assembled from its reflections, so that the mesh of
+    the whole rod does not depend on which part is solved.
 
     Parameters
     ----------
@@ -191,9 +194,9 @@ def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, cloc
     Raises
     ------
     InvalidValue
-        The rod has no dimensions or not the symmetry asked for.
+        The rod has no dimensions, or not the requested symmetry.
     GeometryError, MeshError
-        No solid or no usable mesh came out.
+        No solid or no usable mesh could be made.
     """
     if rod.step is None or memory_limit() is not None:  # under a limit the whole program is guarded
         drawn = _drawn(rod, materials, request, clock)
@@ -240,7 +243,7 @@ def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: C
                 partial(tetrahedralise, solid.faces, refined, sizing, volumes, request.wanted),
                 partial(mesh_flaws, materials, solid),
                 log,
-                lambda cause: clock.tell(f"meshing again: {cause}"),
+                lambda cause: clock.tell(f"meshing again, because {cause}"),
             )
     warnings = tuple(dict.fromkeys((*drawing, *made.warnings)))
     meshing = Meshing(size, made.quality, made.repair, warnings, refined=bool(request.wanted))
@@ -248,31 +251,31 @@ def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: C
 
 
 def _require_few(elements: float, size: float) -> None:
-    """Refuse a size that gmsh would work on for hours."""
+    """Refuse an element size with which gmsh would take hours."""
     coarser = size * (elements / _MOST_ELEMENTS) ** (1 / 3)
     require(
         elements <= _MOST_ELEMENTS,
         "mesh.size_mm",
         size,
-        f"makes about {elements:.2g} elements, and more than {_MOST_ELEMENTS:.0e} are not meshed",
-        f"Take {1.05 * coarser:.2g} mm or more.",
+        f"gives about {elements:.2g} elements; at most {_MOST_ELEMENTS / 1e6:.0f} million are allowed",
+        f"Use {1.05 * coarser:.2g} mm or more.",
     )
 
 
 def _cell(asked: Symmetry, smallest: Mirror) -> Mirror:
-    """The mirror cell to solve: the smallest one unless a larger one is asked for.
+    """The mirror cell to solve: the smallest one unless a larger one is requested.
 
     Raises
     ------
     InvalidValue
-        The rod does not have the symmetry asked for.
+        The rod does not have the requested symmetry.
     """
     if asked is Symmetry.AUTO:
         return smallest
     cell = Mirror(asked.value)
-    rule = f"the rod's smallest mirror cell is {smallest}"
+    rule = f"the rod is not that symmetric: its smallest mirror cell is {smallest}"
     possible = set(cell.planes) <= set(smallest.planes)
-    require(possible, "analysis.symmetry", str(asked), rule, "Choose auto.")
+    require(possible, "analysis.symmetry", str(asked), rule, f"Choose auto or {smallest}.")
     return cell
 
 

@@ -1,4 +1,4 @@
-"""Elements that make a run's checks refuse its mesh, and what to do otherwise about them."""
+"""Elements with which the checks of a run would fail, and the changes to the mesh that avoid them."""
 
 from collections.abc import Callable, Iterable, Sequence
 
@@ -35,9 +35,9 @@ def mesh_flaws(materials: MaterialsOf, solid: Solid, mesh: TetMesh, quality: Qua
     Returns
     -------
     Repair or None
-        None where the mesh passes the checks, or misses mass by the size of its elements alone.
+        None if the mesh passes the checks, or misses mass only because its elements are large.
     """
-    found = {"flat": shape(mesh) < _LEAST_SHAPE} if quality.least_shape < _LEAST_SHAPE else {}
+    found = {"too flat": shape(mesh) < _LEAST_SHAPE} if quality.least_shape < _LEAST_SHAPE else {}
     suspect = quality.mended or quality.least_scaled_jacobian < _BENT
     if mesh.order > 1 and suspect and _misses_mass(materials, solid, mesh):
         found |= _off_the_surface(mesh, quality)
@@ -48,9 +48,9 @@ def mesh_flaws(materials: MaterialsOf, solid: Solid, mesh: TetMesh, quality: Qua
 
 
 def _off_the_surface(mesh: TetMesh, quality: Quality) -> dict[str, Mask]:
-    """Elements that may miss mass: straightened ones, or those that were nearly bent enough for that."""
+    """Elements that may miss mass: straightened ones or, without these, the most distorted ones."""
     if not quality.mended:
-        return {"bent": scaled_jacobian(mesh) < _BENT}
+        return {"too distorted": scaled_jacobian(mesh) < _BENT}
     straight = np.zeros(len(mesh.tets), dtype=bool)
     straight[list(quality.mended)] = True
     return {"straight where the solid is curved": straight}

@@ -24,7 +24,7 @@ class SpeedLoads:
     left_out
         Those that do not occur, and why.
     notes
-        What the gas model had to assume.
+        Assumptions of the gas model.
     """
 
     cases: tuple[LoadCase, ...]

@@ -1,11 +1,11 @@
-"""What a scene does not need."""
+"""Something that an analysis leaves out, and why."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Omission:
-    """Something left out.
+    """Something that is left out of an analysis.
 
     Attributes
     ----------

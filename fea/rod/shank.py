@@ -1,4 +1,4 @@
-"""The sections that a rod has to resist buckling with."""
+"""The sections of the shank, for buckling."""
 
 import numpy as np
 
@@ -12,16 +12,16 @@ _STATIONS = 121
 
 
 def shank(rod: Rod | None, mesh: TetMesh, bores: Bores) -> tuple[tuple[Section, ...], Section]:
-    """Return sections from pin to pin, and the least between the bores.
+    """Return sections from pin to pin, and the smallest section between the bores.
 
     Parameters
     ----------
     rod
-        Dimensions; None for a solid from a file, whose mesh is cut.
+        Dimensions; None for an imported solid, for which the mesh is cut.
     mesh
         The whole rod.
     bores
-        Where they are, and how large.
+        Positions and dimensions of the bores.
     """
     places = np.linspace(0.0, bores.rod_length, _STATIONS)
     if rod is None:

@@ -1,1 +1,1 @@
-"""Linear elasticity on tetrahedra: from a mesh and loads to stress."""
+"""Linear elasticity on tetrahedra: stiffness, inertia, loads and supports."""

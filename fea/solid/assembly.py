@@ -21,8 +21,8 @@ class SymmetricMatrix:
     Attributes
     ----------
     upper
-        BSR of 3×3 blocks, indices sorted and of 32 bits: the blocks of node pairs a ≤ b, those of the
-        diagonal present and whole.
+        BSR of 3×3 blocks with sorted 32-bit indices: the blocks of node pairs a ≤ b. Every diagonal block is
+        present and stored completely.
     """
 
     upper: sparse.bsr_array
@@ -51,7 +51,7 @@ class SymmetricMatrix:
 
     @cached_property
     def _scalar(self) -> sparse.csr_array:
-        # Several times as fast in products as blocks of three are.
+        # Products are several times faster than with 3×3 blocks.
         return sparse.csr_array(self.upper)
 
     @cached_property
@@ -95,7 +95,7 @@ class SymmetricMatrix:
         return SymmetricMatrix(sparse.bsr_array((data, indices, indptr), shape=self.upper.shape))
 
     def scalar_upper(self) -> sparse.csr_array:
-        """Return the upper triangle entry by entry, for programs that know no blocks."""
+        """Return the upper triangle entry by entry, for solvers that do not support blocks."""
         return sparse.csr_array(sparse.triu(self._scalar, format="csr"))
 
     def full(self) -> sparse.bsr_array:
@@ -108,7 +108,7 @@ class SymmetricMatrix:
 
 @dataclass(frozen=True)
 class Pattern:
-    """Where each element's node pairs go in the upper triangle of 3×3 blocks.
+    """Positions of each element's node pairs in the upper triangle of 3×3 blocks.
 
     Attributes
     ----------
@@ -140,12 +140,12 @@ def local_pairs(n_nodes: int) -> tuple[Ints, Ints]:
 
 
 def pattern(tets: Ints, n_points: int) -> Pattern:
-    """Work out the sparsity of the stiffness of a mesh with `n_points` nodes (every node in an element)."""
+    """Compute the sparsity of the stiffness of a mesh with `n_points` nodes (every node in an element)."""
     node_order = np.argsort(tets, axis=1)
     ordered = np.take_along_axis(tets, node_order, axis=1)
     a, b = local_pairs(tets.shape[1])
     keys = (ordered[:, a] * n_points + ordered[:, b]).ravel()
-    by_key = np.argsort(keys, kind="stable")  # runs that are sorted already make it three times as fast
+    by_key = np.argsort(keys, kind="stable")  # three times as fast, because the keys contain sorted runs
     sorted_keys = keys[by_key]
     starts = np.flatnonzero(np.r_[True, sorted_keys[1:] != sorted_keys[:-1]])
     scatter = sparse.csr_array(
@@ -175,8 +175,8 @@ def element_stiffness(mesh: TetMesh, material: Material | Materials) -> Floats:
 def linear_stiffness(mesh: TetMesh, material: Material | Materials) -> SymmetricMatrix:
     """Assemble the stiffness of the linear functions on the curved cells of a second-order mesh.
 
-    They lie in the quadratic ones, so this is those' matrix restricted to them (Galerkin). The nodes are the
-    vertices, in the order of their numbers.
+    The quadratic functions contain the linear ones, so this is the quadratic stiffness matrix restricted to
+    them (Galerkin). The nodes are the vertices, in the order of their numbers.
     """
     vertices, corners = np.unique(mesh.tets[:, :4], return_inverse=True)
     layout = pattern(corners.reshape(-1, 4), len(vertices))

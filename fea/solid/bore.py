@@ -1,4 +1,4 @@
-"""The facets of a bore, what of them lies within an arc, and nodal forces of a pressure on them."""
+"""The facets of a bore, their parts within an arc, and the nodal forces of a pressure on them."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
-# Enough for the harmonics of a cycle, whose higher ones turn once within a few of the coarsest facets.
+# High enough for the pressure harmonics of a cycle: the highest have a period of only a few coarse facets.
 FACET_DEGREE = 10
 
 
@@ -24,7 +24,7 @@ class FacetPoints:
     nodes
         (n_facets, n_facet_nodes).
     shape_values
-        (n_points, n_facet_nodes), or (n_facets, n_points, n_facet_nodes) where each has its own points.
+        (n_points, n_facet_nodes), or (n_facets, n_points, n_facet_nodes) if each facet has its own points.
     areas
         (n_facets, n_points) weight times area, mm².
     angle
@@ -48,7 +48,7 @@ class BoreFacets(FacetPoints):
     node_angle
         (n_facets, n_facet_nodes) angle of the nodes, rad.
     cut_y, cut_z
-        Whether the cell stands for its mirror images about y = 0, z = 0.
+        Whether the cell represents its mirror images about y = 0, z = 0.
     """
 
     corners: Floats
@@ -84,11 +84,11 @@ def _areas_and_angles(corners: Floats, values: Floats, gradients: Floats) -> tup
 
 
 def facets_within(bore: BoreFacets, direction: float, half_arc: float) -> Iterator[FacetPoints]:
-    """Quadrature points of what lies within `half_arc` (rad) of a direction: whole facets, then parts.
+    """Quadrature points of the surface within `half_arc` (rad) of a direction: whole facets, then parts.
 
-    An arc ends within a facet on the line, straight in reference coordinates, where the angle interpolated
-    between the facet's corners is the arc's end. So no point is on one side of it or on the other by
-    rounding, and forces change with the direction without a jump.
+    Within a facet the arc ends on a line that is straight in reference coordinates: where the angle
+    interpolated between the facet's corners equals the end of the arc. Points near the end are therefore not
+    switched by rounding, and the forces vary continuously with the direction.
     """
     corner = bore.node_angle[:, :3]
     psi = wrapped(corner[:, :1] - direction) + wrapped(corner - corner[:, :1])
@@ -113,7 +113,7 @@ def _part_points(bore: BoreFacets, facets: Ints, parts: Floats) -> FacetPoints:
 
 
 def wrapped(angle: Floats) -> Floats:
-    """Return the same directions within −π…π."""
+    """Return the same directions as angles within −π…π."""
     return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
 
 

@@ -1,4 +1,4 @@
-"""The pressure of a pin on a bore, with exactly the resultant that is asked for."""
+"""The pressure of a pin on a bore, with exactly the given resultant."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -10,7 +10,7 @@ from fea.solid.bore import BoreFacets, FacetPoints, facets_within, radial_forces
 from fea.solid.parity import Split
 from geometry.arrays import Floats
 
-# Two angles this near are one, rad: an arc's end there is at a node.
+# Angles (rad) that agree to this many decimals count as equal, so that an arc may end at a node.
 ANGLE_DECIMALS = 9
 
 
@@ -55,17 +55,17 @@ def bore_load(
     force
         (x, y) on the whole rod, N.
     pressure
-        p(ψ), MPa, of the whole force on the whole width; vectorised, smooth also somewhat beyond the arc.
+        p(ψ), MPa, of the whole force on the whole width; vectorised, and smooth slightly beyond the arc too.
     half_arc
         |ψ| beyond which there is no pressure, rad; see `facets_within`.
     """
     magnitude, direction = float(np.hypot(*force)), float(np.arctan2(force[1], force[0]))
-    sides = (1, -1) if bore.cut_y else (1,)  # the cell, and its image as the cell sees it
+    sides = (1, -1) if bore.cut_y else (1,)  # the cell, and its mirror image reflected onto the cell
     if not magnitude:
         nothing = np.zeros((n_nodes, 3))
         split = Split(nothing, nothing if bore.cut_y else None)
         return BoreLoad(split, split, 1.0)
-    own, nodes = np.unique(bore.nodes, return_inverse=True)  # only the bore's nodes are added up
+    own, nodes = np.unique(bore.nodes, return_inverse=True)  # sums over the nodes of the bore only
     local = replace(bore, nodes=nodes.reshape(bore.nodes.shape))
 
     def psi(angle: Floats, side: int) -> Floats:
@@ -114,7 +114,7 @@ def _resultants(basis: list[Floats], direction: float, bore: BoreFacets) -> Floa
 
 
 def _split(fields: list[Floats]) -> Split:
-    """Parities of a field on the cell, and on its image as the cell sees it where there is one."""
+    """Split a field into its parities, from its values on the cell and on its mirror image, if any."""
     if len(fields) == 1:
         return Split(fields[0], None)
     here, image = fields

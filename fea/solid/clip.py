@@ -1,4 +1,4 @@
-"""The parts of triangles in which a function, linear between the corners, lies between two values."""
+"""The parts of triangles in which a linear function lies between two values."""
 
 import numpy as np
 
@@ -23,8 +23,8 @@ def parts_within(values: Floats, bound: float) -> tuple[Ints, Floats]:
     -------
     owner, parts
         Number of the triangle (n_parts,) that each part belongs to, and the corners (n_parts, 3, 2) of the
-        parts, triangles again, in the reference coordinates of their owner. They change with the values
-        without a jump.
+        parts, which are triangles again, in the reference coordinates of their owner. They vary continuously
+        with the values.
     """
     owner, parts = [], []
     for number, corner_values in enumerate(values):

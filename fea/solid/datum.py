@@ -1,4 +1,4 @@
-"""Displacement seen from the bores instead of from the restraints."""
+"""Displacement relative to the bores instead of to the restraints."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ def bore_mean(mesh: TetMesh, surface: Surface, field: Floats) -> Floats:
 
 
 def referred_to_bores(mesh: TetMesh, displacement: Floats, rod_length: float) -> Floats:
-    """Displacement (n_nodes, 3, n_cases) less the rigid motion of the line between the bores.
+    """Displacement (n_nodes, 3, n_cases) minus the rigid motion of the line between the bores.
 
     The mean of the big-end bore is at rest and that of the small-end bore stays on the x axis.
 

@@ -1,12 +1,12 @@
-"""What can go wrong between a mesh and its stress."""
+"""The errors of solving a meshed model."""
 
 
 class UnderconstrainedError(RuntimeError):
-    """A rigid motion is left free."""
+    """The supports leave a rigid-body motion free."""
 
 
 class SingularMatrixError(RuntimeError):
-    """The factorisation met a pivot that is not positive: the model can move or is broken."""
+    """The factorisation met a pivot that is not positive: the model is under-constrained or faulty."""
 
 
 class SolverUnavailableError(RuntimeError):

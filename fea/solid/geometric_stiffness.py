@@ -1,4 +1,4 @@
-"""The stiffness a stress lends to displacements across it."""
+"""The geometric stiffness: the effect of an existing stress on the stiffness against displacements."""
 
 import numpy as np
 from scipy import sparse
@@ -8,7 +8,7 @@ from fea.solid.integration import gauss_blocks
 from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
 
-# The stress of second-order elements is linear, and their gradients are.
+# In second-order elements both the stress and the shape-function gradients are linear.
 _DEGREE = {4: 0, 10: 3}
 
 
@@ -16,7 +16,7 @@ class GeometricStiffness:
     """g_ab = ∫ ∇N_a · σ ∇N_b dV of stress fields on one mesh, N/mm: the same for u_x, u_y and u_z.
 
     Zienkiewicz & Taylor, The Finite Element Method for Solid and Structural Mechanics, on initial stress.
-    Applied to the nodes' places it gives the forces that the stress balances.
+    Applied to the coordinates of the nodes it gives the forces in equilibrium with the stress.
 
     Parameters
     ----------

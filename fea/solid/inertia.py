@@ -1,4 +1,4 @@
-"""The inertia of a moving body: its mass properties and its D'Alembert forces."""
+"""The inertia of a moving body: mass properties and D'Alembert forces."""
 
 from dataclasses import dataclass
 
@@ -19,14 +19,14 @@ from mesh.tetmesh import TetMesh
 
 @dataclass(frozen=True)
 class Inertia:
-    """What a rigid planar motion needs of a meshed body.
+    """Integrals over a meshed body from which the inertia forces of a planar rigid motion follow.
 
     Attributes
     ----------
     weight, weight_x, weight_y, weight_z
         ∫ρ N_a dV, ∫ρ N_a x dV, ∫ρ N_a y dV, ∫ρ N_a z dV per node, (n_nodes,), t and t·mm.
     properties
-        Of the whole body, from the same quadrature: forces formed from both balance to rounding.
+        Of the whole body, from the same quadrature, so that forces computed from both balance to rounding.
     cut_y
         Whether the mesh is cut at y = 0.
     """
@@ -96,7 +96,7 @@ def _assembled_weights(mesh: TetMesh, density: float | Floats) -> list[Floats]:
 
 
 def mass_beyond(mesh: TetMesh, density: float | Floats, station: float) -> MassProperties:
-    """Mass properties of the part of the body with x > `station`, mm: whole Gauss points.
+    """Mass properties of the part of the body with x > `station`, mm, summed over its Gauss points.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Isoparametric maps: gradients, volumes and places of Gauss points, a block of elements at a time."""
+"""Isoparametric maps: gradients, volumes and places of Gauss points, one block of elements at a time."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,9 +9,9 @@ from fea.solid.element import Tabulation, tabulate
 from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
 
-# Elements in a block: the working set of the stiffness kernel stays in the second-level cache.
+# Elements per block, so that the working set of the stiffness kernel fits into the second-level cache.
 BLOCK = 512
-# Exact for every product the loads and the mass properties form on straight-sided P2 elements.
+# Exact for every integrand of loads and mass properties on straight-sided P2 elements.
 VOLUME_DEGREE = 5
 
 
@@ -71,7 +71,7 @@ def gauss_block(corners: Floats, table: Tabulation) -> GaussBlock:
 
 
 def gauss_blocks(mesh: TetMesh, degree: int) -> Iterator[tuple[slice, GaussBlock]]:
-    """Walk the mesh block by block with a rule exact to `degree`."""
+    """Iterate over the mesh block by block, with a quadrature rule exact to `degree`."""
     table = tabulate(mesh.tets.shape[1], degree)
     for part in blocks(len(mesh.tets)):
         yield part, gauss_block(mesh.points[mesh.tets[part]], table)

@@ -1,7 +1,7 @@
-"""Pieces of a mesh that hang together by an edge or a point only: what the joints leave free.
+"""Mechanisms: pieces of a mesh that are connected by an edge or a point only and can move there.
 
-Elements around a shared facet move as one body; bodies that share nodes but no facet are hinged there. No
-piece shows it alone, so the rigid modes of all bodies are taken together.
+Elements that share a facet move as one body; bodies that share nodes but no facet are hinged there. Such a
+mechanism does not show in a single piece, so the rigid modes of all bodies are considered together.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from geometry.arrays import Floats, Ints, Mask
 from mesh.tetmesh import TetMesh
 
 _FACES = np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])
-# Of the largest, below which an eigenvalue is that of a free motion.
+# An eigenvalue below this fraction of the largest belongs to a free motion.
 FREE = 1e-8
 
 
@@ -42,7 +42,7 @@ def rigid_modes(points: Floats) -> Floats:
 
 
 def free_shares(mesh: TetMesh, body: Ints, fixed: Mask) -> Floats:
-    """How much of each body's rigid modes is in the motions that supports and joints leave free.
+    """Share of each body's rigid modes in the motions that supports and joints leave free.
 
     Parameters
     ----------
@@ -56,10 +56,10 @@ def free_shares(mesh: TetMesh, body: Ints, fixed: Mask) -> Floats:
     Returns
     -------
     ndarray
-        (n_bodies, 6), zero where nothing is free.
+        (n_bodies, 6), zero for a body that cannot move.
     """
     count = int(body.max()) + 1
-    first = np.full(len(mesh.points), -1)  # the body whose node it is; others are joined to that
+    first = np.full(len(mesh.points), -1)  # the first body that has the node; other bodies are joined to it
     modes_at = np.zeros((len(mesh.points), 3, 6))
     normal = np.zeros((6 * count, 6 * count))
     for number in range(count):
@@ -78,5 +78,5 @@ def free_shares(mesh: TetMesh, body: Ints, fixed: Mask) -> Floats:
         first[nodes[~joined]], modes_at[nodes[~joined]] = number, modes[~joined]
     values, vectors = np.linalg.eigh(normal)
     free = vectors[:, values < FREE * max(values.max(), 1e-300)]
-    # Which modes a null space is made of does not depend on the vectors that span it.
+    # The shares of the modes in the null space do not depend on which vectors span it.
     return np.asarray(np.linalg.norm(free, axis=1).reshape(count, 6))

@@ -17,7 +17,7 @@ class Parity(IntEnum):
 
 @dataclass(frozen=True)
 class Split:
-    """A field split about y = 0 (on a model not cut there the second part is None).
+    """A field split about y = 0; the second part is None for a model that is not cut there.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""How a pin holds a bore: what the bore's surface does on average, and which of it is prevented."""
+"""How a pin supports a bore: constraints on the mean motions of the bore's surface."""
 
 from dataclasses import dataclass
 
@@ -24,16 +24,16 @@ MOTION_PARITY = (
 
 @dataclass(frozen=True)
 class Held:
-    """A surface and which of its six mean motions are prevented.
+    """A surface and the mean motions of it that are constrained.
 
     Attributes
     ----------
     surface
         A bore, or the end of a strut.
     center
-        (x, 0, 0) about which it turns, mm.
+        x of the centre (x, 0, 0) about which it turns, mm.
     motions
-        Of `SLIDE_X` … `TURN_Z`.
+        The constrained ones of `SLIDE_X` … `TURN_Z`.
     """
 
     surface: Surface
@@ -42,7 +42,7 @@ class Held:
 
 
 def held_by_pins(rod_length: float) -> tuple[Held, Held]:
-    """How the pins hold a rod: it turns about them, and slides along itself at the small end."""
+    """Pinned in the plane of motion and built-in sideways; the small end is free to slide along the rod."""
     return (
         Held(Surface.BIG_END_BORE, 0.0, (SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
         Held(Surface.SMALL_END_BORE, rod_length, (SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
@@ -57,10 +57,10 @@ def motions(points: Floats, center: float) -> Floats:
 
 
 def mean_motions(mesh: TetMesh, surface: Surface, center: float) -> Floats:
-    """The rows (6, n_nodes, 3) that give the six mean motions of a surface from a displacement.
+    """The rows (6, n_nodes, 3) whose product with a displacement gives the six mean motions of a surface.
 
-    A mean turn is that of the rigid body nearest in the mean square. On a cell of a symmetric body only the
-    rows of the field's own parity mean anything.
+    A mean rotation is that of the rigid motion closest in the least-squares sense. On a cell of a symmetric
+    body only the rows with the parity of the field are meaningful.
     """
 
     def row(motion: int) -> Floats:

@@ -1,4 +1,4 @@
-"""Supports: mirror planes, inertia relief, a clamped bore; and whether anything can still move."""
+"""Boundary conditions: mirror planes, inertia relief, a clamped bore; and a check for free rigid motions."""
 
 import numpy as np
 import numpy.typing as npt
@@ -12,14 +12,21 @@ from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
-_MODES = ("slide along x", "slide along y", "slide along z", "turn about x", "turn about y", "turn about z")
+_MODES = (
+    "translation along x",
+    "translation along y",
+    "translation along z",
+    "rotation about x",
+    "rotation about y",
+    "rotation about z",
+)
 
 
 def plane_conditions(mesh: TetMesh, parity: Parity, parity_z: Parity = Parity.SYMMETRIC) -> Mask:
     """Degrees of freedom (n_nodes, 3) that vanish on the mirror planes the mesh is cut at.
 
-    Of a part that is symmetric about the plane that is the normal one, of an antisymmetric part the two
-    tangential ones.
+    For a field symmetric about the plane this is the normal component, for an antisymmetric one the two
+    tangential components.
 
     Parameters
     ----------
@@ -39,8 +46,8 @@ def plane_conditions(mesh: TetMesh, parity: Parity, parity_z: Parity = Parity.SY
 def determinate_restraints(mesh: TetMesh) -> Mask:
     """Six degrees of freedom (n_nodes, 3) at three nodes that stop every rigid motion and nothing else.
 
-    Node A at the far end of the big end is held in x, y and z, node B at the other end of the rod in
-    y and z, node C off the line AB in z. Those that a mirror plane holds already coincide with it.
+    Node A at the outer end of the big end is held in x, y and z, node B at the other end of the rod in
+    y and z, node C off the line AB in z. Some of them may coincide with those that a mirror plane holds.
     """
     held = np.zeros((len(mesh.points), 3), dtype=bool)
     x, y, z = mesh.points.T
@@ -73,15 +80,15 @@ def components(mesh: TetMesh) -> npt.NDArray[np.int64]:
 
 
 def require_restrained(mesh: TetMesh, fixed: Mask) -> None:
-    """Refuse a model that leaves a rigid motion to one of its connected pieces.
+    """Refuse an under-constrained model, in which a connected piece can still move as a rigid body.
 
-    Found before anything is factorised, from the rank of the six rigid modes of each piece on its fixed
-    degrees of freedom; where pieces meet without a common facet, of those of all with their joints.
+    This is found before factorising, from the rank of the six rigid modes of each piece on its fixed degrees
+    of freedom; if pieces meet without a common facet, from the modes of all pieces with their joints.
 
     Raises
     ------
     UnderconstrainedError
-        Naming the piece, where there are several, and the motions left to it.
+        Naming the piece, if there are several, and its free motions.
     """
     labels = components(mesh)
     count = int(labels.max()) + 1
@@ -90,7 +97,8 @@ def require_restrained(mesh: TetMesh, fixed: Mask) -> None:
         motions = free_motions(mesh.points[own], fixed[own])
         if motions:
             who = "the model" if count == 1 else _piece(mesh.points[own], count)
-            raise UnderconstrainedError(f"{who} can still move: {motions}. {_remedy(count)}")
+            why = f"is under-constrained: nothing prevents {motions}"
+            raise UnderconstrainedError(f"{who} {why}. {_remedy(count)}")
     body = bodies(mesh)
     if body.max() > labels.max():
         _require_no_mechanism(mesh, body, fixed)
@@ -104,8 +112,9 @@ def _require_no_mechanism(mesh: TetMesh, body: npt.NDArray[np.int64], fixed: Mas
         own = np.unique(mesh.tets[body == number])
         x, y, z = mesh.points[own].mean(axis=0)
         message = (
-            f"a piece that meets the rest along an edge or at a point only, {len(own)} nodes around "
-            f"({x:.4g}, {y:.4g}, {z:.4g}) mm, can still move: {motions}. Join the pieces over a face"
+            f"a piece of {len(own)} nodes around ({x:.4g}, {y:.4g}, {z:.4g}) mm is connected to the rest "
+            f"only along an edge or at a point and is under-constrained: nothing prevents {motions}. Join "
+            "the pieces over a face"
         )
         raise UnderconstrainedError(message)
 
@@ -115,21 +124,20 @@ def _in_words(share: Floats) -> str:
 
 
 def free_motions(points: Floats, fixed: Mask) -> str:
-    """Rigid motions of a body that its fixed degrees of freedom (n_nodes, 3) leave free, in words."""
+    """Names of the rigid motions of a body that its fixed degrees of freedom (n_nodes, 3) leave free."""
     modes = rigid_modes(points)[fixed]
     values, vectors = np.linalg.eigh(modes.T @ modes)
-    # Each fixed entry contributes order one to a mode it stops.
+    # Each fixed degree of freedom contributes a value of order one to a mode that it stops.
     free = vectors[:, values < FREE * max(values.max(initial=0.0), 1e-300)]
-    # Which modes a null space is made of does not depend on the vectors that span it.
+    # The shares of the modes in the null space do not depend on which vectors span it.
     return _in_words(np.linalg.norm(free, axis=1))
 
 
 def _piece(points: Floats, count: int) -> str:
     x, y, z = points.mean(axis=0)
-    return (
-        f"one of {count} pieces that do not touch, {len(points)} nodes around ({x:.4g}, {y:.4g}, {z:.4g}) mm,"
-    )
+    place = f"{len(points)} nodes around ({x:.4g}, {y:.4g}, {z:.4g}) mm"
+    return f"one of {count} disconnected pieces ({place})"
 
 
 def _remedy(count: int) -> str:
-    return "Add a support that stops this" + (" or join the pieces" if count > 1 else "")
+    return "Add a support" + (" or join the pieces" if count > 1 else "")

@@ -3,7 +3,7 @@
 With the thermal strain α ΔT I the stress is σ = C : ε − β ΔT I, β = (3λ + 2μ) α. So C : ε, the stress of
 the total strain, is that of an isothermal body under additional forces ∫ β ΔT ∇N_a dV, which are a body
 force −β ∇T and a traction β ΔT n (Duhamel 1837; Boley & Weiner 1960, chapter 3). It is recovered
-with that traction, and β ΔT I is taken off at the nodes.
+with that traction, and β ΔT I is subtracted at the nodes.
 """
 
 from collections.abc import Callable

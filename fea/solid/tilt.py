@@ -1,9 +1,9 @@
-"""What would tilt a rod out of its plane of motion, balanced by the rod's own inertia.
+"""Balance the small resultants that would tilt a rod out of its plane of motion by its own inertia.
 
-A body without the mirror plane z = 0 has its centre of gravity, the middle of a bore, or a product of inertia
-off that plane. Pressures that are constant along the pins leave a force along z and moments about x and y
-then, small ones; restraints would take them as point forces. As in any inertia relief, the rigid
-accelerations they cause balance them instead.
+If a body is not symmetric about z = 0, its centre of gravity or the middle of a bore may lie off that plane,
+or it has a product of inertia. Pressures that are constant along the pins then leave a small force along z
+and small moments about x and y, which the restraints would react as point forces. As in any inertia relief,
+the rigid accelerations that they cause balance them instead.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ _OUT_OF_PLANE = (2, 3, 4)
 
 @dataclass(frozen=True)
 class Tilt:
-    """The inertia of a body that no mirror plane keeps in its plane of motion.
+    """The inertia of a body without a mirror plane that keeps it in its plane of motion.
 
     Attributes
     ----------
@@ -46,17 +46,17 @@ class Tilt:
             turned[axis, :, after], turned[axis, :, last] = -moments[last], moments[after]
         rigid = np.concatenate([shifted, turned])
         reached = np.stack([resultants(points, field) for field in rigid], axis=1)
-        scale = np.sqrt(np.diag(reached))  # kg and kg·mm² apart by powers of ten
+        scale = np.sqrt(np.diag(reached))  # mass and moments of inertia differ by powers of ten
         shares = np.linalg.inv(reached / np.outer(scale, scale)) / np.outer(scale, scale)
         return cls(points, np.tensordot(shares[:, _OUT_OF_PLANE].T, rigid, axes=1))
 
     @classmethod
     def where_free(cls, mesh: TetMesh, inertia: Inertia, *, held: bool) -> "Tilt | None":
-        """Form the fields of a cell; None where a clamp or the mirror plane z = 0 leaves no tilt."""
+        """Form the fields of a cell; None if a clamp or the mirror plane z = 0 prevents any tilt."""
         return None if held or Surface.SYMMETRY_Z in mesh.facets else cls.of(mesh.points, inertia)
 
     def balanced(self, forces: Floats) -> Floats:
-        """Nodal forces (n_nodes, 3) with the inertia that frees them of what tilts."""
+        """Nodal forces (n_nodes, 3) plus the inertia forces that cancel their out-of-plane resultants."""
         return np.asarray(forces - np.tensordot(self.out_of_plane(forces), self.fields, axes=1))
 
     def out_of_plane(self, forces: Floats) -> Floats:

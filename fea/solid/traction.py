@@ -51,7 +51,7 @@ def scattered(nodes: npt.NDArray[np.int64], forces: Floats, n_nodes: int) -> Flo
 def nodal_traction(mesh: TetMesh, surface: Surface, traction: Callable[[Floats], Floats]) -> Floats:
     """Traction (n_nodes, 3, 1) at the nodes of a surface from their places (n, 3); zero elsewhere.
 
-    The form in which `fea.stress.recovery.Recovery` takes it.
+    This is the form that `fea.stress.recovery.Recovery` needs.
     """
     nodes = np.unique(mesh.facets[surface])
     values = np.zeros((len(mesh.points), 3, 1))

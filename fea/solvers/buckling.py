@@ -1,7 +1,8 @@
-"""Linear buckling: (K + λ K_σ) φ = 0, with the stress of a reference load that λ multiplies.
+"""Linear buckling: (K + λ K_σ) φ = 0, where K_σ belongs to the stress of a reference load and λ scales it.
 
-The ends are held on average, as pins hold bores, so that no rigid motion is left. The parts about y = 0 are
-coupled where the reference load has both; those about z = 0 never are, as the load is symmetric about it.
+The mean motions of the ends are constrained, as pins constrain bores, so that no rigid motion is left. The
+parities about y = 0 are coupled if the reference load has both; those about z = 0 never are, because the load
+is symmetric about it.
 """
 
 from collections.abc import Mapping
@@ -22,18 +23,18 @@ from fea.solvers.static import Model
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 
-# Of the residual; the error of λ is of its square's order.
+# Largest accepted residual; the error of λ is of the order of its square.
 _ACCURACY = 1e-4
-# Where a load nowhere presses there are still eigenvalues just above zero: factors so many times the lowest
-# (of either sign) are of no interest.
+# A load without compression still has eigenvalues 1/λ just above zero: those below this fraction of the
+# largest (of either sign) are ignored.
 _NOTHING = 1e-3
-# Polynomials along the body whose forces bend and twist it into the first shapes that are tried.
+# Degree of the polynomials along the body whose forces bend and twist it into the initial shapes.
 _DEGREE = 3
 
 
 @dataclass(frozen=True)
 class BucklingMode:
-    """A way to buckle.
+    """A buckling mode.
 
     Attributes
     ----------
@@ -54,20 +55,20 @@ class BucklingMode:
 
 
 class Buckling:
-    """A body held at its ends, factorised once for all reference loads.
+    """A body constrained at its ends, factorised once for all reference loads.
 
     Parameters
     ----------
     model
         The cell under inertia relief; its stiffness and factors are used.
     ends
-        Surfaces held on average. A pressure on one that may turn about z is a pin's: it stays where it is
-        when the bore turns.
+        Surfaces whose mean motions are constrained. If one may rotate about z, a pressure on it is that of a
+        pin: its direction stays fixed when the bore rotates.
 
     Raises
     ------
     UnderconstrainedError
-        The ends leave a rigid motion.
+        The ends leave a rigid motion free.
     SingularMatrixError
         The factorisation broke down.
     """
@@ -90,12 +91,12 @@ class Buckling:
         displacement
             Under the reference loads, per parity about y = 0, (n_nodes, 3, n_loads), mm.
         count
-            How many modes a load.
+            Number of modes per load.
 
         Returns
         -------
         list of list of BucklingMode
-            Per load, factors rising; fewer than `count` where tension leaves fewer.
+            Per load, in the order of increasing factors; fewer than `count` if tension prevents the others.
         """
         parts = {side: self._geometric(u) for side, u in displacement.items()}
         found = []
@@ -117,7 +118,7 @@ class Buckling:
             accuracy=_ACCURACY,
             enough=enough,
         )
-        # Loads that press alike buckle alike.
+        # The next load starts from these shapes: similar loads have similar buckling modes.
         self._spaces[parity_z] = pairs.space
         return [
             BucklingMode(float(1 / value), self._parts(vector), parity_z, float(residual))
@@ -125,7 +126,7 @@ class Buckling:
         ]
 
     def _enough(self, load: ReferenceLoad, count: int) -> float:
-        """What the largest 1/λ, so many, do not fall short of: Ritz's values are bounds from below."""
+        """Lower bound of the `count` largest values of 1/λ: Ritz values are bounds from below."""
         values = [
             ritz_values(space, self._pushed(load, parity_z, space.vectors))
             for parity_z, space in self._spaces.items()
@@ -154,7 +155,7 @@ class Buckling:
         return bodies
 
     def _first(self, parity_z: Parity) -> Space:
-        """Answers to forces that bend and twist the body, and to one that is like no shape."""
+        """Displacements under forces that bend and twist the body, and under one irregular force."""
         points, own_z = self._mesh.points, parity_z if len(self._bodies) > 1 else None
         x = points[:, 0]
         along = np.polynomial.chebyshev.chebvander(2 * (x - x.min()) / np.ptp(x) - 1, _DEGREE)

@@ -1,11 +1,12 @@
-"""How well conditioned a stiffness matrix is, from solutions with it that are at hand anyway.
+"""Estimate the condition number of a stiffness matrix from solutions that are computed anyway.
 
-Of D⁻¹ K with D the diagonal of K: Jacobi's scaling takes out units and stiffness that merely differ from
-place to place (van der Sluis 1969: no other diagonal does much better); what is left amplifies the backward
-error.
-The largest eigenvalue is no larger than the largest sum of magnitudes in a row (Gershgorin 1931), two to four
-times too much. The least one is no larger than Rayleigh's quotient uᵀ K u / uᵀ D u of any u; a solution of
-K u = f is rich in the softest modes, and the better the more f has of all.
+It is the condition number of D⁻¹ K with D the diagonal of K: Jacobi scaling removes units and differences in
+stiffness between places (van der Sluis 1969: no other diagonal does much better); the rest amplifies the
+backward error.
+
+The largest eigenvalue does not exceed the largest sum of magnitudes in a row (Gershgorin 1931), which is two
+to four times too large. The smallest does not exceed the Rayleigh quotient uᵀ K u / uᵀ D u of any u; a
+solution of K u = f contains mostly the softest modes, provided that f excites them.
 """
 
 import numpy as np
@@ -16,10 +17,10 @@ from geometry.arrays import Floats
 
 
 def probe(matrix: SymmetricMatrix) -> Floats:
-    """Right-hand side (n, 1) that has of every mode: a shift of the whole, and noise.
+    """Right-hand side (n, 1) that excites every mode: a uniform translation plus noise.
 
-    Solved beside the loads it costs a small share of their time; without it loads that leave the softest
-    modes in peace would hide them.
+    Solved together with the loads it costs little; without it, loads that do not excite the softest modes
+    would hide them.
     """
     random = np.random.default_rng(0)
     shift = np.tile(random.standard_normal(3), matrix.size // 3)
@@ -27,19 +28,19 @@ def probe(matrix: SymmetricMatrix) -> Floats:
 
 
 def condition_of(matrix: SymmetricMatrix, u: Floats, f: Floats) -> float:
-    """Estimate the condition from solutions, mostly between half and four times the true one.
+    """Estimate the condition number from solutions, usually between half and four times the true one.
 
     Parameters
     ----------
     matrix
-        K, whether the supports are in it or not.
+        K, with or without the supports.
     u, f
-        (n, k) solutions and right-hand sides, both zero where displacements are held.
+        (n, k) solutions and right-hand sides, both zero at constrained degrees of freedom.
 
     Returns
     -------
     float
-        Infinite where a solution contradicts a positive definite matrix; 1 where there is no load.
+        Infinite if a solution shows that the matrix is not positive definite; 1 without any load.
     """
     diagonal = matrix.diagonal()
     loaded = f.any(axis=0)
@@ -53,14 +54,14 @@ def condition_of(matrix: SymmetricMatrix, u: Floats, f: Floats) -> float:
 
 
 def condition_estimate(matrix: SymmetricMatrix, factor: Factor) -> float:
-    """Estimate the condition by two solutions with the probe, each the start of the next.
+    """Estimate the condition number by two successive solutions that start from the probe.
 
     Parameters
     ----------
     matrix
-        K, positive definite: supports are in it (`SymmetricMatrix.constrained`).
+        K with the supports (`SymmetricMatrix.constrained`), hence positive definite.
     factor
-        Of the same matrix.
+        Factor of the same matrix.
     """
     f = matrix.diagonal()[:, None] * factor.solve(probe(matrix))
     return condition_of(matrix, factor.solve(f), f)

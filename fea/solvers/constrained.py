@@ -1,4 +1,4 @@
-"""Solve K u = f on a body that is held on average only: mean motions of surfaces vanish."""
+"""Solve K u = f on a body whose only constraints are that mean motions of surfaces are zero."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ class Constrained:
     Attributes
     ----------
     inverse
-        K_c⁻¹ times (n, k) forces that vanish where K_c is held.
+        K_c⁻¹ times (n, k) forces that are zero at the fixed degrees of freedom of K_c.
     fixed
         (n,) degrees of freedom that the mirror planes or K_c hold.
     rigid
@@ -48,7 +48,7 @@ class Constrained:
     small: Floats
 
     def solve(self, forces: Floats) -> Floats:
-        """Displacements (n, k) under forces (n, k); what they lack in balance, the constraints give."""
+        """Displacements (n, k) under forces (n, k); the constraints react forces that are not balanced."""
         u = _solved(self.inverse, self.fixed, forces)
         found = self.small @ np.concatenate([self.rows @ u, self.rigid.T @ forces])
         n_rows = len(self.rows)
@@ -58,39 +58,41 @@ class Constrained:
 def constrained(
     mesh: TetMesh, held: tuple[Held, ...], parities: tuple[Parity, Parity], fixed: Mask, inverse: Solve
 ) -> Constrained:
-    """Hold a body by its surfaces, for fields of given parities about y = 0 and z = 0.
+    """Constrain the mean motions of surfaces of a body, for given parities about y = 0 and z = 0.
 
     Parameters
     ----------
     mesh
         The cell.
     held
-        Surfaces and which of their mean motions vanish.
+        Surfaces and the mean motions of them that are constrained.
     parities
         About y = 0 and z = 0.
     fixed
-        (n,) what K_c holds: the planes' conditions, and one degree of freedom a rigid motion (`stopping`).
+        (n,) fixed degrees of freedom of K_c: those of the planes, and one per rigid motion (`stopping`).
     inverse
         K_c⁻¹.
 
     Raises
     ------
     UnderconstrainedError
-        The surfaces leave a rigid motion.
+        The surfaces leave a rigid motion free.
     """
     rigid, C = _rigid(mesh, parities), _rows(mesh, held, parities)
     if np.linalg.matrix_rank(C @ rigid) < rigid.shape[1]:
-        raise UnderconstrainedError("the ends that are held leave the body free to move")
+        raise UnderconstrainedError(
+            "the constraints at the two ends leave a rigid motion of the body free. Constrain more motions"
+        )
     answers = _solved(inverse, fixed, C.T)
     small = np.block([[C @ answers, -C @ rigid], [rigid.T @ C.T, np.zeros((rigid.shape[1],) * 2)]])
     return Constrained(inverse, fixed, rigid, C, answers, np.linalg.inv(small))
 
 
 def stopping(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Mask:
-    """Degrees of freedom (n,) that the mirror planes hold, and as many more as stop the rigid motions."""
+    """Degrees of freedom (n,) that the mirror planes fix, and one more for each free rigid motion."""
     planes = plane_conditions(mesh, *parities).ravel()
     rigid = np.where(planes[:, None], 0.0, _rigid(mesh, parities))
-    # Far enough apart, by the pivots.
+    # Pivoting chooses degrees of freedom that are far apart.
     scaled = rigid / np.abs(rigid).max(axis=0, initial=1e-300)
     _, _, order = qr(scaled.T, mode="economic", pivoting=True)
     planes[order[: rigid.shape[1]]] = True
@@ -98,13 +100,13 @@ def stopping(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Mask:
 
 
 def _rigid(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Floats:
-    """Rigid motions (n, n_rigid) of the parities."""
+    """Rigid motions (n, n_rigid) that have the parities."""
     own = _own(mesh, parities)
     return motions(mesh.points, mesh.points[:, 0].mean())[own].reshape(len(own), -1).T
 
 
 def _rows(mesh: TetMesh, held: tuple[Held, ...], parities: tuple[Parity, Parity]) -> Floats:
-    """Mean motions (n_rows, n) of the parities that are prevented."""
+    """Rows (n_rows, n) of the constrained mean motions that have the parities."""
     own = _own(mesh, parities)
     rows = [
         mean_motions(mesh, end.surface, end.center)[motion].ravel()
@@ -116,7 +118,7 @@ def _rows(mesh: TetMesh, held: tuple[Held, ...], parities: tuple[Parity, Parity]
 
 
 def _own(mesh: TetMesh, parities: tuple[Parity, Parity]) -> list[int]:
-    """Rigid motions of the parities, on the planes the mesh is cut at."""
+    """Numbers of the rigid motions that have the parities, about the planes where the mesh is cut."""
     y = parities[0] if Surface.SYMMETRY_Y in mesh.facets else None
     z = parities[1] if Surface.SYMMETRY_Z in mesh.facets else None
     return [motion for motion in range(6) if has_parity(motion, y, z)]

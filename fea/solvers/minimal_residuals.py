@@ -1,4 +1,4 @@
-"""Preconditioned minimal residuals for many right-hand sides at once, of a matrix that is not definite."""
+"""Preconditioned minimal residuals (MINRES) for many right-hand sides and an indefinite matrix."""
 
 import numpy as np
 
@@ -12,27 +12,27 @@ MOST_ITERATIONS = 600
 def minimal_residuals(
     operator: Operator, precondition: Operator, right_hand_sides: Floats, *, tolerance: float, remedy: str
 ) -> Floats:
-    """Solve A x = b for (n, k) right-hand sides (Paige & Saunders 1975), each with steps of its own.
+    """Solve A x = b for (n, k) right-hand sides (Paige & Saunders 1975), iterated independently.
 
-    By Lanczos' three terms and Givens' rotations as Elman, Silvester & Wathen (2014, algorithm 4.1) write
-    them. Vectors that have converged are left out.
+    The Lanczos recurrence and Givens rotations follow Elman, Silvester & Wathen (2014, algorithm 4.1).
+    Vectors that have converged are left out.
 
     Parameters
     ----------
     operator, precondition
-        A, symmetric, and about the inverse of its absolute value, symmetric and positive definite, on (n, k)
-        vectors.
+        A, symmetric, and an approximate inverse of its absolute value, symmetric and positive definite, on
+        (n, k) vectors.
     right_hand_sides
         b.
     tolerance
         Of the residual in the preconditioner's norm, relative to that of b.
     remedy
-        What an error advises.
+        The remedy in the error message.
 
     Raises
     ------
     StagnationError
-        A residual did not fall to the tolerance.
+        A residual did not reach the tolerance.
     """
     x = np.zeros_like(right_hand_sides)
     active = np.flatnonzero(right_hand_sides.any(axis=0))

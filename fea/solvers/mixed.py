@@ -1,8 +1,8 @@
-"""Displacement and pressure of rods with nearly incompressible parts: Taylor & Hood's pair (1973).
+"""Displacement and pressure of rods with nearly incompressible parts: Taylor–Hood elements (1973).
 
-Second-order displacement with a linear pressure of its own neither locks nor lets the mean stress oscillate,
-whatever Poisson's ratio. The displacement alone carries 2 μ ε, so that what is factorised is as well
-conditioned as steel; the other parts keep their plain stiffness.
+Second-order displacement with a separate linear pressure neither locks nor has an oscillating mean stress, at
+any Poisson's ratio. The displacement part contains only 2 μ ε, so that the factorised matrix is as well
+conditioned as that of steel; the other parts keep their ordinary stiffness.
 """
 
 from collections.abc import Sequence
@@ -29,14 +29,14 @@ from mesh.tetmesh import TetMesh
 
 
 class MixedModel(Model):
-    """A meshed cell some parts of which have a pressure.
+    """A meshed cell of which some parts have a pressure field.
 
     Parameters
     ----------
     mesh
         The meshed cell, of second order.
     materials
-        One a part.
+        One per part.
     soft
         Numbers of the parts that get a pressure.
     support, solver, clock, assembly
@@ -62,7 +62,7 @@ class MixedModel(Model):
 
     @property
     def solved_dofs(self) -> int:
-        """Unknowns over the parities factorised so far, pressures among them."""
+        """Degrees of freedom over the parities factorised so far, including the pressures."""
         return super().solved_dofs + sum(int(self._alive(parity).sum()) for parity in self._factorised)
 
     def solve(self, loads: Sequence[Split]) -> Solution:
@@ -73,7 +73,7 @@ class MixedModel(Model):
         UnderconstrainedError, SingularMatrixError
             See `Model.solve`.
         StagnationError
-            The mesh does not hold a stable pressure.
+            The mesh does not allow a stable pressure.
         """
         displacement, residuals, pressure = {}, {}, {}
         n_nodes = len(self.mesh.points)
@@ -91,7 +91,7 @@ class MixedModel(Model):
         return Solution(displacement, residuals, pressure, dict(self._condition))
 
     def _settled(self, system: MixedSystem, slot: int, f: Floats) -> tuple[Floats, Floats, Residuals]:
-        """Displacements and pressures; where the iterative solver stagnates, directly if that fits."""
+        """Displacements and pressures; if the iterative solver stagnates, by the direct one if it fits."""
         if isinstance(self._solver, Preconditioner):
             try:
                 return system.iterate(partial(self._solver.precondition, slot), f)
@@ -100,13 +100,13 @@ class MixedModel(Model):
         return system.solve(partial(self._solved, slot), f)
 
     def _estimate_condition(self, parity: Parity, slot: int) -> None:
-        """That of what is factorised; one solution more among dozens."""
+        """Estimate the condition number of the factorised matrix, at the cost of one more solution."""
         if parity not in self._condition:
             softest = np.where(self._fixed(parity)[:, None], 0.0, probe(self._K))
             self._condition[parity] = condition_of(self._K, self._solved(slot, softest), softest)
 
     def _alive(self, parity: Parity) -> Mask:
-        """Pressures that need not vanish, as an antisymmetric one does on y = 0."""
+        """Pressures that are not zero by symmetry; an antisymmetric pressure is zero on y = 0."""
         vertex = np.concatenate(self._space.vertex)
         if parity is Parity.SYMMETRIC or Surface.SYMMETRY_Y not in self.mesh.facets:
             return np.ones(vertex.size, dtype=bool)

@@ -1,4 +1,4 @@
-"""The equations of displacement and pressure with their supports, solved and checked."""
+"""Solve and check the equations of displacement and pressure with their supports."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from geometry.arrays import Floats, Mask
 
 
 def shear_materials(materials: Sequence[Material], soft: Sequence[int]) -> tuple[Material, ...]:
-    """Return what the displacement carries: of the `soft` parts only 2 μ ε."""
+    """Return the materials of the displacement equations: for the `soft` parts only 2 μ ε."""
     return tuple(m.without_lambda() if n in soft else m for n, m in enumerate(materials))
 
 
@@ -29,13 +29,13 @@ class MixedSystem:
     Attributes
     ----------
     stiffness
-        A, N/mm: what `shear_materials` says.
+        A, N/mm, with the materials of `shear_materials`.
     space
-        D, and C, the mass matrix over λ.
+        Gives D, and C, which is the mass matrix over λ.
     fixed
-        (3 n_nodes,) displacements that vanish.
+        (3 n_nodes,) displacements that are zero.
     alive
-        (n_pressures,) pressures that do not.
+        (n_pressures,) pressures that are not zero by symmetry.
     """
 
     stiffness: SymmetricMatrix
@@ -44,29 +44,29 @@ class MixedSystem:
     alive: Mask
 
     def solve(self, inverse: Operator, f: Floats) -> tuple[Floats, Floats, Residuals]:
-        """Displacements and pressures, each (n_unknowns, n_cases), corrected while that helps.
+        """Displacements and pressures, each (n_unknowns, n_cases), refined as long as that helps.
 
         Parameters
         ----------
         inverse
-            Solves with A, its supports in it.
+            Solves with A including its supports.
         f
             (3 n_nodes, n_cases), N.
 
         Raises
         ------
         StagnationError
-            The mesh does not hold a stable pressure.
+            The mesh does not allow a stable pressure.
         """
         return self._corrected(partial(solve_saddle, self._free(inverse), self._constraint), f)
 
     def iterate(self, precondition: Operator, f: Floats) -> tuple[Floats, Floats, Residuals]:
-        """As `solve`, with what only approximates A⁻¹, its supports in it."""
+        """Solve as in `solve`, with an approximation of A⁻¹ including its supports."""
         stiffness, precondition = self._free(self.stiffness.__matmul__), self._free(precondition)
         return self._corrected(partial(iterate_saddle, stiffness, precondition, self._constraint), f)
 
     def _free(self, operator: Operator) -> Operator:
-        """Keep an operator to the displacements that are free."""
+        """Restrict an operator to the free displacements."""
         cut = self.fixed[:, None]
         return lambda field: np.where(cut, 0.0, operator(np.where(cut, 0.0, field)))
 
@@ -105,10 +105,10 @@ class MixedSystem:
         return self.stiffness @ u + D.T @ p - f, D @ u - self.space.compressed(p)
 
     def _residuals(self, u: Floats, p: Floats, f: Floats) -> Residuals:
-        """Both equations count; the energy is uᵀAu + pᵀCp, that of shear and of compression.
+        """Residuals of both equations; the energy is uᵀAu + pᵀCp, that of shear and of compression.
 
-        The imbalance is of the pressure that u has, λ ∇·u projected: were p in balance but not that one, a
-        part far stiffer than the rest would hide it, as u is then all but rigid there.
+        The imbalance is computed with the pressure that follows from u, the projection of λ ∇·u. Computed
+        with p it could hide an error in a part that is far stiffer than the rest, where u is almost rigid.
         """
         first, second = self._imbalance(u, p, f)
         D, compressed = abs(self.space.divergence), self.space.compressed(p)

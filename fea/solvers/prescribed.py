@@ -1,4 +1,4 @@
-"""Displacements under any supports, also ones that move."""
+"""Displacements with arbitrary supports, including prescribed non-zero displacements."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ def displacement(
     *,
     solver: SolverName = SolverName.AUTO,
 ) -> Floats:
-    """Solve K u = f with some displacements given.
+    """Solve K u = f with some displacements prescribed.
 
     Parameters
     ----------
@@ -33,9 +33,9 @@ def displacement(
     fixed
         (n_nodes, 3) whether a displacement is given.
     moved
-        (n_nodes, 3) the given displacements, mm; zero without it. Other entries are not used.
+        (n_nodes, 3) the given displacements, mm; zero by default. Other entries are ignored.
     solver
-        Which linear solver.
+        The linear solver.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def displacement(
     Raises
     ------
     UnderconstrainedError
-        A rigid motion is left free.
+        The supports leave a rigid motion free.
     SingularMatrixError
         The factorisation broke down.
     """

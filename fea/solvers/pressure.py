@@ -1,6 +1,7 @@
-"""The pressure of Taylor & Hood's pair: linear on each element, continuous within each part that has one.
+"""The pressure field of Taylor–Hood elements: linear in each element, continuous within each part.
 
-Pressure is positive in tension here: σ = 2 μ ε + p I, with p = λ ∇·u in the mean over each vertex's elements.
+Pressure is positive in tension here: σ = 2 μ ε + p I, with p = λ ∇·u on average over the elements of a
+vertex.
 """
 
 from dataclasses import dataclass
@@ -29,11 +30,12 @@ class PressureSpace:
     tets
         Per such part (n_elements, 10) the nodes of its elements.
     vertex
-        Per such part (n,) the node of the mesh behind each of its unknowns, which follow one another.
+        Per such part (n,) the node of the mesh that each of its unknowns belongs to; the unknowns of the
+        parts are numbered consecutively.
     divergence
         D (n_unknowns, 3 n_nodes): ∫ q ∇·u dV = qᵀ D u, mm².
     mass
-        M (n_unknowns, n_unknowns): ∫ q p dV = qᵀ M p, mm³; nothing joins one part with another.
+        M (n_unknowns, n_unknowns): ∫ q p dV = qᵀ M p, mm³; different parts are not coupled.
     lame_lambda, shear_modulus
         (n_unknowns,) λ and μ of the unknown's part, MPa.
     """
@@ -53,7 +55,7 @@ class PressureSpace:
     def nodal(self, pressure: Floats, n_points: int) -> dict[int, Floats]:
         """Pressure (n_points, n_cases) of each part that has one, from unknowns (n_unknowns, n_cases), MPa.
 
-        Amid an edge it is the mean of the ends; at nodes that are not the part's, zero.
+        At mid-edge nodes it is the mean of the ends; at nodes outside the part it is zero.
         """
         bounds = np.cumsum([nodes.size for nodes in self.vertex])[:-1]
         fields = {}
@@ -76,7 +78,7 @@ def pressure_space(mesh: TetMesh, materials: dict[int, Material]) -> PressureSpa
     mesh
         The mesh.
     materials
-        By the number of each part that is to have a pressure.
+        By the number of each part that gets a pressure.
     """
     part = np.zeros(len(mesh.tets), dtype=np.int64) if mesh.part is None else mesh.part
     parts = tuple(materials)

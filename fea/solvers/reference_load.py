@@ -1,4 +1,4 @@
-"""What a load that is multiplied up to buckling does to displacements: its stress, and pins that let turn."""
+"""The geometric stiffness of the reference load of buckling, with pin pressures of fixed direction."""
 
 from collections.abc import Mapping
 from itertools import product
@@ -20,7 +20,8 @@ class ReferenceLoad:
     mesh
         The cell.
     ends
-        Surfaces held on average. A pressure on one that may turn about z stays where it is.
+        Surfaces whose mean motions are constrained. If one may rotate about z, the direction of a pressure
+        on it stays fixed.
     parts
         `GeometricStiffness` of the load's parts about y = 0.
     """
@@ -44,7 +45,7 @@ class ReferenceLoad:
         product_of = {side: np.zeros_like(part) for side, part in shape.items()}
         for (own, matrix), (side, part) in product(self._parts.items(), shape.items()):
             product_of[Parity(own * side)] += (matrix @ part.reshape(len(part), -1)).reshape(part.shape)
-        # Forces fixed to the bore would turn it back; a pin's pressure turns along.
+        # The stress term alone describes forces that rotate with the bore; the pressure of a pin does not.
         turning = Parity.ANTISYMMETRIC if Parity.ANTISYMMETRIC in shape else Parity.SYMMETRIC
         for moment, row in self._pins if parity_z is Parity.SYMMETRIC else ():
             turn = np.einsum("ni,nik->k", row, shape[turning])

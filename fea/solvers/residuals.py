@@ -1,4 +1,4 @@
-"""How well a solution satisfies its equations."""
+"""The residuals of a solution."""
 
 from dataclasses import dataclass
 
@@ -7,23 +7,23 @@ import numpy as np
 from fea.solid.assembly import SymmetricMatrix
 from geometry.arrays import Floats, Mask
 
-# A direct solver leaves a few units in the last place, the iterative one some thousand. What would fail its
-# check (1e-12) gets a step of refinement (Wilkinson 1963), or as many as help.
+# The error of a direct solver is a few units in the last place, that of the iterative one some thousand. A
+# solution that would fail its check (1e-12) is refined iteratively (Wilkinson 1963) as long as that helps.
 REFINE_ABOVE = 9e-13
-# The same of what is left of the forces: a part far stiffer than the rest gives ‖K‖ all to itself, so that a
-# backward error within its limit may hide forces that matter where the rest is.
+# The same for residual forces: a part far stiffer than the rest determines ‖K‖, so that a small backward
+# error may hide residual forces that matter in the rest.
 REFINE_IMBALANCE = 1e-8
-# So many right-hand sides of a direct solver are checked one by one; of more, a few random sums.
+# Up to this many right-hand sides of a direct solver are checked one by one; of more, a few random sums.
 CHECKED_SINGLY = 8
 _SUMS = 3
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """How well the equations of one parity are satisfied, the worst over its right-hand sides.
+    """Residuals of the equations of one parity: the worst over its right-hand sides.
 
-    Many right-hand sides of a direct solver are held against these by random sums of theirs, each column
-    divided by ‖K‖ ‖u‖ + ‖f‖.
+    If there are many right-hand sides of a direct solver, random sums of them are checked instead, with each
+    column divided by ‖K‖ ‖u‖ + ‖f‖.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Residuals:
     energy
         |uᵀKu − uᵀf| / uᵀf.
     reaction
-        Largest force at a restraint of inertia relief, N (of sums: in parts of that scale); it should vanish.
+        Largest force at a restraint of inertia relief, N (for sums: relative to that scale); ideally zero.
     imbalance
         ‖Ku − f‖ / ‖f‖, maximum norms.
     """
@@ -44,12 +44,12 @@ class Residuals:
 
     @property
     def excess(self) -> float:
-        """How many times worse than asked for, by the worse of the two."""
+        """Ratio to the limit of refinement, for the worse of the two."""
         return max(self.backward_error / REFINE_ABOVE, self.imbalance / REFINE_IMBALANCE)
 
     @property
     def rough(self) -> bool:
-        """Whether refinement is worth a try."""
+        """Whether the solution should be refined."""
         return self.excess > 1
 
     def better_than(self, other: "Residuals") -> bool:
@@ -60,7 +60,7 @@ class Residuals:
 def residuals(
     K: SymmetricMatrix, u: Floats, f: Floats, *, fixed: Mask, held: Mask, singly: bool = False
 ) -> Residuals:
-    """Hold every column against its right-hand side, or sums of many columns of a direct solver.
+    """Compare every column with its right-hand side, or random sums of many columns of a direct solver.
 
     Parameters
     ----------
@@ -69,17 +69,17 @@ def residuals(
     u, f
         (n, k) displacements and forces.
     fixed
-        (n,) degrees of freedom that are no equation.
+        (n,) constrained degrees of freedom.
     held
-        (n,) those of them that restrain a rigid motion only.
+        (n,) those of them that restrain only a rigid motion.
     singly
-        Whether every column is looked at, however many there are.
+        Whether to check every column, however many there are.
     """
     load = np.abs(f).max(axis=0)
     scale = K.norm() * np.abs(u).max(axis=0) + load
     if u.shape[1] > CHECKED_SINGLY and not singly:
         weights = _signed_shares(scale)
-        # Of the columns the one whose load is the least part of its scale.
+        # The smallest ratio of load to scale among the columns.
         load = np.full(_SUMS, np.min(load[load > 0] / scale[load > 0], initial=1.0))
         u, f, scale = u @ weights, f @ weights, np.ones(_SUMS)
     product = K @ u
@@ -96,18 +96,19 @@ def residuals(
 
 
 def _signed_shares(scale: Floats) -> Floats:
-    """Weights (n, k) of k sums of n columns, each counting by its scale (n,), with random signs.
+    """Weights (n, k) of k sums of n columns, each divided by its scale (n,), with random signs.
 
-    Whatever the others err by, a sum's residual at a place is no less than one column's there for at least
-    one of that column's two signs (after Freivalds 1977): three sums let the worst column hide once in eight
-    times at most, and a broken factor, which spoils them all, practically never.
+    Whatever the errors of the others, the residual of a sum is not smaller than that of one column for at
+    least one of the two signs of that column (after Freivalds 1977). With three sums the worst column
+    therefore escapes in at most one of eight cases; a faulty factor, which affects all columns, practically
+    never does.
     """
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (len(scale), _SUMS))
     return np.asarray(np.divide(signs, scale[:, None], out=np.zeros_like(signs), where=scale[:, None] != 0))
 
 
 def worst_ratio(error: Floats, scale: Floats) -> float:
-    """Largest ratio; a load case without any load counts as exact, a value that is not finite as infinite."""
+    """Largest ratio; a case without any load counts as exact, and a value that is not finite as infinite."""
     if not (np.isfinite(error).all() and np.isfinite(scale).all()):
         return float("inf")
     loaded = scale > 0

@@ -1,8 +1,8 @@
 """Largest eigenvalues of A φ = θ K φ with a factorised K: block Krylov spaces, thick restarts.
 
-Rayleigh and Ritz's values on a space that grows by K⁻¹ times the residuals of a whole block (Saad 2011,
-chapters 6 and 8; Wu & Simon 2000 on the restarts). K itself is never multiplied: the forces
-behind the vectors are kept.
+Rayleigh-Ritz values on a space that grows by K⁻¹ times the residuals of a whole block (Saad 2011, chapters 6
+and 8; Wu & Simon 2000 on the restarts). K itself is never multiplied, because the forces K Z of the vectors Z
+are stored.
 """
 
 from collections.abc import Callable
@@ -14,14 +14,14 @@ from geometry.arrays import Floats
 
 Operator = Callable[[Floats], Floats]
 
-# Pairs beyond those wanted that are improved as well, so that none is overlooked, and how far.
+# Number of additional pairs that are improved too, so that none is overlooked, and their accuracy.
 _GUARDS = 2
 _GUARDED = 0.1
 _ROUNDS = 40
 _PATIENCE = 5
-# Blocks of vectors that the space may hold before it is cut down to two.
+# Size of the space, in blocks of vectors, at which it is reduced to two blocks.
 _BLOCKS = 5
-# Of its length: what is left of a vector after orthogonalisation is rounding below this.
+# A vector shorter than this fraction of its original length after orthogonalisation is only rounding.
 _DEPENDENT = 1e-10
 
 
@@ -44,7 +44,7 @@ class Space:
         return Space(self.vectors @ weights, self.forces @ weights)
 
     def without(self, other: "Space") -> "Space":
-        """Return a basis of what this space adds to another, orthonormal in K."""
+        """Return a K-orthonormal basis of the part of this space that is not in another."""
         vectors, forces = self.vectors, self.forces
         for _ in range(2):  # twice is enough (Parlett 1980)
             share = other.forces.T @ vectors
@@ -52,7 +52,7 @@ class Space:
         return orthonormal(vectors, forces)
 
     def joined(self, other: "Space") -> "Space":
-        """Return both, of which neither has a share in the other."""
+        """Return the sum of two spaces that are orthogonal to each other."""
         return Space(np.hstack([self.vectors, other.vectors]), np.hstack([self.forces, other.forces]))
 
 
@@ -63,13 +63,13 @@ class Pairs:
     Attributes
     ----------
     values
-        θ (k,), falling.
+        θ (k,), in decreasing order.
     vectors
         φ (n, k).
     residuals
         ‖φ − K⁻¹A φ/θ‖ / ‖φ‖ (k,), maximum norms.
     space
-        What to begin with on a similar A.
+        The space to start from for a similar A.
     """
 
     values: Floats
@@ -95,15 +95,15 @@ def largest(
     solve, push
         Products of K⁻¹ and A with blocks (n, k).
     start
-        A space with a share of every vector wanted.
+        A space that contains a component of every wanted vector.
     count
-        How many.
+        Number of eigenvalues.
     least
-        Eigenvalues below so many times the largest magnitude do not count.
+        Eigenvalues below this fraction of the largest magnitude are ignored.
     accuracy
-        Of the residuals; the error of θ is of its square's order.
+        Largest accepted residual; the error of θ is of the order of its square.
     enough
-        Eigenvalues below this are of no use.
+        Eigenvalues below this are not needed.
     """
     space, pushed, block = start, push(start.vectors), count + _GUARDS
     for turn in range(_ROUNDS):
@@ -114,10 +114,10 @@ def largest(
         change = Space(solve(images) - theta * ritz.vectors, images - theta * ritz.forces)
         residuals = _lengths(change.vectors) / (np.abs(theta) * _lengths(ritz.vectors))
         counted = theta > least * np.abs(values).max()
-        useful = theta * (1 + residuals) > enough  # an eigenvalue is as near as the residual says
+        useful = theta * (1 + residuals) > enough  # the residual bounds the error of the eigenvalue
         limits = np.where((np.arange(len(theta)) < count) & useful, accuracy, _GUARDED)
         late = ~counted | (residuals > limits)
-        # Where too few count, more may be on their way.
+        # If too few eigenvalues count yet, more may still appear.
         patient = turn >= _PATIENCE or counted[:count].all()
         if turn == _ROUNDS - 1 or (patient and not (late & counted).any()):
             break
@@ -131,7 +131,7 @@ def largest(
 
 
 def orthonormal(vectors: Floats, forces: Floats) -> Space:
-    """Return a basis with ZᵀKZ = 1 of what vectors and the forces that cause them span."""
+    """Return a basis with ZᵀKZ = 1 of the span of vectors, given with the forces that cause them."""
     space = Space(vectors, forces)
     for _ in range(2):
         values, weights = np.linalg.eigh(_symmetric(space.vectors.T @ space.forces))
@@ -141,7 +141,7 @@ def orthonormal(vectors: Floats, forces: Floats) -> Space:
 
 
 def ritz_values(space: Space, pushed: Floats) -> Floats:
-    """Return Ritz's values, rising, of a space and A times its vectors."""
+    """Return the Ritz values, in increasing order, of a space and A times its vectors."""
     return np.asarray(np.linalg.eigvalsh(_symmetric(space.vectors.T @ pushed)))
 
 

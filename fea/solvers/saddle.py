@@ -1,11 +1,11 @@
-"""Solve for displacement and pressure with what is made for positive definite matrices.
+"""Solve for displacement and pressure with solvers for positive definite matrices.
 
 The equations A u + Dᵀ p = f, D u − C p = g are symmetric but indefinite. Their Schur complement
-S = D A⁻¹ Dᵀ + C is positive definite; as A holds no λ, and where the pair is stable, a mass matrix over
-the shear modulus is spectrally equivalent to it whatever the mesh size and Poisson's ratio. Conjugate
-gradients need some twenty steps, each a solution with the factor of A (Verfürth 1984; Benzi, Golub & Liesen
-2005, sections 5 and 10.1). Without a factor those would be iterations within iterations: minimal residuals of
-the whole, preconditioned by blocks, take some sixty steps in their place (Silvester & Wathen 1994).
+S = D A⁻¹ Dᵀ + C is positive definite. As A does not contain λ, and if the elements are stable, a mass matrix
+over the shear modulus is spectrally equivalent to S for every mesh size and Poisson's ratio. Conjugate
+gradients need about twenty steps, each with one solution by the factor of A (Verfürth 1984; Benzi, Golub &
+Liesen 2005, sections 5 and 10.1). Without a factor they would be nested iterations; instead, MINRES on the
+whole system with a block preconditioner takes about sixty steps (Silvester & Wathen 1994).
 """
 
 from dataclasses import dataclass
@@ -18,27 +18,30 @@ from fea.solvers.linear.conjugate_gradients import Operator, conjugate_gradients
 from fea.solvers.minimal_residuals import minimal_residuals
 from geometry.arrays import Floats
 
-# Of the residual, in the norm of the preconditioner. Refinement goes on from there.
+# Of the residual, in the norm of the preconditioner. Iterative refinement then improves the solution.
 TOLERANCE = 1e-7
-_REMEDY = "Mesh the nearly incompressible part with two or more elements through its thickness (--size)"
-# Bounds of the Jacobi-scaled mass matrix of linear tetrahedra (Wathen 1987), and the steps of Chebyshev's
-# iteration that bring its condition of 5 to 1.02.
+_REMEDY = (
+    "Use a smaller --size, so that the nearly incompressible part has at least two elements through its "
+    "thickness"
+)
+# Eigenvalue bounds of the Jacobi-scaled mass matrix of linear tetrahedra (Wathen 1987), and the number of
+# Chebyshev steps that reduce its condition number from 5 to 1.02.
 _MASS_BOUNDS = (0.5, 2.5)
 _MASS_STEPS = 5
 
 
 @dataclass(frozen=True)
 class Constraint:
-    """What ties displacement and pressure together.
+    """The matrices that couple displacement and pressure.
 
     Attributes
     ----------
     divergence
-        D (n_pressures, n_displacements), without the columns of held displacements.
+        D (n_pressures, n_displacements), without the columns of constrained displacements.
     mass
         M (n_pressures, n_pressures).
     compliance
-        (n_pressures,) 1/λ: C = compliance · M; constant wherever M joins pressures.
+        (n_pressures,) 1/λ: C = compliance · M; constant among coupled pressures.
     scale
         (n_pressures,) 1/(2 μ) + 1/λ: scale · M preconditions S.
     """
@@ -53,7 +56,7 @@ class Constraint:
         return np.asarray(self.compliance[:, None] * (self.mass @ p))
 
     def decompressed(self, widths: Floats) -> Floats:
-        """Approximate C⁻¹: the pressures behind what remains of D u = C p."""
+        """Approximate C⁻¹ times a residual of D u = C p: the pressures that cause it."""
         return np.asarray(self._over_mass(widths) / self.compliance[:, None])
 
     def precondition(self, residual: Floats) -> Floats:
@@ -75,17 +78,17 @@ def solve_saddle(solve: Operator, constraint: Constraint, f: Floats, g: Floats) 
     constraint
         D and C.
     f, g
-        (n_displacements, n_cases), zero where the displacement is held, and (n_pressures, n_cases).
+        (n_displacements, n_cases), zero at constrained displacements, and (n_pressures, n_cases).
 
     Returns
     -------
     u, p
-        To `TOLERANCE`.
+        With the accuracy `TOLERANCE`.
 
     Raises
     ------
     StagnationError
-        The steps do not converge: the mesh does not hold a stable pressure.
+        The iteration does not converge: the mesh does not allow a stable pressure.
     """
     D = constraint.divergence
 
@@ -105,9 +108,9 @@ def iterate_saddle(
     Parameters
     ----------
     stiffness, precondition
-        A and about A⁻¹, on (n_displacements, n_cases); held displacements neither move nor count.
+        A and an approximation of A⁻¹, on (n_displacements, n_cases); both ignore constrained displacements.
     constraint, f, g
-        As for `solve_saddle`, which also says what is returned and raised.
+        As for `solve_saddle`, with the same results and errors.
     """
     D, n = constraint.divergence, len(f)
 

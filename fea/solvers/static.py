@@ -1,4 +1,4 @@
-"""Solve K u = f for every load at once, one factorisation a parity, and check what came out."""
+"""Solve K u = f for all loads at once, with one factorisation per parity, and check the solution."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -26,7 +26,7 @@ from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
-# Steps of refinement at most, while they help.
+# Largest number of refinement steps.
 MOST_REFINEMENTS = 3
 
 
@@ -37,14 +37,14 @@ class Solution:
     Attributes
     ----------
     displacement
-        Per parity (n_nodes, 3, n_cases), mm; the antisymmetric part is absent where no load has one.
+        Per parity (n_nodes, 3, n_cases), mm; the antisymmetric part is absent if no load has one.
     residuals
         Per parity.
     pressure
         Per parity, by the number of each part that has one (`fea.solvers.mixed`): (n_nodes, n_cases), MPa,
         positive in tension.
     condition
-        Of the stiffness, per parity (`fea.solvers.condition`), where it was estimated.
+        Condition number of the stiffness, per parity (`fea.solvers.condition`), if it was estimated.
     """
 
     displacement: dict[Parity, Floats]
@@ -54,7 +54,7 @@ class Solution:
 
 
 class Model:
-    """A meshed cell with its stiffness; factorised once a parity, on the first load that needs it.
+    """A meshed cell with its stiffness, factorised once per parity, for the first load that needs it.
 
     Parameters
     ----------
@@ -63,9 +63,9 @@ class Model:
     material
         Of every element, or of each part.
     support
-        How the rod is held.
+        The boundary condition.
     solver
-        Which linear solver.
+        The linear solver.
     clock
         Times the stages ``assembly``, ``factor`` and ``solve``.
     assembly
@@ -103,7 +103,7 @@ class Model:
 
     @property
     def solved_dofs(self) -> int:
-        """Unknowns over the parities factorised so far."""
+        """Degrees of freedom over the parities factorised so far."""
         return sum(int(np.count_nonzero(~self._fixed(parity))) for parity in self._factorised)
 
     @property
@@ -117,7 +117,7 @@ class Model:
         return self._K
 
     def restrained(self, parity: Parity) -> tuple[Mask, Callable[[Floats], Floats]]:
-        """Degrees of freedom (n,) held for a parity about y = 0, and what solves for (n, k) forces then."""
+        """Constrained degrees of freedom (n,) of a parity about y = 0, and the solver for (n, k) forces."""
         slot = self._slot(parity)
         return self._fixed(parity), lambda forces: self._solved(slot, forces)
 
@@ -140,7 +140,7 @@ class Model:
         Raises
         ------
         UnderconstrainedError
-            A rigid motion is left free.
+            The supports leave a rigid motion free.
         SingularMatrixError
             The factorisation broke down.
         """
@@ -154,7 +154,7 @@ class Model:
         return Solution(displacement, found, condition=dict(self._condition))
 
     def _refined(self, parity: Parity, slot: int, f: Floats) -> tuple[Floats, Residuals]:
-        """Solve for (n, k) forces; where that is rough, again for what is left of them while it helps."""
+        """Solve for (n, k) forces, and refine an inaccurate solution as long as that helps."""
         fixed = self._fixed(parity)
         held = self._held.ravel() & ~plane_conditions(self.mesh, parity).ravel()
         u = self._probed(parity, slot, np.where(fixed[:, None], 0.0, f))
@@ -176,7 +176,7 @@ class Model:
         return residuals(self._K, u, f, fixed=fixed, held=held, singly=singly)
 
     def _probed(self, parity: Parity, slot: int, f: Floats) -> Floats:
-        """Solve, at first together with what tells the condition; an iterative solver has the loads alone."""
+        """Solve; the first time together with the probe for the condition number, unless iteratively."""
         if parity in self._condition:
             return self._solved(slot, f)
         if self._solver.name == SolverName.AMG:
@@ -189,7 +189,7 @@ class Model:
         return u[:, :-1]
 
     def _solved(self, slot: int, f: Floats) -> Floats:
-        """Solve with the factor in a slot; where the iterative solver stagnates, directly if that fits."""
+        """Solve with the factor in a slot; if the iterative solver stagnates, directly if that fits."""
         try:
             return self._solver.solve(slot, f)
         except StagnationError as error:
@@ -197,7 +197,7 @@ class Model:
             return self._solver.solve(slot, f)
 
     def _hand_over(self, error: StagnationError) -> None:
-        """Go on with the direct solver, or raise the iterative one's error where that does not fit."""
+        """Continue with the direct solver, or raise the iterative one's error if memory does not allow it."""
         slots = len(Parity) if Surface.SYMMETRY_Y in self.mesh.facets else 1
         if memory.direct_bytes(self.mesh.points.size, slots) > memory.SHARE * memory.available_bytes():
             raise error
@@ -208,7 +208,7 @@ class Model:
 
 
 def right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:
-    """Columns (3 n_nodes, n_cases) per parity; the antisymmetric one only where a load has that part."""
+    """Columns (3 n_nodes, n_cases) per parity; the antisymmetric ones only if a load has that part."""
 
     def column_stack(parts: Sequence[Floats]) -> Floats:
         return np.stack([part.ravel() for part in parts], axis=1)
@@ -217,7 +217,7 @@ def right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:
     odd = [load.antisymmetric for load in loads if load.antisymmetric is not None]
     if len(odd) == len(loads):
         antisymmetric = column_stack(odd)
-        # Purely axial loads leave rounding only.
+        # The antisymmetric part of purely axial loads is only rounding.
         if np.abs(antisymmetric).max() > 1e-12 * np.abs(sides[Parity.SYMMETRIC]).max():
             sides[Parity.ANTISYMMETRIC] = antisymmetric
     return sides

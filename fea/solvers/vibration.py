@@ -19,8 +19,8 @@ from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
 
 RIGID = 6
-# The shift in parts of the square of the lowest elastic frequency's estimate: large enough to condition
-# K + s M, small enough to leave the modes apart.
+# The shift relative to the estimated square of the lowest elastic frequency: large enough for K + s M to be
+# well conditioned, small enough to keep the modes apart.
 _SHARE = 1e-2
 
 
@@ -31,7 +31,7 @@ class Modes:
     Attributes
     ----------
     frequencies
-        (n_modes,) f = ω/2π, Hz, rising; the first six are the rigid motions of a free body.
+        (n_modes,) f = ω/2π, Hz, increasing; the first six are the rigid-body modes of a free body.
     shapes
         (n_nodes, 3, n_modes), scaled to φᵀ M φ = 1 t·mm².
     backward_error
@@ -55,7 +55,7 @@ def free_modes(mesh: TetMesh, material: Material | Materials, density: float | F
     density
         Of every element, or (n_elements,) of each, t/mm³.
     count
-        How many elastic modes, beyond the six rigid ones.
+        Number of elastic modes, in addition to the six rigid-body modes.
 
     Raises
     ------
@@ -91,14 +91,14 @@ def free_modes(mesh: TetMesh, material: Material | Materials, density: float | F
 
 
 def _sum(K: SymmetricMatrix, M: SymmetricMatrix, factor: float) -> SymmetricMatrix:
-    """K + factor M, of one sparsity."""
+    """K + factor M, which have the same sparsity."""
     upper = K.upper
     data = upper.data + factor * M.upper.data
     return SymmetricMatrix(sparse.bsr_array((data, upper.indices, upper.indptr), shape=upper.shape))
 
 
 def _bending_estimate(mesh: TetMesh, K: SymmetricMatrix, M: SymmetricMatrix) -> float:
-    """Rayleigh quotient ω², 1/s², of a parabola less its rigid part: the lowest bending mode's order."""
+    """Rayleigh quotient ω², 1/s², of a parabola without its rigid part: an estimate for the lowest mode."""
     size = np.ptp(mesh.points, axis=0)
     along, across = int(size.argmax()), int(size.argmin())
     x = mesh.points[:, along] - mesh.points[:, along].mean()

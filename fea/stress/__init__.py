@@ -1,1 +1,1 @@
-"""Stress out of displacement: recovery, error estimate, singular places."""
+"""Stress from displacement: recovery, error estimate, stress singularities."""

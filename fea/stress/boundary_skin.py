@@ -1,4 +1,4 @@
-"""The boundary as facets: completed across mirror planes, and how the facets meet."""
+"""The boundary as facets, continued across mirror planes, and the angles at which the facets meet."""
 
 from dataclasses import dataclass
 
@@ -14,8 +14,8 @@ from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
-# Facets meet smoothly below this angle. Where curved facets of 60° touch tangentially their quadratic
-# shapes differ by 4°.
+# Facets meet smoothly below this angle. The quadratic shapes of curved facets of 60° that meet tangentially
+# differ by 4°.
 SMOOTH_DEGREES = 20.0
 # Places of a facet's nodes in the reference triangle, and the vertices of its edges.
 _FACET_NODES = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
@@ -24,7 +24,7 @@ FACET_EDGES = np.array([[0, 1], [1, 2], [2, 0]])
 
 @dataclass(frozen=True)
 class Skin:
-    """The boundary facets, completed by the images of those that touch a mirror plane.
+    """The boundary facets, with the images of those that touch a mirror plane.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Skin:
     label
         (n_facets,) index of the surface each belongs to.
     source
-        (n,) the node of the mesh behind each node.
+        (n,) the node of the mesh that each node is or is an image of.
     sign
         (n, 3) of the displacement components of a symmetric solution.
     crossed
@@ -110,7 +110,7 @@ class Edges:
     facet, place
         (n_edges, 2) the two facets, and which of its edges this is in each.
     smooth, convex
-        (n_edges,) whether the facets continue each other; whether they do or meet at an outer edge.
+        (n_edges,) whether the facets join smoothly; whether they join smoothly or at an outer (convex) edge.
     """
 
     facet: Ints
@@ -127,7 +127,7 @@ def shared_edges(surface: Skin, normals: Floats) -> Edges:
     order = np.argsort(key, kind="stable")
     first = np.flatnonzero(key[order[1:]] == key[order[:-1]])
     facet, place = np.divmod(np.stack([order[first], order[first + 1]], axis=1), 3)
-    # Second-order facets have their own normal amid the edge.
+    # Second-order facets have a separate normal at the middle of the edge.
     at = place + 3 if facets.shape[1] == 6 else place
     one, other = normals[facet[:, 0], at[:, 0]], normals[facet[:, 1], at[:, 1]]
     flat = (one * other).sum(axis=1) > np.cos(np.radians(SMOOTH_DEGREES))

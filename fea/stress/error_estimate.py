@@ -1,20 +1,21 @@
-"""How far a solution may be off: in the energy norm, and in the stress at a node.
+"""Estimate the error of a solution: in the energy norm, and in the stress at a node.
 
-The exact stress is not known, but the recovered one is nearer to it than what the elements say, so that
-the difference of the two estimates the error (Zienkiewicz & Zhu 1987, eqs. 13-16).
+The exact stress is not known, but the recovered stress is closer to it than the stress of the elements, so
+that the difference of the two estimates the error (Zienkiewicz & Zhu 1987, eqs. 13-16).
 
-*Energy.* ‖e‖² = ∫ (σ* − σ_h) : C⁻¹ (σ* − σ_h) dV. With σ* interpolated quadratically second-order elements
-seem better than they are (effectivity, estimated over true error, 0.6 on a smooth manufactured solution, 0.9
-to 1.2 on Lamé, Kirsch, Goodier and a rod), interpolated linearly from the vertices worse (1.0, 1.4 to 2.5).
-Half-way between, and times `ENERGY_FACTOR`, it is 0.93 to 1.97 on all of them; on first-order elements 0.93
-to 1.24. Where singular edges make most of the error, on second-order elements it is down to 0.75
-(results/effectivity.md).
+*Energy.* ‖e‖² = ∫ (σ* − σ_h) : C⁻¹ (σ* − σ_h) dV. If σ* is interpolated quadratically, the error of
+second-order elements is underestimated (effectivity, estimated over true error, 0.6 on a smooth manufactured
+solution, 0.9 to 1.2 on Lamé, Kirsch, Goodier and a rod); if it is interpolated linearly from the vertices, it
+is overestimated (1.0, 1.4 to 2.5). With the mean of both, times `ENERGY_FACTOR`, the effectivity is 0.93 to
+1.97 on all of them, and 0.93 to 1.24 on first-order elements. If singular edges cause most of the error, it
+goes down to 0.75 on second-order elements (results/effectivity.md).
 
-*Stress at a node.* `STRESS_FACTOR` times the root of the sum of two squares, in the von Mises norm: the root
-mean square over the node's elements of σ* − σ_h, which is what the elements do not agree on; and the largest
-sagitta of σ* over an edge there, its value amid the edge against the mean of the ends, which is large where
-the elements are large for the gradient of the stress. The factor is fitted: see `fea.assess.verdict`.
-Inside the body, where recovery is the mean over elements, the sagitta counts for more: see `INSIDE_FACTOR`.
+*Stress at a node.* `STRESS_FACTOR` times the root of the sum of two squares, in the von Mises norm. The first
+is the root mean square of σ* − σ_h over the elements of the node: the disagreement between the elements. The
+second is the largest sagitta of σ* along an edge of the node, which is the value at the middle of the edge
+minus the mean of the ends: it is large if the elements are too large for the gradient of the stress. The
+factor is fitted: see `fea.assess.verdict`. Inside the body, where the recovered stress is the mean over the
+elements, the sagitta has a larger factor: see `INSIDE_FACTOR`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,23 +32,26 @@ from geometry.arrays import Floats, Ints
 from geometry.mirror import PLANE_AXIS
 from mesh.tetmesh import EDGES, TetMesh
 
-# Elements in a block, for memory.
+# Elements per block, to limit memory.
 _BLOCK = 4096
-# Of the quadrature: the difference of two linear fields, squared; a higher one changes 1 %.
+# Degree of the quadrature: the integrand is the squared difference of two linear fields; a higher degree
+# changes the result by 1 %.
 _DEGREE = 2
-# How often each component stands in the tensor.
+# How often each component occurs in the tensor.
 _TWICE = np.array([1.0, 1, 1, 2, 2, 2])
-# Share of the quadratic in the interpolation of the recovered stress.
+# Weight of the quadratic interpolation of the recovered stress; the rest is linear.
 _QUADRATIC = 0.5
-# On the sum of spread and sagitta. Of second order the least of 0.3, 0.4, 0.5, 0.6 and 0.8 with which the
-# bars of `fea.assess.verdict` hold 95 of 100 true errors in each set of random rods it was chosen with
-# (tests/benchmarks/error_bars.py); results/error-bars.md has what it holds on others.
+# Factor on disagreement and sagitta. For second order it is the smallest of 0.3, 0.4, 0.5, 0.6 and 0.8 with
+# which the error bars of `fea.assess.verdict` contain 95 of 100 true errors in each of the sets of random
+# rods used to choose it (tests/benchmarks/error_bars.py); results/error-bars.md has the coverage on other
+# rods.
 STRESS_FACTOR = {1: 1.4, 2: 0.6}
-# On the sagitta inside the body. At an extreme all elements around it err to the same side, so their spread
-# does not tell: linear through the Gauss points, a parabola is off at its ends by 2/3 of its sagitta (Barlow
-# 1976), and curvature in two directions adds up to twice that. On a surface, quadratics are fitted.
+# Factor on the sagitta inside the body. At an extreme all elements around it err to the same side, so that
+# their disagreement does not show the error: the line through the Gauss points of a parabola is off at its
+# ends by 2/3 of its sagitta (Barlow 1976), and curvature in two directions adds up to twice that. On a
+# surface, quadratics are fitted instead.
 INSIDE_FACTOR = 4 / 3
-# On the energy norm: to rather err on the safe side.
+# Factor on the energy norm, to be on the safe side.
 ENERGY_FACTOR = 1.2
 
 
@@ -62,7 +66,7 @@ class ErrorEstimate:
     solution
         (n_elements, n_cases) square of the energy norm of the solution, N·mm.
     stress
-        Per part (n_nodes, n_cases) error of the von Mises stress, MPa; NaN at nodes that are not the part's.
+        Per part (n_nodes, n_cases) error of the von Mises stress, MPa; NaN at nodes outside the part.
     """
 
     energy: Floats
@@ -78,7 +82,7 @@ class ErrorEstimator:
     mesh
         The mesh.
     materials
-        One a part.
+        One per part.
     """
 
     def __init__(self, mesh: TetMesh, materials: Sequence[Material]) -> None:
@@ -91,7 +95,9 @@ class ErrorEstimator:
         self._interpolation = _QUADRATIC * table.values
         self._interpolation[:, :4] += (1 - _QUADRATIC) * linear
         self._to_nodes = extrapolation(n_nodes)
-        self._to_places = table.values @ self._to_nodes  # as the nodes of a linear field, to its places
+        self._to_places = (
+            table.values @ self._to_nodes
+        )  # from the Gauss points to the places of the quadrature
         factor = STRESS_FACTOR[mesh.order]
         self._sagitta_factor = np.full((len(mesh.points), 1), max(factor, INSIDE_FACTOR))
         for surface in mesh.facets.keys() - PLANE_AXIS.keys():
@@ -112,7 +118,7 @@ class ErrorEstimator:
         stresses
             Per part (n_nodes, 6, n_cases), recovered, MPa.
         pressure
-            By the number of each part that has one, (n_nodes, n_cases), MPa.
+            By the number of each part that has a pressure, (n_nodes, n_cases), MPa.
         """
         n_elements, n_cases = len(self._mesh.tets), displacement.shape[2]
         energy, solution = np.zeros((2, n_elements, n_cases))
@@ -147,7 +153,7 @@ class ErrorEstimator:
 
 
 class _NodalMean:
-    """Mean over the elements at each node, added up block by block."""
+    """Mean over the elements at each node, accumulated block by block."""
 
     def __init__(self, n_nodes: int, n_cases: int) -> None:
         self._sum, self._count = np.zeros((n_nodes, n_cases)), np.zeros(n_nodes)
@@ -160,7 +166,7 @@ class _NodalMean:
             self._sum[:, case] += np.bincount(nodes, column, minlength=self._count.size)
 
     def value(self) -> Floats:
-        """Means (n_nodes, n_cases); NaN where there is no element."""
+        """Means (n_nodes, n_cases); NaN at nodes without elements."""
         with np.errstate(invalid="ignore"):
             return np.asarray(self._sum / self._count[:, None])
 
@@ -181,20 +187,20 @@ def _energy(stress: Floats, weights: Floats, material: Material) -> Floats:
 
 
 def sagitta(tets: Ints, stress: Floats) -> Floats:
-    """How far nodal stress is from linear along the edges, in the von Mises norm: (n_nodes, n_cases).
+    """Deviation of the nodal stress from linear along the edges, in the von Mises norm: (n_nodes, n_cases).
 
     Parameters
     ----------
     tets
-        (n_elements, 10); of first-order elements, which have nothing amid an edge, half the difference
-        between the ends counts.
+        (n_elements, 10), or (n_elements, 4): first-order elements have no mid-edge nodes, so that half the
+        difference between the ends is used.
     stress
         (n_nodes, 6, n_cases).
 
     Returns
     -------
     ndarray
-        At each node the largest over its edges; 0 at nodes of no element.
+        At each node the largest value over its edges; 0 at nodes without elements.
     """
     ends = np.sort(tets[:, np.array(EDGES)].reshape(-1, 2), axis=1)
     key, first = np.unique(ends[:, 0] * len(stress) + ends[:, 1], return_index=True)

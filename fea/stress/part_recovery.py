@@ -1,4 +1,4 @@
-"""Nodal stress of a rod of several parts: each part's own, for stress jumps where materials meet."""
+"""Nodal stress of a rod with several parts: separate for each part, as stress jumps between materials."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ class PartRecovery:
     Parameters
     ----------
     mesh, planes, surfaces
-        As for `Recovery`; the interface of two parts is no surface of known traction.
+        As for `Recovery`; the interface of two parts is not a surface of known traction.
     """
 
     def __init__(self, mesh: TetMesh, planes: tuple[Surface, ...], surfaces: tuple[Surface, ...]) -> None:
@@ -49,14 +49,14 @@ class PartRecovery:
         displacement, parity, traction
             As for `Recovery.nodal_stress`.
         materials
-            One a part.
+            One per part.
         pressure
-            By the number of each part that has one, (n_points, n_cases), MPa.
+            By the number of each part that has a pressure, (n_points, n_cases), MPa.
 
         Returns
         -------
         list of ndarray
-            Per part (n_points, 6, n_cases), MPa; NaN at nodes that are not the part's.
+            Per part (n_points, 6, n_cases), MPa; NaN at nodes outside the part.
         """
         found = []
         for number, (piece, material) in enumerate(zip(self._pieces, materials, strict=True)):

@@ -21,7 +21,7 @@ _VERTICES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 
 
 def stress_parity(plane: Surface) -> npt.NDArray[np.int64]:
-    """Sign (6,) each stress component takes when a symmetric field is mirrored at `plane`."""
+    """Sign (6,) of each stress component when a symmetric field is mirrored about `plane`."""
     axis = PLANE_AXIS[plane]
     return np.array([-1 if (i == axis) != (j == axis) else 1 for i, j in COMPONENTS])
 
@@ -40,7 +40,7 @@ def gauss_places(n_nodes: int) -> Floats:
 
 
 def extrapolation(n_nodes: int) -> Floats:
-    """Matrix (n_nodes, n_places) from values at the Gauss points to the linear field's at the nodes."""
+    """Matrix (n_nodes, n_places) that extrapolates values linearly from the Gauss points to the nodes."""
     places, nodes = gauss_places(n_nodes), reference_nodes(n_nodes)
     if len(places) == 1:
         return np.ones((n_nodes, 1))
@@ -48,14 +48,14 @@ def extrapolation(n_nodes: int) -> Floats:
 
 
 class ElementStress:
-    """Stress at fixed reference places of every element; the geometry is worked out once.
+    """Stress at fixed reference places of every element; the geometry is evaluated only once.
 
     Parameters
     ----------
     mesh
         The mesh.
     places
-        (n_places, 3) in the reference tetrahedron; without it the Gauss points of the stiffness.
+        (n_places, 3) in the reference tetrahedron; the Gauss points of the stiffness by default.
     """
 
     def __init__(self, mesh: TetMesh, places: Floats | None = None) -> None:
@@ -88,7 +88,7 @@ class ElementStress:
         material
             Of every element.
         pressure
-            (n_points, n_cases), MPa, in place of λ ∇·u where the solution has one (`fea.solvers.mixed`).
+            (n_points, n_cases), MPa, used instead of λ ∇·u if the solution has one (`fea.solvers.mixed`).
         """
         gradient = self.gradient(displacement).transpose(0, 1, 4, 3, 2)
         if pressure is None:
@@ -99,21 +99,21 @@ class ElementStress:
 
 
 class Recovery:
-    """Continuous nodal stress; what depends on the mesh alone is worked out once.
+    """Continuous nodal stress; operators that depend only on the mesh are computed once.
 
-    Inside the body, the plain mean over the elements that share a node, each extrapolated linearly
-    from its Gauss points. On a mirror plane the other half adds the same values with the signs of
-    `stress_parity`, so the mean stays for components that are even there and vanishes for those
-    that are odd. On surfaces of known traction, `SurfaceStress`.
+    Inside the body it is the mean over the elements that share a node, each extrapolated linearly from its
+    Gauss points. On a mirror plane the other half adds the same values with the signs of `stress_parity`, so
+    that the mean does not change for even components and is zero for odd ones. On surfaces of known
+    traction it comes from `SurfaceStress`.
 
     Parameters
     ----------
     mesh
         The mesh; `mesh.facets` names the facets on its surfaces and mirror planes.
     planes
-        The mirror planes it is cut at: `Surface.SYMMETRY_Y` (y = 0), `Surface.SYMMETRY_Z` (z = 0).
+        The mirror planes at which it is cut: `Surface.SYMMETRY_Y` (y = 0), `Surface.SYMMETRY_Z` (z = 0).
     surfaces
-        The surfaces whose traction is known: those that are not held.
+        The surfaces of known traction: those without displacement constraints.
     """
 
     def __init__(
@@ -152,13 +152,13 @@ class Recovery:
         material
             Of every element.
         parity
-            Of the solution about y = 0, where the mesh is cut there; about z = 0 it is symmetric.
+            Parity of the solution about y = 0, if the mesh is cut there; about z = 0 it is symmetric.
         traction
-            Per loaded surface (n_points, 3, n_cases), MPa, its part of that parity; of `surfaces`
-            those not named are free.
+            Per loaded surface (n_points, 3, n_cases), MPa, its part of that parity; the other `surfaces` are
+            free of traction.
         pressure
-            (n_points, n_cases), MPa, as for `ElementStress`. Surfaces of known traction do without: the law
-            of `SurfaceStress`, in ν / (1 − ν), knows no λ.
+            (n_points, n_cases), MPa, as for `ElementStress`. Surfaces of known traction do not need it: the
+            law of `SurfaceStress` depends on ν / (1 − ν) and not on λ.
 
         Returns
         -------
@@ -181,16 +181,16 @@ class Recovery:
 
 
 def _mean_gradient(mean: sparse.csr_array, mesh: TetMesh, slopes: Floats) -> sparse.csr_array:
-    """Matrix (3 n, n_points) from a field's nodal values to ∂/∂x, ∂/∂y and ∂/∂z by a mean of elements.
+    """Matrix (3 n, n_points) from nodal values of a field to its derivatives, averaged over the elements.
 
     Parameters
     ----------
     mean
-        (n, n_elements n_places) from values at the places.
+        (n, n_elements n_places) the averaging of values at the places.
     mesh
         The mesh.
     slopes
-        From `ElementStress.slopes`.
+        Of `ElementStress.slopes`.
     """
     n_elements, n_places, _, n_nodes = slopes.shape
     columns = np.repeat(mesh.tets.astype(mean.indices.dtype), n_places, axis=0).ravel()

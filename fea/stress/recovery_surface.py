@@ -1,6 +1,6 @@
-"""Stress on the boundary from what is known best there: strain along the surface, and the traction.
+"""Stress on the boundary from the quantities known best there: the strain along the surface and the traction.
 
-The mean over elements takes the strain across the surface from one side only. But at a boundary
+The mean over elements uses the strain normal to the surface from one side only. But at a boundary
 three stress components are given by the traction, and the other three follow from the strain within
 the surface, to which elements on both sides contribute: the displacement of the surface nodes around
 a vertex is fitted by a polynomial in two surface coordinates and differentiated. Boundary-element
@@ -21,14 +21,14 @@ from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
-# At an edge the traction of either side counts this much more than the strain, which is fitted there
-# from one side. Much more would force the stress across a blunt edge to the zero that only its very
-# tip knows.
+# At an edge the tractions of both sides have this weight relative to the strain, which is fitted from one
+# side there. A much larger weight would force the stress across a blunt edge to zero, which is right only
+# at the very edge.
 TRACTION_WEIGHT = 3.0
-# Least ratio of the eigenvalues of a fit's normal matrix.
+# Smallest accepted ratio of the eigenvalues of a fit's normal matrix.
 RANK_TOLERANCE = 1e-9
-# Least cosine between a fan's normal and those at its nodes: a surface that turns further is not seen as
-# one sheet in the tangent plane.
+# Smallest accepted cosine between the normal of a fan and those at its nodes: a surface that turns further
+# cannot be projected onto one tangent plane.
 LEAST_COSINE = 0.2
 
 
@@ -69,11 +69,11 @@ def _dyads(a: Floats, b: Floats) -> Floats:
 class SurfaceStress:
     """Stress at the boundary nodes of a mesh.
 
-    Around each vertex and up to the next sharp edge the surface nodes are a *fan*. Its fit serves the
-    vertex and the mid-edge nodes next to it; a node served by several fans takes the least-squares
-    compromise, so that on a sharp outer edge the tractions of both sides and the strain along it
-    decide. Left out are nodes on inner (re-entrant) edges, where the stress is singular, those on
-    other surfaces than `surfaces`, and those of fits that lack rank or turn too far.
+    The surface nodes around a vertex, up to the next sharp edge, form a *fan*. Its fit gives the stress at
+    the vertex and at the mid-edge nodes next to it. A node with several fans gets their least-squares
+    compromise, so that on a sharp outer edge the tractions of both sides and the strain along the edge
+    decide. Left out are nodes on inner (re-entrant) edges, where the stress is singular, nodes on surfaces
+    other than `surfaces`, and nodes of fits that are rank-deficient or whose surface turns too far.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class SurfaceStress:
         self._known: dict[tuple[float, float], tuple[Floats, Floats]] = {}
 
     def _open_nodes(self, mesh: TetMesh, edges: Edges) -> Mask:
-        """Nodes of the mesh that lie on known surfaces only and on no inner edge."""
+        """Nodes of the mesh that lie on known surfaces only and not on an inner edge."""
         facets, label = self.skin.facets, self.skin.label
         allowed = np.zeros(len(self.skin.points), dtype=bool)
         allowed[facets] = True
@@ -132,7 +132,7 @@ class SurfaceStress:
         return allowed[: len(mesh.points)]
 
     def _fit(self, order: int, number: Ints, facets: Ints) -> None:
-        """Work out the linear map from nodal values to the polynomial of each fan."""
+        """Compute the linear map from nodal values to the polynomial of each fan."""
         n_ext = len(self.skin.points)
         pairs = np.unique((number[:, None] * n_ext + facets).ravel())
         fan, node = np.divmod(pairs, n_ext)
@@ -159,7 +159,7 @@ class SurfaceStress:
         return np.stack([(away * tangent[fan]).sum(axis=1) for tangent in self._tangent], axis=1)
 
     def _serve(self, order: int, number: Ints, nodes: Ints, allowed: Mask) -> None:
-        """List which fan serves which nodes: its vertex and the mid-edge nodes next to it."""
+        """List the nodes of each fan: its vertex and the mid-edge nodes next to it."""
         n_points = len(allowed)
         key = np.unique((nodes + number[:, None] * len(self.skin.points)).ravel())
         fan, node = np.divmod(key, len(self.skin.points))
@@ -222,9 +222,10 @@ class SurfaceStress:
         return np.asarray(np.add.reduceat(parts, self._start))
 
     def _operators(self, E: float, nu: float) -> tuple[Floats, Floats]:
-        """What each fan at a node adds to its stress, (n, 6, 6) of the slopes and (n, 6, 3) of the traction.
+        """Contribution of each fan to the stress of a node, from slopes (n, 6, 6) and traction (n, 6, 3).
 
-        Least squares of traction σ n = t and plane stress-strain relations of all fans at a node.
+        It is the least-squares solution of σ n = t and the plane stress-strain relations of all fans at a
+        node.
         """
         if (E, nu) not in self._known:
             rows = self._equations(nu)

@@ -1,4 +1,4 @@
-"""The stress in a cross-section against the forces beyond it: Cauchy's cut, as every textbook begins with."""
+"""Equilibrium check at a cross-section: resultants of the stress against the forces beyond it."""
 
 import math
 from functools import cached_property
@@ -14,16 +14,17 @@ _XX, _XY = 0, 3
 
 
 class SectionBalance:
-    """A cross-section of a rod, and the mass beyond it, found when first asked for and kept.
+    """A cross-section of a rod and the mass beyond it, computed on first use.
 
     Parameters
     ----------
     whole
         Mesh of the whole rod.
     cell, density
-        What was integrated of it, and the density of every or of each element (n_elements,), t/mm³.
+        The mirror cell whose mass is integrated, and the density of every or of each element (n_elements,),
+        t/mm³.
     rod_length
-        x of the small end's bore, mm.
+        x of the small-end bore, mm.
     station
         x of the section, between the bores, mm.
     """
@@ -35,13 +36,13 @@ class SectionBalance:
         self._rod_length, self._station = rod_length, station
 
     def error(self, case: LoadCase, stress: Floats) -> float:
-        """How far a case's nodal stress (n_nodes, 6), MPa, is from carrying what acts beyond the section.
+        """Equilibrium error of a case's nodal stress (n_nodes, 6), MPa, at the section.
 
         Returns
         -------
         float
-            The larger of what is missing of the force, and of the moment over the radius of gyration; as a
-            share of the largest bore force plus that of the moment.
+            The larger of the force error and the moment error over the radius of gyration, relative to the
+            largest bore force plus the moment over the radius of gyration.
         """
         *force, moment = self._acting(case)
         *carried, bent = self._carried(stress)
@@ -63,7 +64,7 @@ class SectionBalance:
         return mass_beyond(self._cell, self._density, self._station)
 
     def _acting(self, case: LoadCase) -> tuple[float, float, float]:
-        """Forces along x and y beyond the section, N, and their moment about its point y = 0, N·mm."""
+        """Forces along x and y beyond the section, N, and their moment about its point at y = 0, N·mm."""
         x, y = case.pin_axial, case.pin_transverse
         moment = (self._rod_length - self._station) * y
         if case.motion is not None:

@@ -1,8 +1,8 @@
-"""Places where linear elasticity has no finite stress, told from the mesh.
+"""Stress singularities of linear elasticity, found from the mesh.
 
-At the border of a held surface and along sharp re-entrant edges the exact stress is infinite (Williams 1952);
-the computed one grows with every refinement and says nothing. Such places are masked: every node within a
-radius that does not depend on the element size, so that the extreme outside converges.
+At the border of a clamped surface and along sharp re-entrant edges the exact stress is infinite (Williams
+1952); the computed stress grows with every refinement and is meaningless. Such places are masked: every node
+within a radius that does not depend on the element size, so that the peak outside converges.
 """
 
 import numpy as np
@@ -14,22 +14,22 @@ from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
-# A re-entrant edge is sharp when the surface turns there by more than this. Curved facets continue a fillet
-# smoothly, flat ones turn at each edge: on the coarsest sizes allowed, by up to 54°.
+# A re-entrant edge is sharp if the surface turns there by more than this angle. Curved facets follow a fillet
+# smoothly; flat ones turn at each edge, by up to 54° at the coarsest size allowed.
 SHARP_DEGREES = {1: 60.0, 2: 30.0}
-# Of the mask, over the body's longest side: 4 mm on a rod of 200 mm.
+# Radius of the mask relative to the longest side of the body: 4 mm on a rod of 200 mm.
 RADIUS = 0.02
 
 _FACET_EDGES = np.array([[0, 1], [1, 2], [2, 0]])
 
 
 def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = ()) -> Ints:
-    """Nodes on sharp re-entrant edges and on the borders of held surfaces.
+    """Nodes on sharp re-entrant edges and on the borders of clamped surfaces.
 
     Parameters
     ----------
     mesh
-        The mesh; across its mirror planes it goes on.
+        The mesh, which continues across its mirror planes.
     held
         Surfaces whose displacement is prescribed.
     """

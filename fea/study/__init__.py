@@ -1,1 +1,1 @@
-"""What a run is asked: studies, their tables and the flags that override them."""
+"""The input of a run: studies, their tables and the flags that override them."""

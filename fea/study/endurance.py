@@ -1,4 +1,4 @@
-"""From a polished specimen's endurance to that of a part: Marin's factors.
+"""Marin's factors: from the endurance limit of a polished specimen to that of a part.
 
 S_e = k_a k_b k_e S_e′ (Marin 1962), with the factors of Budynas & Nisbett, Shigley's Mechanical Engineering
 Design, 9th ed., sections 6-8 and 6-9.
@@ -16,7 +16,8 @@ _FINISHES = {
     Finish.HOT_ROLLED: (57.7, -0.718),
     Finish.AS_FORGED: (272.0, -0.995),
 }
-# Endurance scatters by 8 % of its mean (section 6-9, after Stulen, Cummings & Schulte 1961).
+# Standard deviation of the endurance limit, relative to its mean (section 6-9, after Stulen, Cummings &
+# Schulte 1961).
 _SCATTER = 0.08
 # Of steels: S_e′ = S_u/2, at most 700 MPa (equation 6-8).
 _STEEL_RATIO, _STEEL_LIMIT = 0.5, 700.0
@@ -35,10 +36,10 @@ def size_factor(diameter: float) -> float:
     Raises
     ------
     InvalidValue
-        The diameter is beyond 254 mm, the largest tested.
+        The diameter exceeds 254 mm, the largest tested.
     """
     require_positive("material.size_mm", diameter)
-    require(diameter <= 254, "material.size_mm", diameter, "must not exceed 254, the largest tested")
+    require(diameter <= 254, "material.size_mm", diameter, "must not exceed 254 mm, the largest size tested")
     if diameter <= 51:
         return float(min(1.0, (diameter / 7.62) ** -0.107))
     return float(1.51 * diameter**-0.157)
@@ -50,14 +51,14 @@ def reliability_factor(percent: float) -> float:
     Raises
     ------
     InvalidValue
-        Below 50, where it would raise the strength, or not below 100.
+        The reliability is below 50, which would raise the strength, or not below 100.
     """
     require(50 <= percent < 100, "material.reliability_percent", percent, "must be at least 50 and below 100")
     return 1 - _SCATTER * NormalDist().inv_cdf(percent / 100)
 
 
 def estimated_endurance(ultimate: float, youngs_modulus: float) -> float | None:
-    """S_e′ of a steel from its ultimate strength, MPa; None for other metals, which may have none."""
+    """S_e′ of a steel from its ultimate strength, MPa; None for other metals, which may have no limit."""
     low, high = _STEEL_MODULI
     if not low <= youngs_modulus <= high:
         return None

@@ -19,7 +19,7 @@ class EngineTable:
     """[engine]: dimensions, masses and gas.
 
     `gas` is the name of a shipped trace, ``boyle``, ``otto``, ``motored``, ``none`` or a CSV file; the
-    keys after it belong to the computed cycles.
+    keys after it apply to the computed cycles.
     """
 
     stroke_mm: float
@@ -42,7 +42,8 @@ class EngineTable:
             return self
         if not self.gas.lower().endswith(".csv"):
             choices = ", ".join((*SHIPPED, *_CYCLES))
-            raise InvalidValue("engine.gas", self.gas, "is no gas model", f"Choose {choices} or a .csv file.")
+            remedy = f"Choose {choices} or a .csv file."
+            raise InvalidValue("engine.gas", self.gas, "is not a gas model", remedy)
         return dataclasses.replace(self, gas=str(located("engine.gas", self.gas, folder)))
 
     def engine(self, rod_length: float) -> Engine:
@@ -87,5 +88,6 @@ class EngineTable:
 
     def _needed(self, key: str) -> float:
         value = getattr(self, key)
-        require(value is not None, f"engine.{key}", None, f'is needed by gas = "{self.gas}"')
+        rule, remedy = f'is missing: gas = "{self.gas}" needs it', "Give it in [engine]."
+        require(value is not None, f"engine.{key}", None, rule, remedy)
         return float(value)

@@ -17,55 +17,55 @@ from geometry.invalid import require, require_number
 
 @dataclass(frozen=True)
 class Flags:
-    """What the user asked on the command line; None leaves the study as it is."""
+    """The options of the command line; None leaves the study's value unchanged."""
 
     rpm: str | None = None
     """Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200)."""
 
     size: float | None = None
-    """Element size, mm; by default a 28th of the rod's length, smaller on its features."""
+    """Element size, mm; default: 1/28 of the rod's length, smaller on fillets, bores and webs."""
 
     element: Element | None = None
-    """Tetrahedra of first or of second order; p2 by default."""
+    """Order of the tetrahedra: p1 (4 nodes) or p2 (10 nodes); default: p2."""
 
     support: Support | None = None
-    """How the rod is held: by its inertia (the default), or clamped at the big end."""
+    """Boundary condition: inertia-relief (default; nothing is clamped), or clamped at the big end."""
 
     symmetry: Symmetry | None = None
-    """Which part of the rod is solved; by default the smallest that its mirror planes leave."""
+    """Part of the rod to solve; default: the smallest part that its mirror planes allow."""
 
     pressure: str | None = None
-    """Pressure of a pin: cosine-180 (the default), uniform-120, cosine-ARC (degrees) or webster."""
+    """Pin pressure on the bores: cosine-180 (default), uniform-120, cosine-ARC (in degrees) or webster."""
 
     solver: SolverName | None = None
-    """Linear solver; by default chosen by the memory it will need."""
+    """Linear solver; default: auto, chosen by the memory that it needs."""
 
     assembly: Assembly | None = None
     """What assembles the stiffness: batched kernels (the default), or scikit-fem, more slowly."""
 
     cycle: bool = False
-    """Work out every degree of the crank cycle: envelope, histories, fatigue."""
+    """Analyse the whole crank cycle, degree by degree: stress envelope, histories, fatigue."""
 
     fatigue: Fatigue | None = None
-    """How --cycle judges mean and amplitude; goodman by default."""
+    """Mean-stress correction used with --cycle; default: goodman."""
 
     buckling: bool = False
-    """Find the load factors at which the rod buckles, and the shapes it takes."""
+    """Compute the buckling load factors and buckling shapes of the solid."""
 
     tolerance: float | None = None
-    """Refine the mesh until the error bar of every peak is within this, percent."""
+    """Refine the mesh until the error bar of every peak stress is at most this, in percent."""
 
     min_safety: float | None = None
-    """Exit with 6 where any safety factor of the run is below this."""
+    """Exit with code 6 if any safety factor of the run is below this value."""
 
     screenshot: bool = False
-    """Draw each load case as a .png beside its .vtu."""
+    """Save a .png picture of each load case next to its .vtu file."""
 
     animate: Path | None = None
     """Write an animation of the cycle to this file (.gif; .mp4 with imageio-ffmpeg); needs --cycle."""
 
     out: Path | None = None
-    """Directory of the results; results/STUDY-RPMrpm by default. Replaced only if it is an earlier run."""
+    """Directory of the results; default: results/STUDY-RPMrpm. Only an earlier run is ever replaced."""
 
     def applied(self, study: Study) -> Study:
         """Return the study with the flags on top.
@@ -103,8 +103,9 @@ class Flags:
                 changes[name] = dataclasses.replace(getattr(study, name), **given)
         asked = dataclasses.replace(study, **changes)
         still = self.rpm is None or study.forces is None
-        require(still, "--rpm", self.rpm, "needs an [engine]: given forces have no speed", "Leave it out.")
-        needs = "judges the crank cycle, which is not asked for"
+        rule = "cannot be used with [forces], which have no speed"
+        require(still, "--rpm", self.rpm, rule, "Leave it out, or give an [engine].")
+        needs = "has no effect without --cycle"
         cycle = self.fatigue is None or asked.analysis.cycle
         require(cycle, "--fatigue", self.fatigue, needs, "Add --cycle.")
         return asked

@@ -1,7 +1,8 @@
 """Materials by name, in the units of a study file, each with its source.
 
-Endurance is that of polished specimens, fully reversed; where the metal has no knee, at the number of
-cycles named. Published figures of one heat: a design wants those of its own.
+The endurance limit is that of polished specimens under fully reversed stress; for a metal whose S-N curve has
+no knee, it holds at the number of cycles given. All are published figures of one heat or typical values: a
+design needs figures of its own material.
 """
 
 MATERIALS: dict[str, dict[str, float]] = {
@@ -55,33 +56,34 @@ MATERIALS: dict[str, dict[str, float]] = {
     },
 }
 
-# Where the figures are from, and how far that was checked.
+# Sources of the figures, and how far they were checked.
 SOURCES: dict[str, str] = {
     "leon-2001": (
-        "León 2001, finite-element chapter. It gives no endurance: half the ultimate strength is taken."
+        "León 2001, finite-element chapter. It gives no endurance limit: half the ultimate strength is used."
     ),
     "forged-steel-2005": (
-        "Forged steel of a production connecting rod, Shenoy & Fatemi, SAE 2005-01-0987; endurance at 10⁶ "
-        "cycles. The table was not seen again: not traced, so check the figures before you rely on them."
+        "Forged steel of a production connecting rod, Shenoy & Fatemi, SAE 2005-01-0987; endurance limit at "
+        "10⁶ cycles. The figures could not be checked against the paper: check them before you rely on them."
     ),
     "c70-2005": (
-        "C-70, the steel of fracture-split rods, the same paper; endurance at 10⁶ cycles. Not traced either."
+        "C-70, the steel of fracture-split rods, from the same paper; endurance limit at 10⁶ cycles. These "
+        "figures could not be checked either."
     ),
     "hard-steel-1945": (
-        "Hard steel of Nishihara & Kawamoto 1945, limits in bending and torsion as tabled by Papadopoulos "
+        "Hard steel of Nishihara & Kawamoto 1945, limits in bending and torsion as tabulated by Papadopoulos "
         "et al. 1997 (Int. J. Fatigue 19, 219). Their ratio, 0.625, is confirmed by Tveit et al. 2026 "
-        "(Procedia Structural Integrity 82, 112), the limits themselves and the static strengths are not "
-        "traced; elastic constants are those of any steel."
+        "(Procedia Structural Integrity 82, 112); the limits themselves and the static strengths could not "
+        "be checked. The elastic constants are typical of steel."
     ),
     "ti-6al-4v": (
-        "Ti-6Al-4V, grade 5, annealed: data sheet MTP641 of ASM and MatWeb; endurance of smooth specimens "
-        "at 10⁷ cycles, from sheet MTP644 of annealed bar. The sheet does not state the stress ratio; "
-        "fully reversed is assumed. Sintered grades have 300…600 MPa (Sci. Rep. 7, 41444, table 1)."
+        "Ti-6Al-4V, grade 5, annealed: data sheet MTP641 of ASM and MatWeb; endurance limit of smooth "
+        "specimens at 10⁷ cycles, from sheet MTP644 of annealed bar. The sheet does not state the stress "
+        "ratio; fully reversed is assumed. Sintered grades have 300…600 MPa (Sci. Rep. 7, 41444, table 1)."
     ),
     "al-7075-t6": (
-        "7075-T6, typical values of the Aluminum Association on the data sheet of ASM and MatWeb, 'not "
-        "for design'; endurance by the rotating beam of R. R. Moore, fully reversed, customarily at 5·10⁸ "
-        "cycles. Strengths confirmed by two suppliers' tables (572, 503 and 158…159 MPa); one has 71.0 "
-        "GPa in place of 71.7."
+        "7075-T6, typical values of the Aluminum Association on the data sheet of ASM and MatWeb, marked "
+        "'not for design'; endurance limit from the R. R. Moore rotating-beam test, fully reversed, usually "
+        "at 5·10⁸ cycles. The strengths are confirmed by two suppliers' tables (572, 503 and 158…159 MPa); "
+        "one of them gives 71.0 GPa instead of 71.7."
     ),
 }

@@ -14,11 +14,11 @@ from geometry.invalid import InvalidValue, require, require_positive
 
 @dataclass(frozen=True)
 class MaterialTable:
-    """[material]: a preset's name, or the constants; the constants win where both are given.
+    """[material]: a preset's name, or the constants; constants override those of a preset.
 
     `endurance_MPa` is the fully reversed limit of polished specimens in tension, `endurance_torsion_MPa`
-    in torsion. `surface`, `size_mm` (of a round section in bending) and `reliability_percent` bring both
-    to the part.
+    in torsion. `surface`, `size_mm` (of a round section in bending) and `reliability_percent` convert both
+    into limits of the part.
     """
 
     preset: str | None = None
@@ -39,7 +39,7 @@ class MaterialTable:
         if self.preset is not None:
             if self.preset not in MATERIALS:
                 remedy = nearest(self.preset, MATERIALS)
-                raise InvalidValue("material.preset", self.preset, "is no preset", remedy)
+                raise InvalidValue("material.preset", self.preset, "is not a preset", remedy)
             base = MATERIALS[self.preset]
         own = {key: value for key, value in dataclasses.asdict(self).items() if value is not None}
         own.pop("preset", None)
@@ -51,7 +51,8 @@ class MaterialTable:
 
         def needed(key: str) -> float:
             value = getattr(table, key)
-            require(value is not None, f"material.{key}", None, "is missing", "Give it, or a preset.")
+            remedy = "Give it or a preset in [material]."
+            require(value is not None, f"material.{key}", None, "is missing", remedy)
             return float(value)
 
         modulus, factor = needed("E_GPa") * GPA, table.part_factor()
@@ -73,7 +74,7 @@ class MaterialTable:
         )
 
     def part_factor(self) -> float:
-        """Return k_a k_b k_e, from a polished specimen to the part.
+        """Return Marin's factor k_a k_b k_e, from a polished specimen to the part.
 
         Raises
         ------
@@ -83,8 +84,8 @@ class MaterialTable:
         factor = 1.0
         if self.surface is not None:
             missing = "material.ultimate_MPa"
-            rule = "is missing: the effect of the surface depends on it"
-            require(self.ultimate_MPa is not None, missing, None, rule)
+            rule = "is missing: the surface factor depends on it"
+            require(self.ultimate_MPa is not None, missing, None, rule, "Give it, or leave surface out.")
             factor *= finish_factor(self.surface, require_positive(missing, self.ultimate_MPa))
         if self.size_mm is not None:
             factor *= size_factor(self.size_mm)

@@ -1,4 +1,4 @@
-"""Paths that users write into studies, and files read whole."""
+"""Paths given in studies and flags, and size limits of input files."""
 
 from pathlib import Path
 
@@ -8,40 +8,43 @@ _LONGEST = 4096  # bytes of a path, on Linux; elsewhere fewer
 
 
 def located(name: str, path: str, folder: Path) -> Path:
-    """Return a path as a study gives it, absolute; a relative one starts at `folder`.
+    """Return the absolute form of a path from a study; a relative path starts at `folder`.
 
     Parameters
     ----------
     name
-        The key it stands at, for messages.
+        Its key, for messages.
 
     Raises
     ------
     InvalidValue
-        No system can have such a path.
+        The path is not valid.
     """
-    require("\0" not in path, name, path, "holds a NUL character, which no path may")
+    remedy = "Give another path."
+    require("\0" not in path, name, path, "must not contain a NUL character", remedy)
     require_text(name, path)
-    require(len(path.encode(errors="replace")) < _LONGEST, name, path, f"is longer than {_LONGEST} bytes")
+    short = len(path.encode(errors="replace")) < _LONGEST
+    require(short, name, path, f"must be shorter than {_LONGEST} bytes", remedy)
     try:
         return (folder / path).resolve()
     except (OSError, RuntimeError, ValueError) as error:
-        raise InvalidValue(name, path, f"is no path here ({error})") from error
+        raise InvalidValue(name, path, f"is not a valid path ({error})", remedy) from error
 
 
 def absolute(option: str, path: Path | None) -> str | None:
-    """Return a path as a flag gives it, absolute; None where it gives none; refused as `located` does."""
+    """Return the absolute form of a flag's path, None if it is not given; raises the errors of `located`."""
     return None if path is None else str(located(option, str(path), Path.cwd()))
 
 
 def require_text(name: str, path: str) -> None:
-    """Refuse a path whose bytes are no UTF-8: neither TOML nor JSON could name it."""
+    """Refuse a path that is not valid UTF-8: neither TOML nor JSON could store it."""
     letters = path.encode(errors="replace").decode()
-    require(letters == path, name, path, "is not UTF-8, which the files of a run are", "Choose another name.")
+    rule = "must be valid UTF-8, because the files of a run are in UTF-8"
+    require(letters == path, name, path, rule, "Choose another name.")
 
 
 def is_file(path: Path) -> bool:
-    """Whether there is a file; a path that the system refuses has none."""
+    """Whether there is a file; False for a path that the system rejects."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -49,16 +52,16 @@ def is_file(path: Path) -> bool:
 
 
 def require_size(name: str, path: Path, largest: int) -> None:
-    """Refuse a file that is no plain file or larger than `largest` bytes, before it is read whole.
+    """Refuse a path that is not a regular file, or a file larger than `largest` bytes, before reading it.
 
     Raises
     ------
     InvalidValue
-        It is too large, or a device or a pipe, whose end may never come.
+        It is too large, or a device or a pipe, which may never end.
     OSError
-        There is none.
+        It does not exist.
     """
     size = path.stat().st_size
-    require(path.is_file(), name, str(path), "is not a file")
-    rule = f"holds {size / 2**20:.1f} MiB, more than the {largest / 2**20:g} MiB that are read"
-    require(size <= largest, name, str(path), rule, "Is it the right file?")
+    require(path.is_file(), name, str(path), "is not a regular file", "Name a file.")
+    rule = f"is {size / 2**20:.1f} MiB large; at most {largest / 2**20:g} MiB are read"
+    require(size <= largest, name, str(path), rule, "Check that it is the right file.")

@@ -1,4 +1,4 @@
-"""[rod]: a preset, dimensions, a STEP file, or mass properties for dynamics alone."""
+"""[rod]: a preset, dimensions, a STEP file, or mass properties alone (for the dynamics)."""
 
 import dataclasses
 import math
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from geometry.solid import Solid
 
 _MASS_KEYS = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
-# Of two masses, beyond the digits they are given with.
+# Relative difference up to which given and computed mass properties count as equal.
 _ALIKE = 0.01
 _LEAST = ("length", "big_end_bore", "small_end_bore")
 
@@ -35,7 +35,7 @@ class StepFile:
     path
         The file.
     big_end_bore, small_end_bore
-        Diameters that tell the bores, mm, where the two largest parallel through-holes are not they.
+        Diameters that identify the bores, mm, needed if these are not the two largest parallel through-holes.
     """
 
     path: Path
@@ -45,18 +45,18 @@ class StepFile:
 
 @dataclass(frozen=True)
 class RodTable:
-    """A rod as a study gives it: dimensions, a STEP file, or its mass properties alone.
+    """The rod of a study: dimensions, a STEP file, or its mass properties alone.
 
     Attributes
     ----------
     dimensions
         Of a parametric rod.
     step
-        The file it comes from.
+        The STEP file that it comes from.
     mass
-        Given mass properties, for the dynamics alone.
+        Given mass properties, used for the dynamics of `fea loads`.
     length
-        Distance of the bores' centres, mm; None where only the solid of a file tells.
+        Distance of the bores' centres, mm; None for a STEP file, whose solid must be measured.
     """
 
     dimensions: Rod | None
@@ -72,7 +72,7 @@ class RodTable:
         InvalidValue
             Only mass properties are given, or the file cannot be read.
         GeometryError
-            No solid came out, or its bores cannot be told.
+            No solid could be made, or its bores cannot be identified.
         """
         if self.step is not None:
             return _imported(self.step)
@@ -91,10 +91,11 @@ class RodTable:
         """
         if self.dimensions is None:
             if self.step is not None:
-                rule = "is a solid already: it has no dimensions to fit or to make another of"
-                raise InvalidValue("rod.step", str(self.step.path), rule)
-            remedy = "Give big_end_bore_mm and small_end_bore_mm beside length_mm, or a preset."
-            rule = "has no dimensions to make a solid of"
+                rule = "is an imported solid: it has no dimensions to fit or to export again"
+                remedy = "Use a rod given by dimensions or a preset."
+                raise InvalidValue("rod.step", str(self.step.path), rule, remedy)
+            remedy = "Add big_end_bore_mm and small_end_bore_mm to length_mm, or give a preset."
+            rule = "gives no dimensions, so no solid can be made"
             raise InvalidValue("[rod]", "mass properties only", rule, remedy)
         return self.dimensions
 
@@ -110,12 +111,12 @@ class RodTable:
         return _between_bores(dataclasses.replace(self, dimensions=rod, length=rod.length))
 
     def mass_remarks(self, drawn: MassProperties) -> list[str]:
-        """Say where given mass properties are not those of the solid, whose own inertia loads it.
+        """Return a remark if given mass properties differ from the solid's, whose own inertia loads it.
 
         Parameters
         ----------
         drawn
-            Of the solid.
+            Mass properties of the solid.
         """
         if self.mass is None:
             return []
@@ -125,15 +126,17 @@ class RodTable:
             "inertia_kg_m2": (self.mass.inertia_z / KG_M2, drawn.inertia_z / KG_M2),
         }
         others = [
-            f"{key} {given:.4g} (the solid's: {own:.4g})"
+            f"{key} = {given:.4g} (solid: {own:.4g})"
             for key, (given, own) in pairs.items()
             if not math.isclose(given, own, rel_tol=_ALIKE)
         ]
         if not others:
             return []
-        return [
-            f"given for fea loads alone, not used here: {', '.join(others)}; fea rod --fit fits dimensions"
-        ]
+        text = (
+            f"given mass properties are used by fea loads only, not here: {', '.join(others)}; fea rod --fit "
+            "adjusts the dimensions to them"
+        )
+        return [text]
 
     def text(self) -> str:
         """Return the table as TOML text."""
@@ -176,12 +179,12 @@ def _fields() -> dict[str, str]:
 
 
 def dimension_of(key: str) -> str:
-    """Return the dimension behind a key of the [rod] table.
+    """Return the dimension of a key of the [rod] table.
 
     Raises
     ------
     InvalidValue
-        It is no dimension.
+        The key is not a dimension.
     """
     keys = {_key(name): name for name in dimensions()}
     if key not in keys:
@@ -207,7 +210,7 @@ def read_rod(raw: object, folder: Path) -> RodTable:
     if "preset" in raw:
         name = checked("rod.preset", raw["preset"], str)
         if name not in PRESETS:
-            raise InvalidValue("rod.preset", name, "is no preset", nearest(name, PRESETS))
+            raise InvalidValue("rod.preset", name, "is not a preset", nearest(name, PRESETS))
         rod = dataclasses.replace(PRESETS[name], **given)
         return _between_bores(RodTable(rod, None, mass, rod.length))
     if mass is not None and set(given) == {"length"}:
@@ -233,13 +236,11 @@ def _dimensions(raw: Mapping[str, object], others: Sequence[str] = ()) -> dict[s
 
 
 def _between_bores(table: RodTable) -> RodTable:
-    """Return the table, or refuse a centre of gravity that no rod of its length has."""
+    """Return the table, or refuse a centre of gravity that does not lie between the bores."""
     if table.mass is not None and table.length is not None:
-        rule = f"must lie between the bores' centres, 0…{table.length:g}"
-        place = table.mass.center[0]
-        require(
-            0 < place < table.length, "rod.center_of_gravity_mm", place, rule, "It counts from the crank pin."
-        )
+        rule = f"must lie between the centres of the bores, 0 to {table.length:g} mm"
+        place, remedy = table.mass.center[0], "Measure it from the crank pin."
+        require(0 < place < table.length, "rod.center_of_gravity_mm", place, rule, remedy)
     return table
 
 
@@ -247,13 +248,12 @@ def _step(raw: Mapping[str, object], given: Mapping[str, Any], folder: Path) -> 
     """Read the keys of a rod from a file."""
     allowed = {"big_end_bore", "small_end_bore"}
     for name in given:
-        rule = "does not go with step: the file has its own dimensions"
+        rule = "cannot be combined with step: the STEP file has its own dimensions"
         require(name in allowed, f"rod.{_key(name)}", given[name], rule, "Remove one of them.")
-    require(
-        "preset" not in raw, "rod.preset", raw.get("preset"), "does not go with step", "Remove one of them."
-    )
+    rule, remedy = "cannot be combined with step", "Remove one of them."
+    require("preset" not in raw, "rod.preset", raw.get("preset"), rule, remedy)
     path = located("rod.step", checked("rod.step", raw["step"], str), folder)
-    require(is_file(path), "rod.step", str(path), "is not a file")
+    require(is_file(path), "rod.step", str(path), "is not a file", "Name a STEP file.")
     bores = {
         f"rod.{_key(name)}": require_positive(f"rod.{_key(name)}", value) for name, value in given.items()
     }
@@ -265,8 +265,8 @@ def _mass(raw: Mapping[str, object]) -> MassProperties | None:
     if not present:
         return None
     for key in _MASS_KEYS:
-        remedy = "Mass properties go together."
-        require(key in raw, f"rod.{key}", None, f"is missing beside {present[0]}", remedy)
+        rule = f"is missing, but {present[0]} is given"
+        require(key in raw, f"rod.{key}", None, rule, f"Give all of {', '.join(_MASS_KEYS)}, or none.")
     mass, center, inertia = (checked(f"rod.{key}", raw[key], float) for key in _MASS_KEYS)
     for key, value in (("mass_kg", mass), ("inertia_kg_m2", inertia)):
         require_positive(f"rod.{key}", value)

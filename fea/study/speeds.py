@@ -1,4 +1,4 @@
-"""Speeds as users write them."""
+"""Parse speeds: single values, lists and ranges."""
 
 import math
 
@@ -35,14 +35,15 @@ def _number(text: str) -> float:
 def _range(text: str) -> list[float]:
     parts = text.split(":")
     if len(parts) != 3:
-        raise InvalidValue("--rpm", text, "a range has a start, an end and a step", _FORMS)
+        raise InvalidValue("--rpm", text, "a range must have a start, an end and a step", _FORMS)
     start, end, step = (_number(part) for part in parts)
     if step <= 0 or end < start:
-        raise InvalidValue("--rpm", text, "a range goes up by a positive step", _FORMS)
+        rule = "the end of a range must not be below its start, and its step must be positive"
+        raise InvalidValue("--rpm", text, rule, _FORMS)
     steps = (end - start) / step * (1 + 1e-12) + 1e-9
     if not steps < _MOST:
-        rule = f"holds {steps + 1:.0f} speeds, more than {_MOST}"
-        raise InvalidValue("--rpm", text, rule, "Take a larger step.")
+        rule = f"gives {steps + 1:.0f} speeds; at most {_MOST} are allowed"
+        raise InvalidValue("--rpm", text, rule, "Use a larger step.")
     count = math.floor(steps) + 1
     speeds = [start + index * step for index in range(count)]
     if not math.isclose(speeds[-1], end):

@@ -1,4 +1,4 @@
-"""A study: everything a run is asked, from a shipped name or a TOML file, with flags on top."""
+"""A study: the complete input of a run, from a shipped study or a TOML file."""
 
 import re
 import tomllib
@@ -18,9 +18,9 @@ from fea.study.tables import key_text, nearest, read_table, table_text, unknown_
 from geometry.invalid import InvalidValue, require, require_number, require_positive
 from loads.bearing import BorePressure
 
-# A key of so many parts: the parser's time grows with their square.
+# A key with 64 dotted parts or more, refused because the parser's time grows with their square.
 _NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")
-# Beyond any piston engine; model aircraft engines reach about 40 000.
+# Faster than any piston engine; model aircraft engines reach about 40 000 rpm.
 LARGEST_RPM = 50_000.0
 LARGEST_STUDY = 2**18  # bytes; the longest list of speeds takes a tenth
 DEFAULT_STUDY = "leon-2001"
@@ -35,20 +35,21 @@ class SpeedTable:
     def speeds(self) -> tuple[float, ...]:
         """Return the speeds, rpm, in the order given."""
         values = self.rpm if isinstance(self.rpm, tuple) else (self.rpm,)
-        require(len(values) > 0, "speed.rpm", [], "must hold at least one speed")
+        require(len(values) > 0, "speed.rpm", [], "must contain at least one speed")
         for value in values:
             require_number("speed.rpm", value)
-            require(0 <= value <= LARGEST_RPM, "speed.rpm", value, f"must lie within 0…{LARGEST_RPM:.0f}")
+            rule = f"must lie between 0 and {LARGEST_RPM:.0f}"
+            require(0 <= value <= LARGEST_RPM, "speed.rpm", value, rule)
         named = {f"{value:g}": value for value in reversed(values)}
         for value in values:
-            rule = f"is {value:g} rpm to six digits, as {named[f'{value:g}']!r} is"
+            rule = f"equals {named[f'{value:g}']!r} to six digits, so both would have the same name"
             require(named[f"{value:g}"] == value, "speed.rpm", repr(value), rule, "Leave one of them out.")
         return tuple(dict.fromkeys(values))
 
 
 @dataclass(frozen=True)
 class ForcesTable:
-    """[forces]: given pin forces in place of an engine."""
+    """[forces]: given pin forces instead of an engine."""
 
     pin_N: tuple[float, ...]
 
@@ -56,7 +57,8 @@ class ForcesTable:
         """Return (axial, transverse), N, tension positive."""
         require(len(self.pin_N) == 2, "forces.pin_N", list(self.pin_N), "must be [axial, transverse]")
         axial, transverse = (require_number("forces.pin_N", value) for value in self.pin_N)
-        require(axial != 0 or transverse != 0, "forces.pin_N", list(self.pin_N), "must not vanish")
+        rule = "at least one component must not be zero"
+        require(axial != 0 or transverse != 0, "forces.pin_N", list(self.pin_N), rule)
         return axial, transverse
 
 
@@ -68,7 +70,7 @@ class MeshTable:
     element: Element = Element.P2
 
     def __post_init__(self) -> None:
-        """Refuse a size that is none."""
+        """Refuse a size that is not positive."""
         if self.size_mm is not None:
             require_positive("mesh.size_mm", self.size_mm)
 
@@ -89,7 +91,7 @@ class AnalysisTable:
     buckling: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be."""
+        """Refuse values out of range."""
         BorePressure.parse(self.pressure)
         if self.min_safety is not None:
             require_positive("analysis.min_safety", self.min_safety)
@@ -108,12 +110,12 @@ class OutputTable:
 
 @dataclass(frozen=True)
 class Study:
-    """Everything a run is asked.
+    """The complete input of a run.
 
     Attributes
     ----------
     name
-        Of the shipped study or the file.
+        The name of the shipped study or of the file.
     part_material
         [material.<part>] by the part's name: a bushing, or a solid of a STEP file.
     rod, material, engine, speed, forces, mesh, analysis, output
@@ -135,7 +137,7 @@ class Study:
     folder: Path = field(default_factory=Path.cwd)
 
     def __post_init__(self) -> None:
-        """Check every value now, before anything is computed."""
+        """Check every value before anything is computed."""
         self.material.material()
         for table in self.part_material.values():
             table.material()
@@ -146,9 +148,10 @@ class Study:
             located("output.animate", self.output.animate, self.folder)
         if self.forces is not None:
             given = list(self.forces.pin_N)
-            require(self.engine is None, "forces.pin_N", given, "stand in place of an engine", "Remove one.")
-            rule = "needs an [engine]: given forces have no crank cycle"
-            require(not self.analysis.cycle, "analysis.cycle", "true", rule)
+            rule, remedy = "cannot be combined with [engine]", "Remove one of them."
+            require(self.engine is None, "forces.pin_N", given, rule, remedy)
+            rule = "cannot be used with [forces], which have no crank cycle"
+            require(not self.analysis.cycle, "analysis.cycle", "true", rule, "Give an [engine] instead.")
             self.forces.pin()
 
     def require_loading(self) -> None:
@@ -163,8 +166,8 @@ class Study:
             self.require_engine()
         elif self.analysis.support is not Support.CLAMPED:
             _, transverse = self.forces.pin()
-            rule = "has a transverse part, which nothing balances under inertia relief"
-            remedy = 'Say support = "clamped", or leave the transverse part out.'
+            rule = "the transverse component has no reaction under inertia relief"
+            remedy = 'Use support = "clamped", or set the transverse component to 0.'
             require(transverse == 0, "forces.pin_N", list(self.forces.pin_N), rule, remedy)
 
     def require_engine(self) -> EngineTable:
@@ -209,7 +212,7 @@ class Study:
         return replace(self, rod=self.rod.with_dimensions(dimensions))
 
     def materials(self, parts: Iterable[str]) -> tuple[Material, ...]:
-        """Return the material of each part; those without a table of their own are of [material].
+        """Return the material of each part; parts without a table of their own get that of [material].
 
         Raises
         ------
@@ -218,12 +221,12 @@ class Study:
         """
         names = list(parts)
         for part in self.part_material:
-            remedy = f"Its parts: {', '.join(names)}."
-            require(part in names, f"material.{part}", "", "is no part of this rod", remedy)
+            remedy = f"The parts of this rod are: {', '.join(names)}."
+            require(part in names, f"[material.{part}]", None, "does not name a part of this rod", remedy)
         return tuple(self.part_material.get(name, self.material).material() for name in names)
 
     def text(self) -> str:
-        """Return the study as a TOML file that runs again and gives the same."""
+        """Return the study as the text of a TOML file that reproduces the run."""
         tables: list[tuple[str, Any]] = [("material", self.material.resolved())]
         tables += [
             (f"material.{key_text(part)}", table.resolved()) for part, table in self.part_material.items()
@@ -268,7 +271,7 @@ def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
     path = Path(source)
     if not is_file(path):
         remedy = nearest(source, shipped_studies())
-        raise InvalidValue("STUDY", source, "is neither a shipped study nor a file", remedy)
+        raise InvalidValue("STUDY", source, "is neither a shipped study nor an existing file", remedy)
     require_text("STUDY", source)
     try:
         require_size("STUDY", path, LARGEST_STUDY)
@@ -286,16 +289,17 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
     InvalidValue
         See `load_study`.
     """
-    rule = "nests its keys deeper than any study"
-    require(_NESTED.search(text) is None, "STUDY", name, rule, "Tables have one level, or two for parts.")
+    rule, remedy = "nests its keys too deeply", "Use one level of tables, or two as in [material.bushing]."
+    require(_NESTED.search(text) is None, "STUDY", name, rule, remedy)
     try:
         raw = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # of a number with too many digits a plain ValueError
+    except (ValueError, RecursionError) as error:  # a number with too many digits gives a plain ValueError
         raise InvalidValue("STUDY", f"{name}.toml", f"is not valid TOML: {error}") from error
     for key in raw:
         if key != "rod" and key not in TABLES:
             raise unknown_key(f"{name}.toml:", key, ["rod", *TABLES])
-    require("rod" in raw, "STUDY", name, "has no [rod] table", 'Give dimensions or preset = "leon-2001".')
+    remedy = 'Add one with dimensions or with preset = "leon-2001".'
+    require("rod" in raw, "STUDY", name, "has no [rod] table", remedy)
     raw, part_material = _parted(raw)
     tables = {key: read_table(cls, key, raw[key]) for key, cls in TABLES.items() if key in raw}
     rod = read_rod(raw["rod"], folder)
@@ -305,7 +309,7 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
 
 
 def _parted(raw: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, MaterialTable]]:
-    """Take the [material.<part>] tables out of [material]."""
+    """Separate the [material.<part>] tables from [material]."""
     material = raw.get("material")
     if not isinstance(material, Mapping):
         return dict(raw), {}

@@ -1,4 +1,4 @@
-"""TOML tables as frozen dataclasses: unknown keys and wrong types are refused by name."""
+"""TOML tables as frozen dataclasses; errors name unknown keys and values of the wrong type."""
 
 import dataclasses
 import difflib
@@ -19,15 +19,15 @@ _WORDS = {float: "a number", int: "a whole number", str: "text", bool: "true or 
 
 
 def unknown_key(where: str, key: str, valid: Iterable[str]) -> InvalidValue:
-    """Return the error for a key that does not exist: the nearest valid one, then all of them."""
+    """Return the error for a key that does not exist, which suggests the nearest one and lists all."""
     return InvalidValue(f"{where} {shown(key)}", None, "is an unknown key", nearest(key, valid))
 
 
 def nearest(word: str, valid: Iterable[str]) -> str:
-    """Return the remedy for a word that is none of `valid`: the nearest one, then all of them."""
+    """Return the remedy for a word that is not in `valid`: the nearest one, then all of them."""
     names = sorted(valid)
     near = difflib.get_close_matches(word, names, n=1)
-    return (f"Did you mean {near[0]}? " if near else "") + "Valid: " + ", ".join(names) + "."
+    return (f"Did you mean {near[0]}? " if near else "") + "Valid names: " + ", ".join(names) + "."
 
 
 def read_table(cls: type[Table], where: str, raw: object) -> Table:
@@ -36,11 +36,11 @@ def read_table(cls: type[Table], where: str, raw: object) -> Table:
     Parameters
     ----------
     cls
-        Fields are the valid keys, their annotations the types.
+        Its fields are the valid keys, with the types of their annotations.
     where
         The table's name, for messages.
     raw
-        What the TOML parser gave.
+        The value from the TOML parser.
 
     Raises
     ------
@@ -74,8 +74,8 @@ def _required(cls: Any) -> list[str]:
 def checked(name: str, value: object, hint: Any) -> Any:
     """Return `value` as the annotated type `hint`, or raise `InvalidValue`.
 
-    A number that is not finite is none: no quantity of a study may be. Nor is one of a size that no
-    engine, in any unit, comes near, whose square or quotient is none.
+    Numbers that are not finite are refused, and so are numbers beyond the size of any quantity of an engine
+    in any unit: their squares or quotients might overflow.
     """
     for number in value if isinstance(value, list | tuple) else [value]:
         if isinstance(number, int | float):
@@ -88,12 +88,12 @@ def checked(name: str, value: object, hint: Any) -> Any:
     choices = [choice for option in options if _is_enum(option) for choice in option]
     if choices:
         remedy = f"Choose from {', '.join(choices)}."
-        raise InvalidValue(name, value, "is not one of the choices", remedy)
+        raise InvalidValue(name, value, "is not a valid choice", remedy)
     raise InvalidValue(name, value, f"must be {' or '.join(_word(option) for option in options)}")
 
 
 def number(name: str, value: float | None) -> float | None:
-    """Return a number that a flag gives, or None where it gives none; refused as one in a table is."""
+    """Return the number of a flag, or None if it is not given; checked like a number in a table."""
     return None if value is None else float(checked(name, value, float))
 
 
@@ -101,8 +101,8 @@ def _require_size(name: str, number: float) -> None:
     if not is_finite(number):
         raise InvalidValue(name, number, "must be a finite number")
     if number and not 1 / _LARGEST <= abs(number) <= _LARGEST:
-        rule = f"is of a size beyond any engine's: must be 0 or within {1 / _LARGEST:g}…{_LARGEST:g}"
-        raise InvalidValue(name, number, rule, "Is the unit the one that the key names?")
+        rule = f"its magnitude must be 0 or between {1 / _LARGEST:g} and {_LARGEST:g}"
+        raise InvalidValue(name, number, rule, "Give it in the unit that the key names.")
 
 
 def _options(hint: Any) -> tuple[Any, ...]:
@@ -120,7 +120,7 @@ def _word(option: Any) -> str:
 
 
 def _convert(value: object, option: Any) -> Any:
-    """Return `value` as `option`, or None where it is something else."""
+    """Return `value` as `option`, or None if it is of another type."""
     if typing.get_origin(option) is tuple:
         item = typing.get_args(option)[0]
         if not isinstance(value, list | tuple):
@@ -147,7 +147,7 @@ def table_text(where: str, table: Any) -> str:
 
 
 def key_text(key: str) -> str:
-    """Return a key as TOML writes it, quoted where it must be."""
+    """Return a key as written in TOML, quoted if necessary."""
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _value_text(key)
 
 
@@ -166,5 +166,5 @@ def _value_text(value: object) -> str:
         return repr(value)
     if isinstance(value, int):
         return str(value)
-    # TOML's basic strings are JSON's but for DEL, which JSON leaves bare.
+    # TOML's basic strings are JSON strings, except that JSON does not escape DEL.
     return json.dumps(str(value), ensure_ascii=False).replace("\x7f", "\\u007f")

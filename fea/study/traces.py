@@ -22,8 +22,11 @@ from loads.trace import Trace
 Row = tuple[int, list[str]]
 
 SHIPPED = ("leon-2001",)
-_HINT = "Columns: crank_deg, pressure_bar (gauge), or crank_deg, pressure_bar_<rpm>rpm, one a speed."
-LARGEST_TRACE = 2**24  # bytes: a hundred samples a degree at fifty speeds
+_HINT = (
+    "The columns must be crank_deg and pressure_bar (gauge), or crank_deg and one pressure_bar_<rpm>rpm per "
+    "speed."
+)
+LARGEST_TRACE = 2**24  # bytes: enough for a hundred samples per degree at fifty speeds
 _PER_SPEED = re.compile(r"pressure_bar_(\d+(?:\.\d+)?)rpm")
 
 
@@ -33,7 +36,7 @@ def shipped_trace(name: str) -> Trace:
     Raises
     ------
     InvalidValue
-        When there is none of that name.
+        There is no trace of that name.
     """
     require(name in SHIPPED, "engine.gas", name, f"must be one of {', '.join(SHIPPED)} or a CSV file")
     text = (files("fea") / "studies" / f"{name}-gas.csv").read_text(encoding="utf-8")
@@ -46,7 +49,7 @@ def read_trace(path: Path) -> Trace:
     Raises
     ------
     InvalidValue
-        When the file cannot be read or does not hold a cycle; names file, line, value and rule.
+        The file cannot be read or does not contain a cycle; the message names file, line, value and rule.
     """
     try:
         require_size("engine.gas", path, LARGEST_TRACE)
@@ -63,7 +66,7 @@ def parse_trace(text: str, source: str) -> Trace:
         rows = list(_rows(text))
     except csv.Error as error:
         raise InvalidValue("engine.gas", source, f"is not a CSV file ({error})", _HINT) from error
-    require(bool(rows), "engine.gas", source, "holds no data", _HINT)
+    require(bool(rows), "engine.gas", source, "contains no data", _HINT)
     (_, header), samples = rows[0], rows[1:]
     speeds = _speeds([column.strip() for column in header], source)
     values = [_numbers(cells, line, header, source) for line, cells in samples]
@@ -76,7 +79,7 @@ def parse_trace(text: str, source: str) -> Trace:
 
 
 def _rows(text: str) -> Iterator[Row]:
-    """Lines that hold something, with their numbers."""
+    """Lines that are neither blank nor comments, with their numbers."""
     reader = csv.reader(text.splitlines())
     for cells in reader:
         if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#"):
@@ -87,12 +90,12 @@ def _speeds(header: list[str], source: str) -> list[float]:
     """Speeds in rpm named by the header; none for a trace that holds at any speed."""
     first, *pressures = header
     name = f"{source}: header"
-    require(first == "crank_deg" and bool(pressures), name, ",".join(header), "is not that of a trace", _HINT)
+    rule = "is not the header of a pressure trace"
+    require(first == "crank_deg" and bool(pressures), name, ",".join(header), rule, _HINT)
     if pressures == ["pressure_bar"]:
         return []
-    require(
-        "pressure_bar" not in pressures, name, ",".join(header), "has a column beside pressure_bar", _HINT
-    )
+    rule = "must have no other column with pressure_bar"
+    require("pressure_bar" not in pressures, name, ",".join(header), rule, _HINT)
     matches = [_PER_SPEED.fullmatch(column) for column in pressures]
     for column, match in zip(pressures, matches, strict=True):
         require(match is not None, name, column, "is not a known column", _HINT)
@@ -110,12 +113,12 @@ def _number(cell: str, name: str) -> float:
         value = float(cell)
     except ValueError:
         value = math.nan
-    require(math.isfinite(value), name, cell.strip(), "must be a finite number (with a decimal point)")
+    require(math.isfinite(value), name, cell.strip(), "must be a finite number, with a decimal point")
     return value
 
 
 def _require_sorted(samples: list[Row], values: list[list[float]]) -> None:
-    """As `Trace` does, but here the line is known."""
+    """Require increasing angles, as `Trace` does; here the message can name the line."""
     for (line, _), previous, current in zip(samples[1:], values, values[1:], strict=False):
         require(
             current[0] > previous[0],

@@ -1,1 +1,1 @@
-"""Figures that others have, against ours."""
+"""Compare results with known answers: benchmarks, published studies, extreme cases, CalculiX."""

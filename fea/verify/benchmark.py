@@ -1,4 +1,4 @@
-"""What a benchmark problem is, and the row it leaves in the table."""
+"""A benchmark problem, and its row in the table."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,15 +11,15 @@ class Goal:
     Attributes
     ----------
     quantity
-        What it is, and where.
+        The quantity and its place.
     unit
-        ``"1"`` where it has none.
+        ``"1"`` for a dimensionless quantity.
     target
         The known value; not zero.
     tolerance_percent
         Largest error that passes.
     why
-        Why that tolerance, in a sentence.
+        The reason for the tolerance, in a sentence.
     """
 
     quantity: str
@@ -31,12 +31,12 @@ class Goal:
 
 @dataclass(frozen=True)
 class Computed:
-    """What one computation found.
+    """The result of one computation.
 
     Attributes
     ----------
     values
-        By the name of the quantity.
+        Values by the name of the quantity.
     dofs
         Degrees of freedom of the (largest) mesh.
     """
@@ -52,18 +52,18 @@ class Benchmark:
     Attributes
     ----------
     title
-        A line for a reader.
+        Title of the problem.
     source
-        Author, year and where in it.
+        Author, year and place in the publication.
     goals
-        What is compared.
+        The quantities to compare.
     compute
-        From the element size, mm, to the quantities.
+        Computes the quantities with an element size, mm.
     size
-        Element size at which the goals hold, mm.
+        Element size at which the goals must be met, mm.
     converges
-        Whether the error falls with the element size; else it is rounding, a rate or that of the target, and
-        is not plotted.
+        Whether the error decreases with the element size; otherwise it consists of rounding, is a rate or is
+        the error of the target, and is not plotted.
     """
 
     title: str
@@ -83,11 +83,11 @@ class Row:
     case
         Name of the benchmark.
     source
-        Of its target.
+        Source of its target.
     goal
         The quantity, its target and tolerance.
     computed
-        In the goal's unit.
+        The computed value, in the unit of the goal.
     dofs
         Degrees of freedom of the mesh.
     seconds
@@ -103,12 +103,12 @@ class Row:
 
     @property
     def error_percent(self) -> float:
-        """Relative to the target, signed."""
+        """Signed error relative to the target, percent."""
         return 100 * (self.computed - self.goal.target) / abs(self.goal.target)
 
     @property
     def passed(self) -> bool:
-        """Whether the error is within the tolerance (what is no number is not)."""
+        """Whether the error is within the tolerance (NaN is not)."""
         return abs(self.error_percent) <= self.goal.tolerance_percent
 
     def as_dict(self) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""What the cases share: a meshed body held at its mirror planes, and its recovered stress at a place."""
+"""Helpers of the benchmark cases: a meshed body with its boundary conditions, and its recovered stress."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
-# Of NAFEMS's benchmarks and most others; density and strength matter to those that say so.
+# The material of the NAFEMS benchmarks and most others; only some cases use density and strength.
 STEEL = Material(youngs_modulus=210e3, poissons_ratio=0.3, density=7.85e-9, yield_strength=400.0)
 
 
 def mirror_planes(mesh: TetMesh) -> tuple[Surface, ...]:
-    """Mirror planes the mesh is cut at."""
+    """Mirror planes at which the mesh is cut."""
     return tuple(plane for plane in PLANE_AXIS if plane in mesh.facets)
 
 
 def held(mesh: TetMesh, supports: Mapping[Surface, tuple[int, ...]]) -> Mask:
-    """Degrees of freedom (n_nodes, 3) fixed by the mirror planes and on other surfaces, by axes."""
+    """Degrees of freedom (n_nodes, 3) fixed by the mirror planes and, by axes, on other surfaces."""
     fixed = np.zeros((len(mesh.points), 3), dtype=bool)
     planes = {plane: (PLANE_AXIS[plane],) for plane in mirror_planes(mesh)}
     for surface, axes in (planes | dict(supports)).items():
@@ -49,18 +49,18 @@ def furthest(values: Floats, target: float) -> float:
 
 @dataclass(frozen=True)
 class LoadedBody:
-    """A body with what acts on it.
+    """A body with its loads and constraints.
 
     Attributes
     ----------
     mesh, material
-        What is solved.
+        The body.
     forces, fixed
-        (n_nodes, 3) nodal forces, N, and held degrees of freedom.
+        (n_nodes, 3) nodal forces, N, and constrained degrees of freedom.
     known
-        Surfaces whose traction is known.
+        Surfaces of known traction.
     traction
-        On those that are loaded, (n_nodes, 3, 1), MPa.
+        Traction of the loaded surfaces, (n_nodes, 3, 1), MPa.
     """
 
     mesh: TetMesh
@@ -83,15 +83,15 @@ class SolvedBody:
     Attributes
     ----------
     mesh, material
-        What was solved.
+        The body.
     displacement
-        (n_nodes, 3, 1), mm, symmetric about the mirror planes but for `parity`.
+        (n_nodes, 3, 1), mm, symmetric about the mirror planes, except about y = 0 if `parity` differs.
     known
-        Surfaces whose traction is known.
+        Surfaces of known traction.
     traction
-        On those that are loaded, (n_nodes, 3, 1), MPa.
+        Traction of the loaded surfaces, (n_nodes, 3, 1), MPa.
     parity
-        About y = 0.
+        Parity about y = 0.
     """
 
     mesh: TetMesh
@@ -108,7 +108,7 @@ class SolvedBody:
 
     @cached_property
     def stress(self) -> Floats:
-        """Recovered as in a run: (n_nodes, 6), MPa, components XX YY ZZ XY YZ XZ."""
+        """Stress, recovered as in a run: (n_nodes, 6), MPa, components XX YY ZZ XY YZ XZ."""
         recovery = Recovery(self.mesh, mirror_planes(self.mesh), self.known)
         nodal = recovery.nodal_stress(self.displacement, self.material, self.parity, self.traction)
         return np.asarray(nodal[:, :, 0])
@@ -117,6 +117,6 @@ class SolvedBody:
         """Node at a corner of the body."""
         away = np.linalg.norm(self.mesh.points - place, axis=1)
         nearest = int(away.argmin())
-        # A benchmark's point is a corner of its drawing, so a node is there.
+        # The point of a benchmark is a corner of its geometry, so that there is a node.
         assert away[nearest] < 1e-6 * np.ptp(self.mesh.points)  # noqa: S101
         return nearest

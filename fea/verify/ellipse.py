@@ -1,4 +1,4 @@
-"""The outline that LE1 and LE10 share: a quarter between two ellipses about the origin."""
+"""The outline of LE1 and LE10: a quarter between two ellipses about the origin."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The slider-crank as one 8×8 linear system: how Columba 2022 computes it, and the check of our closed form.
+"""The slider-crank as one 8×8 linear system, as in Columba 2022, used to check our closed form.
 
 Crank (2), rod (3) and slider (4) on the frame (1); F_ij is the force of body i on body j and T12 the torque
 that drives the crank (Norton, Design of Machinery, §11.4; Columba 2022). Unknowns and rows:

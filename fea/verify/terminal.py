@@ -1,4 +1,4 @@
-"""Benchmark problems on the terminal."""
+"""The benchmark problems on the terminal."""
 
 from collections.abc import Sequence
 from itertools import groupby
@@ -11,7 +11,7 @@ from fea.verify.benchmark import Row
 
 
 def print_verification(rows: Sequence[Row]) -> None:
-    """Print a line a quantity under each case, and how many failed."""
+    """Print one line per quantity under each case, and the number of failures."""
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=0)
     table.add_column("case and quantity")
     for name in ("target", "computed", "error %", "limit %"):
@@ -41,7 +41,7 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 
 def verdict(rows: Sequence[Row]) -> str:
-    """Say in a sentence how many passed."""
+    """Return the number of failures as a sentence."""
     failed = [row for row in rows if not row.passed]
     cases = len({row.case for row in rows})
     if not failed:

@@ -1,4 +1,4 @@
-"""How the errors of benchmark problems fall with the number of unknowns."""
+"""Plot how the errors of the benchmark problems decrease with the number of degrees of freedom."""
 
 from collections.abc import Sequence
 from itertools import groupby
@@ -13,12 +13,12 @@ _DISPLACEMENTS = ("mm", "rad")  # units; everything else is stress
 
 
 def draw_convergence(rows: Sequence[Row], path: Path) -> None:
-    """Draw error against degrees of freedom, stresses and displacements apart.
+    """Plot error against degrees of freedom, separately for stresses and displacements.
 
     Parameters
     ----------
     rows
-        Of several sizes of each quantity.
+        Rows of each quantity for several element sizes.
     path
         The .png file.
     """

@@ -10,37 +10,37 @@ from fea.verify.terminal import verdict
 from fea.verify.verification_plot import draw_convergence
 from fea.verify.verify import benchmark, computed_rows
 
-# Of the element size at which a case must meet its goals.
+# Element sizes relative to the one at which a case must meet its goals.
 COARSER = (2.8, 2.0, 1.4)
 
 _READING = """\
-Every problem runs through the elements, the assembly, the solver and the stress recovery of `fea run`, on
-meshes drawn and made by the same code as a rod's. *Error* is relative to the target. *Seconds* cover the
-whole case: drawing, meshing, solving, recovery.
+Every problem is solved with the elements, the assembly, the solver and the stress recovery of `fea run`, on
+geometry and meshes made by the same code as those of a rod. *Error* is relative to the target. *Seconds* is
+the time of the whole case: drawing, meshing, solving and stress recovery.
 """
 
 _PLOT = """\
-Errors fall with the number of unknowns until they reach what the target itself is known to: a target of
-three digits is good to 0.1 to 1 %, and the plate's chart to 0.5 %. Single nodes scatter, as the meshes are
-irregular and not nested.
+Errors decrease with the number of degrees of freedom until they reach the accuracy of the target itself: a
+target with three digits is accurate to 0.1 to 1 %, and the chart for the plate to 0.5 %. Errors at single
+nodes scatter, because the meshes are irregular and not nested.
 """
 
 
 def write_report(
     path: Path, rows: Sequence[Row], command: str, listener: Callable[[str], None] | None = None
 ) -> None:
-    """Write the report and its plot beside it; the cases are computed on coarser meshes for it.
+    """Write the report, with its plot next to it; for the plot, the cases are solved on coarser meshes too.
 
     Parameters
     ----------
     path
         The .md file.
     rows
-        What was computed.
+        The results.
     command
-        The command that makes the report, for the reader who wants to repeat it.
+        The command that makes the report.
     listener
-        Told the name of each case as it is computed.
+        Called with the name of each case before it is computed.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     parts = ["# Benchmark problems", f"Made by `{command}`.", f"**{verdict(rows)}**", _READING, _table(rows)]
@@ -50,7 +50,7 @@ def write_report(
         converging = {row.case for row in coarser}
         draw_convergence([*coarser, *(row for row in rows if row.case in converging)], plot)
         parts += ["## Convergence", _PLOT, f"![error against degrees of freedom]({plot.name})"]
-    parts.append("## Sources, and why these tolerances")
+    parts.append("## Sources, and reasons for the tolerances")
     parts += [_case(name, list(own)) for name, own in groupby(rows, key=lambda row: row.case)]
     write_text(path, "\n\n".join(part.strip() for part in parts) + "\n")
 

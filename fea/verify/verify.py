@@ -24,26 +24,26 @@ def benchmark(name: str) -> Benchmark:
         There is no such case.
     """
     names = case_names()
-    require(name in names, "case", name, f"must be one of {', '.join(names)}")
+    require(name in names, "CASE", name, "is not a benchmark", f"Choose from {', '.join(names)}.")
     module = importlib.import_module(f"{cases.__name__}.{name.replace('-', '_')}")
     loaded: Benchmark = module.BENCHMARK
     return loaded
 
 
 def verify(names: Sequence[str] = (), listener: Callable[[str], None] | None = None) -> list[Row]:
-    """Compute some cases, or all, a row a quantity.
+    """Compute some cases, or all; return one row per quantity.
 
     Parameters
     ----------
     names
-        Of the cases; empty for all.
+        Names of the cases; empty for all.
     listener
-        Told the name of each case as it begins.
+        Called with the name of each case before it begins.
 
     Raises
     ------
     InvalidValue
-        There is no such case; nothing has been computed then.
+        There is no such case; it is raised before anything is computed.
     """
     chosen = {name: benchmark(name) for name in names or case_names()}
     rows: list[Row] = []

@@ -1,1 +1,1 @@
-"""Simple bodies with named surfaces: what published benchmark problems are about."""
+"""Simple bodies with named surfaces: the geometry of published benchmark problems."""

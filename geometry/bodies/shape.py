@@ -39,7 +39,7 @@ Curve = Line | Arc | EllipticArc
 
 @dataclass(frozen=True)
 class Side:
-    """A piece of an outline, and what the surface it sweeps is called."""
+    """A piece of an outline, and the name of the surface that it sweeps."""
 
     curve: Curve
     surface: Surface
@@ -56,7 +56,7 @@ class Prism:
     levels
         z of the bottom, of planes at which the body is split so that nodes lie there, and of the top, mm.
     bottom, top
-        What these faces are called.
+        Names of these faces.
     """
 
     sides: tuple[Side, ...]

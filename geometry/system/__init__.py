@@ -1,1 +1,1 @@
-"""What the operating system asks of a program: signals, files that are whole."""
+"""Operating-system services: signals, and files that are written completely or not at all."""

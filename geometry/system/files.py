@@ -1,4 +1,4 @@
-"""Files that are whole or not there."""
+"""Files that are written completely or not at all."""
 
 import secrets
 from collections.abc import Iterator
@@ -8,10 +8,10 @@ from pathlib import Path
 
 @contextmanager
 def replaced(path: Path) -> Iterator[Path]:
-    """Give a place beside `path` to write to; what is there takes the place of `path` when the block ends.
+    """Yield a temporary path beside `path`; the file written there replaces `path` when the block ends.
 
-    When the block ends with an exception (the disk is full), `path` is as it was before. What is no plain
-    file, such as a pipe, is written directly.
+    If the block ends with an exception (such as a full disk), `path` stays as it was. Anything that is not a
+    regular file, such as a pipe, is written directly.
 
     Raises
     ------
@@ -30,7 +30,7 @@ def replaced(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def _renamed(target: Path) -> Iterator[Path]:
-    """Give a new name beside `target`, which becomes `target` when the block ends well."""
+    """Yield a new name beside `target`, which is renamed to `target` if the block succeeds."""
     part = target.with_name(f".{secrets.token_hex(4)}.part")
     try:
         yield part

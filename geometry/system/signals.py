@@ -1,4 +1,4 @@
-"""The signals that ask a program to end, and how to put them off for a moment."""
+"""The signals that ask a program to end, and how to defer them for a moment."""
 
 import contextlib
 import signal
@@ -6,23 +6,24 @@ import sys
 import threading
 from collections.abc import Iterator
 
-# Ctrl-C, `kill` or a batch system whose time is up, a terminal that was closed.
+# Sent by Ctrl-C, by `kill` or a batch system at its time limit, and by a terminal that is closed.
 ENDS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 _PR_SET_PDEATHSIG = 1
 
 
 @contextlib.contextmanager
 def held_back() -> Iterator[None]:
-    """Put off these signals here, and in processes started meanwhile until these let them `through`.
+    """Defer these signals here, and in processes started meanwhile until those call `through`.
 
-    The first that came is raised afterwards. Those that are ignored stay so, and those that Python does not
-    handle, which it could not give back; threads other than the main one get none.
+    The first signal that arrived is raised afterwards. Signals that are ignored stay ignored, and signals
+    whose handlers Python did not set (and could not restore) are left alone. Has no effect in threads other
+    than the main one, which receive no signals.
     """
     if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
         yield
         return
     came: list[int] = []
-    # A mask alone would do if this were the only thread: the system may hand a signal to any of them.
+    # A mask alone would do if this were the only thread, but the system may deliver a signal to any thread.
     handlers = {number: signal.getsignal(number) for number in ENDS}
     awaited = {
         number: handler for number, handler in handlers.items() if handler not in (signal.SIG_IGN, None)
@@ -41,7 +42,7 @@ def held_back() -> Iterator[None]:
 
 
 def through() -> None:
-    """In a process started while they were held back: let the signals through."""
+    """Accept the signals again, in a process that was started while they were deferred."""
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS)
 
@@ -49,7 +50,7 @@ def through() -> None:
 def die_with_parent() -> None:
     """Ask the system to end this process when its parent is killed."""
     if sys.platform.startswith("linux"):
-        with contextlib.suppress(Exception):  # it is a courtesy
+        with contextlib.suppress(Exception):  # best effort: the process works without it
             import ctypes  # noqa: PLC0415
 
             ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

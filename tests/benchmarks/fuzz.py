@@ -111,7 +111,8 @@ def main() -> None:
 def outcome(kind: str, seed: int) -> dict[str, object]:
     """How one run ended: exit code, whether the CAD kernel died in it, the fault if there is one."""
     found = ended(kind, seed)
-    died = "the CAD kernel" in found.said and "when it is to" in found.said
+    ends = ("it crashed (", "it did not finish within", "it stopped without a message")
+    died = "the CAD kernel could not" in found.said and any(end in found.said for end in ends)
     return {"code": found.code, "died": died, "fault": found.fault(), "said": found.said[-300:]}
 
 

@@ -127,7 +127,7 @@ def test_a_low_safety_factor_is_exit_6(tmp_path):
         (("run", "--nonsense"), 2, "--nonsense"),
         (("run", "--support", "glue"), 2, "glue"),
         (("run", "--fatigue", "gerber"), 2, "--cycle"),
-        (("run", "leon-2001-as-published", "--rpm", "3000"), 2, "given forces have no speed"),
+        (("run", "leon-2001-as-published", "--rpm", "3000"), 2, "[forces], which have no speed"),
         (("rod", "--mass-kg", "0.8"), 2, "--fit"),
         (("rod", "--step", "nowhere/rod.step"), 2, "nowhere"),
         (("loads", "--plot", "cycle.docx"), 2, ".svg"),
@@ -201,7 +201,7 @@ def test_a_sweep_replaces_an_earlier_one_whole_or_not_at_all(tmp_path):
     (tmp_path / "r" / "mine.txt").write_text("keep me")
     done = fea("run", *COARSE, "--rpm", "1000,2000", "--out", "r", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("fea: r holds something other than an earlier run")
+    assert done.stderr.startswith("fea: r contains files that are not from an earlier run")
     assert {entry.name for entry in (tmp_path / "r").iterdir()} == {
         "3000rpm",
         "4000rpm",

@@ -92,7 +92,7 @@ def test_given_forces_have_no_cycle(tmp_path):
     )
     run = fea("run", study, cwd=tmp_path)
     assert run.returncode == 2
-    assert "needs an [engine]" in run.stderr
+    assert "[forces], which have no crank cycle. Give an [engine]" in run.stderr
 
 
 def test_a_speed_without_any_load_is_refused(tmp_path):

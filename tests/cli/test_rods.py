@@ -74,7 +74,8 @@ def test_a_bushing_of_bronze_is_a_part_with_its_own_yield(tmp_path):
     (tmp_path / "typo.toml").write_text(text + bronze.format(1.0).replace("bushing", "bushin"))
     done = fea("run", "typo.toml", cwd=tmp_path)
     assert done.returncode == 2
-    assert "Its parts: rod, bushing" in done.stderr
+    assert "[material.bushin] does not name a part" in done.stderr
+    assert "The parts of this rod are: rod, bushing" in done.stderr
 
 
 def test_fit_meets_targets_or_says_that_it_cannot(tmp_path):
@@ -90,7 +91,7 @@ def test_fit_meets_targets_or_says_that_it_cannot(tmp_path):
     missed = fea("rod", "--fit", free, "--mass-kg", 0.3, "--center-of-gravity-mm", 130, cwd=tmp_path)
     assert missed.stdout.startswith("# the targets cannot be met together")
     assert missed.returncode == 5
-    assert "nearest" in missed.stderr
+    assert "comes closest to the targets" in missed.stderr
 
 
 @pytest.mark.parametrize(
@@ -98,10 +99,10 @@ def test_fit_meets_targets_or_says_that_it_cannot(tmp_path):
     [
         ('step = "none.step"', 2, "is not a file"),
         ('step = "text.step"', 3, "is not a STEP file"),
-        ('step = "text.step"\nlength_mm = 3.0', 2, "does not go with step"),
+        ('step = "text.step"\nlength_mm = 3.0', 2, "cannot be combined with step"),
         ('preset = "leon-2001"\nshank_width_mm = 99.0', 2, "rod.shank_width_mm"),
         ('preset = "leon-2001"\nweb_thickness_mm = -1.0', 2, "rod.web_thickness_mm"),
-        ('preset = "leon-2001"\nsmall_end_bore_mm = 500.0', 2, "reduce bores or rings"),
+        ('preset = "leon-2001"\nsmall_end_bore_mm = 500.0', 2, "reduce the bores or rings"),
     ],
 )
 def test_bad_rods_are_refused(rod, code, says, tmp_path):

@@ -51,7 +51,7 @@ def test_an_interrupt_while_a_comparison_starts_is_one_line(tmp_path, after):
         time.sleep(after)
         os.killpg(process.pid, signal.SIGINT)
         said = process.communicate(timeout=30)[1]  # until all that can write there have ended
-    assert (process.returncode, said) == (130, "fea: interrupted; nothing was left half-written\n")
+    assert (process.returncode, said) == (130, "fea: interrupted; no incomplete result was left behind\n")
     assert not list(tmp_path.iterdir())
 
 

@@ -116,7 +116,7 @@ def test_an_end_at_any_moment_leaves_nothing_half_written(tmp_path, after, sent)
     said = process.communicate(timeout=120)[1]
     if sent is not signal.SIGKILL:
         assert process.returncode in (0, 130), said
-        assert process.returncode == 0 or said == "fea: interrupted; nothing was left half-written\n"
+        assert process.returncode == 0 or said == "fea: interrupted; no incomplete result was left behind\n"
         assert names(tmp_path) <= {"r"}
     assert not (tmp_path / "r").exists() or (tmp_path / "r" / "summary.json").exists()
     if sent is signal.SIGKILL and after == 1.4:
@@ -165,7 +165,7 @@ def test_an_interrupt_within_a_library_is_one_line(tmp_path, library, rod):
         start_new_session=True,
     )
     said = process.communicate(timeout=120)[1]
-    assert (process.returncode, said) == (130, "fea: interrupted; nothing was left half-written\n")
+    assert (process.returncode, said) == (130, "fea: interrupted; no incomplete result was left behind\n")
     assert names(tmp_path) == {"rod.step", "s.toml"}
     with pytest.raises(ProcessLookupError):
         os.killpg(process.pid, signal.SIGTERM)

@@ -36,14 +36,16 @@ def test_straight_edges_that_miss_the_mass_are_made_again_with_shorter_ones():
     assert error < 0.2 * LIMITS["mesh_mass"]
     assert found.meshing.size == 12.5
     assert 0 < found.meshing.repair.size < found.meshing.size
-    assert [what for what in said if "again" in what] == [f"meshing again: {found.meshing.repair.causes[0]}"]
+    assert [what for what in said if "again" in what] == [
+        f"meshing again, because {found.meshing.repair.causes[0]}"
+    ]
     assert "straight where the solid is curved near" in found.notes[1]
 
 
 def test_elements_too_bent_for_the_mass_are_made_again():
     found, _, error = meshed(100 / 7, rod=ROD.replace("25", "20").replace("rectangular", "I"))
     assert error < 0.2 * LIMITS["mesh_mass"]
-    assert "elements were bent near" in found.meshing.repair.causes[0]
+    assert "elements were too distorted near" in found.meshing.repair.causes[0]
 
 
 def test_a_flat_element_is_found_by_its_shape():

@@ -112,7 +112,7 @@ def test_a_sweep_over_speeds_is_an_earlier_run_too(tmp_path):
                 write_run(part / speed, shared=["map.csv"])
             (part / "map.csv").write_text("rpm\n")
     (target / "800rpm" / "notes.txt").write_text("mine")
-    with pytest.raises(OccupiedError, match="something other"):
+    with pytest.raises(OccupiedError, match="not from an earlier run"):
         require_replaceable(target)
     (target / "800rpm" / "notes.txt").unlink()
     require_replaceable(target)
@@ -175,7 +175,7 @@ def test_what_is_not_a_run_is_never_touched(tmp_path, spoil):
     spoil(target)
     before = sorted(entry.name for entry in target.iterdir())
     with (
-        pytest.raises(OccupiedError, match=r"something other than an earlier run.*--out"),
+        pytest.raises(OccupiedError, match=r"not from an earlier run.*--out"),
         run_folder(target),
     ):
         pytest.fail("the block must not be entered")
@@ -196,7 +196,7 @@ def test_a_file_and_the_current_directory_are_refused(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("mine")
     with pytest.raises(OccupiedError, match="is a file"):
         require_replaceable(tmp_path / "file")
-    with pytest.raises(OccupiedError, match=r"lies below .*file"):
+    with pytest.raises(OccupiedError, match=r"is inside .*file, which is not a directory"):
         require_replaceable(tmp_path / "file" / "run")
     monkeypatch.chdir(tmp_path)
     with pytest.raises(OccupiedError, match="current directory"):
@@ -318,7 +318,7 @@ def test_messages_name_a_place_as_it_is_short_to_type(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("keep")
     for target, words in (
         (tmp_path / "file", "^file is a file"),
-        (tmp_path / "file" / "r", "^file/r lies below file,"),
+        (tmp_path / "file" / "r", "^file/r is inside file,"),
     ):
         with pytest.raises(OccupiedError, match=words):
             require_replaceable(target)

@@ -153,10 +153,10 @@ def test_what_is_no_result_is_said(result):
     (result.parent / "bad.vtu").write_text("<VTKFile></VTKFile>")
     with pytest.raises(PictureError, match="not a result"):
         draw_pictures([Picture(vtu=result.parent / "bad.vtu", png=result.parent / "bad.png", title="bad")])
-    with pytest.raises(InvalidValue, match="lacks stress, safety factors and mode shapes"):
+    with pytest.raises(InvalidValue, match="has no stress, safety factor or mode shape"):
         picture_of(result.parent / "bad.vtu", result.parent / "bad.png")
     (result.parent / "cut.vtu").write_bytes(result.read_bytes()[: result.stat().st_size // 2])
-    with pytest.raises(InvalidValue, match=r"cut\.vtu.*is no whole \.vtu file"):
+    with pytest.raises(InvalidValue, match=r"cut\.vtu.*is not a complete \.vtu file"):
         picture_of(result.parent / "cut.vtu", result.parent / "cut.png")
     with pytest.raises(InvalidValue, match="is not a file"):
         picture_of(result.parent / "none.vtu", result.parent / "none.png")

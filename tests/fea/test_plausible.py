@@ -26,8 +26,8 @@ def test_no_published_material_is_remarked_on(preset):
         ({"density_kg_m3": 7.85}, "density_kg_m3"),
         ({"density_kg_m3": 7.85e-9}, "density_kg_m3"),
         ({"yield_MPa": 620e6}, "yield_MPa"),
-        ({"yield_MPa": 900.0}, "yield_MPa = 900 lies above ultimate_MPa = 723.8"),
-        ({"endurance_MPa": 800.0}, "endurance_MPa = 800 lies above ultimate_MPa"),
+        ({"yield_MPa": 900.0}, "yield_MPa = 900 is above ultimate_MPa = 723.8"),
+        ({"endurance_MPa": 800.0}, "endurance_MPa = 800 is above ultimate_MPa"),
         ({"piston_mass_kg": 500.0}, "piston_mass_kg"),
         ({"bore_mm": 0.08}, "piston_mass_kg"),
     ],
@@ -52,6 +52,6 @@ def test_only_strengths_that_the_criterion_needs_are_missed():
     material = MaterialTable(**known, endurance_MPa=300.0).material()
     assert fatigue_remarks([material], Fatigue.SODERBERG) == ()
     (remark,) = fatigue_remarks([material], Fatigue.GOODMAN)
-    assert "lacks endurance_MPa or ultimate_MPa" in remark
+    assert "without endurance_MPa or ultimate_MPa" in remark
     (remark,) = fatigue_remarks([MaterialTable(**known).material()], Fatigue.SODERBERG)
     assert "ultimate" not in remark

@@ -66,7 +66,7 @@ def test_stagnation_is_never_returned(matrices, monkeypatch):
 def test_auto_chooses_by_predicted_memory(free_gib, solver, monkeypatch):
     monkeypatch.setattr("fea.solvers.linear.memory.available_bytes", lambda: free_gib * 2**30)
     if solver is None:
-        with pytest.raises(MemoryError, match=r"unknowns need about .* MiB.*times as large"):
+        with pytest.raises(MemoryError, match=r"degrees of freedom need about .* MiB.*times as large"):
             chosen(SolverName.AUTO, 500_000, slots=2)
     else:
         assert chosen(SolverName.AUTO, 500_000, slots=2) is solver

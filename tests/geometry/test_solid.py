@@ -65,7 +65,7 @@ def test_no_fillet_vanished(mirror):
 def test_a_fillet_that_vanishes_is_noticed(monkeypatch):
     with session():
         monkeypatch.setattr(gmsh.model.occ, "fillet", lambda bodies, edges, radii: [(3, bodies[0])])
-        with pytest.raises(GeometryError, match=r"where the dimensions give"):
+        with pytest.raises(GeometryError, match=r"but the dimensions give"):
             build(LEON_2001)
 
 

@@ -96,9 +96,9 @@ def test_reproduce_json_and_report(tmp_path, capsys):
 def test_reproduce_prints_counts_and_misprints(capsys):
     assert call(["reproduce"]) == 0
     out = " ".join(capsys.readouterr().out.split())
-    assert "2359 printed figures compared" in out
+    assert "2359 printed figures were compared" in out
     assert "0 are unexplained" in out
-    assert "62.61 taken for the 62.81" in out
+    assert "62.61 was used instead of the 62.81" in out
 
 
 def test_reproduce_leaves_with_5_when_a_figure_is_unexplained(monkeypatch, capsys):
@@ -121,7 +121,7 @@ def test_the_cycle_is_not_written_over_the_trace_it_comes_from(tmp_path, capsys)
     engine = "stroke_mm = 94.0\nbore_mm = 76.0\npiston_mass_kg = 1.3\ngas = 'gas.csv'\n"
     study.write_text(f"[rod]\npreset = 'leon-2001'\n[engine]\n{engine}")
     assert call(["loads", str(study), "--csv", str(trace)]) == 2
-    assert "is the study's pressure trace" in capsys.readouterr().err
+    assert "is the study's own pressure trace" in capsys.readouterr().err
     assert trace.read_text().startswith("crank_deg,pressure_bar\n0,1")
 
 

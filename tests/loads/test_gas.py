@@ -36,8 +36,8 @@ def test_speed_is_linear_between_and_nearest_outside():
     speeds = np.array([500, 1000, 1500, 3000, 9000.0]) * RPM
     np.testing.assert_allclose(t.pressure(at, speeds), 6.0 * np.array([1, 1, 1.25, 2, 2]), rtol=1e-13)
     assert "500 rpm" in t.note(500 * RPM)
-    assert "trace of 1000 rpm" in t.note(500 * RPM)
-    assert "trace of 3000 rpm" in t.note(9000 * RPM)
+    assert "nearest speed, 1000 rpm" in t.note(500 * RPM)
+    assert "nearest speed, 3000 rpm" in t.note(9000 * RPM)
     assert t.note(1000 * RPM) == t.note(2000 * RPM) == t.note(3000 * RPM) == ""
 
 
@@ -53,16 +53,16 @@ def test_one_trace_for_all_speeds_flags_nothing():
         ([0, 10, 20], [1, 2], "2 pressures"),
         (DEGREES[::-1], HUMP, "must increase"),
         (np.where(DEGREES == 20, 10, DEGREES), HUMP, r"must increase .* follows 10"),
-        (DEGREES - 360, HUMP, "0…720°"),
+        (DEGREES - 360, HUMP, "within one cycle, 0 to 720°"),
         (DEGREES[:36], HUMP[:36] + 1, "370° are missing"),
         (DEGREES[:60], HUMP[:60], "130° are missing"),
-        (DEGREES, HUMP * 1e5, "if these are Pa, the peak is 60 bar"),
-        (DEGREES, HUMP * 1e2, "if these are kPa, the peak is 60 bar"),
-        (DEGREES, HUMP * 14.50377, r"if these are psi, the peak is 60(\.\d+)? bar"),
-        (DEGREES, HUMP / 100, "peaks below 1 bar"),
+        (DEGREES, HUMP * 1e5, "in Pa, convert them: the peak is then 60 bar"),
+        (DEGREES, HUMP * 1e2, "in kPa, convert them: the peak is then 60 bar"),
+        (DEGREES, HUMP * 14.50377, r"in psi, convert them: the peak is then 60(\.\d+)? bar"),
+        (DEGREES, HUMP / 100, "peak must exceed 1 bar"),
         (DEGREES, HUMP - 1, "vacuum"),
         (DEGREES, np.where(DEGREES == 10, np.nan, HUMP), "finite"),
-        ([*DEGREES, 720], [*HUMP, 3.0], "must close"),
+        ([*DEGREES, 720], [*HUMP, 3.0], "may differ by at most 5 % of the peak"),
     ],
 )
 def test_a_bad_trace_is_refused(degrees, pressures, match):
@@ -157,7 +157,7 @@ def test_an_impossible_ideal_cycle_is_refused(make):
     "kilopascal", [lambda: Otto(LEON, 12.0, intake=10.0), lambda: Boyle(LEON, 10.0, 10.0)]
 )
 def test_what_no_engine_compresses_to_is_refused(kilopascal):
-    with pytest.raises(InvalidValue, match=r"which no engine reaches.*in bar, absolute"):
+    with pytest.raises(InvalidValue, match=r"no engine exceeds 400 bar.*in bar absolute"):
         kilopascal()
 
 
@@ -168,6 +168,6 @@ def test_a_peak_of_an_idling_engine_is_remarked_on_as_it_may_be_in_megapascal():
 
 def test_a_trace_that_counts_from_firing_is_remarked_on():
     turned = trace(pressures=np.roll(HUMP, 36))
-    assert "peaks at 10°, and firing top dead centre is at 360°" in turned.note(1.0)
+    assert "peaks at 10°, but firing TDC is at 360°" in turned.note(1.0)
     twice = trace(pressures=np.maximum(HUMP, np.roll(HUMP, 36)))  # of two strokes
     assert twice.note(1.0) == ""

@@ -72,7 +72,7 @@ def test_gas_alone_at_standstill_never_pulls():
             return np.ones(np.broadcast_shapes(crank_angle.shape, speed.shape))
 
     peaks = peak_cases(LEON, LEON_ROD, Hydraulic(), 0.0)
-    assert ("tension", "the rod is in compression all through the cycle") in peaks.left_out
+    assert ("tension", "the rod is in compression throughout the cycle") in peaks.left_out
 
 
 def test_of_equal_peaks_of_bending_the_one_with_most_thrust_is_taken():
@@ -110,7 +110,7 @@ def test_a_rod_at_rest_is_not_bent():
     # Pin and crank force of a rod without inertia are equal and opposite, but for rounding.
     peaks = peak_cases(LEON, LEON_ROD, shipped_trace("leon-2001"), 0.0)
     assert {case.name for case in peaks.cases} == {"compression", "side", "gas"}
-    assert dict(peaks.left_out)["bending"] == "no transverse force on the crank end"
+    assert dict(peaks.left_out)["bending"] == "there is no transverse force on the crank end"
 
 
 def test_a_spike_of_the_pressure_narrower_than_the_search_is_found():

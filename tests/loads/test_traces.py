@@ -35,13 +35,16 @@ def test_one_column_a_speed():
 @pytest.mark.parametrize(
     ("text", "match"),
     [
-        ("", "holds no data"),
+        ("", "contains no data"),
         ("crank_deg,pressure_bar\n", "0 samples"),
         ("crank_deg,pressure_bar\n0,1\n", "1 sample'"),
-        ("angle,bar\n0,1\n", "is not that of a trace"),
-        ("crank_deg;pressure_bar\n0;1\n", "is not that of a trace"),
+        ("angle,bar\n0,1\n", "is not the header of a pressure trace"),
+        ("crank_deg;pressure_bar\n0;1\n", "is not the header of a pressure trace"),
         ("crank_deg,pressure_psi\n0,1\n", "not a known column"),
-        ("crank_deg,pressure_bar,temperature\n0,1,2\n", "temperature.: has a column beside pressure_bar"),
+        (
+            "crank_deg,pressure_bar,temperature\n0,1,2\n",
+            "temperature.: must have no other column with pressure_bar",
+        ),
         (
             "crank_deg,pressure_bar_9rpm,pressure_bar_8rpm\n0,1,2\n9,1,2\n99,1,2\n",
             r"speeds \[9\.0, 8\.0\] rpm",
@@ -50,7 +53,7 @@ def test_one_column_a_speed():
         (GOOD.replace("\n30,1", "\n30,nan"), r"t\.csv line 5, pressure_bar = 'nan'"),
         (GOOD.replace("\n30,1", "\n30"), r"t\.csv line 5 .* 2 columns"),
         (GOOD.replace("\n30,1", "\n3,1"), r"t\.csv: line 5, crank_deg = 3: .* follows 20"),
-        (GOOD.replace(",60", ",6000"), r"t\.csv: .* if these are kPa, the peak is 60 bar"),
+        (GOOD.replace(",60", ",6000"), r"t\.csv: .* in kPa, convert them: the peak is then 60 bar"),
     ],
 )
 def test_a_bad_file_is_refused_with_its_line(text, match):

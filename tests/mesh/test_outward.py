@@ -38,7 +38,7 @@ def test_a_facet_that_bounds_no_element_or_two_is_refused(corners):
     mesh = strap(order=1)
     inner = corners or next(iter(inner_faces(mesh)))
     facets = np.vstack([mesh.facets[Surface.FREE], inner])
-    with pytest.raises(MeshError, match="1 triangles of the surface"):
+    with pytest.raises(MeshError, match="1 surface triangles do not bound exactly one"):
         outward(replace(mesh, facets=mesh.facets | {Surface.FREE: facets}))
 
 

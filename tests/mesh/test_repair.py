@@ -159,4 +159,4 @@ def test_a_rod_whose_coarse_surface_mesh_crosses_itself_is_meshed_at_the_size_as
     assert made.repair.spots == ()
     assert made.quality.least_scaled_jacobian > 0
     assert "Error" not in "".join(made.warnings)
-    assert "crossed near" in made.repair.notes[0]
+    assert "crossed each other near" in made.repair.notes[0]

@@ -1,1 +1,1 @@
-"""Pictures, animations and their page, drawn off-screen."""
+"""Pictures and animations, drawn off-screen."""

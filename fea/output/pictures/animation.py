@@ -1,4 +1,4 @@
-"""An animation of the crank cycle as a file, drawn by a process that may fail without harm to results."""
+"""Write an animation of the crank cycle, drawn by a separate process that cannot affect the results."""
 
 import json
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ TIMEOUT = 600.0  # seconds; 72 frames take about ten
 
 @dataclass(frozen=True)
 class Frames:
-    """What there is to see of a rod at instants of the cycle.
+    """The data of an animation: a rod at instants of the cycle.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Frames:
     crank_radius, rod_length, pin_offset
         Of the engine, mm.
     title
-        Lines that say what is shown: study and speed.
+        Lines of the title: study and speed.
     """
 
     skin: Skin
@@ -52,18 +52,18 @@ class Frames:
 
 
 def require_film(path: Path) -> None:
-    """Refuse a file that could not be written in the end, before anything is computed.
+    """Refuse an animation that cannot be written, before anything is computed.
 
     Raises
     ------
     InvalidValue
-        The suffix is not known, or there is no such directory.
+        The suffix is not known, or the directory does not exist.
     PictureError
-        MP4 is asked for and its encoder is not installed.
+        An MP4 file is requested, but its encoder is not installed.
     """
     require_target("--animate", path, SUFFIXES)
     if path.suffix.lower() == ".mp4" and find_spec("imageio_ffmpeg") is None:
-        remedy = "`pip install imageio-ffmpeg` brings it; .gif needs nothing more."
+        remedy = "Install it (pip install imageio-ffmpeg), or write a .gif file."
         raise PictureError(f"{path.name} needs imageio-ffmpeg, which is not installed. {remedy}")
 
 
@@ -73,7 +73,7 @@ def film(frames: Frames, suffix: str) -> bytes:
     Raises
     ------
     PictureError
-        Nothing came out; says what to install.
+        It could not be drawn; the message says what to install.
     """
     with TemporaryDirectory() as scratch:
         source, target = Path(scratch, "frames.npz"), Path(scratch, f"film{suffix.lower()}")
@@ -93,15 +93,16 @@ def film(frames: Frames, suffix: str) -> bytes:
             said = run_drawing("fea.output.pictures.animation_frames", orders, environment, TIMEOUT)
             if target.is_file():
                 return target.read_bytes()
-    raise PictureError(f"The animation could not be drawn: {said}. {REMEDY}")
+    raise PictureError(f"the animation could not be drawn: {said}. {REMEDY}")
 
 
 def write_film(path: Path, content: bytes) -> None:
-    """Write an animation's file, complete or not at all; `StorageError` where the system refuses."""
+    """Write the file of an animation completely or not at all; raises `StorageError`."""
     part = path.with_name(f".{path.name}.part")
     try:
         part.write_bytes(content)
         part.replace(path)
     except OSError as error:
         part.unlink(missing_ok=True)
-        raise StorageError(f"{path} could not be written: {error.strerror}.") from error
+        message = f"{path} could not be written: {error.strerror}. Choose another path, or free disk space."
+        raise StorageError(message) from error

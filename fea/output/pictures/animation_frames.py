@@ -26,14 +26,14 @@ from geometry.arrays import Floats
 
 FRAMES_PER_SECOND = 20
 SIZE = (384, 608)  # pixels of the engine's part of the page; sides of a film are multiples of 16
-PIECES = 2  # of a facet's side: a page is a quarter the size of a picture
-# From the front and a little from the side; the cylinder is upright.
+PIECES = 2  # per side of a facet: a page is a quarter of the size of a picture
+# Seen from the front and slightly from the side, with the cylinder upright.
 TOWARDS = np.array([0.12, -0.24, 0.96])
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A rod as it is drawn at every instant.
+    """The motion of a rod, for drawing it at every instant.
 
     Attributes
     ----------
@@ -53,19 +53,19 @@ class Motion:
 
     @cached_property
     def factor(self) -> float:
-        """By which displacements are drawn larger."""
+        """Magnification of the displacements in the drawing."""
         largest = float(np.linalg.norm(self.displacement, axis=2).max())
         return exaggeration(float(np.ptp(self.skin.points, axis=0).max()), largest)
 
     def deformed(self, k: int) -> Floats:
-        """(n_nodes, 3) places of the nodes in the rod's frame, as they are drawn."""
+        """(n_nodes, 3) drawn positions of the nodes in the rod's frame."""
         return np.asarray(self.skin.points + self.factor * self.displacement[k])
 
     def placement(self, k: int) -> Floats:
-        """(4, 4) from the rod's frame to the engine's.
+        """(4, 4) transformation from the rod's frame to the engine's.
 
-        The crank pin is on its circle; the rod is turned so that its small end as it is drawn, longer or
-        shorter, is on the cylinder's axis.
+        The crank pin is on its circle; the rod is rotated so that its small end, at the magnified length, is
+        on the cylinder axis.
         """
         theta, r = self.crank_angle[k], self.crank_radius
         near = np.abs(self.skin.points[:, 0] - self.rod_length) < 0.05 * self.rod_length
@@ -78,7 +78,7 @@ class Motion:
 
 
 def images(motion: Motion) -> Iterator[npt.NDArray[np.uint8]]:
-    """Draw the engine's part of every page, (height, width, 3)."""
+    """Draw the engine for every page, (height, width, 3)."""
     plotter = pyvista.Plotter(off_screen=True, window_size=SIZE, lighting="none", border=False)
     plotter.set_background(PAPER)
     surface = pyvista.PolyData.from_regular_faces(
@@ -105,7 +105,7 @@ def images(motion: Motion) -> Iterator[npt.NDArray[np.uint8]]:
 
 
 def _add_engine(plotter: Any, motion: Motion) -> Any:
-    """Draw the cylinder's axis and the crank pin's circle; return the crank's arm."""
+    """Draw the cylinder axis and the crank-pin circle; return the crank arm."""
     r, offset = motion.crank_radius, motion.pin_offset
     axis = pyvista.Line((-r, offset, 0), (r + motion.skin.points[:, 0].max(), offset, 0))
     plotter.add_mesh(axis, color=GREY, line_width=2, lighting=False)
@@ -122,7 +122,7 @@ def _turned(angle: float) -> Floats:
 
 
 def _frame(motion: Motion) -> Frame:
-    """Return the frame that holds the rod at every instant."""
+    """Return a frame that contains the rod at every instant."""
     towards = TOWARDS / np.linalg.norm(TOWARDS)
     up = np.array([1.0, 0, 0]) - towards[0] * towards
     up /= np.linalg.norm(up)
@@ -136,7 +136,7 @@ def _frame(motion: Motion) -> Frame:
 
 
 def write_gif(path: Path, pages: list[Image.Image]) -> None:
-    """Write pages as a GIF that repeats for ever; one palette, so that nothing flickers."""
+    """Write pages as a GIF that repeats forever, with one palette, so that nothing flickers."""
     few = pages[:: max(1, len(pages) // 8)]
     width, height = pages[0].size
     montage = Image.new("RGB", (width, height * len(few)))
@@ -155,7 +155,7 @@ def write_gif(path: Path, pages: list[Image.Image]) -> None:
 
 
 def write_mp4(path: Path, pages: list[Image.Image]) -> None:
-    """Write pages as an H.264 film."""
+    """Write pages as an H.264 video."""
     import imageio_ffmpeg  # noqa: PLC0415 - an extra
 
     writer = imageio_ffmpeg.write_frames(
@@ -168,7 +168,7 @@ def write_mp4(path: Path, pages: list[Image.Image]) -> None:
 
 
 def main() -> None:
-    """Draw the animation asked for; its file is complete or not there."""
+    """Draw the requested animation; its file is written completely or not at all."""
     orders = json.loads(sys.argv[1])
     with np.load(orders["source"]) as arrays:
         skin = Skin(arrays["points"], arrays["facets"], pieces=PIECES)

@@ -1,4 +1,4 @@
-"""A page of an animation: the engine's picture, the legend and what changes from page to page."""
+"""A page of an animation: the picture of the engine, the legend and the figures of the instant."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,22 +14,22 @@ from fea.output.pictures.bands import Bands
 from fea.output.pictures.strokes import INK, PAPER
 
 MARGIN, BAR, LINE = 16, 24, 24  # pixels
-FAINT = "#606060"  # and still legible
+FAINT = "#606060"  # pale but legible
 COLUMN = 224  # width of the text beside the picture
 
 
 @dataclass(frozen=True)
 class Page:
-    """What is the same on every page.
+    """The content that is the same on every page.
 
     Attributes
     ----------
     title
         Lines at the top.
     peak
-        Largest von Mises stress of the whole cycle, MPa: the colours mean the same on every page.
+        Largest von Mises stress of the whole cycle, MPa, so that the colours are the same on every page.
     factor
-        By which displacements are drawn larger.
+        Magnification of the displacements.
     size
         Width and height of the picture, pixels.
     """
@@ -76,7 +76,7 @@ class Page:
             pen.rectangle((width, low - BAR, width + 2 * BAR, low), fill=tuple(colour.tolist()), outline=INK)
         for number, limit in enumerate(limits):
             self._write(pen, (width + 2.4 * BAR, bottom - number * BAR - 9), f"{limit:g}", 15)
-        notes = [f"displacement × {self.factor:g}", "grey: crank pin's circle,", "cylinder axis"]
+        notes = [f"displacement × {self.factor:g}", "grey: crank-pin circle,", "cylinder axis"]
         for number, line in enumerate(notes):
             self._write(pen, (width, height - MARGIN - (len(notes) - number) * LINE), line, 14)
         return page

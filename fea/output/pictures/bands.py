@@ -1,4 +1,4 @@
-"""The colours of a picture's values: equal bands between round limits."""
+"""The colour bands of a picture: equal bands between round limits."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from fea.output.pictures.scale import band_limits
 
 Colours = npt.NDArray[np.uint8]
 
-# Blue over green to red, evenly bright and without the dark ends that hide shading.
+# From blue over green to red, of even brightness and without dark ends, which would hide the shading.
 RAINBOW = np.array(
     [
         [64, 82, 200],
@@ -26,7 +26,7 @@ RAINBOW = np.array(
         [200, 36, 3],
     ],
 )
-# Blue below zero, red above it, and pale where a value is near it.
+# Blue below zero, red above, and pale near zero.
 DIVERGING = np.array([[49, 74, 178], [105, 160, 230], [228, 228, 224], [240, 150, 110], [186, 30, 38]])
 
 
@@ -37,7 +37,7 @@ class Bands:
     Attributes
     ----------
     limits
-        Of the bands, rising.
+        Limits of the bands, increasing.
     colours
         (n_bands, 3) red, green and blue.
     """
@@ -54,7 +54,7 @@ class Bands:
 
     @classmethod
     def around_zero(cls, least: float, largest: float) -> "Bands":
-        """Return bands of values of either sign: as far from zero, as far from pale."""
+        """Return bands for values of both signs, more saturated the farther from zero."""
         limits = band_limits(max(largest, 0.0), minimum=min(least, 0.0))
         middles = np.convolve(limits, [0.5, 0.5], mode="valid")
         return cls(tuple(limits), _between(DIVERGING, 0.5 + 0.5 * middles / np.abs(limits).max()))

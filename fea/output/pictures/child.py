@@ -1,6 +1,6 @@
-"""The process that draws, as the process that asks for it sees it.
+"""Run the drawing process.
 
-Drawing is a process of its own because an OpenGL library that is missing or broken may end it at once.
+Pictures are drawn in a separate process, because a missing or broken OpenGL library may end it at once.
 """
 
 import os
@@ -8,11 +8,11 @@ import subprocess
 import sys
 from collections.abc import Mapping
 
-REMEDY = "On Debian or Ubuntu, `apt-get install libegl1 libgl1 libxrender1` brings what drawing needs."
+REMEDY = "Install the OpenGL libraries; on Debian or Ubuntu: apt-get install libegl1 libgl1 libxrender1."
 
 
 def environments() -> list[dict[str, str]]:
-    """Return what to tell the drawing process, in the order to try: on Linux first to need no display."""
+    """Return the environments to try for the drawing process; on Linux, first one without a display."""
     plain = dict(os.environ)
     headless = plain | {"VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow"}
     if not sys.platform.startswith("linux") or "VTK_DEFAULT_OPENGL_WINDOW" in plain:
@@ -22,8 +22,8 @@ def environments() -> list[dict[str, str]]:
 
 
 def run_drawing(module: str, orders: str, environment: Mapping[str, str], timeout: float) -> str:
-    """Run ``python -m MODULE ORDERS``; return what went wrong, in a line."""
-    # Without a pipe to it: gmsh lets a broken one end this process. -P: no module of the user's directory.
+    """Run ``python -m MODULE ORDERS``; return an explanation of a failure, in one line."""
+    # No pipe to its input: with gmsh a broken pipe would end this process. -P: ignore the user's directory.
     command = [sys.executable, "-P", "-m", module, orders]
     try:
         done = subprocess.run(  # noqa: S603 - our own interpreter and module
@@ -38,8 +38,8 @@ def run_drawing(module: str, orders: str, environment: Mapping[str, str], timeou
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return f"drawing took longer than {timeout:g} s"
+        return f"it took longer than {timeout:g} s"
     if done.returncode < 0:
         return f"the drawing process was ended by signal {-done.returncode}"
     lines = done.stderr.strip().splitlines()
-    return lines[-1].rstrip(".") if done.returncode and lines else "nothing came out"
+    return lines[-1].rstrip(".") if done.returncode and lines else "the drawing process wrote no picture"

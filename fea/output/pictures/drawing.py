@@ -1,4 +1,4 @@
-"""The picture of a result: the deformed rod, its hot spot magnified, the legend."""
+"""The picture of a result: the deformed rod, its hot spot magnified, and the legend."""
 
 import itertools
 from collections.abc import Sequence
@@ -28,11 +28,11 @@ from fea.output.pictures.strokes import (
 )
 from fea.output.pictures.view import View
 
-ROD_SHARE, SPOT_SHARE = 0.58, 0.64  # of the height for the rod, of the width for the hot spot
-SCALARS = "shown"  # what the colours show, whatever it is
-MAGNIFIED = 0.055  # half the height of the hot spot's frame, in parts of the rod's extent
-BELOW_TITLE = 0.9  # of the height of the rod's frame
-MARGIN = 0.11  # half the width of the peak's words, which stay within the picture
+ROD_SHARE, SPOT_SHARE = 0.58, 0.64  # share of the height for the rod, of the width for the hot spot
+SCALARS = "shown"  # name of the array that the colours show
+MAGNIFIED = 0.055  # half the height of the hot spot's frame, relative to the rod's extent
+BELOW_TITLE = 0.9  # lower end of the title, relative to the height of the rod's frame
+MARGIN = 0.11  # half the width of the label of the peak, which must stay within the picture
 
 
 def draw(scene: Scene, title: str, png: Path, notes: Sequence[str] = ()) -> None:
@@ -52,7 +52,7 @@ def draw(scene: Scene, title: str, png: Path, notes: Sequence[str] = ()) -> None
     Raises
     ------
     RuntimeError
-        The picture came out blank: some OpenGL libraries fail without saying so.
+        The picture is blank: some OpenGL libraries fail without an error.
     """
     plotter = canvas([ROD_SHARE, 1 - ROD_SHARE], [SPOT_SHARE, 1 - SPOT_SHARE], groups=[(0, slice(None))])
     surface = _surface(scene)
@@ -67,7 +67,7 @@ def draw(scene: Scene, title: str, png: Path, notes: Sequence[str] = ()) -> None
 
 
 def _draw_rod(plotter: Any, scene: Scene, surface: Any) -> None:
-    """Draw the whole rod, where it was without load, and a ring around the hot spot."""
+    """Draw the whole rod, its undeformed outline, and a ring around the hot spot."""
     aspect = SIZE[0] / (SIZE[1] * ROD_SHARE)
     frame = Frame.around(scene.deformed, scene.view(closeness=0.8), aspect, width=0.9, height=0.7)
     add_surface(plotter, surface, scene.bands)
@@ -81,7 +81,7 @@ def _draw_rod(plotter: Any, scene: Scene, surface: Any) -> None:
 
 
 def _add_label(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
-    """Write the peak above the rod where that is nearer to the hot spot and leaves the title, else below."""
+    """Write the peak above the rod if that is closer to the hot spot and clear of the title, else below."""
     flat = frame.view.across(scene.deformed)
     x, y = flat[scene.node]
     beside = flat[abs(flat[:, 0] - x) < 0.15 * scene.extent, 1]
@@ -116,7 +116,7 @@ def _draw_spot(plotter: Any, scene: Scene, surface: Any) -> None:
 
 
 def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
-    """Draw the colours' meaning and what else must be known to read the picture."""
+    """Draw the colour scale and the notes needed to read the picture."""
     limits, colours = scene.bands.limits, scene.bands.colours
     edges = np.linspace(0.06, 0.94, len(limits))
     low, high = 0.76, 0.84
@@ -135,10 +135,10 @@ def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
     lines = [
         scene.worst,
         f"at x = {x}, y = {y}, z = {z} mm",
-        *([f"blue from {limits[-1]:g} up"] if scene.field.capped else []),
+        *([f"blue: {limits[-1]:g} and above"] if scene.field.capped else []),
         *([_moved(scene)] if scene.displaced > 0 else []),
         *notes,
-        *(["grey lines: the rod without load"] if scene.displaced > 0 else []),
+        *(["grey lines: the undeformed rod"] if scene.displaced > 0 else []),
     ]
     for k, line in enumerate(lines):
         write(plotter, line, (edges[0], 0.57 - 0.085 * k), size=21)
@@ -146,12 +146,12 @@ def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
 
 def _moved(scene: Scene) -> str:
     if scene.field.name.startswith(MODE):
-        return "its size is free: only the shape means anything"
+        return "mode shape: its amplitude is arbitrary"
     return f"displacement up to {scene.displaced:.3g} mm, drawn × {scene.exaggeration:g}"
 
 
 def _surface(scene: Scene) -> Any:
-    """Return the deformed skin with its colours' values; shaded by the normals without load."""
+    """Return the deformed skin with the values for its colours, shaded by the undeformed normals."""
     surface = pyvista.PolyData.from_regular_faces(scene.skin.refined(scene.deformed), scene.skin.triangles())
     surface.point_data[SCALARS] = scene.skin.refined(np.minimum(scene.values, scene.top))
     surface.point_data["Normals"] = scene.skin.refined_normals()
@@ -160,7 +160,7 @@ def _surface(scene: Scene) -> Any:
 
 
 def add_surface(plotter: Any, surface: Any, bands: Bands) -> Any:
-    """Add a surface in the bands of its `SCALARS`; return what was added."""
+    """Add a surface in the colour bands of its `SCALARS`; return the actor."""
     return plotter.add_mesh(
         surface,
         scalars=SCALARS,

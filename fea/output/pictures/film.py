@@ -1,4 +1,4 @@
-"""The rod at instants of the crank cycle, as an animation shows it."""
+"""The data of an animation: the rod at instants of the crank cycle."""
 
 import math
 from pathlib import Path
@@ -18,21 +18,21 @@ from geometry.arrays import Floats
 from geometry.invalid import require
 
 COUNT = 72  # frames of a cycle: one every 10°
-# Instants worked out together: 72 bytes a node of the whole rod each.
+# Instants computed together: each takes 72 bytes per node of the whole rod.
 BLOCK = 12
 
 
 def animation_file(study: Study, rpm: float | None) -> Path | None:
-    """Where the animation of a speed belongs, None where none is asked for.
+    """The file of the animation at a speed, None if none is requested.
 
     Raises
     ------
     InvalidValue
-        It is asked for without the cycle.
+        It is requested without the cycle.
     """
     if study.output.animate is None:
         return None
-    rule = "needs the crank cycle"
+    rule = "has no effect without the crank cycle"
     require(study.analysis.cycle, "--animate", study.output.animate, rule, "Add --cycle.")
     path = study.folder / study.output.animate
     speeds = study.speed.speeds()
@@ -40,7 +40,7 @@ def animation_file(study: Study, rpm: float | None) -> Path | None:
 
 
 def filmed(rod: PreparedRod, rpm: float, path: Path, clock: Clock) -> tuple[bytes, str]:
-    """Return the content of an animation's file, or why there is none: figures are kept without it."""
+    """Return the content of the file of an animation, or the reason why it could not be drawn."""
     try:
         with clock("animation"):
             return film(frames(rod, rpm), path.suffix), ""
@@ -49,7 +49,7 @@ def filmed(rod: PreparedRod, rpm: float, path: Path, clock: Clock) -> tuple[byte
 
 
 def frames(rod: PreparedRod, rpm: float) -> Frames:
-    """Work out what an animation at a speed shows: displacement solved, stress superposed."""
+    """Compute the frames of an animation at a speed: displacement by solving, stress by superposition."""
     engine, gas, mesh = rod.engine.engine, rod.engine.gas, rod.mesh.whole
     angles = np.arange(COUNT) * 4 * math.pi / COUNT
     outer = Skin.of(mesh.points, mesh.tets)
@@ -75,7 +75,7 @@ def frames(rod: PreparedRod, rpm: float) -> Frames:
 
 
 def _von_mises(rod: PreparedRod, weights: Weights) -> Floats:
-    """Von Mises stress (n_nodes, n_instants) of the whole rod; where parts meet, the larger."""
+    """Von Mises stress (n_nodes, n_instants) of the whole rod; at an interface, the larger one."""
     units, whole = rod.cycle.units, rod.mesh.mirrored
     largest = np.full((len(whole.source), weights[0].shape[1]), -np.inf)
     for number in range(len(units.parts)):

@@ -1,4 +1,4 @@
-"""What part of the world a picture without perspective shows."""
+"""The rectangle that a picture without perspective shows."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,12 +12,12 @@ from geometry.arrays import Floats
 
 @dataclass(frozen=True)
 class Frame:
-    """A rectangle of the world, seen from a direction.
+    """A rectangle in space, seen from a direction.
 
     Attributes
     ----------
     view
-        Where the eye is.
+        The direction of view.
     centre
         (2,) the middle, in the view's coordinates, mm.
     half_height
@@ -25,7 +25,7 @@ class Frame:
     aspect
         Width over height.
     near
-        How far towards the eye things reach, mm: marks are drawn there, before everything.
+        Position, towards the eye, in front of everything else, mm: marks are drawn there.
     """
 
     view: View
@@ -36,30 +36,30 @@ class Frame:
 
     @property
     def nudge(self) -> Floats:
-        """(3,) towards the eye, so that a line on a surface is not half buried in it; nothing seems moved."""
+        """Small offset (3,) towards the eye, so that a line on a surface is not half hidden by it."""
         step: Floats = 4e-3 * self.half_height * self.view.towards
         return step
 
     @classmethod
     def around(cls, points: Floats, view: View, aspect: float, width: float, height: float) -> "Frame":
-        """Return the frame of which points (n, 3) fill at most these parts of its width and height."""
+        """Return a frame in which points (n, 3) fill at most these fractions of its width and height."""
         flat = view.across(points)
         low, high = flat.min(axis=0), flat.max(axis=0)
         half = max((high[0] - low[0]) / (width * aspect), (high[1] - low[1]) / height) / 2
         return cls(view, (low + high) / 2, float(half), aspect, float((points @ view.towards).max()) + 1.0)
 
     def lifted(self, flat: Floats) -> Floats:
-        """Return points (…, 3) before everything else, from coordinates (…, 2) of the view."""
+        """Return points (…, 3) in front of everything else, from coordinates (…, 2) of the view."""
         axes = np.stack([self.view.right, self.view.up])
         return flat @ axes + self.near * self.view.towards
 
     def relative(self, flat: Floats) -> tuple[float, float]:
-        """Return coordinates (2,) of the view in parts of the frame's width and height."""
+        """Return coordinates (2,) of the view as fractions of the frame's width and height."""
         x, y = (flat - self.centre) / (2 * self.half_height * np.array([self.aspect, 1.0])) + 0.5
         return float(x), float(y)
 
     def place(self, relative: tuple[float, float]) -> Floats:
-        """Return the coordinates (2,) of the view of a place in parts of the frame's width and height."""
+        """Return coordinates (2,) of the view from fractions of the frame's width and height."""
         size = 2 * self.half_height * np.array([self.aspect, 1.0])
         flat: Floats = self.centre + (np.array(relative) - 0.5) * size
         return flat
@@ -74,7 +74,7 @@ class Frame:
         camera.up = self.view.up
         camera.parallel_scale = self.half_height
         plotter.renderer.ResetCameraClippingRange()
-        # A lamp beside the eye: what faces it is bright, and round things look round.
+        # A light beside the eye: surfaces that face it are bright, and curved ones look curved.
         lamp = 0.3 * self.view.up - 0.2 * self.view.right + self.view.towards
         plotter.add_light(
             pyvista.Light(position=middle + lamp, focal_point=middle, light_type="scene light"),

@@ -1,4 +1,4 @@
-"""The picture of a mesh: the rod from above its face and straight at it, with the elements' edges."""
+"""The picture of a mesh: the rod in an oblique view and in plan, with the edges of the elements."""
 
 from pathlib import Path
 
@@ -22,14 +22,14 @@ def draw_mesh(skin: Skin, title: str, png: Path) -> None:
     skin
         Its surface.
     title
-        What it is.
+        Title of the picture.
     png
         The picture to write.
 
     Raises
     ------
     RuntimeError
-        The picture came out blank.
+        The picture is blank.
     """
     surface = pyvista.PolyData.from_regular_faces(skin.refined(skin.points), skin.triangles())
     surface.point_data["Normals"] = skin.refined_normals()

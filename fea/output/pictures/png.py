@@ -1,11 +1,11 @@
-"""Whether a file is a picture at all."""
+"""Check that a file is a complete picture."""
 
 import struct
 import zlib
 from pathlib import Path
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
-UNIFORM = 8  # byte values of a picture of one colour: its own, and those of the row filters
+UNIFORM = 8  # largest number of byte values in a picture of one colour: the colour's and the row filters'
 
 
 def is_complete_png(path: Path) -> bool:

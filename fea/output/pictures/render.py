@@ -10,7 +10,7 @@ from fea.output.pictures.scene import Scene, read_skin
 
 
 def main() -> None:
-    """Draw every picture asked for."""
+    """Draw every requested picture."""
     for picture in json.loads(sys.argv[1]):
         vtu, png, title = Path(picture["vtu"]), Path(picture["png"]), picture["title"]
         if picture["mesh_only"]:

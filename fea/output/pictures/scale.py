@@ -3,7 +3,7 @@
 import math
 
 STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
-DEFORMED = 0.04  # the largest displacement is drawn as about so much of the rod's extent
+DEFORMED = 0.04  # drawn size of the largest displacement, relative to the rod's extent
 
 
 def round_up(value: float) -> float:
@@ -19,9 +19,9 @@ def round_down(value: float) -> float:
 
 
 def band_limits(maximum: float, bands: int = 10, minimum: float = 0.0) -> list[float]:
-    """Return the limits, 0 among them, of so many or one more equal bands that hold both extremes.
+    """Return the limits, including 0, of at most `bands` + 1 equal bands that contain both extremes.
 
-    `minimum` is 0 or less; where it is 0 there are no more than so many.
+    `minimum` must not be positive; if it is 0, there are at most `bands` bands.
     """
     if not (maximum > minimum and math.isfinite(maximum - minimum)):
         return [0.0, 1.0]
@@ -31,7 +31,7 @@ def band_limits(maximum: float, bands: int = 10, minimum: float = 0.0) -> list[f
 
 
 def exaggeration(extent: float, displacement: float) -> float:
-    """Return the round factor by which to draw displacements, of a body of this `extent`."""
+    """Return a round magnification of the displacements for drawing a body of this `extent`."""
     if not displacement > 0:
         return 1.0
     wanted = DEFORMED * extent / displacement

@@ -1,4 +1,4 @@
-"""A result as a picture needs it: the skin, its stress, the hot spot."""
+"""The data of a picture of a result: the skin, its stress, the hot spot."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,15 +25,15 @@ class Scene:
     skin
         The outer surface without load.
     field
-        What the colours show.
+        The field that the colours show.
     displacement, values
-        (n_nodes, 3) in mm, zero where the result has none, and (n_nodes,) of the field.
+        (n_nodes, 3) in mm, zero if the result has none, and (n_nodes,) of the field.
     at
-        (3,) the hot spot of the rod without load, mm.
+        (3,) the hot spot on the undeformed rod, mm.
     peak
         The value there.
     error_percent
-        Its error bar; None where none is known.
+        Its error bar; None if it is not known.
     """
 
     skin: Skin
@@ -53,16 +53,16 @@ class Scene:
         at: tuple[float, float, float] | None = None,
         error_percent: float | None = None,
     ) -> "Scene":
-        """Read a result file; the hot spot is where the field of that name is worst unless given.
+        """Read a result file; unless it is given, the hot spot is the worst place of the named field.
 
         Raises
         ------
         ValueError
-            The file holds no tetrahedra, or not the field at its nodes.
+            The file has no tetrahedra, or does not have the field at its nodes.
         """
         points, tets, data = _read(vtu)
         if name not in data:
-            raise ValueError(f"{vtu} is not a result: it lacks {name}.")
+            raise ValueError(f"{vtu} is not a result of a run: it has no array {name}.")
         field = field_of(name)
         values = field.values(data)
         worst = field.worst(values)
@@ -78,13 +78,13 @@ class Scene:
 
     @property
     def worst(self) -> str:
-        """The worst value, with its error bar, in words."""
+        """The worst value with its error bar, as text."""
         said, bar = self.field.said(self.peak), self.error_percent
         return said if bar is None else f"{said} ± {error_bar(bar)} %"
 
     @property
     def top(self) -> float:
-        """The value at which the colours end."""
+        """The upper end of the colour scale."""
         return float(self.values.max()) if self.field.signed else self.field.top(self.peak)
 
     @cached_property
@@ -101,7 +101,7 @@ class Scene:
 
     @cached_property
     def exaggeration(self) -> float:
-        """The factor by which displacements are drawn."""
+        """The magnification of the displacements."""
         return exaggeration(self.extent, self.displaced)
 
     @cached_property
@@ -111,12 +111,12 @@ class Scene:
 
     @cached_property
     def deformed(self) -> Floats:
-        """(n_nodes, 3) places of the nodes as they are drawn."""
+        """(n_nodes, 3) drawn positions of the nodes."""
         return self.skin.points + self.exaggeration * self.displacement
 
     @cached_property
     def node(self) -> int:
-        """The node of the skin that is nearest to the hot spot."""
+        """The node of the skin closest to the hot spot."""
         nodes = np.unique(self.skin.facets)
         return int(nodes[np.linalg.norm(self.skin.points[nodes] - self.at, axis=1).argmin()])
 
@@ -129,7 +129,7 @@ class Scene:
 
 
 def read_skin(vtu: Path) -> Skin:
-    """Return the outer surface of a mesh, with or without results; ValueError where there is none."""
+    """Return the outer surface of a mesh, with or without results; raises ValueError if there is none."""
     points, tets, _ = _read(vtu)
     return Skin.of(points, tets)
 
@@ -139,6 +139,6 @@ def _read(vtu: Path) -> tuple[Floats, Ints, dict[str, Floats]]:
     grid = pyvista.read(vtu)
     tets = [cells for cells in getattr(grid, "cells_dict", {}).values() if cells.shape[1] in (4, 10)]
     if len(tets) != 1:
-        raise ValueError(f"{vtu} is not a result: it lacks tetrahedra.")
+        raise ValueError(f"{vtu} is not a result of a run: it has no tetrahedra.")
     data = {name: np.array(values, float) for name, values in grid.point_data.items()}
     return np.array(grid.points, float), tets[0], data

@@ -1,4 +1,4 @@
-"""What a picture can show of a result: its colours' array, how its worst place is found, how it is called."""
+"""The fields of a result that a picture can show: their arrays, names and worst values."""
 
 import re
 from collections.abc import Collection, Mapping
@@ -11,7 +11,7 @@ from geometry.arrays import Floats
 from geometry.invalid import require
 
 MODE, VON_MISES = "mode_", "von_mises"
-# A safety factor is drawn up to so many times its smallest value.
+# The colour scale of a safety factor ends at this many times its smallest value.
 _CAP = 4.0
 
 
@@ -22,15 +22,15 @@ class Field:
     Attributes
     ----------
     name
-        Of its array, or of that of vectors whose length it is.
+        Name of its array, which may contain vectors whose length is shown.
     label
-        What the legend calls it.
+        Its label in the legend.
     unit
-        Behind a value.
+        The unit after a value.
     low
         Whether the smallest value is the worst.
     signed
-        Whether values below zero mean something.
+        Whether negative values are meaningful.
     """
 
     name: str
@@ -41,21 +41,21 @@ class Field:
 
     @property
     def capped(self) -> bool:
-        """Whether colours end where it is far from bad: it is a safety factor, which has no upper end."""
+        """Whether the colour scale is capped: for a safety factor, which has no natural upper end."""
         return self.low and not self.signed
 
     def said(self, value: float) -> str:
-        """Return its worst value in words."""
+        """Return its worst value as text."""
         if self.name.startswith(MODE):
-            return "moves most"
+            return "largest displacement"
         return f"{'min' if self.low else 'max'} {value:.4g}{self.unit}"
 
     def values(self, data: Mapping[str, Floats]) -> Floats:
-        """Return it (n_nodes,) from a result's arrays."""
+        """Return its values (n_nodes,) from the arrays of a result."""
         found = data[self.name]
         if found.ndim > 1:
             return np.asarray(np.linalg.norm(found, axis=1))
-        # A safety factor below zero says that there is none.
+        # A negative safety factor stands for an unknown one.
         return np.where(found < 0, np.inf, found) if self.capped else found
 
     def worst(self, values: Floats) -> int:
@@ -63,7 +63,7 @@ class Field:
         return int(values.argmin() if self.low else values.argmax())
 
     def top(self, worst: float) -> float:
-        """Return the value at which its colours end."""
+        """Return the upper end of its colour scale."""
         return _CAP * worst if self.capped else worst
 
 
@@ -81,22 +81,23 @@ _FIELDS = (
 
 
 def point_arrays(vtu: Path) -> list[str]:
-    """Return the names of the arrays at the nodes that a .vtu file speaks of, without reading those.
+    """Return the names of the nodal arrays of a .vtu file, without reading the arrays.
 
     Raises
     ------
     InvalidValue
-        The file is not whole.
+        The file is incomplete.
     """
     content = vtu.read_bytes()
-    rule = "is no whole .vtu file: it must end with </VTKFile>"
-    require(content.rstrip().endswith(b"</VTKFile>"), "FILE", vtu.name, rule, "Name one that fea wrote.")
+    rule = "is not a complete .vtu file, which must end with </VTKFile>"
+    remedy = "Name a .vtu file written by fea."
+    require(content.rstrip().endswith(b"</VTKFile>"), "FILE", vtu.name, rule, remedy)
     head = content.partition(b"<AppendedData")[0].partition(b"<CellData")[0]
     return [name.decode(errors="replace") for name in re.findall(rb'Name="([^"]+)"', head)]
 
 
 def available(arrays: Collection[str]) -> list[str]:
-    """Return the names of what can be shown of a result with these arrays; what is shown unasked first."""
+    """Return the names of the fields that a result with these arrays can show, the default first."""
     modes = sorted(
         (name for name in arrays if re.fullmatch(MODE + "[0-9]+", name)), key=lambda name: (len(name), name)
     )
@@ -106,21 +107,21 @@ def available(arrays: Collection[str]) -> list[str]:
 def field_of(name: str) -> Field:
     """Return a field by its name."""
     if name.startswith(MODE):
-        return Field(name, "displacement of the mode, largest = 1")
+        return Field(name, "mode shape, displacement (largest = 1)")
     return next(field for field in _FIELDS if field.name == name)
 
 
 def chosen_field(name: str | None, arrays: Collection[str], file: str) -> str:
-    """Return the name asked for, or the first that a file has.
+    """Return the requested field, or the first that a file has.
 
     Raises
     ------
     InvalidValue
-        It has none, or not that.
+        The file has no field, or not the requested one.
     """
     names = available(arrays)
-    rule = "must be the result of a run: it lacks stress, safety factors and mode shapes"
-    require(bool(names), "FILE", file, rule, "Name a .vtu file that fea wrote.")
+    rule = "is not a result of fea: it has no stress, safety factor or mode shape"
+    require(bool(names), "FILE", file, rule, "Name a .vtu file written by fea.")
     if name is not None:
         require(name in names, "--field", name, f"must be one of {', '.join(names)} for {file}")
     return name or names[0]

@@ -1,4 +1,4 @@
-"""The outer surface of a mesh, cut finely enough that curved facets look curved."""
+"""The outer surface of a mesh, divided finely enough that curved facets look curved."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,13 +14,13 @@ Ints = npt.NDArray[Any]
 # The faces of a tetrahedron with outward orientation: vertices, then mid-edge nodes in VTK's order.
 FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
 SIDES = np.array([[0, 1, 3], [1, 2, 4], [2, 0, 5]])  # of a face: two vertices and the node between
-SMOOTH = np.cos(np.radians(25.0))  # facets that meet at less are one smooth surface, cut by the mesher
+SMOOTH = np.cos(np.radians(25.0))  # facets that meet at a smaller angle belong to one smooth surface
 PIECES = 4
 
 
 @dataclass(frozen=True)
 class Skin:
-    """The facets that belong to one element only.
+    """The boundary facets, which belong to one element only.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Skin:
     facets
         (n_facets, 3) or (n_facets, 6) node numbers: vertices, mid-edge nodes; outward orientation.
     pieces
-        A side of a facet is drawn as so many straight pieces.
+        Number of straight pieces in which a side of a facet is drawn.
     """
 
     points: Floats
@@ -48,7 +48,7 @@ class Skin:
 
     @cached_property
     def normals(self) -> Floats:
-        """(n_facets, 3 or 6, 3) outward unit normals at the facets' nodes, smooth across smooth edges."""
+        """(n_facets, 3 or 6, 3) outward unit normals at the facets' nodes, continuous across smooth edges."""
         corners = self.points[self.facets]
         along = np.einsum("nkj,fkx->fnjx", _slopes(self.facets.shape[1]), corners)
         own = _unit(np.cross(along[:, :, 0], along[:, :, 1]))
@@ -60,7 +60,7 @@ class Skin:
 
     @cached_property
     def sides(self) -> tuple[Ints, npt.NDArray[np.bool_]]:
-        """Node numbers (n_edges, 2 or 3) of the elements' edges, and which of them are edges of the shape."""
+        """Node numbers (n_edges, 2 or 3) of the elements' edges, and which of them are sharp edges."""
         width = 2 if self.facets.shape[1] == 3 else 3
         sides = self.facets[:, SIDES[:, :width]].reshape(-1, width)
         ends = np.sort(sides[:, :2].astype(np.int64), axis=1)
@@ -73,7 +73,7 @@ class Skin:
         return sides[one], sharp
 
     def hides(self, place: Floats, towards: Floats) -> bool:
-        """Return whether a facet, taken as flat, is between a place (3,) and an eye in a direction (3,)."""
+        """Return whether any facet, taken as flat, hides a place (3,) from an eye in a direction (3,)."""
         a, b, c = np.moveaxis(self.points[self.facets[:, :3]], 1, 0)
         # place + t·towards = a + ξ(b − a) + η(c − a), by Cramer's rule
         side, other, gap = b - a, c - a, place - a
@@ -85,7 +85,7 @@ class Skin:
         return bool(np.any((xi >= 0) & (eta >= 0) & (xi + eta <= 1) & (ahead > 0)))
 
     def triangles(self) -> Ints:
-        """Return the small triangles (n, 3), numbering the rows that `refined` gives."""
+        """Return the small triangles (n, 3), as numbers of the rows that `refined` returns."""
         number = {place: k for k, place in enumerate(_places(self.pieces))}
         upward = [((i, j), (i + 1, j), (i, j + 1)) for i, j in number if i + j < self.pieces]
         downward = [((i + 1, j), (i + 1, j + 1), (i, j + 1)) for i, j in number if i + j < self.pieces - 1]
@@ -120,7 +120,7 @@ def refined_line(points: Floats, sides: Ints) -> Floats:
 
 
 def _places(pieces: int) -> list[tuple[int, int]]:
-    """Return the corners of the small triangles of a facet, in parts of its sides."""
+    """Return the corners of the small triangles of a facet, as fractions of its sides."""
     return [(i, j) for i in range(pieces + 1) for j in range(pieces + 1 - i)]
 
 
@@ -146,6 +146,6 @@ def _slopes(nodes: int) -> Floats:
 
 
 def _unit(vectors: Floats) -> Floats:
-    """Return vectors of length one; a null vector stays null."""
+    """Return vectors of unit length; a zero vector stays zero."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / np.where(length > 0, length, 1.0)

@@ -1,4 +1,4 @@
-"""What every picture is made of: lines, words, a canvas, a file."""
+"""The components of every picture: lines, text, a canvas, a file."""
 
 from pathlib import Path
 from typing import Any
@@ -13,13 +13,13 @@ from fea.output.pictures.skin import Skin, refined_line
 from geometry.arrays import Floats
 
 SIZE = (1600, 1000)  # pixels
-OVERSAMPLED = 2  # lines come out thinner by this where edges are smoothed by drawing larger
+OVERSAMPLED = 2  # anti-aliasing by oversampling makes lines thinner by this factor
 INK, GREY, PAPER = "#1a1a1a", "#a0a0a0", "white"
 SHADING = {"ambient": 0.5, "diffuse": 0.52, "specular": 0.0}
 
 
 def canvas(rows: list[float], columns: list[float], **parts: Any) -> Any:
-    """Return a plotter without a window whose parts have these shares of its height and width."""
+    """Return a plotter without a window, whose parts have these fractions of its height and width."""
     plotter = pyvista.Plotter(
         off_screen=True,
         window_size=SIZE,
@@ -35,36 +35,36 @@ def canvas(rows: list[float], columns: list[float], **parts: Any) -> Any:
 
 
 def finish(plotter: Any, png: Path, share: float) -> None:
-    """Take the picture and write it.
+    """Render the picture and write it.
 
     Parameters
     ----------
     plotter
-        From `canvas`.
+        A plotter of `canvas`.
     png
         The file.
     share
-        How much of the height, from the top, shows a rod below a title.
+        Fraction of the height, from the top, that shows a rod below a title.
 
     Raises
     ------
     RuntimeError
-        The picture came out blank: some OpenGL libraries fail without saying so.
+        The picture is blank: some OpenGL libraries fail without an error.
     """
     plotter.enable_anti_aliasing("ssaa")
     image = plotter.screenshot(return_img=True)
     plotter.close()
     require_rod(image[int(0.1 * share * SIZE[1]) : int(share * SIZE[1])])
-    # 256 colours of its own make the file a third of the size, and no eye sees it.
+    # A palette of 256 colours reduces the file to a third of its size without a visible difference.
     few = Image.fromarray(image).quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
     few.putpalette([255 if level > 250 else level for level in few.getpalette() or []])  # white stays white
     few.save(png, format="PNG")
 
 
 def require_rod(image: npt.NDArray[np.uint8]) -> None:
-    """Raise RuntimeError unless some part of an image (height, width, 3) is anything but white."""
+    """Raise RuntimeError if an image (height, width, 3) is (almost) completely white."""
     if np.mean(image[::4, ::4].min(axis=2) < 235) < 0.02:
-        raise RuntimeError("the picture came out blank")
+        raise RuntimeError("the picture is blank")
 
 
 def add_edges(plotter: Any, skin: Skin, points: Floats, frame: Frame, pen: tuple[str, float]) -> None:
@@ -92,9 +92,9 @@ def write(
     centred: bool = False,
     ground: float = 0.0,
 ) -> None:
-    """Write at a place in parts of the active frame's width and height.
+    """Write at a place given as fractions of the active frame's width and height.
 
-    `size` is in pixels; `ground` is how much of what lies below a paper behind the words hides, 0 to 1.
+    `size` is in pixels; `ground` is the opacity of the background of the text, 0 to 1.
     """
     actor = plotter.add_text(text, position=place, viewport=True, color=INK, font="arial")
     actor.prop.font_size = size

@@ -1,4 +1,4 @@
-"""From where to look at a rod so that a place on it is seen."""
+"""The direction from which a place on a rod can be seen."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 
 from geometry.arrays import Floats
 
-# Three quarters from above the face of the rod: every rod is known from there.
+# Three-quarter view from above the face of the rod, from which a rod is easily recognised.
 USUAL = np.array([-0.25, 0.4, 0.88])
 
 
@@ -20,7 +20,7 @@ class View:
     towards
         Unit vector from the rod to the eye.
     right, up
-        Unit vectors across the picture: the rod's x runs to the right as far as it can.
+        Unit vectors across the picture: the x axis of the rod points to the right as far as possible.
     """
 
     towards: Floats
@@ -48,9 +48,9 @@ def choose_view(normal: Floats, visible: Callable[[Floats], bool], closeness: fl
     normal
         Outward unit normal (3,) of the surface there.
     visible
-        Says whether nothing of the rod stands between the place and an eye in a direction (3,).
+        Tells whether the place is visible to an eye in a direction (3,).
     closeness
-        How much looking straight at the place counts against looking from where one usually does.
+        Weight of looking straight at the place, relative to looking from the usual direction.
     """
     directions = _directions()
     merit = closeness * (directions @ normal) + directions @ (USUAL / np.linalg.norm(USUAL))
@@ -61,6 +61,6 @@ def choose_view(normal: Floats, visible: Callable[[Floats], bool], closeness: fl
 
 
 def _directions() -> Floats:
-    """Return directions (n, 3) all around the rod, none steeply along it: its length stays across."""
+    """Return directions (n, 3) all around the rod, none nearly along it, so that its length stays visible."""
     slant, around = np.radians(np.mgrid[-40:41:8, -180:180:10].reshape(2, -1))
     return np.stack([np.sin(slant), np.cos(slant) * np.sin(around), np.cos(slant) * np.cos(around)], axis=1)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from fea.analysis.force_report import ForceReport
 from fea.output.errors import PictureError
 
-# Column, title, unit, and what brings the column to that unit.
+# Column, title, unit, and factor from the column's unit to that unit.
 _PANELS: tuple[tuple[str, str, str, float], ...] = (
     ("gas_N", "Gas force on the piston", "kN", 1e-3),
     ("piston_acceleration_m_s2", "Piston acceleration (towards the head)", "km/s²", 1e-3),
@@ -22,15 +22,15 @@ _PANELS: tuple[tuple[str, str, str, float], ...] = (
     ("shaking_x_N", "Shaking force along the cylinder", "kN", 1e-3),
 )
 _DEAD_CENTRES = ((0, "TDC"), (180, "BDC"), (360, "TDC\nfiring"), (540, "BDC"), (720, "TDC"))
-_MOST_LINES = 12  # more speeds than this are a colour scale, not a legend
+_MOST_LINES = 12  # with more speeds than this, a colour scale replaces the legend
 _PALEST = 0.85
 
 
 def plot_forces(path: Path, reports: Sequence[ForceReport], study: str) -> None:
-    """Draw forces and torque of every speed over the crank angle.
+    """Plot forces and torque of every speed over the crank angle.
 
-    Where all cylinders were computed, torque and shaking force are those of the whole engine, the first
-    cylinder's dashed beside them.
+    If all cylinders were computed, torque and shaking force are those of the whole engine, with those of the
+    first cylinder as dashed lines.
 
     Raises
     ------
@@ -54,25 +54,23 @@ def plot_forces(path: Path, reports: Sequence[ForceReport], study: str) -> None:
         _add_scale(figure, axes, reports)
     parts = "one cylinder"
     if reports[0].engine is not None:
-        parts = (
-            "first cylinder; torque and shaking force of the whole engine, dashed those of the first cylinder"
-        )
+        parts = "first cylinder; torque and shaking force of the whole engine (dashed: of the first cylinder)"
     figure.suptitle(f"{study}: {parts}")
     try:
         figure.savefig(path, dpi=120)
     except (OSError, ValueError) as error:  # ValueError: a suffix matplotlib cannot write
         reason = getattr(error, "strerror", None) or str(error)
-        raise PictureError(f"{path} could not be written: {reason}.") from error
+        raise PictureError(f"{path} could not be written: {reason}. Choose another file.") from error
 
 
 def _places(reports: Sequence[ForceReport]) -> npt.NDArray[np.float64]:
-    """Places of speeds in the colour map, in proportion; the palest colours are left out."""
+    """Positions of the speeds on the colour map, in proportion; the palest colours are not used."""
     rpm = np.array([report.rpm for report in reports], dtype=float)
     return np.asarray(_PALEST * (rpm - rpm.min()) / (np.ptp(rpm) or 1.0))
 
 
 def _add_scale(figure: Any, axes: Any, reports: Sequence[ForceReport]) -> None:
-    """Say which colour is which speed."""
+    """Add a colour bar of the speeds."""
     from matplotlib import colormaps  # noqa: PLC0415
     from matplotlib.cm import ScalarMappable  # noqa: PLC0415
     from matplotlib.colors import ListedColormap, Normalize  # noqa: PLC0415

@@ -1,6 +1,6 @@
-"""Stress against crank angle at the worst places of a rod.
+"""Plot the stress against crank angle at the worst places of a rod.
 
-Drawn with Pillow: to load matplotlib takes longer than a tenth of the whole run.
+It is drawn with Pillow, because loading matplotlib takes more than a tenth of the time of the whole run.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,18 +16,18 @@ from fea.output.pictures.scale import round_up
 from fea.units import DEG
 from geometry.arrays import Floats
 
-_SIZE, _FINER = (1100, 660), 3  # pixels, and how many times as many are drawn
+_SIZE, _FINER = (1100, 660), 3  # pixels, and the factor of oversampling
 _LEFT, _TOP, _RIGHT, _BOTTOM = 88, 132, 1078, 572  # of the panel
 _TEXT, _SMALL, _TITLE = 14, 12, 17
 _INK, _GREY, _GRID, _PAPER = "#1a1a1a", "#7a7a7a", "#e4e4e4", "white"
-# Told apart by people who do not see all colours, too (Wong 2011).
+# Colours that can also be distinguished by people with colour blindness (Wong 2011).
 _COLOURS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9")
 _LAST = 720  # degrees
-_STEPS = 7  # of the stress axis, at most
-_LEVEL = 16  # pixels from one row of names of cases to the next
+_STEPS = 7  # largest number of steps of the stress axis
+_LEVEL = 16  # pixels between two rows of case names
 _SIGN = (
-    "sign: plus where the stress pulls and minus where it presses, told where a curve is furthest from zero; "
-    "elsewhere by whether the stress points the same way"
+    "sign: at the largest stress of a curve, + for tension and − for compression; elsewhere, the same sign "
+    "if the deviatoric stress points the same way"
 )
 
 
@@ -56,7 +56,7 @@ def plot_histories(
     histories: Sequence[tuple[Sequence[float], Floats]],
     marks: Mapping[str, float],
 ) -> None:
-    """Draw one curve a place.
+    """Draw one curve per place.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def plot_histories(
     histories
         Place (x, y, z), mm, and signed von Mises stress (n,), MPa.
     marks
-        Crank angles to be marked, rad, by the name of their case.
+        Crank angles to mark, rad, by the name of their case.
 
     Raises
     ------
@@ -89,11 +89,11 @@ def plot_histories(
         panel.picture().save(path, format="PNG", compress_level=2)
     except OSError as error:
         reason = error.strerror or str(error)
-        raise PictureError(f"{path} could not be written: {reason}.") from error
+        raise PictureError(f"{path} could not be written: {reason}. Choose another directory.") from error
 
 
 class _Panel:
-    """Axes that hold some curves.
+    """Axes for some curves.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ class _Panel:
         return self._image.reduce(_FINER)
 
     def axes(self) -> None:
-        """Draw grid, ticks, frame and what is along the axes."""
+        """Draw grid, ticks, frame and axis labels."""
         for degrees in range(0, _LAST + 1, 90):
             x = self._x(degrees)
             self._line([(x, _TOP), (x, _BOTTOM)], _GRID, 1)
@@ -129,11 +129,11 @@ class _Panel:
         self._line(corners, _INK, 1)
         self.text(((_LEFT + _RIGHT) / 2, _BOTTOM + 42), "crank angle, ° (firing TDC at 360°)", _TEXT, "mm")
         self.text((_LEFT, _SIZE[1] - 20), _SIGN, _SMALL, "lm", _GREY)
-        self._upwards("von Mises stress with a sign, MPa")
+        self._upwards("signed von Mises stress, MPa")
 
     def mark(self, marks: Mapping[str, float]) -> None:
-        """Mark crank angles, degrees, named above the panel in as many rows as keep names and lines apart."""
-        ends: list[float] = []  # how far to the right there is room in each row
+        """Mark crank angles, degrees, with names above the panel in as many rows as avoid overlaps."""
+        ends: list[float] = []  # right end of the free space in each row
         for name, degrees in sorted(marks.items(), key=lambda item: -item[1]):
             x = self._x(degrees)
             width = _font(_SMALL).getlength(name) + 12
@@ -150,7 +150,7 @@ class _Panel:
         self._line([(self._x(angle), self._y(value)) for angle, value in pairs], colour, 2)
 
     def name(self, number: int, label: str, colour: str) -> None:
-        """Say above the panel what a curve is; three names in a row."""
+        """Write the name of a curve above the panel; three names per row."""
         row, column = divmod(number, 3)
         x, y = _LEFT + 330 * column, 44 + 22 * row
         self._line([(x, y), (x + 28, y)], colour, 2)
@@ -159,7 +159,7 @@ class _Panel:
     def text(
         self, place: tuple[float, float], words: str, size: int, anchor: str, colour: str = _INK
     ) -> None:
-        """Write at a place in pixels; Pillow's anchors."""
+        """Write at a place in pixels, with an anchor of Pillow."""
         at = (_FINER * place[0], _FINER * place[1])
         self._pen.text(at, words, fill=colour, font=_font(_FINER * size), anchor=anchor)
 
@@ -182,9 +182,9 @@ class _Panel:
 
 
 def _font(size: int) -> ImageFont.FreeTypeFont:
-    """Return the font that comes with matplotlib, which is not loaded for it."""
+    """Return the font that comes with matplotlib, without loading matplotlib."""
     found = find_spec("matplotlib")
     if found is None or found.origin is None:
-        raise PictureError("no font was found: matplotlib is not installed.")
+        raise PictureError("no font was found, because matplotlib is not installed: pip install matplotlib.")
     fonts = Path(found.origin).parent / "mpl-data" / "fonts" / "ttf"
     return ImageFont.truetype(str(fonts / "DejaVuSans.ttf"), size)

@@ -11,11 +11,11 @@ from fea.output.errors import PictureError
 from fea.output.text import write_text
 
 _COLOURS = {"yield": "C0", "fatigue": "C3", "crossland": "C2"}
-_HIGHEST = 5.0  # of the plot: what lies above is safe
+_HIGHEST = 5.0  # upper end of the plot: larger factors are safe
 
 
 def write_speed_map(path: Path, found: SpeedMap) -> None:
-    """Write a row a speed; what is not known is blank.
+    """Write one row per speed; unknown values are blank.
 
     Raises
     ------
@@ -65,4 +65,4 @@ def plot_speed_map(path: Path, study: str, found: SpeedMap) -> None:
         figure.savefig(path, dpi=110)
     except OSError as error:
         reason = error.strerror or str(error)
-        raise PictureError(f"{path} could not be written: {reason}.") from error
+        raise PictureError(f"{path} could not be written: {reason}. Choose another directory.") from error

@@ -1,1 +1,1 @@
-"""Tables and lines for the terminal."""
+"""Tables and messages on the terminal."""

@@ -15,15 +15,15 @@ _NAMES = {
     "piston_velocity_m_s": ("piston velocity", "m/s"),
     "piston_acceleration_m_s2": ("piston acceleration", "m/s²"),
     "rod_angular_acceleration_rad_s2": ("rod angular acceleration", "rad/s²"),
-    "pin_axial_N": ("along the rod, piston pin", "N"),
-    "crank_axial_N": ("along the rod, crank pin", "N"),
-    "crank_transverse_N": ("transverse, crank pin", "N"),
-    "wall_N": ("wall force", "N"),
+    "pin_axial_N": ("axial force, piston pin", "N"),
+    "crank_axial_N": ("axial force, crank pin", "N"),
+    "crank_transverse_N": ("transverse force, crank pin", "N"),
+    "wall_N": ("wall force on the piston", "N"),
     "torque_Nm": ("torque", "N·m"),
-    "shaking_x_N": ("shaking along the cylinder", "N"),
-    "shaking_y_N": ("shaking across", "N"),
+    "shaking_x_N": ("shaking force along cylinder", "N"),
+    "shaking_y_N": ("shaking force across cylinder", "N"),
 }
-# What balances in the whole engine leaves rounding of this size.
+# Rounding errors of quantities that cancel in the whole engine are smaller than this.
 _NOISE = 1e-9
 _MOST_TABLES = 4  # with more speeds, one line each
 
@@ -38,18 +38,18 @@ def print_forces(reports: Sequence[ForceReport], study: str) -> None:
             console.print(_extremes(report, study))
     for note in gathered((report.rpm, [report.note] if report.note else []) for report in reports):
         console.print(f"Note: {note}.", markup=False, soft_wrap=True)
-    console.print("Forces on the rod: tension positive. Angles from TDC, firing TDC at 360°.", style="dim")
+    console.print("Axial forces on the rod: tension positive. Crank angle: firing TDC at 360°.", style="dim")
 
 
 def _extremes(report: ForceReport, study: str) -> Table:
     table = _table(f"{study}, {report.rpm:g} rpm")
     table.add_column("")
-    for name in ("largest", "at", "least", "at"):
+    for name in ("maximum", "at", "minimum", "at"):
         table.add_column(name, justify="right")
     table.add_column("unit")
     for name, extreme in extremes(report.first, EXTREMES).items():
         _add(table, *_NAMES[name], extreme)
-    table.add_row(*_mean("mean torque of a cylinder", mean_torque(report.first), report.rpm))
+    table.add_row(*_mean("mean torque, one cylinder", mean_torque(report.first), report.rpm))
     if report.engine is not None:
         table.add_section()
         for name, extreme in extremes(report.engine, WHOLE_ENGINE).items():

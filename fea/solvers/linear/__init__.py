@@ -1,1 +1,1 @@
-"""Linear solvers behind one small protocol."""
+"""Linear solvers with a common interface."""

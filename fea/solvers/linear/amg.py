@@ -17,12 +17,12 @@ from geometry.arrays import Floats
 
 
 class SmoothedAggregation:
-    """Solves by preconditioned conjugate gradients behind the protocol of the direct solvers.
+    """Preconditioned conjugate gradients with the interface of the direct solvers.
 
     Parameters
     ----------
     points
-        (n_nodes, 3), mm: where the rigid modes come from.
+        (n_nodes, 3), mm, from which the rigid modes are computed.
 
     Raises
     ------
@@ -60,7 +60,7 @@ class SmoothedAggregation:
         Raises
         ------
         StagnationError
-            The residual did not fall to `TOLERANCE`.
+            The residual did not reach `TOLERANCE`.
         """
         return np.stack([self._solved(slot, f) for f in right_hand_sides.T], axis=1)
 
@@ -75,12 +75,12 @@ class SmoothedAggregation:
         if not reached <= TOLERANCE * 10:
             message = (
                 f"the iterative solver stagnated at a relative residual of {reached:.1e} after "
-                f"{len(residuals) - 1} iterations. Choose --solver pardiso, or a better shaped mesh"
+                f"{len(residuals) - 1} iterations. Choose --solver pardiso, or a mesh with better elements"
             )
             raise StagnationError(message)
         return np.asarray(u)
 
 
 def _fixed(matrix: SymmetricMatrix) -> npt.NDArray[np.bool_]:
-    """Degrees of freedom (n,) whose row holds nothing but its diagonal."""
+    """Degrees of freedom (n,) whose row has only its diagonal entry."""
     return np.equal(matrix.row_sums, matrix.diagonal())

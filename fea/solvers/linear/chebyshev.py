@@ -1,4 +1,4 @@
-"""Chebyshev's iteration: a polynomial in a matrix in place of its inverse."""
+"""Chebyshev iteration: a polynomial of a matrix that approximates its inverse."""
 
 from collections.abc import Callable
 
@@ -14,7 +14,7 @@ def chebyshev(
     bounds: tuple[float, float],
     steps: int,
 ) -> Floats:
-    """Approach A⁻¹ b from zero (Saad 2003, algorithm 12.1), linearly in b and symmetrically.
+    """Approximate A⁻¹ b, starting from zero, by a symmetric linear operator (Saad 2003, algorithm 12.1).
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def chebyshev(
     right_hand_sides
         (n, k).
     bounds
-        Of the eigenvalues of D⁻¹A that are to be damped.
+        Bounds of the eigenvalues of D⁻¹A to be damped.
     steps
         Degree of the polynomial plus one.
     """

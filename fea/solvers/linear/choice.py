@@ -1,4 +1,4 @@
-"""Linear solvers behind one small protocol, and the choice among them."""
+"""The common interface of the linear solvers, and the choice among them."""
 
 import importlib.util
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class LinearSolver(Protocol):
     name: str
 
     def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
-        """Make ready to solve with `matrix`; raises `SingularMatrixError`."""
+        """Prepare to solve with `matrix`; raises `SingularMatrixError`."""
 
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
         """Solve for (n, k) right-hand sides with the matrix in a slot."""
@@ -33,10 +33,10 @@ class LinearSolver(Protocol):
 
 @runtime_checkable
 class Preconditioner(Protocol):
-    """A solver that iterates, and can lend what it iterates with."""
+    """An iterative solver whose preconditioner can be used by others."""
 
     def precondition(self, slot: int, residual: Floats) -> Floats:
-        """About the inverse of the matrix in a slot on (n, k) residuals, symmetric and positive definite."""
+        """Apply a symmetric positive definite approximate inverse of a slot's matrix to (n, k) residuals."""
 
 
 def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
@@ -45,16 +45,16 @@ def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
     Parameters
     ----------
     choice
-        What was asked.
+        The requested solver.
     n_dofs
         Rows of each matrix.
     slots
-        Matrices kept at once.
+        Number of matrices kept at the same time.
 
     Raises
     ------
     MemoryError
-        Not even multigrid fits; says the prediction and what would fit.
+        Not even multigrid fits; the message gives the prediction and what would fit.
     """
     if choice is not SolverName.AUTO:
         return choice
@@ -66,21 +66,22 @@ def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
         return SolverName.AMG
     coarser = (need / free) ** (1 / 3)
     message = (
-        f"{n_dofs} unknowns need about {need / memory.MIB:.0f} MiB even for the iterative solver, and "
-        f"{free / memory.MIB:.0f} MiB may be used. Elements {coarser:.2f} times as large (--size) would fit"
+        f"{n_dofs} degrees of freedom need about {need / memory.MIB:.0f} MiB even with the iterative solver, "
+        f"but only {free / memory.MIB:.0f} MiB are available. Use elements {coarser:.2f} times as large "
+        "(--size)"
     )
     raise MemoryError(message)
 
 
 def direct() -> SolverName:
-    """Name the direct solver of this machine."""
+    """Return the name of the direct solver available on this machine."""
     return SolverName.PARDISO if pardiso.is_installed() else SolverName.CHOLMOD
 
 
 def linear_solver(
     choice: SolverName, mesh: TetMesh, material: Material | Materials, slots: int
 ) -> LinearSolver:
-    """Return a solver for stiffness matrices of a mesh, three unknowns a node.
+    """Return a solver for stiffness matrices of a mesh, with three degrees of freedom per node.
 
     Raises
     ------
@@ -123,7 +124,7 @@ class Factor:
 
 
 def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> Factor:
-    """Factorise one matrix with a direct solver: the one named, or that of this machine.
+    """Factorise one matrix with the named direct solver, or with the one available on this machine.
 
     Raises
     ------
@@ -146,7 +147,7 @@ def _require_packages(choice: SolverName) -> None:
 def _require(package: str, choice: SolverName) -> None:
     if importlib.util.find_spec(package) is None:
         message = (
-            f"solver {choice} is not available: package {package} is not installed. "
+            f"solver {choice} is not available, because the package {package} is not installed. "
             f"Install it (pip install {package}) or choose another --solver"
         )
         raise SolverUnavailableError(message)

@@ -13,7 +13,7 @@ _SUPERNODAL = 2
 
 
 class CholmodCholesky:
-    """Cholesky factors of matrices that share one sparsity: it is ordered once.
+    """Cholesky factors of matrices with the same sparsity, which is ordered only once.
 
     Raises
     ------
@@ -54,7 +54,10 @@ class CholmodCholesky:
         try:
             self._cholmod.numeric(lower, factor)
         except ArithmeticError as error:
-            message = "the stiffness matrix is not positive definite"
+            message = (
+                "the stiffness matrix is not positive definite: the model is under-constrained or has faulty "
+                "elements. Check the supports and the mesh"
+            )
             raise SingularMatrixError(message) from error
         self._factors[slot] = factor
 

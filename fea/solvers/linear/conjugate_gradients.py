@@ -17,26 +17,26 @@ MOST_ITERATIONS = 300
 def conjugate_gradients(
     operator: Operator, precondition: Operator, right_hand_sides: Floats, *, tolerance: float, remedy: str
 ) -> Floats:
-    """Solve A x = b for (n, k) right-hand sides (Hestenes & Stiefel 1952), each with steps of its own.
+    """Solve A x = b for (n, k) right-hand sides (Hestenes & Stiefel 1952), iterated independently.
 
-    The operator is applied to all the vectors that have not converged, so that a matrix passes through memory
-    once an iteration.
+    The operator is applied to all vectors that have not converged together, so that a matrix is read from
+    memory once per iteration.
 
     Parameters
     ----------
     operator, precondition
-        A and about its inverse, both symmetric and positive definite, on (n, …) vectors.
+        A and its approximate inverse, both symmetric and positive definite, on (n, …) vectors.
     right_hand_sides
         b.
     tolerance
-        Of the residual in the preconditioner's norm, relative to that of b: about the error in energy.
+        Of the residual in the preconditioner's norm, relative to that of b: roughly the error in energy.
     remedy
-        What an error advises.
+        The remedy in the error message.
 
     Raises
     ------
     StagnationError
-        A residual did not fall to the tolerance.
+        A residual did not reach the tolerance.
     """
     x = np.zeros_like(right_hand_sides)
     active = np.flatnonzero(right_hand_sides.any(axis=0))

@@ -1,31 +1,31 @@
-"""How much memory a solver will want, and how much there is."""
+"""Predicted memory of a solver, and the memory available."""
 
 import os
 import sys
 from pathlib import Path
 
 MIB = 2**20
-# Of what is free, what a solver may plan with: the rest is for stress, output and other programs.
+# Fraction of the free memory that a solver may use; the rest is for stress, output and other programs.
 SHARE = 0.8
 
 
 def direct_bytes(n_dofs: int, slots: int) -> float:
     """Predicted bytes of Cholesky factors.
 
-    Entries of the factor grow like n^1.5 on rods of second-order tetrahedra between 40 000 and 280 000
-    degrees of freedom (nested dissection in three dimensions tends to n^(4/3): the prediction errs high
-    for larger ones).
+    The entries of the factor grow like n^1.5 for rods of second-order tetrahedra with 40 000 to 280 000
+    degrees of freedom (nested dissection in three dimensions tends to n^(4/3), so that the prediction is too
+    high for larger ones).
     """
     return float(slots * 8 * 1.2 * n_dofs**1.5)
 
 
 def iterative_bytes(n_dofs: int, slots: int) -> float:
-    """Predicted bytes of multigrid: proportional to the degrees of freedom, and a coarse factor."""
+    """Predicted bytes of multigrid: a part proportional to the degrees of freedom, and a coarse factor."""
     return slots * (2300.0 * n_dofs + direct_bytes(n_dofs // 8, 1))
 
 
 def available_bytes() -> float:
-    """Memory this process may still take: free on the machine, in its control group, under its ulimit."""
+    """Memory still available to this process, on the machine, in its control group and under its ulimit."""
     limits = [_free_on_machine(), _free_in_group(), _free_under_limit()]
     return min((limit for limit in limits if limit is not None), default=float("inf"))
 
@@ -41,7 +41,7 @@ def _free_on_machine() -> float | None:
 
 
 def _free_in_group() -> float | None:
-    """Limit of a version 2 control group less what it uses."""
+    """Limit of a version 2 control group minus its current use."""
     group = Path("/sys/fs/cgroup")
     try:
         limit = (group / "memory.max").read_text(encoding="ascii").strip()

@@ -1,9 +1,9 @@
-"""Conjugate gradients on two levels of one mesh, for models whose factor does not fit into memory.
+"""Conjugate gradients with two-level p-multigrid, for models whose factor does not fit into memory.
 
-The linear functions lie in the quadratic ones, and on the same curved cells: their Galerkin matrix has an
-eighth of the unknowns and is factorised; Chebyshev's polynomial smooths what they cannot represent
-(p-multigrid: Helenbrook, Mavriplis & Atkins 2003; smoother: Adams, Brezina, Hu & Tuminaro 2003). The number
-of iterations does not grow with the size of the mesh.
+The coarse level consists of the linear functions on the same curved cells, which the quadratic functions
+contain: its Galerkin matrix has an eighth of the degrees of freedom and is factorised. Chebyshev polynomials
+smooth the error that linear functions cannot represent (p-multigrid: Helenbrook, Mavriplis & Atkins 2003;
+smoother: Adams, Brezina, Hu & Tuminaro 2003). The number of iterations does not grow with the mesh.
 """
 
 from collections.abc import Callable
@@ -19,15 +19,15 @@ from fea.solvers.linear.conjugate_gradients import TOLERANCE, conjugate_gradient
 from geometry.arrays import Floats, Ints, Mask
 from mesh.tetmesh import EDGES, TetMesh
 
-# Chebyshev's polynomial damps the upper part of the spectrum of D⁻¹K; what lies below is the coarse level's.
+# The Chebyshev polynomial damps the upper part of the spectrum of D⁻¹K; the coarse level handles the rest.
 _STEPS = 2
 _DAMPED_SHARE = 1 / 8
 _POWER_STEPS = 15
-_SAFETY = 1.1  # power steps approach the largest eigenvalue from below
+_SAFETY = 1.1  # power iteration approaches the largest eigenvalue from below
 
 
 class Multigrid:
-    """Solves by conjugate gradients preconditioned on two levels, behind the protocol of the direct solvers.
+    """Conjugate gradients preconditioned on two levels, with the interface of the direct solvers.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Multigrid:
     material
         Of every element, or of each part.
     factorise
-        Makes a function that solves with a matrix: a direct solver for the linear functions.
+        Returns a function that solves with a matrix: the direct solver of the coarse level.
     """
 
     name = "amg"
@@ -53,12 +53,12 @@ class Multigrid:
         self._levels: dict[int, _Levels] = {}
 
     def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
-        """Make ready to solve with `matrix`.
+        """Prepare to solve with `matrix`.
 
         Raises
         ------
         SingularMatrixError
-            Restricted to linear functions it is not positive definite.
+            The coarse matrix is not positive definite.
         """
         free = (matrix.row_sums != matrix.diagonal()).reshape(-1, 3)
         held = ~free[self._vertices]
@@ -72,7 +72,7 @@ class Multigrid:
         Raises
         ------
         StagnationError
-            The residual did not fall as far as it must.
+            The residual did not reach `TOLERANCE`.
         """
         levels = self._levels[slot]
         return conjugate_gradients(
@@ -80,17 +80,17 @@ class Multigrid:
             levels.precondition,
             right_hand_sides,
             tolerance=TOLERANCE,
-            remedy="Choose --solver pardiso, or a better shaped mesh",
+            remedy="Choose --solver pardiso, or a mesh with better elements",
         )
 
     def precondition(self, slot: int, residual: Floats) -> Floats:
-        """About the inverse of the matrix in a slot on (n, k) residuals."""
+        """Apply the approximate inverse of the matrix in a slot to (n, k) residuals."""
         return self._levels[slot].precondition(residual)
 
 
 @dataclass(frozen=True)
 class _Transfer:
-    """Between linear and quadratic functions; neither moves what is held."""
+    """Transfer between linear and quadratic functions; constrained degrees of freedom stay zero."""
 
     interpolation: sparse.csr_array
     free: Mask
@@ -119,7 +119,7 @@ class _Levels:
     largest: float
 
     def precondition(self, residual: Floats) -> Floats:
-        """Smooth, correct on the linear functions, smooth: symmetric, as conjugate gradients need it."""
+        """Smooth, correct on the coarse level, smooth: symmetric, as conjugate gradients require."""
         u = self._smoothed(residual)
         left = self.transfer.restrict(residual - self.matrix @ u)
         u += self.transfer.prolong(self.coarse_solve(left))
@@ -145,7 +145,7 @@ def _interpolation(tets: Ints, n_points: int) -> tuple[Ints, sparse.csr_array]:
 
 
 def _largest_eigenvalue(matrix: SymmetricMatrix) -> float:
-    """Largest eigenvalue of D⁻¹K, by power steps on its symmetric form."""
+    """Largest eigenvalue of D⁻¹K, by power iteration on its symmetric form."""
     root = np.sqrt(matrix.diagonal())
     vector = np.random.default_rng(0).standard_normal(matrix.size)
     value = 1.0

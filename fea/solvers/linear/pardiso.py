@@ -1,4 +1,4 @@
-"""Cholesky factors by MKL Pardiso (Schenk & Gärtner 2004), which pypardiso finds and loads."""
+"""Cholesky factors by MKL Pardiso (Schenk & Gärtner 2004), loaded through pypardiso."""
 
 import ctypes
 import importlib.metadata
@@ -21,9 +21,9 @@ _NOT_POSITIVE_DEFINITE, _NO_MEMORY = -4, (-2, -9)
 
 
 class PardisoCholesky:
-    """Cholesky factors of matrices that share one sparsity: it is analysed once.
+    """Cholesky factors of matrices with the same sparsity, which is analysed only once.
 
-    pypardiso's own calls hold one factor and copy its matrix; this keeps several and copies nothing.
+    pypardiso's own functions keep one factor and copy its matrix; this class keeps several without copies.
 
     Parameters
     ----------
@@ -108,10 +108,16 @@ class PardisoCholesky:
             ctypes.byref(status),
         )
         if status.value == _NOT_POSITIVE_DEFINITE:
-            message = "the stiffness matrix is not positive definite"
+            message = (
+                "the stiffness matrix is not positive definite: the model is under-constrained or has faulty "
+                "elements. Check the supports and the mesh"
+            )
             raise SingularMatrixError(message)
         if status.value in _NO_MEMORY:
-            message = f"Pardiso ran out of memory on {upper.shape[0]} degrees of freedom"
+            message = (
+                f"Pardiso ran out of memory with {upper.shape[0]} degrees of freedom. Use a larger --size or "
+                "--solver amg"
+            )
             raise MemoryError(message)
         if status.value != 0:
             message = f"Pardiso failed in phase {phase} with error {status.value}"
@@ -119,7 +125,7 @@ class PardisoCholesky:
         return solution
 
     def __del__(self) -> None:
-        """Give MKL's memory back."""
+        """Release MKL's memory."""
         if getattr(self, "_matrices", None) and not sys.is_finalizing():
             upper = next(iter(self._matrices.values()))
             self._call(_RELEASE, 0, upper, np.zeros((upper.shape[0], 1)))

@@ -1,1 +1,1 @@
-"""Benchmark problems, one a file: each module defines `BENCHMARK`, and its name names the case."""
+"""Benchmark problems, one per file: each module defines `BENCHMARK` and gives the case its name."""

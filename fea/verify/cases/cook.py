@@ -1,4 +1,4 @@
-"""Cook's membrane in plane strain, compressible and nearly not: how far the corner (48, 60) rises."""
+"""Cook's membrane in plane strain, compressible and nearly incompressible: deflection of its corner."""
 
 from dataclasses import replace
 
@@ -23,21 +23,22 @@ CORNER = Goal(
     "mm",
     32.30,
     0.2,
-    "0.1 % between the published value (32.27) and the extrapolated one; singular corners converge late",
+    "the published value (32.27) and the extrapolated one differ by 0.1 %, and singular corners slow down "
+    "convergence",
 )
 INCOMPRESSIBLE = Goal(
-    "the same for ν = 0.4999",
+    "u_y of the upper corner, ν = 0.4999",
     "mm",
     8.076,
     0.5,
-    "displacements of second-order elements do not lock, but converge later than with ν = 1/3",
+    "displacements of second-order elements do not lock, but converge more slowly than for ν = 1/3",
 )
 SHEAR = 6.25  # on the right edge, MPa: a force of 100 N/mm over its 16 mm
 _CASES = ((CORNER, COMPRESSIBLE), (INCOMPRESSIBLE, NEARLY_NOT))
 
 
 def meshed(size: float, order: int = 2) -> TetMesh:
-    """Mesh with elements of `size`, a tenth of it at the clamped and at the loaded edge."""
+    """Mesh with elements of `size`, and of a tenth of it at the clamped and at the loaded edge."""
     corners = (
         ((0.0, 0.0), Surface.FREE),
         ((48.0, 44.0), Surface.LOADED),
@@ -45,13 +46,13 @@ def meshed(size: float, order: int = 2) -> TetMesh:
         ((0.0, 44.0), Surface.CLAMPED),
     )
     body = Prism(polygon(*corners), (0.0, THICKNESS), top=Surface.ROLLER)
-    # The corners of both edges are singular; that of the loaded one is where the displacement is taken.
+    # The corners of both edges are singular, and the displacement is taken at a corner of the loaded edge.
     fine = Fine(size / 10)
     return mesh_body(body, size, order=order, fine={Surface.CLAMPED: fine, Surface.LOADED: fine})
 
 
 def membrane(mesh: TetMesh) -> LoadedBody:
-    """Load and hold it."""
+    """Apply loads and boundary conditions."""
     up = np.array([0.0, SHEAR, 0.0])
     forces = traction_forces(mesh, Surface.LOADED, lambda places, _: np.broadcast_to(up, places.shape))
     fixed = held(mesh, {Surface.ROLLER: (2,), Surface.CLAMPED: (0, 1)})
@@ -59,7 +60,7 @@ def membrane(mesh: TetMesh) -> LoadedBody:
 
 
 def rise(mesh: TetMesh, u: Floats) -> float:
-    """How far the upper corner rises, mm, of displacements (n_nodes, 3)."""
+    """Deflection of the upper corner, mm, from displacements (n_nodes, 3)."""
     return float(u[SolvedBody(mesh, COMPRESSIBLE, u[:, :, None]).node_at(48.0, 60.0, 0.0), 1])
 
 
@@ -75,7 +76,7 @@ def compute(size: float) -> Computed:
 
 BENCHMARK = Benchmark(
     title="Cook's membrane, plane strain",
-    source="Cook 1974, J. Struct. Div. ASCE 100, 1851-1863; the value extrapolated over finer meshes",
+    source="Cook 1974, J. Struct. Div. ASCE 100, 1851-1863; the value is extrapolated from finer meshes",
     goals=(CORNER, INCOMPRESSIBLE),
     compute=compute,
     size=3.0,

@@ -1,7 +1,7 @@
-"""Euler column: slender strut under axial load, held at its ends as a rod is by its pins.
+"""Euler column: slender strut under axial load, with the end conditions of a rod on its pins.
 
 The stress is uniform, so that only the geometric stiffness and the eigenvalue problem can be wrong. Shear
-lowers Euler's load P_E to P_E/(1 + P_E/κGA) (Engesser), here by 0.2 % where both ends are built in.
+reduces the Euler load P_E to P_E/(1 + P_E/κGA) (Engesser), here by 0.2 % for two built-in ends.
 """
 
 import math
@@ -35,7 +35,8 @@ def critical(inertia: float, length_factor: float) -> float:
 
 IN_PLANE, SIDEWAYS = HEIGHT * WIDTH**3 / 12, WIDTH * HEIGHT**3 / 12
 _WHY = (
-    "beam theory is good to the square of thickness over length, some 1e-3; elements as long as it is thick"
+    "the error of beam theory is of the order of (thickness / length)², about 1e-3; elements are as long as "
+    "the strut is thick"
 )
 PINNED = Goal("pinned ends, bending in y", "N", critical(IN_PLANE, 1.0), 0.3, _WHY)
 BUILT_IN = Goal("built-in ends, bending in z", "N", critical(SIDEWAYS, 0.5), 0.5, _WHY)
@@ -61,7 +62,7 @@ def strut(size: float) -> TetMesh:
 
 
 def loads(mesh: TetMesh, ends: tuple[Held, ...], count: int) -> list[tuple[float, Parity]]:
-    """Critical loads, N, rising, each with its parity about z = 0."""
+    """Critical loads, N, in increasing order, each with its parity about z = 0."""
     nu, strain = STEEL.poissons_ratio, LOAD / _AREA / STEEL.youngs_modulus
     pressed = {Parity.SYMMETRIC: (mesh.points * strain * np.array([-1.0, nu, nu]))[..., None]}
     (modes,) = Buckling(Model(mesh, STEEL, Support.INERTIA_RELIEF), ends).modes(pressed, count)

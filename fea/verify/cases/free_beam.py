@@ -1,8 +1,8 @@
 """Free–free beam: bending frequencies with shear and rotary inertia.
 
-(f_EB/f)² = 1 + (r/L)² (F² + 6F + (E/κG)(F² − 2F)) to first order in (r/L)², with Euler and Bernoulli's
-f_EB = (βL)²/2πL² r √(E/ρ), F = βL (cosh βL − cos βL)/(sinh βL − sin βL) and κ = 10(1 + ν)/(12 + 11ν)
-(Cowper 1966). Without shear and rotary inertia the third mode in the thick plane would be 1.8 % off.
+(f_EB/f)² = 1 + (r/L)² (F² + 6F + (E/κG)(F² − 2F)) to first order in (r/L)², with the Euler–Bernoulli
+frequency f_EB = (βL)²/2πL² r √(E/ρ), F = βL (cosh βL − cos βL)/(sinh βL − sin βL) and κ = 10(1 + ν)/(12 +
+11ν) (Cowper 1966). Without shear and rotary inertia the third mode in the thick plane would be 1.8 % off.
 """
 
 import math
@@ -37,8 +37,8 @@ GOALS = tuple(
                 "Hz",
                 bending(height, root),
                 0.2,
-                "the theory is good to 1e-4 for modes this slender; elements longer than the beam is thick "
-                "add up to 1.3e-3",
+                "the error of the theory is 1e-4 for such slender modes; elements longer than the beam is "
+                "thick add up to 1.3e-3",
             )
             for height in (THIN, THICK)
             for number, root in enumerate(ROOTS, start=1)
@@ -58,7 +58,7 @@ def compute(size: float) -> Computed:
 
 BENCHMARK = Benchmark(
     title="Free–free beam: bending frequencies",
-    source="Goens 1931, Annalen der Physik 403, 649-678 (Timoshenko's beam, first order)",
+    source="Goens 1931, Annalen der Physik 403, 649-678 (Timoshenko beam, first order)",
     goals=GOALS,
     compute=compute,
     size=25.0,

@@ -1,7 +1,7 @@
-"""Goodier's spherical cavity in an infinite body under tension: equator and pole.
+"""Goodier's spherical cavity in an infinite body under tension: stress at the equator and at the pole.
 
-An eighth of a ball with the cavity amid it carries the exact tractions outside, so that its size does not
-matter.
+The model is an eighth of a ball around the cavity, with the exact tractions on its outside, so that the size
+of the ball does not matter.
 """
 
 import math
@@ -27,18 +27,19 @@ PIECES = 8
 _NU = STEEL.poissons_ratio
 
 EQUATOR = Goal(
-    "worst σxx of the equator",
+    "σxx at the equator, worst node",
     "MPa",
     TENSION * (27 - 15 * _NU) / (2 * (7 - 5 * _NU)),
     0.2,
-    "exact solution: what the recovery leaves at this size, at the worst of all nodes",
+    "the solution is exact; this is the error of the recovered stress at this size, at the worst node",
 )
 POLE = Goal(
     "σyy at the pole",
     "MPa",
     -TENSION * (3 + 15 * _NU) / (2 * (7 - 5 * _NU)),
     0.2,
-    "exact solution; the pole's stress is a third of the equator's, so the same error weighs three times",
+    "the solution is exact; the stress at the pole is a third of that at the equator, so that the same error "
+    "counts three times as much",
 )
 
 
@@ -80,7 +81,7 @@ def loaded(size: float, order: int = 2) -> LoadedBody:
         Side(Line((RADIUS, 0.0), (OUTSIDE, 0.0)), Surface.SYMMETRY_Z),
         Side(Arc((0.0, 0.0), OUTSIDE, 0.0, quarter), Surface.OUTER),
         Side(Line((0.0, OUTSIDE), (0.0, RADIUS)), Surface.FREE),  # on the axis
-        # In pieces: sizes are told from the edges of faces.
+        # In pieces, because element sizes depend on the distance to the edges of faces.
         *(
             Side(Arc((0.0, 0.0), RADIUS, quarter * (1 - k / PIECES), -quarter / PIECES), Surface.INNER)
             for k in range(PIECES)
@@ -94,7 +95,7 @@ def loaded(size: float, order: int = 2) -> LoadedBody:
 
 
 def worst_equator(mesh: TetMesh, stress: Floats) -> float:
-    """σxx of the equator that is furthest from the exact one, of nodal stress (n_nodes, 6)."""
+    """The σxx at the equator that is furthest from the exact one, from nodal stress (n_nodes, 6)."""
     equator = nodes_of(mesh, Surface.INNER, Surface.SYMMETRY_X)
     return furthest(stress[equator, 0], EQUATOR.target)
 

@@ -1,4 +1,4 @@
-"""Lamé's thick cylinder under inner pressure in plane strain: hoop stress and widening of the bore."""
+"""Lamé's thick cylinder under internal pressure in plane strain: hoop stress and displacement of the bore."""
 
 import math
 
@@ -26,23 +26,23 @@ _WIDENING = (
 )
 
 HOOP = Goal(
-    "worst hoop stress of the bore",
+    "hoop stress at the bore, worst node",
     "MPa",
     PRESSURE * (_B2 + _A2) / (_B2 - _A2),
     0.2,
-    "exact solution: what the recovery leaves at this size, at the worst of all nodes",
+    "the solution is exact; this is the error of the recovered stress at this size, at the worst node",
 )
 WIDENING = Goal(
-    "worst widening of the bore",
+    "radial displacement of the bore, worst node",
     "mm",
     _WIDENING,
     0.02,
-    "exact solution: displacements converge one order faster than stress",
+    "the solution is exact, and displacements converge one order faster than stress",
 )
 
 
 def loaded(size: float, order: int = 2) -> LoadedBody:
-    """A quarter, one slice of it, with elements of `size` outside and half of it at the bore."""
+    """A slice of a quarter, with elements of `size` at the outside and half of it at the bore."""
     quarter = math.pi / 2
     sides = (
         Side(Line((INSIDE, 0.0), (OUTSIDE, 0.0)), Surface.SYMMETRY_Y),
@@ -60,8 +60,9 @@ def loaded(size: float, order: int = 2) -> LoadedBody:
 
 
 def worst_hoop(mesh: TetMesh, stress: Floats) -> float:
-    """Hoop stress of the bore that is furthest from the exact one, of nodal stress (n_nodes, 6)."""
-    # At the mirror plane; at the lid, a mirror plane of the problem too, the recovery sees one side only.
+    """Hoop stress at the bore that is furthest from the exact one, from nodal stress (n_nodes, 6)."""
+    # At the mirror plane. On the opposite face, also a mirror plane of the problem, recovery uses one side
+    # only.
     bore = nodes_of(mesh, Surface.INNER, Surface.SYMMETRY_Z)
     x, y, _ = mesh.points[bore].T / INSIDE
     xx, yy, _, xy, _, _ = stress[bore].T
@@ -83,7 +84,7 @@ def compute(size: float) -> Computed:
 
 
 BENCHMARK = Benchmark(
-    title="Lamé: thick cylinder under inner pressure, plane strain",
+    title="Lamé: thick cylinder under internal pressure, plane strain",
     source="Lamé 1852; Timoshenko & Goodier 1970, article 28",
     goals=(HOOP, WIDENING),
     compute=compute,

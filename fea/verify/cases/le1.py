@@ -1,7 +1,7 @@
 """NAFEMS LE1, elliptic membrane: σyy at the end of the inner ellipse's major axis.
 
-The membrane is in plane stress. It is solved as one layer in plane strain: with tractions given all round
-and no resultant on the hole, the stress in the plane is the same (Michell 1899).
+The membrane is in plane stress. It is solved as one layer in plane strain: with prescribed tractions on the
+whole boundary and no resultant on the hole, the in-plane stress is the same (Michell 1899).
 """
 
 from fea.solid.traction import traction_forces
@@ -21,25 +21,25 @@ GOAL = Goal(
     "MPa",
     92.7,
     0.3,
-    "the target has three digits (0.05 %), and a converged value lies within 0.1 % of it; "
-    "the rest is left to the mesh",
+    "the target has three digits (0.05 %), and a converged value is within 0.1 % of it; the rest is allowed "
+    "for the mesh",
 )
 
 
 def meshed(size: float) -> TetMesh:
-    """Mesh with elements of `size` away from the inner ellipse and a quarter of it there."""
+    """Mesh with elements of `size`, and of a quarter of it at the inner ellipse."""
     body = Prism(elliptic_outline(), (0.0, THICKNESS), top=Surface.ROLLER)
     return mesh_body(body, size, fine={Surface.INNER: Fine(size / 4)})
 
 
 def loaded(mesh: TetMesh) -> LoadedBody:
-    """Load and hold it."""
+    """Apply loads and boundary conditions."""
     forces = traction_forces(mesh, Surface.OUTER, lambda _, normals: PRESSURE * normals)
     return LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}), (Surface.INNER,))
 
 
 def compute(size: float) -> Computed:
-    """Solve with elements of `size`, as `meshed` takes it."""
+    """Solve with elements of `size` (see `meshed`)."""
     solved = loaded(meshed(size)).solved()
     D = solved.node_at(INNER_AXES[0], 0.0, 0.0)
     return Computed({GOAL.quantity: float(solved.stress[D, 1])}, solved.dofs)

@@ -19,18 +19,18 @@ GOAL = Goal(
     "MPa",
     -5.38,
     0.3,
-    "the target has three digits (0.1 %); the rest is left to the mesh",
+    "the target has three digits (0.1 %); the rest is allowed for the mesh",
 )
 
 
 def meshed(size: float) -> TetMesh:
-    """Mesh with elements of `size` away from the inner ellipse and 0.4 of it there."""
+    """Mesh with elements of `size`, and of 0.4 of it at the inner ellipse."""
     body = Prism(elliptic_outline(), (-HALF, 0.0, HALF), bottom=Surface.FREE, top=Surface.LOADED)
     return mesh_body(body, size, fine={Surface.INNER: Fine(size / 2.5)})
 
 
 def loaded(mesh: TetMesh) -> LoadedBody:
-    """Load and hold it."""
+    """Apply loads and boundary conditions."""
     forces = traction_forces(mesh, Surface.LOADED, lambda _, normals: -PRESSURE * normals)
     fixed = held(mesh, {Surface.OUTER: (0, 1)})
     outer = np.unique(mesh.facets[Surface.OUTER])
@@ -42,7 +42,7 @@ def loaded(mesh: TetMesh) -> LoadedBody:
 
 
 def compute(size: float) -> Computed:
-    """Solve with elements of `size`, as `meshed` takes it."""
+    """Solve with elements of `size` (see `meshed`)."""
     solved = loaded(meshed(size)).solved()
     D = solved.node_at(INNER_AXES[0], 0.0, HALF)
     return Computed({GOAL.quantity: float(solved.stress[D, 1])}, solved.dofs)

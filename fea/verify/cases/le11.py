@@ -1,4 +1,4 @@
-"""NAFEMS LE11, cylinder, taper and sphere under temperature: σzz at the foot of the inner sphere."""
+"""NAFEMS LE11, cylinder, taper and sphere with a temperature field: σzz at the foot of the inner sphere."""
 
 import math
 
@@ -22,7 +22,7 @@ GOAL = Goal(
     "MPa",
     -105.0,
     1.0,
-    "the target has three digits; finer meshes go 0.6 % beyond it",
+    "the target has three digits; finer meshes exceed it by 0.6 %",
 )
 
 
@@ -32,7 +32,7 @@ def temperature(places: Floats) -> Floats:
 
 
 def meridian() -> tuple[Side, ...]:
-    """The section: cylinder below, taper at half height, sphere inside and outside."""
+    """The section: cylinder at the bottom, taper at half height, sphere inside and outside."""
     s, outer = METRE * math.sin(math.pi / 4), 1.4 * METRE
     top, waist = s + 1.09 * METRE, s + 0.69 * METRE
     shoulder = (math.sqrt(outer**2 - s**2), s)
@@ -49,19 +49,19 @@ def meridian() -> tuple[Side, ...]:
 
 
 def meshed(size: float) -> TetMesh:
-    """Mesh with elements of `size` away from the inner sphere and a quarter of it there."""
+    """Mesh with elements of `size`, and of a quarter of it at the inner sphere."""
     return mesh_body(Revolution(meridian()), size, fine={Surface.INNER: Fine(size / 4)})
 
 
 def loaded(mesh: TetMesh) -> LoadedBody:
-    """Load and hold it."""
+    """Apply loads and boundary conditions."""
     forces = thermal_forces(mesh, STEEL, EXPANSION, temperature)
-    # z = 0 is held flat but is no mirror plane: the temperature would have a kink there.
+    # z = 0 is constrained but is not a mirror plane: the temperature would have a kink there.
     return LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}))
 
 
 def compute(size: float) -> Computed:
-    """Solve with elements of `size`, as `meshed` takes it."""
+    """Solve with elements of `size` (see `meshed`)."""
     solved = loaded(meshed(size)).solved()
     mesh = solved.mesh
     A = solved.node_at(METRE, 0.0, 0.0)
@@ -71,7 +71,7 @@ def compute(size: float) -> Computed:
 
 
 BENCHMARK = Benchmark(
-    title="NAFEMS LE11: solid cylinder, taper and sphere under temperature",
+    title="NAFEMS LE11: solid cylinder, taper and sphere with a temperature field",
     source="NAFEMS, The Standard NAFEMS Benchmarks, TNSB rev. 3 (1990), LE11",
     goals=(GOAL,),
     compute=compute,

@@ -1,7 +1,7 @@
-"""Manufactured solution: the rates at which displacement and its gradient converge.
+"""Manufactured solution: rates of convergence of displacement and its gradient.
 
-The displacement is a sum of plane waves Σ c sin(k · x + φ); it needs the body force
-Σ ((λ + μ) (c · k) k + μ |k|² c) sin(k · x + φ) and is given on the whole boundary of a cube.
+The displacement is a sum of plane waves Σ c sin(k · x + φ); it requires the body force
+Σ ((λ + μ) (c · k) k + μ |k|² c) sin(k · x + φ) and is prescribed on the whole boundary of a cube.
 """
 
 import math
@@ -36,7 +36,7 @@ GOALS = tuple(
         "1",
         rate,
         100 * 0.1 / rate,
-        "within 0.1 of the theoretical order, which is reached in the limit of small elements",
+        "the rate must be within 0.1 of the theoretical order, which holds in the limit of small elements",
     )
     for what, rate in _EXACT.items()
 )
@@ -59,7 +59,7 @@ def exact_gradient(places: Floats) -> Floats:
 
 
 def body_force(places: Floats) -> Floats:
-    """Force per volume (n, 3), N/mm³, that the displacement needs."""
+    """Force per volume (n, 3), N/mm³, that the displacement requires."""
     lam, mu = STEEL.lame_lambda, STEEL.shear_modulus
     force = np.zeros_like(places)
     for c, k, phase in WAVES:
@@ -83,7 +83,7 @@ def errors(mesh: TetMesh, u: Floats) -> tuple[float, float]:
 
 
 def compute(size: float) -> Computed:
-    """Halve meshes of `size` (first-order ones of half of it); the rates are those of the last halving."""
+    """Refine meshes of `size` (first-order: half of it); the rates are those of the last refinement."""
     found: dict[str, float] = {}
     dofs = 0
     for order in (1, 2):

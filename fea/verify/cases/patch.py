@@ -1,4 +1,4 @@
-"""Patch test: a linear displacement on the boundary of an irregular mesh is found exactly inside."""
+"""Patch test: a linear displacement, prescribed on the boundary of an irregular mesh, is exact inside."""
 
 import numpy as np
 
@@ -12,23 +12,23 @@ from geometry.surfaces import Surface
 from mesh.body import mesh_body
 from mesh.tetmesh import EDGES, TetMesh
 
-# An arbitrary gradient without any symmetry, and a shift that keeps the displacement away from zero.
+# An arbitrary gradient without any symmetry, and a translation that keeps the displacement away from zero.
 GRADIENT = 1e-3 * np.array([[1.0, 0.4, -0.3], [0.2, -0.7, 0.5], [-0.6, 0.1, 0.8]])
 SHIFT = np.array([4e-3, -4e-3, 4e-3])
-SHAKE = 0.05  # of the element size, by which inner vertices are moved
-
-_WHY = "exact but for rounding, on elements of any shape"
+SHAKE = 0.05  # random displacement of inner vertices, relative to the element size
+_WHY = "only rounding errors remain, on elements of any shape"
 GOALS = tuple(
-    Goal(f"{order} {what} over exact, worst", "1", 1.0, 1e-10, _WHY)
+    Goal(f"{order} {what} / exact {what}, worst node", "1", 1.0, 1e-10, _WHY)
     for order in ("P1", "P2")
     for what in ("displacement", "stress")
 )
 
 
 def shaken(mesh: TetMesh, distance: float) -> TetMesh:
-    """Move inner vertices at random, the same way every time; edges stay straight.
+    """Move inner vertices at random but reproducibly; edges stay straight.
 
-    On curved edges the stiffness, integrated with the points that straight ones need, is not exact.
+    With curved edges the stiffness would not be exact, because its quadrature is exact for straight edges
+    only.
     """
     inside = np.ones(len(mesh.points), dtype=bool)
     inside[mesh.facets[Surface.FREE].ravel()] = False
@@ -50,15 +50,15 @@ def compute(size: float) -> Computed:
         boundary[mesh.facets[Surface.FREE].ravel()] = True
         u = displacement(mesh, STEEL, np.zeros_like(exact), boundary, exact)
         solved = SolvedBody(mesh, STEEL, u)
-        found[f"P{order} displacement over exact, worst"] = _ratio(u[:, :, 0], exact)
+        found[f"P{order} displacement / exact displacement, worst node"] = _ratio(u[:, :, 0], exact)
         stress = stress_from_gradient(GRADIENT, STEEL)
-        found[f"P{order} stress over exact, worst"] = _ratio(solved.stress, stress)
+        found[f"P{order} stress / exact stress, worst node"] = _ratio(solved.stress, stress)
         dofs = mesh.points.size
     return Computed(found, dofs)
 
 
 def _ratio(computed: Floats, exact: Floats) -> float:
-    """1 plus the signed error that is largest against the exact field's own size at the node."""
+    """1 plus the signed error that is largest relative to the size of the exact field at the node."""
     scale = np.linalg.norm(exact, axis=-1, keepdims=True)
     return furthest((1 + (computed - exact) / scale).ravel(), 1.0)
 

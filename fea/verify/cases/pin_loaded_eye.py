@@ -1,7 +1,8 @@
-"""Eye with a round end, pulled by its pin: what the assumed pressure does to the peak stress.
+"""Eye with a round end, pulled by its pin: effect of the assumed pressure on the peak stress.
 
-A flat eye as thick as half its bore, the bore half its width, the strip held far away. The peak is the
-largest principal stress on the bore over the mean stress P/((W − d) t) of the net section.
+The eye is flat, with a thickness of half the bore diameter and a bore of half its width; the strip is held
+far away. The peak is the largest principal stress on the bore over the mean stress P/((W − d) t) of the net
+section.
 """
 
 import math
@@ -25,29 +26,31 @@ RADIUS, OUTSIDE, LENGTH, HALF_THICKNESS, FORCE = 10.0, 20.0, 100.0, 5.0, 10e3
 NET_STRESS = FORCE / (2 * (OUTSIDE - RADIUS) * 2 * HALF_THICKNESS)
 
 _SOURCE_ERROR = (
-    "an earlier calculation of three digits, its stress averaged over elements; it does not state its "
-    "thickness, and this one was chosen to agree (in plane strain the cosine pressures give 3 to 4 % less)"
+    "the reference is an earlier calculation with three digits and stress averaged over elements; it does "
+    "not state its thickness, which was chosen here to agree (in plane strain the cosine pressures give 3 to "
+    "4 % less)"
 )
 _FACTORS = {
     "cosine-180": (3.23, 1.0, _SOURCE_ERROR),
     "cosine-120": (3.89, 1.0, _SOURCE_ERROR),
-    "uniform-180": (2.68, 3.0, _SOURCE_ERROR + "; this pressure jumps just where the stress peaks"),
+    "uniform-180": (2.68, 3.0, _SOURCE_ERROR + "; this pressure jumps where the stress has its peak"),
 }
 PEAKS = {
-    name: Goal(f"peak over net stress, {name}", "1", factor, tolerance, why)
+    name: Goal(f"peak stress / net stress, {name}", "1", factor, tolerance, why)
     for name, (factor, tolerance, why) in _FACTORS.items()
 }
 RESULTANT = Goal(
-    "resultant over pin force",
+    "resultant / pin force",
     "1",
     1.0,
     1e-10,
-    "exact but for rounding: the pressure is scaled so that the nodal forces have the force's resultant",
+    "the pressure is scaled so that the nodal forces have the resultant of the force; only rounding errors "
+    "remain",
 )
 
 
 def compute(size: float) -> Computed:
-    """Solve y ≥ 0 and z ≥ 0 with elements of `size` at the bore and six times that far away."""
+    """Solve the quarter y ≥ 0, z ≥ 0 with elements of `size` at the bore and six times that far away."""
     sides = (
         Side(Line((-LENGTH, 0.0), (-RADIUS, 0.0)), Surface.SYMMETRY_Y),
         Side(Arc((0.0, 0.0), RADIUS, math.pi, -math.pi), Surface.INNER),

@@ -1,8 +1,8 @@
-"""Plate of finite width with a hole, in tension: the stress beside the hole.
+"""Plate of finite width with a hole, in tension: the stress at the edge of the hole.
 
-The chart is for plane stress. The plate is solved in plane strain: with tractions given all round and no
-resultant on the hole, the stress in the plane is the same (Michell 1899), and there is no free face near
-which a plate of some thickness differs from the chart.
+The chart is for plane stress. The plate is solved in plane strain: with prescribed tractions on the whole
+boundary and no resultant on the hole, the in-plane stress is the same (Michell 1899), without the effect of a
+free face, near which a plate of finite thickness differs from the chart.
 """
 
 import math
@@ -23,11 +23,11 @@ _X = 1 - RADIUS / HALF_WIDTH
 NET_FACTOR = 2 + 0.284 * _X - 0.6 * _X**2 + 1.32 * _X**3
 
 PEAK = Goal(
-    "peak over gross stress",
+    "peak stress / gross stress",
     "1",
     NET_FACTOR / _X,
     0.5,
-    "the chart's polynomial is a fit to Howland's figures (1930), which have three digits",
+    "the polynomial of the chart is fitted to Howland's figures (1930), which have three digits",
 )
 
 
@@ -49,14 +49,14 @@ def meshed(size: float) -> TetMesh:
 
 
 def loaded(mesh: TetMesh) -> LoadedBody:
-    """Load and hold it."""
+    """Apply loads and boundary conditions."""
     forces = traction_forces(mesh, Surface.LOADED, lambda _, normals: TENSION * normals)
     known = (Surface.INNER, Surface.FREE)
     return LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}), known)
 
 
 def compute(size: float) -> Computed:
-    """Solve with elements of `size`, as `meshed` takes it."""
+    """Solve with elements of `size` (see `meshed`)."""
     solved = loaded(meshed(size)).solved()
     beside = solved.node_at(0.0, RADIUS, 0.0)
     return Computed({PEAK.quantity: float(solved.stress[beside, 0]) / TENSION}, solved.dofs)

@@ -1,9 +1,8 @@
 """Rotating disc: the centrifugal body force.
 
-The disc is thin but three-dimensional: to the stress of plane stress comes ν (1 + ν)/(6 (1 − ν)) ρω² (c² −
-3z²), half the thickness being c, which is exact away from the rim
-(the edge effect decays within a thickness). The mean displacement of the rim is
-that of plane stress exactly (reciprocal theorem).
+The disc is thin but three-dimensional: the stress is that of plane stress plus ν (1 + ν)/(6 (1 − ν)) ρω² (c²
+− 3z²), where c is half the thickness, which is exact away from the rim (the edge effect decays within a
+thickness). The mean displacement of the rim is exactly that of plane stress (reciprocal theorem).
 """
 
 import math
@@ -31,14 +30,14 @@ CENTRE = Goal(
     "MPa",
     _SQUARE * ((3 + _NU) / 8 * RADIUS**2 + _NU * (1 + _NU) / (6 * (1 - _NU)) * HALF_THICKNESS**2),
     0.1,
-    "exact solution: the mean over elements inside the body, at a single node",
+    "the solution is exact; the stress is the mean over the elements at a single node inside the body",
 )
 RIM = Goal(
-    "mean widening of the rim",
+    "mean radial displacement of the rim",
     "mm",
     _SQUARE * (1 - _NU) * RADIUS**3 / (4 * STEEL.youngs_modulus),
     0.01,
-    "exact solution: displacements converge one order faster than stress",
+    "the solution is exact, and displacements converge one order faster than stress",
 )
 
 
@@ -68,7 +67,7 @@ def compute(size: float) -> Computed:
     area = (outward * mesh.points).sum() / RADIUS
     found = {
         CENTRE.quantity: float(solved.stress[solved.node_at(0.0, 0.0, 0.0), 0]),
-        # The slide along x that the restraints leave open has no part in ∫ u · n dA.
+        # A translation along x, which depends on the restraints, does not contribute to ∫ u · n dA.
         RIM.quantity: float((outward * u[:, :, 0]).sum() / area),
     }
     return Computed(found, solved.dofs)

@@ -1,7 +1,8 @@
-"""Ring spun up by a torque at its bore: the body force of an angular acceleration.
+"""Ring accelerated by a torque at its bore: the body force of an angular acceleration.
 
-The shear stress is |σ_rθ| = ρα (b⁴ − r⁴)/4r² by equilibrium alone, in any thickness; with σ_rθ = μ r (u_θ/r)′
-the bore turns ρα (b² − a²)²/(8 μ a²) ahead of the rim. The field is antisymmetric about y = 0.
+The shear stress |σ_rθ| = ρα (b⁴ − r⁴)/4r² follows from equilibrium alone, for any thickness; with
+σ_rθ = μ r (u_θ/r)′ the bore rotates by ρα (b² − a²)²/(8 μ a²) relative to the rim. The field is antisymmetric
+about y = 0.
 """
 
 import math
@@ -36,14 +37,14 @@ SHEAR = Goal(
     "MPa",
     -shear(MIDDLE),
     0.3,
-    "exact solution: the mean over elements inside the body, at a single node",
+    "the solution is exact; the stress is the mean over the elements at a single node inside the body",
 )
 TWIST = Goal(
-    "turn, bore against rim",
+    "rotation of the bore relative to the rim",
     "rad",
     STEEL.density * ALPHA * (OUTSIDE**2 - INSIDE**2) ** 2 / (8 * STEEL.shear_modulus * INSIDE**2),
     0.01,
-    "exact solution: displacements converge one order faster than stress",
+    "the solution is exact, and displacements converge one order faster than stress",
 )
 
 
@@ -83,13 +84,13 @@ def _around(mesh: TetMesh, surface: Surface) -> Floats:
 
 
 def _turn(mesh: TetMesh, surface: Surface, radius: float, u: Floats) -> float:
-    """Mean angle by which a surface turns."""
+    """Mean rotation of a surface, rad."""
     area = 2 * math.pi * radius * HALF_THICKNESS / 2
     return float((_around(mesh, surface) * u[:, :, 0]).sum() / area / radius)
 
 
 BENCHMARK = Benchmark(
-    title="Ring spun up by a torque at its bore",
+    title="Ring accelerated by a torque at its bore",
     source="closed form: equilibrium of the shear stress in rings, Timoshenko & Goodier 1970, article 27",
     goals=(SHEAR, TWIST),
     compute=compute,

@@ -1,4 +1,4 @@
-"""Computations of the work-precision comparison, each meant for a process of its own."""
+"""The computations of the work-precision comparison, each to be run in a separate process."""
 
 import dataclasses
 import os
@@ -33,12 +33,12 @@ from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
 _BODIES = {"lame": (lame.loaded, lame.worst_hoop), "goodier": (goodier.loaded, goodier.worst_equator)}
-# Coarsest elements of Lamé's cylinder, mm.
+# Element size of the warm-up on Lamé's cylinder, mm.
 _TINY = 8.0
 
 
 def compute(computation: Computation, study: Study) -> Measured:
-    """Carry out a computation; `study` is the rod's."""
+    """Run a computation; `study` is that of the rod."""
     _warm_up(computation)
     if computation.tool == "CalculiX":
         calculix = _calculix_rod if computation.problem == "rod" else _calculix_body
@@ -49,7 +49,7 @@ def compute(computation: Computation, study: Study) -> Measured:
 
 
 def _warm_up(computation: Computation) -> None:
-    """Import and start every library on a body of a few elements: that is no part of what is compared."""
+    """Import and start every library with a small model: this time is not part of the comparison."""
     loaded, quantity = _BODIES["lame"]
     solved = loaded(_TINY, computation.order).solved()
     quantity(solved.mesh, solved.stress)
@@ -105,7 +105,8 @@ def _calculix_rod(computation: Computation, study: Study) -> Measured:
     forces = rod.nodal_forces(loads.cases[0]).forces.symmetric
     held = asked.analysis.support == "clamped"
     fixed = clamped(mesh, Surface.BIG_END_BORE) if held else determinate_restraints(mesh)
-    # Drawing, meshing and loads are ours for both; our assembly is not CalculiX's to bear.
+    # Geometry, mesh and loads are made by fea for both programs; the time of fea's assembly is not counted
+    # here.
     before = sum(clock.seconds[stage] for stage in ("geometry", "mesh", "loads"))
     start = time.perf_counter()
     stress = _calculix(mesh, rod.materials[0], forces, fixed)
@@ -121,11 +122,11 @@ def _measured(computation: Computation, mesh: TetMesh, seconds: float, value: fl
 
 
 def _calculix(mesh: TetMesh, material: Material, forces: Floats, fixed: npt.NDArray[np.bool_]) -> Floats:
-    """Nodal stress (n_nodes, 6) that CalculiX finds on a mesh."""
+    """Nodal stress (n_nodes, 6) computed by CalculiX on a mesh."""
     with TemporaryDirectory() as name:
         folder = Path(name)
         write_inp(folder / "job.inp", mesh, material, forces, fixed)
-        # It takes one thread unless told.
+        # CalculiX uses one thread by default.
         environment = os.environ | {"OMP_NUM_THREADS": str(threads())}
         command = ["ccx", "-i", "job"]
         subprocess.run(command, cwd=folder, capture_output=True, check=True, env=environment)  # noqa: S603

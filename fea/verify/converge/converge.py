@@ -1,4 +1,4 @@
-"""Run the comparison within a time limit, each computation in a process of its own."""
+"""Run the comparison within a time limit, each computation in a separate process."""
 
 import dataclasses
 import math
@@ -20,7 +20,7 @@ from fea.verify.converge.row import Computation, Measured, Row
 from mesh.sizing import default_size
 
 PROBLEMS = ("rod", "lame", "goodier")
-# The rod is the question; the others show that its answer is not luck.
+# Shares of the time. The rod is the main problem; the others show that its result is not accidental.
 SHARE = {"rod": 0.7, "lame": 0.15, "goodier": 0.15}
 QUANTITY = {
     "rod": "rod: largest von Mises stress",
@@ -28,9 +28,9 @@ QUANTITY = {
     "goodier": f"goodier: {EQUATOR.quantity}",
 }
 EXACT = {"lame": HOOP.target, "goodier": EQUATOR.target}
-# Runs of what takes less than so many seconds: their median counts.
+# Number of runs of a computation that takes less than LONG seconds; their median counts.
 RUNS, LONG = 3, 5.0
-# What one more size costs at most, over the one before: 2.4 times the nodes, to the power 1.5.
+# Largest cost of the next size relative to the previous one: 2.4 times the nodes, to the power 1.5.
 _GROWTH = 3.5
 
 Outcomes = dict[Computation, Measured]
@@ -40,14 +40,14 @@ _apart = partial(in_fresh_process, compute.__module__)
 
 @dataclass(frozen=True)
 class Comparison:
-    """All rows, and what they are held against.
+    """All rows, and the references.
 
     Attributes
     ----------
     rows
-        By problem, tool, element and size.
+        Sorted by problem, tool, element and size.
     references
-        By problem.
+        By the name of the problem.
     """
 
     rows: list[Row]
@@ -62,11 +62,11 @@ def converge(
     Parameters
     ----------
     study
-        The rod; its first speed and first load case count.
+        The rod; its first load case at its first speed is used.
     minutes
-        Time limit of all but the rod's reference.
+        Time limit of everything except the reference of the rod.
     listener
-        Told each computation as it begins.
+        Called with the name of each computation before it begins.
     """
     length = study.rod.length or 0.0
     rows: list[Row] = []
@@ -89,11 +89,11 @@ def converge(
 def _computed(
     study: Study, problem: str, size: float, seconds: float, listener: Callable[[str], None] | None
 ) -> Outcomes:
-    """Refine whichever series has the cheapest next step, until none fits what is left of the time."""
+    """Refine the series with the cheapest next step, until no step fits into the remaining time."""
     end = time.perf_counter() + seconds
     waiting = [(0.0, computations) for computations in series(problem, size)]
     outcomes: Outcomes = {}
-    _apart(compute, waiting[0][1][0], study)  # what the first of all pays for: files not read before
+    _apart(compute, waiting[0][1][0], study)  # the first computation also pays for reading files
     while waiting:
         waiting.sort(key=lambda item: item[0])
         cost, (computation, *finer) = waiting.pop(0)
@@ -105,7 +105,7 @@ def _computed(
         found = _apart(compute, computation, study)
         if found is None:
             if finer and not any(done.series == computation.series for done in outcomes):
-                waiting.append((cost, finer))  # too coarse to be meshed
+                waiting.append((cost, finer))  # this size was too coarse for the mesher
             continue
         spent = time.perf_counter() - start
         outcomes[computation] = _repeated(computation, study, found) if spent < LONG else found
@@ -115,7 +115,7 @@ def _computed(
 
 
 def _repeated(computation: Computation, study: Study, first: Measured) -> Measured:
-    """Run it again; what it found, with the median of the times."""
+    """Run it again; return its result with the median of the times."""
     again = [_apart(compute, computation, study) for _ in range(RUNS - 1)]
     seconds = [found.seconds for found in (first, *again) if found is not None]
     return dataclasses.replace(first, seconds=statistics.median(seconds))

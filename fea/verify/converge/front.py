@@ -1,4 +1,4 @@
-"""Which computations are worth their time, and what error a time buys."""
+"""The Pareto front of error and time, and the error that each series reaches in a given time."""
 
 from collections.abc import Iterable, Sequence
 
@@ -6,22 +6,22 @@ import numpy as np
 
 from fea.verify.converge.row import Row
 
-# Errors below this are the reference's or an accident, percent.
+# Errors below this (percent) come from the reference or are accidental.
 FLOOR = 0.05
-# The error of stress falls with the size to the power of the element's order, where it converges better with
-# up to twice that.
+# The error of stress decreases with the size to the power of the element's order, at best to twice that
+# power.
 _BEST_RATE = 2
 
 
 def pareto(rows: Sequence[Row], floor: float = FLOOR) -> list[Row]:
-    """The rows of one problem that no other beats in both time and error, the fastest first.
+    """The rows of one problem that no other row beats in both time and error, the fastest first.
 
     Parameters
     ----------
     rows
-        Of one problem.
+        Rows of one problem.
     floor
-        Smaller errors, percent, count as this.
+        Smaller errors, percent, count as this value.
     """
     best: list[Row] = []
     for row in sorted(rows, key=lambda row: (row.measured.seconds, abs(row.error_percent))):
@@ -39,17 +39,18 @@ def by_tool(rows: Iterable[Row]) -> dict[tuple[str, str], list[Row]]:
 
 
 def settled(rows: Sequence[Row], floor: float = FLOOR) -> list[float]:
-    """Below what error each mesh of a series and all finer ones stay, percent.
+    """Largest error, percent, of each mesh of a series and all finer ones.
 
-    A signed error that crosses zero makes a mesh right by luck; the finer ones tell. The finest has none to
-    tell, so that it counts no better than twice the theoretical rate would make it from the one before.
+    A mesh may be right by accident if the signed error crosses zero; the finer meshes show this. For the
+    finest mesh there is none, so that its error counts as at least the error of the previous mesh reduced at
+    twice the theoretical rate.
 
     Parameters
     ----------
     rows
-        Of one problem, tool and element, coarse to fine.
+        Rows of one problem, tool and element, coarse to fine.
     floor
-        Smaller errors count as this.
+        Smaller errors count as this value.
     """
     error = [abs(row.error_percent) for row in rows]
     if len(rows) > 1 and not rows[0].computation.adaptive:
@@ -60,7 +61,7 @@ def settled(rows: Sequence[Row], floor: float = FLOOR) -> list[float]:
 
 
 def fastest_within(rows: Sequence[Row], percent: float) -> dict[tuple[str, str], Row]:
-    """Per tool and element the fastest row from which on every error stays within `percent`."""
+    """Per tool and element, the fastest row for which it and all finer rows have errors within `percent`."""
     found = {}
     for tool, own in by_tool(rows).items():
         within = [row for row, error in zip(own, settled(own), strict=True) if error <= percent]
@@ -70,16 +71,16 @@ def fastest_within(rows: Sequence[Row], percent: float) -> dict[tuple[str, str],
 
 
 def seconds_to(rows: Sequence[Row], percent: float, floor: float = FLOOR) -> float:
-    """Time in which a series settles below an error, between its rows by their logarithms; inf if never.
+    """Time after which a series stays below an error, interpolated logarithmically; infinite if never.
 
     Parameters
     ----------
     rows
-        Of one problem, tool and element, coarse to fine.
+        Rows of one problem, tool and element, coarse to fine.
     percent
         The error.
     floor
-        Errors are not known better.
+        Smaller errors count as this value.
     """
     seconds = [row.measured.seconds for row in rows]
     errors = settled(rows, floor)
@@ -93,9 +94,9 @@ def seconds_to(rows: Sequence[Row], percent: float, floor: float = FLOOR) -> flo
 
 
 def error_after(rows: Sequence[Row], seconds: float, floor: float = FLOOR) -> float:
-    """Error, percent, that a series settles below in a time, by logarithms between rows; inf before them.
+    """Error, percent, below which a series stays after a time, interpolated logarithmically.
 
-    Past its last row a series keeps that row's error.
+    It is infinite before the first row, and that of the last row after it.
     """
     points = sorted(zip((row.measured.seconds for row in rows), settled(rows, floor), strict=True))
     if not points or seconds < points[0][0]:

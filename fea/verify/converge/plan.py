@@ -1,28 +1,28 @@
-"""Which computations the comparison makes, the cheapest first."""
+"""The computations of the comparison, the cheapest first."""
 
 import shutil
 from collections.abc import Iterator
 
 from fea.verify.converge.row import Computation
 
-# Each size has about 2.4 times the nodes of the one before.
+# Ratio of successive sizes: each mesh has about 2.4 times the nodes of the previous one.
 STEP = 0.75
 LEVELS = 9
-# Coarsest sizes: of the rod over its default size, of the others in mm.
+# Coarsest sizes: for the rod relative to its default size, for the others in mm.
 COARSEST = {"rod": 2.4, "lame": 8.0, "goodier": 0.6}
 TOLERANCES = (10.0, 5.0, 3.0, 2.0, 1.0)
 TOOLS = ("fea", "fea, mean", "CalculiX")
 
 
 def series(problem: str, default_size: float) -> Iterator[list[Computation]]:
-    """The computations of a problem, those that only the size tells apart together, coarse to fine.
+    """The computations of a problem, in series that differ only in the size, coarse to fine.
 
     Parameters
     ----------
     problem
         ``rod``, ``lame`` or ``goodier``.
     default_size
-        Of the rod, mm.
+        Default element size of the rod, mm.
     """
     unit = default_size if problem == "rod" else 1.0
     sizes = [COARSEST[problem] * unit * STEP**level for level in range(LEVELS)]

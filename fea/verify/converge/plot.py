@@ -1,4 +1,4 @@
-"""Error against run time, both on logarithmic scales."""
+"""Plot error against run time, both on logarithmic scales."""
 
 from collections.abc import Sequence
 from itertools import groupby
@@ -15,11 +15,11 @@ _COLOURS = {
     "fea --tolerance": "tab:red",
     "CalculiX": "0.45",
 }
-_COARSE = "tab:purple"  # a tolerance reached from a coarse mesh; its name tells the size
+_COARSE = "tab:purple"  # a tolerance reached from a coarse mesh, whose name contains the size
 
 
 def draw(comparison: Comparison, path: Path) -> None:
-    """Draw a panel a problem; the Pareto front is shaded."""
+    """Draw one panel per problem; the Pareto front is shaded."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only a report draws
     from matplotlib.figure import Figure  # noqa: PLC0415
 

@@ -1,26 +1,26 @@
-"""What a sequence of ever finer meshes tends to, and how well that is known."""
+"""The limit of a sequence of finer meshes, and its uncertainty."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-# Orders beyond these are accidents of irregular meshes.
+# Orders outside this range are accidents of irregular meshes.
 LEAST_ORDER, LARGEST_ORDER = 1.0, 3.0
-# Of Roache 1994, for three meshes or more.
+# Safety factor of Roache 1994, for three meshes or more.
 SAFETY = 1.25
 
 
 @dataclass(frozen=True)
 class Reference:
-    """A value taken for the truth.
+    """A reference value.
 
     Attributes
     ----------
     value
         MPa.
     uncertainty_percent
-        Of the value; 0 where it is exact.
+        Uncertainty of the value; 0 if it is exact.
     """
 
     value: float
@@ -28,17 +28,17 @@ class Reference:
 
 
 def extrapolated(sizes: Sequence[float], values: Sequence[float]) -> Reference:
-    """Richardson's extrapolation of the three finest meshes with Roache's (1994) grid convergence index.
+    """Richardson extrapolation of the three finest meshes with Roache's (1994) grid convergence index.
 
-    The order p solves (f3 − f2) / (f2 − f1) = r^p for the constant ratio r of the sizes; where the values do
-    not approach one from one side, the finest is taken, uncertain by the spread of the three.
+    The order p solves (f3 − f2) / (f2 − f1) = r^p for the constant ratio r of the sizes. If the values do not
+    converge monotonically, the value of the finest mesh is used, with the spread of the three as uncertainty.
 
     Parameters
     ----------
     sizes
         Element sizes, coarse to fine, in constant ratio.
     values
-        What they gave; fewer than three have no known uncertainty (infinite).
+        Their results; with fewer than three the uncertainty is unknown (infinite).
     """
     if len(values) < 3:
         return Reference(values[-1], float("inf"))

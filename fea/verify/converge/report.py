@@ -12,34 +12,36 @@ from fea.verify.converge.row import Row
 from fea.verify.converge.versus import GOAL, EqualError, equal_error, equal_time
 
 _READING = f"""\
-*Seconds* are the whole of a run, from drawing the solid to the recovered stress, in a process of its own that
-has its libraries loaded and started. *Memory* is that process's peak. *fea* recovers stress on the boundary
-from surface strain and known traction; *fea, mean* averages over elements; *fea, whole* uses no mirror plane;
-*fea --tolerance* refines where its error bars say. The time of what takes less than {LONG:g} s is the median
-of {RUNS} runs. CalculiX solves the same meshes as *fea* (of the rod: *fea, whole*) with as many threads;
-drawing, meshing and loads are counted for both. Errors are signed, against the exact value or, on the rod,
-against meshes whose elements all shrink in proportion and are by far the smallest where the peak is,
-extrapolated by Richardson; none of them is among those compared. An error in parentheses is below the
-reference's uncertainty and says no more than that. In the plot a yellow band joins what is fastest for its
-error.
+*Seconds* is the time of the whole run, from drawing the solid to the recovered stress, in a separate process
+with the libraries already loaded. *Memory* is the peak memory of that process. *fea* recovers the stress on
+the boundary from surface strain and known traction; *fea, mean* averages over elements; *fea, whole* does not
+use mirror planes; *fea --tolerance* refines the mesh where its error bars require it. The time of a
+computation that takes less than {LONG:g} s is the median of {RUNS} runs. CalculiX solves the same meshes as
+*fea* (for the rod: *fea, whole*) with the same number of threads; drawing, meshing and loads are counted for
+both programs.
+
+Errors are signed. They are relative to the exact value or, for the rod, to a Richardson extrapolation of
+meshes whose elements all shrink in proportion and are by far the smallest at the peak; none of these meshes
+is among those compared. An error in parentheses is smaller than the uncertainty of the reference, so that its
+value is not meaningful. In the plot a yellow band joins the computations that are fastest for their error.
 """
 _AGAINST = """\
-Of each program the fastest of its series counts. The error of a mesh is here the largest of that and all
-finer meshes, so that a mesh that is right by luck does not count, and that of the finest falls from the one
-before by no more than twice the theoretical rate allows; between meshes times are interpolated by the
-logarithms of time and error. "> x" is CalculiX's slowest mesh, where it did not get there.
+For each program the fastest of its series counts. The error of a mesh is here the largest error of that and
+all finer meshes, so that a mesh that is right by accident does not count; the error of the finest mesh counts
+as at least the previous one reduced at twice the theoretical rate. Between meshes, times are interpolated
+logarithmically in time and error. "> x" is the time of CalculiX's slowest mesh if it did not reach the error.
 """
 
 
 def write_report(path: Path, comparison: Comparison, command: str) -> None:
-    """Write the report and its plot beside it.
+    """Write the report, with its plot next to it.
 
     Parameters
     ----------
     path
         The .md file.
     comparison
-        What was computed.
+        The results.
     command
         The command that makes the report.
     """

@@ -1,4 +1,4 @@
-"""The rod's peak on meshes that are ever finer where it is hot."""
+"""The reference value of the rod's peak, from meshes that are refined where the stress is high."""
 
 import dataclasses
 
@@ -11,8 +11,8 @@ from fea.assess.case_result import CaseResult
 from fea.study.study import MeshTable, Study
 from fea.verify.converge.reference import Reference, extrapolated
 
-# Sizes of the meshes over the default one, in constant ratio, and how much smaller still elements are where
-# the stress exceeds a share of the peak.
+# Sizes of the meshes relative to the default size, in constant ratio, and the additional factor on the
+# element size where the stress exceeds a fraction of the peak.
 SCALES = (1.0, 0.75, 0.5625)
 HOT = {0.75: 1 / 2.0, 0.9: 1 / 5.0}
 
@@ -20,8 +20,8 @@ HOT = {0.75: 1 / 2.0, 0.9: 1 / 5.0}
 def rod_reference(study: Study) -> Reference:
     """Extrapolate the largest von Mises stress of the first case at the first speed.
 
-    All elements shrink in proportion from mesh to mesh, so that Richardson's extrapolation applies; they are
-    smallest at the peak, since uniform meshes as fine would not fit a machine.
+    All elements shrink in proportion from mesh to mesh, so that Richardson extrapolation applies. They are
+    smallest at the peak, because equally fine uniform meshes would not fit into memory.
     """
     options = dataclasses.replace(study.analysis, tolerance_percent=None, cycle=False)
     plain = dataclasses.replace(study, analysis=options, mesh=MeshTable())

@@ -1,26 +1,25 @@
-"""A computation and what it cost."""
+"""A computation, its result and its cost."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Computation:
-    """What is computed, and how.
+    """A computation: problem, tool, element and size.
 
     Attributes
     ----------
     tool
-        ``fea``, ``fea, mean`` (stress at the boundary averaged over elements as inside), ``fea, whole`` (no
-        mirror plane used), ``fea --tolerance`` (at the default size, or with a ``--size`` before it) or
-        ``CalculiX``.
+        ``fea``, ``fea, mean`` (stress at the boundary averaged over elements, as inside), ``fea, whole`` (no
+        mirror plane used), ``fea --tolerance`` (from the default size, or with a ``--size``) or ``CalculiX``.
     element
         ``p1`` or ``p2``.
     problem
         ``rod``, ``lame`` or ``goodier``.
     size
-        Element size, mm; the tolerance in percent where one is asked for.
+        Element size, mm, or the tolerance in percent for ``--tolerance``.
     first_size
-        Element size, mm, that a refinement to a tolerance begins with; None for the default.
+        Element size, mm, from which the refinement to a tolerance starts; None for the default.
     """
 
     tool: str
@@ -36,7 +35,7 @@ class Computation:
 
     @property
     def name(self) -> str:
-        """The tool, and the tolerance where one is asked for."""
+        """The tool, with the tolerance if there is one."""
         return f"{self.tool} {self.size:g}" if self.adaptive else self.tool
 
     @property
@@ -46,24 +45,24 @@ class Computation:
 
     @property
     def series(self) -> tuple[str, str, str]:
-        """What only the size tells apart."""
+        """Key of the series: computations that differ only in the size."""
         return self.problem, self.tool, self.element
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A computation's outcome.
+    """The outcome of a computation.
 
     Attributes
     ----------
     size
-        Element size, mm (of the first mesh where there are several).
+        Element size, mm (of the first mesh if there are several).
     dofs
-        Degrees of freedom of the body as it was meshed (the whole rod).
+        Degrees of freedom of the meshed body (the whole rod).
     seconds
-        Wall time from the drawing to the stress, the median of its runs.
+        Wall time from the geometry to the stress, the median of its runs.
     peak_memory
-        Of the process, MiB.
+        Peak memory of the process, MiB.
     value
         The quantity, MPa.
     """

@@ -8,11 +8,11 @@ from rich.table import Table
 
 from fea.verify.converge.row import Row
 
-_TOOL = 12  # of the longest word of a tool's name
+_TOOL = 12  # length of the longest word in a tool's name
 
 
 def print_comparison(rows: Sequence[Row], advice: Sequence[str]) -> None:
-    """Print a line a computation, and what to use when."""
+    """Print one line per computation, and the advice."""
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=0)
     table.add_column("problem", no_wrap=True)
     table.add_column("tool", min_width=_TOOL)

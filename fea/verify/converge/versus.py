@@ -1,4 +1,4 @@
-"""Our time against CalculiX's at equal error, and the errors at equal time."""
+"""Times of fea and CalculiX at equal error, and errors at equal time."""
 
 import math
 from collections.abc import Callable, Collection, Sequence
@@ -10,14 +10,14 @@ from fea.verify.converge.row import Row
 
 PERCENTS = (5.0, 2.0, 1.0)
 SECONDS = (0.3, 1.0, 3.0, 10.0, 30.0)
-# Times as fast as CalculiX at equal error is what we aim at.
+# Target: this many times as fast as CalculiX at equal error.
 GOAL = 10.0
 WHOLE, THEIRS = ("fea, whole",), ("CalculiX",)
 
 
 @dataclass(frozen=True)
 class EqualError:
-    """Seconds to one error: infinite where a tool did not get there.
+    """Seconds to reach an error: infinite if a tool did not reach it.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class EqualError:
     ours, whole, theirs
         Of `fea` at its best, of `fea` without mirror planes, and of CalculiX at its best, s.
     longest
-        CalculiX's slowest row, s: where it did not get there, it takes longer than that.
+        CalculiX's slowest row, s: if it did not reach the error, it would take longer than this.
     """
 
     percent: float
@@ -37,7 +37,7 @@ class EqualError:
 
     @property
     def ratio(self) -> float:
-        """CalculiX's time over ours, at least; NaN where we did not get there."""
+        """CalculiX's time over ours, or a lower bound of it; NaN if we did not reach the error."""
         theirs = self.theirs if math.isfinite(self.theirs) else self.longest
         return theirs / self.ours if math.isfinite(self.ours) else math.nan
 
@@ -53,9 +53,9 @@ def equal_error(rows: Sequence[Row], floor: float = FLOOR) -> list[EqualError]:
     Parameters
     ----------
     rows
-        Of one problem.
+        Rows of one problem.
     floor
-        Errors are not known better, percent.
+        Smaller errors, percent, count as this value.
     """
     longest = max((row.measured.seconds for row in rows if row.computation.tool in THEIRS), default=0.0)
     programs = (_ours(rows), WHOLE, THEIRS)
@@ -70,14 +70,14 @@ def equal_error(rows: Sequence[Row], floor: float = FLOOR) -> list[EqualError]:
 
 
 def equal_time(rows: Sequence[Row], floor: float = FLOOR) -> list[tuple[float, float, float]]:
-    """Seconds, our error and CalculiX's, percent, as far as both have rows.
+    """Seconds, our error and CalculiX's error, percent, for the times that both have rows for.
 
     Parameters
     ----------
     rows
-        Of one problem.
+        Rows of one problem.
     floor
-        Errors are not known better, percent.
+        Smaller errors, percent, count as this value.
     """
     programs = (_ours(rows), THEIRS)
     longest = min(
@@ -98,6 +98,6 @@ def _ours(rows: Sequence[Row]) -> set[str]:
 
 
 def _best(rows: Sequence[Row], tools: Collection[str], measure: Callable[[list[Row]], float]) -> float:
-    """The least that any series of these tools gives; infinite where there is none."""
+    """The smallest value that any series of these tools gives; infinite if there is none."""
     series = by_tool(row for row in rows if row.computation.tool in tools).values()
     return min((measure(own) for own in series), default=math.inf)

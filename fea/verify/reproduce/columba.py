@@ -1,8 +1,8 @@
 """Columba 2022: dynamic forces of the Suzuki Forsa 1 (G10), ESPE Latacunga.
 
 The worksheet solves the 8×8 Newton–Euler system with a gas force of the wrong sign, friction of a fixed
-sign and a moment of inertia that is none; the corrected figures come from the closed form. The driving
-torque T12 is the negative of the torque on the crank.
+sign and a wrong moment of inertia; the corrected figures come from the closed form. The driving torque T12 is
+the negative of the torque on the crank.
 """
 
 import math
@@ -37,7 +37,7 @@ INERTIA = 939740.05e-9  # kg·m², Izz
 
 _CAUSE = (
     "gas force with the wrong sign; friction of a fixed sign; "
-    "I = √(Ixx² + Iyy² + Izz²), transposed, in place of Izz = 9.3974e-4 kg·m²"
+    "I = √(Ixx² + Iyy² + Izz²), with transposed digits, instead of Izz = 9.3974e-4 kg·m²"
 )
 _CAUSE_NO_GAS = _CAUSE.partition("; ")[2]
 
@@ -67,7 +67,7 @@ def as_published(rpm: float, crank_degrees: Floats, *, gas: bool = True) -> Reac
 
 
 def corrected(rpm: float, crank_degrees: Floats, *, gas: bool = True) -> Mapping[str, Floats]:
-    """Return the same quantities from sound mechanics, N and N·m."""
+    """Return the same quantities from correct mechanics, N and N·m."""
     model: GasModel = boyle() if gas else NoGas()
     c: Cycle = cycle(engine(), rod(), model, rpm * RPM, crank_degrees * DEG)
     return {
@@ -129,10 +129,10 @@ def motion() -> Table:
         "motion and gas force at 3200 rpm",
         columns,
         [
-            "Exact, and free of misprints in the figures; the rod angle has the sign opposite to ours.",
-            "Table 6 of the thesis prints the speed unsigned; table 7 labels accelerations °/s and rad/s.",
-            "The gas force is Boyle's law at every turn: no combustion, and it repeats each 360°.",
-            f"Its chamber of {CLEARANCE:.3f} mm height is a compression ratio of {COMPRESSION_RATIO:.1f}.",
+            "The figures are exact and free of misprints; the rod angle has the opposite sign to ours.",
+            "Table 6 of the thesis omits the sign of the speed; table 7 labels accelerations °/s and rad/s.",
+            "The gas force is Boyle's law in every revolution: no combustion, repeated every 360°.",
+            f"A chamber height of {CLEARANCE:.3f} mm means a compression ratio of {COMPRESSION_RATIO:.1f}.",
         ],
     )
 
@@ -169,13 +169,13 @@ def forces() -> Table:
         "bearing and pin forces at 3200 rpm",
         [_force("columba2022_forces_3200rpm", name) for name in ("F12x", "F12y", "F43x")],
         [
-            "At 0° the worksheet has 1326 + 1188 N: gas and inertia add where they oppose each other.",
+            "At 0° the worksheet adds gas and inertia force, 1326 + 1188 N, although they oppose each other.",
         ],
     )
 
 
 def shaking() -> Table:
-    """Bearing and wall forces without gas, 3200 rpm; the pin's sideways force with it."""
+    """Bearing and wall forces without gas, 3200 rpm; the transverse force on the pin with gas."""
     name = "columba2022_shaking_3200rpm"
     return table(
         SOURCE,
@@ -218,19 +218,19 @@ def torque() -> Table:
         "torque",
         "driving torque",
         columns,
-        ["At 3200 rpm the figure of 120° is repeated at 160°, so that 200°–280° are one row late."],
+        ["At 3200 rpm the figure of 120° is printed again at 160°, so that 200°–280° are one row too low."],
     )
 
 
 def _one_row_late(published: Floats, at: Floats) -> dict[str, Slip]:
     return {
-        f"{at[i]:g}": Slip(f"the figure of {at[i - 1]:g}° (rows one step late)", float(published[i - 1]))
+        f"{at[i]:g}": Slip(f"the figure of {at[i - 1]:g}° (one row too low)", float(published[i - 1]))
         for i in (4, 5, 6, 7)
     }
 
 
 def working_model() -> Table:
-    """Independent software's rod angle and piston position."""
+    """Rod angle and piston position of independent software."""
     name = "columba2022_working_model"
     angle, position = column(name, "rod_deg"), column(name, "piston_x_mm")
     exact = kinematics(engine(), degrees(angle) * DEG, 0.0)

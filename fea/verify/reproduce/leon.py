@@ -30,6 +30,6 @@ def tables() -> list[Table]:
 
 
 def _number(table: Table) -> tuple[float, str]:
-    """Tables by number, then what has none."""
+    """Sort key: tables by number, then those without a number."""
     first = table.name.split(maxsplit=1)[0]
     return (float(first) if first.isdigit() else float("inf"), table.name)

@@ -1,4 +1,4 @@
-"""León 2001: the rod as a column, Euler as printed and Johnson as its slenderness asks for."""
+"""León 2001: the rod as a column, by Euler as printed and by Johnson as its slenderness requires."""
 
 import math
 
@@ -12,7 +12,7 @@ AREA = 89.0  # mm²
 SECOND_MOMENT = 1260.0  # mm⁴
 LENGTH = 141.0  # mm
 E, YIELD = 207e3, 220.0  # MPa, AISI 1018 as printed
-_RADIUS_PRINTED = 3.766  # mm, a misprint of 3.763 that the slenderness is formed with
+_RADIUS_PRINTED = 3.766  # mm, a misprint of 3.763 that was used for the slenderness
 
 GYRATION = math.sqrt(SECOND_MOMENT / AREA)
 SLENDERNESS = LENGTH / GYRATION
@@ -29,7 +29,7 @@ def johnson(slenderness: float, strength: float = YIELD) -> float:
     return AREA * strength * (1 - strength * slenderness**2 / (4 * math.pi**2 * E))
 
 
-_JOHNSON = "Euler's formula where KL/r is below C_c and Johnson's governs"
+_JOHNSON = "Euler's formula was used, although KL/r is below C_c and Johnson's formula governs"
 
 
 def buckling() -> Table:
@@ -38,7 +38,7 @@ def buckling() -> Table:
     printed_euler = euler(37.44)
     as_published: dict[str, tuple[float, float, str]] = {
         "radius of gyration": (GYRATION / 10, GYRATION / 10, ""),
-        "slenderness KL/r": (slender, SLENDERNESS, "r = .3766 cm in place of .3763"),
+        "slenderness KL/r": (slender, SLENDERNESS, "r = .3766 cm instead of .3763"),
         "transition slenderness Cc": (TRANSITION, TRANSITION, ""),
         "critical load": (printed_euler, johnson(SLENDERNESS), _JOHNSON),
         "allowable load N = 6": (printed_euler / 6, johnson(SLENDERNESS) / 6, _JOHNSON),
@@ -75,7 +75,7 @@ def _remarks() -> tuple[str, ...]:
     return (
         f"KL/r = {SLENDERNESS:.1f} is far below C_c = {TRANSITION:.0f}: Johnson's formula governs.",
         f"It gives {strong:.1f} kN with the printed yield, {strongest:.1f} kN with that of the stress model.",
-        "The load of table 17, 45.9 kN, exceeds the first and both printed allowables (21.6 and 32.4 kN).",
-        f"A and I are those of a {width:.2f} × {depth:.2f} mm rectangle about its strong axis.",
-        f"About the weak axis KL/r = {weak:.1f}.",
+        "The load of table 17, 45.9 kN, exceeds the former and both printed allowables (21.6 and 32.4 kN).",
+        f"A and I are those of a rectangle of {width:.2f} × {depth:.2f} mm about its strong axis.",
+        f"About the weak axis, KL/r = {weak:.1f}.",
     )

@@ -25,7 +25,7 @@ PISTON = 1.3345  # kg, with pin and rings
 M_A, M_B = 0.428687, 0.356312  # kg: the rod's mass at crank pin and piston pin
 INERTIA = 3.868e-3  # kg·m², which is m·a·b of the two masses
 
-# As the thesis computes.
+# Values used in the thesis.
 M_RECIPROCATING = 1.690  # kg, PISTON + M_B truncated
 M_A_USED = 0.428  # kg, M_A truncated
 AREA_USED = 5944.0  # mm²: a bore of 87 mm
@@ -38,7 +38,7 @@ ROD = MassProperties(
 
 
 def engine(bore: float = BORE) -> Engine:
-    """Return the printed engine, with another bore (mm) for the sensitivity to it."""
+    """Return the printed engine, optionally with another bore (mm) for the sensitivity study."""
     return Engine(1e3 * R, 1e3 * L, bore, PISTON * KG, cylinders=4, phase=math.pi)
 
 

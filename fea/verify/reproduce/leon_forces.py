@@ -22,11 +22,11 @@ from geometry.arrays import Floats
 
 TABLES = {6000: 13, 3000: 14, 800: 15}
 _INERTIATABLES = {6000: 8, 3000: 9, 800: 10}
-_PI = 3.1416  # the value behind the tangents: relative errors of 2.5e-6 at 19.47° are its own
+_PI = 3.1416  # the value used for the tangents, which explains relative errors of 2.5e-6 at 19.47°
 
 _RESULTANT_CAUSE = (
-    "accelerations of tables 4–6, gas force on 5944 mm², and F_c + |F_α| added to the piston force "
-    "(they act on the crank pin, or twice)"
+    "accelerations of tables 4–6; gas force on 5944 mm²; F_c + |F_α| added to the piston force, although "
+    "they act on the crank pin or are counted twice"
 )
 
 
@@ -46,7 +46,7 @@ def pin_forces(rpm: int) -> Table:
     summed = _resultant_as_published(rpm, angle)
     tangent = np.tan(values(angle) * _PI / 180)
     speed = f"{rpm} rpm"
-    out_of_phase = "rod angle 90° out of phase: asin(cos θ/3) in place of asin(sin θ/3)"
+    out_of_phase = "rod angle 90° out of phase: asin(cos θ/3) instead of asin(sin θ/3)"
     return table(
         SOURCE,
         str(TABLES[rpm]),
@@ -87,7 +87,7 @@ def pin_forces(rpm: int) -> Table:
                 along,
                 np.abs(values(total)) * np.sqrt(1 - tangent**2),
                 -exact.pin_axial,
-                "√(F² − F_n²), unsigned, in place of F sec β (compression positive); resultant; normal force",
+                "√(F² − F_n²), unsigned, instead of F sec β (compression positive); resultant; normal force",
                 speed,
                 _rod_slips(rpm),
             ),
@@ -98,16 +98,16 @@ def pin_forces(rpm: int) -> Table:
 
 _REMARKS = {
     6000: (
-        "Tables 13–15: the angles' tangents were taken with π = 3.1416.",
-        "Tables 13–15: at 10° the rod angle reads 19.126 for 19.163; the row's forces were formed with it.",
-        "F_a, or the sum of the inertia terms, was rounded or truncated by hand in part of the rows.",
-        "At 320° and 680° the inertia force 38 990.85 was taken as 31 990: 7001 N too little.",
+        "Tables 13–15: the tangents of the angles were computed with π = 3.1416.",
+        "Tables 13–15: at 10° the rod angle is 19.126 instead of 19.163, and the forces of the row use it.",
+        "F_a, or the sum of the inertia terms, was rounded or truncated by hand in some of the rows.",
+        "At 320° and 680° the inertia force 38 990.85 was read as 31 990, 7001 N too little.",
     ),
     3000: (
         "The sums use 1.690·a, not the misprinted forces of table 9 at 130° and 230°.",
-        "One digit of the rod force is wrong at 170° and at 180°.",
+        "One digit of the rod force is wrong at 170° and one at 180°.",
     ),
-    800: ("The crank angle in degrees was added into the sum: one newton more per degree.",),
+    800: ("The crank angle in degrees was added to the sum: one newton too much per degree.",),
 }
 
 
@@ -130,14 +130,14 @@ def _terms(rpm: int, cells: list[Cell]) -> tuple[Floats, Floats, Floats]:
 
 
 def _truncated(value: float, places: int) -> float:
-    """Cut after so many decimals."""
-    # Decimal figures such as 201.16 are not exact in binary: a hair more keeps their last digit.
+    """Truncate to a number of decimals."""
+    # Decimal figures such as 201.16 are not exact in binary; a tiny increment keeps their last digit.
     scale = 10.0**places
     return math.trunc(value * scale * (1 + 1e-12)) / scale
 
 
 def _resultant_slips(rpm: int, cells: list[Cell]) -> dict[str, Slip]:
-    """Which intermediate was rounded by hand, for the cells that need it."""
+    """The intermediate figure that was rounded by hand, for the cells that it explains."""
     slips = {}
     slip = degrees(cells) if rpm == 800 else np.zeros(len(cells))
     for cell, *terms in zip(cells, *_terms(rpm, cells), slip, strict=True):
@@ -150,14 +150,14 @@ def _resultant_slips(rpm: int, cells: list[Cell]) -> dict[str, Slip]:
 
 
 def _by_hand(force: float, inertia: float, rest: float) -> Iterator[Slip]:
-    """Ways in which the sum may have been rounded or misread, the least rounded first."""
+    """Ways in which the sum may have been rounded or misread, the smallest rounding first."""
     cuts: dict[str, Callable[[float, int], float]] = {"rounded": round, "truncated": _truncated}
     for places in (3, 2, 1, 0):
         for how, cut in cuts.items():
             part, total = cut(inertia, places), cut(inertia + rest, places)
             yield Slip(f"F_a {how} to {part:.10g}", force - part - rest, is_rounding=True)
             yield Slip(f"sum of the inertia terms {how} to {total:.10g}", force - total, is_rounding=True)
-    yield Slip(f"F_a = {inertia:.10g} taken as 31990", force - 31990 - rest)
+    yield Slip(f"F_a = {inertia:.10g} read as 31990", force - 31990 - rest)
 
 
 def _same(value: float, cell: Cell) -> bool:
@@ -165,9 +165,10 @@ def _same(value: float, cell: Cell) -> bool:
 
 
 def _angle_used(total: list[Cell], normal: list[Cell]) -> Slip:
-    """Solve the rod angle at 10° back from the forces printed beside it."""
+    """Compute the rod angle at 10° from the forces printed in the same row."""
     tangent = normal[1].value / total[1].value
-    return Slip("misprint: 19.126 for 19.163, used in this row's forces", math.atan(tangent) * 180 / _PI)
+    text = "misprint: 19.126 instead of 19.163, used in the forces of this row"
+    return Slip(text, math.atan(tangent) * 180 / _PI)
 
 
 def _rod_slips(rpm: int) -> dict[str, Slip]:

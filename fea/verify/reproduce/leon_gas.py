@@ -18,7 +18,7 @@ def gas() -> Table:
         pressure, force = column(name, f"p_{rpm}rpm_bar"), column(name, f"F_{rpm}rpm_N")
         trace = shipped_trace(SOURCE).pressure(degrees(pressure) * DEG, np.array(rpm * RPM))
         open_end = {
-            key: Slip("measured, and does not close: 720° is taken as 0° here", cell.value)
+            key: Slip("the measured values at 0° and 720° differ; here that at 0° is used", cell.value)
             for key, cell in ((c.key, c) for c in pressure)
             if float(key) >= 720
         }
@@ -31,7 +31,7 @@ def gas() -> Table:
                 force,
                 AREA_USED * values(pressure) * BAR,
                 trace * engine().piston_area,
-                "piston area 5944 mm² (a bore of 87 mm) in place of 4536 mm² (76 mm)",
+                "piston area 5944 mm² (a bore of 87 mm) instead of 4536 mm² (76 mm)",
                 speed,
             ),
         ]
@@ -41,6 +41,6 @@ def gas() -> Table:
         "measured gas pressure and its force",
         columns,
         [
-            "Two litres of 94 mm stroke need a bore of 82.3 mm; 76 mm give 1.71, 87 mm 2.24 litres.",
+            "Two litres with 94 mm stroke need a bore of 82.3 mm; 76 mm gives 1.71 and 87 mm 2.24 litres.",
         ],
     )

@@ -26,7 +26,7 @@ def tables() -> list[Table]:
 
 
 def reciprocating(number: int, rpm: int) -> Table:
-    """Tables 8–10: acceleration of tables 4–6 and its force, 1.690 kg times it."""
+    """Tables 8–10: acceleration of tables 4–6, and 1.690 kg times it as the inertia force."""
     name = f"leon2001_table{number}_inertia_force_{rpm}rpm"
     a_cells, f_cells = column(name, "acceleration_m_s2"), column(name, "F_N")
     before = values(column(f"leon2001_table{number - 4}_piston_acceleration_{rpm}rpm", "acceleration_m_s2"))
@@ -81,7 +81,7 @@ def angular() -> Table:
                 cells,
                 INERTIA * alpha / (L * np.cos(beta_2 * DEG)),
                 INERTIA * exact.rod_acceleration / (L * np.cos(exact.rod_angle)),
-                "α of table 11, (2π)² too small",
+                "α of table 11, which is too small by (2π)²",
                 f"{rpm} rpm",
                 _misread_alpha() if rpm == 800 else {},
             )
@@ -92,14 +92,14 @@ def angular() -> Table:
         "angular inertia force of the rod",
         columns,
         [
-            "At 800 rpm, 90° and 270°, the force follows from 62.61 rad/s² where table 11 has 62.81.",
-            "At 110° the angle is misprinted; the force was formed with 18.25°.",
-            "It counts inertia twice: m_A and m_B already have I = m·a·b, and (I − m·a·b)·α = 0.",
+            "At 800 rpm, 90° and 270°, the force follows from 62.61 rad/s², but table 11 has 62.81.",
+            "At 110° the angle is misprinted; the force was computed with 18.25°.",
+            "It counts inertia twice: m_A and m_B already include I = m·a·b, and (I − m·a·b)·α = 0.",
         ],
     )
 
 
 def _misread_alpha() -> dict[str, Slip]:
-    text = "62.61 taken for the 62.81 rad/s² of table 11"
+    text = "62.61 was used instead of the 62.81 rad/s² of table 11"
     force = INERTIA * 62.61 / (L * np.cos(19.47 * DEG))
     return {"90": Slip(text, -force), "270": Slip(text, force)}

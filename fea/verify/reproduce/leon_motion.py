@@ -16,7 +16,7 @@ _OMEGA_VELOCITY = 1000.0  # ten times n/60
 
 
 def tables() -> list[Table]:
-    """Tables 1–6 and 11, and the coefficients behind the last."""
+    """Tables 1–6 and 11, and the series coefficients of the last."""
     return [
         position(),
         rod_angle(),
@@ -33,20 +33,20 @@ def position() -> Table:
     theta = degrees(cells) * DEG
     sine = _LAMBDA_SLIP * np.sin(theta)
     as_published = 100 * (R * (1 - np.cos(theta)) + L * (1 - np.sqrt(1 - sine**2)))
-    zero_too_many = Slip("misprint: .0075 for .075 (a zero too many)", as_published[0] / 10)
+    zero_too_many = Slip("misprint: .0075 instead of .075 (one zero too many)", as_published[0] / 10)
     slips = {
         "10": zero_too_many,
         "350": zero_too_many,
         "180": wrong_digit("9.44", 9.4),
     }
-    cause = "λ = 0.141, the rod length in metres, in place of r/l = 1/3"
+    cause = "λ = 0.141, the rod length in metres, instead of r/l = 1/3"
     exact = (1e3 * (L + R) - exact_motion(0, degrees(cells)).piston_position) / 10
     return table(
         SOURCE,
         "1",
         "piston position",
         [Column("piston position", "cm", cells, as_published, exact, cause, slips=slips)],
-        ["Truncated, not rounded. At 90° it prints 4.84 cm where the mechanism gives 5.506 cm."],
+        ["Truncated, not rounded. At 90° the table has 4.84 cm, but the mechanism gives 5.506 cm."],
     )
 
 
@@ -67,7 +67,7 @@ def rod_angle() -> Table:
     }
     cause = "printed without its sign"
     columns = [Column(*words[key], cells[key], np.abs(exact[key]), exact[key], cause) for key in cells]
-    return table(SOURCE, "2", "rod angle and crank-pin position", columns, ["Signs are left out."])
+    return table(SOURCE, "2", "rod angle and crank-pin position", columns, ["The signs are omitted."])
 
 
 def velocity() -> Table:
@@ -76,7 +76,7 @@ def velocity() -> Table:
     theta = degrees(cells) * DEG
     sine = _LAMBDA_SLIP * np.sin(theta)
     slope = R * np.sin(theta) + L * _LAMBDA_SLIP * sine * np.cos(theta) / np.sqrt(1 - sine**2)
-    cause = "derivative of table 1 (λ = 0.141) with ω = 1000 rad/s, ten times n/60; 6000 rpm are 628.3 rad/s"
+    cause = "derivative of table 1 (λ = 0.141) with ω = 1000 rad/s, ten times n/60; 6000 rpm is 628.3 rad/s"
     exact = -exact_motion(6000, degrees(cells)).piston_velocity / M_S
     return table(
         SOURCE,
@@ -84,8 +84,8 @@ def velocity() -> Table:
         "piston velocity at 6000 rpm",
         [Column("piston velocity", "m/s", cells, _OMEGA_VELOCITY * slope, exact, cause)],
         [
-            "It is the exact derivative of table 1, not the two-term formula printed beside it.",
-            "47 m/s at 90° where the mechanism gives 29.5 m/s (31.1 m/s at most).",
+            "It is the exact derivative of table 1, not the two-term formula printed with it.",
+            "At 90° it has 47 m/s, but the mechanism gives 29.5 m/s (31.1 m/s at most).",
         ],
     )
 
@@ -95,18 +95,16 @@ def acceleration(number: int, rpm: int) -> Table:
     cells = column(f"leon2001_table{number}_piston_acceleration_{rpm}rpm", "acceleration_m_s2")
     cause = "ω² taken as n²/60 (n in rpm: only n was squared) and λ = 0.30"
     if rpm == 3000:
-        # The 3000 rpm table is the 6000 rpm table over four, misprint and all.
+        # The table for 3000 rpm is the table for 6000 rpm divided by four, including its misprints.
         as_published = values(column("leon2001_table4_piston_acceleration_6000rpm", "acceleration_m_s2")) / 4
-        cause += "; table 4 over four"
+        cause += "; table 4 divided by four"
     else:
         as_published = _acceleration_as_published(rpm, degrees(cells) * DEG)
     slips = {k: wrong_digit("-20191.0", -20191.9164) for k in ("150", "210")} if rpm == 6000 else {}
     exact = -exact_motion(rpm, degrees(cells)).piston_acceleration / M_S2
     remarks = {
-        6000: ["36 660 m/s² at TDC where the two-term formula with its own symbols gives 24 740 m/s²."],
-        3000: [
-            "Every cell is the cell of table 4 over four, so the misprints at 150° and 210° are carried on."
-        ],
+        6000: ["At TDC it has 36 660 m/s², but the printed two-term formula gives 24 740 m/s²."],
+        3000: ["Every cell is that of table 4 divided by four, including the misprints at 150° and 210°."],
         800: [],
     }
     return table(
@@ -135,8 +133,8 @@ def angle_series() -> Table:
     rows = []
     for record in records("leon2001_angle_series"):
         name, text = record["coefficient"], record["value"]
-        series = "series cut after λ⁵"
-        cause = series if used[name] == LAMBDA else f"λ = 0.333 in place of 1/3; {series}"
+        series = "series truncated after λ⁵"
+        cause = series if used[name] == LAMBDA else f"λ = 0.333 instead of 1/3; {series}"
         rows.append(
             Row(
                 SOURCE,
@@ -156,7 +154,7 @@ def angle_series() -> Table:
         "11 (series)",
         "coefficients of the rod angle",
         tuple(rows),
-        ("b₁ was formed with λ = 1/3, b₃ and b₅ with 0.333; 1/3 gives −1.6397e-3 and 19.29e-6.",),
+        ("b₁ was computed with λ = 1/3, b₃ and b₅ with 0.333; 1/3 gives −1.6397e-3 and 19.29e-6.",),
     )
 
 
@@ -173,7 +171,7 @@ def angular_acceleration() -> Table:
     for rpm in SPEEDS:
         cells = column("leon2001_table11_rod_angular_acceleration", f"alpha_{rpm}rpm")
         exact = exact_motion(rpm, degrees(cells)).rod_acceleration
-        cause = "ω = n/60 rev/s in place of 2πn/60 rad/s, (2π)² = 39.5 times too small; series cut after λ⁵"
+        cause = "ω = n/60 rev/s instead of 2πn/60 rad/s, too small by (2π)² = 39.5; series truncated after λ⁵"
         series = _angular_acceleration_as_published(rpm, cells)
         columns.append(
             Column("rod angular acceleration", "rad/s²", cells, series, exact, cause, f"{rpm} rpm")

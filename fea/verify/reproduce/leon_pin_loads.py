@@ -21,7 +21,10 @@ def pin_loads() -> Table:
         "loads of the finite-element model",
         tuple(rows),
         (
-            "6000 rpm: the critical 47 060.64 N is table 13's largest *compression*; 59 719.52 N pull at 0°.",
+            (
+                "6000 rpm: 47 060.64 N is the largest *compression* of table 13; the largest force is the "
+                "tension of 59 719.52 N at 0°."
+            ),
             "3000 rpm: 460° is the third largest of table 14 (450° has 18 510.34 N, 470° 18 180.47 N).",
             "The normal force acts between piston and wall; on the pin bore of a clamped rod it is bending.",
         ),
@@ -58,12 +61,12 @@ def _pin_load(record: dict[str, str]) -> Iterator[Row]:
 
 
 def _critical_angle(rpm: int, key: str, total: list[Cell]) -> Row:
-    """The crank angle of the largest force: published, in the printed table, and in the exact cycle."""
+    """The crank angle of the largest force: as published, in the printed table, and in the exact cycle."""
     largest = max(total, key=lambda cell: abs(cell.value))
     compressive = max(total, key=lambda cell: cell.value)
     taken = next(cell for cell in total if cell.key == key)
     slip = Slip(
-        f"table {TABLES[rpm]}'s largest is {largest.value:.2f} N at {largest.key}°; taken was "
+        f"the largest force of table {TABLES[rpm]} is {largest.value:.2f} N at {largest.key}°; used was "
         + ("the largest compression, " if compressive is taken else "")
         + f"{taken.value:.2f} N",
         float(taken.key),

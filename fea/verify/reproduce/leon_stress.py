@@ -1,8 +1,8 @@
 """León 2001: the stresses of its finite-element chapter (tables 21–23), at 6000 rpm.
 
-The tables are the legend steps of colour plots: their extremes are compared, and the columns with each
-other. The thesis prints no drawing, so the extremes are those of a rod with its length, mass, area and
-moment of inertia: they can tell what the published boundary conditions do, not repeat three digits.
+The tables contain the legend values of colour plots: their extremes are compared, and the columns with each
+other. The thesis has no drawing, so the extremes are those of a rod with the same length, mass, area and
+moment of inertia: they show the effect of the published boundary conditions, but cannot repeat three digits.
 """
 
 import dataclasses
@@ -22,12 +22,12 @@ from fea.verify.reproduce.table import Table
 
 YIELD = 620.4  # MPa
 SPEEDS = (800.0, 3000.0, 6000.0)  # rpm
-# Peaks at this size are within a few per cent of converged ones: the comparison is of factors.
+# Peaks at this size are within a few per cent of mesh-converged ones; the figures differ by factors.
 SIZE = 6.5  # mm
 
-_DRAWING = "no drawing is published: ours has the printed length, mass, A and I"
-_SIDEWAYS = "the wall's force on the piston bends the clamped rod as a cantilever"
-_CIRCULAR = "σ₃ was solved back from von Mises, so the check is circular"
+_DRAWING = "no drawing is published; our rod has the printed length, mass, A and I"
+_SIDEWAYS = "the wall force on the piston was applied to the clamped rod and bends it as a cantilever"
+_CIRCULAR = "σ₃ was computed from the von Mises stress, so that the check is circular"
 
 
 Extreme = Callable[[SpeedResult], float]
@@ -101,11 +101,11 @@ def _displacements() -> Table:
         _ratio_row("23", record["safety_factor"], float(beside["von_mises_MPa"]), step)
         for step, (record, beside) in enumerate(zip(printed, stress, strict=True), start=1)
     ]
-    top = Slip("3 was written in above the plot's legend, which tops at 2.245 mm", None)
+    top = Slip("3 was added by hand to the legend of the plot, which ends at 2.245 mm", None)
     largest = _extreme(
         "23", "largest displacement", "mm", printed[0]["displacement_mm"], largest_displacement, slip=top
     )
-    remark = "The legend steps by .187 mm and tops at 2.245 mm: 3 was written in, and a step left out."
+    remark = "The legend has steps of .187 mm and ends at 2.245 mm: 3 was added by hand, a step is missing."
     return Table(
         SOURCE, "23", "displacements of the finite-element model", (*consistent, *largest), (remark,)
     )
@@ -115,7 +115,7 @@ def _von_mises_row(record: dict[str, str], step: int) -> Row:
     s1, s2, s3 = (float(record[f"s{axis}_MPa"]) for axis in (1, 2, 3))
     formed = math.sqrt(((s1 - s2) ** 2 + (s2 - s3) ** 2 + (s3 - s1) ** 2) / 2)
     text = record["von_mises_MPa"]
-    impossible = Slip("von Mises stress is never negative: the legend's lowest step was copied", None)
+    impossible = Slip("a von Mises stress cannot be negative: the lowest legend value was copied", None)
     rounded = Slip("a principal stress was rounded", None, is_rounding=True)
     slip = impossible if float(text) < 0 else rounded
     return Row(
@@ -126,7 +126,7 @@ def _von_mises_row(record: dict[str, str], step: int) -> Row:
 
 def _ratio_row(table: str, text: str, stress: float, step: int) -> Row:
     formed = YIELD / stress
-    slip = Slip("follows a negative von Mises stress", None) if stress < 0 else None
+    slip = Slip("computed from a negative von Mises stress", None) if stress < 0 else None
     return Row(
         SOURCE, table, "safety factor", f"step {step}", "1",
         float(text), _digit(text), formed, formed, "", slip,
@@ -136,7 +136,7 @@ def _ratio_row(table: str, text: str, stress: float, step: int) -> Row:
 def _extreme(
     table: str, quantity: str, unit: str, text: str, of: Extreme, *, slip: Slip | None = None
 ) -> list[Row]:
-    """The printed extreme beside ours under the published conditions, and ours in balance at each speed."""
+    """The printed extreme against ours with the published conditions, and ours in equilibrium by speed."""
     sound = {rpm: of(result) for rpm, result in corrected().items()}
     printed = Row(
         SOURCE, table, quantity, "6000 rpm", unit,
@@ -157,19 +157,19 @@ def _remarks() -> tuple[str, ...]:
     bent, axial = largest_von_mises(as_published()), largest_von_mises(_without_side_load())
     moved, sound = largest_displacement(as_published()), corrected()[6000.0]
     explained = (
-        f"On a rod with the printed length, mass, A and I the published conditions give {bent:.0f} MPa and "
-        f"{moved:.1f} mm, the axial force alone {axial:.0f} MPa: the sideways force makes most of both."
+        f"On a rod with the printed length, mass, A and I, the published conditions give {bent:.0f} MPa and "
+        f"{moved:.1f} mm, the axial force alone {axial:.0f} MPa: the transverse force causes most of both."
     )
     balanced = (
-        f"In balance with its inertia at 6000 rpm the same rod has {largest_von_mises(sound):.0f} MPa, "
+        f"In equilibrium with its inertia at 6000 rpm, the same rod has {largest_von_mises(sound):.0f} MPa, "
         f"{largest_displacement(sound):.2f} mm and a safety factor of {least_safety(sound):.2f}."
     )
     return (
         explained,
-        "That force acts between piston and wall; the pin hands on only what the rod's inertia takes.",
+        "That force acts between piston and wall; the pin transmits only what the rod's inertia needs.",
         balanced,
-        "The thesis has less than our rod, which suggests a shank stiffer in bending than its A and I say.",
-        "σ₃ is solved back from von Mises, so the table's check is circular; its last row is impossible.",
+        "The thesis has less than our rod, which suggests a shank stiffer in bending than its A and I.",
+        "σ₃ was computed from von Mises, so the table's check is circular; its last row is impossible.",
     )
 
 

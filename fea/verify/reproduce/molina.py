@@ -71,7 +71,7 @@ def velocity() -> Table:
     for record in _records("largest velocity"):
         rpm, at = float(record["rpm"]), float(record["crank_deg"])
         speed = -motion(rpm, _FINE).piston_velocity / _CM
-        cause = f"ωr, the velocity at {at:g}°; the peak lies at {_FINE[speed.argmax()] + at - 90:.1f}°"
+        cause = f"ωr, the velocity at {at:g}°; the peak is at {_FINE[speed.argmax()] + at - 90:.1f}°"
         if rpm == 800:
             cause += "; printed as m/s"
         rows.append(
@@ -84,8 +84,8 @@ def velocity() -> Table:
         tuple(rows),
         (
             "The printed formula lacks a bracket: V = ω r (sin θ + (λ/2) sin 2θ).",
-            "The true peak lies before 90°, not at it.",
-            "The peak angles of velocity and acceleration, and TDC and BDC, are swapped in the text.",
+            "The true peak is before 90°, not at 90°.",
+            "In the text the peak angles of velocity and acceleration are swapped, and so are TDC and BDC.",
         ),
     )
 
@@ -112,7 +112,7 @@ def acceleration() -> Table:
             difference,
             two_term[0] + two_term[180],
             exact[0] + exact[180],
-            slip=Slip("neither printed nor computed accelerations differ by it", None),
+            slip=Slip("neither the printed nor the computed accelerations differ by this", None),
         ),
     )
     return Table(
@@ -133,11 +133,12 @@ _ACCELERATIONS = (
 
 
 def _stray_peak(printed: float) -> str:
-    """Say which speed the printed peak would belong to: a = ω² r (1 + λ)."""
+    """Explain the printed peak by the speed that it would belong to: a = ω² r (1 + λ)."""
     rpm = float(np.sqrt(printed * M_S2 / (R * (1 + LAMBDA)))) / RPM
     slow, fast = (float(two_term_acceleration(n, 0)) / M_S2 for n in (780, 800))
     return (
-        f"fits neither 780 rpm ({slow:.1f}) nor 800 rpm ({fast:.1f}): ω²r(1 + λ) reaches it at {rpm:.0f} rpm"
+        f"matches neither 780 rpm ({slow:.1f}) nor 800 rpm ({fast:.1f}): ω²r(1 + λ) has this value at "
+        f"{rpm:.0f} rpm"
     )
 
 
@@ -147,7 +148,7 @@ def regression() -> Table:
     rounded, _ = fit(degrees, np.round(travel(degrees), 2))
     exact, quality = fit(degrees, travel(degrees))
     intercept, coefficient = (_records(f"regression {name}")[0] for name in ("intercept", "coefficient"))
-    cause = f"fitted to displacements rounded to .01 mm; R² = {quality:.4f}: it explains nothing"
+    cause = f"fitted to displacements rounded to .01 mm; R² = {quality:.4f}, so that it explains nothing"
     rows = (
         _row("regression", intercept, rounded[0], exact[0], cause),
         _row("regression", coefficient, rounded[1], exact[1], cause),
@@ -169,7 +170,7 @@ def regression() -> Table:
         "regression",
         "regression of the displacement on θ²",
         rows,
-        (f"R² = {quality:.4f}: a parabola over two turns of a periodic motion explains nothing.",),
+        (f"R² = {quality:.4f}: a parabola over two revolutions of a periodic motion explains nothing.",),
     )
 
 

@@ -1,4 +1,4 @@
-"""Plots of the reproduction report: what was printed, and what is right."""
+"""Plots of the reproduction report: published and corrected figures."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -23,7 +23,7 @@ def draw(tables: Sequence[Table], folder: Path, stem: str) -> dict[str, tuple[Pa
     Returns
     -------
     dict
-        By study: the file and what it shows.
+        By study: the file and its caption.
     """
     sources = dict.fromkeys(table.source for table in tables)
     drawings: dict[str, tuple[Callable[[], Any], str]] = {
@@ -42,7 +42,7 @@ def draw(tables: Sequence[Table], folder: Path, stem: str) -> dict[str, tuple[Pa
 
 
 def _axes(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, list[Any]]:
-    """Make a figure without a display, and its axes row by row."""
+    """Create a figure without a display, and return its axes row by row."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only a report draws
     from matplotlib.figure import Figure  # noqa: PLC0415
 
@@ -129,7 +129,7 @@ def _leon() -> Any:
         _against(panel, name, title, exact, scale)
         _label(panel, heading, unit, int(panel.get_xlim()[1]))
     axes[0].legend(frameon=False)
-    figure.suptitle("León 2001, 6000 rpm, bore 76 mm: published figures and sound mechanics")
+    figure.suptitle("León 2001, 6000 rpm, bore 76 mm: published and corrected figures")
     return figure
 
 
@@ -147,7 +147,7 @@ def _columba() -> Any:
         panel.plot(fine, worksheet, color="#c0392b", linewidth=0.8, label="as published")
         _label(panel, f"{rpm} rpm", "driving torque T12, N·m", 360)
     axes[0].legend(frameon=False, fontsize=8)
-    figure.suptitle("Columba 2022: gas sign, friction and moment of inertia put right")
+    figure.suptitle("Columba 2022: gas sign, friction and moment of inertia corrected")
     return figure
 
 

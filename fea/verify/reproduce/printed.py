@@ -1,4 +1,4 @@
-"""The printed tables: package data, read as text, because the last printed digit counts."""
+"""The printed tables: package data, read as text, because the number of printed digits matters."""
 
 import csv
 from collections.abc import Sequence
@@ -16,11 +16,11 @@ class Cell:
     Attributes
     ----------
     key
-        The first column of its row as printed, mostly the crank angle in degrees.
+        The first column of its row as printed, usually the crank angle in degrees.
     text
-        As printed.
+        The figure as printed.
     digit
-        One unit of its last digit; a bare 0 has the finest digit of its column.
+        One unit of its last digit; a single 0 gets the finest digit of its column.
     """
 
     key: str
@@ -29,12 +29,12 @@ class Cell:
 
     @property
     def value(self) -> float:
-        """As a number."""
+        """The figure as a number."""
         return float(self.text)
 
 
 def records(name: str) -> list[dict[str, str]]:
-    """Rows of a published table as printed, by the file's name without ending."""
+    """Rows of a published table as printed, by the name of the file without its ending."""
     text = (files("fea") / "verify" / "published" / f"{name}.csv").read_text(encoding="utf-8")
     return list(csv.DictReader(text.splitlines()))
 

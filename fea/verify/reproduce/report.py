@@ -19,28 +19,28 @@ _STUDIES = {
 }
 
 _READING = """\
-**Published** is the figure as printed. **As published** is the printed formula, with the slip it was
-evaluated with, formed from the printed intermediate figures: it shows that we know where the figure comes
-from. **Corrected** is sound mechanics: exact kinematics and Newton–Euler dynamics in closed form.
+**Published** is the figure as printed. **As published** is the printed formula, including the error made in
+evaluating it, applied to the printed intermediate figures: it shows where the figure comes from.
+**Corrected** is the correct figure: exact kinematics and Newton–Euler dynamics in closed form.
 
-A printed cell *agrees* when it is within one unit of its last digit of *as published* (some tables are
-truncated, not rounded). It is *explained* when a named slip or rounding of that one cell reproduces it, and
-*named* when it is wrong and nothing in the source yields it. *Wrong* counts the printed cells that differ
-from the corrected figure by more than one unit of their last digit.
+A printed cell *agrees* if it is within one unit of its last digit of *as published* (some tables are
+truncated, not rounded). It is *explained* if a known error or rounding of that single cell reproduces it, and
+*named* if it is known to be wrong but cannot be derived from the source. *Wrong* counts the printed cells
+that differ from the corrected figure by more than one unit of their last digit.
 """
 
 
 def write_report(path: Path, tables: Sequence[Table], command: str) -> None:
-    """Write the report and its plots beside it.
+    """Write the report, with its plots next to it.
 
     Parameters
     ----------
     path
         The .md file.
     tables
-        What was compared.
+        The compared tables.
     command
-        The command that makes the report, for the reader who wants to repeat it.
+        The command that makes the report.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     plots = draw(tables, path.parent, path.stem)
@@ -68,7 +68,7 @@ def _head(tables: Sequence[Table], command: str) -> str:
 
 def _study(source: str, tables: Sequence[Table]) -> str:
     counts = ("cells", "agree", "explained", "named", "unexplained", "wrong")
-    header = ("table", "what", *counts, "furthest from the truth")
+    header = ("table", "content", *counts, "largest error (published → corrected)")
     return f"## {_STUDIES[source]}\n\n" + _markdown(header, [_summary_line(table) for table in tables])
 
 
@@ -77,7 +77,8 @@ def _summary_line(table: Table) -> tuple[str, ...]:
     far = "–"
     if row is not None:
         where = ", ".join(filter(None, [row.quantity, row.at]))
-        far = f"{where}: {shown(row.published)} for {shown(row.corrected)} {row.unit}"
+        unit = "" if row.unit == "1" else f" {row.unit}"
+        far = f"{where}: {shown(row.published)} → {shown(row.corrected)}{unit}"
     agreement = (counts.compared, counts.agrees, counts.explained, counts.named, counts.unexplained)
     return (table.name, table.title, *(str(number) for number in (*agreement, counts.wrong)), far)
 
@@ -91,17 +92,17 @@ def _misprints(tables: Sequence[Table]) -> str:
     rows = misprinted(tables)
     single = [row for row in rows if row.slip is None or not row.slip.is_rounding]
     rounded = [row for row in rows if row.slip is not None and row.slip.is_rounding]
-    text = "### Single cells that went wrong\n\n"
+    text = "### Errors in single cells\n\n"
     if single:
-        header = ("table", "quantity", "at", "published", "as published", "what happened")
+        header = ("table", "quantity", "at", "published", "as published", "explanation")
         text += _markdown(header, [_misprint_line(row) for row in single])
     else:
         text += "None.\n"
     if rounded:
         largest = max(row.difference for row in rounded)
         text += (
-            f"\nBesides, {len(rounded)} cells were formed with an intermediate figure rounded or truncated "
-            f"by hand (largest effect {largest:.3g} {rounded[0].unit}); `--json` names each.\n"
+            f"\nIn addition, {len(rounded)} cells were computed with an intermediate figure rounded or "
+            f"truncated by hand (largest effect {largest:.3g} {rounded[0].unit}); `--json` lists them.\n"
         )
     return text
 
@@ -127,7 +128,7 @@ def _important(tables: Sequence[Table]) -> str:
         )
         for row in rows
     ]
-    title = "### The cell of each quantity that is furthest from the truth\n\n"
+    title = "### The largest error of each quantity\n\n"
     return title + (_markdown(header, lines) if lines else "None differs.\n")
 
 
@@ -141,9 +142,9 @@ def _sensitivity() -> str:
         lines.append((str(rpm), "wall force" if case == "side" else case, *cells))
     header = ("rpm", "peak", *(f"bore {bore:g} mm" for bore in BORES))
     return (
-        "### How much the bore matters\n\n"
-        "The bore is printed as 76 mm; two litres need 82.3 mm, and table 7 was formed with 87 mm. Peak\n"
-        "force along the rod at the worse end (tension positive) and peak wall force, kN, corrected:\n\n"
+        "### Effect of the bore\n\n"
+        "The bore is printed as 76 mm; two litres need 82.3 mm, and table 7 was computed with 87 mm.\n"
+        "Corrected peak axial force at the worse end (tension positive) and peak wall force, in kN:\n\n"
         + _markdown(header, lines)
     )
 

@@ -1,4 +1,4 @@
-"""One printed figure against its recomputation."""
+"""A printed figure and its recomputation."""
 
 import math
 from dataclasses import dataclass
@@ -9,22 +9,22 @@ class Status(StrEnum):
     """How a printed figure compares with the printed formula."""
 
     AGREES = "agrees"  # to one unit of the last printed digit
-    EXPLAINED = "explained"  # it differs, and the named slip reproduces it
-    NAMED = "named"  # it differs, and is known to be wrong, but nothing of the source yields it
+    EXPLAINED = "explained"  # it differs, and the given slip reproduces it
+    NAMED = "named"  # it differs and is known to be wrong, but cannot be derived from the source
     UNEXPLAINED = "unexplained"
-    NOT_PRINTED = "not printed"  # a figure of ours that belongs beside the printed ones
+    NOT_PRINTED = "not printed"  # a computed figure without a printed one
 
 
 @dataclass(frozen=True)
 class Slip:
-    """What happened to one printed figure.
+    """The error in one printed figure.
 
     Attributes
     ----------
     text
-        In words.
+        Explanation in words.
     value
-        The figure that results from it; None where the slip cannot be traced.
+        The figure that results from it; None if the error cannot be reproduced.
     is_rounding
         Whether an intermediate figure was only rounded.
     """
@@ -36,20 +36,20 @@ class Slip:
 
 @dataclass(frozen=True)
 class Row:
-    """A printed figure, the printed formula's, and the right one.
+    """A printed figure, the result of the printed formula, and the correct figure.
 
     Attributes
     ----------
     source, table, quantity, at, unit
-        Which figure it is; `at` holds crank angle and speed.
+        Identify the figure; `at` is crank angle and speed.
     published
-        As printed, or None.
+        The figure as printed, or None.
     digit
         One unit of the last printed digit.
     as_published
-        From the printed formula and intermediates, its systematic slip included.
+        From the printed formula and intermediate figures, including its systematic error.
     corrected
-        From sound mechanics.
+        From correct mechanics.
     formula_cause
         Why `as_published` and `corrected` differ.
     slip
@@ -70,17 +70,17 @@ class Row:
 
     @property
     def difference(self) -> float:
-        """|published − as published|, zero where nothing is printed."""
+        """|published − as published|, zero if nothing is printed."""
         return 0.0 if self.published is None else abs(self.published - self.as_published)
 
     @property
     def error(self) -> float:
-        """|published − corrected|, zero where nothing is printed."""
+        """|published − corrected|, zero if nothing is printed."""
         return 0.0 if self.published is None else abs(self.published - self.corrected)
 
     @property
     def is_wrong(self) -> bool:
-        """Whether the printed figure is not that of sound mechanics."""
+        """Whether the printed figure differs from the correct one."""
         return self.published is not None and not self._within(self.corrected)
 
     @property
@@ -98,7 +98,7 @@ class Row:
 
     @property
     def cause(self) -> str:
-        """Every reason why the three figures differ; empty where they do not."""
+        """All reasons why the three figures differ; empty if they do not."""
         wrong = self.published is None or not self._within(self.corrected)
         slipped = self.slip is not None and self.status is not Status.AGREES
         parts = [self.slip.text] if self.slip is not None and slipped else []
@@ -120,6 +120,6 @@ class Row:
         }
 
     def _within(self, value: float) -> bool:
-        # A unit of the last digit, and the rounding of figures that print ten digits.
+        # One unit of the last digit, plus rounding, which matters for figures printed with ten digits.
         assert self.published is not None  # noqa: S101
         return abs(self.published - value) <= self.digit * (1 + 1e-6) + 4 * math.ulp(self.published)

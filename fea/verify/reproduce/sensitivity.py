@@ -1,4 +1,4 @@
-"""León's bore: 76 mm is printed twice, 82.3 and 87 mm are implied elsewhere; what each does to the loads."""
+"""León's bore: 76 mm is printed twice, 82.3 and 87 mm are implied elsewhere; effect of each on the loads."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ BORES = (76.0, 82.3, 87.0)
 
 @dataclass(frozen=True)
 class PeakLoad:
-    """A peak case with one of the bores: force along the rod at the worse end, N, tension positive."""
+    """A peak case with one of the bores: axial force at the worse end of the rod, N, tension positive."""
 
     bore: float
     rpm: int

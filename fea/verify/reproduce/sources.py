@@ -19,10 +19,10 @@ def reproduce(source: str) -> list[Table]:
     Raises
     ------
     InvalidValue
-        When there is no such study.
+        There is no such study.
     """
     require(
-        source == "all" or source in SOURCES, "source", source, f"must be one of {', '.join(SOURCES)}, all"
+        source == "all" or source in SOURCES, "SOURCE", source, f"must be one of {', '.join(SOURCES)}, all"
     )
     chosen: Sequence[str] = list(SOURCES) if source == "all" else [source]
     return [table for name in chosen for table in SOURCES[name]()]

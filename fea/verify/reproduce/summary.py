@@ -1,4 +1,4 @@
-"""Counts of a table, and which rows deserve to be read."""
+"""Counts of a table, and its most important rows."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -15,9 +15,9 @@ class Summary:
     Attributes
     ----------
     compared, agrees, explained, named, unexplained
-        Printed figures: all, and by `Status`.
+        Number of printed figures: all, and by `Status`.
     wrong
-        How many printed figures differ from sound mechanics by more than one unit of their last digit.
+        Number of printed figures that differ from the correct ones by more than one unit of their last digit.
     """
 
     compared: int
@@ -43,23 +43,24 @@ def summarise(tables: Iterable[Table]) -> Summary:
 
 
 def verdict(tables: Iterable[Table]) -> str:
-    """Say the counts in one sentence."""
+    """Return the counts as a sentence."""
     counts = summarise(tables)
     return (
-        f"{counts.compared} printed figures compared: {counts.agrees} agree with the printed formula, "
-        f"{counts.explained} are explained, {counts.named} are named as errors without a source, "
-        f"{counts.unexplained} are unexplained; {counts.wrong} differ from sound mechanics."
+        f"{counts.compared} printed figures were compared: {counts.agrees} agree with the printed formula, "
+        f"{counts.explained} are explained by an error in the cell, {counts.named} are known to be wrong "
+        f"without a traceable cause, {counts.unexplained} are unexplained; {counts.wrong} differ from the "
+        "correct figures."
     )
 
 
 def worst(table: Table) -> Row | None:
-    """Row furthest from sound mechanics on the scale of its quantity; None where none differs."""
+    """Row with the largest error relative to the scale of its quantity; None if no row differs."""
     rows = worst_of_each_quantity(table)
     return max(rows, key=lambda row: _relative(row, table), default=None)
 
 
 def worst_of_each_quantity(table: Table) -> list[Row]:
-    """For each quantity (and speed) the row furthest from sound mechanics, where any is."""
+    """For each quantity (and speed), the row with the largest error, if any."""
     found: dict[tuple[str, str], Row] = {}
     for row in table.rows:
         key = row.quantity, row.at.partition(", ")[0] if "rpm" in row.at else ""
@@ -74,6 +75,6 @@ def _relative(row: Row, table: Table) -> float:
 
 
 def misprinted(tables: Iterable[Table]) -> list[Row]:
-    """Rows in which a single printed figure, not the formula, went wrong."""
+    """Rows in which a single printed figure is wrong, rather than the formula."""
     bad = (Status.EXPLAINED, Status.NAMED, Status.UNEXPLAINED)
     return [row for table in tables for row in table.rows if row.status in bad]

@@ -17,11 +17,11 @@ class Table:
     Attributes
     ----------
     source, name, title
-        Of the study, of the table as the study numbers it, and what it holds.
+        The study, the number of the table in the study, and its content.
     rows
         Its figures.
     remarks
-        What is wrong with it, in sentences a reader can follow; may be empty.
+        What is wrong with it, in sentences; may be empty.
     """
 
     source: str
@@ -38,17 +38,17 @@ class Column:
     Attributes
     ----------
     quantity, unit
-        What the cells hold.
+        The quantity in the cells.
     cells
-        As printed.
+        The cells as printed.
     as_published, corrected
         (n_cells,) figures.
     cause
         Why these two differ.
     speed
-        Words before the crank angle, such as ``6000 rpm``; may be empty.
+        Text before the crank angle, such as ``6000 rpm``; may be empty.
     slips
-        By the cell's key: what happened to that one cell.
+        By the key of the cell: the error in that cell.
     """
 
     quantity: str

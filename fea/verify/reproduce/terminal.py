@@ -1,4 +1,4 @@
-"""The reproduction on the terminal: a line a printed table, the misprints, the counts."""
+"""The reproduction on the terminal: one line per printed table, the misprints, the counts."""
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby
@@ -11,11 +11,11 @@ from fea.verify.reproduce.row import Row, Status
 from fea.verify.reproduce.summary import misprinted, summarise, verdict, worst
 from fea.verify.reproduce.table import Table
 
-_WORD = 13  # of the longest in a table's name
+_WORD = 13  # length of the longest word in a table's name
 
 
 def print_reproduction(tables: Sequence[Table]) -> None:
-    """Print everything a reader wants first."""
+    """Print the tables, the misprints and the counts."""
     console = Console(highlight=False)
     for source, own in groupby(tables, key=lambda table: table.source):
         study = list(own)
@@ -23,13 +23,13 @@ def print_reproduction(tables: Sequence[Table]) -> None:
         lines = list(_misprints(study))
         if lines:
             console.print(
-                "Cells that went wrong by themselves (intermediate roundings left out):", style="italic"
+                "Errors in single cells (rounded intermediate figures are not listed):", style="italic"
             )
             for line in lines:
                 console.print(f"  {line}", markup=False)
         console.print()
     console.print(verdict(tables), style="bold")
-    console.print("All rows: --json. With plots: --report FILE.md", style="dim")
+    console.print("All rows: use --json. Report with plots: use --report FILE.md", style="dim")
 
 
 def _overview(source: str, tables: Sequence[Table]) -> RichTable:
@@ -39,7 +39,7 @@ def _overview(source: str, tables: Sequence[Table]) -> RichTable:
     overview.add_column("table", min_width=_WORD)
     for name in ("cells", "agree", "expl.", "wrong"):
         overview.add_column(name, justify="right", no_wrap=True)
-    overview.add_column("furthest from the truth")
+    overview.add_column("largest error (published → corrected)")
     for table in tables:
         counts = summarise([table])
         explained = counts.explained + counts.named
@@ -55,11 +55,11 @@ def _furthest(table: Table) -> str:
     if row is None or row.published is None:
         return "–"
     unit = "" if row.unit == "1" else f" {row.unit}"
-    return f"{row.published:.4g} for {row.corrected:.4g}{unit}" + (f" at {row.at}" if row.at else "")
+    return f"{row.published:.4g} → {row.corrected:.4g}{unit}" + (f" at {row.at}" if row.at else "")
 
 
 def _misprints(tables: Sequence[Table]) -> Iterator[str]:
-    """One line a slip, with the places where it happened."""
+    """One line per error, with the places where it occurs."""
     rows = [row for row in misprinted(tables) if not _is_rounding(row)]
     for (name, quantity, what), same in groupby(rows, key=lambda row: (row.table, row.quantity, _what(row))):
         places = " and ".join(row.at for row in same)
@@ -72,5 +72,5 @@ def _is_rounding(row: Row) -> bool:
 
 def _what(row: Row) -> str:
     if row.slip is None or row.status is Status.UNEXPLAINED:
-        return f"UNEXPLAINED: {row.published:.10g}, the formula gives {row.as_published:.10g}"
+        return f"UNEXPLAINED: {row.published:.10g}, but the formula gives {row.as_published:.10g}"
     return row.slip.text

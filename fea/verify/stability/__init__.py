@@ -1,1 +1,1 @@
-"""Stiff and extreme cases with known answers: where each method breaks, and whether it is noticed."""
+"""Ill-conditioned and extreme cases with known answers: where methods fail, and whether that is noticed."""

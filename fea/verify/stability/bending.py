@@ -1,6 +1,6 @@
-"""A beam in pure bending, meshed ever more coarsely: elements of first order are far too stiff.
+"""A beam in pure bending on coarser and coarser meshes: first-order elements are far too stiff.
 
-σ_zz = M x / I is the exact solution everywhere, and elements of second order hold it.
+σ_zz = M x / I is the exact solution everywhere, and second-order elements contain it.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ LAYERS = (4.0, 2.0, 1.0, 0.5)
 
 
 def rows() -> list[ExtremeRow]:
-    """Largest von Mises stress and compliance of both orders, the worse of the two."""
+    """The worse error of largest von Mises stress and compliance, for both orders."""
     return [_row(order, count) for order in (1, 2) for count in LAYERS]
 
 
@@ -60,7 +60,7 @@ def bent(mesh: TetMesh) -> Solved:
 
 
 def stressed(mesh: TetMesh, result: Solved) -> SolvedBody:
-    """Return the solution in the form that recovers stress."""
+    """Return the solution in the form needed for stress recovery."""
     traction = {Surface.LOADED: nodal_traction(mesh, Surface.LOADED, _traction)}
     known = (Surface.LOADED, Surface.FREE)
     return SolvedBody(mesh, STEEL, result.displacement[:, :, None], known, traction)

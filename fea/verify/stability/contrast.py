@@ -1,4 +1,4 @@
-"""Two materials in a row: a bar pulled, whose parts lengthen by F L / (E A) each."""
+"""Two materials in series: a bar in tension, whose parts elongate by F L / (E A) each."""
 
 from dataclasses import replace
 
@@ -15,12 +15,12 @@ from mesh.body import mesh_body
 
 LENGTH, HALF = 20.0, 2.0
 CONTRASTS = (1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9)
-# The exact field is linear in each part, so that only rounding is left: it grows with the contrast.
+# The exact field is linear in each part, so that only rounding errors remain, which grow with the contrast.
 TOLERANCE_PERCENT = 1e-4
 
 
 def rows() -> list[ExtremeRow]:
-    """The far half is `value` times as stiff as the near one; ν = 0, so that nothing else happens."""
+    """The far half is `value` times as stiff as the near one; ν = 0, so that there is no lateral strain."""
     corners = (
         ((0.0, 0.0), Surface.FREE),
         ((HALF, 0.0), Surface.FREE),

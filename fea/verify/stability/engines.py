@@ -1,4 +1,4 @@
-"""Engines at their extremes: pin, crank and inertia forces of the rod still sum to zero."""
+"""Engines with extreme parameters: pin, crank and inertia forces of the rod must still sum to zero."""
 
 import math
 
@@ -16,13 +16,13 @@ _ZERO = (0.0, 0.0, 0.0)
 ROD = MassProperties(0.785 * KG, (64.0, 0.0, 0.0), (_ZERO, _ZERO, (0.0, 0.0, 3e-3 * KG_M2)))
 SPEEDS = (0.0, 1.0, 6000.0, 20_000.0, 50_000.0)
 RATIOS = (0.05, 0.3, 0.6, 0.9)
-PEAKS = (20.0, 100.0, 399.0)  # bar; the last, at rest, is a hydrolock
-# Of the largest force on the rod, and of it times the rod's length.
+PEAKS = (20.0, 100.0, 399.0)  # bar; the last, at rest, is a hydraulic lock
+# Relative to the largest force on the rod, or to that force times the rod's length.
 TOLERANCE_PERCENT = 1e-10
 
 
 def rows() -> list[ExtremeRow]:
-    """Speed at León's proportions, λ at 6000 rpm, and gas pressure at rest."""
+    """Vary the speed with León's proportions, λ at 6000 rpm, and the gas pressure at rest."""
     return [
         *(_row("engine speed", "rpm", rpm, rpm=rpm) for rpm in SPEEDS),
         *(_row("crank ratio", "λ", ratio, ratio=ratio) for ratio in RATIOS),

@@ -1,4 +1,4 @@
-"""Elements that grow a thousandfold away from a tiny cavity: Lamé's hollow sphere under pressure inside."""
+"""Elements that grow a thousandfold away from a tiny cavity: Lamé's hollow sphere under internal pressure."""
 
 import math
 
@@ -15,17 +15,17 @@ from mesh.tetmesh import TetMesh
 
 OUTSIDE, SIZE, PRESSURE = 40.0, 10.0, 100.0
 GRADINGS = (1.0, 10.0, 100.0, 1000.0)
-# Elements of the least size along a quarter of the cavity.
+# Number of the smallest elements along a quarter of the cavity.
 PER_QUARTER = 6
 
 
 def rows() -> list[ExtremeRow]:
-    """Largest von Mises stress, at the cavity, which shrinks with the elements there."""
+    """Largest von Mises stress at the cavity, whose radius shrinks with its elements."""
     return [_row(grading) for grading in GRADINGS]
 
 
 def sphere(grading: float) -> TetMesh:
-    """Mesh an octant; the cavity's radius follows the least size."""
+    """Mesh an octant; the radius of the cavity is proportional to the smallest size."""
     quarter, inside = math.pi / 2, cavity(grading)
     sides = (
         Side(Line((inside, 0.0), (OUTSIDE, 0.0)), Surface.SYMMETRY_Z),

@@ -1,7 +1,8 @@
-"""Lamé's cylinder from ν = 0.3 to 0.499999: displacement elements lock, or leave garbage as mean stress.
+"""Lamé's cylinder from ν = 0.3 to 0.499999: displacement elements lock or have a meaningless mean stress.
 
-Displacement alone, of both orders, and with a pressure of its own, which `fea run` takes beyond the limit of
-second-order displacement. Compared are the widening of the bore and the stress at every node.
+Compared are displacement elements of both orders, and Taylor–Hood elements with a separate pressure, which
+`fea run` uses above the limit of second-order displacement elements, by the displacement and the stress at
+every node.
 """
 
 from dataclasses import replace
@@ -20,15 +21,15 @@ from geometry.arrays import Floats
 
 RATIOS = (0.3, 0.4, 0.45, 0.49, 0.499, 0.4999, 0.49999, 0.499999)
 METHODS = ("p1", "p2", "p2/p1")
-# Of the displacement anywhere, relative to the bore's widening, and of a stress component anywhere, relative
-# to the bore's hoop stress, on these coarse meshes.
+# For the displacement at any node, relative to that of the bore, and for any stress component at any node,
+# relative to the hoop stress of the bore, on these coarse meshes.
 TOLERANCE_PERCENT = {"p1": (3.0, 20.0), "p2": (0.1, 2.0), "p2/p1": (0.1, 2.0)}
 _SIZE = {"p1": 1.5, "p2": 2.0, "p2/p1": 2.0}
 _A2, _B2 = INSIDE**2, OUTSIDE**2
 
 
 def rows() -> list[ExtremeRow]:
-    """Displacement, then stress, of each method; marked beyond the limits of `fea.checks`."""
+    """Displacement, then stress, of each method; marked above the limits of `fea.checks`."""
     return [row for method in METHODS for row in _rows(method)]
 
 
@@ -51,7 +52,7 @@ def _rows(method: str) -> list[ExtremeRow]:
 
 
 def beyond(method: str, ratio: float) -> tuple[str, ...]:
-    """Return the check of a run that would fail, as `ExtremeRow.noticed_by`."""
+    """Return the failing check of a run, for `ExtremeRow.noticed_by`."""
     name = f"poissons_ratio_{method}"
     return () if name not in LIMITS or check(name, ratio).passed else (name,)
 
@@ -64,7 +65,7 @@ def _solved(method: str, body: LoadedBody, material: Material) -> tuple[Solved, 
 
 
 def _stress(body: LoadedBody, material: Material, result: Solved, pressure: Floats | None) -> Floats:
-    """Recovered as in a run: (n_nodes, 6), MPa."""
+    """Stress, recovered as in a run: (n_nodes, 6), MPa."""
     recovery = Recovery(body.mesh, mirror_planes(body.mesh), body.known)
     u = result.displacement[:, :, None]
     return recovery.nodal_stress(u, material, traction=body.traction, pressure=pressure)[:, :, 0]

@@ -1,4 +1,4 @@
-"""Meshes without a mesher: a lattice of cells, each cut into six tetrahedra, put anywhere by a map."""
+"""Structured meshes without a mesher: a lattice of cells, each cut into six tetrahedra, placed by a map."""
 
 from collections.abc import Callable, Mapping
 from itertools import permutations
@@ -30,15 +30,15 @@ def lattice(
     cells
         Along each axis.
     place
-        From the unit cube, (n, 3), to the body, mm; keeps the orientation.
+        Map from the unit cube, (n, 3), to the body, mm; it must keep the orientation.
     ends
-        Surfaces by the end of the lattice that becomes them.
+        Names of surfaces by the end of the lattice.
     order
-        1 or 2; mid-edge nodes are placed by the map too, so that edges may be curved.
+        1 or 2; the map also places mid-edge nodes, so that edges may be curved.
     """
     counts = np.array(cells)
     corners = np.stack(np.meshgrid(*map(np.arange, cells), indexing="ij"), axis=-1).reshape(-1, 1, 1, 3)
-    # Twice the indices, so that the middle of an edge has integers too.
+    # Twice the indices, so that the middle of an edge has integer indices too.
     vertices = (2 * (corners + _kuhn())).reshape(-1, 4, 3)
     nodes = _with_middles(vertices, EDGES) if order == 2 else vertices
     faces = vertices[:, _FACES].reshape(-1, 3, 3)
@@ -57,7 +57,7 @@ def lattice(
 
 
 def _kuhn() -> Ints:
-    """Vertices (6, 4, 3) of the tetrahedra of the unit cube: along the axes in every order."""
+    """Vertices (6, 4, 3) of the tetrahedra of the unit cube: paths along the axes in every order."""
     found = []
     for axes in permutations(range(3)):
         steps = np.eye(3, dtype=np.int64)[list(axes)]

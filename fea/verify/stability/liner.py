@@ -1,4 +1,4 @@
-"""A liner in an eye, from far softer to far stiffer: Lamé's compound cylinder in plane strain."""
+"""A liner in an eye, from far softer to far stiffer than it: Lamé's compound cylinder in plane strain."""
 
 import math
 from dataclasses import replace
@@ -17,7 +17,7 @@ from geometry.surfaces import Surface
 BORE, INTERFACE, OUTSIDE, THICKNESS, PRESSURE = 10.0, 12.0, 20.0, 2.0, 100.0
 CONTRASTS = (1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9)
 RADIAL = (2, 4)  # elements through the liner, through the eye
-# Of the radial displacement, on this mesh.
+# For the radial displacement on this mesh.
 TOLERANCE_PERCENT = 0.1
 _ENDS = {
     (0, 0): Surface.INNER,
@@ -30,7 +30,7 @@ _ENDS = {
 
 
 def rows() -> list[ExtremeRow]:
-    """Radial displacement of the bore and of the interface, the worse."""
+    """The worse error of the radial displacements of bore and interface."""
     mesh = lattice((sum(RADIAL), 8, 1), _placed, _ENDS)
     radius = np.hypot(mesh.points[:, 0], mesh.points[:, 1])
     liner = (radius[mesh.tets[:, :4]].mean(axis=1) < INTERFACE).astype(np.int64)
@@ -60,8 +60,8 @@ def _placed(unit: Floats) -> Floats:
 def exact_displacement(contrast: float) -> tuple[float, float]:
     """Radial displacement at bore and interface, u = A r + B/r in each ring, mm.
 
-    The interface pressure first, from what it and the bore's pressure widen either ring: no difference of
-    large numbers, whatever the contrast.
+    The interface pressure is computed first, from the radial displacements that it and the pressure in the
+    bore cause in each ring; this avoids differences of large numbers at any contrast.
     """
     E, nu = STEEL.youngs_modulus, STEEL.poissons_ratio
 

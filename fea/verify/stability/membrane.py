@@ -1,4 +1,4 @@
-"""Cook's membrane of ν = 0.4999 in plane strain, ever finer: how far its corner rises.
+"""Cook's membrane with ν = 0.4999 in plane strain on finer and finer meshes: deflection of its corner.
 
 The target is that of the benchmark `cook`; the corners of both vertical edges are singular.
 """

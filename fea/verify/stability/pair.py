@@ -1,4 +1,4 @@
-"""Solve a body with a pressure of its own, as a run does with nearly incompressible parts."""
+"""Solve a body with Taylor–Hood elements, as a run does with nearly incompressible parts."""
 
 from dataclasses import dataclass
 
@@ -24,7 +24,7 @@ class SolvedPair:
     Attributes
     ----------
     solved
-        The displacement; the condition is that of what is factorised.
+        The displacement; the condition number is that of the factorised matrix.
     pressure
         (n_nodes, 1), MPa, positive in tension.
     """
@@ -41,7 +41,7 @@ def solved_pair(
     Raises
     ------
     UnderconstrainedError, SingularMatrixError, StagnationError
-        There is no answer.
+        There is no solution.
     """
     require_restrained(mesh, fixed)
     held = fixed.ravel()

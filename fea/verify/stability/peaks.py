@@ -15,14 +15,14 @@ def peak_of(body: SolvedBody) -> Peak:
 
 
 def noticed(found: Peak) -> tuple[str, ...]:
-    """Return what a run says of a peak, in the words of `ExtremeRow.noticed_by`."""
+    """Return the verdict of a run on a peak, for `ExtremeRow.noticed_by`."""
     if found.verdict() is Verdict.CONVERGED:
         return ()
     return (f"not converged, ±{found.error_percent:.2g} %",)
 
 
 def peak_row(place: tuple[str, str, float], result: Solved, found: Peak, exact: float) -> ExtremeRow:
-    """Judge a peak as its reader would: one that is called converged must be right within that.
+    """Judge a peak: if it is called converged, its error must be within the limit of convergence.
 
     Parameters
     ----------

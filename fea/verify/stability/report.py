@@ -1,4 +1,4 @@
-"""Extreme cases as a Markdown report with plots."""
+"""The extreme cases as a Markdown report with plots."""
 
 from collections.abc import Sequence
 from itertools import groupby
@@ -10,22 +10,24 @@ from fea.verify.stability.row import ExtremeRow, Verdict
 from fea.verify.stability.terminal import HEADER, cells, counts
 
 _READING = """\
-*Right*: within its tolerance of the exact answer. *Marked*: `fea run` says so, right or not: a check fails,
-so that the result is written with `trusted: false` and the exit code is 5, or the peak is called *not
-converged* with its error bar. The last column tells which. *Refused*: an error instead of an answer.
-*Wrong*: off, and nothing says so; there must be none. A bar may be shorter than the error where it already
-says *not converged*, as in the thinnest rings.
+*Right*: the result is within its tolerance of the exact answer. *Marked*: `fea run` reports a problem,
+whether or not the result is right: either a check fails, so that the result is written with `trusted: false`
+and the exit code is 5, or the peak is called *not converged*, with its error bar. The last column tells
+which. *Refused*: an error message instead of a result. *Wrong*: the result is wrong and nothing reports it;
+this must never happen. For a peak that is *not converged*, the error bar may be smaller than the error, as in
+the thinnest rings.
 
-*Backward error* is ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖) in maximum norms: it stays at rounding whatever the case, and
-alone proves nothing. *Condition* is that of the stiffness after Jacobi scaling, by a probe solved with the
-loads; above 4.5·10¹² rounding may take a thousandth of the displacement, and every run checks it. *Energy
-error* is |uᵀKu − uᵀf| / uᵀf: it grows with the condition, and is what notices a solution that has lost
-digits. *Error* is that of the result against the exact one.
+*Backward error* is ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖) in maximum norms: it stays at the level of rounding in every
+case, so that it proves nothing on its own. *Condition* is the condition number of the stiffness after Jacobi
+scaling, estimated with a probe that is solved together with the loads; above 4.5·10¹² rounding may change the
+displacement by a thousandth, and every run checks this. *Energy error* is |uᵀKu − uᵀf| / uᵀf: it grows with
+the condition number and detects a solution that has lost digits. *Error* is the error of the result relative
+to the exact answer.
 
-Displacement elements do not hold nearly incompressible materials: those of first order lock, and the mean
-stress of both oscillates. Beyond ν = 0.4 a run with those of second order gives each such part a pressure of
-its own (p2/p1, Taylor and Hood's pair), whose errors do not depend on ν; the rows of p2 beyond it show what
-that spares one. A run with p1 is marked beyond it.
+Displacement elements are not suitable for nearly incompressible materials: first-order elements lock, and the
+mean stress of both orders oscillates. Above ν = 0.4 a run with second-order elements therefore uses a
+separate pressure field in such parts (p2/p1, Taylor–Hood elements), whose errors do not depend on ν; the rows
+of p2 above 0.4 show the errors that this avoids. A run with p1 is marked above ν = 0.4.
 """
 _COLOR = {
     Verdict.RIGHT: "tab:green",
@@ -34,34 +36,34 @@ _COLOR = {
     Verdict.WRONG: "red",
 }
 _NOTICED = "#fdebd0"
-# Values whose labels must be turned to stand side by side.
+# Number of values from which labels must be rotated to fit side by side.
 _MANY = 8
-# What stands for zero on a logarithmic axis.
+# Replaces zero on a logarithmic axis.
 _LEAST = 1e-18
 
 
 def write_report(path: Path, rows: Sequence[ExtremeRow], command: str) -> None:
-    """Write the report, and its plot beside it.
+    """Write the report, with its plot next to it.
 
     Parameters
     ----------
     path
         The .md file.
     rows
-        What was computed.
+        The results.
     command
         The command that makes the report.
 
     Raises
     ------
     StorageError
-        The system refused.
+        The files cannot be written.
     """
     make_directory(path.parent)
     plot = path.with_suffix(".png")
     draw(rows, plot)
     parts = [
-        "# Stiff and extreme cases",
+        "# Ill-conditioned and extreme cases",
         f"Made by `{command}`.",
         f"**{counts(rows)}**",
         _READING,
@@ -107,7 +109,7 @@ def _key() -> list[Any]:
         *dots,
         Line2D([], [], ls=":", color="tab:blue", label="energy error, %"),
         Line2D([], [], ls="--", color="0.4", label="tolerance"),
-        Patch(color=_NOTICED, label="fea run says so"),
+        Patch(color=_NOTICED, label="reported by fea run"),
     ]
 
 
@@ -134,7 +136,7 @@ def _draw_case(axes: Any, name: str, rows: Sequence[ExtremeRow]) -> None:
 
 
 def _shade(axes: Any, rows: Sequence[ExtremeRow]) -> None:
-    """Shade where a run would say that its result is not to be trusted, or refuse."""
+    """Shade the cases in which a run would mark its result as not to be trusted, or refuse."""
     for place, row in enumerate(rows):
         if row.verdict in (Verdict.MARKED, Verdict.REFUSED):
             axes.axvspan(place - 0.5, place + 0.5, color=_NOTICED, zorder=0)

@@ -1,4 +1,4 @@
-"""Rods as `fea run` takes them, at their extremes: equilibrium must hold whatever is asked."""
+"""Rods with extreme parameters, as in `fea run`: equilibrium must always hold."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -16,32 +16,32 @@ from fea.study.study import ForcesTable, MeshTable, load_study
 from fea.verify.stability.row import ExtremeRow, Verdict, judged
 from geometry.invalid import InvalidValue
 
-# As coarse as a rod goes.
+# The coarsest mesh of a rod.
 SIZE = 12.0
 WEBS = (5.0, 2.0, 1.0, 0.6, 0.3)
 PULL = 1e4
-# Where the web of León's rod is, from there to there, mm.
+# Range of x in which León's rod has its web, mm.
 SLAB = (55.0, 105.0)
 SPEEDS = (0.0, 1.0, 6000.0, 20_000.0)
 RATIOS = (0.05, 0.6, 0.9)
-# At rest; the last is beyond what any engine holds.
+# Bar, at rest; no engine withstands the last.
 HYDROLOCKS = (100.0, 399.0, 1000.0)
 OVERSPEEDS = (9000.0, 12_000.0)
-# Of the force in a section: recovered stress is not in equilibrium exactly.
+# For the force in a section, because recovered stress is not exactly in equilibrium.
 SECTION_PERCENT = 3.0
-# Of the largest force, and of it times the rod's length: one quadrature integrates all loads.
+# Relative to the largest force, or to that force times the rod's length: one quadrature integrates all loads.
 BALANCE_PERCENT = 1e-8
-# Of the quadrature of the section's force.
+# Degree of the quadrature of the force in the section.
 _DEGREE = 4
 
 
 def rows() -> list[ExtremeRow]:
-    """Thin webs; then speed, λ and gas, by the sums of what acts on the mesh."""
+    """Thin webs; then speed, λ and gas pressure, by the sums of the forces on the mesh."""
     return [*_webs(), *_engines()]
 
 
 def _webs() -> list[ExtremeRow]:
-    """Pull rods of ever thinner webs: the written stress carries that force through the section."""
+    """Pull rods with thinner and thinner webs: the written stress must transmit the force at each section."""
     study = load_study("leon-2001")
     if study.rod.dimensions is None:
         raise AssertionError("the shipped study has dimensions")
@@ -58,7 +58,7 @@ def _webs() -> list[ExtremeRow]:
 def section_force(case: CaseResult) -> float:
     """Force along the rod in the mean of its sections in `SLAB`, of the stress that is written, N.
 
-    ∫ w σ_xx dV / ∫ w dx with a parabola w(x) that vanishes at both ends.
+    It is ∫ w σ_xx dV / ∫ w dx with a parabola w(x) that is zero at both ends.
     """
     mesh, stress = case.mesh, case.stress
     values = tabulate(mesh.tets.shape[1], _DEGREE).values
@@ -72,7 +72,7 @@ def section_force(case: CaseResult) -> float:
 
 
 def _engines() -> list[ExtremeRow]:
-    """Nodal forces on a coarse mesh sum to zero, with the inertia that they cause."""
+    """Nodal forces on a coarse mesh, including inertia, must sum to zero."""
     study = load_study("leon-2001")
     if study.engine is None or study.rod.length is None:
         raise AssertionError("the shipped study has an engine and a rod")
@@ -93,7 +93,7 @@ def _engines() -> list[ExtremeRow]:
 def _sums(
     rod: PreparedRod, table: EngineTable, case: tuple[str, str], speeds: Mapping[float, float]
 ) -> list[ExtremeRow]:
-    """Put another engine on the rod and run it at some speeds, rpm, by the values that their rows show."""
+    """Combine the rod with another engine and run it at some speeds, rpm, by the parameter of their rows."""
     try:
         rod = replace(rod, loading=EngineLoading.of(table, rod.mesh.bores.rod_length))
     except InvalidValue:

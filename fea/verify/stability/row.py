@@ -1,16 +1,16 @@
-"""The row that an extreme case leaves in the table, and the verdict on it."""
+"""The row of an extreme case in the table, and the verdict on it."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 
 
 class Verdict(StrEnum):
-    """What became of an extreme case."""
+    """The outcome of an extreme case."""
 
     RIGHT = "right"  # within its tolerance
-    MARKED = "marked"  # a run of `fea run` would say that it is not to be trusted, off or not
-    REFUSED = "refused"  # an error instead of an answer
-    WRONG = "wrong"  # off, and nothing says so
+    MARKED = "marked"  # `fea run` would report that it is not to be trusted, whether it is wrong or not
+    REFUSED = "refused"  # an error message instead of a result
+    WRONG = "wrong"  # wrong, and nothing reports it
 
 
 @dataclass(frozen=True)
@@ -20,23 +20,23 @@ class ExtremeRow:
     Attributes
     ----------
     case, parameter
-        Names.
+        Names of the case and of its parameter.
     value
-        Of the parameter.
+        Value of the parameter.
     verdict
-        What became of it.
+        The outcome.
     result_error_percent
-        Of the answer, against the exact one, without sign; None where there is no answer.
+        Absolute error of the result relative to the exact one; None if there is no result.
     backward_error
-        ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖), maximum norms; None where nothing is solved.
+        ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖), maximum norms; None if nothing is solved.
     condition_estimate
         See `fea.solvers.condition`.
     energy_error
         |uᵀKu − uᵀf| / uᵀf.
     tolerance_percent
-        Largest error that is right.
+        Largest error that counts as right.
     noticed_by
-        What a run says: names of its checks that fail, or its error bar.
+        How a run reports the problem: the names of the checks that fail, or its error bar.
     """
 
     case: str
@@ -52,7 +52,7 @@ class ExtremeRow:
 
     @property
     def passed(self) -> bool:
-        """Whether nobody is misled."""
+        """Whether the result is right or the problem is reported."""
         return self.verdict is not Verdict.WRONG
 
     def as_dict(self) -> dict[str, object]:
@@ -72,7 +72,7 @@ class ExtremeRow:
 
 
 def judged(error_percent: float, tolerance_percent: float, *, marked: bool) -> Verdict:
-    """Return the verdict on an answer; `marked`: a run would not trust it, right or not."""
+    """Return the verdict on a result; `marked`: a run would report it as not to be trusted."""
     if marked:
         return Verdict.MARKED
     return Verdict.RIGHT if error_percent <= tolerance_percent else Verdict.WRONG

@@ -1,4 +1,4 @@
-"""The same body in other units and of other stiffness: the dimensionless answer stays, to rounding."""
+"""The same body in other units and with other moduli: the dimensionless result must not change."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ TOLERANCE_PERCENT = 1e-8
 
 
 def rows() -> list[ExtremeRow]:
-    """Against a steel block in millimetres under the same load per E A."""
+    """Compare with a steel block in millimetres under the same load per E A."""
     corners = (
         ((0.0, 0.0), Surface.CLAMPED),
         ((10.0, 0.0), Surface.LOADED),

@@ -1,4 +1,4 @@
-"""A slender beam, clamped and bent: w = F L³/(3 E I) with Timoshenko's shear."""
+"""A slender cantilever in bending: w = F L³/(3 E I) plus the shear deflection of Timoshenko."""
 
 from dataclasses import replace
 
@@ -14,9 +14,9 @@ from geometry.surfaces import Surface
 
 SIDE = 2.0
 SLENDERNESS = (10, 30, 100, 300, 1000)
-# Elements per length, in sides.
+# Length of an element, in multiples of the side.
 ELEMENT = 2
-# Of beam theory: shear factor 5/6 for ν = 0, and the clamped end.
+# Error of beam theory: shear factor 5/6 for ν = 0, and the effect of the clamped end.
 TOLERANCE_PERCENT = 1.0
 
 

@@ -1,7 +1,7 @@
-"""Slivers put in by hand: an inner vertex is moved until an element is almost flat.
+"""Artificial slivers: an inner vertex is moved until an element is almost flat.
 
-The beam in pure bending, whose solution elements of second order hold, sliver or not: what is off is
-rounding, amplified by the flatness.
+The problem is the beam in pure bending, whose solution second-order elements contain, even slivers: the error
+consists of rounding, amplified by the flat element.
 """
 
 from dataclasses import replace
@@ -19,13 +19,13 @@ from mesh.tetmesh import EDGES, TetMesh
 
 SHAPES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 SIZE = 1.0
-# Of the peak of a linear stress.
+# For the peak of a linear stress.
 TOLERANCE_PERCENT = 1e-2
 _BISECTIONS = 60
 
 
 def rows() -> list[ExtremeRow]:
-    """The least mean ratio of any element (`mesh.quality.Quality.least_shape`) is the parameter."""
+    """The parameter is the smallest mean ratio of any element (`mesh.quality.Quality.least_shape`)."""
     whole = beam(SIZE, order=2)
     found = []
     for least in SHAPES:
@@ -40,14 +40,14 @@ def rows() -> list[ExtremeRow]:
 
 
 def with_sliver(mesh: TetMesh, least: float) -> TetMesh:
-    """Move the first inner vertex that can be towards an element's opposite face, until `least` is its shape.
+    """Move an inner vertex towards the opposite face of an element, until the element has the shape `least`.
 
     Parameters
     ----------
     mesh
-        With straight edges.
+        A mesh with straight edges.
     least
-        Mean ratio of the flattened element; no other one may be worse, or be turned inside out.
+        Mean ratio of the flattened element; no other element may become worse or inverted.
     """
     surface = np.unique(np.concatenate([facets.ravel() for facets in mesh.facets.values()]))
     vertices = mesh.tets[:, :4]
@@ -65,7 +65,7 @@ def with_sliver(mesh: TetMesh, least: float) -> TetMesh:
 
 
 def _flattened(mesh: TetMesh, vertex: int, height: Floats, least: float) -> TetMesh:
-    """Move a vertex along a height of its element, by bisection of what is left of that."""
+    """Move a vertex along a height of its element, by bisection of the remaining height."""
     low, high = 1e-12, 1.0
     for _ in range(_BISECTIONS):
         left = float(np.sqrt(low * high))

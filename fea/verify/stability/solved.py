@@ -1,4 +1,4 @@
-"""Solve a body and keep what tells how well that went."""
+"""Solve a body and keep the measures of numerical quality."""
 
 from dataclasses import dataclass
 
@@ -39,7 +39,7 @@ class Solved:
 
     @property
     def failed(self) -> tuple[str, ...]:
-        """Checks of a run that would fail."""
+        """Names of the checks of a run that would fail."""
         values = {
             "backward_error": self.backward_error,
             "energy_balance": self.energy_error,
@@ -59,18 +59,18 @@ class Solved:
         marked: bool = False,
         noticed_by: tuple[str, ...] = (),
     ) -> ExtremeRow:
-        """Judge an answer that was drawn from the displacement.
+        """Judge a result computed from the displacement.
 
         Parameters
         ----------
         case, parameter, value
             See `ExtremeRow`.
         error_percent, tolerance_percent
-            Of the answer, and the largest that is right.
+            Error of the result, and the largest error that counts as right.
         marked
             Whether another check would fail.
         noticed_by
-            Names of other checks that would.
+            Names of other checks that would fail.
         """
         noticed = (*noticed_by, *self.failed)
         return ExtremeRow(
@@ -95,7 +95,7 @@ def solved(
     Raises
     ------
     UnderconstrainedError, SingularMatrixError
-        There is no answer.
+        There is no solution.
     """
     require_restrained(mesh, fixed)
     K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
@@ -111,5 +111,5 @@ def solved(
 
 
 def percent(computed: float, exact: float) -> float:
-    """Error without sign, %."""
+    """Absolute relative error, %."""
     return 100 * abs(computed / exact - 1)

@@ -1,4 +1,4 @@
-"""Every extreme case, by name."""
+"""All extreme cases, by name."""
 
 from collections.abc import Callable, Sequence
 from types import MappingProxyType
@@ -44,18 +44,18 @@ def stability(names: Sequence[str] = (), listener: Callable[[str], None] | None 
     Parameters
     ----------
     names
-        Of `CASES`; empty for all.
+        Names of `CASES`; empty for all.
     listener
-        Told the name of each case as it begins.
+        Called with the name of each case before it begins.
 
     Raises
     ------
     InvalidValue
-        There is no such case; nothing has been computed then.
+        There is no such case; it is raised before anything is computed.
     """
     for name in names:
         if name not in CASES:
-            raise InvalidValue("CASE", name, "is no extreme case", f"Known: {', '.join(CASES)}.")
+            raise InvalidValue("CASE", name, "is not an extreme case", f"Choose from {', '.join(CASES)}.")
     found: list[ExtremeRow] = []
     for name in names or CASES:
         if listener:

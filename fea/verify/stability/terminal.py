@@ -1,4 +1,4 @@
-"""Extreme cases on the terminal."""
+"""The extreme cases on the terminal."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -10,13 +10,13 @@ from rich.table import Table
 from fea.verify.stability.row import ExtremeRow, Verdict
 
 HEADER = ("case", "value", "backward error", "condition", "energy error", "error %", "verdict")
-# Of 1e-16.
+# Width of 1e-16.
 _LEAST_WIDTH = 5
 _STYLE = {Verdict.WRONG: "bold red", Verdict.MARKED: "yellow", Verdict.REFUSED: "yellow"}
 
 
 def print_stability(rows: Sequence[ExtremeRow]) -> None:
-    """Print a line a row, and how many came out how."""
+    """Print one line per row, and the counts of the outcomes."""
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=0)
     table.add_column(HEADER[0], no_wrap=True)
     for name in HEADER[1:]:
@@ -29,14 +29,14 @@ def print_stability(rows: Sequence[ExtremeRow]) -> None:
 
 
 def cells(row: ExtremeRow, digits: int = 0) -> tuple[str, ...]:
-    """Return the row as text, in the order of `HEADER`, with so many digits behind the point."""
+    """Return the row as text, in the order of `HEADER`, with a number of digits after the point."""
     quality = (row.backward_error, row.condition_estimate, row.energy_error, row.result_error_percent)
     shown = ("–" if value is None else f"{value:.{digits}e}" for value in quality)
     return (row.case, f"{row.parameter} = {row.value:g}", *shown, row.verdict.value)
 
 
 def counts(rows: Sequence[ExtremeRow]) -> str:
-    """Say in a sentence what became of the cases."""
+    """Return the counts of the outcomes as a sentence."""
     found = Counter(row.verdict for row in rows)
     each = ", ".join(f"{found[verdict]} {verdict.value}" for verdict in Verdict)
     return f"{len(rows)} extreme cases: {each}."

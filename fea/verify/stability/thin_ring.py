@@ -1,7 +1,7 @@
-"""A ring whose wall is thinned to 1 mm, bent by a pressure q cos 2θ in its bore.
+"""A ring with a wall down to 1 mm, bent by a pressure q cos 2θ in its bore.
 
-Exact: Timoshenko & Goodier (1970), §43. The size of the elements stays, so that the wall is one element
-thick in the end, and less.
+The exact solution is that of Timoshenko & Goodier (1970), §43. The element size does not change, so that the
+thinnest walls are one element thick or less.
 """
 
 import math
@@ -24,7 +24,7 @@ WALLS = (20.0, 10.0, 5.0, 2.0, 1.0)
 
 
 def rows() -> list[ExtremeRow]:
-    """Largest von Mises stress of both orders, against its error bar."""
+    """Largest von Mises stress for both orders, with its error bar."""
     return [_row(order, wall) for order in (1, 2) for wall in WALLS]
 
 
