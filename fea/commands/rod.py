@@ -54,6 +54,7 @@ def rod(
     asked = Flags(size=size).applied(load_study(study))
     if fit is not None:
         from fea.analysis.rod_fit import fitted
+        from fea.study.tables import toml_text
 
         table, found = fitted(asked, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
         if json:
@@ -62,7 +63,7 @@ def rod(
             outcome = {"met": found.met, "residuals": found.residuals, "at_limit": found.at_limit}
             sys.stdout.write(json_text(outcome | {"rod": vars(found.rod)}))
         elif not quiet:
-            sys.stdout.write(f"# {found.text()}\n{table.text()}")
+            sys.stdout.write(f"# {found.text()}\n{toml_text({'rod': table.as_dict()})}")
         if not found.met:
             sys.stderr.write(f"fea: {found.text()}. The printed rod comes closest to the targets\n")
         return 0 if found.met else CHECK_FAILED

@@ -12,14 +12,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, minres
 
+from fea.solid.errors import StagnationError
 from fea.solvers.linear.chebyshev import chebyshev
 from fea.solvers.linear.conjugate_gradients import Operator, conjugate_gradients
-from fea.solvers.minimal_residuals import minimal_residuals
 from geometry.arrays import Floats
 
 # Of the residual, in the norm of the preconditioner. Iterative refinement then improves the solution.
 TOLERANCE = 1e-7
+MOST_ITERATIONS = 600
 _REMEDY = (
     "Use a smaller --size, so that the nearly incompressible part has at least two elements through its "
     "thickness"
@@ -112,7 +114,7 @@ def iterate_saddle(
     constraint, f, g
         As for `solve_saddle`, with the same results and errors.
     """
-    D, n = constraint.divergence, len(f)
+    D, n, right = constraint.divergence, len(f), np.concatenate([f, g])
 
     def whole(both: Floats) -> Floats:
         u, p = both[:n], both[n:]
@@ -121,6 +123,35 @@ def iterate_saddle(
     def blocks(both: Floats) -> Floats:
         return np.concatenate([precondition(both[:n]), constraint.precondition(both[n:])])
 
-    right = np.concatenate([f, g])
-    both = minimal_residuals(whole, blocks, right, tolerance=TOLERANCE, remedy=_REMEDY)
+    both = _minimal_residuals(whole, blocks, right)
     return both[:n], both[n:]
+
+
+def _minimal_residuals(operator: Operator, precondition: Operator, right: Floats) -> Floats:
+    """Solve for (n, k) right-hand sides (Paige & Saunders 1975) as one system of n k unknowns.
+
+    Its spectrum is that of each, so the steps are about as many, and operators serve all columns at once.
+    """
+    first = precondition(right)
+    sizes = np.sqrt((right * first).sum(axis=0))
+    live = sizes > 0
+    scaled = right[:, live] / sizes[live]
+    if not scaled.size:
+        return np.zeros_like(right)
+
+    def on_all(times: Operator) -> LinearOperator:
+        return LinearOperator(
+            (scaled.size,) * 2, matvec=lambda v: times(v.reshape(scaled.shape)).ravel(), dtype=np.float64
+        )
+
+    # SciPy compares the residual's norm, that of the preconditioner, with the plain one of the solution, of
+    # which the first step tells the size: so the tolerance is that of the residual in any units.
+    tolerance = TOLERANCE * np.sqrt(scaled.shape[1]) / np.linalg.norm(first[:, live] / sizes[live])
+    x, failed = minres(
+        on_all(operator), scaled.ravel(), M=on_all(precondition), rtol=tolerance, maxiter=MOST_ITERATIONS
+    )
+    if failed:
+        raise StagnationError(f"minimal residuals stagnated after {MOST_ITERATIONS} steps. {_REMEDY}")
+    solved = np.zeros_like(right)
+    solved[:, live] = x.reshape(scaled.shape) * sizes[live]
+    return solved

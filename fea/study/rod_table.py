@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fea.study.paths import is_file, located
-from fea.study.tables import checked, mapping_text, nearest, unknown_key
+from fea.study.tables import checked, nearest, unknown_key
 from fea.units import KG, KG_M2
 from geometry.dimensions import ShankSection, dimensions, options
 from geometry.invalid import InvalidValue, require, require_positive
@@ -138,9 +138,9 @@ class RodTable:
         )
         return [text]
 
-    def text(self) -> str:
-        """Return the table as TOML text."""
-        entries: dict[str, object] = {}
+    def as_dict(self) -> dict[str, Any]:
+        """Return the table's keys and plain values, as a study file holds them."""
+        entries: dict[str, Any] = {}
         if self.step is not None:
             bores = {"big_end_bore_mm": self.step.big_end_bore, "small_end_bore_mm": self.step.small_end_bore}
             entries["step"] = str(self.step.path)
@@ -156,7 +156,7 @@ class RodTable:
             entries["mass_kg"] = self.mass.mass / KG
             entries["center_of_gravity_mm"] = self.mass.center[0]
             entries["inertia_kg_m2"] = self.mass.inertia_z / KG_M2
-        return mapping_text("rod", entries)
+        return entries
 
 
 def _imported(step: StepFile) -> "Solid":

@@ -14,7 +14,7 @@ from fea.study.engine_table import EngineTable
 from fea.study.material_table import MaterialTable
 from fea.study.paths import is_file, located, require_size, require_text
 from fea.study.rod_table import RodTable, read_rod
-from fea.study.tables import key_text, nearest, read_table, table_text, unknown_key
+from fea.study.tables import entries_of, nearest, read_table, toml_text, unknown_key
 from geometry.invalid import InvalidValue, require, require_number, require_positive
 from loads.bearing import BorePressure
 
@@ -225,17 +225,19 @@ class Study:
             require(part in names, f"[material.{part}]", None, "does not name a part of this rod", remedy)
         return tuple(self.part_material.get(name, self.material).material() for name in names)
 
-    def text(self) -> str:
-        """Return the study as the text of a TOML file that reproduces the run."""
-        tables: list[tuple[str, Any]] = [("material", self.material.resolved())]
-        tables += [
-            (f"material.{key_text(part)}", table.resolved()) for part, table in self.part_material.items()
-        ]
+    def as_dict(self) -> dict[str, dict[str, Any]]:
+        """Return the tables that say something, with plain values, as a study file holds them."""
+        parts = {part: entries_of(table.resolved()) for part, table in self.part_material.items()}
+        tables = {"rod": self.rod.as_dict(), "material": entries_of(self.material.resolved()) | parts}
         for name in ("engine", "speed", "forces", "mesh", "analysis", "output"):
             table = getattr(self, name)
             if table is not None and not (name == "speed" and self.engine is None):
-                tables.append((name, table))
-        return "\n".join([self.rod.text(), *(table_text(name, table) for name, table in tables)])
+                tables[name] = entries_of(table)
+        return tables
+
+    def text(self) -> str:
+        """Return the study as a TOML file that runs again and gives the same."""
+        return toml_text(self.as_dict())
 
 
 TABLES: Mapping[str, type[Any]] = {

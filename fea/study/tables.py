@@ -2,8 +2,6 @@
 
 import dataclasses
 import difflib
-import json
-import re
 import types
 import typing
 from collections.abc import Iterable, Mapping
@@ -136,35 +134,14 @@ def _convert(value: object, option: Any) -> Any:
     return value if isinstance(value, option) else None
 
 
-def table_text(where: str, table: Any) -> str:
-    """Return a table as TOML text; keys that are None or empty are left out."""
-    entries = {
-        field.name: getattr(table, field.name)
-        for field in dataclasses.fields(table)
-        if getattr(table, field.name) not in (None, ())
-    }
-    return mapping_text(where, entries)
+def entries_of(table: Any) -> dict[str, Any]:
+    """Return the fields of a table that say something, by name; those that are None or empty are left out."""
+    values = {field.name: getattr(table, field.name) for field in dataclasses.fields(table)}
+    return {name: value for name, value in values.items() if value not in (None, ())}
 
 
-def key_text(key: str) -> str:
-    """Return a key as written in TOML, quoted if necessary."""
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _value_text(key)
+def toml_text(tables: Mapping[str, Any]) -> str:
+    """Return tables of plain values as TOML text."""
+    import tomli_w  # noqa: PLC0415 - only a study that is written needs it
 
-
-def mapping_text(where: str, entries: Mapping[str, object]) -> str:
-    """Return a mapping of plain values as a TOML table."""
-    lines = [f"[{where}]", *(f"{key} = {_value_text(value)}" for key, value in entries.items())]
-    return "\n".join(lines) + "\n"
-
-
-def _value_text(value: object) -> str:
-    if isinstance(value, tuple | list):
-        return "[" + ", ".join(_value_text(item) for item in value) + "]"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, float):
-        return repr(value)
-    if isinstance(value, int):
-        return str(value)
-    # TOML's basic strings are JSON strings, except that JSON does not escape DEL.
-    return json.dumps(str(value), ensure_ascii=False).replace("\x7f", "\\u007f")
+    return tomli_w.dumps(tables)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from fea.cli import USAGE, exit_code
 from fea.study.speeds import parse_speeds
 from fea.study.study import parse_study, shipped_studies
-from fea.study.tables import mapping_text
+from fea.study.tables import toml_text
 from fea.study.traces import parse_trace
 from geometry.invalid import InvalidValue
 
@@ -92,8 +92,7 @@ KEYS = {
 def test_any_value_at_any_key(tmp_path_factory, data):
     table = data.draw(st.sampled_from(sorted(KEYS)))
     key = data.draw(st.sampled_from(KEYS[table]))
-    entries = {"rod": 'preset = "leon-2001"'} | {table: mapping_text(table, {key: data.draw(VALUES)})}
-    text = entries.pop("rod") if table == "rod" else f"[rod]\n{entries.pop('rod')}\n" + entries[table]
+    text = toml_text({"rod": {"preset": "leon-2001"}} | {table: {key: data.draw(VALUES)}})
     refused_or_read(parse_study, text, "any", tmp_path_factory.getbasetemp())
 
 

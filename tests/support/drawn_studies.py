@@ -55,7 +55,7 @@ def written(seed, folder):
     InvalidValue
         The rod drawn is refused.
     """
-    from fea.study.tables import mapping_text
+    from fea.study.tables import toml_text
 
     draw, more = np.random.default_rng([seed, 11]), np.random.default_rng([seed, 12])
     harsh = seed % 5 == 4
@@ -68,8 +68,8 @@ def written(seed, folder):
     if rod.bushing:
         contrast = 10 ** draw.uniform(-4, 4) if harsh else draw.uniform(0.4, 1.0)
         nu = float(more.uniform(0.4, 0.4999)) if more.random() < 0.3 else 0.34
-        tables["material.bushing"] = {"E_GPa": 100.0 * contrast, "nu": nu, "density_kg_m3": 8800.0}
-        tables["material.bushing"]["yield_MPa"] = 200.0
+        bushing = {"E_GPa": 100.0 * contrast, "nu": nu, "density_kg_m3": 8800.0, "yield_MPa": 200.0}
+        tables["material"]["bushing"] = bushing
     clamped = bool(draw.random() < 0.15)
     if draw.random() < 0.12:
         size = rod.small_end_bore**2 * draw.uniform(1, 40) * draw.choice([-1, 1])
@@ -96,14 +96,14 @@ def written(seed, folder):
     tables["analysis"] = drawn_analysis(draw, clamped=clamped, harsh=harsh, cycle="engine" in tables)
     if more.random() < 0.04:
         tables["analysis"]["tolerance_percent"] = float(more.uniform(5, 15))
-    text = [rod_text, *(mapping_text(name, table) for name, table in tables.items())]
-    (folder / "study.toml").write_text("\n".join(text))
+    (folder / "study.toml").write_text(f"{rod_text}\n{toml_text(tables)}")
     return replace(told, pressure=tables["analysis"]["pressure"], clamped=clamped)
 
 
 def drawn_rod(seed, draw, folder, *, harsh):
     """A rod and the [rod] table that gives it."""
     from fea.study.rod_table import RodTable
+    from fea.study.tables import toml_text
     from geometry.presets import PRESETS
     from geometry.proportions import proportioned
 
@@ -134,7 +134,7 @@ def drawn_rod(seed, draw, folder, *, harsh):
         with session():
             export_step(rod, folder / "rod.step")
         return rod, '[rod]\nstep = "rod.step"\n'
-    return rod, RodTable(rod, None, None, rod.length).text()
+    return rod, toml_text({"rod": RodTable(rod, None, None, rod.length).as_dict()})
 
 
 def move(path, draw):
