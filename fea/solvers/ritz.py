@@ -4,10 +4,10 @@ Rayleigh-Ritz values on a space that grows by K⁻¹ times the residuals of a wh
 and 8; Wu & Simon 2000 on the restarts). K itself is never multiplied, because the forces K Z of the vectors Z
 are stored.
 
-SciPy's eigsh (of A and K, with K⁻¹ given) and lobpcg (with K⁻¹ as preconditioner) find the same factors, but
-for the buckling of the shipped rods at 18 000 to 49 000 unknowns they take 1.6 to 2.0 and 2.1 to 2.6 times the
-CPU time: eigsh solves for one vector at a time, lobpcg keeps no more than three blocks, and neither starts from
-the space that an earlier load case left.
+SciPy's eigsh (of A and K, with K⁻¹ given) and lobpcg (with K⁻¹ as preconditioner) find the same factors. For
+the buckling of the shipped rods at 18 000 to 49 000 unknowns they take 1.6 to 2.0 and 2.1 to 2.6 times the
+CPU time: eigsh solves for one vector at a time, lobpcg keeps no more than three blocks, and neither starts
+from the space that an earlier load case left.
 """
 
 from collections.abc import Callable
