@@ -7,9 +7,11 @@ import json
 from pathlib import Path
 from typing import Any
 
+from fea.analysis.figures import SCHEMA
 from fea.output.run_files import SUMMARY, picture_name
 
-_SCHEMA = "fea/summary/"
+# Of any version.
+_SCHEMA = SCHEMA.rpartition("/")[0] + "/"
 
 
 def is_earlier_run(directory: Path) -> bool:

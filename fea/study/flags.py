@@ -41,7 +41,7 @@ class Flags:
     """Linear solver; default: auto, chosen by the memory that it needs."""
 
     assembly: Assembly | None = None
-    """What assembles the stiffness: batched kernels (the default), or scikit-fem, more slowly."""
+    """Assembly of the stiffness matrix: batched (the default), or scikit-fem, which is slower."""
 
     cycle: bool = False
     """Analyse the whole crank cycle, degree by degree: stress envelope, histories, fatigue."""
