@@ -2,7 +2,6 @@
 
 import base64
 from dataclasses import replace
-from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Unpack
@@ -138,6 +137,8 @@ class Result(Outcome):
 
     def _repr_html_(self) -> str:
         """Return a table of the load cases and a picture of the worst one, for a notebook."""
+        from html import escape  # noqa: PLC0415 - only a notebook needs it
+
         heading = "".join(f"<th>{escape(name)}</th>" for name in _COLUMNS)
         rows = "".join(self._html_row(name) for name in self.summary.results)
         table = f"<table><thead><tr>{heading}</tr></thead><tbody>{rows}</tbody></table>"
@@ -153,7 +154,7 @@ class Result(Outcome):
             ", ".join(f"{coordinate:.1f}" for coordinate in found.at_mm),
             f"{found.min_safety_factor:.2f}",
         )
-        return "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
+        return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
 
     def _html_picture(self) -> str:
         """The worst case as an embedded picture; nothing where this machine cannot draw."""
@@ -171,7 +172,7 @@ class Result(Outcome):
             except PictureError:
                 return ""
             data = base64.b64encode((place / picture_name(file)).read_bytes()).decode()
-        return f'<img src="data:image/png;base64,{data}" alt="{escape(worst)}" style="max-width: 100%">'
+        return f'<img src="data:image/png;base64,{data}" alt="{worst}" style="max-width: 100%">'
 
 
 def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisFlags]) -> Result:

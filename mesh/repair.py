@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import gmsh
 import numpy as np
-from scipy.spatial import KDTree
 
 from geometry.arrays import Floats
 from mesh.errors import MeshError
@@ -173,6 +172,8 @@ def of_elements(corners: Floats, what: str) -> Repair:
 def _has_edge(face: int, corners: Floats, slack: float) -> bool:
     """Whether any element has an edge on a face."""
     _, places, _ = gmsh.model.mesh.getNodes(_SURFACE, face, includeBoundary=True)
+    from scipy.spatial import KDTree  # noqa: PLC0415 - only a mesh that is repaired needs it
+
     distance, _ = KDTree(places.reshape(-1, 3)).query(corners)
     return bool(((distance < slack).sum(axis=1) >= _ENDS).any())
 

@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import brentq
 
 from fea.analysis.buckling import column_figures
 from fea.analysis.figures import (
@@ -81,6 +80,8 @@ class SpeedSweep:
         first = first_below(np.array([mode(found) for found in self._found.values()]))
         if first is None or first == 0:
             return None if first is None else float(rpm[0])
+
+        from scipy.optimize import brentq  # noqa: PLC0415 - only a sweep over speeds needs it
 
         def above(speed: float) -> float:
             """Return the logarithm of the factor: nearly linear where inertia dominates (stress ∝ speed²)."""

@@ -6,7 +6,6 @@ within a radius that does not depend on the element size, so that the peak outsi
 """
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from fea.stress.boundary_skin import facet_normals, shared_edges, skin
 from geometry.arrays import Ints, Mask
@@ -75,6 +74,8 @@ def masked_nodes(mesh: TetMesh, held: tuple[Surface, ...] = ()) -> Mask:
         return near
     touching = np.isin(mesh.tets, singular).any(axis=1)
     near[mesh.tets[touching]] = True
+    from scipy.spatial import KDTree  # noqa: PLC0415 - only a body with sharp edges needs it
+
     distance, _ = KDTree(mesh.points[singular]).query(mesh.points)
     radius = RADIUS * float(np.ptp(mesh.points, axis=0).max())
     return np.asarray(near | (distance <= radius))

@@ -117,7 +117,7 @@ def test_a_sweep_over_speeds_is_an_earlier_run_too(tmp_path):
     (target / "800rpm" / "notes.txt").unlink()
     require_replaceable(target)
     (target / "notes.txt").write_text("mine")
-    with pytest.raises(OccupiedError, match="something other"):
+    with pytest.raises(OccupiedError, match="not from an earlier run"):
         require_replaceable(target)
 
 
@@ -125,7 +125,7 @@ def test_runs_side_by_side_are_not_one_of_several_speeds(tmp_path):
     for name in ("one-800rpm", "one-6000rpm"):
         (tmp_path / "results" / name).mkdir(parents=True)
         write_run(tmp_path / "results" / name)
-    with pytest.raises(OccupiedError, match="something other"):
+    with pytest.raises(OccupiedError, match="not from an earlier run"):
         require_replaceable(tmp_path / "results")
 
 
@@ -136,7 +136,7 @@ def test_a_picture_beside_its_result_is_part_of_the_run(tmp_path):
     (target / "tension.png").touch()
     require_replaceable(target)
     (target / "loads.png").touch()
-    with pytest.raises(OccupiedError, match="something other"):
+    with pytest.raises(OccupiedError, match="not from an earlier run"):
         require_replaceable(target)
 
 

@@ -41,5 +41,5 @@ def test_nothing_is_asked_of_no_load():
 
 def test_what_does_not_converge_is_not_returned(monkeypatch):
     monkeypatch.setattr(saddle, "MOST_ITERATIONS", 3)
-    with pytest.raises(StagnationError, match=r"after 3 steps\. Mesh .*--size"):
+    with pytest.raises(StagnationError, match=r"after 3 steps\. Use .*--size"):
         solved(1, 0.1, np.ones(2))
