@@ -4,7 +4,6 @@ A pin lets the rod turn in the plane of motion and holds it sideways: pinned at 
 length l), built in at both ends here (l/2). Shigley, Mechanical Engineering Design, chapter 4.
 """
 
-import math
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
@@ -134,8 +133,3 @@ _BENDING = np.array(
 _GEOMETRIC = np.array(
     [[36.0, 3.0, -36.0, 3.0], [3.0, 4.0, -3.0, -1.0], [-36.0, -3.0, 36.0, -3.0], [3.0, -1.0, -3.0, 4.0]]
 )
-
-
-def uniform_euler_load(bending_stiffness: float, length: float, length_factor: float) -> float:
-    """Euler's π² EI/(Kl)², N, of a uniform column."""
-    return math.pi**2 * bending_stiffness / (length_factor * length) ** 2

@@ -47,10 +47,10 @@ class Path:
         return inside, (even[:, inside], odd[:, inside])
 
 
-def path(weights: Weights, chord: int = CHORD) -> Path:
+def path(weights: Weights) -> Path:
     """Cut the instants, in the order given, into chords."""
     count = weights[0].shape[1]
-    ends = np.unique(np.append(np.arange(0, count, chord), count - 1))
+    ends = np.unique(np.append(np.arange(0, count, CHORD), count - 1))
     even, odd = (_strays(w, ends) for w in weights)
     return Path(weights, ends, (even, odd))
 

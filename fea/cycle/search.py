@@ -94,11 +94,11 @@ class SpeedSearch:
             np.maximum(bound, deviator_norm(stress[..., cyclic]).max(axis=1, initial=0.0))
             for bound, stress in zip(self._bounds(rpm, degrees), at_cases, strict=True)
         ]
-        yielding, first = self._worst(cycle, bounds, PartRows.yielding_bound, PartRows.yielding_factor)
+        yielding = self._worst(cycle, bounds, PartRows.yielding_bound, PartRows.yielding_factor)
         yielding = dataclasses.replace(yielding, factor=min(yielding.factor, CAP))
-        fatigue, second = self._worst(cycle, bounds, PartRows.fatigue_bound, PartRows.fatigue_factor)
+        fatigue = self._worst(cycle, bounds, PartRows.fatigue_bound, PartRows.fatigue_factor)
         peaks = tuple(self._peak(case, [s[..., k] for s in at_cases]) for k, case in enumerate(cases))
-        return Worst(rpm, peaks, yielding, fatigue if np.isfinite(fatigue.factor) else None, first + second)
+        return Worst(rpm, peaks, yielding, fatigue if np.isfinite(fatigue.factor) else None)
 
     def _at(self, rpm: float, angles: Floats) -> Weights:
         return self._analysis.weights(self._engine, self._gas, rpm * RPM, angles)
@@ -128,17 +128,16 @@ class SpeedSearch:
         bounds: list[Floats],
         bound: Callable[[PartRows, Floats], Floats],
         factor: Callable[[PartRows, Floats, Floats], Floats],
-    ) -> tuple[Place, int]:
-        """The place of the least factor, and how many were worked out."""
+    ) -> Place:
+        """The place of the least factor."""
         least = np.concatenate([bound(part, b) for part, b in zip(self._parts, bounds, strict=True)])
         order, first = np.argsort(least), np.cumsum([0, *(len(b) for b in bounds)])
-        best, at, looked, along = np.inf, int(order[0]), 0, path(cycle.weights)
+        best, at, along = np.inf, int(order[0]), path(cycle.weights)
         for start, stop in pairwise([0, *range(FIRST_ROWS, len(order), ROWS), len(order)]):
             chosen = order[start:stop]
             chosen = chosen[least[chosen] < best]
             if not chosen.size:
                 break
-            looked += len(chosen)
             of_part = np.searchsorted(first, chosen, side="right") - 1
             for number in np.unique(of_part):
                 rows = chosen[of_part == number] - first[number]
@@ -147,7 +146,7 @@ class SpeedSearch:
                 if found.min() < best:
                     best, at = float(found.min()), int(rows[found.argmin()] + first[number])
         number = int(np.searchsorted(first, at, side="right") - 1)
-        return self._place(best, self._parts[number], at - int(first[number]), cycle), looked
+        return self._place(best, self._parts[number], at - int(first[number]), cycle)
 
     def _place(self, factor: float, part: PartRows, row: int, cycle: "_Cycle") -> Place:
         history = part.stress(cycle.weights, np.array([row]))

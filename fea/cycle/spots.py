@@ -39,8 +39,8 @@ class Spot:
     signed: Floats
 
 
-def distinct(points: Floats, factor: Floats, length: float, count: int = COUNT) -> list[int]:
-    """Nodes of the smallest factors that lie apart from each other.
+def distinct(points: Floats, factor: Floats, length: float) -> list[int]:
+    """Nodes of the smallest factors that lie apart from each other, at most `COUNT`.
 
     Parameters
     ----------
@@ -50,13 +50,11 @@ def distinct(points: Floats, factor: Floats, length: float, count: int = COUNT) 
         (n_nodes,).
     length
         Of the rod, mm.
-    count
-        At most so many.
     """
     folded = np.abs(points * [0, 0, 1]) + points * [1, 1, 0]
     open_ = points[:, 2] >= -1e-9 * length
     chosen: list[int] = []
-    while len(chosen) < count and open_.any():
+    while len(chosen) < COUNT and open_.any():
         node = int(np.where(open_, factor, np.inf).argmin())
         chosen.append(node)
         open_ &= np.linalg.norm(folded - folded[node], axis=1) > APART * length

@@ -9,7 +9,7 @@ RUN_FILES = frozenset(
     | {f"{case}.{extension}" for case in CASES for extension in ("vtu", "png")},
 )
 # Beside one directory a speed.
-SWEEP_FILES = frozenset({"map.csv", "cycle_map.csv", "cycle_map.png", "map.png"})
+SWEEP_FILES = frozenset({"map.csv", "cycle_map.csv", "cycle_map.png"})
 
 
 def is_earlier_run(directory: Path) -> bool:

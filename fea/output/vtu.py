@@ -21,7 +21,6 @@ def write_vtu(
     mesh: TetMesh,
     point_data: Mapping[str, Array],
     cell_data: Mapping[str, Array] | None = None,
-    field_data: Mapping[str, float] | None = None,
 ) -> None:
     """Write a mesh and its results; the same input gives the same bytes.
 
@@ -40,8 +39,6 @@ def write_vtu(
         Each keeps its precision.
     cell_data
         Arrays (n_elements,) or (n_elements, n_components) by name.
-    field_data
-        Numbers that hold for the whole file, such as ``rpm`` (no text: meshio cannot read it back).
 
     Raises
     ------
@@ -57,8 +54,6 @@ def write_vtu(
         grid.GetPointData().AddArray(_array(name, values, len(mesh.points)))
     for name, values in (cell_data or {}).items():
         grid.GetCellData().AddArray(_array(name, values, len(mesh.tets)))
-    for name, value in (field_data or {}).items():
-        grid.GetFieldData().AddArray(_array(name, np.array([value], dtype=np.float64), 1))
 
     errors: list[str] = []
     writer = vtkXMLUnstructuredGridWriter()

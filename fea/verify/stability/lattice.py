@@ -20,32 +20,29 @@ def lattice(
     cells: tuple[int, int, int],
     place: Callable[[Floats], Floats],
     ends: Mapping[End, Surface],
-    *,
-    order: int = 2,
 ) -> TetMesh:
-    """Cut each cell along its diagonal (Kuhn 1960) and place the nodes.
+    """Cut each cell along its diagonal (Kuhn 1960) and place the nodes of second-order tetrahedra.
 
     Parameters
     ----------
     cells
         Along each axis.
     place
-        From the unit cube, (n, 3), to the body, mm; keeps the orientation.
+        From the unit cube, (n, 3), to the body, mm; keeps the orientation. Mid-edge nodes are placed by it,
+        too, so that edges may be curved.
     ends
         Surfaces by the end of the lattice that becomes them.
-    order
-        1 or 2; mid-edge nodes are placed by the map too, so that edges may be curved.
     """
     counts = np.array(cells)
     corners = np.stack(np.meshgrid(*map(np.arange, cells), indexing="ij"), axis=-1).reshape(-1, 1, 1, 3)
     # Twice the indices, so that the middle of an edge has integers too.
     vertices = (2 * (corners + _kuhn())).reshape(-1, 4, 3)
-    nodes = _with_middles(vertices, EDGES) if order == 2 else vertices
+    nodes = _with_middles(vertices, EDGES)
     faces = vertices[:, _FACES].reshape(-1, 3, 3)
     facets = {}
     for (axis, end), surface in ends.items():
         own = faces[(faces[:, :, axis] == 2 * end * counts[axis]).all(axis=1)]
-        facets[surface] = _with_middles(own, _FACE_EDGES) if order == 2 else own
+        facets[surface] = _with_middles(own, _FACE_EDGES)
     weights = np.array([(2 * counts[1] + 1) * (2 * counts[2] + 1), 2 * counts[2] + 1, 1])
     used, tets = np.unique(nodes @ weights, return_inverse=True)
     indices = np.stack([used // weights[0], used % weights[0] // weights[1], used % weights[1]], axis=1)

@@ -56,7 +56,6 @@ class Solved:
         error_percent: float,
         tolerance_percent: float,
         *,
-        marked: bool = False,
         noticed_by: tuple[str, ...] = (),
     ) -> ExtremeRow:
         """Judge an answer that was drawn from the displacement.
@@ -67,17 +66,15 @@ class Solved:
             See `ExtremeRow`.
         error_percent, tolerance_percent
             Of the answer, and the largest that is right.
-        marked
-            Whether another check would fail.
         noticed_by
-            Names of other checks that would.
+            Names of other checks that would fail.
         """
         noticed = (*noticed_by, *self.failed)
         return ExtremeRow(
             case,
             parameter,
             value,
-            judged(error_percent, tolerance_percent, marked=marked or bool(noticed)),
+            judged(error_percent, tolerance_percent, marked=bool(noticed)),
             error_percent,
             self.backward_error,
             self.condition,
