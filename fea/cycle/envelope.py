@@ -15,7 +15,8 @@ from fea.assess.safety import safety_factor
 from fea.choices import Fatigue
 from fea.cycle.path import path
 from fea.cycle.screened import Reach, extremes
-from fea.cycle.unit_solutions import PartStress, UnitSolutions, Weights
+from fea.cycle.unit_loads import Weights
+from fea.cycle.unit_solutions import PartStress, UnitSolutions
 from fea.material import Material
 from fea.units import DEG
 from geometry.arrays import Floats, Ints
@@ -117,7 +118,7 @@ def envelope(
         Of fatigue.
     """
     order = np.argsort(angles)
-    along, angles = path((weights[0][:, order], weights[1][:, order])), angles[order]
+    along, angles = path(weights.at(order)), angles[order]
     merged: Envelope | None = None
     for number, (part, material) in enumerate(zip(units.parts, materials, strict=True)):
         own = _on_whole(part, extremes(part, along, units.sides), whole)

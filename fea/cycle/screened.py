@@ -16,7 +16,8 @@ from fea.assess.deviatoric import deviator_norm, deviatoric, extreme_principals
 from fea.assess.history import NO_SIGN, Extremes
 from fea.cycle.balls import distances_from_middle
 from fea.cycle.path import Path
-from fea.cycle.unit_solutions import PartStress, Weights
+from fea.cycle.unit_loads import Weights
+from fea.cycle.unit_solutions import PartStress
 from fea.machine.threads import side_by_side
 from geometry.arrays import Ints, Reals
 
@@ -80,7 +81,7 @@ class Block:
     ) -> None:
         self._even, self._odd, self._path, self._sides = even, odd, path, sides
         self._measures = _three if principals else _one
-        self._at_ends = self._stress(path.at_ends())
+        self._at_ends = superposed(self._even, self._odd, self._sides, path.at_ends())
         bounds = [_bounds(*item) for item in zip((even, odd), path.strays, strict=True)]
         # (3, n_rows, n_chords): of the von Mises, the largest and the negative least principal stress.
         strays = np.concatenate([bounds[0] + bounds[1]] * len(sides), axis=1)
@@ -147,10 +148,6 @@ class Block:
             against[rows] = np.maximum(against[rows], -signed.min(axis=1))
         return np.asarray(-against)
 
-    def _stress(self, weights: Weights) -> Reals:
-        even, odd = product(self._even, weights[0]), product(self._odd, weights[1])
-        return np.concatenate([even + odd if side > 0 else even - odd for side in self._sides])
-
     def _inside(self, upper: Reals, reached: Reals) -> Iterator[tuple[Ints, int, Reals]]:
         """Yield rows, first instant and stress (m, 6, n) inside the chords that may exceed what is reached.
 
@@ -164,11 +161,17 @@ class Block:
         for chord in range(upper.shape[2]):
             rows = np.flatnonzero((upper[..., chord] > reached).any(axis=0))
             instants, weights = self._path.inside(chord)
-            if rows.size and weights[0].size:
+            if rows.size and weights.even.size:
                 image, node = np.divmod(rows, len(self._even))
                 side = np.asarray(self._sides, self._even.dtype)[image, None, None]
-                even, odd = product(self._even[node], weights[0]), product(self._odd[node], weights[1])
+                even, odd = product(self._even[node], weights.even), product(self._odd[node], weights.odd)
                 yield rows, instants.start, even + side * odd
+
+
+def superposed(even: Reals, odd: Reals, sides: tuple[int, ...], weights: Weights) -> Reals:
+    """Stress (n_sides·n, 6, n_instants) of even and odd units (n, 6, n_units), side after side."""
+    of_even, of_odd = product(even, weights.even), product(odd, weights.odd)
+    return np.concatenate([of_even + of_odd if side > 0 else of_even - of_odd for side in sides])
 
 
 def product(units: Reals, weights: Reals) -> Reals:

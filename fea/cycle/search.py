@@ -29,7 +29,7 @@ from fea.assess.safety import CAP, safety_factor
 from fea.cycle.part_rows import PartRows
 from fea.cycle.path import path
 from fea.cycle.superposition import CycleAnalysis
-from fea.cycle.unit_solutions import Weights
+from fea.cycle.unit_loads import Weights
 from fea.cycle.worst import CasePeak, Place, Worst
 from fea.units import RPM
 from geometry.arrays import Floats
@@ -84,11 +84,9 @@ class SpeedSearch:
         degrees = self._at(rpm, self._degrees)
         angles = [*self._degrees, *(case.crank_angle or 0.0 for case in cases if case.motion is not None)]
         order = np.argsort(angles)
-        joined = [np.append(w, c[:, cyclic], axis=1) for w, c in zip(degrees, of_cases, strict=True)]
-        cycle = _Cycle(
-            np.asarray(angles)[order],
-            (joined[0][:, order], joined[1][:, order]),
-        )
+        pairs = zip(degrees, of_cases.at(cyclic), strict=True)
+        joined = Weights(*(np.append(w, c, axis=1) for w, c in pairs))
+        cycle = _Cycle(np.asarray(angles)[order], joined.at(order))
         at_cases = [part.every(of_cases) for part in self._parts]
         bounds = [
             np.maximum(bound, deviator_norm(stress[..., cyclic]).max(axis=1, initial=0.0))
@@ -111,9 +109,11 @@ class SpeedSearch:
         low, high = self._anchors[above - 1] ** 2, self._anchors[above] ** 2
         share = (rpm**2 - low) / (high - low)
         before, after = self._weights[above - 1], self._weights[above]
-        strays = tuple(
-            np.abs(w - (1 - share) * b - share * a).max(axis=1)[:, None]
-            for w, b, a in zip(weights, before, after, strict=True)
+        strays = Weights(
+            *(
+                np.abs(w - (1 - share) * b - share * a).max(axis=1)[:, None]
+                for w, b, a in zip(weights, before, after, strict=True)
+            )
         )
         between = zip(self._largest[above - 1], self._largest[above], strict=True)
         straight = [(1 - share) * b + share * a for b, a in between]

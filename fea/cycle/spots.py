@@ -7,7 +7,8 @@ import numpy as np
 
 from fea.assess.deviatoric import tensor
 from fea.assess.history import signed_equivalent
-from fea.cycle.unit_solutions import UnitSolutions, Weights
+from fea.cycle.unit_loads import Weights
+from fea.cycle.unit_solutions import UnitSolutions
 from geometry.arrays import Floats
 from mesh.mirror import MirroredMesh
 

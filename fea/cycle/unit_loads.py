@@ -7,6 +7,7 @@ y = 0 (cos nφ, a_x, ω²) or odd (sin nφ, a_y, α). Weights on them follow fro
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, reduce
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_tracti
 from fea.solid.inertia import Inertia
 from fea.solid.tilt import Tilt
 from fea.units import DEG
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 from loads.bearing import Arc, BorePressure, Shape
 from loads.cases import RodMotion
@@ -29,6 +30,23 @@ _DIRECTIONS = np.arange(0, 360, 30) * DEG
 # Unit accelerations a_x, ω² and a_y, α.
 _EVEN = (RodMotion((1.0, 0.0), 0.0, 0.0), RodMotion((0.0, 0.0), 1.0, 0.0))
 _ODD = (RodMotion((0.0, 1.0), 0.0, 0.0), RodMotion((0.0, 0.0), 0.0, 1.0))
+
+
+class Weights(NamedTuple):
+    """How much of each unit load there is.
+
+    Attributes
+    ----------
+    even, odd
+        (n_units, n_instants), of the unit loads of either parity.
+    """
+
+    even: Floats
+    odd: Floats
+
+    def at(self, instants: slice | Ints | Mask) -> "Weights":
+        """Return those of some instants."""
+        return Weights(self.even[:, instants], self.odd[:, instants])
 
 
 @dataclass(frozen=True)
@@ -90,8 +108,8 @@ class PressedBore:
             even[1], odd[0] = 0.0, 0.0
         return even, odd
 
-    def weights(self, force: Floats) -> tuple[Floats, Floats]:
-        """Weights (n_terms, n) and (n_terms − 1, n) that press with `force` (2, n), N, exactly.
+    def weights(self, force: Floats) -> Weights:
+        """Weights of cos nφ (n_terms, n) and sin nφ (n_terms − 1, n) that press with `force` (2, n), N.
 
         The pressure is s(ψ)(a + b sin ψ) with the a and b that `fea.solid.bore_load` would find: its discrete
         resultant along the force is the force, and across it nothing.
@@ -107,7 +125,7 @@ class PressedBore:
         reached = np.stack([of_even @ even + of_odd @ odd for even, odd in shapes], axis=-1)
         a, b = np.linalg.solve(np.moveaxis(reached, 1, 0), force.T[..., None])[..., 0].T
         (even, odd), (skewed_even, skewed_odd) = shapes
-        return a * even + b * skewed_even, a * odd + b * skewed_odd
+        return Weights(a * even + b * skewed_even, a * odd + b * skewed_odd)
 
     @cached_property
     def _coefficients(self) -> list[tuple[Floats, Floats]]:
@@ -175,8 +193,8 @@ class UnitLoads:
 
     def weights(
         self, pin: Floats, crank: Floats, acceleration: Floats, rate: Floats, turning: Floats
-    ) -> tuple[Floats, Floats]:
-        """Weights of the even (n_even, n) and the odd (n_odd, n) unit loads at n instants.
+    ) -> Weights:
+        """Weights of the unit loads at n instants.
 
         Parameters
         ----------
@@ -189,9 +207,9 @@ class UnitLoads:
         """
         forces = {Surface.SMALL_END_BORE: pin, Surface.BIG_END_BORE: crank}
         pressed = [bore.weights(forces[bore.surface]) for bore in self.bores]
-        even = [*(weights for weights, _ in pressed), acceleration[:1], rate[None] ** 2]
-        odd = [*(weights for _, weights in pressed), acceleration[1:], turning[None]]
-        return np.concatenate(even), np.concatenate(odd)
+        even = [*(weights.even for weights in pressed), acceleration[:1], rate[None] ** 2]
+        odd = [*(weights.odd for weights in pressed), acceleration[1:], turning[None]]
+        return Weights(np.concatenate(even), np.concatenate(odd))
 
 
 def _harmonics(bore: PressedBore, parity: int) -> Iterator[tuple[Floats, Floats]]:

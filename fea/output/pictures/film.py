@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.analysis.pipeline import Analysis
-from fea.cycle.unit_solutions import Weights
+from fea.cycle.unit_loads import Weights
 from fea.machine.clock import Clock
 from fea.output.errors import PictureError
 from fea.output.pictures.animation import Frames, film
@@ -63,7 +63,7 @@ def frames(analysis: Analysis, rpm: float) -> Frames:
         block = slice(start, start + BLOCK)
         moved = analysis.displacement(rpm, angles[block])[nodes]
         displacement[block] = np.moveaxis(moved, -1, 0)
-        stress[block] = _von_mises(analysis, (weights[0][:, block], weights[1][:, block]))[nodes].T
+        stress[block] = _von_mises(analysis, weights.at(block))[nodes].T
     return Frames(
         Skin(mesh.points[nodes], facets.reshape(outer.facets.shape)),
         displacement,
@@ -79,7 +79,7 @@ def frames(analysis: Analysis, rpm: float) -> Frames:
 def _von_mises(analysis: Analysis, weights: Weights) -> npt.NDArray[np.float64]:
     """Von Mises stress (n_nodes, n_instants) of the whole rod; where parts meet, the larger."""
     units, whole = analysis.cycle_analysis.units, analysis.mesh.whole
-    largest = np.full((len(whole.source), weights[0].shape[1]), -np.inf)
+    largest = np.full((len(whole.source), weights.even.shape[1]), -np.inf)
     for number in range(len(units.parts)):
         tensors = units.tensor(number, weights, whole)
         largest = np.fmax(largest, von_mises(np.moveaxis(tensors, 1, -1)))
