@@ -10,14 +10,12 @@ the one solves for a vector at a time, the other keeps no more than three blocks
 space that an earlier load case left.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from fea.solvers.linear.conjugate_gradients import Operator
 from geometry.arrays import Floats
-
-Operator = Callable[[Floats], Floats]
 
 # Pairs beyond those wanted that are improved as well, so that none is overlooked, and how far.
 _GUARDS = 2

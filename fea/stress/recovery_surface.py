@@ -16,10 +16,10 @@ from scipy import sparse
 from fea.material import Material
 from fea.solid.elasticity import COMPONENTS
 from fea.solid.parity import Parity
-from fea.stress.boundary_skin import FACET_EDGES, Edges, facet_normals, fans, shared_edges, skin
+from fea.stress.boundary_skin import Edges, facet_normals, fans, shared_edges, skin
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import FACET_EDGES, TetMesh
 
 # At an edge the traction of either side counts this much more than the strain, which is fitted there
 # from one side. Much more would force the stress across a blunt edge to the zero that only its very

@@ -12,15 +12,13 @@ from fea.stress.boundary_skin import facet_normals, shared_edges, skin
 from geometry.arrays import Ints, Mask
 from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import FACET_EDGES, TetMesh
 
 # A re-entrant edge is sharp when the surface turns there by more than this. Curved facets continue a fillet
 # smoothly, flat ones turn at each edge: on the coarsest sizes allowed, by up to 54°.
 SHARP_DEGREES = {1: 60.0, 2: 30.0}
 # Of the mask, over the body's longest side: 4 mm on a rod of 200 mm.
 RADIUS = 0.02
-
-_FACET_EDGES = np.array([[0, 1], [1, 2], [2, 0]])
 
 
 def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = ()) -> Ints:
@@ -53,7 +51,7 @@ def _on_sharp_edges(mesh: TetMesh, surfaces: list[Surface], planes: tuple[Surfac
     turns = (one * other).sum(axis=1) < np.cos(np.radians(SHARP_DEGREES[mesh.order]))
     sharp = turns & ~edges.convex
     facet, place = edges.facet[sharp, 0], edges.place[sharp, 0]
-    return np.unique(body.source[body.facets[facet[:, None], _FACET_EDGES[place]]])
+    return np.unique(body.source[body.facets[facet[:, None], FACET_EDGES[place]]])
 
 
 def masked_nodes(mesh: TetMesh, held: tuple[Surface, ...] = ()) -> Mask:

@@ -40,7 +40,7 @@ def test_a_sliver_has_the_shape_asked_for(least):
 
 def test_the_graded_mesh_grows_a_thousandfold():
     mesh = sphere(1000.0)
-    edges = np.array(EDGES)
+    edges = EDGES
     lengths = np.linalg.norm(np.diff(mesh.points[mesh.tets[:, edges]], axis=2)[:, :, 0], axis=2)
     assert lengths.max() / lengths.min() > 1000
     assert np.linalg.norm(mesh.points, axis=1).max() == pytest.approx(OUTSIDE)

@@ -7,11 +7,8 @@ import numpy as np
 
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
-from mesh.tetmesh import EDGES, TetMesh
+from mesh.tetmesh import EDGES, FACES, FACET_EDGES, TetMesh
 
-# Vertices of a positively oriented tetrahedron's faces, seen from outside.
-_FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
-_FACE_EDGES = ((0, 1), (1, 2), (2, 0))
 # An axis of the lattice and one of its ends, 0 or 1.
 End = tuple[int, int]
 
@@ -38,11 +35,11 @@ def lattice(
     # Twice the indices, so that the middle of an edge has integers too.
     vertices = (2 * (corners + _kuhn())).reshape(-1, 4, 3)
     nodes = _with_middles(vertices, EDGES)
-    faces = vertices[:, _FACES].reshape(-1, 3, 3)
+    faces = vertices[:, FACES].reshape(-1, 3, 3)
     facets = {}
     for (axis, end), surface in ends.items():
         own = faces[(faces[:, :, axis] == 2 * end * counts[axis]).all(axis=1)]
-        facets[surface] = _with_middles(own, _FACE_EDGES)
+        facets[surface] = _with_middles(own, FACET_EDGES)
     weights = np.array([(2 * counts[1] + 1) * (2 * counts[2] + 1), 2 * counts[2] + 1, 1])
     used, tets = np.unique(nodes @ weights, return_inverse=True)
     indices = np.stack([used // weights[0], used % weights[0] // weights[1], used % weights[1]], axis=1)
@@ -63,6 +60,6 @@ def _kuhn() -> Ints:
     return np.array(found)
 
 
-def _with_middles(vertices: Ints, edges: tuple[tuple[int, int], ...]) -> Ints:
+def _with_middles(vertices: Ints, edges: Ints) -> Ints:
     middles = [(vertices[:, a] + vertices[:, b]) // 2 for a, b in edges]
     return np.concatenate([vertices, np.stack(middles, axis=1)], axis=1)
