@@ -109,7 +109,17 @@ def _walls(group: Sequence[Face]) -> list[Hole]:
             tags = tuple(face.tag for face in same)
             middles = np.array([gmsh.model.occ.getCenterOfMass(2, tag) for tag in tags])
             moment = areas @ (middles - center)
-            walls.append(Hole(center, direction, same[0].values[6], high - low, area, moment, tags))
+            walls.append(
+                Hole(
+                    center=center,
+                    direction=direction,
+                    radius=same[0].values[6],
+                    width=high - low,
+                    area=area,
+                    moment=moment,
+                    faces=tags,
+                )
+            )
     return walls
 
 

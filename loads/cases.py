@@ -77,4 +77,11 @@ def given(pin_axial: float, pin_transverse: float = 0.0) -> LoadCase:
     axial = require_number("forces.pin_N", pin_axial)
     transverse = require_number("forces.pin_N", pin_transverse)
     require(bool(axial or transverse), "forces.pin_N", [axial, transverse], "must not be zero")
-    return LoadCase("given", None, axial, transverse, crank_axial=axial, crank_transverse=-transverse)
+    return LoadCase(
+        name="given",
+        crank_angle=None,
+        pin_axial=axial,
+        pin_transverse=transverse,
+        crank_axial=axial,
+        crank_transverse=-transverse,
+    )

@@ -163,5 +163,13 @@ def case_result(
         off = np.where(worse, its_error, off)
         factor = np.where(worse, its_factor, factor)
     return CaseResult(
-        case, displacement, stress, equivalent, principal(stress), factor, equivalents, error, off
+        case=case,
+        displacement=displacement,
+        stress=stress,
+        von_mises=equivalent,
+        principal=principal(stress),
+        safety_factor=factor,
+        part_von_mises=equivalents,
+        error=error,
+        von_mises_error=off,
     )

@@ -148,20 +148,20 @@ def _on_whole(part: PartStress, sides: list[Reach], whole: MirroredMesh) -> Reac
 
 def _judged(found: Reach, angles: Floats, material: Material, criterion: Fatigue, number: int) -> Envelope:
     return Envelope(
-        found.von_mises,
-        angles[found.instant],
-        found.principal_1,
-        found.principal_3,
-        found.mean,
-        found.amplitude,
-        found.ratio,
-        safety_factor(found.von_mises, material.yield_strength),
-        found.von_mises / material.yield_strength,
-        angles[found.instant],
-        fatigue_factor(criterion, found.mean, found.amplitude, material),
-        crossland_bound(found.radius, found.tension, material),
-        np.full(len(found.von_mises), number),
-        np.full(len(found.von_mises), number),
+        von_mises=found.von_mises,
+        crank_angle=angles[found.instant],
+        principal_1=found.principal_1,
+        principal_3=found.principal_3,
+        mean=found.mean,
+        amplitude=found.amplitude,
+        ratio=found.ratio,
+        safety_factor=safety_factor(found.von_mises, material.yield_strength),
+        usage=found.von_mises / material.yield_strength,
+        usage_angle=angles[found.instant],
+        fatigue_factor=fatigue_factor(criterion, found.mean, found.amplitude, material),
+        crossland_factor=crossland_bound(found.radius, found.tension, material),
+        part=np.full(len(found.von_mises), number),
+        fatigue_part=np.full(len(found.von_mises), number),
     )
 
 

@@ -93,7 +93,16 @@ class Block:
         highest, lowest = self._signed(largest[0], worst)
         radius = np.minimum(self._radius(worst), largest[0])
         tension = np.minimum(self._tension(), largest[1])
-        return Reach(largest[0], instant, largest[1], -largest[2], highest, lowest, radius, tension)
+        return Reach(
+            von_mises=largest[0],
+            instant=instant,
+            principal_1=largest[1],
+            principal_3=-largest[2],
+            highest=highest,
+            lowest=lowest,
+            radius=radius,
+            tension=tension,
+        )
 
     def _radius(self, worst: Reals) -> Reals:
         """Radius (n_rows,) of a ball that holds every path, by the ends of chords and how far it strays."""
@@ -221,7 +230,7 @@ def _at_either_end(values: Reals) -> Reals:
 
 def _rows(found: Reach, count: int, number: int) -> Reach:
     own = slice(number * count, (number + 1) * count)
-    return Reach(*(getattr(found, field.name)[own] for field in dataclasses.fields(Reach)))
+    return Reach(**{field.name: getattr(found, field.name)[own] for field in dataclasses.fields(Reach)})
 
 
 def _joined(blocks: tuple[Reach, ...]) -> Reach:
@@ -229,4 +238,4 @@ def _joined(blocks: tuple[Reach, ...]) -> Reach:
         values = np.concatenate([getattr(block, name) for block in blocks])
         return values if name == "instant" else values.astype(np.float64)
 
-    return Reach(*(every(field.name) for field in dataclasses.fields(Reach)))
+    return Reach(**{field.name: every(field.name) for field in dataclasses.fields(Reach)})

@@ -155,13 +155,13 @@ class SpeedSearch:
         angle = float(cycle.angles[np.abs(signed).argmax()])
         spot = crossland_factors(history, part.material)
         return Place(
-            factor,
-            part.points[row],
-            angle,
-            (highest + lowest) / 2,
-            (highest - lowest) / 2,
-            lowest / highest if highest else 0.0,
-            None if spot is None else float(spot[0]),
+            factor=factor,
+            at=part.points[row],
+            crank_angle=angle,
+            mean=(highest + lowest) / 2,
+            amplitude=(highest - lowest) / 2,
+            ratio=lowest / highest if highest else 0.0,
+            crossland=None if spot is None else float(spot[0]),
         )
 
     def _peak(self, case: LoadCase, stresses: list[Floats]) -> CasePeak:

@@ -180,17 +180,17 @@ class CycleAnalysis:
         places += [(node, int(found.fatigue_part[node])) for node in weakest]
         histories = spots(places, self.units, of_degrees, whole)
         return CycleResult(
-            degrees,
-            found,
-            histories[: len(worst)],
-            histories[-1] if weakest else None,
-            self._difference(of_peaks, peaks),
-            self.loads.series_error,
-            self.units.count,
-            self.loads.jumps,
-            counts,
-            fatigue_remarks(self.materials, self.fatigue),
-            multiaxial,
+            angles=degrees,
+            envelope=found,
+            spots=histories[: len(worst)],
+            weakest=histories[-1] if weakest else None,
+            superposition=self._difference(of_peaks, peaks),
+            series_error=self.loads.series_error,
+            unit_solutions=self.units.count,
+            jumps=self.loads.jumps,
+            counts=counts,
+            remarks=fatigue_remarks(self.materials, self.fatigue),
+            multiaxial=multiaxial,
         )
 
     def _difference(self, weights: Weights, peaks: Sequence[CaseResult]) -> float:

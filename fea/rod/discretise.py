@@ -169,19 +169,19 @@ def discretise(
         for plane in symmetry.planes:
             whole = reflect(whole, plane)
     return Discretised(
-        cell.mesh,
-        whole,
-        base,
-        cell.source[whole.source],
-        drawn.quality,
-        _bores(solid),
-        {part.name: part.mass.mass for part in solid.parts},
-        symmetry,
-        drawn.size,
-        drawn.repair,
-        _spared(symmetry),
-        drawn.warnings,
-        bool(wanted),
+        cell=cell.mesh,
+        whole=whole,
+        drawn=base,
+        drawn_node=cell.source[whole.source],
+        quality=drawn.quality,
+        bores=_bores(solid),
+        parts={part.name: part.mass.mass for part in solid.parts},
+        symmetry=symmetry,
+        size=drawn.size,
+        repair=drawn.repair,
+        left_out=_spared(symmetry),
+        warnings=drawn.warnings,
+        refined=bool(wanted),
     )
 
 

@@ -65,14 +65,14 @@ def frames(analysis: Analysis, rpm: float) -> Frames:
         displacement[block] = np.moveaxis(moved, -1, 0)
         stress[block] = _von_mises(analysis, weights.at(block))[nodes].T
     return Frames(
-        Skin(mesh.points[nodes], facets.reshape(outer.facets.shape)),
-        displacement,
-        stress,
-        angles,
-        engine.crank_radius,
-        engine.rod_length,
-        engine.pin_offset,
-        (analysis.study.name, f"{rpm:g} rpm"),
+        skin=Skin(mesh.points[nodes], facets.reshape(outer.facets.shape)),
+        displacement=displacement,
+        von_mises=stress,
+        crank_angle=angles,
+        crank_radius=engine.crank_radius,
+        rod_length=engine.rod_length,
+        pin_offset=engine.pin_offset,
+        title=(analysis.study.name, f"{rpm:g} rpm"),
     )
 
 

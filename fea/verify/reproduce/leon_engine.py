@@ -39,7 +39,14 @@ ROD = MassProperties(
 
 def engine(bore: float = BORE) -> Engine:
     """Return the printed engine, with another bore (mm) for the sensitivity to it."""
-    return Engine(1e3 * R, 1e3 * L, bore, PISTON * KG, cylinders=4, phase=math.pi)
+    return Engine(
+        crank_radius=1e3 * R,
+        rod_length=1e3 * L,
+        bore=bore,
+        piston_mass=PISTON * KG,
+        cylinders=4,
+        phase=math.pi,
+    )
 
 
 def exact_motion(rpm: float, degrees: npt.ArrayLike) -> Kinematics:

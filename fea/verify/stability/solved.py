@@ -71,16 +71,16 @@ class Solved:
         """
         noticed = (*noticed_by, *self.failed)
         return ExtremeRow(
-            case,
-            parameter,
-            value,
-            judged(error_percent, tolerance_percent, marked=bool(noticed)),
-            error_percent,
-            self.backward_error,
-            self.condition,
-            self.energy_error,
-            tolerance_percent,
-            noticed,
+            case=case,
+            parameter=parameter,
+            value=value,
+            verdict=judged(error_percent, tolerance_percent, marked=bool(noticed)),
+            result_error_percent=error_percent,
+            backward_error=self.backward_error,
+            condition_estimate=self.condition,
+            energy_error=self.energy_error,
+            tolerance_percent=tolerance_percent,
+            noticed_by=noticed,
         )
 
 
