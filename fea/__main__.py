@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 
-_INTERRUPTED = 130
+_INTERRUPTED = 130  # as in fea.machine.exit_codes; nothing of ours is imported before interrupts are quiet
 _SAID = "fea: interrupted; no incomplete result was left behind\n"
 
 
@@ -44,7 +44,7 @@ def _end_quietly() -> None:
 def _called() -> int:
     """Run the command line; report errors that occur before it is loaded."""
     try:
-        from fea.machine.guard import MACHINE  # noqa: PLC0415 - as above
+        from fea.machine.exit_codes import MACHINE  # noqa: PLC0415 - as above
         from fea.machine.signals import interrupt_once  # noqa: PLC0415
 
         interrupt_once(afresh=True)

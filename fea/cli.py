@@ -9,6 +9,7 @@ from typing import Any
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 from rich.console import Console
 
+from fea.machine.exit_codes import GEOMETRY, INTERRUPTED, MACHINE, SINGULAR, USAGE
 from fea.machine.signals import interrupt_once
 
 
@@ -63,7 +64,6 @@ for _name, _help in _COMMANDS.items():
     app.command(f"fea.commands.{_name}:{_name}", name=_name, help=_help)
 
 _LONGEST_MESSAGE = 1500
-USAGE, GEOMETRY, SINGULAR, MACHINE, INTERRUPTED = 2, 3, 4, 7, 130
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -5,13 +5,9 @@ Multiply by a constant to convert input, divide by it to convert output: ``mass 
 
 import math
 
-MM = 1.0
 M = 1e3
-N = 1.0
-MPA = 1.0
 GPA = 1e3
 BAR = 0.1
-PA = 1e-6
 KG = 1e-3
 KG_M2 = 1e3  # t·mm²
 KG_M3 = 1e-12  # t/mm³

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 import gmsh
 import numpy as np
-import numpy.typing as npt
 
+from geometry.arrays import Floats
 from geometry.faces import Face
 
-Vector = npt.NDArray[np.float64]
 _PARALLEL = 1e-6
 
 
@@ -30,12 +29,12 @@ class Hole:
         gmsh's tags of its wall, the largest first.
     """
 
-    center: Vector
-    direction: Vector
+    center: Floats
+    direction: Floats
     radius: float
     width: float
     area: float
-    moment: Vector
+    moment: Floats
     faces: tuple[int, ...]
 
     @property
@@ -43,7 +42,7 @@ class Hole:
         """Mean length of its wall along the axis (the ends may be slanted, an oil hole cut into it), mm."""
         return self.area / (2 * math.pi * self.radius)
 
-    def taper(self, direction: Vector) -> float:
+    def taper(self, direction: Floats) -> float:
         """How much longer than its mean a wall with slanted ends is on the side of a unit vector, mm."""
         return float(self.moment @ direction) / (math.pi * self.radius**2)
 
@@ -110,17 +109,27 @@ def _walls(group: Sequence[Face]) -> list[Hole]:
             tags = tuple(face.tag for face in same)
             middles = np.array([gmsh.model.occ.getCenterOfMass(2, tag) for tag in tags])
             moment = areas @ (middles - center)
-            walls.append(Hole(center, direction, same[0].values[6], high - low, area, moment, tags))
+            walls.append(
+                Hole(
+                    center=center,
+                    direction=direction,
+                    radius=same[0].values[6],
+                    width=high - low,
+                    area=area,
+                    moment=moment,
+                    faces=tags,
+                )
+            )
     return walls
 
 
-def _extent(face: Face, point: Vector, direction: Vector) -> Vector:
+def _extent(face: Face, point: Floats, direction: Floats) -> Floats:
     (u0, v0), (u1, v1) = gmsh.model.getParametrizationBounds(2, face.tag)
     ends = np.reshape(gmsh.model.getValue(2, face.tag, [u0, v0, u1, v1]), (2, 3))
     return np.asarray((ends - point) @ direction)
 
 
-def _covered(extents: Vector) -> float:
+def _covered(extents: Floats) -> float:
     """Length of the union of intervals (n, 2); a groove divides the wall of a bore into several."""
     total, end = 0.0, -math.inf
     for low, high in sorted(map(sorted, extents.tolist())):
@@ -147,6 +156,6 @@ def _is_through(wall: Hole, volumes: Sequence[int]) -> bool:
     return behind >= 6 and before == 0
 
 
-def inside(point: Vector, volumes: Sequence[int]) -> bool:
+def inside(point: Floats, volumes: Sequence[int]) -> bool:
     """Whether a point lies in any of the volumes."""
     return any(gmsh.model.isInside(3, volume, list(point)) for volume in volumes)

@@ -23,10 +23,6 @@ class Line:
         """Length, mm."""
         return math.dist(self.start, self.end)
 
-    def reversed(self) -> "Line":
-        """Run the other way."""
-        return Line(self.end, self.start)
-
     def mirrored(self) -> "Line":
         """Reflect about y = 0 and turn round, so that a mirrored chain runs on."""
         return Line(_flip(self.end), _flip(self.start))

@@ -43,13 +43,8 @@ class GmshLog:
 
 
 @contextmanager
-def session(*, threads: int = 1) -> Iterator[GmshLog]:
+def session() -> Iterator[GmshLog]:
     """Open gmsh, silent and reproducible, and close it whatever happens; other threads wait until then.
-
-    Parameters
-    ----------
-    threads
-        Threads of gmsh; with more than one its meshes differ from run to run.
 
     Yields
     ------
@@ -64,12 +59,12 @@ def session(*, threads: int = 1) -> Iterator[GmshLog]:
     with _one_thread:
         if gmsh.isInitialized():
             raise RuntimeError("a gmsh session is already open in this process: close it first")
-        with _opened(threads) as log:
+        with _opened() as log:
             yield log
 
 
 @contextmanager
-def _opened(threads: int) -> Iterator[GmshLog]:
+def _opened() -> Iterator[GmshLog]:
     main = threading.current_thread() is threading.main_thread()
     handlers = {number: signal.getsignal(number) for number in _SIGNALS} if main else {}
     log = GmshLog()
@@ -78,7 +73,7 @@ def _opened(threads: int) -> Iterator[GmshLog]:
             # A user's ~/.gmshrc must not change results, nor gmsh take over Ctrl-C and broken pipes.
             gmsh.initialize(readConfigFiles=False, interruptible=False)
             gmsh.option.setNumber("General.Terminal", 0)
-            gmsh.option.setNumber("General.NumThreads", threads)
+            gmsh.option.setNumber("General.NumThreads", 1)  # with more its meshes differ from run to run
             gmsh.logger.start()
         _restore(handlers)
         yield log

@@ -78,4 +78,11 @@ def given(pin_axial: float, pin_transverse: float = 0.0) -> LoadCase:
     transverse = require_number("forces.pin_N", pin_transverse)
     rule, remedy = "at least one component must not be zero", "Give [axial, transverse] in newtons."
     require(bool(axial or transverse), "forces.pin_N", [axial, transverse], rule, remedy)
-    return LoadCase("given", None, axial, transverse, crank_axial=axial, crank_transverse=-transverse)
+    return LoadCase(
+        name="given",
+        crank_angle=None,
+        pin_axial=axial,
+        pin_transverse=transverse,
+        crank_axial=axial,
+        crank_transverse=-transverse,
+    )

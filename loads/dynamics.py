@@ -12,6 +12,7 @@ about the crank pin, so that P follows from piston and rod alone and C from the 
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +24,18 @@ from loads.engine import Engine
 from loads.gas import GasModel
 from loads.slider_crank import Kinematics, kinematics
 
-Pair = tuple[Floats, Floats]
+
+class Vector(NamedTuple):
+    """Components in the plane of motion, of the axes named where it is made.
+
+    Attributes
+    ----------
+    x, y
+        One a crank angle and speed.
+    """
+
+    x: Floats
+    y: Floats
 
 
 @dataclass(frozen=True)
@@ -85,11 +97,11 @@ def cycle(
     """
     motion = kinematics(engine, crank_angle, speed)
     gas_force = gas.pressure(motion.crank_angle, motion.speed) * engine.piston_area
-    a_x, a_y = center_acceleration(engine, rod, motion)
-    pin = _pin_force(engine, rod, motion, gas_force, (a_x, a_y))
+    acceleration = center_acceleration(engine, rod, motion)
+    pin = _pin_force(engine, rod, motion, gas_force, acceleration)
     beta, theta = motion.rod_angle, motion.crank_angle
-    inertia_x, inertia_y = to_engine_axes((rod.mass * a_x, rod.mass * a_y), beta)
-    crank = inertia_x - pin[0], inertia_y - pin[1]
+    inertia_x, inertia_y = to_engine_axes(Vector(rod.mass * acceleration.x, rod.mass * acceleration.y), beta)
+    crank = Vector(inertia_x - pin.x, inertia_y - pin.y)
     pin_axial, pin_transverse = to_rod_axes(pin, beta)
     crank_along, crank_transverse = to_rod_axes(crank, beta)
     return Cycle(
@@ -99,13 +111,13 @@ def cycle(
         pin_transverse=pin_transverse,
         crank_axial=-crank_along,
         crank_transverse=crank_transverse,
-        pin_x=pin[0],
-        pin_y=pin[1],
-        crank_x=crank[0],
-        crank_y=crank[1],
-        wall=pin[1],
-        friction=engine.piston_mass * motion.piston_acceleration + gas_force + pin[0],
-        torque=engine.crank_radius * (crank[0] * np.sin(theta) - crank[1] * np.cos(theta)),
+        pin_x=pin.x,
+        pin_y=pin.y,
+        crank_x=crank.x,
+        crank_y=crank.y,
+        wall=pin.y,
+        friction=engine.piston_mass * motion.piston_acceleration + gas_force + pin.x,
+        torque=engine.crank_radius * (crank.x * np.sin(theta) - crank.y * np.cos(theta)),
         shaking_x=-engine.piston_mass * motion.piston_acceleration - inertia_x,
         shaking_y=-inertia_y,
     )
@@ -122,34 +134,36 @@ def rod_motion(engine: Engine, speed: float, crank_angle: float) -> RodMotion:
     )
 
 
-def to_rod_axes(vector: Pair, rod_angle: Floats) -> Pair:
+def to_rod_axes(vector: Vector, rod_angle: Floats) -> Vector:
     """Turn engine components into rod components: rod x is (cos β, −sin β), rod y is (sin β, cos β)."""
     x, y = vector
     cos_b, sin_b = np.cos(rod_angle), np.sin(rod_angle)
-    return x * cos_b - y * sin_b, x * sin_b + y * cos_b
+    return Vector(x * cos_b - y * sin_b, x * sin_b + y * cos_b)
 
 
-def to_engine_axes(vector: Pair, rod_angle: Floats) -> Pair:
+def to_engine_axes(vector: Vector, rod_angle: Floats) -> Vector:
     """Turn rod components into engine components."""
     return to_rod_axes(vector, -rod_angle)
 
 
-def center_acceleration(engine: Engine, rod: MassProperties, motion: Kinematics) -> Pair:
+def center_acceleration(engine: Engine, rod: MassProperties, motion: Kinematics) -> Vector:
     """Acceleration of the rod's centre of gravity in rod axes, mm/s²: a₀ + α×r − ω² r."""
     a_x, a_y = origin_acceleration(engine, motion)
     x, y, _ = rod.center
     alpha, omega2 = -motion.rod_acceleration, motion.rod_rate**2
-    return a_x - alpha * y - omega2 * x, a_y + alpha * x - omega2 * y
+    return Vector(a_x - alpha * y - omega2 * x, a_y + alpha * x - omega2 * y)
 
 
-def origin_acceleration(engine: Engine, motion: Kinematics) -> Pair:
+def origin_acceleration(engine: Engine, motion: Kinematics) -> Vector:
     """Centripetal acceleration of the crank pin in rod axes, mm/s²."""
     inward = engine.crank_radius * motion.speed**2
     angle = motion.crank_angle + motion.rod_angle
-    return -inward * np.cos(angle), -inward * np.sin(angle)
+    return Vector(-inward * np.cos(angle), -inward * np.sin(angle))
 
 
-def _pin_force(engine: Engine, rod: MassProperties, motion: Kinematics, gas: Floats, a_center: Pair) -> Pair:
+def _pin_force(
+    engine: Engine, rod: MassProperties, motion: Kinematics, gas: Floats, a_center: Vector
+) -> Vector:
     """Force on the rod at the piston pin, engine axes, N.
 
     Without friction P_x follows from the piston alone and P_y = M/(l cos β) − P_x tan β =: N₀. Friction
@@ -164,4 +178,4 @@ def _pin_force(engine: Engine, rod: MassProperties, motion: Kinematics, gas: Flo
     wall = moment / (engine.rod_length * np.cos(motion.rod_angle)) - p_x * tan_b
     drag = engine.friction * np.sign(motion.piston_velocity)
     wall = wall / (1 - drag * tan_b * np.sign(wall))
-    return p_x - drag * np.abs(wall), wall
+    return Vector(p_x - drag * np.abs(wall), wall)

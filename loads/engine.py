@@ -89,11 +89,6 @@ class Engine:
         require_number("engine.phase_deg", self.phase)
 
     @property
-    def crank_ratio(self) -> float:
-        """λ = r/l."""
-        return self.crank_radius / self.rod_length
-
-    @property
     def largest_rod_tangent(self) -> float:
         """The largest |tan β| of a turn."""
         return math.tan(math.asin((self.crank_radius + abs(self.pin_offset)) / self.rod_length))

@@ -92,6 +92,6 @@ def _turning(speed: npt.ArrayLike) -> Floats:
     return omega
 
 
-def cycle_angles(step_deg: float = 1.0) -> Floats:
-    """Crank angles of one four-stroke cycle, both ends included, rad."""
-    return np.arange(0, 720 + step_deg / 2, step_deg) * (math.pi / 180)
+def cycle_angles() -> Floats:
+    """Crank angles of one four-stroke cycle, every degree, both ends included, rad."""
+    return np.arange(721.0) * (math.pi / 180)

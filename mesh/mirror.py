@@ -9,11 +9,10 @@ from geometry.arrays import Floats, Ints
 from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
 from mesh.numbering import numbered
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import FACET_TURN, TetMesh
 
 # A reflection turns an element inside out; exchanging two vertices turns it back.
 _TET_TURN = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]}
-_FACET_TURN = {3: [0, 2, 1], 6: [0, 2, 1, 5, 4, 3]}
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ def reflect(whole: MirroredMesh, plane: Surface) -> MirroredMesh:
         np.concatenate([mesh.points, mesh.points[~shared] * turn]),
         np.concatenate([mesh.tets, image[mesh.tets][:, _TET_TURN[mesh.tets.shape[1]]]]),
         {
-            surface: np.concatenate([facets, image[facets][:, _FACET_TURN[facets.shape[1]]]])
+            surface: np.concatenate([facets, image[facets][:, FACET_TURN[facets.shape[1]]]])
             for surface, facets in mesh.facets.items()
             if surface is not plane
         },

@@ -6,11 +6,9 @@ import numpy as np
 
 from geometry.arrays import Ints
 from mesh.errors import MeshError
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import FACES, FACET_TURN, TetMesh
 
 # The faces of a positively oriented tetrahedron, seen from outside counter-clockwise.
-_FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-_TURN = {3: [0, 2, 1], 6: [0, 2, 1, 5, 4, 3]}
 
 
 def outward(mesh: TetMesh) -> TetMesh:
@@ -21,7 +19,7 @@ def outward(mesh: TetMesh) -> TetMesh:
     MeshError
         A facet bounds no element or two elements: the surface of a damaged solid may fold onto itself.
     """
-    faces = mesh.tets[:, _FACES].reshape(-1, 3)
+    faces = mesh.tets[:, FACES].reshape(-1, 3)
     keys = _keys(faces, len(mesh.points))
     order = np.argsort(keys)
     ordered, even = keys[order], _even(faces)
@@ -39,7 +37,7 @@ def outward(mesh: TetMesh) -> TetMesh:
             )
             raise MeshError(message)
         wrong = even[order[first]] != _even(facets[:, :3])
-        return np.where(wrong[:, None], facets[:, _TURN[facets.shape[1]]], facets)
+        return np.where(wrong[:, None], facets[:, FACET_TURN[facets.shape[1]]], facets)
 
     return replace(mesh, facets={surface: turned(facets) for surface, facets in mesh.facets.items()})
 

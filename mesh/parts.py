@@ -3,10 +3,9 @@
 import numpy as np
 
 from geometry.arrays import Ints
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import FACES, TetMesh
 
 # The faces of a tetrahedron by its vertices.
-_FACES = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
 
 
 def submesh(mesh: TetMesh, number: int) -> tuple[TetMesh, Ints]:
@@ -28,7 +27,7 @@ def submesh(mesh: TetMesh, number: int) -> tuple[TetMesh, Ints]:
     nodes = np.unique(tets)
     local = np.full(len(mesh.points), -1)
     local[nodes] = np.arange(nodes.size)
-    faces = np.sort(np.concatenate([tets[:, face] for face in _FACES]), axis=1)
+    faces = np.sort(tets[:, FACES].reshape(-1, 3), axis=1)
     own = {tuple(face) for face in faces.tolist()}
     facets = {}
     for surface, every in mesh.facets.items():

@@ -4,7 +4,7 @@ import numpy as np
 
 from geometry.arrays import Ints
 from geometry.surfaces import Surface
-from mesh.tetmesh import EDGES, TetMesh
+from mesh.tetmesh import EDGES, FACET_EDGES, TetMesh
 
 # Of a ten-node tetrahedron: the four corners, and the octahedron between them cut around a diagonal.
 _CORNERS = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]]
@@ -17,7 +17,6 @@ _CHILDREN = np.array(
     ]
 )
 _FACET_CHILDREN = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
-_FACET_EDGES = ((0, 1), (1, 2), (2, 0))
 
 
 def refined(mesh: TetMesh) -> TetMesh:
@@ -29,14 +28,14 @@ def raised(mesh: TetMesh) -> TetMesh:
     """Add mid-edge nodes to a first-order mesh, which makes it a second-order mesh."""
     n_points = len(mesh.points)
 
-    def keys(cells: Ints, pairs: tuple[tuple[int, int], ...]) -> Ints:
+    def keys(cells: Ints, pairs: Ints) -> Ints:
         ends = np.sort(cells[:, np.array(pairs)], axis=2)
         return np.asarray(ends[..., 0] * n_points + ends[..., 1])
 
     edges, number = np.unique(keys(mesh.tets, EDGES), return_inverse=True)
     middles = mesh.points[np.stack(np.divmod(edges, n_points))].mean(axis=0)
     middle_nodes: dict[Surface, Ints] = {
-        surface: n_points + np.searchsorted(edges, keys(facets, _FACET_EDGES))
+        surface: n_points + np.searchsorted(edges, keys(facets, FACET_EDGES))
         for surface, facets in mesh.facets.items()
     }
     return TetMesh(

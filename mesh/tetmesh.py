@@ -2,11 +2,18 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 
 # Vertex pairs of the mid-edge nodes 4…9, in VTK's order (gmsh swaps the last two).
-EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
+# Vertices of the faces, anticlockwise from outside.
+FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+# Vertex pairs of a facet's mid-edge nodes, and the nodes of a facet, by their number, that is turned over.
+FACET_EDGES = np.array([[0, 1], [1, 2], [2, 0]])
+FACET_TURN = {3: [0, 2, 1], 6: [0, 2, 1, 5, 4, 3]}
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ The rod is pinned at both ends in the plane of motion (effective length l) and b
 chapter 4.
 """
 
-import math
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
@@ -135,8 +134,3 @@ _BENDING = np.array(
 _GEOMETRIC = np.array(
     [[36.0, 3.0, -36.0, 3.0], [3.0, 4.0, -3.0, -1.0], [-36.0, -3.0, 36.0, -3.0], [3.0, -1.0, -3.0, 4.0]]
 )
-
-
-def uniform_euler_load(bending_stiffness: float, length: float, length_factor: float) -> float:
-    """Euler's π² EI/(Kl)², N, of a uniform column."""
-    return math.pi**2 * bending_stiffness / (length_factor * length) ** 2

@@ -1,8 +1,9 @@
 """`fea converge`."""
 
-import sys
+from functools import partial
 from pathlib import Path
 
+from fea.commands.comparison import quoted, show
 from fea.study.study import DEFAULT_STUDY
 
 _DIGITS = 6
@@ -38,6 +39,7 @@ def converge(
     from fea.study.study import load_study
     from fea.verify.converge.advice import advice
     from fea.verify.converge.converge import converge as compute
+    from fea.verify.converge.terminal import print_comparison
     from geometry.invalid import require_positive
 
     require_positive("--minutes", minutes)
@@ -48,17 +50,9 @@ def converge(
     if report is not None:
         from fea.verify.converge.report import write_report
 
-        target = report.name if report.is_absolute() else report.as_posix()
-        write_report(report, found, f"fea converge {study} --minutes {minutes:g} --report {target}")
-    if json:
-        from fea.output.json_file import json_text
-
-        sys.stdout.write(json_text([row.as_dict() for row in found.rows], _DIGITS))
-    elif not quiet:
-        from fea.verify.converge.terminal import print_comparison
-
-        rod = [row for row in found.rows if row.computation.problem == "rod"]
-        print_comparison(found.rows, advice(rod, found.references["rod"].uncertainty_percent))
-        if report is not None:
-            sys.stdout.write(f"Wrote {report}\n")
+        write_report(report, found, quoted(f"fea converge {study} --minutes {minutes:g}", report))
+    rod = [row for row in found.rows if row.computation.problem == "rod"]
+    advised = advice(rod, found.references["rod"].uncertainty_percent)
+    table = partial(print_comparison, found.rows, advised)
+    show(found.rows, _DIGITS, table, report=report, json=json, quiet=quiet)
     return 0

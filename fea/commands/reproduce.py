@@ -1,9 +1,11 @@
 """`fea reproduce`."""
 
-import sys
+from functools import partial
 from pathlib import Path
 
-CHECK_FAILED = 5
+from fea.commands.comparison import quoted, show
+from fea.machine.exit_codes import CHECK_FAILED
+
 # The studies print up to ten significant digits; every one is compared.
 _DIGITS = 12
 
@@ -27,23 +29,14 @@ def reproduce(
     from fea.output.target import require_report
     from fea.verify.reproduce.sources import reproduce as compare
     from fea.verify.reproduce.summary import summarise
+    from fea.verify.reproduce.terminal import print_reproduction
 
     require_report(report)
     tables = compare(source)
     if report is not None:
         from fea.verify.reproduce.report import write_report
 
-        target = report.name if report.is_absolute() else report.as_posix()
-        write_report(report, tables, f"fea reproduce {source} --report {target}")
-    if json:
-        from fea.output.json_file import json_text
-
-        rows = [row.as_dict() for table in tables for row in table.rows]
-        sys.stdout.write(json_text(rows, _DIGITS))
-    elif not quiet:
-        from fea.verify.reproduce.terminal import print_reproduction
-
-        print_reproduction(tables)
-        if report is not None:
-            sys.stdout.write(f"Wrote {report}\n")
+        write_report(report, tables, quoted(f"fea reproduce {source}", report))
+    rows = [row for table in tables for row in table.rows]
+    show(rows, _DIGITS, partial(print_reproduction, tables), report=report, json=json, quiet=quiet)
     return CHECK_FAILED if summarise(tables).unexplained else 0

@@ -3,9 +3,8 @@
 import sys
 from pathlib import Path
 
+from fea.machine.exit_codes import CHECK_FAILED
 from fea.study.study import DEFAULT_STUDY
-
-CHECK_FAILED = 5
 
 
 def rod(

@@ -5,13 +5,12 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from fea.machine.exit_codes import CHECK_FAILED, MACHINE, UNSAFE
 from fea.study.flags import Flags
 from fea.study.study import DEFAULT_STUDY
 
 if TYPE_CHECKING:
     from fea.analysis.figures import Summary
-
-CHECK_FAILED, UNSAFE, NO_PICTURE = 5, 6, 7
 
 
 def run(
@@ -61,7 +60,7 @@ def run(
     for complaint in dict.fromkeys(report.complaint for report in reports if report.complaint):
         sys.stderr.write(f"fea: {complaint}\n")
     code = verdict(summaries, asked.analysis.min_safety)
-    return NO_PICTURE if code == 0 and any(report.complaint for report in reports) else code
+    return MACHINE if code == 0 and any(report.complaint for report in reports) else code
 
 
 def verdict(summaries: "list[Summary]", min_safety: float | None) -> int:

@@ -1,9 +1,11 @@
 """`fea stability`."""
 
-import sys
+from functools import partial
 from pathlib import Path
 
-CHECK_FAILED = 5
+from fea.commands.comparison import quoted, show
+from fea.machine.exit_codes import CHECK_FAILED
+
 _DIGITS = 9
 
 
@@ -24,6 +26,7 @@ def stability(*cases: str, json: bool = False, report: Path | None = None, quiet
     from fea.machine.progress import stages
     from fea.output.target import require_report
     from fea.verify.stability.stability import stability as compute
+    from fea.verify.stability.terminal import print_stability
 
     require_report(report)
     with stages(silent=quiet) as listener:
@@ -31,16 +34,6 @@ def stability(*cases: str, json: bool = False, report: Path | None = None, quiet
     if report is not None:
         from fea.verify.stability.report import write_report
 
-        target = report.name if report.is_absolute() else report.as_posix()
-        write_report(report, rows, " ".join(["fea stability", *cases, f"--report {target}"]))
-    if json:
-        from fea.output.json_file import json_text
-
-        sys.stdout.write(json_text([row.as_dict() for row in rows], _DIGITS))
-    elif not quiet:
-        from fea.verify.stability.terminal import print_stability
-
-        print_stability(rows)
-        if report is not None:
-            sys.stdout.write(f"Wrote {report}\n")
+        write_report(report, rows, quoted(" ".join(["fea stability", *cases]), report))
+    show(rows, _DIGITS, partial(print_stability, rows), report=report, json=json, quiet=quiet)
     return 0 if all(row.passed for row in rows) else CHECK_FAILED

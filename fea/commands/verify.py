@@ -1,9 +1,11 @@
 """`fea verify`."""
 
-import sys
+from functools import partial
 from pathlib import Path
 
-CHECK_FAILED = 5
+from fea.commands.comparison import quoted, show
+from fea.machine.exit_codes import CHECK_FAILED
+
 _DIGITS = 9
 
 
@@ -24,6 +26,7 @@ def verify(*cases: str, json: bool = False, report: Path | None = None, quiet: b
     """
     from fea.machine.progress import stages
     from fea.output.target import require_report
+    from fea.verify.terminal import print_verification
     from fea.verify.verify import verify as compute
 
     require_report(report)
@@ -32,16 +35,6 @@ def verify(*cases: str, json: bool = False, report: Path | None = None, quiet: b
         if report is not None:
             from fea.verify.verification_report import write_report
 
-            target = report.name if report.is_absolute() else report.as_posix()
-            write_report(report, rows, " ".join(["fea verify", *cases, f"--report {target}"]), listener)
-    if json:
-        from fea.output.json_file import json_text
-
-        sys.stdout.write(json_text([row.as_dict() for row in rows], _DIGITS))
-    elif not quiet:
-        from fea.verify.terminal import print_verification
-
-        print_verification(rows)
-        if report is not None:
-            sys.stdout.write(f"Wrote {report}\n")
+            write_report(report, rows, quoted(" ".join(["fea verify", *cases]), report), listener)
+    show(rows, _DIGITS, partial(print_verification, rows), report=report, json=json, quiet=quiet)
     return 0 if all(row.passed for row in rows) else CHECK_FAILED

@@ -15,7 +15,8 @@ from fea.assess.safety import safety_factor
 from fea.choices import Fatigue
 from fea.cycle.path import path
 from fea.cycle.screened import Reach, extremes
-from fea.cycle.unit_solutions import PartStress, UnitSolutions, Weights
+from fea.cycle.unit_loads import Weights
+from fea.cycle.unit_solutions import PartStress, UnitSolutions
 from fea.material import Material
 from fea.units import DEG
 from geometry.arrays import Floats, Ints
@@ -118,7 +119,7 @@ def envelope(
         The mean-stress correction.
     """
     order = np.argsort(angles)
-    along, angles = path((weights[0][:, order], weights[1][:, order])), angles[order]
+    along, angles = path(weights.at(order)), angles[order]
     merged: Envelope | None = None
     for number, (part, material) in enumerate(zip(units.parts, materials, strict=True)):
         own = _on_whole(part, extremes(part, along, units.sides), whole)
@@ -148,20 +149,20 @@ def _on_whole(part: PartStress, sides: list[Reach], whole: MirroredMesh) -> Reac
 
 def _judged(found: Reach, angles: Floats, material: Material, criterion: Fatigue, number: int) -> Envelope:
     return Envelope(
-        found.von_mises,
-        angles[found.instant],
-        found.principal_1,
-        found.principal_3,
-        found.mean,
-        found.amplitude,
-        found.ratio,
-        safety_factor(found.von_mises, material.yield_strength),
-        found.von_mises / material.yield_strength,
-        angles[found.instant],
-        fatigue_factor(criterion, found.mean, found.amplitude, material),
-        crossland_bound(found.radius, found.tension, material),
-        np.full(len(found.von_mises), number),
-        np.full(len(found.von_mises), number),
+        von_mises=found.von_mises,
+        crank_angle=angles[found.instant],
+        principal_1=found.principal_1,
+        principal_3=found.principal_3,
+        mean=found.mean,
+        amplitude=found.amplitude,
+        ratio=found.ratio,
+        safety_factor=safety_factor(found.von_mises, material.yield_strength),
+        usage=found.von_mises / material.yield_strength,
+        usage_angle=angles[found.instant],
+        fatigue_factor=fatigue_factor(criterion, found.mean, found.amplitude, material),
+        crossland_factor=crossland_bound(found.radius, found.tension, material),
+        part=np.full(len(found.von_mises), number),
+        fatigue_part=np.full(len(found.von_mises), number),
     )
 
 

@@ -13,7 +13,8 @@ from fea.assess.crossland import crossland_factors
 from fea.assess.deviatoric import deviatoric
 from fea.cycle.envelope import Envelope
 from fea.cycle.spots import Spot, spots
-from fea.cycle.unit_solutions import UnitSolutions, Weights
+from fea.cycle.unit_loads import Weights
+from fea.cycle.unit_solutions import UnitSolutions
 from fea.material import Material
 from geometry.arrays import Floats, Mask
 from mesh.mirror import MirroredMesh

@@ -5,9 +5,9 @@ import numpy as np
 from fea.assess.deviatoric import deviator_norm, deviatoric
 from fea.assess.fatigue import fatigue_factor
 from fea.cycle.path import Path, path
-from fea.cycle.screened import Block, product
+from fea.cycle.screened import Block, product, superposed
 from fea.cycle.superposition import CycleAnalysis
-from fea.cycle.unit_solutions import Weights
+from fea.cycle.unit_loads import Weights
 from geometry.arrays import Floats, Ints
 
 # Number of nodes for which bounds are computed together.
@@ -38,7 +38,7 @@ class PartRows:
         """Stress (n, 6, n_instants) of some rows."""
         image, node = np.divmod(rows, len(self._even))
         side = np.asarray(self._sides)[image, None, None]
-        return product(self._even[node], weights[0]) + side * product(self._odd[node], weights[1])
+        return product(self._even[node], weights.even) + side * product(self._odd[node], weights.odd)
 
     def block(self, along: Path, rows: Ints) -> Block:
         """Return some rows over a path."""
@@ -48,8 +48,7 @@ class PartRows:
 
     def every(self, weights: Weights) -> Floats:
         """Stress (n_rows, 6, n_instants) of every row."""
-        even, odd = product(self._even, weights[0]), product(self._odd, weights[1])
-        return np.concatenate([even + odd if side > 0 else even - odd for side in self._sides])
+        return np.asarray(superposed(self._even, self._odd, self._sides, weights), np.float64)
 
     def strayed(self, strays: Weights) -> Floats:
         """Upper bound (n_rows, n) of the von Mises stress for weights of at most these magnitudes."""

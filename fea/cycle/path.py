@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.cycle.unit_solutions import Weights
+from fea.cycle.unit_loads import Weights
 from geometry.arrays import Floats, Ints
 
 # Instants from one end of a chord to the other.
@@ -24,7 +24,7 @@ class Path:
     Attributes
     ----------
     weights
-        Of the even and the odd unit loads, (n_units, n_instants).
+        At every instant.
     ends
         (n_chords + 1,) the instants at which chords begin and end.
     strays
@@ -37,22 +37,19 @@ class Path:
 
     def at_ends(self) -> Weights:
         """Weights at the ends of the chords."""
-        even, odd = self.weights
-        return even[:, self.ends], odd[:, self.ends]
+        return self.weights.at(self.ends)
 
     def inside(self, chord: int) -> tuple[slice, Weights]:
         """Instants within a chord, its ends left out, and their weights."""
         inside = slice(int(self.ends[chord]) + 1, int(self.ends[chord + 1]))
-        even, odd = self.weights
-        return inside, (even[:, inside], odd[:, inside])
+        return inside, self.weights.at(inside)
 
 
-def path(weights: Weights, chord: int = CHORD) -> Path:
+def path(weights: Weights) -> Path:
     """Divide the instants, in the given order, into chords."""
-    count = weights[0].shape[1]
-    ends = np.unique(np.append(np.arange(0, count, chord), count - 1))
-    even, odd = (_strays(w, ends) for w in weights)
-    return Path(weights, ends, (even, odd))
+    count = weights.even.shape[1]
+    ends = np.unique(np.append(np.arange(0, count, CHORD), count - 1))
+    return Path(weights, ends, Weights(*(_strays(w, ends) for w in weights)))
 
 
 def _strays(weights: Floats, ends: Ints) -> Floats:

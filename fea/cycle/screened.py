@@ -17,7 +17,8 @@ from fea.assess.deviatoric import deviator_norm, deviatoric, extreme_principals
 from fea.assess.history import NO_SIGN, Extremes
 from fea.cycle.balls import distances_from_middle
 from fea.cycle.path import Path
-from fea.cycle.unit_solutions import PartStress, Weights
+from fea.cycle.unit_loads import Weights
+from fea.cycle.unit_solutions import PartStress
 from fea.machine.threads import side_by_side
 from geometry.arrays import Ints, Reals
 
@@ -81,7 +82,7 @@ class Block:
     ) -> None:
         self._even, self._odd, self._path, self._sides = even, odd, path, sides
         self._measures = _three if principals else _one
-        self._at_ends = self._stress(path.at_ends())
+        self._at_ends = superposed(self._even, self._odd, self._sides, path.at_ends())
         bounds = [_bounds(*item) for item in zip((even, odd), path.strays, strict=True)]
         # (3, n_rows, n_chords): of the von Mises, the largest and the negative least principal stress.
         strays = np.concatenate([bounds[0] + bounds[1]] * len(sides), axis=1)
@@ -93,7 +94,16 @@ class Block:
         highest, lowest = self._signed(largest[0], worst)
         radius = np.minimum(self._radius(worst), largest[0])
         tension = np.minimum(self._tension(), largest[1])
-        return Reach(largest[0], instant, largest[1], -largest[2], highest, lowest, radius, tension)
+        return Reach(
+            von_mises=largest[0],
+            instant=instant,
+            principal_1=largest[1],
+            principal_3=-largest[2],
+            highest=highest,
+            lowest=lowest,
+            radius=radius,
+            tension=tension,
+        )
 
     def _radius(self, worst: Reals) -> Reals:
         """Radius (n_rows,) of a ball that encloses each path, from chord ends and deviations from chords."""
@@ -149,10 +159,6 @@ class Block:
             against[rows] = np.maximum(against[rows], -signed.min(axis=1))
         return np.asarray(-against)
 
-    def _stress(self, weights: Weights) -> Reals:
-        even, odd = product(self._even, weights[0]), product(self._odd, weights[1])
-        return np.concatenate([even + odd if side > 0 else even - odd for side in self._sides])
-
     def _inside(self, upper: Reals, reached: Reals) -> Iterator[tuple[Ints, int, Reals]]:
         """Yield rows, first instant and stress (m, 6, n) inside chords that may exceed known maxima.
 
@@ -166,11 +172,17 @@ class Block:
         for chord in range(upper.shape[2]):
             rows = np.flatnonzero((upper[..., chord] > reached).any(axis=0))
             instants, weights = self._path.inside(chord)
-            if rows.size and weights[0].size:
+            if rows.size and weights.even.size:
                 image, node = np.divmod(rows, len(self._even))
                 side = np.asarray(self._sides, self._even.dtype)[image, None, None]
-                even, odd = product(self._even[node], weights[0]), product(self._odd[node], weights[1])
+                even, odd = product(self._even[node], weights.even), product(self._odd[node], weights.odd)
                 yield rows, instants.start, even + side * odd
+
+
+def superposed(even: Reals, odd: Reals, sides: tuple[int, ...], weights: Weights) -> Reals:
+    """Stress (n_sides·n, 6, n_instants) of even and odd units (n, 6, n_units), side after side."""
+    of_even, of_odd = product(even, weights.even), product(odd, weights.odd)
+    return np.concatenate([of_even + of_odd if side > 0 else of_even - of_odd for side in sides])
 
 
 def product(units: Reals, weights: Reals) -> Reals:
@@ -220,7 +232,7 @@ def _at_either_end(values: Reals) -> Reals:
 
 def _rows(found: Reach, count: int, number: int) -> Reach:
     own = slice(number * count, (number + 1) * count)
-    return Reach(*(getattr(found, field.name)[own] for field in dataclasses.fields(Reach)))
+    return Reach(**{field.name: getattr(found, field.name)[own] for field in dataclasses.fields(Reach)})
 
 
 def _joined(blocks: tuple[Reach, ...]) -> Reach:
@@ -228,4 +240,4 @@ def _joined(blocks: tuple[Reach, ...]) -> Reach:
         values = np.concatenate([getattr(block, name) for block in blocks])
         return values if name == "instant" else values.astype(np.float64)
 
-    return Reach(*(every(field.name) for field in dataclasses.fields(Reach)))
+    return Reach(**{field.name: every(field.name) for field in dataclasses.fields(Reach)})

@@ -30,7 +30,7 @@ from fea.assess.safety import CAP, safety_factor
 from fea.cycle.part_rows import PartRows
 from fea.cycle.path import path
 from fea.cycle.superposition import CycleAnalysis
-from fea.cycle.unit_solutions import Weights
+from fea.cycle.unit_loads import Weights
 from fea.cycle.worst import CasePeak, Place, Worst
 from fea.units import RPM
 from geometry.arrays import Floats
@@ -90,21 +90,19 @@ class SpeedSearch:
         degrees = self._at(rpm, self._degrees)
         angles = [*self._degrees, *(case.crank_angle or 0.0 for case in cases if case.motion is not None)]
         order = np.argsort(angles)
-        joined = [np.append(w, c[:, cyclic], axis=1) for w, c in zip(degrees, of_cases, strict=True)]
-        cycle = _Cycle(
-            np.asarray(angles)[order],
-            (joined[0][:, order], joined[1][:, order]),
-        )
+        pairs = zip(degrees, of_cases.at(cyclic), strict=True)
+        joined = Weights(*(np.append(w, c, axis=1) for w, c in pairs))
+        cycle = _Cycle(np.asarray(angles)[order], joined.at(order))
         at_cases = [part.every(of_cases) for part in self._parts]
         bounds = [
             np.maximum(bound, deviator_norm(stress[..., cyclic]).max(axis=1, initial=0.0))
             for bound, stress in zip(self._bounds(rpm, degrees), at_cases, strict=True)
         ]
-        yielding, first = self._worst(cycle, bounds, PartRows.yielding_bound, PartRows.yielding_factor)
+        yielding = self._worst(cycle, bounds, PartRows.yielding_bound, PartRows.yielding_factor)
         yielding = dataclasses.replace(yielding, factor=min(yielding.factor, CAP))
-        fatigue, second = self._worst(cycle, bounds, PartRows.fatigue_bound, PartRows.fatigue_factor)
+        fatigue = self._worst(cycle, bounds, PartRows.fatigue_bound, PartRows.fatigue_factor)
         peaks = tuple(self._peak(case, [s[..., k] for s in at_cases]) for k, case in enumerate(cases))
-        return Worst(rpm, peaks, yielding, fatigue if np.isfinite(fatigue.factor) else None, first + second)
+        return Worst(rpm, peaks, yielding, fatigue if np.isfinite(fatigue.factor) else None)
 
     def _at(self, rpm: float, angles: Floats) -> Weights:
         return self._analysis.weights(self._engine, self._gas, rpm * RPM, angles)
@@ -117,9 +115,11 @@ class SpeedSearch:
         low, high = self._anchors[above - 1] ** 2, self._anchors[above] ** 2
         share = (rpm**2 - low) / (high - low)
         before, after = self._weights[above - 1], self._weights[above]
-        strays = tuple(
-            np.abs(w - (1 - share) * b - share * a).max(axis=1)[:, None]
-            for w, b, a in zip(weights, before, after, strict=True)
+        strays = Weights(
+            *(
+                np.abs(w - (1 - share) * b - share * a).max(axis=1)[:, None]
+                for w, b, a in zip(weights, before, after, strict=True)
+            )
         )
         between = zip(self._largest[above - 1], self._largest[above], strict=True)
         straight = [(1 - share) * b + share * a for b, a in between]
@@ -134,17 +134,16 @@ class SpeedSearch:
         bounds: list[Floats],
         bound: Callable[[PartRows, Floats], Floats],
         factor: Callable[[PartRows, Floats, Floats], Floats],
-    ) -> tuple[Place, int]:
-        """The place of the smallest factor, and the number of places evaluated."""
+    ) -> Place:
+        """The place of the smallest factor."""
         least = np.concatenate([bound(part, b) for part, b in zip(self._parts, bounds, strict=True)])
         order, first = np.argsort(least), np.cumsum([0, *(len(b) for b in bounds)])
-        best, at, looked, along = np.inf, int(order[0]), 0, path(cycle.weights)
+        best, at, along = np.inf, int(order[0]), path(cycle.weights)
         for start, stop in pairwise([0, *range(FIRST_ROWS, len(order), ROWS), len(order)]):
             chosen = order[start:stop]
             chosen = chosen[least[chosen] < best]
             if not chosen.size:
                 break
-            looked += len(chosen)
             of_part = np.searchsorted(first, chosen, side="right") - 1
             for number in np.unique(of_part):
                 rows = chosen[of_part == number] - first[number]
@@ -153,7 +152,7 @@ class SpeedSearch:
                 if found.min() < best:
                     best, at = float(found.min()), int(rows[found.argmin()] + first[number])
         number = int(np.searchsorted(first, at, side="right") - 1)
-        return self._place(best, self._parts[number], at - int(first[number]), cycle), looked
+        return self._place(best, self._parts[number], at - int(first[number]), cycle)
 
     def _place(self, factor: float, part: PartRows, row: int, cycle: "_Cycle") -> Place:
         history = part.stress(cycle.weights, np.array([row]))
@@ -162,13 +161,13 @@ class SpeedSearch:
         angle = float(cycle.angles[np.abs(signed).argmax()])
         spot = crossland_factors(history, part.material)
         return Place(
-            factor,
-            part.points[row],
-            angle,
-            (highest + lowest) / 2,
-            (highest - lowest) / 2,
-            lowest / highest if highest else 0.0,
-            None if spot is None else float(spot[0]),
+            factor=factor,
+            at=part.points[row],
+            crank_angle=angle,
+            mean=(highest + lowest) / 2,
+            amplitude=(highest - lowest) / 2,
+            ratio=lowest / highest if highest else 0.0,
+            crossland=None if spot is None else float(spot[0]),
         )
 
     def _peak(self, case: LoadCase, stresses: list[Floats]) -> CasePeak:

@@ -7,7 +7,8 @@ import numpy as np
 
 from fea.assess.deviatoric import tensor
 from fea.assess.history import signed_equivalent
-from fea.cycle.unit_solutions import UnitSolutions, Weights
+from fea.cycle.unit_loads import Weights
+from fea.cycle.unit_solutions import UnitSolutions
 from geometry.arrays import Floats
 from mesh.mirror import MirroredMesh
 
@@ -39,8 +40,8 @@ class Spot:
     signed: Floats
 
 
-def distinct(points: Floats, factor: Floats, length: float, count: int = COUNT) -> list[int]:
-    """Nodes of the smallest factors that are not close to each other.
+def distinct(points: Floats, factor: Floats, length: float) -> list[int]:
+    """Nodes of the smallest factors that are not close to each other, at most `COUNT`.
 
     Parameters
     ----------
@@ -50,13 +51,11 @@ def distinct(points: Floats, factor: Floats, length: float, count: int = COUNT) 
         (n_nodes,).
     length
         Of the rod, mm.
-    count
-        Largest number of nodes.
     """
     folded = np.abs(points * [0, 0, 1]) + points * [1, 1, 0]
     open_ = points[:, 2] >= -1e-9 * length
     chosen: list[int] = []
-    while len(chosen) < count and open_.any():
+    while len(chosen) < COUNT and open_.any():
         node = int(np.where(open_, factor, np.inf).argmin())
         chosen.append(node)
         open_ &= np.linalg.norm(folded - folded[node], axis=1) > APART * length

@@ -13,8 +13,8 @@ from fea.cycle.envelope import Envelope, envelope, with_cases
 from fea.cycle.multiaxial import worst_multiaxial
 from fea.cycle.series import TOLERANCE
 from fea.cycle.spots import Spot, distinct, spots
-from fea.cycle.unit_loads import UnitLoads
-from fea.cycle.unit_solutions import UnitSolutions, Weights
+from fea.cycle.unit_loads import UnitLoads, Weights
+from fea.cycle.unit_solutions import UnitSolutions
 from fea.material import Material
 from fea.rod.discretise import MeshedRod
 from fea.stress.stress import von_mises
@@ -130,7 +130,7 @@ class CycleAnalysis:
         return np.ones_like(self.masked) if self.masked.all() else ~self.masked
 
     def weights(self, engine: Engine, gas: GasModel, speed: float, angles: Floats) -> Weights:
-        """Weights (n_units, n_instants) of the even and the odd unit solutions; speed in rad/s."""
+        """Weights of the unit solutions at crank angles (n_instants,), rad; speed in rad/s."""
         c = cycle(engine, self.rod, gas, speed, angles)
         return self.loads.weights(
             np.stack([c.pin_axial, c.pin_transverse]),
@@ -170,8 +170,7 @@ class CycleAnalysis:
         found = envelope(self.units, every, angles, whole, materials=self.materials, criterion=self.fatigue)
         found = with_cases(found, cases)
         count = len(degrees)
-        of_degrees = every[0][:, :count], every[1][:, :count]
-        of_peaks = every[0][:, count:], every[1][:, count:]
+        of_degrees, of_peaks = every.at(slice(count)), every.at(slice(count, None))
         points, length = whole.mesh.points, self.mesh.bores.rod_length
         counts = self.counts[whole.source]
         worst = [node for node in distinct(points, np.where(counts, -found.usage, 0), length) if counts[node]]
@@ -184,17 +183,17 @@ class CycleAnalysis:
         places += [(node, int(found.fatigue_part[node])) for node in weakest]
         histories = spots(places, self.units, of_degrees, whole)
         return CycleResult(
-            degrees,
-            found,
-            histories[: len(worst)],
-            histories[-1] if weakest else None,
-            self._difference(of_peaks, peaks),
-            self.loads.series_error,
-            self.units.count,
-            self.loads.jumps,
-            counts,
-            fatigue_remarks(self.materials, self.fatigue),
-            multiaxial,
+            angles=degrees,
+            envelope=found,
+            spots=histories[: len(worst)],
+            weakest=histories[-1] if weakest else None,
+            superposition=self._difference(of_peaks, peaks),
+            series_error=self.loads.series_error,
+            unit_solutions=self.units.count,
+            jumps=self.loads.jumps,
+            counts=counts,
+            remarks=fatigue_remarks(self.materials, self.fatigue),
+            multiaxial=multiaxial,
         )
 
     def _difference(self, weights: Weights, peaks: Sequence[CaseResult]) -> float:

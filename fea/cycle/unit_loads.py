@@ -8,6 +8,7 @@ and the motion.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, reduce
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_tracti
 from fea.solid.inertia import Inertia
 from fea.solid.tilt import Tilt
 from fea.units import DEG
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 from loads.bearing import Arc, BorePressure, Shape
 from loads.cases import RodMotion
@@ -30,6 +31,23 @@ _DIRECTIONS = np.arange(0, 360, 30) * DEG
 # Unit accelerations a_x, ω² and a_y, α.
 _EVEN = (RodMotion((1.0, 0.0), 0.0, 0.0), RodMotion((0.0, 0.0), 1.0, 0.0))
 _ODD = (RodMotion((0.0, 1.0), 0.0, 0.0), RodMotion((0.0, 0.0), 0.0, 1.0))
+
+
+class Weights(NamedTuple):
+    """How much of each unit load there is.
+
+    Attributes
+    ----------
+    even, odd
+        (n_units, n_instants), of the unit loads of either parity.
+    """
+
+    even: Floats
+    odd: Floats
+
+    def at(self, instants: slice | Ints | Mask) -> "Weights":
+        """Return those of some instants."""
+        return Weights(self.even[:, instants], self.odd[:, instants])
 
 
 @dataclass(frozen=True)
@@ -91,8 +109,8 @@ class PressedBore:
             even[1], odd[0] = 0.0, 0.0
         return even, odd
 
-    def weights(self, force: Floats) -> tuple[Floats, Floats]:
-        """Weights (n_terms, n), (n_terms − 1, n) of the pressure with exactly the resultant (2, n) `force`.
+    def weights(self, force: Floats) -> Weights:
+        """Weights of cos nφ (n_terms, n) and sin nφ (n_terms − 1, n) for a resultant `force` (2, n), N.
 
         The pressure is s(ψ)(a + b sin ψ) with the a and b that `fea.solid.bore_load` would find: its discrete
         resultant equals the force along its direction and is zero across it.
@@ -108,7 +126,7 @@ class PressedBore:
         reached = np.stack([of_even @ even + of_odd @ odd for even, odd in shapes], axis=-1)
         a, b = np.linalg.solve(np.moveaxis(reached, 1, 0), force.T[..., None])[..., 0].T
         (even, odd), (skewed_even, skewed_odd) = shapes
-        return a * even + b * skewed_even, a * odd + b * skewed_odd
+        return Weights(a * even + b * skewed_even, a * odd + b * skewed_odd)
 
     @cached_property
     def _coefficients(self) -> list[tuple[Floats, Floats]]:
@@ -176,8 +194,8 @@ class UnitLoads:
 
     def weights(
         self, pin: Floats, crank: Floats, acceleration: Floats, rate: Floats, turning: Floats
-    ) -> tuple[Floats, Floats]:
-        """Weights of the even (n_even, n) and the odd (n_odd, n) unit loads at n instants.
+    ) -> Weights:
+        """Weights of the unit loads at n instants.
 
         Parameters
         ----------
@@ -190,9 +208,9 @@ class UnitLoads:
         """
         forces = {Surface.SMALL_END_BORE: pin, Surface.BIG_END_BORE: crank}
         pressed = [bore.weights(forces[bore.surface]) for bore in self.bores]
-        even = [*(weights for weights, _ in pressed), acceleration[:1], rate[None] ** 2]
-        odd = [*(weights for _, weights in pressed), acceleration[1:], turning[None]]
-        return np.concatenate(even), np.concatenate(odd)
+        even = [*(weights.even for weights in pressed), acceleration[:1], rate[None] ** 2]
+        odd = [*(weights.odd for weights in pressed), acceleration[1:], turning[None]]
+        return Weights(np.concatenate(even), np.concatenate(odd))
 
 
 def _harmonics(bore: PressedBore, parity: int) -> Iterator[tuple[Floats, Floats]]:

@@ -8,7 +8,7 @@ from itertools import pairwise, product, starmap, zip_longest
 import numpy as np
 
 from fea.assess.deviatoric import deviatoric
-from fea.cycle.unit_loads import Fields, UnitLoads
+from fea.cycle.unit_loads import Fields, UnitLoads, Weights
 from fea.machine.threads import side_by_side
 from fea.material import Material
 from fea.solid.parity import Parity, Split
@@ -16,9 +16,6 @@ from fea.solvers.static import Model, Solution
 from fea.stress.part_recovery import PartRecovery
 from geometry.arrays import Floats, Ints
 from mesh.mirror import MirroredMesh
-
-# Of the even and of the odd unit loads, each (n_units, n_instants).
-Weights = tuple[Floats, Floats]
 
 # Bytes of the displacements that are solved for together (starting a solver costs as much as ten columns),
 # and the smallest number of columns of a block, for large meshes.

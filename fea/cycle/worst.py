@@ -57,12 +57,9 @@ class Worst:
         The peak cases.
     yielding, fatigue
         The worst places; fatigue is None if no part's strengths are known.
-    looked_at
-        Number of places that were evaluated.
     """
 
     rpm: float
     cases: tuple[CasePeak, ...]
     yielding: Place
     fatigue: Place | None
-    looked_at: int

@@ -61,14 +61,14 @@ def _python() -> Finding:
     )
 
 
-def _tried(code: str, environment: dict[str, str] | None = None) -> str | None:
+def _tried(code: str) -> str | None:
     """None if `code` runs in a new interpreter, else the last line of its error message.
 
     Temporary files that it may leave after an interrupt are in a directory that is removed with the call.
     """
     try:
         with TemporaryDirectory() as scratch:
-            return _complaint(code, os.environ | {"TMPDIR": scratch} | (environment or {}))
+            return _complaint(code, os.environ | {"TMPDIR": scratch})
     except OSError as error:
         return str(error)
 

@@ -12,10 +12,10 @@ import tempfile
 from collections.abc import Callable
 from typing import IO
 
+from fea.machine.exit_codes import MACHINE
 from fea.machine.streams import outlet
 from geometry.system.signals import ENDS, die_with_parent
 
-MACHINE = 7
 _MIB = 2**20
 # Below this limit some libraries neither load nor fail, but wait for memory forever.
 LEAST = 512 * _MIB

@@ -14,6 +14,7 @@ from mesh.tetmesh import TetMesh
 # The ten-node tetrahedron numbers its mid-edge nodes as VTK does, so the order of the nodes does not change.
 _ELEMENT = {1: "C3D4", 2: "C3D10"}
 _PER_LINE = 8
+_HEADING = ("*HEADING", "static load case", "** mm, N, MPa, t")
 
 
 def write_inp(
@@ -22,8 +23,6 @@ def write_inp(
     material: Material,
     forces: Floats,
     fixed: npt.NDArray[np.bool_],
-    *,
-    title: str = "",
 ) -> None:
     """Write one linear static load case; `ccx -i NAME` solves it, NAME being the path without ``.inp``.
 
@@ -42,8 +41,6 @@ def write_inp(
         (n_nodes, 3) nodal forces, N.
     fixed
         (n_nodes, 3) the constrained degrees of freedom.
-    title
-        One line about the case.
 
     Raises
     ------
@@ -56,19 +53,13 @@ def write_inp(
         if values.shape != mesh.points.shape:
             raise ValueError(f"{name} has shape {values.shape}: it must have {mesh.points.shape}.")
     lines = [
-        *_heading(title),
+        *_HEADING,
         *_mesh(mesh),
         *_node_sets(mesh),
         *_material(material),
         *_step(forces, fixed),
     ]
     write_text(path, "\n".join(lines) + "\n")
-
-
-def _heading(title: str) -> Iterator[str]:
-    yield "*HEADING"
-    yield " ".join(title.split()) or "linear static load case"
-    yield "** mm, N, MPa, t"
 
 
 def _mesh(mesh: TetMesh) -> Iterator[str]:

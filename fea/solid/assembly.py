@@ -182,7 +182,7 @@ def linear_stiffness(mesh: TetMesh, material: Material | Materials) -> Symmetric
     layout = pattern(corners.reshape(-1, 4), len(vertices))
     ends = np.zeros((mesh.tets.shape[1], 4))
     ends[np.arange(4), np.arange(4)] = 1.0
-    ends[np.arange(4, 10)[:, None], np.array(EDGES)] = 0.5
+    ends[np.arange(4, 10)[:, None], EDGES] = 0.5
     return _assembled(mesh, material, layout, ends)
 
 

@@ -64,14 +64,14 @@ def bore_facets(mesh: TetMesh, surface: Surface, center_x: float) -> BoreFacets:
     table = tabulate(nodes.shape[1], FACET_DEGREE)
     areas, angle = _areas_and_angles(corners, table.values, table.gradients)
     return BoreFacets(
-        nodes,
-        table.values,
-        areas * table.weights,
-        angle,
-        corners,
-        np.arctan2(corners[..., 1], corners[..., 0]),
-        Surface.SYMMETRY_Y in mesh.facets,
-        Surface.SYMMETRY_Z in mesh.facets,
+        nodes=nodes,
+        shape_values=table.values,
+        areas=areas * table.weights,
+        angle=angle,
+        corners=corners,
+        node_angle=np.arctan2(corners[..., 1], corners[..., 0]),
+        cut_y=Surface.SYMMETRY_Y in mesh.facets,
+        cut_z=Surface.SYMMETRY_Z in mesh.facets,
     )
 
 

@@ -6,9 +6,8 @@ from fea.material import Constants, Material
 from fea.solid.integration import GaussBlock
 from geometry.arrays import Floats, Ints
 
-# Components of a symmetric tensor in VTK's order.
+# Components of a symmetric tensor in VTK's order: XX YY ZZ XY YZ XZ.
 COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
-COMPONENT_NAMES = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
 
 
 def node_pair_blocks(gauss: GaussBlock, material: Material | Constants, pairs: tuple[Ints, Ints]) -> Floats:

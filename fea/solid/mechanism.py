@@ -9,9 +9,8 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import Floats, Ints, Mask
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import FACES, TetMesh
 
-_FACES = np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])
 # An eigenvalue below this fraction of the largest belongs to a free motion.
 FREE = 1e-8
 
@@ -19,12 +18,11 @@ FREE = 1e-8
 def bodies(mesh: TetMesh) -> Ints:
     """Number (n_elements,) of the body, joined over facets, that each element belongs to."""
     n_nodes, n_elements = len(mesh.points), len(mesh.tets)
-    vertices = np.sort(mesh.tets[:, :4], axis=1)
-    a, b, c = vertices[:, _FACES].reshape(-1, 3).T
+    a, b, c = np.sort(mesh.tets[:, FACES].reshape(-1, 3), axis=1).T
     keys = (a * n_nodes + b) * n_nodes + c  # 64 bits hold two million nodes
     order = np.argsort(keys)
     shared = np.flatnonzero(keys[order][1:] == keys[order][:-1])
-    one, other = order[shared] // len(_FACES), order[shared + 1] // len(_FACES)
+    one, other = order[shared] // len(FACES), order[shared + 1] // len(FACES)
     graph = sparse.csr_array((np.ones(one.size, np.int8), (one, other)), shape=(n_elements, n_elements))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 

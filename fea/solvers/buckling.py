@@ -15,8 +15,9 @@ from fea.choices import SolverName
 from fea.solid.geometric_stiffness import GeometricStiffness
 from fea.solid.parity import Parity
 from fea.solid.pins import SLIDE_Y, SLIDE_Z, TURN_X, Held, has_parity, motions
-from fea.solvers.constrained import Constrained, Solve, constrained, stopping
+from fea.solvers.constrained import Constrained, constrained, stopping
 from fea.solvers.linear.choice import LinearSolver, linear_solver
+from fea.solvers.linear.conjugate_gradients import Operator
 from fea.solvers.reference_load import ReferenceLoad
 from fea.solvers.ritz import Space, largest, orthonormal, ritz_values
 from fea.solvers.static import Model
@@ -188,5 +189,5 @@ class Buckling:
         )
 
 
-def _solve_in(solver: LinearSolver, slot: int) -> Solve:
+def _solve_in(solver: LinearSolver, slot: int) -> Operator:
     return lambda f: solver.solve(slot, f)

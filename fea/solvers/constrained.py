@@ -1,6 +1,5 @@
 """Solve K u = f on a body whose only constraints are that mean motions of surfaces are zero."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,11 +9,10 @@ from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
 from fea.solid.pins import Held, has_parity, mean_motions, motions
 from fea.solid.supports import plane_conditions
+from fea.solvers.linear.conjugate_gradients import Operator
 from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
-
-Solve = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True)
@@ -40,7 +38,7 @@ class Constrained:
         Inverse of the matrix that gives μ and q.
     """
 
-    inverse: Solve
+    inverse: Operator
     fixed: Mask
     rigid: Floats
     rows: Floats
@@ -56,7 +54,7 @@ class Constrained:
 
 
 def constrained(
-    mesh: TetMesh, held: tuple[Held, ...], parities: tuple[Parity, Parity], fixed: Mask, inverse: Solve
+    mesh: TetMesh, held: tuple[Held, ...], parities: tuple[Parity, Parity], fixed: Mask, inverse: Operator
 ) -> Constrained:
     """Constrain the mean motions of surfaces of a body, for given parities about y = 0 and z = 0.
 
@@ -124,7 +122,7 @@ def _own(mesh: TetMesh, parities: tuple[Parity, Parity]) -> list[int]:
     return [motion for motion in range(6) if has_parity(motion, y, z)]
 
 
-def _solved(inverse: Solve, fixed: Mask, forces: Floats) -> Floats:
+def _solved(inverse: Operator, fixed: Mask, forces: Floats) -> Floats:
     if not forces.shape[1]:
         return forces
     u = inverse(np.where(fixed[:, None], 0.0, forces))

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from fea.choices import SolverName
 from fea.material import Material
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.supports import require_restrained
@@ -17,8 +16,6 @@ def displacement(
     forces: Floats,
     fixed: Mask,
     moved: Floats | None = None,
-    *,
-    solver: SolverName = SolverName.AUTO,
 ) -> Floats:
     """Solve K u = f with some displacements prescribed.
 
@@ -34,8 +31,6 @@ def displacement(
         (n_nodes, 3) whether a displacement is given.
     moved
         (n_nodes, 3) the given displacements, mm; zero by default. Other entries are ignored.
-    solver
-        The linear solver.
 
     Returns
     -------
@@ -54,5 +49,5 @@ def displacement(
     held = fixed.ravel()
     u = np.zeros(held.size) if moved is None else np.where(held, moved.ravel(), 0.0)
     right = np.where(held, 0.0, forces.ravel() - K @ u)
-    u += np.where(held, 0.0, factorise(K.constrained(held), solver).solve(right[:, None])[:, 0])
+    u += np.where(held, 0.0, factorise(K.constrained(held)).solve(right[:, None])[:, 0])
     return np.asarray(u.reshape(-1, 3, 1))

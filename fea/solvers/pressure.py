@@ -96,7 +96,15 @@ def pressure_space(mesh: TetMesh, materials: dict[int, Material]) -> PressureSpa
     divergence, mass = _matrices(soft, unknowns, sum(sizes))
     constants = [(m.lame_lambda, m.shear_modulus) for m in materials.values()]
     lam, mu = np.repeat(np.array(constants), sizes, axis=0).T
-    return PressureSpace(parts, tets, vertex, divergence, mass, lam, mu)
+    return PressureSpace(
+        parts=parts,
+        tets=tets,
+        vertex=vertex,
+        divergence=divergence,
+        mass=mass,
+        lame_lambda=lam,
+        shear_modulus=mu,
+    )
 
 
 def _matrices(mesh: TetMesh, unknowns: Ints, size: int) -> tuple[sparse.csr_array, sparse.csr_array]:

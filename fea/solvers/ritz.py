@@ -10,14 +10,12 @@ CPU time: eigsh solves for one vector at a time, lobpcg keeps no more than three
 from the space that an earlier load case left.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from fea.solvers.linear.conjugate_gradients import Operator
 from geometry.arrays import Floats
-
-Operator = Callable[[Floats], Floats]
 
 # Number of additional pairs that are improved too, so that none is overlooked, and their accuracy.
 _GUARDS = 2

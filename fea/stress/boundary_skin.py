@@ -12,14 +12,13 @@ from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
 from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import FACET_EDGES, TetMesh
 
 # Facets meet smoothly below this angle. The quadratic shapes of curved facets of 60° that meet tangentially
 # differ by 4°.
 SMOOTH_DEGREES = 20.0
 # Places of a facet's nodes in the reference triangle, and the vertices of its edges.
 _FACET_NODES = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
-FACET_EDGES = np.array([[0, 1], [1, 2], [2, 0]])
 
 
 @dataclass(frozen=True)

@@ -202,7 +202,7 @@ def sagitta(tets: Ints, stress: Floats) -> Floats:
     ndarray
         At each node the largest value over its edges; 0 at nodes without elements.
     """
-    ends = np.sort(tets[:, np.array(EDGES)].reshape(-1, 2), axis=1)
+    ends = np.sort(tets[:, EDGES].reshape(-1, 2), axis=1)
     key, first = np.unique(ends[:, 0] * len(stress) + ends[:, 1], return_index=True)
     a, b = np.divmod(key, len(stress))
     nodes, away = [a, b], (stress[a] - stress[b]) / 2

@@ -16,10 +16,10 @@ from scipy import sparse
 from fea.material import Material
 from fea.solid.elasticity import COMPONENTS
 from fea.solid.parity import Parity
-from fea.stress.boundary_skin import FACET_EDGES, Edges, facet_normals, fans, shared_edges, skin
+from fea.stress.boundary_skin import Edges, facet_normals, fans, shared_edges, skin
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import FACET_EDGES, TetMesh
 
 # At an edge the tractions of both sides have this weight relative to the strain, which is fitted from one
 # side there. A much larger weight would force the stress across a blunt edge to zero, which is right only

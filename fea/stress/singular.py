@@ -11,15 +11,13 @@ from fea.stress.boundary_skin import facet_normals, shared_edges, skin
 from geometry.arrays import Ints, Mask
 from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import FACET_EDGES, TetMesh
 
 # A re-entrant edge is sharp if the surface turns there by more than this angle. Curved facets follow a fillet
 # smoothly; flat ones turn at each edge, by up to 54° at the coarsest size allowed.
 SHARP_DEGREES = {1: 60.0, 2: 30.0}
 # Radius of the mask relative to the longest side of the body: 4 mm on a rod of 200 mm.
 RADIUS = 0.02
-
-_FACET_EDGES = np.array([[0, 1], [1, 2], [2, 0]])
 
 
 def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = ()) -> Ints:
@@ -52,7 +50,7 @@ def _on_sharp_edges(mesh: TetMesh, surfaces: list[Surface], planes: tuple[Surfac
     turns = (one * other).sum(axis=1) < np.cos(np.radians(SHARP_DEGREES[mesh.order]))
     sharp = turns & ~edges.convex
     facet, place = edges.facet[sharp, 0], edges.place[sharp, 0]
-    return np.unique(body.source[body.facets[facet[:, None], _FACET_EDGES[place]]])
+    return np.unique(body.source[body.facets[facet[:, None], FACET_EDGES[place]]])
 
 
 def masked_nodes(mesh: TetMesh, held: tuple[Surface, ...] = ()) -> Mask:

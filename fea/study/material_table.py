@@ -63,13 +63,13 @@ class MaterialTable:
         if endurance is None and table.ultimate_MPa is not None:
             endurance = estimated_endurance(table.ultimate_MPa, modulus)
         return Material(
-            modulus,
-            needed("nu"),
-            needed("density_kg_m3") * KG_M3,
-            needed("yield_MPa"),
-            table.ultimate_MPa,
-            None if endurance is None else factor * endurance,
-            None if torsion is None else factor * torsion,
+            youngs_modulus=modulus,
+            poissons_ratio=needed("nu"),
+            density=needed("density_kg_m3") * KG_M3,
+            yield_strength=needed("yield_MPa"),
+            ultimate_strength=table.ultimate_MPa,
+            endurance_limit=None if endurance is None else factor * endurance,
+            torsion_limit=None if torsion is None else factor * torsion,
             endurance_estimated=estimated and endurance is not None,
         )
 

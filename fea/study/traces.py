@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,8 +20,6 @@ from fea.units import BAR, DEG, RPM
 from geometry.invalid import InvalidValue, require
 from loads.trace import Trace
 
-Row = tuple[int, list[str]]
-
 SHIPPED = ("leon-2001",)
 _HINT = (
     "The columns must be crank_deg and pressure_bar (gauge), or crank_deg and one pressure_bar_<rpm>rpm per "
@@ -28,6 +27,21 @@ _HINT = (
 )
 LARGEST_TRACE = 2**24  # bytes: enough for a hundred samples per degree at fifty speeds
 _PER_SPEED = re.compile(r"pressure_bar_(\d+(?:\.\d+)?)rpm")
+
+
+class Row(NamedTuple):
+    """A line of the file that holds something.
+
+    Attributes
+    ----------
+    line
+        Its number.
+    cells
+        What stands between its commas.
+    """
+
+    line: int
+    cells: list[str]
 
 
 def shipped_trace(name: str) -> Trace:
@@ -67,7 +81,7 @@ def parse_trace(text: str, source: str) -> Trace:
     except csv.Error as error:
         raise InvalidValue("engine.gas", source, f"is not a CSV file ({error})", _HINT) from error
     require(bool(rows), "engine.gas", source, "contains no data", _HINT)
-    (_, header), samples = rows[0], rows[1:]
+    header, samples = rows[0].cells, rows[1:]
     speeds = _speeds([column.strip() for column in header], source)
     values = [_numbers(cells, line, header, source) for line, cells in samples]
     table = np.array(values, dtype=np.float64).reshape(len(values), len(header))
@@ -79,11 +93,11 @@ def parse_trace(text: str, source: str) -> Trace:
 
 
 def _rows(text: str) -> Iterator[Row]:
-    """Lines that are neither blank nor comments, with their numbers."""
+    """Lines that are neither blank nor comments."""
     reader = csv.reader(text.splitlines())
     for cells in reader:
         if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#"):
-            yield reader.line_num, cells
+            yield Row(reader.line_num, cells)
 
 
 def _speeds(header: list[str], source: str) -> list[float]:
@@ -119,10 +133,10 @@ def _number(cell: str, name: str) -> float:
 
 def _require_sorted(samples: list[Row], values: list[list[float]]) -> None:
     """Require increasing angles, as `Trace` does; here the message can name the line."""
-    for (line, _), previous, current in zip(samples[1:], values, values[1:], strict=False):
+    for row, previous, current in zip(samples[1:], values, values[1:], strict=False):
         require(
             current[0] > previous[0],
-            f"line {line}, crank_deg",
+            f"line {row.line}, crank_deg",
             current[0],
             f"must increase from line to line (it follows {previous[0]:g})",
             "Sort the lines and drop repeated angles.",

@@ -174,7 +174,7 @@ def patches(sample: Sample, *, two_rings_at_skin: bool) -> Iterator[tuple[int, n
     for vertex, outside in zip(sample.vertices, on_skin, strict=True):
         source = wide if outside else around
         own = tets[around.indices[around.indptr[vertex] : around.indptr[vertex + 1]]]
-        edges = np.array(EDGES)[: own.shape[1] - 4]
+        edges = EDGES[: own.shape[1] - 4]
         middle = [own[(own[:, a] == vertex) | (own[:, b] == vertex), 4 + k] for k, (a, b) in enumerate(edges)]
         served = np.unique(np.concatenate([[vertex], *middle]))
         yield vertex, source.indices[source.indptr[vertex] : source.indptr[vertex + 1]], served

@@ -31,7 +31,7 @@ def restrained(mesh: TetMesh) -> np.ndarray:
 
 
 def written(tmp_path, mesh: TetMesh, forces: np.ndarray):
-    write_inp(tmp_path / "a.inp", mesh, STEEL, forces, restrained(mesh), title="a\ncase")
+    write_inp(tmp_path / "a.inp", mesh, STEEL, forces, restrained(mesh))
     return (tmp_path / "a.inp").read_text().splitlines()
 
 
@@ -63,7 +63,7 @@ def test_forces_restraints_and_material_stand_in_the_deck(tmp_path):
     assert block(lines, "*CLOAD") == ["6,2,-3.333333333333e-01", "10,3,1.000000000000e-07"]
     assert block(lines, "*ELASTIC") == ["207000,0.28"]
     assert block(lines, "*DENSITY") == ["7.7e-09"]
-    assert block(lines, "*HEADING")[0] == "a case"
+    assert block(lines, "*HEADING")[0] == "static load case"
     assert max(len(number) for line in lines if line[0] != "*" for number in line.split(",")) <= 20
 
 

@@ -80,7 +80,7 @@ def test_quadratic_values_are_refined_exactly():
     points, tets = ball(1)
     ends = [sorted(pair) for tet in tets for pair in itertools.combinations(tet, 2)]
     edges, number = np.unique(ends, axis=0, return_inverse=True)
-    order = [list(itertools.combinations(range(4), 2)).index(edge) for edge in EDGES]
+    order = [list(itertools.combinations(range(4), 2)).index(tuple(edge)) for edge in EDGES.tolist()]
     middles = len(points) + number.reshape(-1, 6)[:, order]
     points = np.vstack([points, points[edges].mean(axis=1)])
     skin = Skin.of(points, np.hstack([tets, middles]))

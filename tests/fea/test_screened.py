@@ -12,6 +12,7 @@ from fea.assess.history import Extremes
 from fea.assess.history import extremes as everywhere
 from fea.cycle.path import path
 from fea.cycle.screened import extremes
+from fea.cycle.unit_loads import Weights
 from fea.cycle.unit_solutions import PartStress
 from fea.stress.stress import von_mises
 
@@ -31,7 +32,7 @@ def _weights(rng, instants, roughness):
     smooth = rng.normal(size=(2, UNITS, 1)) * np.cos(orders * angle + rng.uniform(0, 6, (2, UNITS, 1)))
     pulse = rng.normal(size=(2, UNITS, 1)) * 3 * np.exp(-(((angle - 7.0) / 0.1) ** 2))
     mean = rng.normal(size=(2, UNITS, 1)) * rng.choice([0.0, 4.0])
-    return tuple(smooth + pulse + mean + roughness * rng.normal(size=smooth.shape))
+    return Weights(*(smooth + pulse + mean + roughness * rng.normal(size=smooth.shape)))
 
 
 @pytest.mark.parametrize("sides", [(1,), (1, -1)], ids=["whole", "mirrored"])
@@ -66,7 +67,7 @@ def test_balls_hold_every_instant(seed):
 
 def test_a_place_without_stress_has_extremes_of_zero():
     part = PartStress(np.arange(2), np.zeros((2, 6, 1)), np.zeros((2, 6, 1)))
-    (found,) = extremes(part, path((np.ones((1, 30)), np.ones((1, 30)))), (1,))
+    (found,) = extremes(part, path(Weights(np.ones((1, 30)), np.ones((1, 30)))), (1,))
     for field in dataclasses.fields(Extremes):
         assert not getattr(found, field.name).any()
 

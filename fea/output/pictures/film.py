@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from fea.analysis.prepare import PreparedRod
-from fea.cycle.unit_solutions import Weights
+from fea.cycle.unit_loads import Weights
 from fea.machine.clock import Clock
 from fea.output.errors import PictureError
 from fea.output.pictures.animation import Frames, film
@@ -61,11 +61,11 @@ def frames(rod: PreparedRod, rpm: float) -> Frames:
         block = slice(start, start + BLOCK)
         moved = rod.displacement(rpm, angles[block])[nodes]
         displacement[block] = np.moveaxis(moved, -1, 0)
-        stress[block] = _von_mises(rod, (weights[0][:, block], weights[1][:, block]))[nodes].T
+        stress[block] = _von_mises(rod, weights.at(block))[nodes].T
     return Frames(
-        Skin(mesh.points[nodes], facets.reshape(outer.facets.shape)),
-        displacement,
-        stress,
+        skin=Skin(mesh.points[nodes], facets.reshape(outer.facets.shape)),
+        displacement=displacement,
+        von_mises=stress,
         crank_angle=angles,
         crank_radius=engine.crank_radius,
         rod_length=engine.rod_length,
@@ -77,7 +77,7 @@ def frames(rod: PreparedRod, rpm: float) -> Frames:
 def _von_mises(rod: PreparedRod, weights: Weights) -> Floats:
     """Von Mises stress (n_nodes, n_instants) of the whole rod; at an interface, the larger one."""
     units, whole = rod.cycle.units, rod.mesh.mirrored
-    largest = np.full((len(whole.source), weights[0].shape[1]), -np.inf)
+    largest = np.full((len(whole.source), weights.even.shape[1]), -np.inf)
     for number in range(len(units.parts)):
         tensors = units.tensor(number, weights, whole)
         largest = np.fmax(largest, von_mises(np.moveaxis(tensors, 1, -1)))

@@ -136,7 +136,7 @@ def _interpolation(tets: Ints, n_points: int) -> tuple[Ints, sparse.csr_array]:
     number = np.zeros(n_points, dtype=np.int64)
     number[vertices] = np.arange(len(vertices))
     middles, first = np.unique(tets[:, 4:], return_index=True)
-    ends = number[tets[:, np.array(EDGES)].reshape(-1, 2)[first]]
+    ends = number[tets[:, EDGES].reshape(-1, 2)[first]]
     rows = np.concatenate([vertices, np.repeat(middles, 2)])
     columns = np.concatenate([number[vertices], ends.ravel()])
     weights = np.concatenate([np.ones(len(vertices)), np.full(ends.size, 0.5)])

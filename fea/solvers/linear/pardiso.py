@@ -71,11 +71,6 @@ class PardisoCholesky:
         """Solve for (n, k) right-hand sides with the factor in a slot."""
         return self._call(_SOLVE, slot, self._matrices[slot], np.asfortranarray(right_hand_sides))
 
-    @property
-    def factor_entries(self) -> int:
-        """Entries of one factor."""
-        return int(self._options[17]) * _BLOCK**2
-
     def _call(self, phase: int, slot: int, upper: Any, right_hand_sides: Floats) -> Floats:
         solution = np.zeros_like(right_hand_sides)
         status = ctypes.c_int32(0)

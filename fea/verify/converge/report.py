@@ -78,9 +78,9 @@ def _against(comparison: Comparison) -> list[str]:
         return []
     head = f"| problem | within % | fea s | fea, whole s | CalculiX s | CalculiX / fea | {GOAL:g} or more |"
     timed = [
-        f"| {problem} | {seconds:g} | {ours:.2g} | {theirs:.2g} | {theirs / ours:.1f} |"
+        f"| {problem} | {at.seconds:g} | {at.ours:.2g} | {at.theirs:.2g} | {at.theirs / at.ours:.1f} |"
         for problem in PROBLEMS
-        for seconds, ours, theirs in equal_time(_of(problem, comparison), _floor(problem, comparison))
+        for at in equal_time(_of(problem, comparison), _floor(problem, comparison))
     ]
     return [
         "## Against CalculiX",

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 from fea.verify.converge.front import FLOOR, by_tool, error_after, seconds_to
 from fea.verify.converge.row import Row
@@ -47,6 +48,22 @@ class EqualError:
         return self.ratio >= GOAL
 
 
+class EqualTime(NamedTuple):
+    """What two programs reach in the same time.
+
+    Attributes
+    ----------
+    seconds
+        The time.
+    ours, theirs
+        Errors of `fea` and of CalculiX, each at its best, percent.
+    """
+
+    seconds: float
+    ours: float
+    theirs: float
+
+
 def equal_error(rows: Sequence[Row], floor: float = FLOOR) -> list[EqualError]:
     """Compare at each of `PERCENTS`; empty without CalculiX.
 
@@ -69,8 +86,8 @@ def equal_error(rows: Sequence[Row], floor: float = FLOOR) -> list[EqualError]:
     return compared
 
 
-def equal_time(rows: Sequence[Row], floor: float = FLOOR) -> list[tuple[float, float, float]]:
-    """Seconds, our error and CalculiX's error, percent, for the times that both have rows for.
+def equal_time(rows: Sequence[Row], floor: float = FLOOR) -> list[EqualTime]:
+    """Compare at each of `SECONDS`, as far as both have rows.
 
     Parameters
     ----------
@@ -89,7 +106,7 @@ def equal_time(rows: Sequence[Row], floor: float = FLOOR) -> list[tuple[float, f
         after = partial(error_after, seconds=seconds, floor=floor)
         ours, theirs = (_best(rows, tools, after) for tools in programs)
         if math.isfinite(ours) and math.isfinite(theirs):
-            found.append((seconds, ours, theirs))
+            found.append(EqualTime(seconds, ours, theirs))
     return found
 
 

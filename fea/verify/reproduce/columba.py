@@ -45,7 +45,15 @@ _CAUSE_NO_GAS = _CAUSE.partition("; ")[2]
 def engine(friction: float = FRICTION) -> Engine:
     """Return the printed engine: three cylinders at 240°."""
     bore = math.sqrt(4 * PISTON_AREA / math.pi)
-    return Engine(R, L, bore, PISTON * KG, friction=friction, cylinders=3, phase=240 * DEG)
+    return Engine(
+        crank_radius=R,
+        rod_length=L,
+        bore=bore,
+        piston_mass=PISTON * KG,
+        friction=friction,
+        cylinders=3,
+        phase=240 * DEG,
+    )
 
 
 def rod(inertia: float = INERTIA) -> MassProperties:
@@ -122,7 +130,16 @@ def motion() -> Table:
     columns = []
     for title, (quantity, unit, figure) in figures.items():
         cells = column(name, title)
-        columns.append(Column(quantity, unit, cells, figure(cells), figure(cells), speed="3200 rpm"))
+        columns.append(
+            Column(
+                quantity=quantity,
+                unit=unit,
+                cells=cells,
+                as_published=figure(cells),
+                corrected=figure(cells),
+                speed="3200 rpm",
+            )
+        )
     return table(
         SOURCE,
         "kinematics",
@@ -149,13 +166,13 @@ def force_vector() -> Table:
         scale = N_M if name == "T12" else 1.0
         columns.append(
             Column(
-                name,
-                {"Nm": "N·m"}.get(unit, unit),
-                [cell],
-                getattr(published, name) / scale,
-                right[name],
-                _CAUSE,
-                "3200 rpm",
+                quantity=name,
+                unit={"Nm": "N·m"}.get(unit, unit),
+                cells=[cell],
+                as_published=getattr(published, name) / scale,
+                corrected=right[name],
+                cause=_CAUSE,
+                speed="3200 rpm",
             )
         )
     return table(SOURCE, "vector at 30°", "the eight unknowns at 3200 rpm", columns)
@@ -193,13 +210,13 @@ def _force(name: str, component: str, *, gas: bool = True, suffix: str = "_N") -
     published = as_published(3200, degrees(cells), gas=gas)
     right = corrected(3200, degrees(cells), gas=gas)
     return Column(
-        component + (" without gas" if not gas else ""),
-        "N",
-        cells,
-        getattr(published, component),
-        right[component],
-        _CAUSE if gas else _CAUSE_NO_GAS,
-        "3200 rpm",
+        quantity=component + (" without gas" if not gas else ""),
+        unit="N",
+        cells=cells,
+        as_published=getattr(published, component),
+        corrected=right[component],
+        cause=_CAUSE if gas else _CAUSE_NO_GAS,
+        speed="3200 rpm",
     )
 
 
@@ -212,7 +229,18 @@ def torque() -> Table:
         published = as_published(rpm, at).T12 / N_M
         slips = _one_row_late(published, at) if rpm == 3200 else {}
         right = corrected(rpm, at)["T12"]
-        columns.append(Column("driving torque", "N·m", cells, published, right, _CAUSE, f"{rpm} rpm", slips))
+        columns.append(
+            Column(
+                quantity="driving torque",
+                unit="N·m",
+                cells=cells,
+                as_published=published,
+                corrected=right,
+                cause=_CAUSE,
+                speed=f"{rpm} rpm",
+                slips=slips,
+            )
+        )
     return table(
         SOURCE,
         "torque",
@@ -240,8 +268,14 @@ def working_model() -> Table:
         "Working Model",
         "rod angle and piston position of independent software",
         [
-            Column("rod angle", "°", angle, beta, beta),
-            Column("piston position", "mm", position, exact.piston_position, exact.piston_position),
+            Column(quantity="rod angle", unit="°", cells=angle, as_published=beta, corrected=beta),
+            Column(
+                quantity="piston position",
+                unit="mm",
+                cells=position,
+                as_published=exact.piston_position,
+                corrected=exact.piston_position,
+            ),
         ],
         [f"Largest difference {np.abs(values(position) - exact.piston_position).max():.1e} mm."],
     )

@@ -53,17 +53,17 @@ def _row(record: dict[str, str], as_published: float, corrected: float, cause: s
     slip = wrong_digit(text, GYRATION / 10) if quantity == "radius of gyration" else None
     digit = 10.0 ** -decimals(text)
     return Row(
-        SOURCE,
-        "column",
-        quantity,
-        "",
-        record["unit"],
-        float(text),
-        digit,
-        as_published,
-        corrected,
-        cause,
-        slip,
+        source=SOURCE,
+        table="column",
+        quantity=quantity,
+        at="",
+        unit=record["unit"],
+        published=float(text),
+        digit=digit,
+        as_published=as_published,
+        corrected=corrected,
+        formula_cause=cause,
+        slip=slip,
     )
 
 

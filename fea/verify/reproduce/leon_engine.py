@@ -22,12 +22,12 @@ R, L = 0.047, 0.141  # crank radius and rod length, m
 LAMBDA = R / L
 BORE = 76.0  # mm, as printed
 PISTON = 1.3345  # kg, with pin and rings
-M_A, M_B = 0.428687, 0.356312  # kg: the rod's mass at crank pin and piston pin
+M_B = 0.356312  # kg: the rod's mass at the piston pin
 INERTIA = 3.868e-3  # kg·m², which is m·a·b of the two masses
 
 # Values used in the thesis.
 M_RECIPROCATING = 1.690  # kg, PISTON + M_B truncated
-M_A_USED = 0.428  # kg, M_A truncated
+M_A_USED = 0.428  # kg: the rod's mass at the crank pin, 0.428687, truncated
 AREA_USED = 5944.0  # mm²: a bore of 87 mm
 
 ROD = MassProperties(
@@ -39,7 +39,14 @@ ROD = MassProperties(
 
 def engine(bore: float = BORE) -> Engine:
     """Return the printed engine, optionally with another bore (mm) for the sensitivity study."""
-    return Engine(1e3 * R, 1e3 * L, bore, PISTON * KG, cylinders=4, phase=math.pi)
+    return Engine(
+        crank_radius=1e3 * R,
+        rod_length=1e3 * L,
+        bore=bore,
+        piston_mass=PISTON * KG,
+        cylinders=4,
+        phase=math.pi,
+    )
 
 
 def exact_motion(rpm: float, degrees: npt.ArrayLike) -> Kinematics:
@@ -47,7 +54,7 @@ def exact_motion(rpm: float, degrees: npt.ArrayLike) -> Kinematics:
     return kinematics(engine(), np.asarray(degrees, dtype=np.float64) * DEG, rpm * RPM)
 
 
-def exact_forces(rpm: float, degrees: npt.ArrayLike, bore: float = BORE) -> Cycle:
+def exact_forces(rpm: float, degrees: npt.ArrayLike) -> Cycle:
     """Forces with the measured gas pressure at crank angles in degrees."""
     angles = np.asarray(degrees, dtype=np.float64) * DEG
-    return cycle(engine(bore), ROD, shipped_trace(SOURCE), rpm * RPM, angles)
+    return cycle(engine(), ROD, shipped_trace(SOURCE), rpm * RPM, angles)

@@ -24,15 +24,23 @@ def gas() -> Table:
         }
         speed = f"{rpm} rpm"
         columns += [
-            Column("gas pressure", "bar", pressure, trace / BAR, trace / BAR, speed=speed, slips=open_end),
             Column(
-                "gas force",
-                "N",
-                force,
-                AREA_USED * values(pressure) * BAR,
-                trace * engine().piston_area,
-                "piston area 5944 mm² (a bore of 87 mm) instead of 4536 mm² (76 mm)",
-                speed,
+                quantity="gas pressure",
+                unit="bar",
+                cells=pressure,
+                as_published=trace / BAR,
+                corrected=trace / BAR,
+                speed=speed,
+                slips=open_end,
+            ),
+            Column(
+                quantity="gas force",
+                unit="N",
+                cells=force,
+                as_published=AREA_USED * values(pressure) * BAR,
+                corrected=trace * engine().piston_area,
+                cause="piston area 5944 mm² (a bore of 87 mm) instead of 4536 mm² (76 mm)",
+                speed=speed,
             ),
         ]
     return table(

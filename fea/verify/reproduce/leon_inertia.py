@@ -44,8 +44,25 @@ def reciprocating(number: int, rpm: int) -> Table:
         str(number),
         f"inertia force of the reciprocating mass at {rpm} rpm",
         [
-            Column("piston acceleration", "m/s²", a_cells, before, exact, cause, speed),
-            Column("inertia force", "N", f_cells, force, (PISTON + M_B) * exact, cause, speed, slips),
+            Column(
+                quantity="piston acceleration",
+                unit="m/s²",
+                cells=a_cells,
+                as_published=before,
+                corrected=exact,
+                cause=cause,
+                speed=speed,
+            ),
+            Column(
+                quantity="inertia force",
+                unit="N",
+                cells=f_cells,
+                as_published=force,
+                corrected=(PISTON + M_B) * exact,
+                cause=cause,
+                speed=speed,
+                slips=slips,
+            ),
         ],
         ["At 130° and 230° one digit of the force is wrong (…175 × 1.690 ends in 575)."]
         if rpm == 3000
@@ -61,12 +78,12 @@ def angular() -> Table:
     exact_beta = np.arcsin(LAMBDA * np.sin(degrees(angles) * DEG)) / DEG
     columns = [
         Column(
-            "rod angle",
-            "°",
-            angles,
-            beta_2,
-            exact_beta,
-            "printed without its sign",
+            quantity="rod angle",
+            unit="°",
+            cells=angles,
+            as_published=beta_2,
+            corrected=exact_beta,
+            cause="printed without its sign",
             slips={"110": wrong_digit("18.15", 18.25)},
         )
     ]
@@ -76,14 +93,14 @@ def angular() -> Table:
         exact = exact_motion(rpm, degrees(cells))
         columns.append(
             Column(
-                "rod angular force",
-                "N",
-                cells,
-                INERTIA * alpha / (L * np.cos(beta_2 * DEG)),
-                INERTIA * exact.rod_acceleration / (L * np.cos(exact.rod_angle)),
-                "α of table 11, which is too small by (2π)²",
-                f"{rpm} rpm",
-                _misread_alpha() if rpm == 800 else {},
+                quantity="rod angular force",
+                unit="N",
+                cells=cells,
+                as_published=INERTIA * alpha / (L * np.cos(beta_2 * DEG)),
+                corrected=INERTIA * exact.rod_acceleration / (L * np.cos(exact.rod_angle)),
+                cause="α of table 11, which is too small by (2π)²",
+                speed=f"{rpm} rpm",
+                slips=_misread_alpha() if rpm == 800 else {},
             )
         )
     return table(

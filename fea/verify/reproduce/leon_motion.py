@@ -45,7 +45,17 @@ def position() -> Table:
         SOURCE,
         "1",
         "piston position",
-        [Column("piston position", "cm", cells, as_published, exact, cause, slips=slips)],
+        [
+            Column(
+                quantity="piston position",
+                unit="cm",
+                cells=cells,
+                as_published=as_published,
+                corrected=exact,
+                cause=cause,
+                slips=slips,
+            )
+        ],
         ["Truncated, not rounded. At 90° the table has 4.84 cm, but the mechanism gives 5.506 cm."],
     )
 
@@ -66,7 +76,12 @@ def rod_angle() -> Table:
         "y_cm": ("crank pin along", "cm"),
     }
     cause = "printed without its sign"
-    columns = [Column(*words[key], cells[key], np.abs(exact[key]), exact[key], cause) for key in cells]
+    columns = [
+        Column(
+            *words[key], cells=cells[key], as_published=np.abs(exact[key]), corrected=exact[key], cause=cause
+        )
+        for key in cells
+    ]
     return table(SOURCE, "2", "rod angle and crank-pin position", columns, ["The signs are omitted."])
 
 
@@ -82,7 +97,16 @@ def velocity() -> Table:
         SOURCE,
         "3",
         "piston velocity at 6000 rpm",
-        [Column("piston velocity", "m/s", cells, _OMEGA_VELOCITY * slope, exact, cause)],
+        [
+            Column(
+                quantity="piston velocity",
+                unit="m/s",
+                cells=cells,
+                as_published=_OMEGA_VELOCITY * slope,
+                corrected=exact,
+                cause=cause,
+            )
+        ],
         [
             "It is the exact derivative of table 1, not the two-term formula printed with it.",
             "At 90° it has 47 m/s, but the mechanism gives 29.5 m/s (31.1 m/s at most).",
@@ -111,7 +135,18 @@ def acceleration(number: int, rpm: int) -> Table:
         SOURCE,
         str(number),
         f"piston acceleration at {rpm} rpm",
-        [Column("piston acceleration", "m/s²", cells, as_published, exact, cause, f"{rpm} rpm", slips)],
+        [
+            Column(
+                quantity="piston acceleration",
+                unit="m/s²",
+                cells=cells,
+                as_published=as_published,
+                corrected=exact,
+                cause=cause,
+                speed=f"{rpm} rpm",
+                slips=slips,
+            )
+        ],
         remarks[rpm],
     )
 
@@ -137,16 +172,16 @@ def angle_series() -> Table:
         cause = series if used[name] == LAMBDA else f"λ = 0.333 instead of 1/3; {series}"
         rows.append(
             Row(
-                SOURCE,
-                "11 (series)",
-                f"coefficient {name}",
-                "",
-                "rad",
-                float(text),
-                10.0 ** -len(text.partition(".")[2]),
-                fifth[name](used[name]),
-                float(exact[name]),
-                cause,
+                source=SOURCE,
+                table="11 (series)",
+                quantity=f"coefficient {name}",
+                at="",
+                unit="rad",
+                published=float(text),
+                digit=10.0 ** -len(text.partition(".")[2]),
+                as_published=fifth[name](used[name]),
+                corrected=float(exact[name]),
+                formula_cause=cause,
             )
         )
     return Table(
@@ -174,7 +209,15 @@ def angular_acceleration() -> Table:
         cause = "ω = n/60 rev/s instead of 2πn/60 rad/s, too small by (2π)² = 39.5; series truncated after λ⁵"
         series = _angular_acceleration_as_published(rpm, cells)
         columns.append(
-            Column("rod angular acceleration", "rad/s²", cells, series, exact, cause, f"{rpm} rpm")
+            Column(
+                quantity="rod angular acceleration",
+                unit="rad/s²",
+                cells=cells,
+                as_published=series,
+                corrected=exact,
+                cause=cause,
+                speed=f"{rpm} rpm",
+            )
         )
     return table(SOURCE, "11", "angular acceleration of the rod", columns)
 

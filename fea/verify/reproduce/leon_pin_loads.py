@@ -47,16 +47,16 @@ def _pin_load(record: dict[str, str]) -> Iterator[Row]:
     for title, (quantity, unit, corrected) in figures.items():
         cell = column(name, title)[i]
         yield Row(
-            SOURCE,
-            "17",
-            quantity,
-            f"{rpm} rpm, {key}°",
-            unit,
-            float(record[title]),
-            0.01,
-            cell.value if title == "rod_deg" else abs(cell.value),
-            float(corrected),
-            f"table {TABLES[rpm]}",
+            source=SOURCE,
+            table="17",
+            quantity=quantity,
+            at=f"{rpm} rpm, {key}°",
+            unit=unit,
+            published=float(record[title]),
+            digit=0.01,
+            as_published=cell.value if title == "rod_deg" else abs(cell.value),
+            corrected=float(corrected),
+            formula_cause=f"table {TABLES[rpm]}",
         )
 
 
@@ -74,15 +74,15 @@ def _critical_angle(rpm: int, key: str, total: list[Cell]) -> Row:
     fine = np.arange(0, 720, 0.1)
     exact = exact_forces(rpm, fine)
     return Row(
-        SOURCE,
-        "17",
-        "crank angle of the largest force",
-        f"{rpm} rpm",
-        "°",
-        float(key),
-        1.0,
-        float(largest.key),
-        float(fine[np.argmax(np.abs(exact.pin_axial))]),
-        f"table {TABLES[rpm]}",
-        slip,
+        source=SOURCE,
+        table="17",
+        quantity="crank angle of the largest force",
+        at=f"{rpm} rpm",
+        unit="°",
+        published=float(key),
+        digit=1.0,
+        as_published=float(largest.key),
+        corrected=float(fine[np.argmax(np.abs(exact.pin_axial))]),
+        formula_cause=f"table {TABLES[rpm]}",
+        slip=slip,
     )

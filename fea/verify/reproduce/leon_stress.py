@@ -119,18 +119,36 @@ def _von_mises_row(record: dict[str, str], step: int) -> Row:
     rounded = Slip("a principal stress was rounded", None, is_rounding=True)
     slip = impossible if float(text) < 0 else rounded
     return Row(
-        SOURCE, "21", "von Mises of σ₁, σ₂, σ₃", f"step {step}", "MPa",
-        float(text), _digit(text), formed, formed, _CIRCULAR, slip,
-    )  # fmt: skip
+        source=SOURCE,
+        table="21",
+        quantity="von Mises of σ₁, σ₂, σ₃",
+        at=f"step {step}",
+        unit="MPa",
+        published=float(text),
+        digit=_digit(text),
+        as_published=formed,
+        corrected=formed,
+        formula_cause=_CIRCULAR,
+        slip=slip,
+    )
 
 
 def _ratio_row(table: str, text: str, stress: float, step: int) -> Row:
     formed = YIELD / stress
     slip = Slip("computed from a negative von Mises stress", None) if stress < 0 else None
     return Row(
-        SOURCE, table, "safety factor", f"step {step}", "1",
-        float(text), _digit(text), formed, formed, "", slip,
-    )  # fmt: skip
+        source=SOURCE,
+        table=table,
+        quantity="safety factor",
+        at=f"step {step}",
+        unit="1",
+        published=float(text),
+        digit=_digit(text),
+        as_published=formed,
+        corrected=formed,
+        formula_cause="",
+        slip=slip,
+    )
 
 
 def _extreme(
@@ -139,11 +157,31 @@ def _extreme(
     """The printed extreme against ours with the published conditions, and ours in equilibrium by speed."""
     sound = {rpm: of(result) for rpm, result in corrected().items()}
     printed = Row(
-        SOURCE, table, quantity, "6000 rpm", unit,
-        float(text), _digit(text), of(as_published()), sound[6000.0], _SIDEWAYS, slip or Slip(_DRAWING, None),
-    )  # fmt: skip
+        source=SOURCE,
+        table=table,
+        quantity=quantity,
+        at="6000 rpm",
+        unit=unit,
+        published=float(text),
+        digit=_digit(text),
+        as_published=of(as_published()),
+        corrected=sound[6000.0],
+        formula_cause=_SIDEWAYS,
+        slip=slip or Slip(_DRAWING, None),
+    )
     others = [
-        Row(SOURCE, table, quantity, f"{rpm:g} rpm", unit, None, 0.0, math.nan, sound[rpm], "not printed")
+        Row(
+            source=SOURCE,
+            table=table,
+            quantity=quantity,
+            at=f"{rpm:g} rpm",
+            unit=unit,
+            published=None,
+            digit=0.0,
+            as_published=math.nan,
+            corrected=sound[rpm],
+            formula_cause="not printed",
+        )
         for rpm in SPEEDS[:-1]
     ]
     return [printed, *others]

@@ -15,7 +15,8 @@ SOURCE = "molina-2024"
 R, L, BORE = 44.0, 150.0, 85.0  # mm
 LAMBDA = R / L
 
-_ENGINE = Engine(R, L, BORE, 1e-3, cylinders=4)  # kinematics need no mass
+# Kinematics need no mass.
+_ENGINE = Engine(crank_radius=R, rod_length=L, bore=BORE, piston_mass=1e-3, cylinders=4)
 _CM = 10.0  # mm
 _FINE = np.linspace(0, 360, 36_001)
 
@@ -153,16 +154,16 @@ def regression() -> Table:
         _row("regression", intercept, rounded[0], exact[0], cause),
         _row("regression", coefficient, rounded[1], exact[1], cause),
         Row(
-            SOURCE,
-            "regression",
-            "R²",
-            "",
-            "1",
-            None,
-            0.0,
-            quality,
-            quality,
-            "not printed; the fit explains nothing",
+            source=SOURCE,
+            table="regression",
+            quantity="R²",
+            at="",
+            unit="1",
+            published=None,
+            digit=0.0,
+            as_published=quality,
+            corrected=quality,
+            formula_cause="not printed; the fit explains nothing",
         ),
     )
     return Table(
@@ -201,15 +202,15 @@ def _row(
     )
     digit = 10.0 ** -decimals(record["value"])
     return Row(
-        SOURCE,
-        table,
-        record["quantity"],
-        at,
-        record["unit"],
-        float(record["value"]),
-        digit,
-        as_published,
-        corrected,
-        cause,
-        slip,
+        source=SOURCE,
+        table=table,
+        quantity=record["quantity"],
+        at=at,
+        unit=record["unit"],
+        published=float(record["value"]),
+        digit=digit,
+        as_published=as_published,
+        corrected=corrected,
+        formula_cause=cause,
+        slip=slip,
     )

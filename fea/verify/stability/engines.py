@@ -33,15 +33,15 @@ def rows() -> list[ExtremeRow]:
 def _row(
     case: str, parameter: str, value: float, *, ratio: float = 1 / 3, rpm: float = 6000.0, peak: float = 60.0
 ) -> ExtremeRow:
-    engine = Engine(ratio * LENGTH, LENGTH, 76.0, 1.0 * KG)
+    engine = Engine(crank_radius=ratio * LENGTH, rod_length=LENGTH, bore=76.0, piston_mass=1.0 * KG)
     gas = Otto(engine, 8.0, peak * BAR)
     error = 100 * max(_imbalance(engine, gas, rpm * RPM, angle) for angle in np.arange(0, 4 * math.pi, 0.1))
     return ExtremeRow(
-        case,
-        parameter,
-        value,
-        judged(error, TOLERANCE_PERCENT, marked=False),
-        error,
+        case=case,
+        parameter=parameter,
+        value=value,
+        verdict=judged(error, TOLERANCE_PERCENT, marked=False),
+        result_error_percent=error,
         tolerance_percent=TOLERANCE_PERCENT,
     )
 

@@ -7,11 +7,8 @@ import numpy as np
 
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
-from mesh.tetmesh import EDGES, TetMesh
+from mesh.tetmesh import EDGES, FACES, FACET_EDGES, TetMesh
 
-# Vertices of a positively oriented tetrahedron's faces, seen from outside.
-_FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
-_FACE_EDGES = ((0, 1), (1, 2), (2, 0))
 # An axis of the lattice and one of its ends, 0 or 1.
 End = tuple[int, int]
 
@@ -20,32 +17,29 @@ def lattice(
     cells: tuple[int, int, int],
     place: Callable[[Floats], Floats],
     ends: Mapping[End, Surface],
-    *,
-    order: int = 2,
 ) -> TetMesh:
-    """Cut each cell along its diagonal (Kuhn 1960) and place the nodes.
+    """Cut each cell along its diagonal (Kuhn 1960) and place the nodes of second-order tetrahedra.
 
     Parameters
     ----------
     cells
         Along each axis.
     place
-        Map from the unit cube, (n, 3), to the body, mm; it must keep the orientation.
+        Map from the unit cube, (n, 3), to the body, mm; it must keep the orientation. It also places
+        mid-edge nodes, so that edges may be curved.
     ends
         Names of surfaces by the end of the lattice.
-    order
-        1 or 2; the map also places mid-edge nodes, so that edges may be curved.
     """
     counts = np.array(cells)
     corners = np.stack(np.meshgrid(*map(np.arange, cells), indexing="ij"), axis=-1).reshape(-1, 1, 1, 3)
     # Twice the indices, so that the middle of an edge has integer indices too.
     vertices = (2 * (corners + _kuhn())).reshape(-1, 4, 3)
-    nodes = _with_middles(vertices, EDGES) if order == 2 else vertices
-    faces = vertices[:, _FACES].reshape(-1, 3, 3)
+    nodes = _with_middles(vertices, EDGES)
+    faces = vertices[:, FACES].reshape(-1, 3, 3)
     facets = {}
     for (axis, end), surface in ends.items():
         own = faces[(faces[:, :, axis] == 2 * end * counts[axis]).all(axis=1)]
-        facets[surface] = _with_middles(own, _FACE_EDGES) if order == 2 else own
+        facets[surface] = _with_middles(own, FACET_EDGES)
     weights = np.array([(2 * counts[1] + 1) * (2 * counts[2] + 1), 2 * counts[2] + 1, 1])
     used, tets = np.unique(nodes @ weights, return_inverse=True)
     indices = np.stack([used // weights[0], used % weights[0] // weights[1], used % weights[1]], axis=1)
@@ -66,6 +60,6 @@ def _kuhn() -> Ints:
     return np.array(found)
 
 
-def _with_middles(vertices: Ints, edges: tuple[tuple[int, int], ...]) -> Ints:
+def _with_middles(vertices: Ints, edges: Ints) -> Ints:
     middles = [(vertices[:, a] + vertices[:, b]) // 2 for a, b in edges]
     return np.concatenate([vertices, np.stack(middles, axis=1)], axis=1)

@@ -110,11 +110,11 @@ def _row(place: tuple[str, str, float], result: SpeedResult, error: float, toler
     failed = tuple(name for name, item in result.checks.items() if not item.passed)
     return ExtremeRow(
         *place,
-        judged(error, tolerance, marked=bool(failed)),
-        error,
-        result.checks["backward_error"].value,
-        result.checks["condition"].value,
-        result.checks["energy_balance"].value,
-        tolerance,
-        failed,
+        verdict=judged(error, tolerance, marked=bool(failed)),
+        result_error_percent=error,
+        backward_error=result.checks["backward_error"].value,
+        condition_estimate=result.checks["condition"].value,
+        energy_error=result.checks["energy_balance"].value,
+        tolerance_percent=tolerance,
+        noticed_by=failed,
     )

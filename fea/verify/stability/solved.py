@@ -56,7 +56,6 @@ class Solved:
         error_percent: float,
         tolerance_percent: float,
         *,
-        marked: bool = False,
         noticed_by: tuple[str, ...] = (),
     ) -> ExtremeRow:
         """Judge a result computed from the displacement.
@@ -67,23 +66,21 @@ class Solved:
             See `ExtremeRow`.
         error_percent, tolerance_percent
             Error of the result, and the largest error that counts as right.
-        marked
-            Whether another check would fail.
         noticed_by
             Names of other checks that would fail.
         """
         noticed = (*noticed_by, *self.failed)
         return ExtremeRow(
-            case,
-            parameter,
-            value,
-            judged(error_percent, tolerance_percent, marked=marked or bool(noticed)),
-            error_percent,
-            self.backward_error,
-            self.condition,
-            self.energy_error,
-            tolerance_percent,
-            noticed,
+            case=case,
+            parameter=parameter,
+            value=value,
+            verdict=judged(error_percent, tolerance_percent, marked=bool(noticed)),
+            result_error_percent=error_percent,
+            backward_error=self.backward_error,
+            condition_estimate=self.condition,
+            energy_error=self.energy_error,
+            tolerance_percent=tolerance_percent,
+            noticed_by=noticed,
         )
 
 

@@ -55,8 +55,7 @@ def make_case(path: Path, dofs: int) -> None:
     forces = nodal_forces(whole.mesh, found.bores).forces.symmetric
     fixed = restraints(whole.mesh)
     material = load_study(STUDY).material.material()
-    title = f"{STUDY}, {LOAD}, {SPEED:g} rpm"
-    write_inp(path.with_suffix(".inp"), whole.mesh, material, forces, fixed, title=title)
+    write_inp(path.with_suffix(".inp"), whole.mesh, material, forces, fixed)
     facts = {"dofs": forces.size, "elements": len(whole.mesh.tets), "size_mm": found.meshing.size}
     path.with_suffix(".json").write_text(json.dumps(facts), encoding="utf-8")
     # What the peers read: no package of ours.
