@@ -164,7 +164,15 @@ class PreparedRod:
             recovery = self.fields.recovery
             units = unit_solutions(self.model, recovery, loads, self.materials, cut_y=mesh.cut_y)
         masked = self.fields.errors.masked
-        return CycleAnalysis(mesh, self.mass, self.materials, loads, units, self.options.fatigue, masked)
+        return CycleAnalysis(
+            mesh=mesh,
+            rod=self.mass,
+            materials=self.materials,
+            loads=loads,
+            units=units,
+            fatigue=self.options.fatigue,
+            masked=masked,
+        )
 
     @cached_property
     def buckling(self) -> Buckling:
