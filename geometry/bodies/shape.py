@@ -90,9 +90,7 @@ def polygon(*corners: tuple[Point, Surface]) -> tuple[Side, ...]:
     return tuple(Side(Line(a, b), name) for (a, name), b in zip(corners, ends, strict=True))
 
 
-def block(length: float, width: float, height: float) -> Prism:
-    """Box from the origin to (`length`, `width`, `height`), every face free."""
+def block(length: float, width: float, height: float, name: Surface = Surface.FREE) -> Prism:
+    """Box from the origin to (`length`, `width`, `height`), all of whose faces are called `name`."""
     corners = ((0.0, 0.0), (length, 0.0), (length, width), (0.0, width))
-    return Prism(
-        polygon(*((corner, Surface.FREE) for corner in corners)), (0.0, height), Surface.FREE, Surface.FREE
-    )
+    return Prism(polygon(*((corner, name) for corner in corners)), (0.0, height), name, name)
