@@ -227,7 +227,8 @@ def prepare(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisF
 
 
 def _asked(study: str | Path | Study, flags: AnalysisFlags) -> Study:
-    return python_flags(flags).applied(study if isinstance(study, Study) else load_study(study))
+    found = study if isinstance(study, Study) else load_study(study)
+    return python_flags(flags, AnalysisFlags).applied(found)
 
 
 def result_of(found: Outcome) -> Result:

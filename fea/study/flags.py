@@ -137,19 +137,26 @@ class RunFlags(AnalysisFlags, total=False):
     out: str | Path
 
 
-def python_flags(values: Mapping[str, Any]) -> Flags:
+def python_flags(values: Mapping[str, Any], valid: type = RunFlags) -> Flags:
     """Return flags given as Python values: numbers and lists for ``rpm``, text for choices and paths.
+
+    Parameters
+    ----------
+    values
+        By the names of the flags.
+    valid
+        `RunFlags`, or `AnalysisFlags` where nothing is written.
 
     Raises
     ------
     InvalidValue
         An unknown flag or a value of the wrong kind.
     """
-    hints = typing.get_type_hints(Flags)
+    hints, names = typing.get_type_hints(Flags), typing.get_type_hints(valid)
     flags: dict[str, Any] = {}
     for name, value in values.items():
-        if name not in hints:
-            raise unknown_key("run()", name, hints)
+        if name not in names:
+            raise unknown_key("flag", name, names)
         if value is None:
             continue
         if name == "rpm":
