@@ -132,8 +132,7 @@ class Result(Outcome):
         """Return the study, the speed and the smallest safety factor in a line."""
         speed = "" if self.rpm is None else f" at {self.rpm:g} rpm"
         trusted = "" if self.trusted else ", NOT TO BE TRUSTED"
-        worst = f"smallest safety factor against yielding {self.summary.min_safety_factor:.3g}"
-        return f"<{self.study.name}{speed}: {worst} ({self.summary.worst_case}){trusted}>"
+        return f"<{self.study.name}{speed}: {self.summary.survival.text}{trusted}>"
 
     def _repr_html_(self) -> str:
         """Return a table of the load cases and a picture of the worst one, for a notebook."""

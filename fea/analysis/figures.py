@@ -211,6 +211,33 @@ class BucklingFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class SurvivalFigures:
+    """``survival``: whether the rod survives, with the error bar taken off the safety factor.
+
+    Attributes
+    ----------
+    answer
+        ``survives``, ``fails`` or, where the error bar includes the required factor, ``undecided``.
+    text
+        In a line.
+    required_safety_factor
+        1, or ``--min-safety``.
+    mode, case
+        Of the governing factor: ``yielding``, ``fatigue`` or ``buckling``; the load case, None for the cycle.
+    safety_factor, assured_safety_factor
+        The governing factor, and what remains of it if the stress is higher by its error bar.
+    """
+
+    answer: str
+    text: str
+    required_safety_factor: float
+    mode: str
+    case: str | None
+    safety_factor: float
+    assured_safety_factor: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class PassFigures:
     """One mesh of a refinement.
 
@@ -269,6 +296,7 @@ class Summary:
     study: str
     rpm: float | None
     trusted: bool
+    survival: SurvivalFigures
     rod: RodFigures
     engine: EngineFigures | None
     loads: Mapping[str, LoadFigures]
@@ -297,16 +325,6 @@ class Summary:
     def min_safety_factor(self) -> float:
         """The smallest safety factor of the load cases."""
         return self.results[self.worst_case].min_safety_factor
-
-    @property
-    def least_factor(self) -> float:
-        """Smallest safety factor of load cases, against buckling and, with the cycle, against fatigue."""
-        factors = [case.min_safety_factor for case in self.results.values()]
-        factors += [] if self.buckling.min_safety_factor is None else [self.buckling.min_safety_factor]
-        if self.envelope is not None:
-            cycle = (self.envelope.min_safety_factor, self.envelope.min_fatigue_safety_factor)
-            factors += [factor for factor in cycle if factor is not None]
-        return min(factors)
 
 
 def vector(values: Any) -> Vector:

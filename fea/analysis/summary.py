@@ -26,6 +26,7 @@ from fea.analysis.figures import (
 )
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
+from fea.analysis.survival import factors, survival
 from fea.assess.case_result import CaseResult
 from fea.assess.crossland import crossland
 from fea.assess.deviatoric import deviatoric
@@ -89,6 +90,7 @@ def summary_of(
         study=rod.name,
         rpm=rpm,
         trusted=all(item.passed for item in checks.values()),
+        survival=survival(factors(results, buckling, envelope), rod.options.min_safety),
         rod=_rod(rod),
         engine=_engine(rod),
         loads=loads,

@@ -56,7 +56,7 @@ class Flags:
     """Refine the mesh until the error bar of every peak stress is at most this, in percent."""
 
     min_safety: float | None = None
-    """Exit with code 6 if any safety factor of the run is below this value."""
+    """Exit with code 6 unless every safety factor of the run, less its error bar, reaches this value."""
 
     screenshot: bool = False
     """Save a .png picture of each load case next to its .vtu file."""

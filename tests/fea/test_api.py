@@ -93,7 +93,7 @@ def test_a_notebook_shows_every_case_and_the_worst_one_as_a_picture(result):
     html = result._repr_html_()
     assert all(f"<td>{name}</td>" in html for name in result.cases)
     assert "data:image/png;base64," in html
-    assert repr(result).startswith("<leon-2001 at 6000 rpm: smallest safety factor")
+    assert repr(result).startswith("<leon-2001 at 6000 rpm: fails by fatigue, safety factor 0.")
 
 
 def test_flags_that_write_files_are_not_for_an_analysis():

@@ -4,8 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from written_figures import buckling as pressed_column
-from written_figures import result, summary
 
 from fea.analysis.buckling import buckling_report
 from fea.analysis.prepare import prepare
@@ -133,9 +131,3 @@ def test_mean_motions_measure_rigid_ones(quarter):
     mesh, length = analysis.mesh.whole, analysis.mesh.bores.rod_length
     rows = mean_motions(mesh, Surface.SMALL_END_BORE, length).reshape(6, -1)
     np.testing.assert_allclose(rows @ motions(mesh.points, length).reshape(6, -1).T, np.eye(6), atol=1e-4)
-
-
-def test_the_smallest_safety_factor_of_a_run_may_be_that_of_buckling():
-    results = {"gas": result(min_safety_factor=2.0)}
-    assert summary(results=results, buckling=pressed_column(1.5, 3.0)).least_factor == 1.5
-    assert summary(results=results).least_factor == 2.0

@@ -7,10 +7,10 @@ import meshio
 import numpy as np
 import pytest
 from PIL import Image
-from written_figures import buckling, load, summary
+from written_figures import buckling, cycle, load, summary
 from written_figures import result as case_result
 
-from fea.analysis.figures import BucklingModeFigures, CycleFigures
+from fea.analysis.figures import BucklingModeFigures
 from fea.output.errors import PictureError
 from fea.output.json_file import json_text
 from fea.output.pictures import picture
@@ -207,19 +207,8 @@ def test_the_envelope_and_modes_of_buckling_are_described_too(tmp_path, monkeypa
         BucklingModeFigures(factor=6.0146, moves="sideways"),
         BucklingModeFigures(factor=27.5, moves="twisting"),
     )
-    envelope = CycleFigures(
-        min_safety_factor=0.89,
-        at_mm=(1.0, 2.0, 3.0),
-        crank_deg=5.0,
-        min_fatigue_safety_factor=0.54,
-        fatigue_criterion="goodman",
-        fatigue=None,
-        min_crossland_safety_factor=None,
-        unit_solutions=74,
-        instants=721,
-    )
     found = replace(buckling(3.0, 4.0, modes={"gas": modes}), shapes_of="gas")
-    run = replace(SUMMARY, buckling=found, envelope=envelope)
+    run = replace(SUMMARY, buckling=found, envelope=cycle())
     (tmp_path / "summary.json").write_text(json_text(run))
     mode = described(tmp_path / "buckling.vtu", tmp_path / "b.png", "mode_2")
     assert mode.title == "leon-2001: buckling under gas, mode 2 at 27.5 times the load, 6000 rpm"

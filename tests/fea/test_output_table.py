@@ -82,7 +82,7 @@ def test_it_fits_eighty_columns(folder):
 
 def test_it_begins_with_the_verdict_and_ends_with_what_to_do(folder):
     lines = said((folder, SUMMARY)).splitlines()
-    assert lines[0] == "leon-2001 at 6000 rpm: smallest safety factor against yielding 1.99 (tension)"
+    assert lines[0] == "leon-2001 at 6000 rpm: survives, safety factor 1.99 ± 0.06 (tension)"
     assert "1 of 1 checks passed; 2.3 s" in "\n".join(lines)
     assert lines[-1] == f"Next: fea view {folder}/tension.vtu, or open it in ParaView."
     drawn = replace(SUMMARY, files=(*FILES, "tension.png"))

@@ -4,6 +4,7 @@ from fea.analysis.figures import (
     BucklingFigures,
     CaseFigures,
     ColumnFigures,
+    CycleFigures,
     EnvironmentFigures,
     LoadFigures,
     ModelFigures,
@@ -12,6 +13,7 @@ from fea.analysis.figures import (
     RodFigures,
     Summary,
 )
+from fea.analysis.survival import Factor, survival
 from fea.checks import Check
 
 
@@ -56,6 +58,22 @@ def buckling(*factors, modes=None):
     return BucklingFigures(column=column, modes=modes, min_safety_factor=min(factors, default=None))
 
 
+def cycle(**figures):
+    """The extremes of the whole cycle."""
+    usual = {
+        "min_safety_factor": 0.89,
+        "at_mm": (1.0, 2.0, 3.0),
+        "crank_deg": 5.0,
+        "min_fatigue_safety_factor": 0.54,
+        "fatigue_criterion": "goodman",
+        "fatigue": None,
+        "min_crossland_safety_factor": None,
+        "unit_solutions": 74,
+        "instants": 721,
+    }
+    return CycleFigures(**usual | figures)
+
+
 def summary(**figures):
     """A run of one load case in tension."""
     quality = QualityFigures(
@@ -90,6 +108,7 @@ def summary(**figures):
             mass_kg=0.6, center_of_gravity_mm=(40.0, 0.0, 0.0), inertia_kg_m2=2e-3, length_mm=141.0
         ),
         "engine": None,
+        "survival": survival([Factor("yielding", "tension", 1.9884, 3.14)]),
         "loads": {"tension": load()},
         "model": model,
         "results": {"tension": result()},

@@ -112,10 +112,13 @@ def _singular_cells(largest: float) -> list[str]:
 
 
 def _headline(summary: Summary) -> str:
-    safety = factor(summary.min_safety_factor)
     speed = f" at {summary.rpm:g} rpm" if summary.rpm is not None else ""
-    case = summary.worst_case
-    return f"{summary.study}{speed}: smallest safety factor against yielding {safety} ({case})"
+    away = " (away from the singular places below)" if _singular(summary) else ""
+    return f"{summary.study}{speed}: {summary.survival.text}{away}"
+
+
+def _singular(summary: Summary) -> bool:
+    return any(result.singular_max_von_mises_MPa for result in summary.results.values())
 
 
 def _doubts(summary: Summary) -> list[str]:
