@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from itertools import groupby
 from pathlib import Path
 
-from fea.output.text import write_text
+from fea.output.text import make_directory, write_text
 from fea.verify.benchmark import Row
 from fea.verify.terminal import verdict
 from fea.verify.verification_plot import draw_convergence
@@ -42,7 +42,7 @@ def write_report(
     listener
         Called with the name of each case before it is computed.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_directory(path.parent)
     parts = ["# Benchmark problems", f"Made by `{command}`.", f"**{verdict(rows)}**", _READING, _table(rows)]
     coarser = _coarser(dict.fromkeys(row.case for row in rows), listener)
     if coarser:

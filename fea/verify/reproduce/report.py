@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from fea.output.text import write_text
+from fea.output.text import make_directory, write_text
 from fea.verify.reproduce import leon_engine
 from fea.verify.reproduce.plots import draw
 from fea.verify.reproduce.row import Row, Status
@@ -42,7 +42,7 @@ def write_report(path: Path, tables: Sequence[Table], command: str) -> None:
     command
         The command that makes the report.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_directory(path.parent)
     plots = draw(tables, path.parent, path.stem)
     parts = [_head(tables, command)]
     for source in dict.fromkeys(table.source for table in tables):
