@@ -2,8 +2,8 @@
 
 Every node is evaluated at the ends of the chords of the path; within a chord only if the bound of
 `fea.cycle.path` exceeds the largest value already found at the node. The result is the same as that of
-evaluating every instant, in single precision, whose error is about a hundred times smaller than that of the
-superposition.
+evaluating every instant, in a fifth of the time. Single precision is used: its error is about a hundred times
+smaller than that of the superposition.
 """
 
 import dataclasses

@@ -1,4 +1,4 @@
-"""Read the results of CalculiX from its .frd file."""
+"""Read the results of CalculiX from its .frd file, a format that meshio does not read."""
 
 from pathlib import Path
 

@@ -16,7 +16,7 @@ def principal(stress: Floats) -> Floats:
     """Principal stresses (…, 3), largest first, of tensors (…, 6).
 
     Trigonometric roots of the characteristic cubic (Smith 1961), accurate to 1e-8 of the largest stress where
-    two roots coincide and to rounding elsewhere; LAPACK takes four times as long.
+    two roots coincide and to rounding elsewhere; LAPACK takes three times as long.
     """
     largest = float(np.abs(stress).max(initial=0.0)) or 1.0
     xx, yy, zz, xy, yz, xz = np.moveaxis(stress / largest, -1, 0)  # cubes neither over- nor underflow
