@@ -147,7 +147,7 @@ def _survived(governing: Factor, required: float | None) -> str:
 
 def _undecided(governing: Factor, required: float) -> str:
     """Say which tolerance would decide."""
-    apart = 100 * abs(governing.value - required) / governing.value
+    apart = 100 * abs(governing.value / required - 1)
     if apart < _CLOSEST_PERCENT:
         remedy = f"the factor is within {_CLOSEST_PERCENT:g} % of it, closer than a mesh can tell"
     else:
