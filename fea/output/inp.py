@@ -1,4 +1,4 @@
-"""A meshed load case as an input deck for CalculiX and Abaqus; meshio writes the mesh of one alone."""
+"""A meshed load case as an input deck for CalculiX and Abaqus; meshio writes only its mesh."""
 
 from collections.abc import Iterator
 from pathlib import Path

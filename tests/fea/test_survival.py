@@ -36,7 +36,7 @@ def test_a_factor_less_its_bar_is_that_of_a_stress_higher_by_its_bar():
             [tension(1.04, 8.0)],
             None,
             "undecided",
-            "undecided, safety factor 1.04 ± 0.08 (tension) includes 1; --tolerance 3.5 would decide",
+            "undecided, safety factor 1.04 ± 0.08 (tension) includes 1; --tolerance 3.6 would decide",
         ),
         (
             [tension(1.002)],
