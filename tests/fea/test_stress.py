@@ -7,7 +7,9 @@ from hypothesis.extra.numpy import arrays
 from fea.assess.safety import CAP, element_largest, safety_factor
 from fea.stress.stress import principal, von_mises
 
-tensors = arrays(float, (5, 6), elements=st.floats(-1e3, 1e3, allow_subnormal=False))
+# Where products underflow, LAPACK's eigenvalues are off by 5e-8.
+values = st.floats(-1e3, 1e3).map(lambda value: value if abs(value) > 1e-100 else 0.0)
+tensors = arrays(float, (5, 6), elements=values)
 
 
 def matrix(stress):
