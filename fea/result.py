@@ -207,7 +207,8 @@ def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisF
     speeds = asked.speeds()
     rule = f"has {len(speeds)} speeds, and a result is of one"
     require(len(speeds) == 1, "STUDY", asked.name, rule, "Choose one: analyse(study, rpm=6000).")
-    return result_of(outcome(asked, adapt_mesh(asked, speeds, Clock()), speeds[0]))
+    adapted = adapt_mesh(asked, speeds, Clock())
+    return result_of(outcome(asked, adapted, adapted.at(speeds[0])))
 
 
 def prepare(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisFlags]) -> PreparedRod:

@@ -97,7 +97,7 @@ def run_study(study: Study, listener: Callable[[str], None] | None = None) -> li
     prepared = adapt_mesh(study, speeds, clock, listener)
     with run_folder(target) as part:
         if one:
-            found = result_of(outcome(study, prepared, speeds[0]))
+            found = result_of(outcome(study, prepared, prepared.at(speeds[0])))
             reports = [_leave(found, prepared, _Place(speeds[0], part, films[0]), clock)]
         else:
             places = [
@@ -168,7 +168,7 @@ def _leave_one(
 ) -> tuple[RunReport, SpeedResult]:
     """Write the run of one speed of several; return what it left, and what was found at that speed."""
     solved = prepared.at(place.rpm)
-    found = result_of(outcome(study, prepared, place.rpm, solved))
+    found = result_of(outcome(study, prepared, solved))
     if sweep is not None:
         summary = dataclasses.replace(found.summary, critical_speeds_rpm=sweep.critical)
         found = dataclasses.replace(found, summary=summary)

@@ -78,9 +78,8 @@ class Outcome:
         return None if self.speed is None else self.speed.cycle
 
 
-def outcome(study: Study, adapted: Adapted, rpm: float | None, solved: SpeedResult | None = None) -> Outcome:
-    """Gather all that is found at one speed on the adapted mesh of a study; solve it unless that is done."""
-    result = solved or adapted.at(rpm)
+def outcome(study: Study, adapted: Adapted, result: SpeedResult) -> Outcome:
+    """Gather all that is found at one speed that was solved on the adapted mesh of a study."""
     buckling = buckling_report(adapted.rod, result)
     summary = speed_summary(adapted.rod, result, buckling, adapted.passes)
     return outcome_of(study, adapted.rod, summary, result, buckling)
