@@ -14,8 +14,9 @@ from fea.analysis.prepare import prepare as prepared
 from fea.machine.clock import Clock
 from fea.output.errors import PictureError
 from fea.output.folder import run_folder
-from fea.output.json_file import as_dict, json_text
-from fea.output.run_files import SUMMARY, picture_name, write_files
+from fea.output.json_file import SUMMARY, as_dict, json_text
+from fea.output.run_files import picture_name, write_files
+from fea.output.terminal.figures import bar, factor, number, place
 from fea.output.text import write_text
 from fea.output.vtu import vtk_grid, write_vtu
 from fea.study.flags import AnalysisFlags, python_flags
@@ -129,10 +130,9 @@ class Result(Outcome):
         return dict(as_dict(self.summary))
 
     def __repr__(self) -> str:
-        """Return the study, the speed and the smallest safety factor in a line."""
-        speed = "" if self.rpm is None else f" at {self.rpm:g} rpm"
+        """Return the study, the speed and whether the rod survives in a line."""
         trusted = "" if self.trusted else ", NOT TO BE TRUSTED"
-        return f"<{self.study.name}{speed}: {self.summary.survival.text}{trusted}>"
+        return f"<{self.summary.title}: {self.summary.survival.text}{trusted}>"
 
     def _repr_html_(self) -> str:
         """Return a table of the load cases and a picture of the worst one, for a notebook."""
@@ -147,11 +147,11 @@ class Result(Outcome):
         found, angle = self.summary.results[name], self.summary.loads[name].crank_deg
         cells = (
             name,
-            "–" if angle is None else f"{angle:.0f}",
-            f"{found.max_von_mises_MPa:.1f}",
-            "–" if found.error_percent is None else f"{found.error_percent:.1f}",
-            ", ".join(f"{coordinate:.1f}" for coordinate in found.at_mm),
-            f"{found.min_safety_factor:.2f}",
+            number(angle, ".0f"),
+            number(found.max_von_mises_MPa, ".1f"),
+            bar(found.error_percent),
+            place(found.at_mm),
+            factor(found.min_safety_factor),
         )
         return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
 

@@ -317,6 +317,11 @@ class Summary:
     shared_files: WhereKnown[tuple[str, ...]] = None
 
     @property
+    def title(self) -> str:
+        """The study and its speed."""
+        return self.study if self.rpm is None else f"{self.study} at {self.rpm:g} rpm"
+
+    @property
     def worst_case(self) -> str:
         """The load case with the smallest safety factor."""
         return min(self.results, key=lambda case: self.results[case].min_safety_factor)

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from fea.analysis.figures import SCHEMA
-from fea.output.run_files import SUMMARY, picture_name
+from fea.output.json_file import SUMMARY
+from fea.output.run_files import picture_name
 
 # Of any version.
 _SCHEMA = SCHEMA.rpartition("/")[0] + "/"

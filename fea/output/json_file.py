@@ -10,15 +10,14 @@ from enum import Enum
 from functools import cache
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from fea.analysis.figures import ONLY_WHERE_KNOWN, Summary
 from fea.checks import Check
 
-Figures = TypeVar("Figures")
-
+SUMMARY = "summary.json"  # the file of a run's figures
 DIGITS = 6  # beyond what any input is known to, and enough to compare two runs
 IN_FULL = ("loads",)  # tables from which equilibrium can be checked anew
 FULL = 17
@@ -101,11 +100,11 @@ def read_summary(folder: Path) -> Summary:
     ValueError
         It is not one that this version writes.
     """
-    raw = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    raw = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     try:
         summary: Summary = _read(Summary, raw)
     except (TypeError, KeyError, AttributeError) as error:
-        raise ValueError(f"{folder / 'summary.json'} is not the summary of a run: {error}") from error
+        raise ValueError(f"{folder / SUMMARY} is not the summary of a run: {error}") from error
     return summary
 
 

@@ -19,7 +19,7 @@ from fea.output.text import write_text
 from fea.output.vtu import write_vtu
 from fea.rod.load_cases import EngineLoading
 
-SUMMARY, ENVELOPE, BUCKLING = "summary.json", "envelope.vtu", "buckling.vtu"
+ENVELOPE, BUCKLING = "envelope.vtu", "buckling.vtu"
 
 
 class RunFiles(NamedTuple):

@@ -38,7 +38,7 @@ def plot_stress_history(path: Path, run: Outcome) -> None:
     loads = {name: case.load for name, case in run.cases.items()}
     plot_histories(
         path,
-        f"{run.study.name} at {run.rpm:g} rpm",
+        run.summary.title,
         run.cycle.angles,
         [(spot.place.tolist(), spot.signed) for spot in run.cycle.spots],
         {

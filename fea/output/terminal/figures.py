@@ -1,5 +1,7 @@
 """Figures as words: what is not known, how many digits."""
 
+from collections.abc import Iterable
+
 from fea.output.notes import error_bar
 
 UNKNOWN = "–"
@@ -15,6 +17,11 @@ def number(value: float | None, form: str) -> str:
 def bar(percent: float | None) -> str:
     """Return an error bar."""
     return UNKNOWN if percent is None else error_bar(percent)
+
+
+def place(coordinates: Iterable[float]) -> str:
+    """Return coordinates in mm, to a tenth."""
+    return ", ".join(number(coordinate, ".1f") for coordinate in coordinates)
 
 
 def kilo(newtons: float | None) -> str:

@@ -13,7 +13,7 @@ from fea.assess.verdict import Verdict
 from fea.output.run_files import picture_name
 from fea.output.target import near
 from fea.output.terminal.buckling import buckling_lines
-from fea.output.terminal.figures import UNKNOWN, bar, factor, kilo, number
+from fea.output.terminal.figures import UNKNOWN, bar, factor, kilo, number, place
 from fea.output.terminal.sweep import print_sweep
 
 _ENDLESS = 1000
@@ -100,7 +100,7 @@ def _cells(load: LoadFigures, result: CaseFigures) -> list[str]:
         *(kilo(force) for force in (load.pin_axial_N, load.crank_axial_N, load.wall_N)),
         number(result.max_von_mises_MPa, ".1f"),
         bar(result.error_percent),
-        ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in result.at_mm),
+        place(result.at_mm),
         factor(result.min_safety_factor),
         number(result.max_displacement_mm, ".3f"),
     ]
@@ -112,9 +112,8 @@ def _singular_cells(largest: float) -> list[str]:
 
 
 def _headline(summary: Summary) -> str:
-    speed = f" at {summary.rpm:g} rpm" if summary.rpm is not None else ""
     away = " (away from the singular places below)" if _singular(summary) else ""
-    return f"{summary.study}{speed}: {summary.survival.text}{away}"
+    return f"{summary.title}: {summary.survival.text}{away}"
 
 
 def _singular(summary: Summary) -> bool:
@@ -164,8 +163,7 @@ def _cycle(summary: Summary) -> list[str]:
     fatigue = envelope.fatigue
     if fatigue is None:
         return [f"{static}; fatigue is not judged (see the notes)."]
-    at = ", ".join(f"{coordinate + 0.0:.1f}" for coordinate in fatigue.at_mm)
-    judged = f"against fatigue {factor(fatigue.fatigue_safety_factor)} at ({at}) mm"
+    judged = f"against fatigue {factor(fatigue.fatigue_safety_factor)} at ({place(fatigue.at_mm)}) mm"
     history = f"mean {fatigue.mean_MPa:.0f}, amplitude {fatigue.amplitude_MPa:.0f} MPa"
     ratio = f"R = {fatigue.stress_ratio:.2f} ({envelope.fatigue_criterion})"
     return [f"{static}; {judged}: {history}, {ratio}."]
