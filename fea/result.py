@@ -183,8 +183,8 @@ def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisF
         A study, a shipped one by name, or the path of a TOML file.
     **flags
         Those of ``fea run`` that ask for figures, by their Python names: ``rpm`` (a number), ``size``,
-        ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``cycle``, ``fatigue``,
-        ``buckling``, ``tolerance``, ``min_safety``.
+        ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``assembly``, ``cycle``,
+        ``fatigue``, ``buckling``, ``tolerance``, ``min_safety``.
 
     Raises
     ------
