@@ -4,6 +4,10 @@ from enum import StrEnum
 
 from geometry.mirror import Mirror
 
+# A peak stress counts as mesh-converged within this error bar, unless another tolerance is asked for: it is
+# less than the uncertainty of the assumed pressure distribution or of a material's strength.
+CONVERGED_PERCENT = 5.0
+
 
 class Element(StrEnum):
     """Order of the tetrahedra."""

@@ -1,26 +1,30 @@
 """Element sizes that a tolerance on the peaks asks for, from the errors of a solution."""
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
 
 from fea.assess.case_result import CaseResult
 from fea.rod.discretise import MeshedRod
-from geometry.arrays import Floats
+from fea.stress.stress import von_mises
+from geometry.arrays import Floats, Mask
 from mesh.size_field import SizeField
 from mesh.tetmesh import EDGES, TetMesh
 
 # The error of the stress falls with this power of the element size, by element order.
-_RATE = {1: 1.0, 2: 2.0}
+_RATE = {1: 1.0, 2: 2.4}
 # Where an earlier pass refined without success the stress is less smooth (at the ends of fillets the
 # curvature jumps): the rate is lower there, and elements shrink by this ratio to make a pass worth while.
-_ROUGH_RATE, _ROUGH_RATIO = 1.0, 0.5
+_ROUGH_RATE, _ROUGH_RATIO = 1.5, 0.6
 # Share of the tolerance that is aimed at: predictions scatter, and another pass costs a whole solution,
 # whereas smaller elements at the peaks cost next to nothing.
-_AIM = 0.25
-# The peak of a coarse mesh falls under refinement by about this share of its error; other places have to stay
-# below the lower value.
-_FALL = 0.15
+_AIM = 0.5
+# Under refinement the stress of other places than the peak rises by about this share of their error.
+_RISE = 0.25
+# A first mesh may be too coarse to follow a fillet, which then looks like a sharp edge, where the stress is
+# singular: elements there shrink by this ratio.
+_SHARP_RATIO = 0.5
 # No element shrinks more than this in one pass: error estimates are too vague to extrapolate further.
 LEAST_RATIO = 0.2
 # Beyond this error in the energy norm a whole rod is too coarse for any peak to be trusted; elements with
@@ -34,7 +38,12 @@ _NO_WISH = 1e6
 
 
 def size_ratio(
-    mesh: TetMesh, cases: Sequence[CaseResult], tolerance_percent: float, *, again: bool = False
+    mesh: TetMesh,
+    cases: Sequence[CaseResult],
+    tolerance_percent: float,
+    *,
+    again: bool = False,
+    fatigue: bool = False,
 ) -> Floats:
     """Factor (n_nodes,) on the size of the elements that brings the peaks of every case within a tolerance.
 
@@ -48,13 +57,32 @@ def size_ratio(
         Of the largest von Mises stress and of the least safety factor.
     again
         Whether the mesh has been refined for this tolerance already.
+    fatigue
+        Whether the largest stress amplitude between the cases is a peak as well.
     """
-    ratio, rate = np.ones(len(mesh.points)), _RATE[mesh.order]
+    tolerance, masked = tolerance_percent / 100, cases[0].error.masked
+    judged = [pair for case in cases for pair in case.judged]
+    if fatigue and len(cases) > 1:
+        judged.append(_amplitude(cases))
+    ratio = np.ones(len(mesh.points))
+    for value, error in judged:
+        ratio = np.minimum(ratio, _nodal_ratio(value, error, masked, mesh, tolerance, again=again))
     for case in cases:
-        nodal = _nodal_ratio(case, mesh, tolerance_percent / 100, again=again)
-        ratio = np.minimum(ratio, nodal)
-        np.minimum.at(ratio, mesh.tets, _energy_ratio(case, mesh, rate)[:, None])
+        np.minimum.at(ratio, mesh.tets, _energy_ratio(case, mesh, _RATE[mesh.order])[:, None])
     return ratio
+
+
+def _amplitude(cases: Sequence[CaseResult]) -> tuple[Floats, Floats]:
+    """Largest amplitude of the von Mises stress between any two cases (n_nodes,), and its error, MPa."""
+    pairs = [
+        (von_mises(one.stress - other.stress) / 2, (one.von_mises_error + other.von_mises_error) / 2)
+        for one, other in itertools.combinations(cases, 2)
+    ]
+    value, error = pairs[0]
+    for other, its_error in pairs[1:]:
+        larger = other > value
+        value, error = np.where(larger, other, value), np.where(larger, its_error, error)
+    return value, error
 
 
 def wanted_sizes(mesh: MeshedRod, ratio: Floats) -> SizeField | None:
@@ -70,27 +98,28 @@ def wanted_sizes(mesh: MeshedRod, ratio: Floats) -> SizeField | None:
     return SizeField(drawn.points, drawn.tets[:, :4], np.minimum(size, _NO_WISH))
 
 
-def _nodal_ratio(case: CaseResult, mesh: TetMesh, tolerance: float, *, again: bool) -> Floats:
-    """Factor on the size at each node of the whole, for the bars of the peaks."""
-    ratio, masked = np.ones(len(case.von_mises)), case.error.masked
+def _nodal_ratio(
+    value: Floats, own_error: Floats, masked: Mask, mesh: TetMesh, tolerance: float, *, again: bool
+) -> Floats:
+    """Factor on the size at each node of the whole, for the bar of a field's peak."""
+    ratio = np.ones(len(value))
     if masked.all():
         return ratio
+    if not again:
+        ratio[masked] = _SHARP_RATIO
     # What a first mesh says is vague, and a further pass dearer than elements; of first order they are many.
     vague = mesh.order == 2 and not again
-    rate = _ROUGH_RATE if again else _RATE[mesh.order]
-    for value, own_error in case.judged:
-        error = np.where(masked, 0.0, own_error)
-        hottest = int(np.where(masked, -np.inf, value).argmax())
-        peak, aim = value[hottest], _AIM * tolerance * value[hottest]
-        fall = _FALL * error[hottest] if vague else 0.0
-        error = _around(error, mesh) if vague else error
-        # A node counts as far as its stress and error together reach beyond the peak's bar.
-        allowed = np.maximum(peak + aim - fall - value, aim)
-        factor = np.divide(allowed, error, out=np.ones_like(error), where=~masked & (error > 0))
-        ratio = np.minimum(ratio, factor ** (1 / rate))
+    error = np.where(masked, 0.0, own_error)
+    hottest = int(np.where(masked, -np.inf, value).argmax())
+    error = _around(error, mesh) if vague else error
+    aim = _AIM * tolerance * value[hottest]
+    # A node counts as far as its stress and error together reach beyond the peak's bar.
+    allowed = np.maximum(value[hottest] - value - _RISE * error + aim, aim)
+    factor = np.divide(allowed, error, out=np.ones_like(error), where=~masked & (error > 0))
+    ratio = np.minimum(ratio, factor ** (1 / (_ROUGH_RATE if again else _RATE[mesh.order])))
     if again:
         ratio[ratio < 1] = np.minimum(ratio[ratio < 1], _ROUGH_RATIO)
-    return np.maximum(ratio, LEAST_RATIO)
+    return np.asarray(np.maximum(ratio, LEAST_RATIO))
 
 
 def _around(error: Floats, mesh: TetMesh) -> Floats:

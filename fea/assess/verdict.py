@@ -11,11 +11,8 @@ from enum import StrEnum
 
 import numpy as np
 
+from fea.choices import CONVERGED_PERCENT
 from geometry.arrays import Floats, Mask
-
-# A peak counts as mesh-converged within this error bar, unless another tolerance is requested: it is less
-# than the uncertainty of the assumed pressure distribution or of a material's strength.
-CONVERGED_PERCENT = 5.0
 
 
 class Verdict(StrEnum):
@@ -38,6 +35,8 @@ class Peak:
         Its value.
     bar
         The true peak lies within `value` ± `bar`.
+    bar_node
+        Node that sets the bar: the largest sum of value and error.
     unmasked
         The largest over all nodes.
     singular
@@ -48,6 +47,7 @@ class Peak:
     node: int
     value: float
     bar: float
+    bar_node: int
     unmasked: float
     singular: float = 0.0
 
@@ -57,13 +57,13 @@ class Peak:
         return 100 * self.bar / self.value if self.value > 0 else 0.0
 
     def verdict(self, tolerance_percent: float | None = None) -> Verdict:
-        """Return the verdict for the tolerance, or for `CONVERGED_PERCENT` without one.
+        """Return the verdict for the tolerance, or for `CONVERGED_PERCENT` without one (or with 0).
 
         It is diverging if the stress near a singularity exceeds the peak: it grows with every refinement.
         """
         if self.unmasked > self.value:
             return Verdict.DIVERGING
-        within = self.error_percent <= (CONVERGED_PERCENT if tolerance_percent is None else tolerance_percent)
+        within = self.error_percent <= (tolerance_percent or CONVERGED_PERCENT)
         return Verdict.CONVERGED if within else Verdict.NOT_CONVERGED
 
 
@@ -79,6 +79,13 @@ def peak(value: Floats, error: Floats, masked: Mask | None = None) -> Peak:
     """
     counts = np.ones(value.shape, dtype=bool) if masked is None or masked.all() else ~masked
     node = int(np.where(counts, value, -np.inf).argmax())
-    highest = float(np.where(counts, value + error, -np.inf).max())
-    singular = float(value[~counts].max(initial=0.0))
-    return Peak(node, float(value[node]), highest - float(value[node]), float(value.max()), singular)
+    highest = np.where(counts, value + error, -np.inf)
+    bar_node = int(highest.argmax())
+    return Peak(
+        node=node,
+        value=float(value[node]),
+        bar=float(highest[bar_node] - value[node]),
+        bar_node=bar_node,
+        unmasked=float(value.max()),
+        singular=float(value[~counts].max(initial=0.0)),
+    )

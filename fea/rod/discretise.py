@@ -54,22 +54,22 @@ class Meshing:
         What was done differently from what this size asks for.
     warnings
         Of gmsh.
-    refined
-        Whether errors of earlier solutions set sizes, too.
+    follows_errors
+        Whether errors of solutions set the sizes.
     """
 
     size: float
     quality: Quality
     repair: Repair
     warnings: tuple[str, ...]
-    refined: bool = False
+    follows_errors: bool = False
 
     def notes(self, rod_length: float) -> tuple[str, ...]:
         """Return what a reader must know of the mesh: coarse elements, repairs, warnings of gmsh."""
         coarser = self.size / default_size(rod_length)
         count = self.quality.straightened
         notes = []
-        if coarser > 1.01 and not self.refined:
+        if coarser > 1.01 and not self.follows_errors:
             notes.append(
                 f"elements of {self.size:g} mm are {coarser:.2g} times the default size: with only "
                 f"{PER_ARC / coarser:.1f} of them along a fillet's arc, peak stresses may be too low"
@@ -173,6 +173,11 @@ class MeshRequest:
     wanted: Sequence[SizeField] = ()
     coarser: float = 1.0
 
+    @property
+    def follows_errors(self) -> bool:
+        """Whether errors of solutions set the sizes: this mesh, or the one that it is the first for."""
+        return bool(self.wanted) or self.coarser != 1.0
+
 
 def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: Clock) -> MeshedRod:
     """Draw and mesh a rod.
@@ -246,7 +251,7 @@ def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: C
                 lambda cause: clock.tell(f"meshing again, because {cause}"),
             )
     warnings = tuple(dict.fromkeys((*drawing, *made.warnings)))
-    meshing = Meshing(size, made.quality, made.repair, warnings, refined=bool(request.wanted))
+    meshing = Meshing(size, made.quality, made.repair, warnings, follows_errors=request.follows_errors)
     return _Drawn(solid, made.mesh, meshing)
 
 

@@ -10,12 +10,15 @@ is overestimated (1.0, 1.4 to 2.5). With the mean of both, times `ENERGY_FACTOR`
 1.97 on all of them, and 0.93 to 1.24 on first-order elements. If singular edges cause most of the error, it
 goes down to 0.75 on second-order elements (results/effectivity.md).
 
-*Stress at a node.* `STRESS_FACTOR` times the root of the sum of two squares, in the von Mises norm. The first
-is the root mean square of σ* − σ_h over the elements of the node: the disagreement between the elements. The
-second is the largest sagitta of σ* along an edge of the node, which is the value at the middle of the edge
-minus the mean of the ends: it is large if the elements are too large for the gradient of the stress. The
-factor is fitted: see `fea.assess.verdict`. Inside the body, where the recovered stress is the mean over the
-elements, the sagitta has a larger factor: see `INSIDE_FACTOR`.
+*Stress at a node.* Two differences indicate the error, both in the von Mises norm. The first is the root mean
+square of σ* − σ_h over the elements of the node: the disagreement between the elements. The second is the
+largest sagitta of σ* along an edge of the node, which is the value at the middle of the edge minus the mean
+of the ends: it is large if the elements are too large for the gradient of the stress. At a single node either
+may be small or large by chance, so the mean of their squares over the elements around the node counts. With q
+the root of the sum, s the von Mises stress and `STRESS_FACTOR` and `STRESS_POWER` as c and p, the error is
+c s (q / s)^p. With second-order elements σ* converges faster than σ_h, hence p > 1. The constants are fitted:
+see `fea.assess.verdict`. Inside the body, where the recovered stress is the mean over the elements, the
+sagitta counts for more: see `INSIDE_FACTOR`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -41,15 +44,14 @@ _DEGREE = 2
 _TWICE = np.array([1.0, 1, 1, 2, 2, 2])
 # Weight of the quadratic interpolation of the recovered stress; the rest is linear.
 _QUADRATIC = 0.5
-# Factor on disagreement and sagitta. For second order it is the smallest of 0.3, 0.4, 0.5, 0.6 and 0.8 with
-# which the error bars of `fea.assess.verdict` contain 95 of 100 true errors in each of the sets of random
-# rods used to choose it (tests/benchmarks/error_bars.py); results/error-bars.md has the coverage on other
-# rods.
-STRESS_FACTOR = {1: 1.4, 2: 0.6}
-# Factor on the sagitta inside the body. At an extreme all elements around it err to the same side, so that
-# their disagreement does not show the error: the line through the Gauss points of a parabola is off at its
-# ends by 2/3 of its sagitta (Barlow 1976), and curvature in two directions adds up to twice that. On a
-# surface, quadratics are fitted instead.
+# Constants of the error of the stress, by element order: with them the error bars of `fea.assess.verdict`
+# contain 95 of 100 true errors of the random rods used to choose them (tests/benchmarks/error_bars.py);
+# results/error-bars.md has the coverage on other rods.
+STRESS_FACTOR, STRESS_POWER = {1: 1.4, 2: 0.75}, {1: 1.0, 2: 1.2}
+# Inside the body the error is at least this times the sagitta. At an extreme all elements around it err to
+# the same side, so that their disagreement does not show the error: the line through the Gauss points of a
+# parabola is off at its ends by 2/3 of its sagitta (Barlow 1976), and curvature in two directions adds up to
+# twice that. On a surface, quadratics are fitted instead.
 INSIDE_FACTOR = 4 / 3
 # Factor on the energy norm, to be on the safe side.
 ENERGY_FACTOR = 1.2
@@ -98,10 +100,9 @@ class ErrorEstimator:
         self._to_places = (
             table.values @ self._to_nodes
         )  # from the Gauss points to the places of the quadrature
-        factor = STRESS_FACTOR[mesh.order]
-        self._sagitta_factor = np.full((len(mesh.points), 1), max(factor, INSIDE_FACTOR))
+        self._inside = np.ones((len(mesh.points), 1), dtype=bool)
         for surface in mesh.facets.keys() - PLANE_AXIS.keys():
-            self._sagitta_factor[mesh.facets[surface]] = factor
+            self._inside[mesh.facets[surface]] = False
 
     def __call__(
         self,
@@ -134,9 +135,17 @@ class ErrorEstimator:
                 energy[elements], solution[elements] = self._energies(elements, raw, nodal, material)
                 away = _along_places(self._to_nodes, raw) - nodal
                 spread.add(tets, von_mises(np.moveaxis(away, 2, -1)) ** 2)
-            bow = self._sagitta_factor * sagitta(self._mesh.tets[own], stress)
-            errors.append(np.sqrt(STRESS_FACTOR[self._mesh.order] ** 2 * spread.value() + bow**2))
+            bow = sagitta(self._mesh.tets[own], stress)
+            around = np.sqrt(_around(self._mesh.tets[own], spread.value() + bow**2))
+            error = self._stress_error(von_mises(np.moveaxis(stress, 1, -1)), around)
+            errors.append(np.where(self._inside, np.maximum(error, INSIDE_FACTOR * bow), error))
         return ErrorEstimate(energy, solution, tuple(errors))
+
+    def _stress_error(self, stress: Floats, indicator: Floats) -> Floats:
+        """Error of the von Mises stress, MPa, from its indicator, both (n_nodes, n_cases)."""
+        order = self._mesh.order
+        share = np.divide(indicator, stress, out=np.ones_like(stress), where=indicator < stress)
+        return np.asarray(STRESS_FACTOR[order] * indicator * share ** (STRESS_POWER[order] - 1))
 
     def _elements(self, number: int) -> Ints:
         part = self._mesh.part
@@ -169,6 +178,13 @@ class _NodalMean:
         """Means (n_nodes, n_cases); NaN at nodes without elements."""
         with np.errstate(invalid="ignore"):
             return np.asarray(self._sum / self._count[:, None])
+
+
+def _around(tets: Ints, values: Floats) -> Floats:
+    """Mean (n_nodes, n_cases) over the elements at each node of their means over their own nodes."""
+    mean = _NodalMean(*values.shape)
+    mean.add(tets, np.repeat(values[tets].mean(axis=1, keepdims=True), tets.shape[1], axis=1))
+    return mean.value()
 
 
 def _along_places(matrix: Floats, values: Floats) -> Floats:

@@ -23,7 +23,7 @@ class Flags:
     """Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200)."""
 
     size: float | None = None
-    """Element size, mm; default: 1/28 of the rod's length, smaller on fillets, bores and webs."""
+    """Element size, mm, smaller on fillets, bores and webs: no refinement unless --tolerance is given."""
 
     element: Element | None = None
     """Order of the tetrahedra: p1 (4 nodes) or p2 (10 nodes); default: p2."""
@@ -53,7 +53,7 @@ class Flags:
     """Compute the buckling load factors and buckling shapes of the solid."""
 
     tolerance: float | None = None
-    """Refine the mesh until the error bar of every peak stress is at most this, in percent."""
+    """Refine the mesh until the error bar of every peak is at most this, percent; default: 5; 0: never."""
 
     min_safety: float | None = None
     """Exit with code 6 unless every safety factor of the run, less its error bar, reaches this value."""

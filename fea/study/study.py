@@ -8,7 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from fea.choices import Assembly, Element, Fatigue, SolverName, Support, Symmetry
+from fea.choices import CONVERGED_PERCENT, Assembly, Element, Fatigue, SolverName, Support, Symmetry
 from fea.material import Material
 from fea.study.engine_table import EngineTable
 from fea.study.material_table import MaterialTable
@@ -96,7 +96,9 @@ class AnalysisTable:
         if self.min_safety is not None:
             require_positive("analysis.min_safety", self.min_safety)
         if self.tolerance_percent is not None:
-            require_positive("analysis.tolerance_percent", self.tolerance_percent)
+            name, rule = "analysis.tolerance_percent", "must be positive, or 0 for no refinement"
+            require_number(name, self.tolerance_percent)
+            require(self.tolerance_percent >= 0, name, self.tolerance_percent, rule)
 
 
 @dataclass(frozen=True)
@@ -185,6 +187,18 @@ class Study:
         else:
             rule, remedy = "has neither [engine] nor [forces]", "Add one of them."
         raise InvalidValue("STUDY", self.name, rule, remedy)
+
+    @property
+    def tolerance_percent(self) -> float | None:
+        """Error bar, percent, to which the mesh is refined; None where it is made once.
+
+        Without a value, the tolerance is `CONVERGED_PERCENT`, unless an element size or first-order elements
+        are asked for: that is the mesh that is wanted.
+        """
+        given, mesh = self.analysis.tolerance_percent, self.mesh
+        if given is None and mesh.size_mm is None and mesh.element is Element.P2:
+            return CONVERGED_PERCENT
+        return given or None
 
     def speeds(self) -> tuple[float | None, ...]:
         """Return the speeds, rpm; None alone where forces are given instead of an engine."""

@@ -6,7 +6,8 @@ import pytest
 from fea.analysis.prepare import mesh_study
 from fea.assess.case_error import CaseError
 from fea.assess.case_result import case_result
-from fea.assess.verdict import CONVERGED_PERCENT, Verdict, peak
+from fea.assess.verdict import Verdict, peak
+from fea.choices import CONVERGED_PERCENT
 from fea.solid.traction import traction_forces
 from fea.solvers.prescribed import displacement
 from fea.stress.error_estimate import ErrorEstimator

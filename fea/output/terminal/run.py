@@ -1,6 +1,6 @@
 """What a run says at its end: a table a human can read, what was written, what to do next."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from itertools import compress
 from pathlib import Path
 
@@ -127,13 +127,15 @@ def _doubts(summary: Summary) -> list[str]:
         for name, check in summary.checks.items()
         if not check.passed
     ]
-    return [*doubts, *_unsettled(summary.results), *summary.notes]
+    return [*doubts, *_unsettled(summary), *summary.notes]
 
 
-def _unsettled(results: Mapping[str, CaseFigures]) -> list[str]:
+def _unsettled(summary: Summary) -> list[str]:
     """Return the peaks that finer elements would change, and those that no element size could settle."""
+    results = summary.results
     loose = [case for case, result in results.items() if result.verdict == Verdict.NOT_CONVERGED]
-    lines = [f"Not converged: {', '.join(loose)} (try --tolerance 5 or less)"] if loose else []
+    remedy = "" if summary.passes else " (try --tolerance 5 or less)"
+    lines = [f"Not converged: {', '.join(loose)}{remedy}"] if loose else []
     return lines + [
         _diverging(case, result) for case, result in results.items() if result.singular_max_von_mises_MPa
     ]

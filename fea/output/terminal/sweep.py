@@ -74,7 +74,8 @@ def _sweep_doubts(summaries: Sequence[Summary]) -> list[str]:
     verdicts = [summary.results[summary.worst_case].verdict for summary in summaries]
     loose = verdicts.count(Verdict.NOT_CONVERGED)
     speeds = "1 speed" if loose == 1 else f"{loose} speeds"
-    doubts = [f"Not converged: the worst case of {speeds} (try --tolerance 5 or less)"] if loose else []
+    lower = "a smaller" if summaries[0].passes else "5 or less with"
+    doubts = [f"Not converged: the worst case of {speeds} (try {lower} --tolerance)"] if loose else []
     return [*doubts, *gathered((summary.rpm or 0.0, summary.notes) for summary in summaries)]
 
 

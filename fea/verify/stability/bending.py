@@ -5,7 +5,7 @@
 
 import numpy as np
 
-from fea.assess.verdict import CONVERGED_PERCENT
+from fea.choices import CONVERGED_PERCENT
 from fea.solid.traction import nodal_traction, traction_forces
 from fea.verify.body import STEEL, SolvedBody, held
 from fea.verify.stability.peaks import noticed, peak_of
