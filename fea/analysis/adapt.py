@@ -1,28 +1,23 @@
 """Remesh where the estimate says, until every peak is within the tolerance asked for."""
 
 import dataclasses
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from fea.analysis.figures import PassFigures
+from fea.analysis.meshing import first_mesh, mesh_study
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import SpeedResult, solve_speed
 from fea.analysis.wanted_size import predicted_elements, size_ratio, wanted_sizes
 from fea.machine.clock import Clock
+from fea.rod.discretise import MeshedRod
 from fea.study.study import Study
 from geometry.arrays import Floats
-from geometry.errors import GeometryError
-from mesh.errors import MeshError
 from mesh.size_field import SizeField
 from mesh.sizing import Sizing
 
-# Size of the first mesh over the default size: it costs a third of the default mesh and shows just as well
-# where small elements are needed. Later meshes keep the default sizes, which follow the
-# rod's features, elsewhere.
-COARSER = 1.5
 # The last pass gives the answer; those before it should not cost more than one and a half times as much.
 MAX_PASSES = 4
 # About ten gigabytes and some minutes with a direct solver on a quarter of the rod.
@@ -66,6 +61,7 @@ def adapt_mesh(
     speeds: Sequence[float | None],
     clock: Clock,
     listener: Callable[[str], None] | None = None,
+    mesh: MeshedRod | None = None,
 ) -> Adapted:
     """Prepare the rod of a study, on ever better meshes where a tolerance is asked for.
 
@@ -79,22 +75,24 @@ def adapt_mesh(
         Times the stages, over all passes.
     listener
         Told the figures of each pass.
+    mesh
+        The first one, where it is there already: see `fea.analysis.meshing.first_mesh`.
 
     Raises
     ------
     GeometryError, MeshError, InvalidValue, …
         See `fea.analysis.prepare.prepare`.
     """
+    mesh = first_mesh(study, clock) if mesh is None else mesh
     tolerance = study.analysis.tolerance_percent
     if tolerance is None:
-        return Adapted(prepare(study, clock))
+        return Adapted(prepare(study, clock, mesh=mesh))
     passes: list[PassFigures] = []
     fields: list[SizeField] = []
     while True:
-        start = time.perf_counter()
-        rod = _meshed(study, clock, fields)
+        rod = prepare(study, clock, mesh=mesh)
         worst, ratio, results = _solved(rod, speeds, tolerance, again=bool(fields))
-        passes.append(_pass(rod, worst, time.perf_counter() - start))
+        passes.append(_pass(rod, worst, clock.total - sum(item.seconds for item in passes)))
         if listener:
             listener(passes[-1].text(len(passes)))
         wanted = wanted_sizes(rod.mesh, ratio)
@@ -103,6 +101,7 @@ def adapt_mesh(
             break
         fields.append(wanted)
         del rod, results  # their memory is the next mesh's
+        mesh = mesh_study(study, clock, wanted=fields)
     if shortfall:
         shortfall = f"the tolerance of {tolerance:g} % is not met (±{worst:.2g} %): {shortfall}"
     return Adapted(rod, tuple(passes), shortfall, results)
@@ -124,16 +123,6 @@ def _solved(
         if len(results) < most:
             results[rpm] = result
     return worst, ratio, results
-
-
-def _meshed(study: Study, clock: Clock, fields: Sequence[SizeField]) -> PreparedRod:
-    """Mesh coarsely at first, then as without a tolerance but for the wanted sizes."""
-    if fields or study.mesh.size_mm is not None:
-        return prepare(study, clock, wanted=fields)
-    try:
-        return prepare(study, clock, coarser=COARSER)
-    except (GeometryError, MeshError):  # what only smaller elements can follow
-        return prepare(study, clock)
 
 
 def _pass(rod: PreparedRod, error_percent: float, seconds: float) -> PassFigures:
