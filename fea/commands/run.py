@@ -41,7 +41,7 @@ def run(
     asked = flags.applied(load_study(study))
 
     from fea.machine.progress import stages
-    from fea.runs import run_study
+    from fea.runs.run_study import run_study
 
     with stages(silent=quiet or json) as listener:
         reports = run_study(asked, listener)
