@@ -96,3 +96,11 @@ def test_forces_need_nothing_that_meshes_or_solves(tmp_path):
     loaded = said(code, tmp_path).splitlines()[-1].split()
     assert "loads.dynamics" in loaded
     assert not {"skfem", "scipy", "vtkmodules", "fea.analysis.meshing", "importlib.metadata"} & set(loaded)
+
+
+def test_leaving_does_not_search_the_libraries_for_garbage(tmp_path):
+    code = (
+        "import atexit, gc, sys; from fea.__main__ import main; sys.argv = ['fea', '--version']; "
+        "atexit.register(lambda: print(gc.get_freeze_count() > 0)); main()"
+    )
+    assert said(code, tmp_path).endswith("True\n")
