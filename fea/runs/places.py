@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fea.output.folder import require_replaceable
-from fea.output.pictures.animation import require_film
 from fea.study.study import Study
 from geometry.invalid import require
 
@@ -32,9 +31,10 @@ def places_of(study: Study) -> list[Place]:
     folders = _folders(study, speeds)
     places = [Place(rpm, folder, _film(study, rpm)) for rpm, folder in zip(speeds, folders, strict=True)]
     require_replaceable(target_of(places))
-    for place in places:
-        if place.film is not None:
-            require_film(place.film)
+    for film in (place.film for place in places if place.film is not None):
+        from fea.output.pictures.animation import require_film  # noqa: PLC0415 - only a film needs it
+
+        require_film(film)
     return places
 
 
