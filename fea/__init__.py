@@ -79,7 +79,7 @@ def run(
         A value breaks a rule.
     """
     from fea.output.json_file import as_dict
-    from fea.runs import run_study
+    from fea.runs.run_study import run_study
     from fea.study.flags import python_flags
     from fea.study.study import Study, load_study
 

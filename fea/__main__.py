@@ -2,6 +2,7 @@
 
 import atexit
 import contextlib
+import gc
 import os
 import signal
 import sys
@@ -24,6 +25,7 @@ def main() -> None:
         sys.stderr.flush()
         os._exit(code)
     _end_quietly()
+    gc.freeze()  # what the libraries leave in cycles need not be searched: it ends with the process
     sys.exit(code)
 
 

@@ -3,14 +3,18 @@
 import os
 import sys
 from collections.abc import Sequence
-from importlib.metadata import version
 from typing import Any
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
-from rich.console import Console
 
 from fea.machine.exit_codes import GEOMETRY, INTERRUPTED, MACHINE, SINGULAR, USAGE
 from fea.machine.signals import interrupt_once
+
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    return version("conrod-fea")
 
 
 def _shown_default(value: object) -> Any:
@@ -27,7 +31,7 @@ app = App(
     "Exit codes: 0 done; 2 wrong usage or study; 3 no solid or no usable mesh; 4 under-constrained or "
     "singular system; 5 a check failed, do not trust the result; 6 a safety factor is below --min-safety; "
     "7 not possible on this machine (disk, permission, memory, library); 130 interrupted.",
-    version=lambda: version("conrod-fea"),
+    version=_version,
     default_parameter=Parameter(negative="", show_default=_shown_default),
     suppress_keyboard_interrupt=False,  # handled below, with a message
 )
@@ -137,6 +141,8 @@ def _text(error: Exception) -> str:
 
 
 def _say(message: str) -> None:
+    from rich.console import Console
+
     text = "".join(letter if letter.isprintable() else "?" for letter in " ".join(message.split()))
     if len(text) > _LONGEST_MESSAGE:
         text = f"{text[: _LONGEST_MESSAGE // 2]} … {text[-_LONGEST_MESSAGE // 2 :]}"

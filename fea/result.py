@@ -11,11 +11,13 @@ from fea.analysis.figures import Summary
 from fea.analysis.outcome import Outcome, outcome
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.prepare import prepare as prepared
+from fea.analysis.summary_file import SUMMARY
 from fea.machine.clock import Clock
 from fea.output.errors import PictureError
 from fea.output.folder import run_folder
-from fea.output.json_file import SUMMARY, as_dict, json_text
-from fea.output.run_files import picture_name, write_files
+from fea.output.json_file import as_dict, json_text
+from fea.output.picture_name import picture_name
+from fea.output.run_files import write_files
 from fea.output.terminal.figures import bar, factor, number, place
 from fea.output.text import write_text
 from fea.output.vtu import vtk_grid, write_vtu

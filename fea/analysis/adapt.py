@@ -1,7 +1,6 @@
 """Remesh where the estimate says, until every peak is within the tolerance."""
 
 import dataclasses
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -9,21 +8,18 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.analysis.figures import PassFigures
+from fea.analysis.meshing import adaptive_mesh
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import SpeedResult, solve_speed
 from fea.analysis.wanted_size import predicted_elements, size_ratio, wanted_sizes
 from fea.assess.case_result import CaseResult
 from fea.machine.clock import Clock
+from fea.rod.discretise import MeshedRod
 from fea.study.study import Study
 from geometry.arrays import Floats
-from geometry.errors import GeometryError
-from mesh.errors import MeshError
 from mesh.size_field import SizeField
 from mesh.sizing import Sizing
 
-# Element size away from the peaks over the default size: the first mesh shows just as well where small
-# elements are needed, and those are where later meshes have them.
-COARSER = 2.0
 # Of many speeds this many, evenly spread, decide on the mesh: between them the shape of the stress changes
 # little.
 MOST_SPEEDS = 5
@@ -70,6 +66,7 @@ def adapt_mesh(
     speeds: Sequence[float | None],
     clock: Clock,
     listener: Callable[[str], None] | None = None,
+    mesh: MeshedRod | None = None,
 ) -> Adapted:
     """Prepare the rod of a study, on ever better meshes where a tolerance is asked for.
 
@@ -83,23 +80,25 @@ def adapt_mesh(
         Times the stages, over all passes.
     listener
         Told the figures of each pass.
+    mesh
+        The first one, where it is there already: see `fea.analysis.meshing.first_mesh`.
 
     Raises
     ------
     GeometryError, MeshError, InvalidValue, …
         See `fea.analysis.prepare.prepare`.
     """
+    mesh = adaptive_mesh(study, clock) if mesh is None else mesh
     tolerance = study.tolerance_percent
     if tolerance is None:
-        return Adapted(prepare(study, clock))
+        return Adapted(prepare(study, clock, mesh=mesh))
     deciding = _deciding(speeds)
     passes: list[PassFigures] = []
     fields: list[SizeField] = []
     while True:
-        start = time.perf_counter()
-        rod = _meshed(study, clock, fields)
+        rod = prepare(study, clock, mesh=mesh)
         widest, ratio, results = _solved(rod, deciding, tolerance, again=bool(fields))
-        passes.append(_pass(rod, widest.percent, time.perf_counter() - start))
+        passes.append(_pass(rod, widest.percent, clock.total - sum(item.seconds for item in passes)))
         if listener:
             listener(passes[-1].text(len(passes)))
         wanted = wanted_sizes(rod.mesh, ratio)
@@ -108,6 +107,7 @@ def adapt_mesh(
             break
         fields.append(wanted)
         del rod, results  # their memory is the next mesh's
+        mesh = adaptive_mesh(study, clock, fields)
     if shortfall:
         shortfall = f"the tolerance of {tolerance:g} % is not met ({widest.text}): {shortfall}"
     return Adapted(rod, tuple(passes), shortfall, results)
@@ -159,16 +159,6 @@ def _bar(case: CaseResult) -> _Widest:
     found = max(case.peak, case.worst, key=lambda peak: peak.error_percent)
     place = tuple(case.mesh.points[found.bar_node].tolist())
     return _Widest(found.error_percent, case.load.name, place)
-
-
-def _meshed(study: Study, clock: Clock, fields: Sequence[SizeField]) -> PreparedRod:
-    """Mesh coarsely, but for the wanted sizes."""
-    if study.mesh.size_mm is not None:
-        return prepare(study, clock, wanted=fields)
-    try:
-        return prepare(study, clock, wanted=fields, coarser=COARSER)
-    except (GeometryError, MeshError):  # what only smaller elements can follow
-        return prepare(study, clock, wanted=fields)
 
 
 def _pass(rod: PreparedRod, error_percent: float, seconds: float) -> PassFigures:

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeVar
 
+from fea.analysis.summary_file import SCHEMA
 from fea.checks import Check
 from fea.rod.omission import Omission
 
-SCHEMA = "fea/summary/1"
 Vector = tuple[float, float, float]
 Known = TypeVar("Known")
 ONLY_WHERE_KNOWN = "only where known"

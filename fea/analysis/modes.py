@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.analysis.prepare import mesh_study
+from fea.analysis.meshing import mesh_study
 from fea.material import of_parts
 from fea.solvers.vibration import RIGID, Modes, free_modes
 from fea.study.study import Study

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from fea.analysis.fields import FieldRecovery
+from fea.analysis.meshing import mesh_loaded
 from fea.analysis.solve import PinModel, PrescribedPressure
 from fea.assess.case_error import CaseErrors
 from fea.checks import LIMITS
@@ -15,7 +16,7 @@ from fea.cycle.unit_solutions import unit_solutions
 from fea.machine.clock import Clock
 from fea.material import Material, Materials, of_parts
 from fea.rod.case_forces import NodalForces
-from fea.rod.discretise import MeshedRod, MeshRequest, discretise
+from fea.rod.discretise import MeshedRod
 from fea.rod.load_cases import EngineLoading, GivenForces, Loading
 from fea.rod.shank import part_at, shank
 from fea.solid.inertia import Inertia, inertia
@@ -33,7 +34,6 @@ from geometry.rod import Rod
 from geometry.section import Section
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure
-from mesh.size_field import SizeField
 
 _SURFACES = (Surface.FREE, Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
 
@@ -219,11 +219,10 @@ def prepare(
     study: Study,
     clock: Clock | None = None,
     *,
-    wanted: Sequence[SizeField] = (),
-    coarser: float = 1.0,
+    mesh: MeshedRod | None = None,
     known_traction: bool = True,
 ) -> PreparedRod:
-    """Draw and mesh the rod of a study, and prepare its stiffness, its loads and the recovery of its stress.
+    """Prepare the stiffness of a study's rod, its loads and the recovery of its stress.
 
     Parameters
     ----------
@@ -231,10 +230,8 @@ def prepare(
         What is asked.
     clock
         Times the stages.
-    wanted
-        Element sizes that earlier solutions ask for.
-    coarser
-        Factor on the default element size.
+    mesh
+        Of the study's rod; by default it is drawn and meshed.
     known_traction
         Whether the known traction on the surface is used to recover stress there; averaging alone otherwise.
 
@@ -246,10 +243,7 @@ def prepare(
         No solid or no usable mesh came out.
     """
     clock = clock or Clock()
-    study.require_loading()  # refused before anything is meshed
-    if study.engine is not None and study.rod.length is not None:
-        EngineLoading.of(study.engine, study.rod.length)
-    mesh = mesh_study(study, clock, wanted=wanted, coarser=coarser)
+    mesh = mesh_loaded(study, clock) if mesh is None else mesh
     options, cell = study.analysis, mesh.cell
     loading: Loading
     if study.forces is not None:
@@ -293,20 +287,6 @@ def prepare(
         remarks=tuple(study.rod.mass_remarks(body.properties)),
         clock=clock,
     )
-
-
-def mesh_study(
-    study: Study, clock: Clock | None = None, *, wanted: Sequence[SizeField] = (), coarser: float = 1.0
-) -> MeshedRod:
-    """Draw and mesh the rod of a study; parameters and errors are those of `prepare`."""
-    request = MeshRequest(
-        size=study.mesh.size_mm,
-        order=study.mesh.element.order,
-        symmetry=study.analysis.symmetry,
-        wanted=wanted,
-        coarser=coarser,
-    )
-    return discretise(study.rod, study.materials, request, clock or Clock())
 
 
 def _model(

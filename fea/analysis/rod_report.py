@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.analysis.figures import QualityFigures, Vector
-from fea.analysis.prepare import mesh_study
+from fea.analysis.meshing import mesh_study
 from fea.analysis.summary import quality_figures
 from fea.assess.column import Plane
 from fea.material import of_parts

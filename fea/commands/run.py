@@ -41,10 +41,11 @@ def run(
     asked = flags.applied(load_study(study))
 
     from fea.machine.progress import stages
-    from fea.runs import run_study
+    from fea.runs.run_study import AFTER_THE_MESH, run_study
 
+    ahead = AFTER_THE_MESH if quiet or json else (*AFTER_THE_MESH, "fea.output.terminal.run")
     with stages(silent=quiet or json) as listener:
-        reports = run_study(asked, listener)
+        reports = run_study(asked, listener, ahead)
     summaries = [report.summary for report in reports]
     if json:
         from fea.output.json_file import json_text

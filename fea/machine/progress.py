@@ -1,9 +1,8 @@
 """Progress messages on a terminal; none elsewhere."""
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-
-from rich.console import Console
 
 _WORDS = {
     "geometry": "drawing the rod",
@@ -21,10 +20,12 @@ _WORDS = {
 @contextmanager
 def stages(*, silent: bool) -> Iterator[Callable[[str], None] | None]:
     """Show the current stage on stderr if it is a terminal; yields the listener for a `Clock`."""
-    console = Console(stderr=True)
-    if silent or not console.is_terminal:
+    if silent or not sys.stderr.isatty():
         yield None
         return
+    from rich.console import Console  # noqa: PLC0415 - only a terminal shows progress
+
+    console = Console(stderr=True)
     with console.status("starting") as status:
 
         def show(stage: str) -> None:

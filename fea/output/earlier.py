@@ -7,9 +7,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from fea.analysis.figures import SCHEMA
-from fea.output.json_file import SUMMARY
-from fea.output.run_files import picture_name
+from fea.analysis.summary_file import SCHEMA, SUMMARY
+from fea.output.picture_name import picture_name
 
 # Of any version.
 _SCHEMA = SCHEMA.rpartition("/")[0] + "/"

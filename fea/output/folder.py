@@ -8,7 +8,6 @@ earlier run is renamed to ``.<name>.<random>.backup``, which the next run restor
 
 import errno
 import os
-import secrets
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -156,6 +155,8 @@ def _unmake_parents(made: list[Path]) -> None:
 
 def _sibling(place: Path, kind: str) -> Path:
     """Return a new hidden name beside `place`."""
+    import secrets  # noqa: PLC0415 - it takes OpenSSL with it, and a run has other work before
+
     return place.with_name(f".{place.name}.{secrets.token_hex(4)}.{kind}")
 
 

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from fea.analysis.figures import ONLY_WHERE_KNOWN, Summary
+from fea.analysis.summary_file import SUMMARY
 from fea.checks import Check
 
-SUMMARY = "summary.json"  # the file of a run's figures
 DIGITS = 6  # beyond what any input is known to, and enough to compare two runs
 IN_FULL = ("loads",)  # tables from which equilibrium can be checked anew
 FULL = 17

@@ -15,6 +15,7 @@ from fea.assess.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.output.errors import PictureError
 from fea.output.forces_csv import write_forces_csv
+from fea.output.picture_name import picture_name
 from fea.output.text import write_text
 from fea.output.vtu import write_vtu
 from fea.rod.load_cases import EngineLoading
@@ -127,8 +128,3 @@ def write_files(folder: Path, run: Outcome, clock: Clock) -> tuple[list[str], st
             else:
                 names += files.names
     return names, complaint
-
-
-def picture_name(result: str) -> str:
-    """Return the name of the picture of a result file, which stands beside it."""
-    return Path(result).with_suffix(".png").name

@@ -12,6 +12,8 @@ from mesh.tetmesh import TetMesh
 
 Array = npt.NDArray[Any]
 
+# What is loaded to write a file, once there is something to write.
+LIBRARIES = ("vtkmodules.vtkIOXML", "vtkmodules.util.numpy_support")
 # Names of the components, for arrays that have them; VTK's own order for a symmetric tensor.
 COMPONENTS = {"stress": ("XX", "YY", "ZZ", "XY", "YZ", "XZ")}
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from fea.checks import LIMITS
 from fea.material import Material, of_parts
-from fea.solid.inertia import inertia
 from geometry.arrays import Mask
 from geometry.solid import Solid
 from mesh.quality import Quality, scaled_jacobian, shape
@@ -67,6 +66,8 @@ def _counted(count: int, kind: str) -> str:
 
 
 def _misses_mass(materials: MaterialsOf, solid: Solid, mesh: TetMesh) -> bool:
+    from fea.solid.inertia import inertia  # noqa: PLC0415 - only a suspect mesh needs it
+
     own = materials(part.name for part in solid.parts)
     meshed = inertia(mesh, of_parts(own, mesh.part).density).properties.mass
     return mass_error(meshed, (part.mass.mass for part in solid.parts), own) > LIMITS["mesh_mass"]

@@ -26,6 +26,7 @@ from known_peaks import SIZES, KnownPeak, benchmark_peaks, exact_peaks
 from rod_studies import random_study
 
 from fea.analysis.adapt import adapt_mesh
+from fea.analysis.meshing import mesh_study
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import solve_speed
 from fea.analysis.wanted_size import wanted_sizes
@@ -108,7 +109,7 @@ def peaks(study: Study, rod: PreparedRod, cases: tuple, rpm: float | None, hot: 
     for share, factor in hot.items():
         ratio[heat > share] = factor
     fine = dataclasses.replace(study, mesh=MeshTable(size_mm=BASE * rod.mesh.meshing.size))
-    found = solve_speed(prepare(fine, wanted=[wanted_sizes(rod.mesh, ratio)]), rpm)
+    found = solve_speed(prepare(fine, mesh=mesh_study(fine, wanted=[wanted_sizes(rod.mesh, ratio)])), rpm)
     return {case.load.name: case.peak.value for case in found.cases.values()}
 
 

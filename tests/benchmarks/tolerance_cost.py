@@ -24,6 +24,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from rod_studies import random_study
 
 from fea.analysis.adapt import Adapted, adapt_mesh
+from fea.analysis.meshing import mesh_study
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
 from fea.analysis.wanted_size import wanted_sizes
@@ -85,7 +86,7 @@ def true_peaks(study: Study) -> Peaks:
     for share, factor in HOT.items():
         ratio[heat > share] = factor
     fine = dataclasses.replace(study, mesh=MeshTable(size_mm=BASE * coarse.mesh.meshing.size))
-    found = solve_speed(prepare(fine, wanted=[wanted_sizes(coarse.mesh, ratio)]), rpm)
+    found = solve_speed(prepare(fine, mesh=mesh_study(fine, wanted=[wanted_sizes(coarse.mesh, ratio)])), rpm)
     return {case.load.name: [case.peak.value, case.peak.error_percent] for case in found.cases.values()}
 
 

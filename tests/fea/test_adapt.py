@@ -6,7 +6,7 @@ import pytest
 
 from fea.analysis import adapt
 from fea.analysis.adapt import adapt_mesh
-from fea.analysis.prepare import mesh_study
+from fea.analysis.meshing import mesh_study
 from fea.analysis.speed import solve_speed
 from fea.analysis.wanted_size import edge_length, predicted_elements, size_ratio, wanted_sizes
 from fea.choices import Element

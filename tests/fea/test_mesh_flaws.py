@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fea.analysis.prepare import mesh_study
+from fea.analysis.meshing import mesh_study
 from fea.checks import LIMITS
 from fea.machine.clock import Clock
 from fea.rod.flaws import mass_error, mesh_flaws

@@ -5,7 +5,8 @@ import dataclasses
 import pytest
 from rods import random_rod
 
-from fea.analysis.prepare import mesh_study, prepare
+from fea.analysis.meshing import mesh_study
+from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
 from fea.analysis.summary import case_figures
 from fea.assess.verdict import Verdict, peak

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from fea.analysis.prepare import mesh_study
+from fea.analysis.meshing import mesh_study
 from fea.assess.case_error import CaseError
 from fea.assess.case_result import case_result
 from fea.assess.verdict import Verdict, peak

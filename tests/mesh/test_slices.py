@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fea.analysis.prepare import mesh_study
+from fea.analysis.meshing import mesh_study
 from fea.assess.column import Plane, column
 from fea.rod.shank import shank
 from fea.study.flags import Flags

@@ -12,31 +12,12 @@ from fea.output.errors import PictureError
 from fea.output.pictures.animation import Frames, film
 from fea.output.pictures.skin import Skin
 from fea.stress.stress import von_mises
-from fea.study.study import Study
 from fea.units import RPM
 from geometry.arrays import Floats
-from geometry.invalid import require
 
 COUNT = 72  # frames of a cycle: one every 10°
 # Instants computed together: each takes 72 bytes per node of the whole rod.
 BLOCK = 12
-
-
-def animation_file(study: Study, rpm: float | None) -> Path | None:
-    """The file of the animation at a speed, None if none is requested.
-
-    Raises
-    ------
-    InvalidValue
-        It is requested without the cycle.
-    """
-    if study.output.animate is None:
-        return None
-    rule = "has no effect without the crank cycle"
-    require(study.analysis.cycle, "--animate", study.output.animate, rule, "Add --cycle.")
-    path = study.folder / study.output.animate
-    speeds = study.speed.speeds()
-    return path if len(speeds) == 1 else path.with_stem(f"{path.stem}-{rpm:g}rpm")
 
 
 def filmed(rod: PreparedRod, rpm: float, path: Path, clock: Clock) -> tuple[bytes, str]:

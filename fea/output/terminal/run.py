@@ -10,7 +10,7 @@ from rich.table import Table
 
 from fea.analysis.figures import CaseFigures, LoadFigures, Summary
 from fea.assess.verdict import Verdict
-from fea.output.run_files import picture_name
+from fea.output.picture_name import picture_name
 from fea.output.target import near
 from fea.output.terminal.buckling import buckling_lines
 from fea.output.terminal.figures import UNKNOWN, bar, factor, kilo, number, place

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from fea.analysis.meshing import mesh_study
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import SpeedResult, solve_speed
 from fea.analysis.wanted_size import wanted_sizes
@@ -36,7 +37,9 @@ def rod_reference(study: Study) -> Reference:
             ratio[case.von_mises > share * case.peak.value] = scale * factor
         fields = [field for field in (wanted_sizes(mesh, ratio),) if field]
         fine = dataclasses.replace(plain, mesh=MeshTable(size_mm=scale * mesh.meshing.size))
-        values.append(first_case(solve_speed(prepare(fine, wanted=fields), speed)).max_von_mises)
+        rod = prepare(fine, mesh=mesh_study(fine, wanted=fields))
+        values.append(first_case(solve_speed(rod, speed)).max_von_mises)
+        del rod
     return extrapolated(SCALES, values)
 
 

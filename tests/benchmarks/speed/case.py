@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fea.analysis.prepare import mesh_study
+from fea.analysis.meshing import mesh_study
 from fea.choices import Support
 from fea.output.inp import write_inp
 from fea.rod.bores import Bores

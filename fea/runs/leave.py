@@ -1,4 +1,4 @@
-"""The job behind `fea run`: analyse every speed and leave each run complete in its directory."""
+"""Solve every speed of a study and leave each run complete in its directory."""
 
 import csv
 import dataclasses
@@ -6,7 +6,6 @@ import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 from fea.analysis.adapt import Adapted, adapt_mesh
 from fea.analysis.figures import Summary
@@ -15,11 +14,13 @@ from fea.analysis.speed import SpeedResult
 from fea.analysis.speed_map import case_rows, speed_map
 from fea.analysis.sweep import MOST_FULL_RUNS, SpeedSweep
 from fea.machine.clock import Clock
-from fea.output.folder import require_replaceable, run_folder
-from fea.output.pictures.animation import require_film, write_film
-from fea.output.pictures.film import animation_file, filmed
+from fea.output.folder import run_folder
+from fea.output.pictures.animation import write_film
+from fea.output.pictures.film import filmed
 from fea.output.text import write_text
 from fea.result import Result, result_of
+from fea.rod.discretise import MeshedRod
+from fea.runs.places import Place, target_of
 from fea.study.study import Study
 
 # Beside the folders of several speeds.
@@ -52,68 +53,36 @@ class RunReport:
     pages: bytes = b""
 
 
-class _Place(NamedTuple):
-    """Where a speed's run belongs: speed in rpm, folder, and file of its animation."""
+def leave_runs(
+    study: Study,
+    mesh: MeshedRod,
+    places: Sequence[Place],
+    clock: Clock,
+    listener: Callable[[str], None] | None = None,
+) -> list[RunReport]:
+    """Solve a study on its first mesh and leave the run of each speed in its place.
 
-    rpm: float | None
-    folder: Path
-    film: Path | None
-
-
-def run_study(study: Study, listener: Callable[[str], None] | None = None) -> list[RunReport]:
-    """Analyse a study at each of its speeds and write the runs.
-
-    Parameters
-    ----------
-    study
-        What is asked.
-    listener
-        Told the name of each stage as it begins.
-
-    Returns
-    -------
-    list of RunReport
-        In the order of the speeds.
-
-    Raises
-    ------
-    InvalidValue
-        A value breaks a rule.
-    OccupiedError, StorageError
-        The output directory cannot take the run.
-    GeometryError, MeshError, UnderconstrainedError, SingularMatrixError, SolverUnavailableError
-        See the stages.
+    Parameters, results and errors are those of `fea.runs.run_study.run_study`.
     """
-    speeds = study.speeds()
-    folders = _folders(study, speeds)
-    films = [animation_file(study, rpm) for rpm in speeds]
-    one = len(folders) == 1
-    target = folders[0] if one else folders[0].parent
-    require_replaceable(target)
-    for film in films:
-        if film is not None:
-            require_film(film)
-    clock = Clock(listener)
-    prepared = adapt_mesh(study, speeds, clock, listener)
-    with run_folder(target) as part:
-        if one:
-            found = result_of(outcome(study, prepared, prepared.at(speeds[0])))
-            reports = [_leave(found, prepared, _Place(speeds[0], part, films[0]), clock)]
+    prepared = adapt_mesh(study, [place.rpm for place in places], clock, listener, mesh)
+    with run_folder(target_of(places)) as part:
+        if len(places) == 1:
+            (rpm, _, film) = places[0]
+            found = result_of(outcome(study, prepared, prepared.at(rpm)))
+            reports = [_leave(found, prepared, Place(rpm, part, film), clock)]
         else:
-            places = [
-                _Place(rpm, part / folder.name, film)
-                for rpm, folder, film in zip(speeds, folders, films, strict=True)
-            ]
-            reports = _leave_all(study, prepared, places, clock)
+            parts = [place._replace(folder=part / place.folder.name) for place in places]
+            reports = _leave_all(study, prepared, parts, clock)
     for report in reports:
         if report.film is not None:
             write_film(report.film, report.pages)
     return [
-        dataclasses.replace(report, folder=folder) for report, folder in zip(reports, folders, strict=True)
+        dataclasses.replace(report, folder=place.folder)
+        for report, place in zip(reports, places, strict=True)
     ]
 
 
-def _leave_all(study: Study, prepared: Adapted, places: Sequence[_Place], clock: Clock) -> list[RunReport]:
+def _leave_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: Clock) -> list[RunReport]:
     """Write the runs of several speeds, and the tables over all of them."""
     shown = study.output.screenshot or study.analysis.buckling or any(place.film for place in places)
     sweep = None
@@ -140,7 +109,7 @@ def _leave_all(study: Study, prepared: Adapted, places: Sequence[_Place], clock:
 
 
 def _leave_worst(
-    study: Study, prepared: Adapted, sweep: SpeedSweep, places: Sequence[_Place], clock: Clock
+    study: Study, prepared: Adapted, sweep: SpeedSweep, places: Sequence[Place], clock: Clock
 ) -> list[RunReport]:
     """Leave full runs at the worst of many speeds, and at the others their figures."""
     full = {
@@ -164,7 +133,7 @@ def _leave_worst(
 
 
 def _leave_one(
-    study: Study, prepared: Adapted, sweep: SpeedSweep | None, place: _Place, clock: Clock
+    study: Study, prepared: Adapted, sweep: SpeedSweep | None, place: Place, clock: Clock
 ) -> tuple[RunReport, SpeedResult]:
     """Write the run of one speed of several; return what it left, and what was found at that speed."""
     solved = prepared.at(place.rpm)
@@ -178,7 +147,7 @@ def _leave_one(
 def _leave(
     found: Result,
     prepared: Adapted,
-    place: _Place,
+    place: Place,
     clock: Clock,
     shared_files: tuple[str, ...] | None = None,
 ) -> RunReport:
@@ -194,17 +163,3 @@ def _leave(
 def _shared(study: Study) -> tuple[str, ...]:
     """Names of the files beside the folders of several speeds."""
     return (CASE_MAP, *CYCLE_MAP) if study.analysis.cycle else (CASE_MAP,)
-
-
-def default_directory(study: Study, rpm: float | None) -> Path:
-    """``results/<study>-<rpm>rpm``, or ``results/<study>`` where there is no speed."""
-    return Path("results") / (study.name if rpm is None else f"{study.name}-{rpm:g}rpm")
-
-
-def _folders(study: Study, speeds: Sequence[float | None]) -> list[Path]:
-    given = study.output.directory
-    if len(speeds) == 1:
-        folder = default_directory(study, speeds[0]) if given is None else study.folder / given
-        return [folder]
-    parent = Path("results") / study.name if given is None else study.folder / given
-    return [parent / f"{rpm:g}rpm" for rpm in speeds]

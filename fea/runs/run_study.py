@@ -1,0 +1,55 @@
+"""Run a study: mesh its rod first, and meanwhile load what the rest needs."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from fea.analysis.meshing import adaptive_mesh
+from fea.machine.ahead import imported_meanwhile
+from fea.machine.clock import Clock
+from fea.output.vtu import LIBRARIES
+from fea.runs.places import places_of
+from fea.study.study import Study
+
+if TYPE_CHECKING:
+    from fea.runs.leave import RunReport
+
+# What every run loads once it has a mesh. The flaws of a coarse mesh are measured with the first, so that
+# meshing may wait for its import.
+AFTER_THE_MESH = ("fea.solid.inertia", "fea.runs.leave", *LIBRARIES)
+
+
+def run_study(
+    study: Study, listener: Callable[[str], None] | None = None, ahead: Sequence[str] = ()
+) -> "list[RunReport]":
+    """Analyse a study at each of its speeds and write the runs.
+
+    Parameters
+    ----------
+    study
+        What is asked.
+    listener
+        Told the name of each stage as it begins.
+    ahead
+        Modules to import in a second thread while the rod is drawn and meshed.
+
+    Returns
+    -------
+    list of RunReport
+        In the order of the speeds.
+
+    Raises
+    ------
+    InvalidValue
+        A value breaks a rule.
+    OccupiedError, StorageError
+        The output directory cannot take the run.
+    GeometryError, MeshError, UnderconstrainedError, SingularMatrixError, SolverUnavailableError
+        See the stages.
+    """
+    places = places_of(study)
+    clock = Clock(listener)
+    with imported_meanwhile(ahead if study.rod.step is None else ()):  # a CAD file is read in a fork
+        mesh = adaptive_mesh(study, clock)
+    from fea.runs.leave import leave_runs  # noqa: PLC0415 - what solves is loaded while gmsh meshes
+
+    return leave_runs(study, mesh, places, clock, listener)
