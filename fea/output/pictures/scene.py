@@ -1,7 +1,7 @@
 """The data of a picture of a result: the skin, its stress, the hot spot."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -67,7 +67,7 @@ class Scene:
         values = field.values(data)
         worst = field.worst(values)
         return cls(
-            Skin.of(points, tets),
+            _skin(points.tobytes(), tets.tobytes(), tets.shape[1]),
             field,
             data.get(name if name.startswith(MODE) else "displacement", np.zeros_like(points)),
             values,
@@ -134,6 +134,12 @@ def read_skin(vtu: Path) -> Skin:
     return Skin.of(points, tets)
 
 
+@lru_cache(maxsize=1)
+def _skin(points: bytes, tets: bytes, nodes: int) -> Skin:
+    """Return the skin of tetrahedra with so many nodes each; the results of one run share it."""
+    return Skin.of(np.frombuffer(points).reshape(-1, 3), np.frombuffer(tets, np.int64).reshape(-1, nodes))
+
+
 def _read(vtu: Path) -> tuple[Floats, Ints, dict[str, Floats]]:
     """Return nodes, tetrahedra and the arrays at the nodes."""
     grid = pyvista.read(vtu)
@@ -141,4 +147,4 @@ def _read(vtu: Path) -> tuple[Floats, Ints, dict[str, Floats]]:
     if len(tets) != 1:
         raise ValueError(f"{vtu} is not a result of a run: it has no tetrahedra.")
     data = {name: np.array(values, float) for name, values in grid.point_data.items()}
-    return np.array(grid.points, float), tets[0], data
+    return np.array(grid.points, float), tets[0].astype(np.int64), data
