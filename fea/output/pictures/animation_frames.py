@@ -1,7 +1,5 @@
-"""The process that draws an animation: ``python -m fea.output.pictures.animation_frames ORDERS``."""
+"""The process that draws an animation: ``python -m fea.output.pictures.animation_frames``."""
 
-import json
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,6 +13,7 @@ from PIL import Image
 
 from fea.output.pictures.animation_page import Page
 from fea.output.pictures.bands import Bands
+from fea.output.pictures.child import ordered
 from fea.output.pictures.drawing import SCALARS, add_surface
 from fea.output.pictures.frame import Frame
 from fea.output.pictures.scale import exaggeration
@@ -167,8 +166,13 @@ def write_mp4(path: Path, pages: list[Image.Image]) -> None:
 
 
 def main() -> None:
-    """Draw the requested animation; its file is written completely or not at all."""
-    orders = json.loads(sys.argv[1])
+    """Draw every requested animation."""
+    for orders in ordered():
+        draw(orders)
+
+
+def draw(orders: dict[str, Any]) -> None:
+    """Draw an animation; its file is written completely or not at all."""
     with np.load(orders["source"]) as arrays:
         skin = Skin(arrays["points"], arrays["facets"], pieces=PIECES)
         rest = {name: arrays[name] for name in ("displacement", "von_mises", "crank_angle")}

@@ -1,22 +1,23 @@
-"""The process that draws pictures: ``python -m fea.output.pictures.render ORDERS``, its pictures as JSON."""
+"""The process that draws pictures: ``python -m fea.output.pictures.render``."""
 
-import json
-import sys
 from pathlib import Path
 from typing import Any
 
 from PIL import Image
 
+from fea.output.pictures.child import ordered
 from fea.output.pictures.drawing import draw
 from fea.output.pictures.mesh_drawing import draw_mesh
-from fea.output.pictures.scene import Scene, read_skin
+from fea.output.pictures.scene import Scene, read_skin, trial_scene
 from fea.output.pictures.strokes import save
 
 
 def main() -> None:
     """Draw every requested picture."""
-    for picture in json.loads(sys.argv[1]):
-        save(_drawn(picture), Path(picture["png"]))
+    draw(trial_scene(), "")  # OpenGL and the fonts are loaded while there is nothing else to draw
+    for pictures in ordered():
+        for picture in pictures:
+            save(_drawn(picture), Path(picture["png"]))
 
 
 def _drawn(picture: dict[str, Any]) -> Image.Image:

@@ -10,7 +10,7 @@ import pyvista
 from fea.output.notes import error_bar
 from fea.output.pictures.bands import Bands
 from fea.output.pictures.scale import exaggeration
-from fea.output.pictures.shown import MODE, Field, field_of
+from fea.output.pictures.shown import MODE, VON_MISES, Field, field_of
 from fea.output.pictures.skin import Skin
 from fea.output.pictures.view import View, choose_view
 from geometry.arrays import Floats, Ints
@@ -126,6 +126,13 @@ class Scene:
         normal = mean / np.linalg.norm(mean)
         start = self.skin.points[self.node] + 2e-3 * self.extent * normal
         return choose_view(normal, lambda towards: not self.skin.hides(start, towards), closeness)
+
+
+def trial_scene() -> Scene:
+    """Return a scene of one element, to try out whether and how pictures are drawn."""
+    points = np.vstack([np.zeros(3), np.eye(3)])
+    skin = Skin.of(points, np.array([[0, 1, 2, 3]]))
+    return Scene(skin, field_of(VON_MISES), 0.01 * points, points.sum(axis=1), points[1], 1.0)
 
 
 def read_skin(vtu: Path) -> Skin:
