@@ -176,8 +176,9 @@ def started(monkeypatch) -> list[subprocess.Popen]:
     return processes
 
 
-def test_pictures_of_a_block_are_drawn_by_one_process_that_ends_with_it(result, started):
+def test_pictures_of_a_block_are_drawn_by_one_process_that_ends_with_it(result, started, monkeypatch):
     with ready_to_draw():
+        monkeypatch.setenv("SET_BY_A_LIBRARY", "meanwhile")
         one, other = (picture_of(result, result.with_stem(stem).with_suffix(".png")) for stem in "ab")
         assert [process.poll() for process in started] == [None]
         started[0].kill()

@@ -8,7 +8,7 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -24,13 +24,12 @@ _NOTHING = "the drawing process wrote no picture"
 
 
 def environments() -> list[dict[str, str]]:
-    """Return the environments to try for the drawing process; on Linux, first one without a display."""
-    plain = dict(os.environ)
-    headless = plain | {"VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow"}
-    if not sys.platform.startswith("linux") or "VTK_DEFAULT_OPENGL_WINDOW" in plain:
-        return [plain]
-    has_display = bool(plain.get("DISPLAY") or plain.get("WAYLAND_DISPLAY"))
-    return [headless, plain] if has_display else [headless]
+    """Return what to try in the environment of the drawing process; on Linux, first without a display."""
+    headless = {"VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow"}
+    if not sys.platform.startswith("linux") or headless.keys() <= os.environ.keys():
+        return [{}]
+    has_display = bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    return [headless, {}] if has_display else [headless]
 
 
 @dataclass(frozen=True)
@@ -38,12 +37,12 @@ class DrawingProcess:
     """A process that draws what it is told; see `drawing_process`."""
 
     module: str
-    environment: Mapping[str, str]
+    environment: dict[str, str]
     process: subprocess.Popen[bytes]
     orders: socket.socket
     said: IO[bytes]
 
-    def can_draw(self, module: str, environment: Mapping[str, str]) -> bool:
+    def can_draw(self, module: str, environment: dict[str, str]) -> bool:
         """Return whether it is alive, and a process of this module in this environment."""
         return (self.module, self.environment) == (module, environment) and self.process.poll() is None
 
@@ -67,8 +66,10 @@ class DrawingProcess:
 
 
 @contextmanager
-def drawing_process(module: str, environment: Mapping[str, str]) -> Iterator[DrawingProcess]:
-    """Start ``python -m MODULE``; it ends with the block, or when this process has ended.
+def drawing_process(module: str, environment: dict[str, str]) -> Iterator[DrawingProcess]:
+    """Start ``python -m MODULE``, which ends with the block, or when this process has ended.
+
+    `environment` is added to that of this process.
 
     Raises
     ------
@@ -80,7 +81,11 @@ def drawing_process(module: str, environment: Mapping[str, str]) -> Iterator[Dra
     with ours, TemporaryFile() as said:
         with its:
             process = subprocess.Popen(  # noqa: S603 - our own interpreter and module
-                command, stdin=its.fileno(), stdout=subprocess.DEVNULL, stderr=said, env=environment
+                command,
+                stdin=its.fileno(),
+                stdout=subprocess.DEVNULL,
+                stderr=said,
+                env=os.environ | environment,
             )
         try:
             yield DrawingProcess(module, environment, process, ours, said)
@@ -103,7 +108,7 @@ def ready_to_draw(*, wanted: bool = True) -> Iterator[None]:
         yield
 
 
-def run_drawing(module: str, orders: object, environment: Mapping[str, str], timeout: float) -> str:
+def run_drawing(module: str, orders: object, environment: dict[str, str], timeout: float) -> str:
     """Have orders carried out by the process that is ready, or a new one; return as `DrawingProcess.draw`."""
     ready = _ready.get()
     if ready is not None and ready.can_draw(module, environment):
