@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from fea.analysis.meshing import adaptive_mesh
 from fea.machine.ahead import imported_meanwhile
 from fea.machine.clock import Clock
+from fea.output.pictures.child import ready_to_draw
 from fea.output.vtu import LIBRARIES
 from fea.runs.places import places_of
 from fea.study.study import Study
@@ -48,8 +49,9 @@ def run_study(
     """
     places = places_of(study)
     clock = Clock(listener)
-    with imported_meanwhile(ahead if study.rod.step is None else ()):  # a CAD file is read in a fork
-        mesh = adaptive_mesh(study, clock)
-    from fea.runs.leave import leave_runs  # noqa: PLC0415 - what solves is loaded while gmsh meshes
+    with ready_to_draw(wanted=study.output.screenshot):
+        with imported_meanwhile(ahead if study.rod.step is None else ()):  # a CAD file is read in a fork
+            mesh = adaptive_mesh(study, clock)
+        from fea.runs.leave import leave_runs  # noqa: PLC0415 - what solves is loaded while gmsh meshes
 
-    return leave_runs(study, mesh, places, clock, listener)
+        return leave_runs(study, mesh, places, clock, listener)

@@ -8,6 +8,7 @@ import sys
 import time
 
 import pytest
+from contained import contained
 from program import COARSE, fea
 
 from geometry.presets import PRESETS
@@ -169,6 +170,38 @@ def test_an_interrupt_within_a_library_is_one_line(tmp_path, library, rod):
     assert names(tmp_path) == {"rod.step", "s.toml"}
     with pytest.raises(ProcessLookupError):
         os.killpg(process.pid, signal.SIGTERM)
+
+
+DRAWN = ("run", "s.toml", "--size", "6", "--screenshot", "--quiet")
+
+
+def gone(group, seconds):
+    """Whether no process of a group is left after some seconds at most."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.05)
+    return False
+
+
+@pytest.mark.parametrize("sent", [signal.SIGTERM, signal.SIGKILL])
+def test_the_process_that_is_to_draw_ends_with_the_program(tmp_path, sent):
+    (tmp_path / "s.toml").write_text('[rod]\npreset = "leon-2001"\n[forces]\npin_N = [1000, 0]\n')
+    code = WITHIN.format(**GMSH).replace("os.killpg, (0, signal.SIGINT)", f"os.kill, (os.getpid(), {sent:d})")
+    command = [sys.executable, "-c", code, *DRAWN]
+    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.DEVNULL, start_new_session=True)
+    assert process.wait(timeout=120) == (130 if sent == signal.SIGTERM else -sent)
+    assert gone(process.pid, 0.01 if sent == signal.SIGTERM else 30.0)
+    assert sent == signal.SIGKILL or names(tmp_path) == {"s.toml"}
+
+
+def test_the_process_that_is_to_draw_ends_with_an_analysis_that_fails():
+    study = b'[rod]\nstep = "rod.step"\n[forces]\npin_N = [1000, 0]\n'
+    ended = contained(DRAWN, {"s.toml": study, "rod.step": b"no rod"})
+    assert (ended.code, ended.fault()) == (3, "")
 
 
 @pytest.fixture

@@ -1,4 +1,5 @@
 import signal
+import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,8 @@ from written_figures import result as case_result
 from fea.analysis.figures import BucklingModeFigures
 from fea.output.errors import PictureError
 from fea.output.json_file import json_text
-from fea.output.pictures import picture
+from fea.output.pictures import child, picture
+from fea.output.pictures.child import PICTURES, drawing_process, environments, ready_to_draw
 from fea.output.pictures.described import described_by
 from fea.output.pictures.picture import (
     Picture,
@@ -147,6 +149,64 @@ def test_a_drawing_process_that_dies_is_an_error_with_a_remedy_and_leaves_the_re
         picture_of(result, result.with_suffix(".png"))
     assert result.read_bytes() == before
     assert not result.with_suffix(".png").exists()
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGPIPE"), reason="there are no such signals")
+@pytest.mark.usefixtures("broken_pipes_kill")
+def test_orders_to_a_process_that_has_died_are_an_error():
+    with drawing_process(PICTURES, environments()[0]) as drawer:
+        drawer.process.kill()
+        drawer.process.wait()
+        assert drawer.draw([], 1.0) == "the drawing process was ended by signal 9"
+
+
+def test_a_process_that_does_not_answer_is_ended(result):
+    with drawing_process(PICTURES, environments()[0]) as drawer:
+        assert drawer.draw([], 0.01) == "it took longer than 0.01 s"
+        assert drawer.process.wait() == -signal.SIGKILL
+
+
+@pytest.fixture
+def started(monkeypatch) -> list[subprocess.Popen]:
+    """The processes that are started, one after the other."""
+    processes, original = [], subprocess.Popen
+    monkeypatch.setattr(
+        child.subprocess, "Popen", lambda *a, **b: processes.append(original(*a, **b)) or processes[-1]
+    )
+    return processes
+
+
+def test_pictures_of_a_block_are_drawn_by_one_process_that_ends_with_it(result, started, monkeypatch):
+    with ready_to_draw():
+        monkeypatch.setenv("SET_BY_A_LIBRARY", "meanwhile")
+        one, other = (picture_of(result, result.with_stem(stem).with_suffix(".png")) for stem in "ab")
+        assert [process.poll() for process in started] == [None]
+        started[0].kill()
+        started[0].wait()
+        afresh = picture_of(result, result.with_name("c.png"))
+    assert len(started) == 2
+    assert all(process.returncode is not None for process in started)
+    # whatever was drawn before: the last picture comes from a new process
+    assert one.read_bytes() == other.read_bytes() == afresh.read_bytes()
+
+
+def test_a_failure_in_the_block_ends_the_process_at_once(started):
+    with pytest.raises(ZeroDivisionError), ready_to_draw():
+        assert started[0].poll() is None
+        raise ZeroDivisionError
+    assert started[0].returncode == -signal.SIGKILL
+
+
+def test_nothing_is_started_where_no_pictures_are_wanted(started):
+    with ready_to_draw(wanted=False):
+        pass
+    assert started == []
+
+
+def test_a_process_that_cannot_be_started_is_an_error_only_where_something_is_drawn(result, monkeypatch):
+    monkeypatch.setattr(sys, "executable", "/no/such/python")
+    with ready_to_draw(), pytest.raises(PictureError, match="No such file or directory"):
+        picture_of(result, result.with_suffix(".png"))
 
 
 def test_what_is_no_result_is_said(result):

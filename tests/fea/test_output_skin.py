@@ -34,7 +34,7 @@ def ball(order: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def area_and_volume(skin: Skin) -> tuple[float, float]:
-    corners = skin.refined(skin.points)[skin.triangles()]
+    corners = skin.refined(skin.points)[skin.triangles]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return np.linalg.norm(cross, axis=1).sum() / 2, np.einsum("ij,ij->", corners[:, 0], cross) / 6
 
@@ -57,7 +57,7 @@ def test_normals_point_outwards_and_are_one_across_smooth_edges():
     skin = Skin.of(*ball(2))
     corners = skin.points[skin.facets[:, :3]]
     np.testing.assert_allclose(skin.normals[:, :3], corners, atol=1e-12)
-    np.testing.assert_allclose(np.linalg.norm(skin.refined_normals(), axis=1), 1, rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(skin.refined_normals, axis=1), 1, rtol=1e-12)
     assert not skin.sides[1].any()
 
 

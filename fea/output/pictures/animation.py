@@ -1,6 +1,5 @@
 """Write an animation of the crank cycle, drawn by a separate process that cannot affect the results."""
 
-import json
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -86,9 +85,7 @@ def film(frames: Frames, suffix: str) -> bytes:
             crank_angle=frames.crank_angle,
         )
         engine = {name: getattr(frames, name) for name in ("crank_radius", "rod_length", "pin_offset")}
-        orders = json.dumps(
-            {"source": str(source), "target": str(target), "engine": engine, "title": frames.title}
-        )
+        orders = {"source": str(source), "target": str(target), "engine": engine, "title": frames.title}
         for environment in environments():
             said = run_drawing("fea.output.pictures.animation_frames", orders, environment, TIMEOUT)
             if target.is_file():

@@ -1,7 +1,5 @@
-"""The process that draws an animation: ``python -m fea.output.pictures.animation_frames ORDERS``."""
+"""The process that draws an animation: ``python -m fea.output.pictures.animation_frames``."""
 
-import json
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,11 +13,12 @@ from PIL import Image
 
 from fea.output.pictures.animation_page import Page
 from fea.output.pictures.bands import Bands
+from fea.output.pictures.child import ordered
 from fea.output.pictures.drawing import SCALARS, add_surface
 from fea.output.pictures.frame import Frame
 from fea.output.pictures.scale import exaggeration
 from fea.output.pictures.skin import Skin
-from fea.output.pictures.strokes import GREY, INK, PAPER, add_lines, require_rod
+from fea.output.pictures.strokes import GREY, INK, PAPER, add_lines, oversampled, photograph, require_rod
 from fea.output.pictures.view import View
 from fea.units import DEG
 from geometry.arrays import Floats
@@ -79,26 +78,25 @@ class Motion:
 
 def images(motion: Motion) -> Iterator[npt.NDArray[np.uint8]]:
     """Draw the engine for every page, (height, width, 3)."""
-    plotter = pyvista.Plotter(off_screen=True, window_size=SIZE, lighting="none", border=False)
+    plotter = pyvista.Plotter(off_screen=True, window_size=oversampled(SIZE), lighting="none", border=False)
     plotter.set_background(PAPER)
     surface = pyvista.PolyData.from_regular_faces(
-        motion.skin.refined(motion.deformed(0)), motion.skin.triangles()
+        motion.skin.refined(motion.deformed(0)), motion.skin.triangles
     )
     surface.point_data[SCALARS] = motion.skin.refined(motion.von_mises[0].astype(float))
-    surface.point_data["Normals"] = motion.skin.refined_normals()
+    surface.point_data["Normals"] = motion.skin.refined_normals
     surface.point_data.active_normals_name = "Normals"
     rod = add_surface(plotter, surface, Bands.up_to(float(motion.von_mises.max())))
     crank = _add_engine(plotter, motion)
     _frame(motion).aim(plotter)
-    plotter.enable_anti_aliasing("ssaa")
+    plotter.disable_anti_aliasing()
     for k in range(len(motion.crank_angle)):
         surface.points = motion.skin.refined(motion.deformed(k))
         surface.point_data[SCALARS] = motion.skin.refined(motion.von_mises[k].astype(float))
         rod.user_matrix = motion.placement(k)
         crank.user_matrix = _turned(motion.crank_angle[k])
         plotter.renderer.ResetCameraClippingRange()
-        plotter.render()
-        image = plotter.screenshot(return_img=True)
+        image = np.asarray(photograph(plotter))
         require_rod(image)
         yield image
     plotter.close()
@@ -168,8 +166,13 @@ def write_mp4(path: Path, pages: list[Image.Image]) -> None:
 
 
 def main() -> None:
-    """Draw the requested animation; its file is written completely or not at all."""
-    orders = json.loads(sys.argv[1])
+    """Draw every requested animation."""
+    for orders in ordered():
+        draw(orders)
+
+
+def draw(orders: dict[str, Any]) -> None:
+    """Draw an animation; its file is written completely or not at all."""
     with np.load(orders["source"]) as arrays:
         skin = Skin(arrays["points"], arrays["facets"], pieces=PIECES)
         rest = {name: arrays[name] for name in ("displacement", "von_mises", "crank_angle")}

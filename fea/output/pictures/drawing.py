@@ -2,11 +2,12 @@
 
 import itertools
 from collections.abc import Sequence
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pyvista
+from PIL import Image
 
 from fea.output.pictures.bands import Bands
 from fea.output.pictures.frame import Frame
@@ -35,8 +36,8 @@ BELOW_TITLE = 0.9  # lower end of the title, relative to the height of the rod's
 MARGIN = 0.11  # half the width of the label of the peak, which must stay within the picture
 
 
-def draw(scene: Scene, title: str, png: Path, notes: Sequence[str] = ()) -> None:
-    """Draw a result.
+def draw(scene: Scene, title: str, notes: Sequence[str] = ()) -> Image.Image:
+    """Return the picture of a result.
 
     Parameters
     ----------
@@ -44,8 +45,6 @@ def draw(scene: Scene, title: str, png: Path, notes: Sequence[str] = ()) -> None
         The result.
     title
         Study, case, speed and crank angle.
-    png
-        The picture to write.
     notes
         More lines beside the legend.
 
@@ -54,30 +53,28 @@ def draw(scene: Scene, title: str, png: Path, notes: Sequence[str] = ()) -> None
     RuntimeError
         The picture is blank: some OpenGL libraries fail without an error.
     """
-    plotter = canvas([ROD_SHARE, 1 - ROD_SHARE], [SPOT_SHARE, 1 - SPOT_SHARE], groups=[(0, slice(None))])
-    surface = _surface(scene)
+    plotter = canvas((ROD_SHARE, 1 - ROD_SHARE), (SPOT_SHARE, 1 - SPOT_SHARE), joined=(0,), axes=(0,))
     plotter.subplot(0, 0)
-    _draw_rod(plotter, scene, surface)
+    _draw_rod(plotter, scene)
     write(plotter, title, (0.02, 0.91), size=30)
     plotter.subplot(1, 0)
-    _draw_spot(plotter, scene, surface)
+    _draw_spot(plotter, scene)
     plotter.subplot(1, 1)
     _draw_legend(plotter, scene, notes)
-    finish(plotter, png, ROD_SHARE)
+    return finish(plotter, ROD_SHARE)
 
 
-def _draw_rod(plotter: Any, scene: Scene, surface: Any) -> None:
+def _draw_rod(plotter: Any, scene: Scene) -> None:
     """Draw the whole rod, its undeformed outline, and a ring around the hot spot."""
     aspect = SIZE[0] / (SIZE[1] * ROD_SHARE)
     frame = Frame.around(scene.deformed, scene.view(closeness=0.8), aspect, width=0.9, height=0.7)
-    add_surface(plotter, surface, scene.bands)
+    add_surface(plotter, _surface(scene), scene.bands)
     add_edges(plotter, scene.skin, scene.skin.points, frame, (GREY, 1.0))
     add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 1.5))
     radius = 0.5 * MAGNIFIED * scene.extent
     _add_ring(plotter, scene, frame, radius)
     _add_label(plotter, scene, frame, radius)
     frame.aim(plotter)
-    plotter.add_axes(line_width=3, color=INK, viewport=(0.0, 0.0, 0.1, 0.24))
 
 
 def _add_label(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
@@ -95,13 +92,14 @@ def _add_label(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
     write(plotter, scene.worst, (min(max(across, MARGIN), 1 - MARGIN), height), size=24, centred=True)
 
 
-def _draw_spot(plotter: Any, scene: Scene, surface: Any) -> None:
+def _draw_spot(plotter: Any, scene: Scene) -> None:
     """Draw the surroundings of the hot spot with the elements' edges and a scale bar."""
     aspect = SIZE[0] * SPOT_SHARE / (SIZE[1] * (1 - ROD_SHARE))
     view, half = scene.view(closeness=2.5), MAGNIFIED * scene.extent
     near = float((scene.deformed @ view.towards).max()) + 1.0
     frame = Frame(view, view.across(scene.deformed[scene.node]), half, aspect, near)
-    add_surface(plotter, surface, scene.bands)
+    scene = replace(scene, skin=scene.skin.part(frame.meets(scene.deformed[scene.skin.facets])))
+    add_surface(plotter, _surface(scene), scene.bands)
     elements = refined_line(scene.deformed, scene.skin.sides[0]) + frame.nudge
     add_lines(plotter, elements, INK, 1.0, opacity=0.35)
     add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 2.0))
@@ -152,9 +150,9 @@ def _moved(scene: Scene) -> str:
 
 def _surface(scene: Scene) -> Any:
     """Return the deformed skin with the values for its colours, shaded by the undeformed normals."""
-    surface = pyvista.PolyData.from_regular_faces(scene.skin.refined(scene.deformed), scene.skin.triangles())
+    surface = pyvista.PolyData.from_regular_faces(scene.skin.refined(scene.deformed), scene.skin.triangles)
     surface.point_data[SCALARS] = scene.skin.refined(np.minimum(scene.values, scene.top))
-    surface.point_data["Normals"] = scene.skin.refined_normals()
+    surface.point_data["Normals"] = scene.skin.refined_normals
     surface.point_data.active_normals_name = "Normals"
     return surface
 

@@ -7,7 +7,7 @@ import numpy as np
 import pyvista
 
 from fea.output.pictures.view import View
-from geometry.arrays import Floats
+from geometry.arrays import Floats, Mask
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,12 @@ class Frame:
         size = 2 * self.half_height * np.array([self.aspect, 1.0])
         flat: Floats = self.centre + (np.array(relative) - 0.5) * size
         return flat
+
+    def meets(self, groups: Floats) -> Mask:
+        """Return which groups (n, k, 3) of points may be seen here, or close to the border."""
+        flat = self.view.across(groups) - self.centre
+        half = 1.1 * self.half_height * np.array([self.aspect, 1.0])
+        return np.asarray(np.all((flat.min(axis=1) < half) & (flat.max(axis=1) > -half), axis=1))
 
     def aim(self, plotter: Any) -> None:
         """Let the camera of the plotter's active part show this frame."""

@@ -1,9 +1,8 @@
 """The picture of a mesh: the rod in an oblique view and in plan, with the edges of the elements."""
 
-from pathlib import Path
-
 import numpy as np
 import pyvista
+from PIL import Image
 
 from fea.output.pictures.frame import Frame
 from fea.output.pictures.skin import Skin, refined_line
@@ -14,8 +13,8 @@ ROWS = (0.56, 0.44)
 STEEL = "#9db4cc"
 
 
-def draw_mesh(skin: Skin, title: str, png: Path) -> None:
-    """Draw a rod and its elements.
+def draw_mesh(skin: Skin, title: str) -> Image.Image:
+    """Return the picture of a rod and its elements.
 
     Parameters
     ----------
@@ -23,18 +22,16 @@ def draw_mesh(skin: Skin, title: str, png: Path) -> None:
         Its surface.
     title
         Title of the picture.
-    png
-        The picture to write.
 
     Raises
     ------
     RuntimeError
         The picture is blank.
     """
-    surface = pyvista.PolyData.from_regular_faces(skin.refined(skin.points), skin.triangles())
-    surface.point_data["Normals"] = skin.refined_normals()
+    surface = pyvista.PolyData.from_regular_faces(skin.refined(skin.points), skin.triangles)
+    surface.point_data["Normals"] = skin.refined_normals
     surface.point_data.active_normals_name = "Normals"
-    plotter = canvas([*ROWS], [1.0])
+    plotter = canvas(ROWS, (1.0,), axes=(0, 1))
     for row, towards in enumerate((USUAL, np.array([0.0, 0.0, 1.0]))):
         plotter.subplot(row, 0)
         aspect = SIZE[0] / (SIZE[1] * ROWS[row])
@@ -43,7 +40,6 @@ def draw_mesh(skin: Skin, title: str, png: Path) -> None:
         add_lines(plotter, refined_line(skin.points, skin.sides[0]) + frame.nudge, INK, 0.8, opacity=0.3)
         add_edges(plotter, skin, skin.points, frame, (INK, 1.5))
         frame.aim(plotter)
-        plotter.add_axes(line_width=3, color=INK, viewport=(0.0, 0.0, 0.1, 0.24))
     plotter.subplot(0, 0)
     write(plotter, title, (0.02, 0.91), size=30)
-    finish(plotter, png, ROWS[0])
+    return finish(plotter, ROWS[0])

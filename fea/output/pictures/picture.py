@@ -1,6 +1,5 @@
 """Pictures of results, drawn by a process that may fail without harm to them."""
 
-import json
 import os
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -11,7 +10,7 @@ import numpy as np
 
 from fea.analysis.figures import Summary
 from fea.output.errors import PictureError
-from fea.output.pictures.child import REMEDY, environments, run_drawing
+from fea.output.pictures.child import PICTURES, REMEDY, environments, run_drawing
 from fea.output.pictures.described import Picture, described, described_by
 from fea.output.pictures.png import is_complete_png
 from fea.output.pictures.shown import chosen_field, point_arrays
@@ -82,7 +81,7 @@ def try_rendering() -> None:
 
 
 def draw_pictures(pictures: Sequence[Picture]) -> None:
-    """Draw pictures, all in one process.
+    """Draw pictures, all in one process: that of `ready_to_draw`, if there is one.
 
     Raises
     ------
@@ -91,11 +90,11 @@ def draw_pictures(pictures: Sequence[Picture]) -> None:
     """
     if not pictures:
         return
-    orders = json.dumps([_order(picture) for picture in pictures])
+    orders = [_order(picture) for picture in pictures]
     for environment in environments():
         for picture in pictures:
             picture.png.unlink(missing_ok=True)
-        said = run_drawing("fea.output.pictures.render", orders, environment, TIMEOUT * (1 + len(pictures)))
+        said = run_drawing(PICTURES, orders, environment, TIMEOUT * (1 + len(pictures)))
         missing = [picture.png.name for picture in pictures if not is_complete_png(picture.png)]
         if not missing:
             return

@@ -1,7 +1,7 @@
 """The data of a picture of a result: the skin, its stress, the hot spot."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,7 @@ import pyvista
 from fea.output.notes import error_bar
 from fea.output.pictures.bands import Bands
 from fea.output.pictures.scale import exaggeration
-from fea.output.pictures.shown import MODE, Field, field_of
+from fea.output.pictures.shown import MODE, VON_MISES, Field, field_of
 from fea.output.pictures.skin import Skin
 from fea.output.pictures.view import View, choose_view
 from geometry.arrays import Floats, Ints
@@ -67,7 +67,7 @@ class Scene:
         values = field.values(data)
         worst = field.worst(values)
         return cls(
-            Skin.of(points, tets),
+            _skin(points.tobytes(), tets.tobytes(), tets.shape[1]),
             field,
             data.get(name if name.startswith(MODE) else "displacement", np.zeros_like(points)),
             values,
@@ -128,10 +128,23 @@ class Scene:
         return choose_view(normal, lambda towards: not self.skin.hides(start, towards), closeness)
 
 
+def trial_scene() -> Scene:
+    """Return a scene of one element, to try out whether and how pictures are drawn."""
+    points = np.vstack([np.zeros(3), np.eye(3)])
+    skin = Skin.of(points, np.array([[0, 1, 2, 3]]))
+    return Scene(skin, field_of(VON_MISES), 0.01 * points, points.sum(axis=1), points[1], 1.0)
+
+
 def read_skin(vtu: Path) -> Skin:
     """Return the outer surface of a mesh, with or without results; raises ValueError if there is none."""
     points, tets, _ = _read(vtu)
     return Skin.of(points, tets)
+
+
+@lru_cache(maxsize=1)
+def _skin(points: bytes, tets: bytes, nodes: int) -> Skin:
+    """Return the skin of tetrahedra with so many nodes each; the results of one run share it."""
+    return Skin.of(np.frombuffer(points).reshape(-1, 3), np.frombuffer(tets, np.int64).reshape(-1, nodes))
 
 
 def _read(vtu: Path) -> tuple[Floats, Ints, dict[str, Floats]]:
@@ -141,4 +154,4 @@ def _read(vtu: Path) -> tuple[Floats, Ints, dict[str, Floats]]:
     if len(tets) != 1:
         raise ValueError(f"{vtu} is not a result of a run: it has no tetrahedra.")
     data = {name: np.array(values, float) for name, values in grid.point_data.items()}
-    return np.array(grid.points, float), tets[0], data
+    return np.array(grid.points, float), tets[0].astype(np.int64), data

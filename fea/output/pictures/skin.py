@@ -1,13 +1,13 @@
 """The outer surface of a mesh, divided finely enough that curved facets look curved."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from geometry.arrays import Floats
+from geometry.arrays import Floats, Mask
 
 Ints = npt.NDArray[Any]
 
@@ -16,6 +16,7 @@ FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0
 SIDES = np.array([[0, 1, 3], [1, 2, 4], [2, 0, 5]])  # of a face: two vertices and the node between
 SMOOTH = np.cos(np.radians(25.0))  # facets that meet at a smaller angle belong to one smooth surface
 PIECES = 4
+TRIANGLES = 60_000  # of a rod that fills a picture; with more they are smaller than the picture can show
 
 
 @dataclass(frozen=True)
@@ -38,13 +39,18 @@ class Skin:
 
     @classmethod
     def of(cls, points: Floats, tets: Ints) -> "Skin":
-        """Return the skin of tetrahedra (n_elements, 4 or 10) in VTK's node order."""
+        """Return the skin of tetrahedra (n_elements, 4 or 10) in VTK's node order, to be seen as a whole."""
         columns = FACES[:, :3] if tets.shape[1] == 4 else FACES
         faces = tets[:, columns].reshape(-1, columns.shape[1])
         corners = np.sort(faces[:, :3].astype(np.int64), axis=1)
         keys = (corners[:, 0] * len(points) + corners[:, 1]) * len(points) + corners[:, 2]
         _, first, count = np.unique(keys, return_index=True, return_counts=True)
-        return cls(points, faces[np.sort(first[count == 1])])
+        facets = faces[np.sort(first[count == 1])]
+        return cls(points, facets, pieces=int(np.clip(round((TRIANGLES / len(facets)) ** 0.5), 2, PIECES)))
+
+    def part(self, chosen: Mask) -> "Skin":
+        """Return the skin of some of the facets (n_facets,), to be seen closely."""
+        return replace(self, facets=self.facets[chosen], pieces=PIECES)
 
     @cached_property
     def normals(self) -> Floats:
@@ -59,7 +65,7 @@ class Skin:
         return np.where(alike, shared, own)
 
     @cached_property
-    def sides(self) -> tuple[Ints, npt.NDArray[np.bool_]]:
+    def sides(self) -> tuple[Ints, Mask]:
         """Node numbers (n_edges, 2 or 3) of the elements' edges, and which of them are sharp edges."""
         width = 2 if self.facets.shape[1] == 3 else 3
         sides = self.facets[:, SIDES[:, :width]].reshape(-1, width)
@@ -84,8 +90,9 @@ class Skin:
             ahead = -np.einsum("ij,ij->i", area, gap) / (area @ towards)
         return bool(np.any((xi >= 0) & (eta >= 0) & (xi + eta <= 1) & (ahead > 0)))
 
+    @cached_property
     def triangles(self) -> Ints:
-        """Return the small triangles (n, 3), as numbers of the rows that `refined` returns."""
+        """The small triangles (n, 3), as numbers of the rows that `refined` returns."""
         number = {place: k for k, place in enumerate(_places(self.pieces))}
         upward = [((i, j), (i + 1, j), (i, j + 1)) for i, j in number if i + j < self.pieces]
         downward = [((i + 1, j), (i + 1, j + 1), (i, j + 1)) for i, j in number if i + j < self.pieces - 1]
@@ -96,8 +103,9 @@ class Skin:
         """Return nodal values (n_nodes,) or (n_nodes, k) at the corners of the small triangles."""
         return self._refined(values[self.facets])
 
+    @cached_property
     def refined_normals(self) -> Floats:
-        """Return outward unit normals (n, 3) at the corners of the small triangles."""
+        """Outward unit normals (n, 3) at the corners of the small triangles."""
         return _unit(self._refined(self.normals))
 
     def _refined(self, at_nodes: Floats) -> Floats:
