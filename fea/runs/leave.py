@@ -65,12 +65,13 @@ def leave_runs(
     Parameters, results and errors are those of `fea.runs.run_study.run_study`.
     """
     prepared = adapt_mesh(study, [place.rpm for place in places], clock, listener, mesh)
-    with run_folder(target_of(places)) as part:
-        if len(places) == 1:
-            (rpm, _, film) = places[0]
-            found = result_of(outcome(study, prepared, prepared.at(rpm)))
+    if len(places) == 1:
+        (rpm, _, film) = places[0]
+        found = result_of(outcome(study, prepared, prepared.at(rpm)))
+        with run_folder(target_of(places)) as part:
             reports = [_leave(found, prepared, Place(rpm, part, film), clock)]
-        else:
+    else:
+        with run_folder(target_of(places)) as part:
             parts = [place._replace(folder=part / place.folder.name) for place in places]
             reports = _leave_all(study, prepared, parts, clock)
     for report in reports:
