@@ -13,15 +13,15 @@ from mesh.size_field import SizeField
 from mesh.tetmesh import EDGES, TetMesh
 
 # The error of the stress falls with this power of the element size, by element order.
-_RATE = {1: 1.0, 2: 2.4}
+_RATE = {1: 1.0, 2: 2.2}
 # Where an earlier pass refined without success the stress is less smooth (at the ends of fillets the
 # curvature jumps): the rate is lower there, and elements shrink by this ratio to make a pass worth while.
 _ROUGH_RATE, _ROUGH_RATIO = 1.5, 0.6
 # Share of the tolerance that is aimed at: predictions scatter, and another pass costs a whole solution,
 # whereas smaller elements at the peaks cost next to nothing.
-_AIM = 0.5
+_AIM = 0.7
 # Under refinement the stress of other places than the peak rises by about this share of their error.
-_RISE = 0.25
+_RISE = 0.4
 # A first mesh may be too coarse to follow a fillet, which then looks like a sharp edge, where the stress is
 # singular: elements there shrink by this ratio.
 _SHARP_RATIO = 0.5

@@ -13,12 +13,12 @@ goes down to 0.75 on second-order elements (results/effectivity.md).
 *Stress at a node.* Two differences indicate the error, both in the von Mises norm. The first is the root mean
 square of σ* − σ_h over the elements of the node: the disagreement between the elements. The second is the
 largest sagitta of σ* along an edge of the node, which is the value at the middle of the edge minus the mean
-of the ends: it is large if the elements are too large for the gradient of the stress. At a single node either
-may be small or large by chance, so the mean of their squares over the elements around the node counts. With q
-the root of the sum, s the von Mises stress and `STRESS_FACTOR` and `STRESS_POWER` as c and p, the error is
-c s (q / s)^p. With second-order elements σ* converges faster than σ_h, hence p > 1. The constants are fitted:
-see `fea.assess.verdict`. Inside the body, where the recovered stress is the mean over the elements, the
-sagitta counts for more: see `INSIDE_FACTOR`.
+of the ends: it is large if the elements are too large for the gradient of the stress. At a single node both
+may be small or large by chance, so half of the sum of their squares is the node's own and half the mean over
+the elements around it. With q the root of the sum, s the von Mises stress, c `STRESS_FACTOR` and p
+`STRESS_POWER`, the error is c s (q / s)^p: with second-order elements σ* converges faster than σ_h, hence
+p > 1. The constants are fitted: see `fea.assess.verdict`. Inside the body, where the recovered stress is the
+mean over the elements, the sagitta counts for more: see `INSIDE_FACTOR`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -47,7 +47,7 @@ _QUADRATIC = 0.5
 # Constants of the error of the stress, by element order: with them the error bars of `fea.assess.verdict`
 # contain 95 of 100 true errors of the random rods used to choose them (tests/benchmarks/error_bars.py);
 # results/error-bars.md has the coverage on other rods.
-STRESS_FACTOR, STRESS_POWER = {1: 1.4, 2: 0.75}, {1: 1.0, 2: 1.2}
+STRESS_FACTOR, STRESS_POWER = {1: 1.4, 2: 0.65}, {1: 1.0, 2: 1.1}
 # Inside the body the error is at least this times the sagitta. At an extreme all elements around it err to
 # the same side, so that their disagreement does not show the error: the line through the Gauss points of a
 # parabola is off at its ends by 2/3 of its sagitta (Barlow 1976), and curvature in two directions adds up to
@@ -136,8 +136,9 @@ class ErrorEstimator:
                 away = _along_places(self._to_nodes, raw) - nodal
                 spread.add(tets, von_mises(np.moveaxis(away, 2, -1)) ** 2)
             bow = sagitta(self._mesh.tets[own], stress)
-            around = np.sqrt(_around(self._mesh.tets[own], spread.value() + bow**2))
-            error = self._stress_error(von_mises(np.moveaxis(stress, 1, -1)), around)
+            squares = spread.value() + bow**2
+            around = (squares + _around(self._mesh.tets[own], squares)) / 2
+            error = self._stress_error(von_mises(np.moveaxis(stress, 1, -1)), np.sqrt(around))
             errors.append(np.where(self._inside, np.maximum(error, INSIDE_FACTOR * bow), error))
         return ErrorEstimate(energy, solution, tuple(errors))
 
