@@ -78,11 +78,14 @@ def run(
     geometry.invalid.InvalidValue
         A value breaks a rule.
     """
-    from fea.output.json_file import as_dict
-    from fea.runs import run_study
+    from fea.output.pictures.child import ready_to_draw
     from fea.study.flags import python_flags
     from fea.study.study import Study, load_study
 
-    asked = study if isinstance(study, Study) else load_study(study)
-    summaries = [as_dict(report.summary) for report in run_study(python_flags(flags).applied(asked))]
+    asked = python_flags(flags).applied(study if isinstance(study, Study) else load_study(study))
+    with ready_to_draw(wanted=asked.output.screenshot):
+        from fea.output.json_file import as_dict
+        from fea.runs import run_study
+
+        summaries = [as_dict(report.summary) for report in run_study(asked)]
     return summaries[0] if len(summaries) == 1 else summaries

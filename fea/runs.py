@@ -17,7 +17,6 @@ from fea.analysis.sweep import MOST_FULL_RUNS, SpeedSweep
 from fea.machine.clock import Clock
 from fea.output.folder import require_replaceable, run_folder
 from fea.output.pictures.animation import require_film, write_film
-from fea.output.pictures.child import ready_to_draw
 from fea.output.pictures.film import animation_file, filmed
 from fea.output.text import write_text
 from fea.result import Result, result_of
@@ -95,18 +94,17 @@ def run_study(study: Study, listener: Callable[[str], None] | None = None) -> li
         if film is not None:
             require_film(film)
     clock = Clock(listener)
-    with ready_to_draw(wanted=study.output.screenshot):
-        prepared = adapt_mesh(study, speeds, clock, listener)
-        with run_folder(target) as part:
-            if one:
-                found = result_of(outcome(study, prepared, prepared.at(speeds[0])))
-                reports = [_leave(found, prepared, _Place(speeds[0], part, films[0]), clock)]
-            else:
-                places = [
-                    _Place(rpm, part / folder.name, film)
-                    for rpm, folder, film in zip(speeds, folders, films, strict=True)
-                ]
-                reports = _leave_all(study, prepared, places, clock)
+    prepared = adapt_mesh(study, speeds, clock, listener)
+    with run_folder(target) as part:
+        if one:
+            found = result_of(outcome(study, prepared, prepared.at(speeds[0])))
+            reports = [_leave(found, prepared, _Place(speeds[0], part, films[0]), clock)]
+        else:
+            places = [
+                _Place(rpm, part / folder.name, film)
+                for rpm, folder, film in zip(speeds, folders, films, strict=True)
+            ]
+            reports = _leave_all(study, prepared, places, clock)
     for report in reports:
         if report.film is not None:
             write_film(report.film, report.pages)

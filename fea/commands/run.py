@@ -41,9 +41,11 @@ def run(
     asked = flags.applied(load_study(study))
 
     from fea.machine.progress import stages
-    from fea.runs import run_study
+    from fea.output.pictures.child import ready_to_draw
 
-    with stages(silent=quiet or json) as listener:
+    with stages(silent=quiet or json) as listener, ready_to_draw(wanted=asked.output.screenshot):
+        from fea.runs import run_study
+
         reports = run_study(asked, listener)
     summaries = [report.summary for report in reports]
     if json:
