@@ -60,7 +60,7 @@ class Skin:
     def normals(self) -> Floats:
         """(n_facets, 3 or 6, 3) outward unit normals at the facets' nodes, continuous across smooth edges."""
         corners = self.points[self.facets]
-        along = np.einsum("nkj,fkx->fnjx", _slopes(self.facets.shape[1]), corners)
+        along = np.einsum("nkj,fkx->fnjx", _slopes(self.facets.shape[1]), corners, optimize=True)
         own = _unit(np.cross(along[:, :, 0], along[:, :, 1]))
         mean = np.zeros_like(self.points)
         np.add.at(mean, self.facets, own)
@@ -115,7 +115,7 @@ class Skin:
     def _refined(self, at_nodes: Floats) -> Floats:
         xi, eta = np.array(_places(self.pieces)).T / self.pieces
         shapes = _shapes(np.stack([1 - xi - eta, xi, eta], axis=1), self.facets.shape[1])
-        fine: Floats = np.einsum("pn,fn...->fp...", shapes, at_nodes)
+        fine: Floats = np.einsum("pn,fn...->fp...", shapes, at_nodes, optimize=True)
         flat: Floats = fine.reshape(-1, *at_nodes.shape[2:])
         return flat
 
@@ -127,7 +127,7 @@ def refined_line(points: Floats, sides: Ints) -> Floats:
         shapes = np.stack([1 - t, t], axis=1)
     else:
         shapes = np.stack([(1 - t) * (1 - 2 * t), t * (2 * t - 1), 4 * t * (1 - t)], axis=1)
-    places: Floats = np.einsum("tn,snx->stx", shapes, points[sides])
+    places: Floats = np.einsum("tn,snx->stx", shapes, points[sides], optimize=True)
     return places
 
 
