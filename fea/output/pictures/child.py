@@ -77,6 +77,7 @@ def drawing_process(module: str, environment: dict[str, str]) -> Iterator[Drawin
         It could not be started.
     """
     command = [sys.executable, "-P", "-m", module]  # -P: ignore the user's directory
+    alone = os.environ | {"OPENBLAS_NUM_THREADS": "1"}  # waiting threads would slow the analysis down
     ours, its = socket.socketpair()
     with ours, TemporaryFile() as said:
         with its:
@@ -85,7 +86,7 @@ def drawing_process(module: str, environment: dict[str, str]) -> Iterator[Drawin
                 stdin=its.fileno(),
                 stdout=subprocess.DEVNULL,
                 stderr=said,
-                env=os.environ | environment,
+                env=alone | environment,
             )
         try:
             yield DrawingProcess(module, environment, process, ours, said)
@@ -99,7 +100,7 @@ _ready: ContextVar[DrawingProcess | None] = ContextVar("_ready", default=None)
 
 @contextmanager
 def ready_to_draw(*, wanted: bool = True) -> Iterator[None]:
-    """Keep a process for all pictures of the block, which loads its libraries while other work is done."""
+    """Keep a process for all pictures of the block, which loads its libraries meanwhile."""
     with ExitStack() as stack:
         if wanted:
             with suppress(OSError):  # to be reported where something is to be drawn

@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from fea.output.pictures.frame import Frame
 from fea.output.pictures.scale import round_down
 from fea.output.pictures.scene import Scene
 from fea.output.pictures.shown import MODE
-from fea.output.pictures.skin import refined_line
+from fea.output.pictures.skin import Skin, refined_line
 from fea.output.pictures.strokes import (
     GREY,
     INK,
@@ -68,7 +67,7 @@ def _draw_rod(plotter: Any, scene: Scene) -> None:
     """Draw the whole rod, its undeformed outline, and a ring around the hot spot."""
     aspect = SIZE[0] / (SIZE[1] * ROD_SHARE)
     frame = Frame.around(scene.deformed, scene.view(closeness=0.8), aspect, width=0.9, height=0.7)
-    add_surface(plotter, _surface(scene), scene.bands)
+    add_surface(plotter, _surface(scene, scene.skin), scene.bands)
     add_edges(plotter, scene.skin, scene.skin.points, frame, (GREY, 1.0))
     add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 1.5))
     radius = 0.5 * MAGNIFIED * scene.extent
@@ -98,11 +97,11 @@ def _draw_spot(plotter: Any, scene: Scene) -> None:
     view, half = scene.view(closeness=2.5), MAGNIFIED * scene.extent
     near = float((scene.deformed @ view.towards).max()) + 1.0
     frame = Frame(view, view.across(scene.deformed[scene.node]), half, aspect, near)
-    scene = replace(scene, skin=scene.skin.part(frame.meets(scene.deformed[scene.skin.facets])))
-    add_surface(plotter, _surface(scene), scene.bands)
-    elements = refined_line(scene.deformed, scene.skin.sides[0]) + frame.nudge
+    skin = scene.skin.part(frame.meets(scene.deformed[scene.skin.facets]))
+    add_surface(plotter, _surface(scene, skin), scene.bands)
+    elements = refined_line(scene.deformed, skin.sides[0]) + frame.nudge
     add_lines(plotter, elements, INK, 1.0, opacity=0.35)
-    add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 2.0))
+    add_edges(plotter, skin, scene.deformed, frame, (INK, 2.0))
     _add_ring(plotter, scene, frame, 0.06 * half)
     length = round_down(0.6 * half)
     start = frame.place((0.03, 0.08))
@@ -148,11 +147,11 @@ def _moved(scene: Scene) -> str:
     return f"displacement up to {scene.displaced:.3g} mm, drawn × {scene.exaggeration:g}"
 
 
-def _surface(scene: Scene) -> Any:
+def _surface(scene: Scene, skin: Skin) -> Any:
     """Return the deformed skin with the values for its colours, shaded by the undeformed normals."""
-    surface = pyvista.PolyData.from_regular_faces(scene.skin.refined(scene.deformed), scene.skin.triangles)
-    surface.point_data[SCALARS] = scene.skin.refined(np.minimum(scene.values, scene.top))
-    surface.point_data["Normals"] = scene.skin.refined_normals
+    surface = pyvista.PolyData.from_regular_faces(skin.refined(scene.deformed), skin.triangles)
+    surface.point_data[SCALARS] = skin.refined(np.minimum(scene.values, scene.top))
+    surface.point_data["Normals"] = skin.refined_normals
     surface.point_data.active_normals_name = "Normals"
     return surface
 

@@ -1,6 +1,6 @@
 """The outer surface of a mesh, divided finely enough that curved facets look curved."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -16,7 +16,7 @@ FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0
 SIDES = np.array([[0, 1, 3], [1, 2, 4], [2, 0, 5]])  # of a face: two vertices and the node between
 SMOOTH = np.cos(np.radians(25.0))  # facets that meet at a smaller angle belong to one smooth surface
 PIECES = 4
-TRIANGLES = 60_000  # of a rod that fills a picture; with more they are smaller than the picture can show
+TRIANGLES = 40_000  # of a surface that fills a picture; more would be smaller than the picture can show
 
 
 @dataclass(frozen=True)
@@ -39,24 +39,28 @@ class Skin:
 
     @classmethod
     def of(cls, points: Floats, tets: Ints) -> "Skin":
-        """Return the skin of tetrahedra (n_elements, 4 or 10) in VTK's node order, to be seen as a whole."""
+        """Return the skin of tetrahedra (n_elements, 4 or 10) in VTK's node order."""
         columns = FACES[:, :3] if tets.shape[1] == 4 else FACES
         faces = tets[:, columns].reshape(-1, columns.shape[1])
         corners = np.sort(faces[:, :3].astype(np.int64), axis=1)
         keys = (corners[:, 0] * len(points) + corners[:, 1]) * len(points) + corners[:, 2]
         _, first, count = np.unique(keys, return_index=True, return_counts=True)
-        facets = faces[np.sort(first[count == 1])]
-        return cls(points, facets, pieces=int(np.clip(round((TRIANGLES / len(facets)) ** 0.5), 2, PIECES)))
+        return cls._divided(points, faces[np.sort(first[count == 1])])
 
     def part(self, chosen: Mask) -> "Skin":
-        """Return the skin of some of the facets (n_facets,), to be seen closely."""
-        return replace(self, facets=self.facets[chosen], pieces=PIECES)
+        """Return the skin of some of the facets (n_facets,)."""
+        return self._divided(self.points, self.facets[chosen])
+
+    @classmethod
+    def _divided(cls, points: Floats, facets: Ints) -> "Skin":
+        """Return a skin of fewer pieces if it has many facets."""
+        return cls(points, facets, int(np.clip(round((TRIANGLES / len(facets)) ** 0.5), 2, PIECES)))
 
     @cached_property
     def normals(self) -> Floats:
         """(n_facets, 3 or 6, 3) outward unit normals at the facets' nodes, continuous across smooth edges."""
         corners = self.points[self.facets]
-        along = np.einsum("nkj,fkx->fnjx", _slopes(self.facets.shape[1]), corners)
+        along = np.einsum("nkj,fkx->fnjx", _slopes(self.facets.shape[1]), corners, optimize=True)
         own = _unit(np.cross(along[:, :, 0], along[:, :, 1]))
         mean = np.zeros_like(self.points)
         np.add.at(mean, self.facets, own)
@@ -111,7 +115,7 @@ class Skin:
     def _refined(self, at_nodes: Floats) -> Floats:
         xi, eta = np.array(_places(self.pieces)).T / self.pieces
         shapes = _shapes(np.stack([1 - xi - eta, xi, eta], axis=1), self.facets.shape[1])
-        fine: Floats = np.einsum("pn,fn...->fp...", shapes, at_nodes)
+        fine: Floats = np.einsum("pn,fn...->fp...", shapes, at_nodes, optimize=True)
         flat: Floats = fine.reshape(-1, *at_nodes.shape[2:])
         return flat
 
@@ -123,7 +127,7 @@ def refined_line(points: Floats, sides: Ints) -> Floats:
         shapes = np.stack([1 - t, t], axis=1)
     else:
         shapes = np.stack([(1 - t) * (1 - 2 * t), t * (2 * t - 1), 4 * t * (1 - t)], axis=1)
-    places: Floats = np.einsum("tn,snx->stx", shapes, points[sides])
+    places: Floats = np.einsum("tn,snx->stx", shapes, points[sides], optimize=True)
     return places
 
 

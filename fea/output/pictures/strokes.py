@@ -104,7 +104,7 @@ def save(image: Image.Image, png: Path) -> None:
     """Write a picture with a palette of 256 colours: a third of the size without a visible difference."""
     few = image.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
     few.putpalette([255 if level > 250 else level for level in few.getpalette() or []])  # white stays white
-    few.save(png, format="PNG")
+    few.save(png, format="PNG", compress_level=4)  # twice as fast as 6, and a twentieth larger
 
 
 def require_rod(image: npt.NDArray[np.uint8]) -> None:
