@@ -17,11 +17,11 @@ _FAILS = {"yielding": "yields", "fatigue": "fails by fatigue", "buckling": "buck
 
 
 class Answer(StrEnum):
-    """Whether the rod survives."""
+    """Whether the rod survives, from good to bad."""
 
     SURVIVES = "survives"
-    FAILS = "fails"
     UNDECIDED = "undecided"
+    FAILS = "fails"
 
 
 @dataclass(frozen=True)

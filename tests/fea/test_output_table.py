@@ -5,6 +5,7 @@ import pytest
 from rich.console import Console
 from written_figures import load, result, summary
 
+from fea.analysis.figures import PassFigures
 from fea.checks import Check
 from fea.output.notes import gathered
 from fea.output.terminal.figures import kilo
@@ -161,6 +162,25 @@ def test_several_speeds_share_a_table(tmp_path):
     assert "Not converged: the worst case of 2 speeds" in text
     assert text.count("trace of 3000 rpm used") == 1
     assert f"{tmp_path}/map.csv" in text
+
+
+def test_several_speeds_are_judged_by_the_worst(tmp_path):
+    fails = replace(SUMMARY.survival, answer="fails", text="yields", assured_safety_factor=0.9)
+    open_ = replace(SUMMARY.survival, answer="undecided", text="undecided", assured_safety_factor=0.8)
+    good = replace(SUMMARY.survival, answer="survives", text="survives", assured_safety_factor=0.7)
+    runs = [
+        (tmp_path / f"{rpm}rpm", replace(SUMMARY, rpm=rpm, survival=survival))
+        for rpm, survival in ((800, good), (3000, fails), (6000, open_))
+    ]
+    first = said(*runs).splitlines()[0]
+    assert first.endswith("at 3000 rpm, the worst of 3 speeds: yields")
+
+
+def test_what_was_refined_says_so(folder):
+    a_pass = PassFigures(elements=1, nodes=2, error_percent=9.0, seconds=0.1)
+    one, two = (replace(SUMMARY, passes=(a_pass,) * n) for n in (1, 2))
+    assert [", refined)" in said((folder, found)) for found in (SUMMARY, one, two)] == [False, False, True]
+    assert "Not converged: tension\n" in said((folder, two))
 
 
 def test_the_case_with_the_smallest_factor_is_the_worst():

@@ -174,7 +174,8 @@ def _cycle(summary: Summary) -> list[str]:
 def _model(summary: Summary) -> str:
     model, checks = summary.model, summary.checks
     passed = sum(check.passed for check in checks.values())
-    kind = f"{model.element}, {model.size_mm:.3g} mm"
+    refined = ", refined" if summary.passes is not None and len(summary.passes) > 1 else ""
+    kind = f"{model.element}, {model.size_mm:.3g} mm{refined}"
     mesh = f"{model.nodes} nodes, {model.elements} elements ({kind})"
     return f"{mesh}; {passed} of {len(checks)} checks passed; {summary.total_s:.1f} s"
 

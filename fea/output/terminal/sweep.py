@@ -10,6 +10,7 @@ from rich.table import Table
 
 from fea.analysis.figures import Summary
 from fea.analysis.speed_map import rounded, speed_map
+from fea.analysis.survival import Answer
 from fea.assess.verdict import Verdict
 from fea.output.notes import gathered
 from fea.output.target import near
@@ -33,13 +34,24 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:
             factor(result.min_safety_factor),
             "" if summary.trusted else "check failed",
         )
-    console.print(f"{runs[0][1].study}: {len(runs)} speeds", markup=False, style="bold")
-    console.print(table)
     summaries = [summary for _, summary in runs]
+    console.print(_headline(summaries), markup=False, style="bold", soft_wrap=True)
+    console.print(table)
     for line in (*_sweep_doubts(summaries), *_critical(summaries)):
         console.print(line, markup=False, soft_wrap=not console.is_terminal)
     for line in (_written(runs), *_next(runs)):
         console.print(line, markup=False, soft_wrap=True)
+
+
+def _headline(summaries: Sequence[Summary]) -> str:
+    """Return whether the rod survives the speed that is worst for it."""
+    gravity = list(Answer)
+
+    def rank(summary: Summary) -> tuple[int, float]:
+        return -gravity.index(Answer(summary.survival.answer)), summary.survival.assured_safety_factor
+
+    worst = min(summaries, key=rank)
+    return f"{worst.title}, the worst of {len(summaries)} speeds: {worst.survival.text}"
 
 
 def _written(runs: Sequence[tuple[Path, Summary]]) -> str:
@@ -74,8 +86,8 @@ def _sweep_doubts(summaries: Sequence[Summary]) -> list[str]:
     verdicts = [summary.results[summary.worst_case].verdict for summary in summaries]
     loose = verdicts.count(Verdict.NOT_CONVERGED)
     speeds = "1 speed" if loose == 1 else f"{loose} speeds"
-    lower = "a smaller" if summaries[0].passes else "5 or less with"
-    doubts = [f"Not converged: the worst case of {speeds} (try {lower} --tolerance)"] if loose else []
+    remedy = "a smaller --tolerance" if summaries[0].passes else "--tolerance 5 or less"
+    doubts = [f"Not converged: the worst case of {speeds} (try {remedy})"] if loose else []
     return [*doubts, *gathered((summary.rpm or 0.0, summary.notes) for summary in summaries)]
 
 
