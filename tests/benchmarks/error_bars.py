@@ -28,23 +28,31 @@ from rod_studies import random_study
 
 from fea.analysis.adapt import adapt_mesh
 from fea.analysis.meshing import mesh_study
-from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
-from fea.analysis.wanted_size import wanted_sizes
+from fea.analysis.wanted_size import predicted_elements, wanted_sizes
 from fea.assess.case_result import CaseResult
 from fea.assess.verdict import peak
 from fea.choices import Element
 from fea.machine.clock import Clock
 from fea.stress.error_estimate import STRESS_FACTOR
 from fea.study.study import MeshTable, SpeedTable, Study, load_study
+from mesh.size_field import SizeField
+from mesh.sizing import Sizing
 
 SHIPPED, DRAWS = ("leon-2001", "columba-2022", "molina-2024"), 2
 CALIBRATION_SETS = ((20000, 14), (30000, 14), (50000, 14))
 TOLERANCE = 2.0
 # The references: elements of this over the default size, and where the stress of any case exceeds a share of
-# its peak, smaller by the factor beside it. Their difference is what the finer one may be off.
+# its peak, smaller by the factor beside it. The two finest count that have no more elements than this; their
+# difference is what the finer one may be off.
 BASE = 0.9
-REFERENCES = {0.75: 1 / 2.2, 0.9: 1 / 4.5}, {0.75: 1 / 2.5, 0.87: 1 / 5, 0.95: 1 / 9}
+REFERENCES = (
+    {0.75: 1 / 2.2},
+    {0.75: 1 / 2.2, 0.9: 1 / 4.5},
+    {0.75: 1 / 2.5, 0.87: 1 / 5, 0.95: 1 / 9},
+)
+MOST_ELEMENTS = 350_000
 
 Job = tuple[str, str, Study | None]
 Rows = list[dict]
@@ -72,8 +80,11 @@ def rod_rows(name: str, study: Study) -> Rows:
     rpm = study.speed.speeds()[0] if study.engine is not None else None
     rod = prepare(study)
     default, size = tuple(solve_speed(rod, rpm).cases.values()), rod.mesh.meshing.size
-    middle, fine = (peaks(study, rod, default, rpm, hot) for hot in REFERENCES)
+    wanted = [wanted_sizes(rod.mesh, hot_ratio(default, hot)) for hot in REFERENCES]
+    growth = Sizing(size).growth
+    few = [sizes for sizes in wanted if predicted_elements(rod.mesh, sizes, growth) < MOST_ELEMENTS]
     del rod
+    middle, fine = (peaks(study, size, sizes, rpm) for sizes in (few if len(few) > 1 else wanted)[-2:])
 
     def rows(group: str, cases: Iterable[CaseResult], order: int = 2) -> Rows:
         return [
@@ -108,14 +119,19 @@ def rod_rows(name: str, study: Study) -> Rows:
     ]
 
 
-def peaks(study: Study, rod: PreparedRod, cases: tuple, rpm: float | None, hot: dict) -> dict[str, float]:
-    """Peak of each case with small elements where it is hot."""
+def hot_ratio(cases: tuple[CaseResult, ...], hot: dict[float, float]) -> np.ndarray:
+    """Factor (n_nodes,) on the size where the stress of any case exceeds a share of its peak."""
     heat = np.max([case.von_mises / case.peak.value for case in cases], axis=0)
     ratio = np.ones_like(heat)
     for share, factor in hot.items():
         ratio[heat > share] = factor
-    fine = dataclasses.replace(study, mesh=MeshTable(size_mm=BASE * rod.mesh.meshing.size))
-    found = solve_speed(prepare(fine, mesh=mesh_study(fine, wanted=[wanted_sizes(rod.mesh, ratio)])), rpm)
+    return ratio
+
+
+def peaks(study: Study, size: float, sizes: SizeField, rpm: float | None) -> dict[str, float]:
+    """Peak of each case with small elements where it is hot."""
+    fine = dataclasses.replace(study, mesh=MeshTable(size_mm=BASE * size))
+    found = solve_speed(prepare(fine, mesh=mesh_study(fine, wanted=[sizes])), rpm)
     return {case.load.name: case.peak.value for case in found.cases.values()}
 
 

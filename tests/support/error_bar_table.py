@@ -17,11 +17,11 @@ Found = list[tuple[str, str, Rows | str]]
 
 _READING = f"""\
 *Held*: the true peak lies within the bar. The truth is exact for most known answers; NAFEMS's targets and
-Howland's are taken as sure to 0.1 %. For a rod it is the peak on a mesh with elements 10 times smaller at the
-peaks, and what a mesh of half that fineness differs by is the truth's uncertainty. *Decided* are the cases
-where it is at most a third of the error; where it is more, *sure* counts those whose bar holds the error and
-the uncertainty together. Were errors normally distributed and bars of the least size that holds 95 %,
-bar/error would be 2.9 in the median: an error crosses zero, its bar does not. *Without flags* is what
+Howland's are taken as sure to 0.1 %. For a rod it is the peak on a mesh with elements 5 or 10 times smaller
+at the peaks, and what a mesh of half that fineness differs by is the truth's uncertainty. *Decided* are the
+cases where it is at most a third of the error; where it is more, *sure* counts those whose bar holds the
+error and the uncertainty together. Were errors normally distributed and bars of the least size that holds
+95 %, bar/error would be 2.9 in the median: an error crosses zero, its bar does not. *Without flags* is what
 `fea run` leaves; at 1.5 times the size of `--tolerance 0` a fillet's arc has 2.7 elements in place of 4, and
 the run says that peaks may be too low. Curved elements that had to be straightened can have sharp edges,
 which are masked: the verdict of such a case is `diverging` and its run may be marked not to be trusted. It
