@@ -10,7 +10,7 @@ import numpy as np
 from fea.analysis.figures import PassFigures
 from fea.analysis.meshing import adaptive_mesh
 from fea.analysis.prepare import PreparedRod, prepare
-from fea.analysis.speed import SpeedResult, solve_speed
+from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
 from fea.analysis.wanted_size import predicted_elements, size_ratio, wanted_sizes
 from fea.assess.case_result import CaseResult
 from fea.machine.clock import Clock
@@ -55,7 +55,9 @@ class Adapted:
 
     def at(self, rpm: float | None) -> SpeedResult:
         """Solve the load cases of one speed (rpm); None for given forces."""
-        result = self.results.get(rpm) or solve_speed(self.rod, rpm)
+        result = self.results.get(rpm) or solve_speed(self.rod, rpm, cycle=False)
+        if self.rod.options.cycle:
+            result = with_cycle(self.rod, result)
         if not self.shortfall:
             return result
         return dataclasses.replace(result, notes=(*result.notes, self.shortfall))
@@ -81,7 +83,7 @@ def adapt_mesh(
     listener
         Told the figures of each pass.
     mesh
-        The first one, where it is there already: see `fea.analysis.meshing.first_mesh`.
+        The first one, where it is there already: see `fea.analysis.meshing.adaptive_mesh`.
 
     Raises
     ------
@@ -141,14 +143,14 @@ def _solved(
     """Solve some speeds: the largest bar, factors (n_nodes,) on the size, and the results kept."""
     mesh = rod.mesh.whole
     widest, ratio = _Widest(), np.ones(len(mesh.points))
-    cycle = rod.options.cycle
-    most = 0 if cycle else max(1, MAX_KEPT_NODES // len(mesh.points))
+    most = max(1, MAX_KEPT_NODES // len(mesh.points))
     results: dict[float | None, SpeedResult] = {}
     for rpm in speeds:
         result = solve_speed(rod, rpm, cycle=False)
         cases = tuple(result.cases.values())
         widest = max(widest, *map(_bar, cases))
-        ratio = np.minimum(ratio, size_ratio(mesh, cases, tolerance, again=again, fatigue=cycle))
+        wanted = size_ratio(mesh, cases, tolerance, again=again, fatigue=rod.options.cycle)
+        ratio = np.minimum(ratio, wanted)
         if len(results) < most:
             results[rpm] = result
     return widest, ratio, results

@@ -1,7 +1,7 @@
 """A prepared rod at one speed: solve its load cases, judge the stresses, check everything."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.solve import Equilibrium
@@ -88,20 +88,25 @@ def solve_speed(rod: PreparedRod, rpm: float | None, *, cycle: bool | None = Non
         *rod.mesh.notes,
         *_pressure_notes(rod),
     )
-    history = None
-    if rod.options.cycle if cycle is None else cycle:
-        history = solve_cycle(rod, rpm, cases)
-        checks |= history.checks()
-        notes += history.notes()
-    return SpeedResult(
+    static = SpeedResult(
         rpm=rpm,
         loads=loads,
         cases=cases,
         checks=checks,
         left_out=(*rod.mesh.left_out, *_solution_left_out(rod, found.solution), *loads.left_out),
         notes=(*notes, *rod.remarks),
-        cycle=history,
     )
+    return with_cycle(rod, static) if (rod.options.cycle if cycle is None else cycle) else static
+
+
+def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
+    """Work out the whole crank cycle at a speed whose load cases are solved."""
+    engine, gas = rod.engine.engine, rod.engine.gas
+    cycle = rod.cycle
+    with rod.clock("cycle"):
+        history = cycle.at(engine, gas, (static.rpm or 0.0) * RPM, tuple(static.cases.values()))
+    checks, notes = {**static.checks, **history.checks()}, (*static.notes, *history.notes())
+    return replace(static, checks=checks, notes=notes, cycle=history)
 
 
 def judge(rod: PreparedRod, found: Equilibrium) -> dict[str, CaseResult]:
@@ -117,14 +122,6 @@ def judge(rod: PreparedRod, found: Equilibrium) -> dict[str, CaseResult]:
         )
         for case, fields in zip(found.cases, rod.fields(found), strict=True)
     }
-
-
-def solve_cycle(rod: PreparedRod, rpm: float | None, cases: Mapping[str, CaseResult]) -> CycleResult:
-    """Work out the whole crank cycle at one speed whose load cases are solved."""
-    engine, gas = rod.engine.engine, rod.engine.gas
-    cycle = rod.cycle
-    with rod.clock("cycle"):
-        return cycle.at(engine, gas, (rpm or 0.0) * RPM, tuple(cases.values()))
 
 
 def _solution_left_out(rod: PreparedRod, solution: Solution) -> tuple[Omission, ...]:
