@@ -55,7 +55,7 @@ class Adapted:
 
     def at(self, rpm: float | None) -> SpeedResult:
         """Solve the load cases of one speed (rpm); None for given forces."""
-        result = self.results.get(rpm) or solve_speed(self.rod, rpm, cycle=False)
+        result = self.results.get(rpm) or solve_speed(self.rod, rpm)
         if self.rod.options.cycle:
             result = with_cycle(self.rod, result)
         if not self.shortfall:
@@ -133,8 +133,8 @@ def _deciding(speeds: Sequence[float | None]) -> Sequence[float | None]:
     """Return the speeds that decide on the mesh: the lowest, the highest and some between."""
     if len(speeds) <= MOST_SPEEDS:
         return speeds
-    chosen = np.linspace(0, len(speeds) - 1, MOST_SPEEDS).round().astype(int)
-    return [sorted(rpm or 0.0 for rpm in speeds)[index] for index in chosen]
+    rising = sorted(rpm or 0.0 for rpm in speeds)
+    return [rising[index] for index in np.linspace(0, len(rising) - 1, MOST_SPEEDS).round().astype(int)]
 
 
 def _solved(
@@ -146,7 +146,7 @@ def _solved(
     most = max(1, MAX_KEPT_NODES // len(mesh.points))
     results: dict[float | None, SpeedResult] = {}
     for rpm in speeds:
-        result = solve_speed(rod, rpm, cycle=False)
+        result = solve_speed(rod, rpm)
         cases = tuple(result.cases.values())
         widest = max(widest, *map(_bar, cases))
         wanted = size_ratio(mesh, cases, tolerance, again=again, fatigue=rod.options.cycle)

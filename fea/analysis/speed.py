@@ -55,7 +55,7 @@ class SpeedResult:
         return all(item.passed for item in self.checks.values())
 
 
-def solve_speed(rod: PreparedRod, rpm: float | None, *, cycle: bool | None = None) -> SpeedResult:
+def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
     """Solve, judge and check the load cases of one speed.
 
     Parameters
@@ -64,8 +64,6 @@ def solve_speed(rod: PreparedRod, rpm: float | None, *, cycle: bool | None = Non
         Ready to be solved.
     rpm
         The speed; None for given forces.
-    cycle
-        Whether the whole crank cycle is worked out as well; by default as the rod's options say.
 
     Raises
     ------
@@ -88,7 +86,7 @@ def solve_speed(rod: PreparedRod, rpm: float | None, *, cycle: bool | None = Non
         *rod.mesh.notes,
         *_pressure_notes(rod),
     )
-    static = SpeedResult(
+    return SpeedResult(
         rpm=rpm,
         loads=loads,
         cases=cases,
@@ -96,7 +94,6 @@ def solve_speed(rod: PreparedRod, rpm: float | None, *, cycle: bool | None = Non
         left_out=(*rod.mesh.left_out, *_solution_left_out(rod, found.solution), *loads.left_out),
         notes=(*notes, *rod.remarks),
     )
-    return with_cycle(rod, static) if (rod.options.cycle if cycle is None else cycle) else static
 
 
 def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:

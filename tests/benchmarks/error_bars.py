@@ -23,11 +23,11 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from drawn_loads import randomly_loaded
 from error_bar_table import FACTORS, report_text
+from hot_spots import hot_ratio, solved_finely
 from known_peaks import SIZES, KnownPeak, benchmark_peaks, exact_peaks
 from rod_studies import random_study
 
 from fea.analysis.adapt import adapt_mesh
-from fea.analysis.meshing import mesh_study
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
 from fea.analysis.wanted_size import predicted_elements, wanted_sizes
@@ -37,7 +37,6 @@ from fea.choices import Element
 from fea.machine.clock import Clock
 from fea.stress.error_estimate import STRESS_FACTOR
 from fea.study.study import MeshTable, SpeedTable, Study, load_study
-from mesh.size_field import SizeField
 from mesh.sizing import Sizing
 
 SHIPPED, DRAWS = ("leon-2001", "columba-2022", "molina-2024"), 2
@@ -84,7 +83,10 @@ def rod_rows(name: str, study: Study) -> Rows:
     growth = Sizing(size).growth
     few = [sizes for sizes in wanted if predicted_elements(rod.mesh, sizes, growth) < MOST_ELEMENTS]
     del rod
-    middle, fine = (peaks(study, size, sizes, rpm) for sizes in (few if len(few) > 1 else wanted)[-2:])
+    middle, fine = (
+        {case.load.name: case.peak.value for case in solved_finely(study, BASE * size, sizes, rpm)}
+        for sizes in (few if len(few) > 1 else wanted)[-2:]
+    )
 
     def rows(group: str, cases: Iterable[CaseResult], order: int = 2) -> Rows:
         return [
@@ -117,22 +119,6 @@ def rod_rows(name: str, study: Study) -> Rows:
         *rows(f"--tolerance {TOLERANCE:g}", refined(TOLERANCE)),
         *rows("first order", at(MeshTable(element=Element.P1)), 1),
     ]
-
-
-def hot_ratio(cases: tuple[CaseResult, ...], hot: dict[float, float]) -> np.ndarray:
-    """Factor (n_nodes,) on the size where the stress of any case exceeds a share of its peak."""
-    heat = np.max([case.von_mises / case.peak.value for case in cases], axis=0)
-    ratio = np.ones_like(heat)
-    for share, factor in hot.items():
-        ratio[heat > share] = factor
-    return ratio
-
-
-def peaks(study: Study, size: float, sizes: SizeField, rpm: float | None) -> dict[str, float]:
-    """Peak of each case with small elements where it is hot."""
-    fine = dataclasses.replace(study, mesh=MeshTable(size_mm=BASE * size))
-    found = solve_speed(prepare(fine, mesh=mesh_study(fine, wanted=[sizes])), rpm)
-    return {case.load.name: case.peak.value for case in found.cases.values()}
 
 
 def calibration() -> Iterator[Job]:

@@ -17,14 +17,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
+from hot_spots import hot_ratio, solved_finely
 from rod_studies import random_study
 
 from fea.analysis.adapt import Adapted, adapt_mesh
-from fea.analysis.meshing import mesh_study
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
 from fea.analysis.wanted_size import wanted_sizes
@@ -81,13 +79,9 @@ def true_peaks(study: Study) -> Peaks:
     (rpm,) = study.speed.speeds()
     coarse = prepare(study)
     cases = solve_speed(coarse, rpm).cases.values()
-    heat = np.max([case.von_mises / case.peak.value for case in cases], axis=0)
-    ratio = np.ones_like(heat)
-    for share, factor in HOT.items():
-        ratio[heat > share] = factor
-    fine = dataclasses.replace(study, mesh=MeshTable(size_mm=BASE * coarse.mesh.meshing.size))
-    found = solve_speed(prepare(fine, mesh=mesh_study(fine, wanted=[wanted_sizes(coarse.mesh, ratio)])), rpm)
-    return {case.load.name: [case.peak.value, case.peak.error_percent] for case in found.cases.values()}
+    sizes = wanted_sizes(coarse.mesh, hot_ratio(cases, HOT))
+    fine = solved_finely(study, BASE * coarse.mesh.meshing.size, sizes, rpm)
+    return {case.load.name: [case.peak.value, case.peak.error_percent] for case in fine}
 
 
 def brought_within(study: Study, tolerance: float) -> tuple[Adapted, float]:

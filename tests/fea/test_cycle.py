@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from cycles import SPEEDS, analysis, superposition_errors
 
-from fea.analysis.speed import solve_speed
+from fea.analysis.speed import solve_speed, with_cycle
 from fea.choices import Symmetry
 from fea.cycle.envelope import NOT_JUDGED
 from fea.cycle.series import series
@@ -33,7 +33,7 @@ def quarter():
 
 @pytest.fixture(scope="module")
 def at_6000(quarter):
-    return solve_speed(quarter, 6000.0)
+    return with_cycle(quarter, solve_speed(quarter, 6000.0))
 
 
 @pytest.mark.parametrize("rpm", SPEEDS)

@@ -4,7 +4,7 @@ import gmsh
 import pytest
 
 from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
+from fea.analysis.speed import solve_speed, with_cycle
 from fea.analysis.summary import envelope_figures
 from fea.cycle.search import SpeedSearch
 from fea.study.study import parse_study
@@ -48,7 +48,7 @@ def analysis(tmp_path_factory):
 
 
 def test_the_worst_of_the_cycle_lies_away_from_sharp_edges(analysis):
-    result = solve_speed(analysis, 6000.0)
+    result = with_cycle(analysis, solve_speed(analysis, 6000.0))
     found = envelope_figures(result.cycle, analysis.mesh.whole, analysis.options.fatigue, analysis.materials)
     masked = result.cases["tension"].error.masked
     sharp = {tuple(point) for point in analysis.mesh.whole.points[masked].round(6)}
@@ -61,7 +61,7 @@ def test_the_worst_of_the_cycle_lies_away_from_sharp_edges(analysis):
 
 
 def test_the_search_over_speeds_finds_the_same(analysis):
-    result = solve_speed(analysis, 6000.0)
+    result = with_cycle(analysis, solve_speed(analysis, 6000.0))
     found = envelope_figures(result.cycle, analysis.mesh.whole, analysis.options.fatigue, analysis.materials)
     worst = SpeedSearch(analysis.cycle, analysis.engine.engine, analysis.engine.gas, [6000.0]).at(6000.0)
     for peak, case in zip(worst.cases, result.cases.values(), strict=True):

@@ -5,7 +5,7 @@ import pytest
 from cycles import analysis
 
 from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
+from fea.analysis.speed import solve_speed, with_cycle
 from fea.assess.crossland import crossland, crossland_factors
 from fea.assess.deviatoric import deviatoric
 from fea.choices import Symmetry
@@ -20,7 +20,7 @@ def test_no_node_of_the_rod_is_worse(monkeypatch):
     looked = []
     known = multiaxial.spots
     monkeypatch.setattr(multiaxial, "spots", lambda nodes, *rest: looked.extend(nodes) or known(nodes, *rest))
-    found = solve_speed(rod, 6000.0).cycle
+    found = with_cycle(rod, solve_speed(rod, 6000.0)).cycle
     cycle = rod.cycle
     weights = cycle.weights(rod.engine.engine, rod.engine.gas, 6000 * RPM, found.angles)
     tensors = cycle.units.tensor(0, weights, rod.mesh.mirrored)
@@ -68,7 +68,7 @@ def test_where_parts_meet_the_lesser_factor_counts_though_the_other_part_is_near
     (tmp_path / "bushed.toml").write_text(BUSHED.format(endurance=endurance))
     flags = Flags(size=14.0, cycle=True)
     rod = prepare(flags.applied(load_study(str(tmp_path / "bushed.toml"))))
-    found, whole = solve_speed(rod, 6000.0).cycle, rod.mesh.mirrored
+    found, whole = with_cycle(rod, solve_speed(rod, 6000.0)).cycle, rod.mesh.mirrored
     cycle = rod.cycle
     weights = cycle.weights(rod.engine.engine, rod.engine.gas, 6000 * RPM, found.angles)
     factors = np.full((2, len(whole.mesh.points)), np.nan)

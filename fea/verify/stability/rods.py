@@ -100,7 +100,7 @@ def _sums(
         return [ExtremeRow(*case, value, Verdict.REFUSED) for value in speeds]
     found = []
     for value, rpm in speeds.items():
-        result = solve_speed(rod, rpm, cycle=False)
+        result = solve_speed(rod, rpm)
         error = 100 * max(result.checks[name].value for name in ("force_balance", "moment_balance"))
         found.append(_row((*case, value), result, error, BALANCE_PERCENT))
     return found
