@@ -44,6 +44,10 @@ LIMITS = {
     # partly compensated on the outside of the ring. The loads err by at most this much: a tenth of a 5 % mesh
     # error.
     "mesh_mass_p1": 5e-3,
+    # Overlap, and gap under pressure, relative to what the gap is made of; and the resultants of the contact
+    # pressures against the forces of the pins: rounding errors only.
+    "contact_gap": 1e-9,
+    "contact_balance": 1e-8,
     # Superposed against directly solved peak cases: a tenth of a 5 % mesh error.
     "superposition": 5e-3,
     # Residual at which the iteration ends; a larger one means that a buckling load factor did not converge.

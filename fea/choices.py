@@ -9,6 +9,10 @@ from geometry.mirror import Mirror
 CONVERGED_PERCENT = 5.0
 
 
+# Name of the bore pressure that comes from contact with the pins instead of being prescribed.
+CONTACT = "contact"
+
+
 class Element(StrEnum):
     """Order of the tetrahedra."""
 
@@ -51,6 +55,13 @@ class Assembly(StrEnum):
 
     BATCHED = "batched"
     SCIKIT_FEM = "scikit-fem"
+
+
+class PinModel(StrEnum):
+    """How a pin in contact gives way: as an elastic body of revolution, or not at all."""
+
+    ELASTIC = "elastic"
+    RIGID = "rigid"
 
 
 class Finish(StrEnum):

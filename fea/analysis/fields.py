@@ -34,11 +34,14 @@ class CaseFields:
         Per part (n_nodes, 6), MPa; NaN at nodes that are not the part's.
     error
         Estimated errors of the stresses.
+    contact_pressure
+        (n_nodes,) of the pins in contact, MPa, 0 off the bores; None where their pressure is prescribed.
     """
 
     displacement: Floats
     stresses: tuple[Floats, ...]
     error: CaseError
+    contact_pressure: Floats | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,9 +90,21 @@ class FieldRecovery:
         ]
         errors = self.errors(solution.displacement, stress, solution.pressure)
         return [
-            CaseFields(displacement[..., index], tuple(tensor[..., index] for tensor in tensors), error)
+            CaseFields(
+                displacement[..., index],
+                tuple(tensor[..., index] for tensor in tensors),
+                error,
+                self._contact_pressure(found.forces[index]),
+            )
             for index, error in enumerate(errors)
         ]
+
+    def _contact_pressure(self, forces: CaseForces) -> Floats | None:
+        if not forces.touch:
+            return None
+        tractions = forces.traction.values()
+        whole = [self.mirrored.vector(own.symmetric, own.antisymmetric) for own in tractions]
+        return np.asarray(np.linalg.norm(np.sum(whole, axis=0), axis=1))
 
 
 def _traction(forces: Sequence[CaseForces], parity: Parity) -> dict[Surface, Floats]:

@@ -3,13 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from fea.analysis.fields import FieldRecovery
 from fea.analysis.meshing import mesh_loaded
-from fea.analysis.solve import PinModel, PrescribedPressure
+from fea.analysis.solve import PinModel
 from fea.assess.case_error import CaseErrors
 from fea.checks import LIMITS
 from fea.choices import Element, Support
+from fea.cycle.pressure_loads import PressureLoads
 from fea.cycle.superposition import CycleAnalysis
 from fea.cycle.unit_loads import UnitLoads
 from fea.cycle.unit_solutions import unit_solutions
@@ -33,7 +35,10 @@ from geometry.mass import MassProperties
 from geometry.rod import Rod
 from geometry.section import Section
 from geometry.surfaces import Surface
-from loads.bearing import BorePressure
+
+if TYPE_CHECKING:
+    from fea.contact.fits import Fits
+    from fea.contact.rod_contact import RodContact
 
 _SURFACES = (Surface.FREE, Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
 
@@ -64,6 +69,8 @@ class PreparedRod:
         Turns a load case into nodal forces on the cell, with the pins' pressure as prescribed.
     pins
         How the pins load the rod.
+    contact
+        The pins in contact; None where their pressure is prescribed.
     fields
         Carries solutions to the whole rod.
     remarks
@@ -82,6 +89,7 @@ class PreparedRod:
     model: Model
     nodal_forces: NodalForces
     pins: PinModel
+    contact: "RodContact | None"
     fields: FieldRecovery
     remarks: tuple[str, ...]
     clock: Clock
@@ -159,8 +167,7 @@ class PreparedRod:
     def cycle(self) -> CycleAnalysis:
         """Unit solutions that span the whole crank cycle at any speed, solved when first asked for."""
         with self.clock("cycle"):
-            pressure, mesh = BorePressure.parse(self.options.pressure), self.mesh
-            loads = UnitLoads(mesh.cell, mesh.bores, self.inertia, pressure, self.options.support)
+            mesh, loads = self.mesh, self._unit_loads()
             recovery = self.fields.recovery
             units = unit_solutions(self.model, recovery, loads, self.materials, cut_y=mesh.cut_y)
         masked = self.fields.errors.masked
@@ -173,6 +180,14 @@ class PreparedRod:
             fatigue=self.options.fatigue,
             masked=masked,
         )
+
+    def _unit_loads(self) -> UnitLoads:
+        if self.contact is not None:
+            from fea.cycle.contact_loads import ContactLoads  # noqa: PLC0415 - prescribed pressures do without
+
+            return ContactLoads(self.contact, self.inertia)
+        options, mesh = self.options, self.mesh
+        return PressureLoads(mesh.cell, mesh.bores, self.inertia, options.prescribed, options.support)
 
     @cached_property
     def buckling(self) -> Buckling:
@@ -250,18 +265,22 @@ def prepare(
         loading = GivenForces(study.forces.pin())
     else:
         loading = EngineLoading.of(study.require_engine(), mesh.bores.rod_length)
-    materials = study.materials(mesh.parts)
+    materials, fits = study.materials(mesh.parts), _fits(study, mesh)
     soft = soft_parts(materials, study.mesh.element)
     if soft and options.buckling:
         nu, most = max(m.poissons_ratio for m in materials), LIMITS["poissons_ratio_p2"]
         rule = f"must not exceed {most} for --buckling, which supports displacement elements only"
         raise InvalidValue("material.nu", nu, rule, "Leave out --buckling: the column formulas remain.")
+    if soft and fits:
+        nu, most = max(m.poissons_ratio for m in materials), LIMITS["poissons_ratio_p2"]
+        rule = f"must not exceed {most} for --pressure contact, which supports displacement elements only"
+        raise InvalidValue("material.nu", nu, rule, "Choose another --pressure.")
     elastic = of_parts(materials, cell.part)
     with clock("loads"):
         body = inertia(cell, elastic.density, options.assembly)
-        pressure = BorePressure.parse(options.pressure)
-        forces = NodalForces(cell, mesh.bores, body, pressure, options.support)
+        forces = NodalForces(cell, mesh.bores, body, options.prescribed, options.support)
     model = _model(mesh, materials, soft, options, clock)
+    contact = None if fits is None else _contact(fits, model, mesh, body, clock)
     held = (Surface.BIG_END_BORE,) if options.support is Support.CLAMPED else ()
     with clock("stress"):
         known = tuple(surface for surface in _SURFACES if surface not in held) if known_traction else ()
@@ -269,7 +288,7 @@ def prepare(
             mirrored=mesh.mirrored,
             materials=materials,
             recovery=PartRecovery(cell, mesh.symmetry.planes, known),
-            errors=CaseErrors(mesh, materials, held),
+            errors=CaseErrors(mesh, materials, held if fits is None else fits.sharp),
             rod_length=None if held else mesh.bores.rod_length,
         )
     return PreparedRod(
@@ -282,11 +301,28 @@ def prepare(
         inertia=body,
         model=model,
         nodal_forces=forces,
-        pins=PrescribedPressure(forces, model),
+        pins=PinModel(contact or forces, model),
+        contact=contact,
         fields=fields,
-        remarks=tuple(study.rod.mass_remarks(body.properties)),
+        remarks=(*study.rod.mass_remarks(body.properties), *(fits.remarks if fits else ())),
         clock=clock,
     )
+
+
+def _fits(study: Study, mesh: MeshedRod) -> "Fits | None":
+    """The pins of a study whose bores they touch; None where their pressure is prescribed."""
+    if not study.analysis.in_contact:
+        return None
+    from fea.contact.fits import Fits  # noqa: PLC0415 - prescribed pressures do without
+
+    return Fits.of(study.contact, mesh.bores, study.pin_stiffness)
+
+
+def _contact(fits: "Fits", model: Model, mesh: MeshedRod, body: Inertia, clock: Clock) -> "RodContact":
+    from fea.contact.rod_contact import RodContact  # noqa: PLC0415 - prescribed pressures do without
+
+    with clock("contact"):
+        return RodContact(model, mesh.bores, body, fits)
 
 
 def _model(

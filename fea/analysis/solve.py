@@ -1,10 +1,9 @@
 """From load cases to equilibrium: how the pins load the rod, and the displacement that follows."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
-from fea.rod.case_forces import CaseForces, NodalForces
+from fea.rod.case_forces import CaseForces
 from fea.solvers.static import Model, Solution
 from loads.cases import LoadCase
 
@@ -28,31 +27,19 @@ class Equilibrium:
     solution: Solution
 
 
-class PinModel(Protocol):
-    """How the pins load the rod.
-
-    The forces of a pin may depend on the displacement that they cause, as those of contact do: a pin model
-    therefore returns forces and displacement together, and nothing downstream assumes that the one is linear
-    in the other.
-    """
-
-    def equilibrium(self, cases: Sequence[LoadCase]) -> Equilibrium:
-        """Solve load cases."""
-
-
 @dataclass(frozen=True)
-class PrescribedPressure:
-    """Pins whose pressure on the bores is prescribed: the forces are known before anything is solved.
+class PinModel:
+    """How the pins load the rod: their pressure on the bores is prescribed, or follows from contact.
 
     Attributes
     ----------
-    nodal_forces
-        Turns a load case into nodal forces.
+    forces
+        Turns a load case into nodal forces of everything that acts.
     model
         The stiffness of the cell.
     """
 
-    nodal_forces: NodalForces
+    forces: Callable[[LoadCase], CaseForces]
     model: Model
 
     def equilibrium(self, cases: Sequence[LoadCase]) -> Equilibrium:
@@ -64,6 +51,8 @@ class PrescribedPressure:
             A rigid motion is left free.
         SingularMatrixError
             The factorisation broke down.
+        ContactError
+            No pressure on a bore has the force of its pin.
         """
-        forces = tuple(self.nodal_forces(case) for case in cases)
+        forces = tuple(self.forces(case) for case in cases)
         return Equilibrium(tuple(cases), forces, self.model.solve([case.forces for case in forces]))

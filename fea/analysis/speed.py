@@ -116,8 +116,10 @@ def judge(rod: PreparedRod, found: Equilibrium) -> dict[str, CaseResult]:
             fields.stresses,
             materials=rod.materials,
             error=fields.error,
+            contact_pressure=fields.contact_pressure,
+            touch=forces.touch,
         )
-        for case, fields in zip(found.cases, rod.fields(found), strict=True)
+        for case, forces, fields in zip(found.cases, found.forces, rod.fields(found), strict=True)
     }
 
 

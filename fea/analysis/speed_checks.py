@@ -57,6 +57,8 @@ def speed_checks(rod: PreparedRod, found: Equilibrium, cases: Sequence[CaseResul
         if tilts:
             values["tilt"] = max(tilts)
         values["reactions"] = max(item.reaction for item in residuals) / largest
+    for name in sorted({name for case in forces for name in case.checks}):
+        values[name] = max(case.checks[name] for case in forces)
     return {name: check(name, value) for name, value in values.items()}
 
 

@@ -1,7 +1,7 @@
 """The result of a load case: fields on the whole rod and their extremes."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -12,8 +12,10 @@ from fea.assess.case_error import CaseError
 from fea.assess.safety import CAP, element_largest, safety_factor
 from fea.assess.verdict import Peak, Verdict, peak
 from fea.material import Material
+from fea.rod.touch import Touch
 from fea.stress.stress import principal, von_mises
 from geometry.arrays import Floats, Mask
+from geometry.surfaces import Surface
 from loads.cases import LoadCase
 from mesh.tetmesh import TetMesh
 
@@ -45,6 +47,10 @@ class CaseResult:
         Estimated errors of the fields.
     von_mises_error
         (n_nodes,) estimated error of `von_mises`, MPa.
+    contact_pressure
+        (n_nodes,) of the pins in contact, MPa, 0 off the bores; None where their pressure is prescribed.
+    touch
+        Where the pins touch the bores; empty where their pressure is prescribed.
     """
 
     load: LoadCase
@@ -57,6 +63,8 @@ class CaseResult:
     part_von_mises: tuple[Floats, ...]
     error: CaseError
     von_mises_error: Floats
+    contact_pressure: Floats | None = None
+    touch: Mapping[Surface, Touch] = field(default_factory=dict)
 
     @property
     def finite(self) -> bool:
@@ -101,7 +109,7 @@ class CaseResult:
 
     def point_data(self) -> dict[str, npt.NDArray[np.float64]]:
         """Arrays at the nodes, by their names in the VTU file."""
-        return {
+        found = {
             "displacement": self.displacement,
             "stress": self.stress,
             "von_mises": self.von_mises,
@@ -110,6 +118,7 @@ class CaseResult:
             "principal_3": self.principal[:, 2],
             "safety_factor": self.safety_factor,
         }
+        return found if self.contact_pressure is None else found | {"contact_pressure": self.contact_pressure}
 
     def cell_data(self, materials: Sequence[Material]) -> dict[str, npt.NDArray[Any]]:
         """Arrays of the elements, by their names in the VTU file: the worst nodal value of each element."""
@@ -161,6 +170,8 @@ def case_result(
     *,
     materials: Sequence[Material],
     error: CaseError,
+    contact_pressure: Floats | None = None,
+    touch: Mapping[Surface, Touch] | None = None,
 ) -> CaseResult:
     """Return the result of a case from its displacement (n_nodes, 3) and each part's stress (n_nodes, 6)."""
     equivalents = tuple(von_mises(stress) for stress in stresses)
@@ -187,4 +198,6 @@ def case_result(
         part_von_mises=equivalents,
         error=error,
         von_mises_error=off,
+        contact_pressure=contact_pressure,
+        touch=touch or {},
     )

@@ -1,33 +1,18 @@
-"""Unit loads for every instant at every speed: harmonics of the bore pressures and four inertia fields.
+"""Unit loads for every instant at every speed.
 
 A rod in plane motion is loaded by pressures on two bores and by the body force −ρ(a₀ + α × x − ω² x). Each
-unit load is even about y = 0 (cos nφ, a_x, ω²) or odd (sin nφ, a_y, α). Their weights follow from the forces
-and the motion.
+unit load is even about y = 0 (pressures that are, a_x, ω²) or odd (the other pressures, a_y, α). Their
+weights follow from the forces and the motion.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cached_property, reduce
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
 
-import numpy as np
-
-from fea.choices import Support
-from fea.cycle.series import coefficients, series, skewed
-from fea.rod.bores import Bores
-from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction, wrapped
 from fea.solid.inertia import Inertia
-from fea.solid.tilt import Tilt
-from fea.units import DEG
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
-from loads.bearing import Arc, BorePressure, Shape
 from loads.cases import RodMotion
-from mesh.tetmesh import TetMesh
 
-# Skewness of a bore's pressure above which additional harmonics are solved for.
-SKEWED = 2e-3
-_DIRECTIONS = np.arange(0, 360, 30) * DEG
 # Unit accelerations a_x, ω² and a_y, α.
 _EVEN = (RodMotion((1.0, 0.0), 0.0, 0.0), RodMotion((0.0, 0.0), 1.0, 0.0))
 _ODD = (RodMotion((0.0, 1.0), 0.0, 0.0), RodMotion((0.0, 0.0), 0.0, 1.0))
@@ -50,147 +35,36 @@ class Weights(NamedTuple):
         return Weights(self.even[:, instants], self.odd[:, instants])
 
 
-@dataclass(frozen=True)
-class Fields:
-    """Unit loads of one parity on the cell.
+class Fields(Protocol):
+    """Unit loads of one parity on the cell."""
 
-    Attributes
-    ----------
-    forces
-        (n_nodes, 3) each, N.
-    traction
-        Per bore (n_nodes, 3, n_units), MPa.
-    """
+    @property
+    def count(self) -> int:
+        """Number of unit loads."""
 
-    forces: tuple[Floats, ...]
-    traction: dict[Surface, Floats]
+    def forces(self, units: slice) -> Sequence[Floats]:
+        """Nodal forces (n_nodes, 3) of some of them, N."""
+
+    def traction(self, units: slice) -> dict[Surface, Floats]:
+        """Traction (n_nodes, 3, n) of some of them on each bore, MPa."""
 
 
-@dataclass(frozen=True)
-class PressedBore:
-    """Harmonic pressures of 1 MPa on one bore.
-
-    Attributes
-    ----------
-    surface
-        The bore.
-    facets
-        Its facets on the meshed cell.
-    outwards
-        Sign of the force along x that pulls this end outwards.
-    arcs
-        The pressures in tension and in compression.
-    orders
-        (n_terms,) of the harmonics: cos nφ of all, sin nφ of all but n = 0.
-    """
-
-    surface: Surface
-    facets: BoreFacets
-    outwards: int
-    arcs: tuple[Arc, Arc]
-    orders: Ints
-
-    def pressures(self, angle: Floats) -> tuple[Floats, Floats]:
-        """Harmonics cos nφ (n_terms, …) and sin nφ (n_terms − 1, …) at angles."""
-        turned = np.multiply.outer(self.orders, angle)
-        return np.cos(turned), np.sin(turned[1:])
-
-    @cached_property
-    def resultants(self) -> tuple[Floats, Floats]:
-        """Force (2, n) on the whole rod of each even and each odd harmonic, N."""
-        facets = self.facets
-        images = (2 if facets.cut_y else 1) * (2 if facets.cut_z else 1)
-        radial = np.stack([np.cos(facets.angle), np.sin(facets.angle)]) * facets.areas * images
-        even, odd = (
-            np.einsum("dfq,nfq->dn", radial, pressure, optimize=True)
-            for pressure in self.pressures(facets.angle)
-        )
-        if facets.cut_y:  # components that the images across y = 0 cancel
-            even[1], odd[0] = 0.0, 0.0
-        return even, odd
-
-    def weights(self, force: Floats) -> Weights:
-        """Weights of cos nφ (n_terms, n) and sin nφ (n_terms − 1, n) for a resultant `force` (2, n), N.
-
-        The pressure is s(ψ)(a + b sin ψ) with the a and b that `fea.solid.bore_load` would find: its discrete
-        resultant equals the force along its direction and is zero across it.
-        """
-        direction = np.arctan2(force[1], force[0])
-        cosines, sines = self.pressures(direction)
-        pulled = self.outwards * force[0] > 0
-        c, d = (
-            np.where(pulled, *(of[:, None] for of in pair)) for pair in zip(*self._coefficients, strict=True)
-        )
-        shapes = (c * cosines, c[1:] * sines), (-d * np.vstack([0 * sines[:1], sines]), d[1:] * cosines[1:])
-        of_even, of_odd = self.resultants
-        reached = np.stack([of_even @ even + of_odd @ odd for even, odd in shapes], axis=-1)
-        a, b = np.linalg.solve(np.moveaxis(reached, 1, 0), force.T[..., None])[..., 0].T
-        (even, odd), (skewed_even, skewed_odd) = shapes
-        return Weights(a * even + b * skewed_even, a * odd + b * skewed_odd)
-
-    @cached_property
-    def _coefficients(self) -> list[tuple[Floats, Floats]]:
-        return [coefficients(arc, self.orders) for arc in self.arcs]
-
-
-class UnitLoads:
+class UnitLoads(Protocol):
     """The unit loads of a meshed rod.
 
-    Parameters
+    Attributes
     ----------
-    mesh
-        The meshed cell.
-    bores
-        Dimensions of the bores.
-    inertia
-        Inertia of the same mesh.
-    pressure
-        Distribution of the pin pressure on the bores.
-    support
-        With a clamped big end, the crank force is a reaction and not applied.
+    series_error
+        Largest error of the pressures that they can represent, relative to their peak.
+    jumps
+        Whether the pressure jumps at the ends of its arc.
     """
 
-    def __init__(
-        self, mesh: TetMesh, bores: Bores, inertia: Inertia, pressure: BorePressure, support: Support
-    ) -> None:
-        self._n_nodes, self._inertia = len(mesh.points), inertia
-        self._tilt = Tilt.where_free(mesh, inertia, held=support is Support.CLAMPED)
-        arcs = (pressure.tension, pressure.compression)
-        orders = np.union1d(*(series(arc).orders for arc in arcs))
-        self.series_error = max(series(arc).error for arc in arcs)
-        self.jumps = any(arc.shape is Shape.UNIFORM for arc in arcs)
-        small = bore_facets(mesh, Surface.SMALL_END_BORE, bores.rod_length)
-        self.bores = [PressedBore(Surface.SMALL_END_BORE, small, 1, arcs, _with_skewed(orders, small, arcs))]
-        if support is not Support.CLAMPED:
-            big = bore_facets(mesh, Surface.BIG_END_BORE, 0.0)
-            self.bores.append(
-                PressedBore(Surface.BIG_END_BORE, big, -1, arcs, _with_skewed(orders, big, arcs))
-            )
+    series_error: float
+    jumps: bool
 
     def fields(self) -> tuple[Fields, Fields]:
         """Return the even and the odd unit loads."""
-        accelerated = [[self._inertia.forces(motion) for motion in motions] for motions in (_EVEN, _ODD)]
-        even = [split.symmetric for split in accelerated[0]]
-        odd = [
-            split.symmetric if split.antisymmetric is None else split.antisymmetric
-            for split in accelerated[1]
-        ]
-        return self._fields(0, even), self._fields(1, odd)
-
-    def _fields(self, parity: int, inertial: list[Floats]) -> Fields:
-        """Harmonics of every bore, then the inertia fields."""
-        forces: list[Floats] = []
-        count = sum(len(bore.orders) - parity for bore in self.bores) + len(inertial)
-        traction = {bore.surface: np.zeros((count, self._n_nodes, 3)) for bore in self.bores}
-        for bore in self.bores:
-            for pressed, nodal in _harmonics(bore, parity):
-                traction[bore.surface][len(forces)] = radial_traction(bore.facets, self._n_nodes, nodal)
-                forces.append(radial_forces(bore.facets, self._n_nodes, pressed))
-        every = {surface: np.moveaxis(values, 0, -1) for surface, values in traction.items()}
-        loads = (*forces, *inertial)
-        if self._tilt is not None:  # balanced in every load separately, and so in their sum
-            loads = tuple(self._tilt.balanced(load) for load in loads)
-        return Fields(loads, every)
 
     def weights(
         self, pin: Floats, crank: Floats, acceleration: Floats, rate: Floats, turning: Floats
@@ -206,37 +80,11 @@ class UnitLoads:
         rate, turning
             (n,) angular velocity and acceleration of the rod about +z, rad/s and rad/s².
         """
-        forces = {Surface.SMALL_END_BORE: pin, Surface.BIG_END_BORE: crank}
-        pressed = [bore.weights(forces[bore.surface]) for bore in self.bores]
-        even = [*(weights.even for weights in pressed), acceleration[:1], rate[None] ** 2]
-        odd = [*(weights.odd for weights in pressed), acceleration[1:], turning[None]]
-        return Weights(np.concatenate(even), np.concatenate(odd))
 
 
-def _harmonics(bore: PressedBore, parity: int) -> Iterator[tuple[Floats, Floats]]:
-    """Pressure of each harmonic at the quadrature points and at the nodes of the facets."""
-    there, nodal = bore.pressures(bore.facets.angle), bore.pressures(bore.facets.node_angle)
-    yield from zip(there[parity], nodal[parity], strict=True)
-
-
-def _with_skewed(orders: Ints, facets: BoreFacets, arcs: tuple[Arc, Arc]) -> Ints:
-    """Orders plus those of s(ψ) sin ψ, if a bore needs more of it than its mesh irregularity causes."""
-    shares = {arc: _skewness(facets, arc) for arc in arcs}
-    more = [skewed(arc, share).orders for arc, share in shares.items() if share > SKEWED]
-    return reduce(np.union1d, more, orders)
-
-
-def _skewness(facets: BoreFacets, arc: Arc) -> float:
-    """Largest |b / a| of s(ψ)(a + b sin ψ) among forces in some directions."""
-    angle, area = facets.angle.ravel(), facets.areas.ravel()
-    if facets.cut_y:
-        angle, area = np.append(angle, -angle), np.append(area, area)
-    return max(_skewed_by(wrapped(angle - direction), area, arc) for direction in _DIRECTIONS)
-
-
-def _skewed_by(psi: Floats, area: Floats, arc: Arc) -> float:
-    """|b / a| in one direction; 0 if no facet lies within the arc."""
-    within = np.abs(psi) < arc.angle / 2
-    across = np.sin(psi[within])
-    pressed = arc.unbounded(psi[within]) * area[within] * across
-    return float(abs(pressed.sum()) / max(pressed @ across, np.finfo(float).tiny))
+def inertial_fields(inertia: Inertia) -> tuple[list[Floats], list[Floats]]:
+    """Nodal forces (n_nodes, 3) of the even and of the odd unit accelerations."""
+    even, odd = ([inertia.forces(motion) for motion in motions] for motions in (_EVEN, _ODD))
+    return [split.symmetric for split in even], [
+        split.symmetric if split.antisymmetric is None else split.antisymmetric for split in odd
+    ]

@@ -101,36 +101,32 @@ def unit_solutions(
     """
     even, odd = loads.fields()
     if cut_y:  # an even and an odd load share a column, because each parity has its own factor
-        pairs = _paired(even.forces, odd.forces)
-        stresses, errors = _solved(model, recovery, materials, pairs, (even, odd))
+        stresses, errors = _solved(model, recovery, materials, (even, odd))
     else:
-        alone = [
-            _solved(model, recovery, materials, [Split(one, None) for one in fields.forces], (fields,))
-            for fields in (even, odd)
-        ]
+        alone = [_solved(model, recovery, materials, (fields,)) for fields in (even, odd)]
         stresses, errors = [found[0][0] for found in alone], [error for found in alone for error in found[1]]
     parts = tuple(_part(e, o) for e, o in zip(*stresses, strict=True))
-    count = len(even.forces) + len(odd.forces)
-    return UnitSolutions(parts, (1, -1) if cut_y else (1,), count, max(errors))
+    return UnitSolutions(parts, (1, -1) if cut_y else (1,), even.count + odd.count, max(errors))
 
 
-def _paired(even: Sequence[Floats], odd: Sequence[Floats]) -> list[Split]:
-    none = np.zeros_like(even[0])
+def _loads(fields: tuple[Fields, ...], units: slice) -> list[Split]:
+    """Some unit loads; those of two parities in pairs."""
+    if len(fields) == 1:
+        return [Split(one, None) for one in fields[0].forces(units)]
+    even, odd = (of.forces(units) for of in fields)
+    none = np.zeros_like(even[0] if even else odd[0])
     return list(starmap(Split, zip_longest(even, odd, fillvalue=none)))
 
 
 def _solved(
-    model: Model,
-    recovery: PartRecovery,
-    materials: Sequence[Material],
-    loads: list[Split],
-    fields: tuple[Fields, ...],
+    model: Model, recovery: PartRecovery, materials: Sequence[Material], fields: tuple[Fields, ...]
 ) -> tuple[list[list[Floats]], list[float]]:
     """Stress per parity and part (n_nodes, 6, n_units), and backward errors."""
     blocks: list[list[list[Floats]]] = [[] for _ in fields]
     errors = []
-    for start, stop in _like_blocks(0, len(loads), max(SOLVED, SOLVED_BYTES // _column_bytes(loads))):
-        solution = model.solve(loads[start:stop])
+    count, column = max(of.count for of in fields), len(fields) * model.mesh.points.nbytes
+    for start, stop in _like_blocks(0, count, max(SOLVED, SOLVED_BYTES // column)):
+        solution = model.solve(_loads(fields, slice(start, stop)))
         errors += [item.backward_error for item in solution.residuals.values()]
         pieces = [range(*ends) for ends in _like_blocks(start, stop, RECOVERED)]
         recovered = partial(_recovered, recovery, materials, solution, start)
@@ -141,10 +137,6 @@ def _solved(
     return joined, errors
 
 
-def _column_bytes(loads: Sequence[Split]) -> int:
-    return sum(part.nbytes for part in (loads[0].symmetric, loads[0].antisymmetric) if part is not None)
-
-
 def _like_blocks(start: int, stop: int, most: int) -> Iterator[tuple[int, int]]:
     """Divide a range into blocks of similar size."""
     return pairwise(np.linspace(start, stop, -(-(stop - start) // most) + 1).astype(int).tolist())
@@ -152,7 +144,7 @@ def _like_blocks(start: int, stop: int, most: int) -> Iterator[tuple[int, int]]:
 
 def _columns(of: tuple[Parity, Fields], solved: range) -> range:
     """The columns of the solved unit loads that exist for a parity."""
-    return range(solved.start, min(solved.stop, len(of[1].forces)))
+    return range(solved.start, min(solved.stop, of[1].count))
 
 
 def _recovered(
@@ -166,7 +158,7 @@ def _recovered(
     (parity, fields), columns = item[0], _columns(*item)
     own = slice(columns.start, columns.stop)
     solved = slice(columns.start - first, columns.stop - first)
-    traction = {surface: values[..., own] for surface, values in fields.traction.items()}
+    traction = fields.traction(own)
     pressure = {number: p[:, solved] for number, p in solution.pressure.get(parity, {}).items()}
     u = solution.displacement[parity][..., solved]
     return recovery.nodal_stress(u, materials, parity, traction, pressure)

@@ -1,12 +1,13 @@
 """Nodal forces of a load case on the meshed cell."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fea.choices import Support
 from fea.rod.bores import Bores
+from fea.rod.touch import Touch
 from fea.solid.bore import BoreFacets, bore_facets
 from fea.solid.bore_load import BoreLoad, bore_load
 from fea.solid.inertia import Inertia
@@ -36,6 +37,10 @@ class CaseForces:
     tilt
         Moment out of the plane of motion that the rod's inertia balances, over the largest bore force times
         the rod's length; None if mirror planes or a clamp exclude such a moment.
+    touch
+        Contact of the pins with the bores; empty where their pressure is prescribed.
+    checks
+        Further values to be held against the limits of `fea.checks`, by name.
     """
 
     forces: Split
@@ -43,6 +48,8 @@ class CaseForces:
     scale: float
     largest: float
     tilt: float | None = None
+    touch: Mapping[Surface, Touch] = field(default_factory=dict)
+    checks: Mapping[str, float] = field(default_factory=dict)
 
 
 class NodalForces:

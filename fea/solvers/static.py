@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy import sparse
 
 from fea.choices import Assembly, SolverName, Support
 from fea.machine.clock import Clock
@@ -20,7 +21,7 @@ from fea.solid.supports import (
 )
 from fea.solvers.condition import condition_of, probe
 from fea.solvers.linear import memory
-from fea.solvers.linear.choice import direct, linear_solver
+from fea.solvers.linear.choice import HalfSolver, direct, linear_solver
 from fea.solvers.residuals import Residuals, residuals
 from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
@@ -28,6 +29,8 @@ from mesh.tetmesh import TetMesh
 
 # Largest number of refinement steps.
 MOST_REFINEMENTS = 3
+# Columns of a compliance that are solved for at once.
+_COLUMNS = 128
 
 
 @dataclass(frozen=True)
@@ -120,6 +123,25 @@ class Model:
         """Constrained degrees of freedom (n,) of a parity about y = 0, and the solver for (n, k) forces."""
         slot = self._slot(parity)
         return self._fixed(parity), lambda forces: self._solved(slot, forces)
+
+    def compliance(self, parity: Parity, forces: sparse.csc_array) -> Floats:
+        """Work FᵀK⁻¹F (k, k) of sparse forces F (n, k) of one parity on the displacements that they cause.
+
+        The forces need not balance: restraints that stop rigid motions react them.
+        """
+        fixed, slot = self._fixed(parity), self._slot(parity)
+        blocks = []
+        for start in range(0, forces.shape[1], _COLUMNS):
+            blocks.append(forces[:, start : start + _COLUMNS].toarray())
+            blocks[-1][fixed] = 0.0
+        with self._clock("solve"):
+            solver = self._solver
+            if isinstance(solver, HalfSolver):
+                # What a force does not reach stays exactly zero.
+                halves = [sparse.csc_array(solver.half_solve(slot, block)) for block in blocks]
+                forward = sparse.hstack(halves, format="csc")
+                return np.asarray((forward.T @ forward).toarray())
+            return np.hstack([forces.T @ self._solved(slot, block) for block in blocks])
 
     def _fixed(self, parity: Parity) -> Mask:
         return (plane_conditions(self.mesh, parity) | self._held).ravel()

@@ -48,14 +48,7 @@ class MaterialTable:
     def material(self) -> Material:
         """Return the material in coherent units."""
         table = self.resolved()
-
-        def needed(key: str) -> float:
-            value = getattr(table, key)
-            remedy = "Give it or a preset in [material]."
-            require(value is not None, f"material.{key}", None, "is missing", remedy)
-            return float(value)
-
-        modulus, factor = needed("E_GPa") * GPA, table.part_factor()
+        (modulus, nu), factor = table.stiffness(), table.part_factor()
         endurance, torsion = table.endurance_MPa, table.endurance_torsion_MPa
         if endurance is not None:
             require_positive("material.endurance_MPa", endurance)
@@ -64,14 +57,22 @@ class MaterialTable:
             endurance = estimated_endurance(table.ultimate_MPa, modulus)
         return Material(
             youngs_modulus=modulus,
-            poissons_ratio=needed("nu"),
-            density=needed("density_kg_m3") * KG_M3,
-            yield_strength=needed("yield_MPa"),
+            poissons_ratio=nu,
+            density=_needed(table, "density_kg_m3") * KG_M3,
+            yield_strength=_needed(table, "yield_MPa"),
             ultimate_strength=table.ultimate_MPa,
             endurance_limit=None if endurance is None else factor * endurance,
             torsion_limit=None if torsion is None else factor * torsion,
             endurance_estimated=estimated and endurance is not None,
         )
+
+    def stiffness(self) -> tuple[float, float]:
+        """Return Young's modulus, MPa, and Poisson's ratio."""
+        table = self.resolved()
+        modulus = require_positive("material.E_GPa", _needed(table, "E_GPa"))
+        nu = _needed(table, "nu")
+        require(-1 < nu < 0.5, "material.nu", nu, "must be above −1 and below 0.5")
+        return modulus * GPA, nu
 
     def part_factor(self) -> float:
         """Return Marin's factor k_a k_b k_e, from a polished specimen to the part.
@@ -92,3 +93,9 @@ class MaterialTable:
         if self.reliability_percent is not None:
             factor *= reliability_factor(self.reliability_percent)
         return factor
+
+
+def _needed(table: MaterialTable, key: str) -> float:
+    value = getattr(table, key)
+    require(value is not None, f"material.{key}", None, "is missing", "Give it or a preset in [material].")
+    return float(value)

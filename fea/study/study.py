@@ -8,8 +8,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from fea.choices import CONVERGED_PERCENT, Assembly, Element, Fatigue, SolverName, Support, Symmetry
+from fea.choices import CONTACT, CONVERGED_PERCENT, Assembly, Element, Fatigue, SolverName, Support, Symmetry
 from fea.material import Material
+from fea.study.contact_table import PINS, ContactTable
 from fea.study.engine_table import EngineTable
 from fea.study.material_table import MaterialTable
 from fea.study.paths import is_file, located, require_size, require_text
@@ -92,13 +93,31 @@ class AnalysisTable:
 
     def __post_init__(self) -> None:
         """Refuse values out of range."""
-        BorePressure.parse(self.pressure)
+        if self.in_contact:
+            clamped = self.support is Support.CLAMPED
+            rule = 'cannot be combined with support = "clamped", which replaces the crank pin'
+            require(not clamped, "analysis.pressure", CONTACT, rule, "Use inertia-relief.")
+            rule = "needs the compliance of the bores, which the iterative solver does not give"
+            iterative = self.solver is SolverName.AMG
+            require(not iterative, "analysis.pressure", CONTACT, rule, "Choose another --solver.")
+        else:
+            BorePressure.parse(self.pressure)
         if self.min_safety is not None:
             require_positive("analysis.min_safety", self.min_safety)
         if self.tolerance_percent is not None:
             name, rule = "analysis.tolerance_percent", "must be positive, or 0 for no refinement"
             require_number(name, self.tolerance_percent)
             require(self.tolerance_percent >= 0, name, self.tolerance_percent, rule)
+
+    @property
+    def in_contact(self) -> bool:
+        """Whether the pressure on the bores comes from contact with the pins."""
+        return self.pressure == CONTACT
+
+    @property
+    def prescribed(self) -> BorePressure:
+        """The prescribed pressure; the default one for what contact does not support."""
+        return BorePressure.parse(type(self).pressure if self.in_contact else self.pressure)
 
 
 @dataclass(frozen=True)
@@ -119,8 +138,8 @@ class Study:
     name
         The name of the shipped study or of the file.
     part_material
-        [material.<part>] by the part's name: a bushing, or a solid of a STEP file.
-    rod, material, engine, speed, forces, mesh, analysis, output
+        [material.<part>] by the part's name: a bushing, a solid of a STEP file, or a pin.
+    rod, material, engine, speed, forces, mesh, analysis, contact, output
         The tables of the study file, in engineering units.
     folder
         Where relative paths in the study start.
@@ -135,14 +154,15 @@ class Study:
     forces: ForcesTable | None = None
     mesh: MeshTable = field(default_factory=MeshTable)
     analysis: AnalysisTable = field(default_factory=AnalysisTable)
+    contact: ContactTable = field(default_factory=ContactTable)
     output: OutputTable = field(default_factory=OutputTable)
     folder: Path = field(default_factory=Path.cwd)
 
     def __post_init__(self) -> None:
         """Check every value before anything is computed."""
         self.material.material()
-        for table in self.part_material.values():
-            table.material()
+        for part, table in self.part_material.items():
+            table.stiffness() if part in PINS else table.material()
         self.speed.speeds()
         if self.output.directory is not None:
             located("output.directory", self.output.directory, self.folder)
@@ -234,18 +254,24 @@ class Study:
             A table names a part that the rod does not have.
         """
         names = list(parts)
-        for part in self.part_material:
+        for part in self.part_material.keys() - PINS:
             remedy = f"The parts of this rod are: {', '.join(names)}."
             require(part in names, f"[material.{part}]", None, "does not name a part of this rod", remedy)
         return tuple(self.part_material.get(name, self.material).material() for name in names)
+
+    @property
+    def pin_stiffness(self) -> dict[str, tuple[float, float]]:
+        """Young's modulus, MPa, and Poisson's ratio of the pins whose material is given, by their names."""
+        return {name: self.part_material[name].stiffness() for name in PINS if name in self.part_material}
 
     def as_dict(self) -> dict[str, dict[str, Any]]:
         """Return the tables that say something, with plain values, as a study file holds them."""
         parts = {part: entries_of(table.resolved()) for part, table in self.part_material.items()}
         tables = {"rod": self.rod.as_dict(), "material": entries_of(self.material.resolved()) | parts}
-        for name in ("engine", "speed", "forces", "mesh", "analysis", "output"):
+        for name in ("engine", "speed", "forces", "mesh", "analysis", "contact", "output"):
             table = getattr(self, name)
-            if table is not None and not (name == "speed" and self.engine is None):
+            unused = {"speed": self.engine is None, "contact": not self.analysis.in_contact}
+            if table is not None and not unused.get(name):
                 tables[name] = entries_of(table)
         return tables
 
@@ -261,6 +287,7 @@ TABLES: Mapping[str, type[Any]] = {
     "forces": ForcesTable,
     "mesh": MeshTable,
     "analysis": AnalysisTable,
+    "contact": ContactTable,
     "output": OutputTable,
 }
 

@@ -19,8 +19,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 
 from cycles import SPEEDS, direct, on_bores
 
+import fea.cycle.pressure_loads as pressure_loads_module
 import fea.cycle.series as series_module
-import fea.cycle.unit_loads as unit_loads_module
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.choices import Symmetry
 from fea.output.inp import write_inp
@@ -106,8 +106,8 @@ def superposition() -> list[str]:
 
 
 def _superposed(rod: PreparedRod, order: int, exact: dict) -> tuple[list[np.ndarray], int]:
-    original = unit_loads_module.series
-    unit_loads_module.series = lambda arc: series_module.series(arc, order)
+    original = pressure_loads_module.series
+    pressure_loads_module.series = lambda arc: series_module.series(arc, order)
     try:
         rod.__dict__.pop("cycle", None)
         cycle, errors = rod.cycle, []
@@ -116,7 +116,7 @@ def _superposed(rod: PreparedRod, order: int, exact: dict) -> tuple[list[np.ndar
             found = cycle.units.tensor(0, weights, rod.mesh.mirrored)
             errors.append((np.abs(found - stress).max(axis=1) / peaks).max(axis=1))
     finally:
-        unit_loads_module.series = original
+        pressure_loads_module.series = original
         rod.__dict__.pop("cycle", None)
     return errors, cycle.units.count
 

@@ -9,7 +9,7 @@ from cycles import superposition_errors
 
 from fea.analysis.prepare import prepare
 from fea.choices import Symmetry
-from fea.cycle.unit_loads import SKEWED, _skewness
+from fea.cycle.pressure_loads import SKEWED, _skewness
 from fea.study.flags import Flags
 from fea.study.study import load_study
 

@@ -5,7 +5,7 @@ import pytest
 from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH, strap
 
 from fea.choices import Support
-from fea.cycle.unit_loads import UnitLoads
+from fea.cycle.pressure_loads import PressureLoads
 from fea.rod.bores import Bores
 from fea.rod.case_forces import NodalForces
 from fea.solid.inertia import inertia
@@ -58,7 +58,7 @@ def test_a_rod_whose_bores_are_off_one_plane_is_left_without_reactions(shift):
 
 def test_the_unit_loads_of_a_cycle_do_not_tilt_either():
     mesh = whole(shift=1.0)
-    loads = [load for fields in UnitLoads(mesh, *of(mesh)).fields() for load in fields.forces]
+    loads = [load for fields in PressureLoads(mesh, *of(mesh)).fields() for load in fields.nodal]
     sums = np.array([resultants(mesh.points, load) for load in loads])
     sizes = np.array([np.abs(load).sum() * LENGTH for load in loads])
     assert np.abs(sums[:, [2, 3, 4]]).max(axis=1) == pytest.approx(

@@ -1,6 +1,6 @@
 """What a run says at its end: a table a human can read, what was written, what to do next."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import compress
 from pathlib import Path
 
@@ -136,19 +136,21 @@ def _unsettled(summary: Summary) -> list[str]:
     loose = [case for case, result in results.items() if result.verdict == Verdict.NOT_CONVERGED]
     remedy = "" if summary.passes else " (try --tolerance 5 or less)"
     lines = [f"Not converged: {', '.join(loose)}{remedy}"] if loose else []
-    return lines + [
-        _diverging(case, result) for case, result in results.items() if result.singular_max_von_mises_MPa
-    ]
+    singular = {
+        case: number(result.singular_max_von_mises_MPa, ".1f")
+        for case, result in results.items()
+        if result.singular_max_von_mises_MPa
+    }
+    return [*lines, _diverging(singular)] if singular else lines
 
 
-def _diverging(case: str, result: CaseFigures) -> str:
-    """Return what is wrong at the singular places of a case, and what its figures stand for."""
-    near = number(result.singular_max_von_mises_MPa, ".1f")
-    rest = number(result.max_von_mises_MPa, ".1f")
+def _diverging(singular: Mapping[str, str]) -> str:
+    """Return what is wrong at the singular places, by the largest stress there of each case."""
+    found = ", ".join(f"{case} {stress}" for case, stress in singular.items())
     return (
-        f"Diverging: {case} has {near} MPa near a sharp re-entrant edge or the border of a clamped surface, "
-        "where the exact stress is infinite (singular) and finer elements give ever higher values; "
-        f"{rest} MPa and its ± are of the rest of the rod"
+        f"Diverging: {found} MPa near a sharp re-entrant edge, the border of a clamped surface or the end of "
+        "a bore that a bending pin presses on, where the exact stress is infinite (singular) and finer "
+        "elements give ever higher values; the figures above and their ± are of the rest of the rod"
     )
 
 

@@ -39,6 +39,14 @@ class Preconditioner(Protocol):
         """Apply a symmetric positive definite approximate inverse of a slot's matrix to (n, k) residuals."""
 
 
+@runtime_checkable
+class HalfSolver(Protocol):
+    """A direct solver that can stop after the forward substitution, at half the cost of a solution."""
+
+    def half_solve(self, slot: int, right_hand_sides: Floats) -> Floats:
+        """Return y (n, k) of right-hand sides b (n, k) with yᵀy = bᵀA⁻¹b."""
+
+
 def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
     """Resolve `AUTO`: a direct solver while its factors fit into memory, multigrid beyond.
 

@@ -15,7 +15,7 @@ from fea.solid.errors import SingularMatrixError
 from geometry.arrays import Floats
 
 _BLOCK = 3
-_ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
+_ANALYSE, _FACTORISE, _SOLVE, _FORWARD, _RELEASE = 11, 22, 33, 331, -1
 _POSITIVE_DEFINITE = 2  # mtype: real, symmetric, upper triangle only
 _NOT_POSITIVE_DEFINITE, _NO_MEMORY = -4, (-2, -9)
 
@@ -70,6 +70,10 @@ class PardisoCholesky:
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
         """Solve for (n, k) right-hand sides with the factor in a slot."""
         return self._call(_SOLVE, slot, self._matrices[slot], np.asfortranarray(right_hand_sides))
+
+    def half_solve(self, slot: int, right_hand_sides: Floats) -> Floats:
+        """Return L⁻¹ P b of right-hand sides (n, k), with A = Pᵀ L Lᵀ P: its scalar products are bᵀA⁻¹b."""
+        return self._call(_FORWARD, slot, self._matrices[slot], np.asfortranarray(right_hand_sides))
 
     def _call(self, phase: int, slot: int, upper: Any, right_hand_sides: Floats) -> Floats:
         solution = np.zeros_like(right_hand_sides)

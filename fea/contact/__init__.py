@@ -1,0 +1,1 @@
+"""Pins that touch their bores: unilateral contact with clearance or interference."""

@@ -1,0 +1,211 @@
+"""An elastic pin, solid or hollow, as a body of revolution under pressures that vary around it.
+
+A pressure p cos nφ on a body of revolution causes the displacements u_r cos nφ, u_φ sin nφ, u_z cos nφ: a
+plane problem for each harmonic takes the place of a solid mesh (Wilson 1965). Its stiffness is
+K₀ + n K₁ + n² K₂, so that it is integrated only once.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.interpolate import CubicSpline
+from scipy.sparse.linalg import splu
+from skfem import Basis, ElementQuad2, MeshQuad
+
+from geometry.arrays import Floats, Ints
+
+# Elements through the wall, over half of the bore's width, from there to the supports, and over the supports.
+# Those at the surface and at the end of the bore are the smallest: neighbours differ by these ratios.
+RADIAL, TOUCHING, BETWEEN, CARRIED = 6, 12, 3, 4
+_RADIAL_RATIO, _AXIAL_RATIO = 0.65, 0.75
+# Of the harmonics beyond this one only some are solved for, in growing steps: n times the compliance of the
+# others is interpolated, as it hardly changes from one to the next.
+_EACH = 12
+# Exact for products of biquadratic functions; those over r are smooth enough.
+_DEGREE = 5
+_AXES = 3
+
+
+@dataclass(frozen=True)
+class Pin:
+    """A pin in the middle of its bore, symmetric about z = 0.
+
+    Attributes
+    ----------
+    radius, inner_radius
+        mm; 0 inside for a solid pin.
+    touching
+        Half of the length over which it may touch the bore, mm.
+    carried
+        Distances from the middle between which its supports carry it, mm; None for a slice of a long pin
+        (plane strain).
+    youngs_modulus, poissons_ratio
+        E, MPa, and ν.
+    """
+
+    radius: float
+    inner_radius: float
+    touching: float
+    carried: tuple[float, float] | None
+    youngs_modulus: float
+    poissons_ratio: float
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """The pin's answer to pressures of one harmonic.
+
+    Attributes
+    ----------
+    order
+        n.
+    compliance
+        (n_z, n_z) inward displacement at the stations, mm, of forces that work on it, N.
+    carried
+        (n_z,) inward displacement of a pressure cos nφ of 1 MPa on the supports, mm.
+    """
+
+    order: int
+    compliance: Floats
+    carried: Floats
+
+
+class ElasticPin:
+    """The half z ≥ 0 of a pin, meshed.
+
+    Parameters
+    ----------
+    pin
+        Its dimensions.
+    mirrored
+        Whether the fields are symmetric about z = 0; antisymmetric otherwise.
+
+    Attributes
+    ----------
+    stations
+        (n_z,) distances from the middle at which the surface is observed, mm: the ends and middles of the
+        elements along the part that may touch.
+    """
+
+    def __init__(self, pin: Pin, *, mirrored: bool = True) -> None:
+        self._pin, self._mirrored = pin, mirrored
+        touching = _graded(0.0, pin.touching, TOUCHING, _AXIAL_RATIO)
+        along = touching
+        if pin.carried is not None:
+            near, far = pin.carried
+            between = np.linspace(pin.touching, near, BETWEEN + 1)[1 : None if near > pin.touching else 1]
+            along = np.concatenate([touching, between, np.linspace(near, far, CARRIED + 1)[1:]])
+        across = _graded(pin.inner_radius, pin.radius, RADIAL, _RADIAL_RATIO)
+        self._basis = Basis(MeshQuad.init_tensor(across, along), ElementQuad2(), intorder=_DEGREE)
+        self._terms = _stiffness_terms(self._basis, pin.youngs_modulus, pin.poissons_ratio)
+        r, z = self._basis.doflocs
+        outer = np.flatnonzero(r > pin.radius * (1 - 1e-9))
+        self._outer = outer[np.argsort(z[outer])]
+        self.stations = z[self._outer][: 2 * TOUCHING + 1]
+
+    def harmonics(self, orders: Ints) -> Iterator[Harmonic]:
+        """Answer of each harmonic."""
+        load = np.zeros((_AXES * self._basis.N, len(self.stations) + 1))
+        own = _AXES * self._outer[: len(self.stations)]
+        load[own, np.arange(len(own))] = 1.0
+        squeezed = self._carried()
+        for order in orders.tolist():
+            around = np.pi * (1 + (order == 0))  # ∫ cos² nφ dφ
+            load[:, -1] = around * squeezed
+            free = self._free(order)
+            K0, K1, K2 = self._terms
+            K = around * (K0 + order * K1 + order**2 * K2)
+            inward = splu(K[free][:, free].tocsc()).solve(load[free])
+            found = np.zeros_like(load)
+            found[free] = inward
+            yield Harmonic(order, found[own, :-1], found[own, -1])
+
+    def harmonics_up_to(self, highest: int) -> Iterator[Harmonic]:
+        """Answer of the harmonics 0 … `highest`; of those beyond the twelfth, none to the supports."""
+        steps = np.unique(np.append(_EACH * 1.2 ** np.arange(1, 99), highest).round().astype(int))
+        solved = list(self.harmonics(np.append(np.arange(_EACH + 1), steps[steps <= max(highest, _EACH)])))
+        orders = np.array([answer.order for answer in solved])
+        between = CubicSpline(orders[2:], [answer.order * answer.compliance for answer in solved[2:]])
+        known = {answer.order: answer for answer in solved}
+        nowhere = np.zeros(len(self.stations))
+        for order in range(highest + 1):
+            yield known.get(order) or Harmonic(order, between(order) / order, nowhere)
+
+    def _carried(self) -> Floats:
+        """Radial forces ∫ N R dz of a pressure of 1 MPa on the support, per angle."""
+        forces = np.zeros(_AXES * self._basis.N)
+        if self._pin.carried is None:
+            return forces
+        z, (near, far) = self._basis.doflocs[1][self._outer], self._pin.carried
+        for start in range(0, len(z) - 2, 2):
+            ends = z[start], z[start + 2]
+            if near - 1e-9 <= ends[0] and ends[1] <= far + 1e-9:
+                nodes = _AXES * self._outer[start : start + 3]
+                forces[nodes] += self._pin.radius * (ends[1] - ends[0]) * np.array([1, 4, 1]) / 6
+        return forces
+
+    def _free(self, order: int) -> Ints:
+        """Degrees of freedom that are not fixed by symmetry, at the axis, or to stop a rigid motion."""
+        r, z = self._basis.doflocs
+        held = np.zeros((self._basis.N, _AXES), dtype=bool)  # u_r, u_φ, u_z
+        middle, axis = z < 1e-9, r < 1e-9 * self._pin.radius
+        held[middle] |= [False, False, True] if self._mirrored else [True, True, False]
+        if self._pin.carried is None:
+            held[z > z.max() - 1e-9, 2] = True
+        if order == 0:
+            held[:, 1] = True
+            held[axis, 0] = True
+            if not self._mirrored:
+                held[self._outer[-1], 2] = True
+        elif order == 1:
+            held[axis, 2] = True
+            # Where a slice is held does not matter: its surface only moves along by cos φ.
+            held[self._outer[-1] if self._pin.carried else r < self._pin.inner_radius + 1e-9, 0] = True
+        else:
+            held[axis] = True
+        return np.flatnonzero(~held.ravel())
+
+
+def _graded(start: float, end: float, count: int, ratio: float) -> Floats:
+    """Ends of elements whose lengths fall by a ratio towards the end."""
+    lengths = ratio ** np.arange(count)
+    inside = start + (end - start) * np.cumsum(lengths)[:-1] / lengths.sum()
+    return np.concatenate([[start], inside, [end]])
+
+
+def _stiffness_terms(basis: Basis, E: float, nu: float) -> tuple[sparse.csr_array, ...]:
+    """K₀, K₁ and K₂ of one radian, three degrees of freedom per node."""
+    r, weight = np.asarray(basis.global_coordinates())[0], basis.dx
+    n = len(basis.basis)
+    values = (
+        np.stack([np.broadcast_to(np.asarray(f[0]), r.shape) for f in basis.basis], axis=-1) / r[..., None]
+    )
+    d_r, d_z = (np.stack([f[0].grad[axis] for f in basis.basis], axis=-1) for axis in (0, 1))
+    # Strains rr, φφ, zz, rφ, φz, rz of u_r, u_φ, u_z: those without n, and those times n.
+    plain, times = np.zeros((2, *r.shape, 6, n, _AXES))
+    plain[..., 0, :, 0] = d_r
+    plain[..., 1, :, 0] = values
+    plain[..., 2, :, 2] = d_z
+    plain[..., 3, :, 1] = d_r - values
+    plain[..., 4, :, 1] = d_z
+    plain[..., 5, :, 0], plain[..., 5, :, 2] = d_z, d_r
+    times[..., 1, :, 1] = values
+    times[..., 3, :, 0] = -values
+    times[..., 4, :, 2] = -values
+    plain, times = (of.reshape(*r.shape, 6, _AXES * n) for of in (plain, times))
+    law, mu = np.zeros((6, 6)), E / (2 * (1 + nu))
+    law[:3, :3] = 2 * mu * nu / (1 - 2 * nu)
+    law[np.arange(6), np.arange(6)] += mu * np.array([2, 2, 2, 1, 1, 1])
+    nodes = basis.element_dofs.T
+    dofs = (_AXES * nodes[:, :, None] + np.arange(_AXES)).reshape(len(nodes), -1)
+    rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
+    size = _AXES * basis.N
+
+    def matrix(one: Floats, other: Floats) -> sparse.csr_array:
+        local = np.einsum("eq,eqsa,st,eqtb->eab", weight * r, one, law, other, optimize=True)
+        return sparse.csr_array((local.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
+
+    mixed = matrix(plain, times)
+    return matrix(plain, plain), sparse.csr_array(mixed + mixed.T), matrix(times, times)

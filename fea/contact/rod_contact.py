@@ -1,0 +1,157 @@
+"""Contact of a rod with its two pins: from a load case to pressures and nodal forces."""
+
+import numpy as np
+
+from fea.contact.active_set import Contact
+from fea.contact.fits import Fits
+from fea.contact.interface import PinInBore
+from fea.contact.multipliers import Multipliers, radial
+from fea.contact.problem import ContactProblem
+from fea.rod.bores import Bores
+from fea.rod.case_forces import CaseForces
+from fea.rod.touch import Touch
+from fea.solid.inertia import Inertia
+from fea.solid.parity import Parity, Split
+from fea.solid.tilt import resultants
+from fea.solvers.static import Model
+from geometry.arrays import Floats
+from geometry.surfaces import Surface
+from loads.cases import LoadCase, RodMotion
+
+# Unit motions: along x, spinning, along y, turning ever faster.
+_MOTIONS = (
+    RodMotion((1.0, 0.0), 0.0, 0.0),
+    RodMotion((0.0, 0.0), 1.0, 0.0),
+    RodMotion((0.0, 1.0), 0.0, 0.0),
+    RodMotion((0.0, 0.0), 0.0, 1.0),
+)
+
+
+class RodContact:
+    """The contact problem of a meshed rod, whose compliance is computed once.
+
+    Parameters
+    ----------
+    model
+        The stiffness of the cell.
+    bores
+        Dimensions of the bores.
+    inertia
+        Of the same mesh.
+    fits
+        The pins.
+    """
+
+    def __init__(self, model: Model, bores: Bores, inertia: Inertia, fits: Fits) -> None:
+        mesh = model.mesh
+        cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
+        self._n_nodes, self._points, self._inertia = len(mesh.points), mesh.points, inertia
+        pins = []
+        for surface, x, clearance, pin, relief in (
+            (Surface.SMALL_END_BORE, bores.rod_length, fits.small_clearance, fits.piston_pin, fits.relief),
+            (Surface.BIG_END_BORE, 0.0, fits.big_clearance, fits.crank_pin, None),
+        ):
+            multipliers = Multipliers.of(mesh, surface, radial(x))
+            z = multipliers.places[..., 2]
+            middle = 0.0 if cut_z else float(z.min() + z.max()) / 2
+            pins.append(PinInBore(multipliers, (x, middle), clearance, pin, cut_y, cut_z, relief))
+        unit = [inertia.forces(motion) for motion in _MOTIONS]
+        parities = tuple(Parity) if cut_y else (Parity.SYMMETRIC,)
+        loads = {
+            parity: np.stack([forces.part(parity).ravel() for forces in unit], axis=1) for parity in parities
+        }
+        # Moments about x and y of the unit motions, on a rod that may tilt.
+        self._tilting = (
+            None
+            if cut_z
+            else np.stack([resultants(mesh.points, forces.symmetric)[3:5] for forces in unit], axis=1)
+        )
+        self.problem = ContactProblem(model, self._n_nodes, pins, loads, both_sides=True)
+        # Place and bore of each unknown.
+        nodes = np.concatenate([bore.multipliers.nodes for bore in pins])
+        owner = np.repeat(np.arange(len(pins)), [bore.multipliers.size for bore in pins])
+        off = ~self.problem.fold.on_y if self.problem.fold.both_sides else np.zeros(len(nodes), dtype=bool)
+        images = mesh.points[nodes[off]] * [1.0, -1.0, 1.0]
+        self._vertices = np.concatenate([mesh.points[nodes], images])
+        self._owner = np.concatenate([owner, owner[off]])
+
+    def pressures(self, pin: Floats, crank: Floats, motions: Floats) -> Floats:
+        """Pressures (n, k) at k instants, solved one after another.
+
+        Parameters
+        ----------
+        pin, crank
+            (2, k) forces on the rod along rod x and y, N.
+        motions
+            (4, k) weights of the unit motions.
+
+        Raises
+        ------
+        ContactError
+            No pressure on a bore has the force of its pin.
+        """
+        instants = zip(pin.T, crank.T, motions.T, strict=True)
+        return np.stack([self._solved(*instant).pressure for instant in instants], axis=1)
+
+    def _solved(self, pin: Floats, crank: Floats, motion: Floats) -> Contact:
+        moments = None if self._tilting is None else -self._tilting @ motion
+        return self.problem.solve((pin, crank), motion, moments)
+
+    def __call__(self, case: LoadCase) -> CaseForces:
+        """Nodal forces of everything that acts in a case.
+
+        Raises
+        ------
+        ContactError
+            No pressure on a bore has the force of its pin.
+        """
+        pin = np.array([case.pin_axial, case.pin_transverse])
+        crank = np.array([-case.crank_axial, case.crank_transverse])
+        found = self._solved(pin, crank, _weights(case.motion))
+        parts = self.problem.fold.parts(found.pressure)
+        forces = {parity: (self.problem.forces @ own).reshape(-1, 3) for parity, own in parts.items()}
+        if case.motion is not None:
+            inertial = self._inertia.forces(case.motion)
+            forces = {parity: own + inertial.part(parity) for parity, own in forces.items()}
+        traction = {parity: self.traction(own[:, None]) for parity, own in parts.items()}
+        odd = Parity.ANTISYMMETRIC
+        return CaseForces(
+            forces=Split(forces[Parity.SYMMETRIC], forces.get(odd)),
+            traction={
+                surface: Split(even[..., 0], traction[odd][surface][..., 0] if odd in traction else None)
+                for surface, even in traction[Parity.SYMMETRIC].items()
+            },
+            scale=1.0,
+            largest=case.largest_force,
+            touch=self.touch(found.pressure),
+            checks={"contact_gap": found.residual, "contact_balance": found.imbalance},
+        )
+
+    def touch(self, pressure: Floats) -> dict[Surface, Touch]:
+        """Contact of each pin with its bore under pressures (n,) of the unknowns."""
+        x, y, z = self._vertices.T
+        found = {}
+        for number, bore in enumerate(self.problem.bores):
+            own = self._owner == number
+            angle = np.arctan2(y[own], x[own] - bore.center[0])
+            found[bore.multipliers.surface] = Touch.of(pressure[own], angle, z[own])
+        return found
+
+    def traction(self, pressure: Floats) -> dict[Surface, Floats]:
+        """Traction (n_nodes, 3, k) on each bore of pressures (n_cell, k) on the cell, MPa."""
+        found = {}
+        for number, bore in enumerate(self.problem.bores):
+            own = bore.multipliers
+            nodes, values = own.at_nodes(self.problem.of_bore(number, pressure))
+            traction = np.zeros((self._n_nodes, 3, pressure.shape[1]))
+            traction[nodes] = values[:, None] * own.direction(self._points[nodes])[..., None]
+            found[own.surface] = traction
+        return found
+
+
+def _weights(motion: RodMotion | None) -> Floats:
+    """Weights (4,) of the unit motions."""
+    if motion is None:
+        return np.zeros(len(_MOTIONS))
+    (along, across), spin = motion.acceleration, motion.angular_velocity
+    return np.array([along, spin**2, across, motion.angular_acceleration])

@@ -1,0 +1,145 @@
+"""Pins in contact with a rod's bores: the whole chain, against direct solves and simple truths."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from cycles import direct
+
+from fea import analyse
+from fea.analysis.prepare import prepare
+from fea.choices import CONTACT
+from fea.study.contact_table import ContactTable
+from fea.study.flags import Flags
+from fea.study.material_table import MaterialTable
+from fea.study.study import ForcesTable, load_study
+from fea.units import RPM
+from geometry.invalid import InvalidValue
+from geometry.surfaces import Surface
+from loads.cases import given
+
+SIZE = 14.0
+
+
+def study(name="leon-2001", **contact):
+    """A coarse study in contact."""
+    asked = Flags(size=SIZE, pressure=CONTACT).applied(load_study(name))
+    return dataclasses.replace(asked, contact=ContactTable(**contact))
+
+
+@pytest.fixture(scope="module")
+def quarter():
+    return analyse(study())
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return prepare(study())
+
+
+def test_a_run_in_contact_can_be_trusted(quarter):
+    assert quarter.trusted
+    assert {"contact_gap", "contact_balance"} <= quarter.checks.keys()
+
+
+@pytest.mark.parametrize("name", ["tension", "compression", "bending"])
+def test_the_pressures_on_each_bore_have_the_force_of_its_pin(quarter, name):
+    case = quarter.cases[name]
+    mesh, load = quarter.mesh, case.load
+    forces = {
+        Surface.SMALL_END_BORE: (load.pin_axial, load.pin_transverse),
+        Surface.BIG_END_BORE: (-load.crank_axial, load.crank_transverse),
+    }
+    assert (case.contact_pressure >= 0).all()
+    for bore, force in forces.items():
+        nodes = mesh.facets[bore]
+        middle = mesh.points[nodes].mean(axis=1)
+        a, b, c = (mesh.points[nodes[:, k]] for k in range(3))
+        area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+        length = quarter.summary.rod.length_mm
+        x = middle[:, 0] - (length if bore is Surface.SMALL_END_BORE else 0.0)
+        outwards = np.stack([x, middle[:, 1]], axis=1) / np.hypot(x, middle[:, 1])[:, None]
+        sums = (area * case.contact_pressure[nodes[:, :3]].mean(axis=1)) @ outwards
+        # Flat triangles have less area than the curved facets.
+        assert sums == pytest.approx(np.array(force), abs=0.02 * np.hypot(*force))
+
+
+@pytest.mark.parametrize("symmetry", ["half", "none"])
+def test_the_mirror_cell_changes_nothing(quarter, symmetry):
+    whole = analyse(study(), symmetry=symmetry)
+    for name, case in quarter.cases.items():
+        other = whole.cases[name]
+        assert np.abs(case.stress - other.stress).max() < 1e-9 * np.abs(case.stress).max()
+        largest = case.contact_pressure.max()
+        assert np.abs(case.contact_pressure - other.contact_pressure).max() < 1e-9 * largest
+
+
+@pytest.mark.parametrize("rpm", [1000.0, 6000.0, 9000.0])
+def test_superposed_contact_is_directly_solved_contact(rod, rpm):
+    angles = np.random.default_rng(int(rpm)).uniform(0, 4 * math.pi, 20)
+    stress, peaks = direct(rod, rpm, angles)
+    weights = rod.cycle.weights(rod.engine.engine, rod.engine.gas, rpm * RPM, angles)
+    superposed = rod.cycle.units.tensor(0, weights, rod.mesh.mirrored)
+    assert (np.abs(superposed - stress).max(axis=(0, 1)) / peaks).max() < 1e-8
+
+
+def test_a_neat_fit_of_rigid_pins_is_linear_in_its_load():
+    neat = study(small_end_clearance_mm=0.0, big_end_clearance_mm=0.0, piston_pin="rigid")
+    rod = prepare(dataclasses.replace(neat, engine=None, forces=ForcesTable((1e3, 0.0))))
+    one, thousand = rod.fields(rod.pins.equilibrium([given(1e3), given(1e6)]))
+    largest = np.abs(thousand.stresses[0]).max()
+    assert np.abs(thousand.stresses[0] - 1e3 * one.stresses[0]).max() < 1e-9 * largest
+
+
+def test_more_clearance_narrows_the_arc_and_raises_the_pressure():
+    arcs, peaks = [], []
+    for clearance in (-0.02, 0.0, 0.05, 0.15):
+        found = analyse(study(small_end_clearance_mm=clearance, piston_pin="rigid"))
+        touch = found.cases["compression"].touch[Surface.SMALL_END_BORE]
+        arcs.append(touch.arc)
+        peaks.append(touch.pressure)
+    assert arcs[0] > arcs[1] > arcs[2] >= arcs[3]
+    assert peaks[1] < peaks[2] < peaks[3]
+
+
+def test_a_soft_pin_presses_on_the_ends_of_its_bore():
+    ends = {}
+    for bore in (0.0, 14.4):
+        case = analyse(study(piston_pin_bore_mm=bore)).cases["compression"]
+        touch = case.touch[Surface.SMALL_END_BORE]
+        assert abs(touch.z) == pytest.approx(15.0)
+        ends[bore] = touch.pressure
+    assert ends[14.4] > ends[0.0]
+
+
+def test_an_almost_rigid_elastic_pin_is_the_rigid_one():
+    stiff = study(piston_pin_bore_mm=0.0)
+    table = {"piston_pin": MaterialTable(E_GPa=2e8, nu=0.3), "crank_pin": MaterialTable(E_GPa=2e8, nu=0.3)}
+    stiff = dataclasses.replace(stiff, part_material=table)
+    one, other = analyse(stiff), analyse(study(piston_pin="rigid"))
+    for name, case in one.cases.items():
+        rigid = other.cases[name].contact_pressure
+        assert np.abs(case.contact_pressure - rigid).max() < 1e-4 * rigid.max()
+
+
+@pytest.mark.parametrize(
+    ("contact", "words"),
+    [
+        ({"piston_pin_bore_mm": -1.0}, "piston_pin_bore_mm"),
+        ({"piston_pin_bore_mm": 24.0}, "diameter"),
+        ({"small_end_clearance_mm": 30.0}, "2% of the bore"),
+        ({"big_end_clearance_mm": -1.0}, "press fit"),
+        ({"piston_pin_length_mm": 25.0}, "bosses"),
+        ({"piston_boss_gap_mm": 20.0}, "overlap"),
+    ],
+)
+def test_a_pin_that_does_not_fit_is_refused(contact, words):
+    with pytest.raises(InvalidValue, match=words):
+        prepare(study(**contact))
+
+
+def test_what_contact_cannot_be_combined_with_is_refused_by_name():
+    for flags, words in (({"support": "clamped"}, "clamped"), ({"solver": "amg"}, "iterative")):
+        with pytest.raises(InvalidValue, match=words):
+            analyse(study(), **flags)
