@@ -84,6 +84,21 @@ class ModelFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BoreFigures:
+    """Contact on a bore, and how its diameter changes: directions are from rod +x, the length is along z."""
+
+    max_pressure_MPa: float
+    at_deg: float
+    at_z_mm: float
+    arc_deg: float
+    ovality_mm: float
+    widest_mm: float
+    widest_deg: float
+    narrowest_mm: float
+    narrowest_deg: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class CaseFigures:
     """``results``: extremes of a load case away from singular places; None where they were not computed."""
 
@@ -101,6 +116,7 @@ class CaseFigures:
     unmasked_verdict: WhereKnown[str] = None
     singular_max_von_mises_MPa: WhereKnown[float] = None
     singular_verdict: WhereKnown[str] = None
+    contact: WhereKnown[Mapping[str, BoreFigures]] = None
 
 
 @dataclass(frozen=True, kw_only=True)

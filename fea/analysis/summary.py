@@ -9,6 +9,7 @@ import numpy as np
 
 from fea.analysis.buckling import BucklingReport
 from fea.analysis.figures import (
+    BoreFigures,
     BucklingFigures,
     CaseFigures,
     CycleFigures,
@@ -27,6 +28,7 @@ from fea.analysis.figures import (
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
 from fea.analysis.survival import factors, survival
+from fea.assess.bore_shape import bore_shape
 from fea.assess.case_result import CaseResult
 from fea.assess.crossland import crossland
 from fea.assess.deviatoric import deviatoric
@@ -43,6 +45,7 @@ from fea.material import Material
 from fea.rod.load_cases import EngineLoading
 from fea.rod.omission import Omission
 from fea.units import DEG, KG, KG_M2, N_M
+from geometry.surfaces import Surface
 from loads.cases import LoadCase
 from mesh.quality import Quality
 from mesh.repair import Repair
@@ -61,7 +64,10 @@ def speed_summary(
         passes,
         rpm=result.rpm,
         loads={name: load_figures(case.load) for name, case in result.cases.items()},
-        results={name: case_figures(case, tolerance) for name, case in result.cases.items()},
+        results={
+            name: case_figures(case, rod.mesh.bores.rod_length, tolerance)
+            for name, case in result.cases.items()
+        },
         envelope=None
         if result.cycle is None
         else envelope_figures(result.cycle, rod.mesh.whole, rod.options.fatigue, rod.materials),
@@ -123,7 +129,7 @@ def load_figures(case: LoadCase) -> LoadFigures:
     )
 
 
-def case_figures(case: CaseResult, tolerance_percent: float | None = None) -> CaseFigures:
+def case_figures(case: CaseResult, rod_length: float, tolerance_percent: float | None = None) -> CaseFigures:
     """Return the extremes of a load case, over the nodes away from singular places."""
     singular = bool(case.error.masked.any())
     return CaseFigures(
@@ -141,6 +147,24 @@ def case_figures(case: CaseResult, tolerance_percent: float | None = None) -> Ca
         unmasked_verdict=Verdict.DIVERGING.value if singular else None,
         singular_max_von_mises_MPa=case.peak.singular if singular else None,
         singular_verdict=Verdict.DIVERGING.value if singular else None,
+        contact={surface.value: _bore(case, surface, rod_length) for surface in case.touch} or None,
+    )
+
+
+def _bore(case: CaseResult, surface: Surface, rod_length: float) -> BoreFigures:
+    touch = case.touch[surface]
+    x = rod_length if surface is Surface.SMALL_END_BORE else 0.0
+    shape = bore_shape(case.mesh, surface, x, case.displacement)
+    return BoreFigures(
+        max_pressure_MPa=touch.pressure,
+        at_deg=touch.angle / DEG,
+        at_z_mm=touch.z,
+        arc_deg=touch.arc / DEG,
+        ovality_mm=shape.ovality,
+        widest_mm=shape.widest[0],
+        widest_deg=shape.widest[1] / DEG,
+        narrowest_mm=shape.narrowest[0],
+        narrowest_deg=shape.narrowest[1] / DEG,
     )
 
 

@@ -16,8 +16,9 @@ from skfem import Basis, ElementQuad2, MeshQuad
 
 from geometry.arrays import Floats, Ints
 
-# Elements through the wall, over half of the bore's width, from there to the supports, and over the supports.
-# Those at the surface and at the end of the bore are the smallest: neighbours differ by these ratios.
+# Number of elements through the wall, at least; over half of the bore's width, from there to the supports, and
+# over the supports. Those at the surface and at the end of the bore are the smallest: neighbours differ by
+# these ratios.
 RADIAL, TOUCHING, BETWEEN, CARRIED = 6, 12, 3, 4
 _RADIAL_RATIO, _AXIAL_RATIO = 0.65, 0.75
 # Of the harmonics beyond this one only some are solved for, in growing steps: n times the compliance of the
@@ -81,6 +82,8 @@ class ElasticPin:
         Its dimensions.
     mirrored
         Whether the fields are symmetric about z = 0; antisymmetric otherwise.
+    highest
+        Highest harmonic: it reaches as deep as the radius over its order.
 
     Attributes
     ----------
@@ -89,7 +92,7 @@ class ElasticPin:
         elements along the part that may touch.
     """
 
-    def __init__(self, pin: Pin, *, mirrored: bool = True) -> None:
+    def __init__(self, pin: Pin, *, mirrored: bool = True, highest: int = 64) -> None:
         self._pin, self._mirrored = pin, mirrored
         touching = _graded(0.0, pin.touching, TOUCHING, _AXIAL_RATIO)
         along = touching
@@ -97,7 +100,10 @@ class ElasticPin:
             near, far = pin.carried
             between = np.linspace(pin.touching, near, BETWEEN + 1)[1 : None if near > pin.touching else 1]
             along = np.concatenate([touching, between, np.linspace(near, far, CARRIED + 1)[1:]])
-        across = _graded(pin.inner_radius, pin.radius, RADIAL, _RADIAL_RATIO)
+        wall, count = pin.radius - pin.inner_radius, RADIAL
+        while _graded(0.0, wall, count, _RADIAL_RATIO)[-2] < wall - pin.radius / highest:
+            count += 1
+        across = _graded(pin.inner_radius, pin.radius, count, _RADIAL_RATIO)
         self._basis = Basis(MeshQuad.init_tensor(across, along), ElementQuad2(), intorder=_DEGREE)
         self._terms = _stiffness_terms(self._basis, pin.youngs_modulus, pin.poissons_ratio)
         r, z = self._basis.doflocs

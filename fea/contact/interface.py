@@ -37,6 +37,8 @@ class PinInBore:
         None for a rigid one.
     cut_y, cut_z
         Whether the cell represents its mirror images about y = 0, z = 0.
+    harmonics
+        Highest one of an elastic pin's deflection.
     """
 
     multipliers: Multipliers
@@ -46,6 +48,7 @@ class PinInBore:
     cut_y: bool
     cut_z: bool
     relief: tuple[float, float] | None = None
+    harmonics: int = HARMONICS
 
     def initial(self) -> Floats:
         """Moments (n,) of the gap around the centred pin, as both are made."""
@@ -106,9 +109,9 @@ class Deflection:
         carried = {parity: np.zeros((size, len(CARRIED))) for parity in Parity}
         z = bore.multipliers.places[..., 2].ravel() - bore.center[1]
         for mirrored in (True,) if bore.cut_z else (True, False):
-            half = ElasticPin(pin, mirrored=mirrored)
+            half = ElasticPin(pin, mirrored=mirrored, highest=bore.harmonics)
             along = _between(half.stations, np.abs(z)) * (1.0 if mirrored else np.sign(z)[:, None])
-            for answer in half.harmonics_up_to(HARMONICS):
+            for answer in half.harmonics_up_to(bore.harmonics):
                 for parity, moments in bore.harmonic(answer.order, along).items():
                     share = (2 if bore.cut_y else 1) * (1 if bore.cut_z else 0.5)
                     compliance[parity] += share * moments @ answer.compliance @ moments.T

@@ -70,7 +70,7 @@ class ContactProblem:
         self.compliance = self._folded(found)
         self.clearance = self._both([bore.initial() for bore in self.bores])
         self.rigid = self._rigid()
-        self._system = ContactSystem(self.compliance, self.rigid)
+        self.system = ContactSystem(self.compliance, self.rigid)
 
     def _compliance(self, body: Body, parity: Parity, loads: Floats) -> tuple[Floats, Floats]:
         """Moments on the cell of unit pressures (n_cell, n_cell) and of the other loads (n_cell, n_loads)."""
@@ -154,7 +154,7 @@ class ContactProblem:
         sums = [force[:axes] for force in forces]
         if not self.bores[0].cut_z:
             sums.append(np.zeros(2) if moments is None else moments)
-        return self._system.solve(self.gap(forces, weights), np.concatenate(sums))
+        return self.system.solve(self.gap(forces, weights), np.concatenate(sums))
 
     def of_bore(self, number: int, of_cell: Floats) -> Floats:
         """Rows of one bore of pressures (n_cell, …) on the cell."""

@@ -80,6 +80,14 @@ def _stress_history(run: Outcome) -> Iterator[RunFiles]:
         yield _one("history.png", lambda path: plot_stress_history(path, run))
 
 
+def _bores(run: Outcome) -> Iterator[RunFiles]:
+    if any(case.touch for case in run.cases.values()):
+        from fea.output.plots.bores import plot_bores  # noqa: PLC0415 - only a plot needs it
+
+        length = run.summary.rod.length_mm
+        yield _one("bores.png", lambda path: plot_bores(path, run.cases, length, run.summary.title))
+
+
 def _pictures(run: Outcome) -> Iterator[RunFiles]:
     """All pictures together: one process draws them."""
     if run.study.output.screenshot and run.speed is not None:
@@ -99,6 +107,7 @@ WRITERS = (
     Writer("write", _envelope),
     Writer("write", _buckling_shapes),
     Writer("plot", _stress_history),
+    Writer("plot", _bores),
     Writer("picture", _pictures),
 )
 

@@ -8,7 +8,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from fea.analysis.figures import CaseFigures, LoadFigures, Summary
+from fea.analysis.figures import BoreFigures, CaseFigures, LoadFigures, Summary
 from fea.assess.verdict import Verdict
 from fea.output.picture_name import picture_name
 from fea.output.target import near
@@ -87,7 +87,7 @@ def _print_run(console: Console, folder: Path, summary: Summary) -> None:
     console.print(_headline(summary), markup=False, style="bold", soft_wrap=True)
     console.print(case_table(summary, console))
     buckling = buckling_lines(summary.buckling)
-    for line in (*_doubts(summary), *_cycle(summary), *buckling, _model(summary)):
+    for line in (*_doubts(summary), *_contact(summary), *_cycle(summary), *buckling, _model(summary)):
         # At words where a human reads; whole lines for a program.
         console.print(line, markup=False, soft_wrap=not console.is_terminal)
     for line in (*_files(folder, summary), _next(folder, summary)):
@@ -152,6 +152,26 @@ def _diverging(singular: Mapping[str, str]) -> str:
         "a bore that a bending pin presses on, where the exact stress is infinite (singular) and finer "
         "elements give ever higher values; the figures above and their ± are of the rest of the rod"
     )
+
+
+def _contact(summary: Summary) -> list[str]:
+    """Return the largest contact pressure on each bore, and its largest ovality."""
+    found: dict[str, list[tuple[str, BoreFigures]]] = {}
+    for case, result in summary.results.items():
+        for bore, figures in (result.contact or {}).items():
+            found.setdefault(bore, []).append((case, figures))
+    lines = []
+    for bore, cases in found.items():
+        hardest, most = max(cases, key=lambda item: item[1].max_pressure_MPa)
+        where = f"{most.at_deg:.0f}°, z = {number(most.at_z_mm, '.1f')} mm, on an arc of {most.arc_deg:.0f}°"
+        oval, shape = max(cases, key=lambda item: item[1].ovality_mm)
+        change = f"{1e3 * shape.widest_mm:+.0f} µm at {shape.widest_deg:.0f}°"
+        change += f", {1e3 * shape.narrowest_mm:+.0f} µm at {shape.narrowest_deg:.0f}°"
+        lines.append(
+            f"Contact, {bore.replace('_', ' ')}: at most {most.max_pressure_MPa:.0f} MPa ({hardest}) at "
+            f"{where}; diameter {change} ({oval})."
+        )
+    return lines
 
 
 def _cycle(summary: Summary) -> list[str]:

@@ -31,7 +31,8 @@ def shaken(mesh: TetMesh, distance: float) -> TetMesh:
     only.
     """
     inside = np.ones(len(mesh.points), dtype=bool)
-    inside[mesh.facets[Surface.FREE].ravel()] = False
+    for facets in mesh.facets.values():
+        inside[facets] = False
     moves = np.random.default_rng(1).uniform(-distance, distance, mesh.points.shape)
     points = mesh.points + inside[:, None] * moves
     for middle, (a, b) in enumerate(EDGES[: mesh.tets.shape[1] - 4], start=4):
