@@ -16,9 +16,9 @@ from skfem import Basis, ElementQuad2, MeshQuad
 
 from geometry.arrays import Floats, Ints
 
-# Number of elements through the wall, at least; over half of the bore's width, from there to the supports, and
-# over the supports. Those at the surface and at the end of the bore are the smallest: neighbours differ by
-# these ratios.
+# Number of elements through the wall, at least; over half of the bore's width, from there to the supports,
+# and over the supports. Those at the surface and at the end of the bore are the smallest: neighbours differ
+# by these ratios.
 RADIAL, TOUCHING, BETWEEN, CARRIED = 6, 12, 3, 4
 _RADIAL_RATIO, _AXIAL_RATIO = 0.65, 0.75
 # Of the harmonics beyond this one only some are solved for, in growing steps: n times the compliance of the
