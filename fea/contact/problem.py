@@ -43,6 +43,10 @@ class ContactProblem:
         (3 n_nodes, n) nodal forces of a pressure of 1 MPa at each vertex of the cell, bore after bore.
     fold
         Leads from these pressures to the unknowns.
+    cell_compliance
+        Per parity (n_cell, n_cell) moments of the displacements of these pressures.
+    compliance, clearance, rigid
+        C (n, n), the moments (n,) of the clearance and R (n, m) of `fea.contact.active_set`.
     """
 
     def __init__(
@@ -67,7 +71,7 @@ class ContactProblem:
         for parity in self.fold.parities():
             found[parity], loaded[parity] = self._compliance(body, parity, loads[parity])
         self._loads = self.fold.moments(loaded)
-        self.compliance = self._folded(found)
+        self.cell_compliance, self.compliance = found, self._folded(found)
         self.clearance = self._both([bore.initial() for bore in self.bores])
         self.rigid = self._rigid()
         self.system = ContactSystem(self.compliance, self.rigid)

@@ -1,20 +1,24 @@
-"""Unit loads of pins in contact: a pressure at each vertex of the bores, and four inertia fields.
+"""Unit loads of pins in contact: patterns of pressure on the vertices of the bores, and four inertia fields.
 
 The pressures of an instant are the solution of a small contact problem; everything that follows from them is
-linear.
+linear. The patterns are the eigenvectors of the compliance, smooth ones first, of unit work: the smooth ones
+reach far into the rod, and what all others do together is bounded by their work.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
 from fea.contact.rod_contact import RodContact
-from fea.cycle.unit_loads import Weights, inertial_fields
+from fea.cycle.unit_loads import Together, Weights, inertial_fields
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Parity
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats
 from geometry.surfaces import Surface
+
+# Patterns of either parity that are bounded each by itself.
+_SMOOTH = 10
+_INERTIAL = 2
 
 
 @dataclass(frozen=True)
@@ -25,36 +29,33 @@ class ContactFields:
     ----------
     contact
         The contact problem.
-    vertices
-        (n,) numbers of the pressures of this parity.
+    patterns
+        (n_cell, n) pressures at the vertices, MPa.
     inertial
         Nodal forces (n_nodes, 3) of the inertia fields.
     """
 
     contact: RodContact
-    vertices: Ints
+    patterns: Floats
     inertial: tuple[Floats, ...]
 
     @property
     def count(self) -> int:
         """Number of unit loads."""
-        return len(self.vertices) + len(self.inertial)
+        return int(self.patterns.shape[1]) + len(self.inertial)
 
     def forces(self, units: slice) -> list[Floats]:
-        """Nodal forces (n_nodes, 3) of some of them: of pressures, then of the inertia fields."""
-        own = self.vertices[units]
-        pressed = sparse.csc_array(self.contact.problem.forces)[:, own].toarray().T
-        first = max(units.start - len(self.vertices), 0)
-        last = max(units.stop - len(self.vertices), 0)
+        """Nodal forces (n_nodes, 3) of some of them: of patterns, then of the inertia fields."""
+        pressed = (self.contact.problem.forces @ self.patterns[:, units]).T
+        first, last = (max(end - self.patterns.shape[1], 0) for end in (units.start, units.stop))
         return [*(column.reshape(-1, 3) for column in pressed), *self.inertial[first:last]]
 
     def traction(self, units: slice) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, n) of some of them on each bore."""
-        own = self.vertices[units]
-        n_cell = self.contact.problem.forces.shape[1]
-        unit = np.zeros((n_cell, units.stop - units.start))
-        unit[own, np.arange(len(own))] = 1.0
-        return self.contact.traction(unit)
+        own = np.zeros((len(self.patterns), units.stop - units.start))
+        chosen = self.patterns[:, units]
+        own[:, : chosen.shape[1]] = chosen
+        return self.contact.traction(own)
 
 
 class ContactLoads:
@@ -72,17 +73,30 @@ class ContactLoads:
 
     def __init__(self, contact: RodContact, inertia: Inertia) -> None:
         self._contact, self._inertia = contact, inertia
-        fold = contact.problem.fold
-        self._odd = np.flatnonzero(~fold.on_y) if fold.both_sides else np.zeros(0, dtype=int)
+        problem = contact.problem
+        off = ~problem.fold.on_y
+        everywhere = np.ones_like(off)
+        kept = {Parity.SYMMETRIC: everywhere, Parity.ANTISYMMETRIC: off}
+        self._patterns, self._weighing = {}, {}
+        for parity, compliance in problem.cell_compliance.items():
+            own = np.flatnonzero(kept[parity])
+            work, vectors = np.linalg.eigh(compliance[np.ix_(own, own)])
+            scale = np.sqrt(work[::-1])
+            self._patterns[parity], self._weighing[parity] = np.zeros((2, len(off), len(own)))
+            self._patterns[parity][own] = vectors[:, ::-1] / scale
+            self._weighing[parity][own] = vectors[:, ::-1] * scale
+        nothing = np.zeros((len(off), 0))
+        for of_parity in (self._patterns, self._weighing):
+            of_parity.setdefault(Parity.ANTISYMMETRIC, nothing)
+        self.together = Together(*(slice(_SMOOTH, self._patterns[parity].shape[1]) for parity in Parity))
 
     def fields(self) -> tuple[ContactFields, ContactFields]:
         """Return the even and the odd unit loads."""
-        even, odd = inertial_fields(self._inertia)
-        every = np.arange(self._contact.problem.forces.shape[1])
-        return (
-            ContactFields(self._contact, every, tuple(even)),
-            ContactFields(self._contact, self._odd, tuple(odd)),
+        even, odd = (
+            ContactFields(self._contact, self._patterns[parity], tuple(inertial))
+            for parity, inertial in zip(Parity, inertial_fields(self._inertia), strict=True)
         )
+        return even, odd
 
     def weights(
         self, pin: Floats, crank: Floats, acceleration: Floats, rate: Floats, turning: Floats
@@ -95,9 +109,9 @@ class ContactLoads:
             No pressure on a bore has the force of its pin.
         """
         motions = np.stack([acceleration[0], rate**2, acceleration[1], turning])
-        pressure = self._contact.pressures(pin, crank, motions)
-        parts = self._contact.problem.fold.parts(pressure)
-        odd = parts[Parity.ANTISYMMETRIC][self._odd] if self._odd.size else np.zeros((0, pressure.shape[1]))
+        parts = self._contact.problem.fold.parts(self._contact.pressures(pin, crank, motions))
+        none = np.zeros((len(self._contact.problem.fold.on_y), pin.shape[1]))
+        even, odd = (self._weighing[parity].T @ parts.get(parity, none) for parity in Parity)
         return Weights(
-            np.concatenate([parts[Parity.SYMMETRIC], motions[:2]]), np.concatenate([odd, motions[2:]])
+            np.concatenate([even, motions[:_INERTIAL]]), np.concatenate([odd, motions[_INERTIAL:]])
         )

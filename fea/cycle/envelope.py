@@ -119,7 +119,7 @@ def envelope(
         The mean-stress correction.
     """
     order = np.argsort(angles)
-    along, angles = path(weights.at(order)), angles[order]
+    along, angles = path(weights.at(order), units.together), angles[order]
     merged: Envelope | None = None
     for number, (part, material) in enumerate(zip(units.parts, materials, strict=True)):
         own = _on_whole(part, extremes(part, along, units.sides), whole)

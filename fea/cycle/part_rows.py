@@ -4,7 +4,7 @@ import numpy as np
 
 from fea.assess.deviatoric import deviator_norm, deviatoric
 from fea.assess.fatigue import fatigue_factor
-from fea.cycle.path import Path, path
+from fea.cycle.path import Path, norms, path
 from fea.cycle.screened import Block, product, superposed
 from fea.cycle.superposition import CycleAnalysis
 from fea.cycle.unit_loads import Weights
@@ -28,7 +28,11 @@ class PartRows:
         if not counts.any():  # a part has a worst place
             counts[:] = True
         self._even, self._odd = deviatoric(own.even[counts]), deviatoric(own.odd[counts])
-        self._norms = deviator_norm(self._even), deviator_norm(self._odd)
+        self._together = own.together
+        self._norms = [
+            norms(units, together)[0]
+            for units, together in zip((self._even, self._odd), own.together, strict=True)
+        ]
         self.material = analysis.materials[number]
         self._criterion = analysis.fatigue
         points = analysis.mesh.cell.points[own.nodes[counts]]
@@ -51,13 +55,13 @@ class PartRows:
         return np.asarray(superposed(self._even, self._odd, self._sides, weights), np.float64)
 
     def strayed(self, strays: Weights) -> Floats:
-        """Upper bound (n_rows, n) of the von Mises stress for weights of at most these magnitudes."""
+        """Upper bound (n_rows, n) of the von Mises stress for weights of at most these sizes."""
         even, odd = (norm @ away for norm, away in zip(self._norms, strays, strict=True))
         return np.concatenate([even + odd] * len(self._sides))
 
     def bound(self, weights: Weights) -> Floats:
         """Upper bound of the largest von Mises stress (n_rows,) over the instants."""
-        along = path(weights)
+        along = path(weights, self._together)
         strays, ends = self.strayed(along.strays), along.at_ends()
         largest = np.empty(len(self.points))
         for start in range(0, len(largest), _NODES):

@@ -8,7 +8,7 @@ import numpy as np
 
 from fea.choices import Support
 from fea.cycle.series import coefficients, series, skewed
-from fea.cycle.unit_loads import Weights, inertial_fields
+from fea.cycle.unit_loads import ALONE, Weights, inertial_fields
 from fea.rod.bores import Bores
 from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction, wrapped
 from fea.solid.inertia import Inertia
@@ -136,6 +136,8 @@ class PressureLoads:
     support
         With a clamped big end, the crank force is a reaction and not applied.
     """
+
+    together = ALONE
 
     def __init__(
         self, mesh: TetMesh, bores: Bores, inertia: Inertia, pressure: BorePressure, support: Support

@@ -16,7 +16,7 @@ import numpy as np
 from fea.assess.deviatoric import deviator_norm, deviatoric, extreme_principals
 from fea.assess.history import NO_SIGN, Extremes
 from fea.cycle.balls import distances_from_middle
-from fea.cycle.path import Path
+from fea.cycle.path import Path, norms
 from fea.cycle.unit_loads import Weights
 from fea.cycle.unit_solutions import PartStress
 from fea.machine.threads import side_by_side
@@ -83,7 +83,7 @@ class Block:
         self._even, self._odd, self._path, self._sides = even, odd, path, sides
         self._measures = _three if principals else _one
         self._at_ends = superposed(self._even, self._odd, self._sides, path.at_ends())
-        bounds = [_bounds(*item) for item in zip((even, odd), path.strays, strict=True)]
+        bounds = [_bounds(*item) for item in zip((even, odd), path.strays, path.together, strict=True)]
         # (3, n_rows, n_chords): of the von Mises, the largest and the negative least principal stress.
         strays = np.concatenate([bounds[0] + bounds[1]] * len(sides), axis=1)
         self._strays = strays[[0, 1, 1]] if principals else strays[:1]
@@ -217,13 +217,11 @@ def _one(stress: Reals) -> Reals:
     return deviator_norm(stress)[None]
 
 
-def _bounds(units: Reals, strays: Reals) -> Reals:
+def _bounds(units: Reals, strays: Reals, together: slice) -> Reals:
     """Bounds (2, n, n_chords) on von Mises and principal stresses of the deviations from the chords."""
-    equivalent = deviator_norm(units)
+    equivalent, mean = norms(units, together)
     strays = strays.astype(units.dtype)
-    return np.stack(
-        [_product(equivalent, strays), _product(np.abs(units[:, 5]) + 2 / 3 * equivalent, strays)]
-    )
+    return np.stack([_product(equivalent, strays), _product(mean + 2 / 3 * equivalent, strays)])
 
 
 def _at_either_end(values: Reals) -> Reals:

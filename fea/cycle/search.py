@@ -28,7 +28,7 @@ from fea.assess.deviatoric import deviator_norm, extreme_principals
 from fea.assess.history import signed_equivalent
 from fea.assess.safety import CAP, safety_factor
 from fea.cycle.part_rows import PartRows
-from fea.cycle.path import path
+from fea.cycle.path import path, sizes
 from fea.cycle.superposition import CycleAnalysis
 from fea.cycle.unit_loads import Weights
 from fea.cycle.worst import CasePeak, Place, Worst
@@ -117,8 +117,8 @@ class SpeedSearch:
         before, after = self._weights[above - 1], self._weights[above]
         strays = Weights(
             *(
-                np.abs(w - (1 - share) * b - share * a).max(axis=1)[:, None]
-                for w, b, a in zip(weights, before, after, strict=True)
+                sizes(w - (1 - share) * b - share * a, own).max(axis=1)[:, None]
+                for w, b, a, own in zip(weights, before, after, self._analysis.units.together, strict=True)
             )
         )
         between = zip(self._largest[above - 1], self._largest[above], strict=True)
@@ -138,7 +138,7 @@ class SpeedSearch:
         """The place of the smallest factor."""
         least = np.concatenate([bound(part, b) for part, b in zip(self._parts, bounds, strict=True)])
         order, first = np.argsort(least), np.cumsum([0, *(len(b) for b in bounds)])
-        best, at, along = np.inf, int(order[0]), path(cycle.weights)
+        best, at, along = np.inf, int(order[0]), path(cycle.weights, self._analysis.units.together)
         for start, stop in pairwise([0, *range(FIRST_ROWS, len(order), ROWS), len(order)]):
             chosen = order[start:stop]
             chosen = chosen[least[chosen] < best]

@@ -35,6 +35,19 @@ class Weights(NamedTuple):
         return Weights(self.even[:, instants], self.odd[:, instants])
 
 
+class Together(NamedTuple):
+    """Unit loads of either parity whose deviations are bounded together instead of each by itself.
+
+    The bound is close if they are orthogonal states of equal energy.
+    """
+
+    even: slice
+    odd: slice
+
+
+ALONE = Together(slice(0, 0), slice(0, 0))
+
+
 class Fields(Protocol):
     """Unit loads of one parity on the cell."""
 
@@ -58,10 +71,13 @@ class UnitLoads(Protocol):
         Largest error of the pressures that they can represent, relative to their peak.
     jumps
         Whether the pressure jumps at the ends of its arc.
+    together
+        Unit loads whose deviations are bounded together.
     """
 
     series_error: float
     jumps: bool
+    together: Together
 
     def fields(self) -> tuple[Fields, Fields]:
         """Return the even and the odd unit loads."""

@@ -8,7 +8,7 @@ from itertools import pairwise, product, starmap, zip_longest
 import numpy as np
 
 from fea.assess.deviatoric import deviatoric
-from fea.cycle.unit_loads import Fields, UnitLoads, Weights
+from fea.cycle.unit_loads import ALONE, Fields, Together, UnitLoads, Weights
 from fea.machine.threads import side_by_side
 from fea.material import Material
 from fea.solid.parity import Parity, Split
@@ -35,11 +35,14 @@ class PartStress:
         (n,) its nodes in the cell.
     even, odd
         (n, 6, n_units), MPa, of the unit loads of each parity.
+    together
+        Unit loads whose deviations are bounded together.
     """
 
     nodes: Ints
     even: Floats
     odd: Floats
+    together: Together = ALONE
 
     def histories(self, weights: Weights, sides: tuple[int, ...], rows: slice | Ints) -> list[Floats]:
         """Histories (n, 6, n_instants) of some nodes, and of their images across y = 0 (side −1).
@@ -77,6 +80,11 @@ class UnitSolutions:
     count: int
     backward_error: float
 
+    @property
+    def together(self) -> Together:
+        """Unit loads whose deviations are bounded together."""
+        return self.parts[0].together
+
     def tensor(self, part: int, weights: Weights, whole: MirroredMesh) -> Floats:
         """Stress (n_nodes, 6, n_instants) of a part on the whole rod; NaN at nodes outside the part."""
         own = self.parts[part]
@@ -105,7 +113,7 @@ def unit_solutions(
     else:
         alone = [_solved(model, recovery, materials, (fields,)) for fields in (even, odd)]
         stresses, errors = [found[0][0] for found in alone], [error for found in alone for error in found[1]]
-    parts = tuple(_part(e, o) for e, o in zip(*stresses, strict=True))
+    parts = tuple(_part(e, o, loads.together) for e, o in zip(*stresses, strict=True))
     return UnitSolutions(parts, (1, -1) if cut_y else (1,), even.count + odd.count, max(errors))
 
 
@@ -164,8 +172,8 @@ def _recovered(
     return recovery.nodal_stress(u, materials, parity, traction, pressure)
 
 
-def _part(even: Floats, odd: Floats) -> PartStress:
+def _part(even: Floats, odd: Floats, together: Together) -> PartStress:
     nodes = np.flatnonzero(~np.isnan(even[:, 0, 0]))
     if len(nodes) == len(even):
-        return PartStress(nodes, even, odd)
-    return PartStress(nodes, even[nodes], odd[nodes])
+        return PartStress(nodes, even, odd, together)
+    return PartStress(nodes, even[nodes], odd[nodes], together)

@@ -12,7 +12,7 @@ from fea.assess.history import Extremes
 from fea.assess.history import extremes as everywhere
 from fea.cycle.path import path
 from fea.cycle.screened import extremes
-from fea.cycle.unit_loads import Weights
+from fea.cycle.unit_loads import ALONE, Together, Weights
 from fea.cycle.unit_solutions import PartStress
 from fea.stress.stress import von_mises
 
@@ -35,14 +35,17 @@ def _weights(rng, instants, roughness):
     return Weights(*(smooth + pulse + mean + roughness * rng.normal(size=smooth.shape)))
 
 
+@pytest.mark.parametrize(
+    "together", [ALONE, Together(slice(1, 5), slice(2, UNITS))], ids=["alone", "together"]
+)
 @pytest.mark.parametrize("sides", [(1,), (1, -1)], ids=["whole", "mirrored"])
 @pytest.mark.parametrize("seed", range(12))
-def test_screened_extremes_are_those_of_every_instant(seed, sides):
+def test_screened_extremes_are_those_of_every_instant(seed, sides, together):
     rng = np.random.default_rng(seed)
-    part = _part(rng)
+    part = dataclasses.replace(_part(rng), together=together)
     instants = int(rng.integers(2, 400))
     weights = _weights(rng, instants, rng.choice([0.0, 0.3]))
-    found = extremes(part, path(weights), sides)
+    found = extremes(part, path(weights, together), sides)
     for side, own in zip(sides, found, strict=True):
         even, odd = deviatoric(part.even), deviatoric(part.odd)
         expected = everywhere(even @ weights[0] + side * (odd @ weights[1]))
