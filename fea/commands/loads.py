@@ -48,9 +48,9 @@ def loads(
     reports = study_forces(asked, every_cylinder=cylinders == "all")
     if csv is not None:
         from fea.analysis.force_report import stacked
-        from fea.output.forces_csv import write_forces_csv
+        from fea.output.columns_csv import write_columns
 
-        write_forces_csv(csv, stacked(reports))
+        write_columns(csv, stacked(reports))
     if plot is not None:
         from fea.output.plots.forces import plot_forces
 

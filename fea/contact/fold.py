@@ -47,6 +47,14 @@ class Fold:
         there[off] = pressure[len(self.on_y) :]
         return {Parity.SYMMETRIC: (here + there) / 2, Parity.ANTISYMMETRIC: (here - there) / 2}
 
+    def joined(self, parts: dict[Parity, Floats]) -> Floats:
+        """Unknowns (n, …) from pressures (n_cell, …) on the cell of each parity: the inverse of `parts`."""
+        even = parts[Parity.SYMMETRIC]
+        if not self.both_sides:
+            return even
+        odd = parts[Parity.ANTISYMMETRIC]
+        return np.concatenate([even + odd, (even - odd)[~self.on_y]])
+
     def moments(self, parts: dict[Parity, Floats]) -> Floats:
         """Moments (n, …) over the whole body from those (n_cell, …) on the cell of each parity.
 

@@ -5,12 +5,14 @@ linear. The patterns are the eigenvectors of the compliance, smooth ones first, 
 reach far into the rod, and what all others do together is bounded by their work.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from fea.contact.rod_contact import RodContact
 from fea.cycle.unit_loads import Together, Weights, inertial_fields
+from fea.rod.touch import Touch
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Parity
 from geometry.arrays import Floats
@@ -19,6 +21,8 @@ from geometry.surfaces import Surface
 # Patterns of either parity that are bounded each by itself.
 _SMOOTH = 10
 _INERTIAL = 2
+# Of the largest pressure of an instant: what rounding leaves where nothing touches.
+_NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -115,3 +119,13 @@ class ContactLoads:
         return Weights(
             np.concatenate([even, motions[:_INERTIAL]]), np.concatenate([odd, motions[_INERTIAL:]])
         )
+
+    def touches(self, weights: Weights) -> tuple[Mapping[Surface, Touch], ...]:
+        """Contact of the pins with the bores at each instant."""
+        parts = {}
+        for parity, own in zip(Parity, weights, strict=True):
+            patterns = self._patterns[parity]
+            parts[parity] = patterns @ own[: patterns.shape[1]]
+        pressure = self._contact.problem.fold.joined(parts)
+        pressure[pressure < _NOTHING * pressure.max(axis=0)] = 0.0
+        return tuple(self._contact.touch(instant) for instant in pressure.T)

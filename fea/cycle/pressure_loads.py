@@ -1,6 +1,6 @@
 """Unit loads of prescribed bore pressures: their harmonics cos nφ and sin nφ, and four inertia fields."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, reduce
 
@@ -10,6 +10,7 @@ from fea.choices import Support
 from fea.cycle.series import coefficients, series, skewed
 from fea.cycle.unit_loads import ALONE, Weights, inertial_fields
 from fea.rod.bores import Bores
+from fea.rod.touch import Touch
 from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction, wrapped
 from fea.solid.inertia import Inertia
 from fea.solid.tilt import Tilt
@@ -195,6 +196,10 @@ class PressureLoads:
         even = [*(weights.even for weights in pressed), acceleration[:1], rate[None] ** 2]
         odd = [*(weights.odd for weights in pressed), acceleration[1:], turning[None]]
         return Weights(np.concatenate(even), np.concatenate(odd))
+
+    def touches(self, weights: Weights) -> tuple[Mapping[Surface, Touch], ...]:  # noqa: ARG002
+        """Nothing: the pins' pressure is prescribed."""
+        return ()
 
 
 def _harmonics(bore: PressedBore, parity: int) -> Iterator[tuple[Floats, Floats]]:

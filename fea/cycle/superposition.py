@@ -1,6 +1,6 @@
 """The whole crank cycle of a rod at any speed, from one set of unit solutions."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,9 +17,12 @@ from fea.cycle.unit_loads import UnitLoads, Weights
 from fea.cycle.unit_solutions import UnitSolutions
 from fea.material import Material
 from fea.rod.discretise import MeshedRod
+from fea.rod.touch import Touch
 from fea.stress.stress import von_mises
+from fea.units import DEG
 from geometry.arrays import Floats, Mask
 from geometry.mass import MassProperties
+from geometry.surfaces import Surface
 from loads.cases import LoadCase, RodMotion
 from loads.dynamics import cycle, origin_acceleration
 from loads.engine import Engine
@@ -61,6 +64,8 @@ class CycleResult:
         The worst place by Crossland's criterion, or None if no endurance limit is known.
     counts
         (n_nodes,) nodes that count: those that are not near a stress singularity.
+    touches
+        Contact of the pins with the bores at every degree; empty where their pressure is prescribed.
     """
 
     angles: Floats
@@ -74,11 +79,23 @@ class CycleResult:
     counts: Mask
     remarks: tuple[str, ...] = ()
     multiaxial: Spot | None = None
+    touches: tuple[Mapping[Surface, Touch], ...] = ()
 
     def checks(self) -> dict[str, Check]:
         """Compare the superposition with the directly solved cases."""
         limit = AT_JUMPS if self.jumps else LIMITS["superposition"]
         return {"superposition": Check(self.superposition, limit)}
+
+    def contact_columns(self) -> dict[str, Floats]:
+        """Return, over the crank angle, the largest contact pressure on each bore, its place and the arc."""
+        columns = {"crank_deg": self.angles / DEG}
+        for surface in self.touches[0]:
+            end, own = surface.value.removesuffix("_bore"), [instant[surface] for instant in self.touches]
+            columns[f"{end}_pressure_MPa"] = np.array([touch.pressure for touch in own])
+            columns[f"{end}_at_deg"] = np.array([touch.angle for touch in own]) / DEG
+            columns[f"{end}_z_mm"] = np.array([touch.z for touch in own])
+            columns[f"{end}_arc_deg"] = np.array([touch.arc for touch in own]) / DEG
+        return columns
 
     def notes(self) -> tuple[str, ...]:
         """Return the notes about the cycle for the user."""
@@ -194,6 +211,7 @@ class CycleAnalysis:
             counts=counts,
             remarks=fatigue_remarks(self.materials, self.fatigue),
             multiaxial=multiaxial,
+            touches=self.loads.touches(of_degrees),
         )
 
     def _difference(self, weights: Weights, peaks: Sequence[CaseResult]) -> float:

@@ -5,9 +5,10 @@ unit load is even about y = 0 (pressures that are, a_x, ω²) or odd (the other 
 weights follow from the forces and the motion.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
+from fea.rod.touch import Touch
 from fea.solid.inertia import Inertia
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
@@ -96,6 +97,9 @@ class UnitLoads(Protocol):
         rate, turning
             (n,) angular velocity and acceleration of the rod about +z, rad/s and rad/s².
         """
+
+    def touches(self, weights: Weights) -> tuple[Mapping[Surface, Touch], ...]:
+        """Contact of the pins with the bores at each instant; empty where their pressure is prescribed."""
 
 
 def inertial_fields(inertia: Inertia) -> tuple[list[Floats], list[Floats]]:

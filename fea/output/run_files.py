@@ -13,8 +13,8 @@ from fea.analysis.force_table import force_columns
 from fea.analysis.outcome import Outcome
 from fea.assess.case_result import CaseResult
 from fea.machine.clock import Clock
+from fea.output.columns_csv import write_columns
 from fea.output.errors import PictureError
-from fea.output.forces_csv import write_forces_csv
 from fea.output.picture_name import picture_name
 from fea.output.text import write_text
 from fea.output.vtu import write_vtu
@@ -58,7 +58,7 @@ def _study(run: Outcome) -> Iterator[RunFiles]:
 def _forces(run: Outcome) -> Iterator[RunFiles]:
     if isinstance(run.loading, EngineLoading) and run.rpm is not None:
         columns = force_columns(run.loading.engine, run.mass, run.loading.gas, run.rpm)
-        yield _one("loads.csv", lambda path: write_forces_csv(path, columns))
+        yield _one("loads.csv", lambda path: write_columns(path, columns))
 
 
 def _envelope(run: Outcome) -> Iterator[RunFiles]:
@@ -88,6 +88,12 @@ def _bores(run: Outcome) -> Iterator[RunFiles]:
         yield _one("bores.png", lambda path: plot_bores(path, run.cases, length, run.summary.title))
 
 
+def _contact_history(run: Outcome) -> Iterator[RunFiles]:
+    if run.cycle is not None and run.cycle.touches:
+        columns = run.cycle.contact_columns()
+        yield _one("contact.csv", lambda path: write_columns(path, columns))
+
+
 def _pictures(run: Outcome) -> Iterator[RunFiles]:
     """All pictures together: one process draws them."""
     if run.study.output.screenshot and run.speed is not None:
@@ -106,6 +112,7 @@ WRITERS = (
     Writer("write", _forces),
     Writer("write", _envelope),
     Writer("write", _buckling_shapes),
+    Writer("write", _contact_history),
     Writer("plot", _stress_history),
     Writer("plot", _bores),
     Writer("picture", _pictures),

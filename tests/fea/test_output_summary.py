@@ -7,7 +7,7 @@ import pytest
 from engines import LEON, LEON_ROD
 
 from fea.analysis.force_table import force_columns
-from fea.output.forces_csv import write_forces_csv
+from fea.output.columns_csv import write_columns
 from fea.output.json_file import json_text
 from geometry.surfaces import Surface
 from loads.gas import NoGas
@@ -71,7 +71,7 @@ def test_the_cycle_has_the_promised_columns_and_a_row_an_angle(tmp_path):
         "crank_deg": np.arange(3.0),
         "pin_axial_N": [31512.3456, -0.0, 1],
     }
-    write_forces_csv(tmp_path / "loads.csv", columns)
+    write_columns(tmp_path / "loads.csv", columns)
     header, *rows = (tmp_path / "loads.csv").read_bytes().decode().split("\n")
     assert header == (
         "rpm,crank_deg,gas_N,piston_position_mm,piston_velocity_m_s,piston_acceleration_m_s2,rod_deg,"

@@ -1,4 +1,4 @@
-"""The forces over the crank cycle as CSV."""
+"""Columns over the crank cycle as CSV."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,16 +10,15 @@ from fea.output.text import write_text
 from geometry.arrays import Floats
 
 
-def write_forces_csv(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
-    """Write the forces over the cycle, one row per crank angle.
+def write_columns(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
+    """Write columns over the cycle, one row per crank angle.
 
     Parameters
     ----------
     path
         The file to write; its directory must exist.
     columns
-        As `fea.analysis.force_table` gives them, by name in the order of the file: (n,), or one number for
-        all rows; units as the names say.
+        By name in the order of the file: (n,), or one number for all rows; units as the names say.
 
     Raises
     ------
