@@ -8,6 +8,7 @@ import numpy as np
 from fea.analysis.figures import BucklingFigures, BucklingModeFigures, ColumnFigures, PlaneFigures
 from fea.analysis.modes import moves
 from fea.analysis.prepare import PreparedRod
+from fea.analysis.solve import PinModel
 from fea.analysis.speed import SpeedResult
 from fea.assess.column import Column, Plane, column
 from fea.checks import Check, check
@@ -19,6 +20,7 @@ from loads.cases import LoadCase
 from mesh.mirror import MirroredMesh
 
 COUNT = 3
+_NO_CONTACT = Omission("contact in the buckling modes", "they are found with the pressure cosine-180")
 _ONLY_PULLED = Omission("buckling modes", "no load case compresses the rod")
 # The stress of these is the reference load of the eigenvalue problem.
 _CASES = ("compression", "gas", "given")
@@ -69,7 +71,9 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
         figures = BucklingFigures(column=columns, modes={}, min_safety_factor=columns.min_safety_factor)
         return BucklingReport(figures, left_out=(_ONLY_PULLED,))
     with rod.clock("buckling"):
-        displacement = rod.pins.equilibrium(pushed).solution.displacement
+        # A buckling load is a multiple of the load; contact is not.
+        prescribed = PinModel(rod.nodal_forces, rod.model)
+        displacement = prescribed.equilibrium(pushed).solution.displacement
         by_case = rod.buckling.modes(displacement, COUNT)
     found = {case.name: modes for case, modes in zip(pushed, by_case, strict=True)}
     every = [mode for modes in by_case for mode in modes]
@@ -85,7 +89,8 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
     )
     shapes = {f"mode_{i}": _shape(whole, mode) for i, mode in enumerate(found[worst], start=1)}
     residual = max((mode.residual for mode in every), default=0.0)
-    return BucklingReport(figures, shapes, {"buckling": check("buckling", residual)})
+    left_out = (_NO_CONTACT,) if rod.options.in_contact else ()
+    return BucklingReport(figures, shapes, {"buckling": check("buckling", residual)}, left_out)
 
 
 def column_figures(rod: PreparedRod, cases: Sequence[LoadCase]) -> ColumnFigures:

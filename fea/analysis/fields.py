@@ -4,7 +4,7 @@ This is the only place between solvers and results that knows of parities: what 
 about y = 0, what judges gets the whole rod.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,20 +74,32 @@ class FieldRecovery:
             return displacement
         return referred_to_bores(self.mirrored.mesh, displacement, self.rod_length)
 
-    def __call__(self, found: Equilibrium) -> list[CaseFields]:
-        """Recover the fields of each load case."""
+    def _on_cell(self, found: Equilibrium) -> dict[Parity, list[Floats]]:
+        """Stress per parity and part (n_nodes, 6, n_cases) on the cell."""
         solution = found.solution
-        stress = {
+        return {
             parity: self.recovery.nodal_stress(
                 u, self.materials, parity, _traction(found.forces, parity), solution.pressure.get(parity)
             )
             for parity, u in solution.displacement.items()
         }
-        displacement, odd = self.displacement(solution), Parity.ANTISYMMETRIC
-        tensors = [
-            self.mirrored.tensor(even, stress[odd][number] if odd in stress else None)
+
+    def _on_whole(self, stress: Mapping[Parity, Sequence[Floats]]) -> list[Floats]:
+        """Stress per part (n_nodes, 6, n_cases) on the whole rod."""
+        odd = stress.get(Parity.ANTISYMMETRIC)
+        return [
+            self.mirrored.tensor(even, None if odd is None else odd[number])
             for number, even in enumerate(stress[Parity.SYMMETRIC])
         ]
+
+    def stresses(self, found: Equilibrium) -> list[Floats]:
+        """Recover the stress of every load case: per part (n_nodes, 6, n_cases) on the whole rod."""
+        return self._on_whole(self._on_cell(found))
+
+    def __call__(self, found: Equilibrium) -> list[CaseFields]:
+        """Recover the fields of each load case."""
+        solution, stress = found.solution, self._on_cell(found)
+        displacement, tensors = self.displacement(solution), self._on_whole(stress)
         errors = self.errors(solution.displacement, stress, solution.pressure)
         return [
             CaseFields(

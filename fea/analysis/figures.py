@@ -278,6 +278,26 @@ class PassFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class PinModelFigures:
+    """``pin_model``: the smallest safety factor against yielding with other pressures on the bores.
+
+    Attributes
+    ----------
+    min_safety_factors
+        By the name of the pressure, the one that was asked for first; contact is among them only where the
+        prescribed ones differ.
+    """
+
+    min_safety_factors: Mapping[str, float]
+
+    @property
+    def spread(self) -> float:
+        """The largest relative difference from the factor of the pressure that was asked for."""
+        asked, *others = self.min_safety_factors.values()
+        return max(abs(other / asked - 1) for other in others)
+
+
+@dataclass(frozen=True, kw_only=True)
 class EnvironmentFigures:
     """``environment``."""
 
@@ -302,6 +322,8 @@ class Summary:
         With the whole crank cycle.
     critical_speeds_rpm
         Of several speeds with their cycles: the lowest speed from which each safety factor is below 1.
+    pin_model
+        Where the pins' pressure is prescribed: how far the answer depends on it.
     files
         The names of all files that the run wrote into its folder.
     shared_files
@@ -321,6 +343,7 @@ class Summary:
     passes: WhereKnown[tuple[PassFigures, ...]] = None
     envelope: WhereKnown[CycleFigures | EnvelopeFigures] = None
     buckling: BucklingFigures
+    pin_model: WhereKnown[PinModelFigures] = None
     checks: Mapping[str, Check]
     notes: tuple[str, ...]
     timings_s: dict[str, float]

@@ -1,6 +1,6 @@
 """From a study to a meshed rod that is ready to be solved at any speed."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -10,7 +10,7 @@ from fea.analysis.meshing import mesh_loaded
 from fea.analysis.solve import PinModel
 from fea.assess.case_error import CaseErrors
 from fea.checks import LIMITS
-from fea.choices import Element, Support
+from fea.choices import CONTACT, Element, SolverName, Support
 from fea.cycle.pressure_loads import PressureLoads
 from fea.cycle.superposition import CycleAnalysis
 from fea.cycle.unit_loads import UnitLoads
@@ -28,6 +28,7 @@ from fea.solvers.buckling import Buckling
 from fea.solvers.static import Model
 from fea.stress.part_recovery import PartRecovery
 from fea.stress.section_balance import SectionBalance
+from fea.study.contact_table import ContactTable
 from fea.study.study import AnalysisTable, Study
 from geometry.arrays import Floats
 from geometry.invalid import InvalidValue, require
@@ -67,10 +68,8 @@ class PreparedRod:
         The stiffness of the cell, factorised when it is first needed.
     nodal_forces
         Turns a load case into nodal forces on the cell, with the pins' pressure as prescribed.
-    pins
-        How the pins load the rod.
-    contact
-        The pins in contact; None where their pressure is prescribed.
+    pin_table, pin_stiffness
+        What the study says of the pins, and E, MPa, and ν of those whose material is given.
     fields
         Carries solutions to the whole rod.
     remarks
@@ -88,8 +87,8 @@ class PreparedRod:
     inertia: Inertia
     model: Model
     nodal_forces: NodalForces
-    pins: PinModel
-    contact: "RodContact | None"
+    pin_table: ContactTable
+    pin_stiffness: Mapping[str, tuple[float, float]]
     fields: FieldRecovery
     remarks: tuple[str, ...]
     clock: Clock
@@ -181,8 +180,54 @@ class PreparedRod:
             masked=masked,
         )
 
+    @property
+    def pins(self) -> PinModel:
+        """How the pins load the rod."""
+        return PinModel(self.contact if self.options.in_contact else self.nodal_forces, self.model)
+
+    @cached_property
+    def contact(self) -> "RodContact":
+        """The contact of both pins with their bores, whose compliance is computed when first asked for.
+
+        Raises
+        ------
+        InvalidValue
+            A pin does not fit the rod, or contact cannot be combined with something else that was asked for.
+        """
+        from fea.contact.rod_contact import RodContact  # noqa: PLC0415 - prescribed pressures do without
+
+        why = self.without_contact
+        require(not why, "analysis.pressure", CONTACT, why, "Choose another --pressure.")
+        with self.clock("contact"):
+            return RodContact(self.model, self.mesh.bores, self.inertia, self.fits)
+
+    @cached_property
+    def fits(self) -> "Fits":
+        """The pins: what the study says of them, and what is assumed.
+
+        Raises
+        ------
+        InvalidValue
+            A pin does not fit the rod.
+        """
+        from fea.contact.fits import Fits  # noqa: PLC0415 - prescribed pressures do without
+
+        return Fits.of(self.pin_table, self.mesh.bores, self.pin_stiffness)
+
+    @property
+    def without_contact(self) -> str:
+        """Why there can be no contact, as a rule; empty where it is possible."""
+        if self.clamped:
+            return 'cannot be combined with support = "clamped", which replaces the crank pin'
+        if self.soft:
+            nu, most = max(m.poissons_ratio for m in self.materials), LIMITS["poissons_ratio_p2"]
+            return f"supports displacement elements only, and ν = {nu:g} of a part exceeds {most}"
+        if self.model.solver == SolverName.AMG:
+            return "needs the compliance of the bores, which the iterative solver does not give"
+        return ""
+
     def _unit_loads(self) -> UnitLoads:
-        if self.contact is not None:
+        if self.options.in_contact:
             from fea.cycle.contact_loads import ContactLoads  # noqa: PLC0415 - prescribed pressures do without
 
             return ContactLoads(self.contact, self.inertia)
@@ -265,22 +310,24 @@ def prepare(
         loading = GivenForces(study.forces.pin())
     else:
         loading = EngineLoading.of(study.require_engine(), mesh.bores.rod_length)
-    materials, fits = study.materials(mesh.parts), _fits(study, mesh)
+    materials = study.materials(mesh.parts)
+    sharp: tuple[Surface, ...] = ()
+    said: tuple[str, ...] = ()
+    if options.in_contact:
+        from fea.contact.fits import Fits  # noqa: PLC0415 - prescribed pressures do without
+
+        fits = Fits.of(study.contact, mesh.bores, study.pin_stiffness)
+        sharp, said = fits.sharp, fits.remarks
     soft = soft_parts(materials, study.mesh.element)
     if soft and options.buckling:
         nu, most = max(m.poissons_ratio for m in materials), LIMITS["poissons_ratio_p2"]
         rule = f"must not exceed {most} for --buckling, which supports displacement elements only"
         raise InvalidValue("material.nu", nu, rule, "Leave out --buckling: the column formulas remain.")
-    if soft and fits:
-        nu, most = max(m.poissons_ratio for m in materials), LIMITS["poissons_ratio_p2"]
-        rule = f"must not exceed {most} for --pressure contact, which supports displacement elements only"
-        raise InvalidValue("material.nu", nu, rule, "Choose another --pressure.")
     elastic = of_parts(materials, cell.part)
     with clock("loads"):
         body = inertia(cell, elastic.density, options.assembly)
         forces = NodalForces(cell, mesh.bores, body, options.prescribed, options.support)
     model = _model(mesh, materials, soft, options, clock)
-    contact = None if fits is None else _contact(fits, model, mesh, body, clock)
     held = (Surface.BIG_END_BORE,) if options.support is Support.CLAMPED else ()
     with clock("stress"):
         known = tuple(surface for surface in _SURFACES if surface not in held) if known_traction else ()
@@ -288,7 +335,7 @@ def prepare(
             mirrored=mesh.mirrored,
             materials=materials,
             recovery=PartRecovery(cell, mesh.symmetry.planes, known),
-            errors=CaseErrors(mesh, materials, held if fits is None else fits.sharp),
+            errors=CaseErrors(mesh, materials, held or sharp),
             rod_length=None if held else mesh.bores.rod_length,
         )
     return PreparedRod(
@@ -301,28 +348,12 @@ def prepare(
         inertia=body,
         model=model,
         nodal_forces=forces,
-        pins=PinModel(contact or forces, model),
-        contact=contact,
+        pin_table=study.contact,
+        pin_stiffness=study.pin_stiffness,
         fields=fields,
-        remarks=(*study.rod.mass_remarks(body.properties), *(fits.remarks if fits else ())),
+        remarks=(*study.rod.mass_remarks(body.properties), *said),
         clock=clock,
     )
-
-
-def _fits(study: Study, mesh: MeshedRod) -> "Fits | None":
-    """The pins of a study whose bores they touch; None where their pressure is prescribed."""
-    if not study.analysis.in_contact:
-        return None
-    from fea.contact.fits import Fits  # noqa: PLC0415 - prescribed pressures do without
-
-    return Fits.of(study.contact, mesh.bores, study.pin_stiffness)
-
-
-def _contact(fits: "Fits", model: Model, mesh: MeshedRod, body: Inertia, clock: Clock) -> "RodContact":
-    from fea.contact.rod_contact import RodContact  # noqa: PLC0415 - prescribed pressures do without
-
-    with clock("contact"):
-        return RodContact(model, mesh.bores, body, fits)
 
 
 def _model(

@@ -19,12 +19,14 @@ from fea.analysis.figures import (
     LoadFigures,
     ModelFigures,
     PassFigures,
+    PinModelFigures,
     QualityFigures,
     RodFigures,
     SpotFigures,
     Summary,
     vector,
 )
+from fea.analysis.pin_model import pin_model_figures
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
 from fea.analysis.survival import factors, survival
@@ -72,6 +74,7 @@ def speed_summary(
         if result.cycle is None
         else envelope_figures(result.cycle, rod.mesh.whole, rod.options.fatigue, rod.materials),
         buckling=buckling.figures,
+        pin_model=pin_model_figures(rod, result),
         checks={**result.checks, **buckling.checks},
         notes=result.notes,
         left_out=(*result.left_out, *buckling.left_out),
@@ -87,6 +90,7 @@ def summary_of(
     results: Mapping[str, CaseFigures],
     envelope: CycleFigures | None,
     buckling: BucklingFigures,
+    pin_model: PinModelFigures | None = None,
     checks: Mapping[str, Check],
     notes: Sequence[str],
     left_out: Sequence[Omission],
@@ -105,6 +109,7 @@ def summary_of(
         passes=tuple(passes) or None,
         envelope=envelope,
         buckling=buckling,
+        pin_model=pin_model,
         checks=checks,
         notes=tuple(notes),
         timings_s=dict(rod.clock.seconds),

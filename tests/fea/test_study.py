@@ -154,7 +154,7 @@ def test_the_template_is_a_study(tmp_path):
     text = (files("fea") / "studies" / "template.toml.txt").read_text(encoding="utf-8")
     assert parsed(text, tmp_path).engine.gas == "otto"
     assert set(tomllib.loads(text)) == {
-        "rod", "material", "engine", "speed", "mesh", "analysis", "output",
+        "rod", "material", "engine", "speed", "mesh", "analysis", "contact", "output",
     }  # fmt: skip
 
 

@@ -41,12 +41,15 @@ def test_every_case_says_where_from_and_why():
 
 def test_the_cases_asked_of_the_project_are_there():
     asked = {"le1", "le10", "le11", "lame", "goodier", "plate-with-hole", "cook", "patch", "manufactured"}
-    assert asked | {"rotating-disc", "accelerated-bar", "pin-loaded-eye"} <= set(verify.case_names())
+    more = {"rotating-disc", "accelerated-bar", "pin-loaded-eye", "persson", "roller", "contact-patch"}
+    assert asked | more <= set(verify.case_names())
 
 
 def test_an_unknown_case_is_refused_before_anything_is_computed():
     told = []
-    with pytest.raises(InvalidValue, match=r"is not a benchmark\. Choose from accelerated-bar, cook"):
+    with pytest.raises(
+        InvalidValue, match=r"is not a benchmark\. Choose from accelerated-bar, contact-patch, cook"
+    ):
         verify.verify(["patch", "le99"], told.append)
     assert told == []
 

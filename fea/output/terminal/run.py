@@ -10,6 +10,7 @@ from rich.table import Table
 
 from fea.analysis.figures import BoreFigures, CaseFigures, LoadFigures, Summary
 from fea.assess.verdict import Verdict
+from fea.choices import CONTACT
 from fea.output.picture_name import picture_name
 from fea.output.target import near
 from fea.output.terminal.buckling import buckling_lines
@@ -21,6 +22,8 @@ WIDTH = 88  # of what is not a terminal: a file, a pipe
 _CASE, _ANGLE, _PLACE, _MOVED = "case", "crank\n°", "at x, y, z\nmm", "displ.\nmm"
 _PINS, _WALL = ("pin\nkN", "crank\nkN"), "wall\nkN"
 _COLUMNS = (_CASE, _ANGLE, *_PINS, _WALL, "Mises\nMPa", "±\n%", _PLACE, "safety\nfactor", _MOVED)
+# Relative difference of safety factors that is not worth mentioning.
+_AGREED = 0.01
 # Kinds of files that are named first.
 _FIRST = (".json", ".toml", ".csv", ".vtu", ".png")
 # Gap between columns and those left out, from wide consoles to narrow ones.
@@ -87,7 +90,14 @@ def _print_run(console: Console, folder: Path, summary: Summary) -> None:
     console.print(_headline(summary), markup=False, style="bold", soft_wrap=True)
     console.print(case_table(summary, console))
     buckling = buckling_lines(summary.buckling)
-    for line in (*_doubts(summary), *_contact(summary), *_cycle(summary), *buckling, _model(summary)):
+    for line in (
+        *_doubts(summary),
+        *_pin_model(summary),
+        *_contact(summary),
+        *_cycle(summary),
+        *buckling,
+        _model(summary),
+    ):
         # At words where a human reads; whole lines for a program.
         console.print(line, markup=False, soft_wrap=not console.is_terminal)
     for line in (*_files(folder, summary), _next(folder, summary)):
@@ -152,6 +162,19 @@ def _diverging(singular: Mapping[str, str]) -> str:
         "a bore that a bending pin presses on, where the exact stress is infinite (singular) and finer "
         "elements give ever higher values; the figures above and their ± are of the rest of the rod"
     )
+
+
+def _pin_model(summary: Summary) -> list[str]:
+    """Return how far the answer depends on the pressure of the pins, where it is prescribed."""
+    found = summary.pin_model
+    if found is None:
+        return []
+    factors = ", ".join(f"{factor(value)} with {name}" for name, value in found.min_safety_factors.items())
+    if CONTACT in found.min_safety_factors:
+        return [f"Pin model: the smallest safety factor depends on it: {factors} (see --pressure contact)."]
+    if found.spread < _AGREED:
+        return [f"Pin model: the smallest safety factor does not depend on it: {factors}."]
+    return [f"Pin model: the smallest safety factor depends on it: {factors}."]
 
 
 def _contact(summary: Summary) -> list[str]:
