@@ -46,12 +46,15 @@ class Adapted:
         Why the tolerance is not met; empty where it is.
     results
         By speed, as far as they are kept.
+    first
+        On the first mesh, where there are several.
     """
 
     rod: PreparedRod
     passes: tuple[PassFigures, ...] = ()
     shortfall: str = ""
     results: Mapping[float | None, SpeedResult] = field(default_factory=dict)
+    first: PreparedRod | None = None
 
     def at(self, rpm: float | None) -> SpeedResult:
         """Solve the load cases of one speed (rpm); None for given forces."""
@@ -97,6 +100,7 @@ def adapt_mesh(
     deciding = _deciding(speeds)
     passes: list[PassFigures] = []
     fields: list[SizeField] = []
+    first: PreparedRod | None = None
     while True:
         rod = prepare(study, clock, mesh=mesh)
         widest, ratio, results = _solved(rod, deciding, tolerance, again=bool(fields))
@@ -108,11 +112,12 @@ def adapt_mesh(
         if widest.percent <= tolerance or wanted is None or shortfall:
             break
         fields.append(wanted)
+        first = first or rod
         del rod, results  # their memory is the next mesh's
         mesh = adaptive_mesh(study, clock, fields)
     if shortfall:
         shortfall = f"the tolerance of {tolerance:g} % is not met ({widest.text}): {shortfall}"
-    return Adapted(rod, tuple(passes), shortfall, results)
+    return Adapted(rod, tuple(passes), shortfall, results, first)
 
 
 class _Widest(NamedTuple):

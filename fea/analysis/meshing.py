@@ -44,6 +44,7 @@ def mesh_study(
         symmetry=study.analysis.symmetry,
         wanted=wanted,
         coarser=coarser,
+        touched=study.analysis.in_contact,
     )
     return discretise(study.rod, study.materials, request, clock or Clock())
 

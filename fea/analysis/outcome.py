@@ -81,7 +81,7 @@ class Outcome:
 def outcome(study: Study, adapted: Adapted, result: SpeedResult) -> Outcome:
     """Gather all that is found at one speed that was solved on the adapted mesh of a study."""
     buckling = buckling_report(adapted.rod, result)
-    summary = speed_summary(adapted.rod, result, buckling, adapted.passes)
+    summary = speed_summary(adapted, result, buckling)
     return outcome_of(study, adapted.rod, summary, result, buckling)
 
 

@@ -7,7 +7,6 @@ import numpy as np
 from fea.analysis.figures import PinModelFigures
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.solve import PinModel
-from fea.analysis.speed import SpeedResult
 from fea.choices import CONTACT
 from fea.rod.case_forces import NodalForces
 from fea.stress.singular import masked_nodes
@@ -16,41 +15,56 @@ from geometry.arrays import Mask
 from loads.bearing import BorePressure
 from loads.cases import LoadCase
 
-# The two that are in use: a pin with much clearance, and one with little.
+# The two that are in use: for a pin with little clearance, and for one with much.
 _OTHERS = ("cosine-180", "uniform-120")
 # Relative difference of the smallest safety factor under two prescribed pressures that makes contact worth
 # its cost: below it, the place that governs is far from the bores.
 _SAME = 0.01
 
 
-def pin_model_figures(rod: PreparedRod, result: SpeedResult) -> PinModelFigures | None:
+def pin_model_figures(
+    first: PreparedRod | None, last: PreparedRod, cases: Sequence[LoadCase], asked: float
+) -> PinModelFigures | None:
     """Compare the smallest safety factor with that under another pressure, and with contact if they differ.
 
-    None where the pins are in contact already.
+    Parameters
+    ----------
+    first, last
+        The rod on the first, coarse mesh, where there are several, and on the last. The ratios of safety
+        factors are those of the first, as errors of the mesh affect all of them alike; contact is looked at
+        only there, where it costs little.
+    cases
+        Load cases.
+    asked
+        The smallest safety factor on the last mesh under the pressure that was asked for.
+
+    Returns
+    -------
+    PinModelFigures or None
+        None where the pins are in contact already.
     """
+    rod = first or last
     if rod.options.in_contact:
         return None
-    cases, asked = result.loads.cases, rod.options.pressure
-    counts = next(iter(result.cases.values())).counts
-    factors = {asked: min(case.min_safety_factor for case in result.cases.values())}
     with rod.clock("pin model"):
-        name = next(other for other in _OTHERS if other != asked)
+        name = next(other for other in _OTHERS if other != rod.options.pressure)
         pressure = BorePressure.parse(name)
         forces = NodalForces(rod.mesh.cell, rod.mesh.bores, rod.inertia, pressure, rod.options.support)
-        factors[name] = _least(rod, PinModel(forces, rod.model), cases, counts)
-        found = PinModelFigures(min_safety_factors=factors)
-        if found.spread <= _SAME or rod.without_contact:
-            return found
-        near = masked_nodes(rod.mesh.cell, rod.fits.sharp)[rod.mesh.mirrored.source]
-        away = counts & ~near if (counts & ~near).any() else counts
-        factors[CONTACT] = _least(rod, PinModel(rod.contact, rod.model), cases, away)
+        counts = ~rod.fields.errors.masked[rod.mesh.mirrored.source]
+        own = _least(rod, rod.pins, cases, counts)
+        ratios = {name: _least(rod, PinModel(forces, rod.model), cases, counts) / own}
+        if abs(ratios[name] - 1) > _SAME and first is not None and not rod.without_contact:
+            near = masked_nodes(rod.mesh.cell, rod.fits.sharp)[rod.mesh.mirrored.source]
+            ratios[CONTACT] = _least(rod, PinModel(rod.contact, rod.model), cases, counts & ~near) / own
+    factors = {rod.options.pressure: asked} | {name: asked * ratio for name, ratio in ratios.items()}
     return PinModelFigures(min_safety_factors=factors)
 
 
 def _least(rod: PreparedRod, pins: PinModel, cases: Sequence[LoadCase], counts: Mask) -> float:
-    """The smallest safety factor of all cases at the nodes (n_nodes,) that count."""
+    """The smallest safety factor of all cases at the nodes (n_nodes,) that count, or at all if none does."""
     stresses = rod.fields.stresses(pins.equilibrium(cases))
+    chosen = counts if counts.any() else slice(None)
     return min(
-        material.yield_strength / float(np.nanmax(von_mises(np.moveaxis(stress[counts], 1, -1))))
+        material.yield_strength / float(np.nanmax(von_mises(np.moveaxis(stress[chosen], 1, -1))))
         for material, stress in zip(rod.materials, stresses, strict=True)
     )

@@ -7,6 +7,7 @@ from importlib.metadata import version
 
 import numpy as np
 
+from fea.analysis.adapt import Adapted
 from fea.analysis.buckling import BucklingReport
 from fea.analysis.figures import (
     BoreFigures,
@@ -56,11 +57,10 @@ from mesh.tetmesh import TetMesh
 _PACKAGES = ("conrod-fea", "gmsh", "scikit-fem", "numpy", "scipy", "pyvista", "vtk")
 
 
-def speed_summary(
-    rod: PreparedRod, result: SpeedResult, buckling: BucklingReport, passes: Sequence[PassFigures] = ()
-) -> Summary:
+def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingReport) -> Summary:
     """Return the figures of one speed."""
-    tolerance = rod.options.tolerance_percent
+    rod, passes = adapted.rod, adapted.passes
+    tolerance, least = rod.options.tolerance_percent, min(c.min_safety_factor for c in result.cases.values())
     return summary_of(
         rod,
         passes,
@@ -74,7 +74,7 @@ def speed_summary(
         if result.cycle is None
         else envelope_figures(result.cycle, rod.mesh.whole, rod.options.fatigue, rod.materials),
         buckling=buckling.figures,
-        pin_model=pin_model_figures(rod, result),
+        pin_model=pin_model_figures(adapted.first, rod, result.loads.cases, least),
         checks={**result.checks, **buckling.checks},
         notes=result.notes,
         left_out=(*result.left_out, *buckling.left_out),

@@ -67,6 +67,8 @@ def size_ratio(
     ratio = np.ones(len(mesh.points))
     for value, error in judged:
         ratio = np.minimum(ratio, _nodal_ratio(value, error, masked, mesh, tolerance, again=again))
+    if not again and not masked.all():
+        ratio[cases[0].error.sharp] = np.minimum(ratio[cases[0].error.sharp], _SHARP_RATIO)
     for case in cases:
         np.minimum.at(ratio, mesh.tets, _energy_ratio(case, mesh, _RATE[mesh.order])[:, None])
     return ratio
@@ -105,8 +107,6 @@ def _nodal_ratio(
     ratio = np.ones(len(value))
     if masked.all():
         return ratio
-    if not again:
-        ratio[masked] = _SHARP_RATIO
     # What a first mesh says is vague, and a further pass dearer than elements; of first order they are many.
     vague = mesh.order == 2 and not again
     error = np.where(masked, 0.0, own_error)

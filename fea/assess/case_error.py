@@ -27,11 +27,14 @@ class CaseError:
         percent: the root of the sum of squares is the error of the whole.
     masked
         (n_nodes,) near stress singularities, where the exact stress is infinite.
+    sharp
+        (n_nodes,) those of them that are near an edge, which on a finer mesh may turn out to be rounded.
     """
 
     part_von_mises: tuple[Floats, ...]
     element_percent: Floats
     masked: Mask
+    sharp: Mask
 
     @property
     def energy_percent(self) -> float:
@@ -63,6 +66,7 @@ class CaseErrors:
         whole = mesh.mirrored
         self.masked = masked_nodes(mesh.cell, held)
         self._masked = self.masked[whole.source]
+        self._sharp = masked_nodes(mesh.cell)[whole.source] if held else self._masked
         beyond = whole.sign[:, 1] < 0
         self._node_side = beyond.astype(int)
         self._element_side = beyond[whole.mesh.tets].any(axis=1).astype(int)
@@ -108,7 +112,7 @@ class CaseErrors:
         share = 100 * np.sqrt(np.divide(energy, total, out=np.zeros_like(energy), where=total > 0))
         parts = [self._nodal([found.stress[part] for found in sides]) for part in range(len(sides[0].stress))]
         return [
-            CaseError(tuple(part[:, case] for part in parts), share[:, case], self._masked)
+            CaseError(tuple(part[:, case] for part in parts), share[:, case], self._masked, self._sharp)
             for case in range(share.shape[1])
         ]
 

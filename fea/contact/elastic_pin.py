@@ -7,6 +7,7 @@ K₀ + n K₁ + n² K₂, so that it is integrated only once.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy import sparse
@@ -71,6 +72,13 @@ class Harmonic:
     order: int
     compliance: Floats
     carried: Floats
+
+
+@cache
+def harmonics(pin: Pin, highest: int, *, mirrored: bool) -> tuple[Floats, tuple[Harmonic, ...]]:
+    """Stations along a pin, and its answer to the harmonics 0 … `highest`; parameters as for `ElasticPin`."""
+    half = ElasticPin(pin, mirrored=mirrored, highest=highest)
+    return half.stations, tuple(half.harmonics_up_to(highest))
 
 
 class ElasticPin:

@@ -5,13 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
-from fea.contact.elastic_pin import ElasticPin, Pin
+from fea.contact.elastic_pin import Pin, harmonics
 from fea.contact.multipliers import Multipliers
 from fea.solid.parity import Parity
 from geometry.arrays import Floats
 
-# Harmonics of an elastic pin's deflection: facets of a sixty-fourth of the bore follow no finer ones.
-HARMONICS = 64
+# Harmonics of an elastic pin's deflection, at least and at most: facets follow none that are finer.
+FEWEST, HARMONICS = 16, 64
 # Orders of half a cosine cos φ over |φ| < π/2, and its coefficients; those beyond do not reach the bore.
 CARRIED = (0, 1, 2, 4, 6, 8, 10, 12)
 _HALF_COSINE = np.array(
@@ -38,7 +38,7 @@ class PinInBore:
     cut_y, cut_z
         Whether the cell represents its mirror images about y = 0, z = 0.
     harmonics
-        Highest one of an elastic pin's deflection.
+        Highest one of an elastic pin's deflection; by default what the facets can follow.
     """
 
     multipliers: Multipliers
@@ -48,7 +48,7 @@ class PinInBore:
     cut_y: bool
     cut_z: bool
     relief: tuple[float, float] | None = None
-    harmonics: int = HARMONICS
+    harmonics: int | None = None
 
     def initial(self) -> Floats:
         """Moments (n,) of the gap around the centred pin, as both are made."""
@@ -64,6 +64,13 @@ class PinInBore:
         waves = {Parity.SYMMETRIC: np.cos, Parity.ANTISYMMETRIC: np.sin}
         average, turned = self.multipliers.averaging, order * self._angle
         return {parity: average @ (wave(turned)[:, None] * field) for parity, wave in waves.items()}
+
+    def resolved(self) -> int:
+        """Number of equilateral facets around the bore: its facets follow no higher harmonics."""
+        side = np.sqrt(4 / np.sqrt(3) * self.multipliers.areas.sum(axis=1).mean())
+        x, y, _ = self.multipliers.places.reshape(-1, 3).T
+        radius = float(np.hypot(x - self.center[0], y).mean())
+        return int(np.clip(2 * np.pi * radius / side, FEWEST, HARMONICS))
 
     @cached_property
     def _angle(self) -> Floats:
@@ -108,10 +115,11 @@ class Deflection:
         compliance = {parity: np.zeros((size, size)) for parity in Parity}
         carried = {parity: np.zeros((size, len(CARRIED))) for parity in Parity}
         z = bore.multipliers.places[..., 2].ravel() - bore.center[1]
+        highest = bore.harmonics or bore.resolved()
         for mirrored in (True,) if bore.cut_z else (True, False):
-            half = ElasticPin(pin, mirrored=mirrored, highest=bore.harmonics)
-            along = _between(half.stations, np.abs(z)) * (1.0 if mirrored else np.sign(z)[:, None])
-            for answer in half.harmonics_up_to(bore.harmonics):
+            stations, answers = harmonics(pin, highest, mirrored=mirrored)
+            along = _between(stations, np.abs(z)) * (1.0 if mirrored else np.sign(z)[:, None])
+            for answer in answers:
                 for parity, moments in bore.harmonic(answer.order, along).items():
                     share = (2 if bore.cut_y else 1) * (1 if bore.cut_z else 0.5)
                     compliance[parity] += share * moments @ answer.compliance @ moments.T

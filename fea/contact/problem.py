@@ -79,7 +79,7 @@ class ContactProblem:
     def _compliance(self, body: Body, parity: Parity, loads: Floats) -> tuple[Floats, Floats]:
         """Moments on the cell of unit pressures (n_cell, n_cell) and of the other loads (n_cell, n_loads)."""
         n_cell = self.forces.shape[1]
-        every = sparse.hstack([self.forces, sparse.csc_array(loads)], format="csc")
+        every = sparse.hstack([self.forces, dense_columns(loads)], format="csc")
         work = body.compliance(parity, every)
         found = (work[:n_cell, :n_cell] + work[:n_cell, :n_cell].T) / 2
         for bore, start, end in zip(self.bores, self._starts, self._starts[1:], strict=False):
@@ -163,3 +163,11 @@ class ContactProblem:
     def of_bore(self, number: int, of_cell: Floats) -> Floats:
         """Rows of one bore of pressures (n_cell, …) on the cell."""
         return of_cell[self._starts[number] : self._starts[number + 1]]
+
+
+def dense_columns(loads: Floats) -> sparse.csc_array:
+    """Columns (n, k) with all their zeros, so that those of both parities have the same sparsity."""
+    rows, count = loads.shape
+    indices = np.tile(np.arange(rows, dtype=np.int32), count)
+    starts = rows * np.arange(count + 1, dtype=np.int32)
+    return sparse.csc_array((loads.T.ravel(), indices, starts), shape=loads.shape)

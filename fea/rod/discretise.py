@@ -27,7 +27,7 @@ from mesh.quality import Quality
 from mesh.repair import Repair
 from mesh.repaired import repaired
 from mesh.size_field import SizeField
-from mesh.sizing import PER_ARC, Sizing, default_size, refinements
+from mesh.sizing import PER_ARC, PER_TOUCHED_BORE, Sizing, default_size, refinements
 from mesh.tetmesh import TetMesh
 
 # Processor time, s, after which gmsh is assumed not to finish (on a damaged file); ten million elements take
@@ -165,6 +165,8 @@ class MeshRequest:
         Sizes that errors of earlier solutions ask for, on their `MeshedRod.drawn`.
     coarser
         Factor on the default size.
+    touched
+        Whether pins touch the bores, which need smaller elements then.
     """
 
     size: float | None
@@ -172,6 +174,13 @@ class MeshRequest:
     symmetry: Symmetry = Symmetry.AUTO
     wanted: Sequence[SizeField] = ()
     coarser: float = 1.0
+    touched: bool = False
+
+    @property
+    def per_touched_bore(self) -> int:
+        """Least number of elements around a bore that a pin touches; 0 where none does."""
+        provisional = self.coarser != 1.0 and not self.wanted
+        return int(self.touched) * (PER_TOUCHED_BORE // 2 if provisional else PER_TOUCHED_BORE)
 
     @property
     def follows_errors(self) -> bool:
@@ -239,7 +248,7 @@ def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: C
         with clock("mesh"):
             length = solid.bores[1].x
             size = request.size or request.coarser * default_size(length)
-            refined = refinements(solid.features, size, length)
+            refined = refinements(solid.features, size, length, per_touched_bore=request.per_touched_bore)
             sizing = Sizing(size, request.order)
             _require_few(estimate(refined, sizing), size)
             volumes = [part.volumes for part in solid.parts]

@@ -21,7 +21,7 @@ from fea.solid.supports import (
 )
 from fea.solvers.condition import condition_of, probe
 from fea.solvers.linear import memory
-from fea.solvers.linear.choice import HalfSolver, direct, linear_solver
+from fea.solvers.linear.choice import Schur, direct, linear_solver, schur
 from fea.solvers.residuals import Residuals, residuals
 from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
@@ -92,6 +92,7 @@ class Model:
         self._solver = linear_solver(solver, mesh, material, slots=len(Parity) if cut else 1)
         self._factorised: list[Parity] = []
         self._condition: dict[Parity, float] = {}
+        self._schur: Schur | None = None
         self._held = (
             clamped(mesh, Surface.BIG_END_BORE)
             if support is Support.CLAMPED
@@ -129,19 +130,21 @@ class Model:
 
         The forces need not balance: restraints that stop rigid motions react them.
         """
-        fixed, slot = self._fixed(parity), self._slot(parity)
-        blocks = []
-        for start in range(0, forces.shape[1], _COLUMNS):
-            blocks.append(forces[:, start : start + _COLUMNS].toarray())
-            blocks[-1][fixed] = 0.0
+        fixed = self._fixed(parity)
+        require_restrained(self.mesh, fixed.reshape(-1, 3))
+        free = sparse.csc_array(
+            (forces.data * ~fixed[forces.indices], forces.indices, forces.indptr), forces.shape
+        )
+        self._schur = self._schur or schur(SolverName(self._solver.name))
+        if self._schur is not None:
+            with self._clock("factor"):
+                return self._schur(self._K.constrained(fixed), free)
+        slot = self._slot(parity)
         with self._clock("solve"):
-            solver = self._solver
-            if isinstance(solver, HalfSolver):
-                # What a force does not reach stays exactly zero.
-                halves = [sparse.csc_array(solver.half_solve(slot, block)) for block in blocks]
-                forward = sparse.hstack(halves, format="csc")
-                return np.asarray((forward.T @ forward).toarray())
-            return np.hstack([forces.T @ self._solved(slot, block) for block in blocks])
+            blocks = [
+                free[:, start : start + _COLUMNS].toarray() for start in range(0, free.shape[1], _COLUMNS)
+            ]
+            return np.hstack([free.T @ self._solved(slot, block) for block in blocks])
 
     def _fixed(self, parity: Parity) -> Mask:
         return (plane_conditions(self.mesh, parity) | self._held).ravel()

@@ -9,9 +9,9 @@ from fea.contact.active_set import Contact
 from fea.contact.interface import PinInBore
 from fea.contact.problem import ContactProblem
 from fea.material import Material
-from fea.solid.assembly import pattern, stiffness
+from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.parity import Parity
-from fea.solvers.linear.choice import Factor, HalfSolver, factorise
+from fea.solvers.linear.choice import Factor, direct, factorise, schur
 from fea.stress.recovery import Recovery
 from fea.verify.body import mirror_planes
 from geometry.arrays import Floats, Mask
@@ -39,21 +39,23 @@ class TouchedBody:
         self.problem = ContactProblem(self, len(mesh.points), [pin], nothing, both_sides=False)
 
     @cached_property
-    def _factor(self) -> Factor:
+    def _constrained(self) -> SymmetricMatrix:
         K = stiffness(self.mesh, self._material, pattern(self.mesh.tets, len(self.mesh.points)))
-        return factorise(K.constrained(self._fixed))
+        return K.constrained(self._fixed)
+
+    @cached_property
+    def _factor(self) -> Factor:
+        return factorise(self._constrained)
 
     def compliance(self, _parity: Parity, forces: sparse.csc_array) -> Floats:
         """Work (k, k) of symmetric forces (3 n_nodes, k) on what they cause."""
-        blocks = []
-        for start in range(0, forces.shape[1], _COLUMNS):
-            blocks.append(forces[:, start : start + _COLUMNS].toarray())
-            blocks[-1][self._fixed] = 0.0
-        solver = self._factor.solver
-        if isinstance(solver, HalfSolver):
-            forward = sparse.hstack([sparse.csc_array(solver.half_solve(0, b)) for b in blocks], format="csc")
-            return np.asarray((forward.T @ forward).toarray())
-        return np.hstack([forces.T @ self._factor.solve(block) for block in blocks])
+        data = forces.data * ~self._fixed[forces.indices]
+        free = sparse.csc_array((data, forces.indices, forces.indptr), forces.shape)
+        complement = schur(direct())
+        if complement is not None:
+            return complement(self._constrained, free)
+        blocks = [free[:, start : start + _COLUMNS].toarray() for start in range(0, free.shape[1], _COLUMNS)]
+        return np.hstack([free.T @ self._factor.solve(block) for block in blocks])
 
     def touched(self, clearance: float, force: float) -> Contact:
         """Pressures (n,) at the vertices under a force along x on the whole body, N."""

@@ -142,7 +142,7 @@ def test_what_looks_like_a_sharp_edge_on_a_first_mesh_is_refined(two_speeds):
     cold = int(case.von_mises.argmin())
     masked = np.zeros(len(mesh.points), dtype=bool)
     masked[cold] = True
-    sharp = dataclasses.replace(case, error=dataclasses.replace(case.error, masked=masked))
+    sharp = dataclasses.replace(case, error=dataclasses.replace(case.error, masked=masked, sharp=masked))
     first, again = (size_ratio(mesh, [sharp], 50.0, again=again)[cold] for again in (False, True))
     assert first < 1 == again
 

@@ -1,6 +1,6 @@
 """Polar plots of the contact pressure on the bores and of how their diameters change."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,6 @@ from fea.assess.case_result import CaseResult
 from fea.output.errors import PictureError
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
-from mesh.tetmesh import TetMesh
 
 # Directions and places along a bore at which pressures are looked up.
 _DIRECTIONS, _ALONG = 181, 25
@@ -32,14 +31,13 @@ def plot_bores(path: Path, cases: Mapping[str, CaseResult], rod_length: float, t
     figure = Figure(figsize=(10, 10), layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(2, 2, subplot_kw={"projection": "polar"})
+    touched = {case: found for case, found in cases.items() if found.contact_pressure is not None}
     for column, (surface, name) in enumerate(_BORES):
         x = rod_length if surface is Surface.SMALL_END_BORE else 0.0
         above, below = panels[:, column]
-        for number, (case, found) in enumerate(cases.items()):
-            if found.contact_pressure is None:
-                continue
-            colour = f"C{number}"
-            angle, pressure = _around(found.mesh, surface, x, found.contact_pressure)
+        angle, pressures = _around(surface, x, touched.values())
+        for number, (case, found) in enumerate(touched.items()):
+            colour, pressure = f"C{number}", pressures[..., number]
             above.plot(angle, pressure.mean(axis=1), color=colour, label=case, lw=1.4)
             above.plot(angle, pressure.max(axis=1), color=colour, lw=0.7, ls=":")
             shape = bore_shape(found.mesh, surface, x, found.displacement)
@@ -58,18 +56,17 @@ def plot_bores(path: Path, cases: Mapping[str, CaseResult], rod_length: float, t
         raise PictureError(f"{path} could not be written: {reason}. Choose another directory.") from error
 
 
-def _around(mesh: TetMesh, surface: Surface, x: float, pressure: Floats) -> tuple[Floats, Floats]:
-    """Angles all the way round, and pressures (n, n_z) there at places along the bore."""
+def _around(surface: Surface, x: float, cases: Collection[CaseResult]) -> tuple[Floats, Floats]:
+    """Angles all the way round, and pressures (n, n_z, n_cases) there at places along the bore."""
     from scipy.interpolate import LinearNDInterpolator  # noqa: PLC0415 - only this plot needs it
 
+    mesh = next(iter(cases)).mesh
     nodes = np.unique(mesh.facets[surface])
-    own, radius = (
-        mesh.points[nodes] - [x, 0.0, 0.0],
-        np.hypot(mesh.points[nodes, 0] - x, mesh.points[nodes, 1]),
-    )
-    angle, z = np.arctan2(own[:, 1], own[:, 0]), own[:, 2] / radius.mean()
+    pressure = np.stack([case.contact_pressure[nodes] for case in cases], axis=1)  # type: ignore[index]
+    own = mesh.points[nodes] - [x, 0.0, 0.0]
+    angle, z = np.arctan2(own[:, 1], own[:, 0]), own[:, 2] / np.hypot(own[:, 0], own[:, 1]).mean()
     unrolled = np.concatenate([np.stack([angle + turn, z], axis=1) for turn in (-2 * np.pi, 0, 2 * np.pi)])
-    field = LinearNDInterpolator(unrolled, np.tile(pressure[nodes], 3), fill_value=0.0)
+    field = LinearNDInterpolator(unrolled, np.tile(pressure, (3, 1)), fill_value=0.0)
     places, along = np.linspace(-np.pi, np.pi, _DIRECTIONS), np.linspace(z.min(), z.max(), _ALONG)
     return places, np.asarray(field(*np.meshgrid(places, along, indexing="ij")))
 

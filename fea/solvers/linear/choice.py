@@ -1,8 +1,11 @@
 """The common interface of the linear solvers, and the choice among them."""
 
 import importlib.util
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
+
+from scipy import sparse
 
 from fea.choices import SolverName
 from fea.material import Material, Materials
@@ -39,12 +42,13 @@ class Preconditioner(Protocol):
         """Apply a symmetric positive definite approximate inverse of a slot's matrix to (n, k) residuals."""
 
 
-@runtime_checkable
-class HalfSolver(Protocol):
-    """A direct solver that can stop after the forward substitution, at half the cost of a solution."""
+# FᵀA⁻¹F (k, k) of a positive definite matrix A and sparse forces F (n, k).
+Schur = Callable[[SymmetricMatrix, sparse.csc_array], Floats]
 
-    def half_solve(self, slot: int, right_hand_sides: Floats) -> Floats:
-        """Return y (n, k) of right-hand sides b (n, k) with yᵀy = bᵀA⁻¹b."""
+
+def schur(choice: SolverName) -> Schur | None:
+    """Return what computes Schur complements of matrices of one sparsity; None without Pardiso."""
+    return pardiso.PardisoSchur() if choice is SolverName.PARDISO else None
 
 
 def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
