@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import nnls
 
-from geometry.arrays import Floats, Mask
+from geometry.arrays import Floats, Ints, Mask
 
 # Changes of the contact area before single exchanges take over: a near start takes two or three, a distant
 # one six to ten.
@@ -75,6 +75,8 @@ class ContactSystem:
     def __init__(self, compliance: Floats, rigid: Floats) -> None:
         self._C, self._R = compliance, rigid
         self._active: Mask | None = None
+        # Places, factor and answer to the motions of the last area: the next load begins with it.
+        self._factorised: tuple[Ints, tuple[Floats, bool], Floats] | None = None
 
     def solve(self, gap: Floats, force: Floats) -> Contact:
         """Solve for a gap g (n,) and resultants F (m,).
@@ -139,9 +141,13 @@ class ContactSystem:
         """Pressures (n,) and motions (m,) that close the gap in the active places and balance the load."""
         own = np.flatnonzero(active)
         rigid = self._R[own]
-        factor = cho_factor(self._C[np.ix_(own, own)], lower=True, overwrite_a=True, check_finite=False)
-        solved = cho_solve(factor, np.column_stack([rigid, gap[own]]), check_finite=False)
-        moved, at_rest = solved[:, :-1], solved[:, -1]
+        if self._factorised is None or not np.array_equal(self._factorised[0], own):
+            block = self._C[np.ix_(own, own)]
+            factor = cho_factor(block, lower=True, overwrite_a=True, check_finite=False)
+            moved = cho_solve(factor, rigid, check_finite=False)
+            self._factorised = own, factor, moved
+        _, factor, moved = self._factorised
+        at_rest = cho_solve(factor, gap[own], check_finite=False)
         scale = np.abs(self._R).max(axis=0)
         schur = (rigid.T @ moved) / np.outer(scale, scale)
         # A motion that no place in contact resists stays zero.

@@ -75,8 +75,8 @@ class RodContact:
         self._vertices = np.concatenate([mesh.points[nodes], images])
         self._owner = np.concatenate([owner, owner[off]])
 
-    def pressures(self, pin: Floats, crank: Floats, motions: Floats) -> Floats:
-        """Pressures (n, k) at k instants, solved one after another.
+    def solutions(self, pin: Floats, crank: Floats, motions: Floats) -> list[Contact]:
+        """Solve k instants one after another.
 
         Parameters
         ----------
@@ -91,7 +91,7 @@ class RodContact:
             No pressure on a bore has the force of its pin.
         """
         instants = zip(pin.T, crank.T, motions.T, strict=True)
-        return np.stack([self._solved(*instant).pressure for instant in instants], axis=1)
+        return [self._solved(*instant) for instant in instants]
 
     def _solved(self, pin: Floats, crank: Floats, motion: Floats) -> Contact:
         moments = None if self._tilting is None else -self._tilting @ motion

@@ -1,0 +1,155 @@
+"""Does the contact of random rods end, at every crank angle, with exact resultants?
+
+    python tests/benchmarks/contact_campaign.py [--rods 300] [--first 120000] [--report FILE.md]
+
+Every rod has a random engine and speed, random pins (rigid or elastic, solid or hollow) and clearances from a
+press fit to 0.2 mm. At each of 721 crank angles the contact is solved; a rod is either solved at all of them
+or refused with a reason.
+"""
+
+import argparse
+import dataclasses
+import multiprocessing
+import statistics
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+
+from rod_studies import random_study
+
+from fea.analysis.prepare import prepare
+from fea.choices import CONTACT, PinModel
+from fea.contact.active_set import MOST_CHANGES, ContactError
+from fea.study.contact_table import ContactTable
+from fea.study.study import AnalysisTable, MeshTable, SpeedTable, Study
+from fea.units import RPM
+from geometry.errors import GeometryError
+from geometry.invalid import InvalidValue
+from loads.dynamics import cycle, origin_acceleration
+from loads.slider_crank import cycle_angles
+from mesh.errors import MeshError
+from mesh.sizing import default_size
+
+
+class Outcome(NamedTuple):
+    """What came of a rod: the worst of all angles, or why there is nothing."""
+
+    seed: int
+    unknowns: int = 0
+    residual: float = 0.0
+    imbalance: float = 0.0
+    most_changes: int = 0
+    exchanged: int = 0
+    milliseconds: float = 0.0
+    refused: str = ""
+
+
+def drawn(seed: int) -> Study | None:
+    """A random rod with random pins on a coarse mesh; None where the rod is refused."""
+    study = random_study(seed)
+    if study is None:
+        return None
+    draw, rod = np.random.default_rng([seed, 71]), study.rod.dimensions
+    clearance = draw.choice([-1, 0, 1], size=2, p=[0.25, 0.1, 0.65])
+    size = np.where(clearance < 0, 1e-3 * np.array([rod.small_end_bore, rod.big_end_bore]), 0.2)
+    small, big = (clearance * draw.uniform(0, 1, 2) * size).tolist()
+    pins = ContactTable(
+        small_end_clearance_mm=small,
+        big_end_clearance_mm=big,
+        piston_pin=PinModel(draw.choice(["elastic", "elastic", "rigid"])),
+        piston_pin_bore_mm=float(draw.choice([0.0, 0.4, 0.6, 0.75]) * rod.small_end_bore),
+    )
+    return dataclasses.replace(
+        study,
+        contact=pins,
+        analysis=AnalysisTable(pressure=CONTACT),
+        mesh=MeshTable(size_mm=float(2 * default_size(rod.length))),
+        speed=SpeedTable(float(study.speed.speeds()[0] * draw.uniform(0.2, 1.2))),
+    )
+
+
+def outcome(seed: int) -> Outcome | None:
+    """Solve a rod at every degree."""
+    study = drawn(seed)
+    if study is None:
+        return None
+    try:
+        rod = prepare(study)
+        contact, engine = rod.contact, rod.engine
+        c = cycle(engine.engine, rod.mass, engine.gas, study.speed.speeds()[0] * RPM, cycle_angles())
+        x, y = origin_acceleration(engine.engine, c.motion)
+        motions = np.stack([x, c.motion.rod_rate**2, y, -c.motion.rod_acceleration])
+        pin, crank = np.stack([c.pin_axial, c.pin_transverse]), np.stack([-c.crank_axial, c.crank_transverse])
+        start = time.perf_counter()
+        found = contact.solutions(pin, crank, motions)
+        seconds = time.perf_counter() - start
+    except (InvalidValue, GeometryError, MeshError, ContactError) as error:
+        return Outcome(seed, refused=f"{type(error).__name__}: {error}")
+    changes = [each.changes for each in found]
+    return Outcome(
+        seed,
+        unknowns=contact.problem.fold.size,
+        residual=max(each.residual for each in found),
+        imbalance=max(each.imbalance for each in found),
+        most_changes=max(changes),
+        exchanged=sum(count > MOST_CHANGES for count in changes),
+        milliseconds=1e3 * seconds / len(found),
+    )
+
+
+def report_text(found: list[Outcome], command: str) -> str:
+    """The report."""
+    solved = [each for each in found if not each.refused]
+    refused = [f"- rod {each.seed}: {each.refused}" for each in found if each.refused]
+    angles, exchanged = 721 * len(solved), sum(each.exchanged for each in solved)
+    unknowns, times = [e.unknowns for e in solved], [e.milliseconds for e in solved]
+    rows = {
+        "angles solved": f"{angles}",
+        "largest overlap or gap under pressure, relative": f"{max(e.residual for e in solved):.1e}",
+        "largest error of a resultant, relative": f"{max(e.imbalance for e in solved):.1e}",
+        "angles that needed single exchanges": f"{exchanged} ({100 * exchanged / angles:.2g} %)",
+        "most contact areas tried at an angle": f"{max(e.most_changes for e in solved)}",
+        "unknowns, median and most": f"{statistics.median(unknowns):.0f}, {max(unknowns)}",
+        "mean time per angle, ms, median and longest": f"{statistics.median(times):.2f}, {max(times):.2f}",
+    }
+    head = (
+        f"Made by `{command}`: {len(found)} random rods, of which {len(solved)} were solved at each of 721 "
+        f"crank angles and {len(refused)} refused."
+    )
+    lines = [head, "", "| over all angles of all rods | |", "| --- | ---: |"]
+    lines += [f"| {name} | {value} |" for name, value in rows.items()]
+    return "\n".join([*lines, *(["", "Refused:", "", *refused] if refused else []), ""])
+
+
+def main() -> None:
+    """Solve all rods and print the report."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rods", type=int, default=300)
+    parser.add_argument("--first", type=int, default=120000)
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--report", type=Path)
+    arguments = parser.parse_args()
+    command = " ".join(["python tests/benchmarks/contact_campaign.py", *sys.argv[1:]])
+    found: list[Outcome] = []
+    with multiprocessing.get_context("spawn").Pool(arguments.processes) as pool:
+        seeds = range(arguments.first, arguments.first + 4 * arguments.rods)
+        for each in pool.imap(outcome, seeds):
+            if each is not None:
+                found.append(each)
+                print(len(found), each, file=sys.stderr, flush=True)
+            if len(found) == arguments.rods:
+                pool.terminate()
+                break
+    text = report_text(found, command)
+    print(text)
+    if arguments.report:
+        arguments.report.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
