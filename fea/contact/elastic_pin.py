@@ -11,7 +11,6 @@ from functools import cache
 
 import numpy as np
 from scipy import sparse
-from scipy.interpolate import CubicSpline
 from scipy.sparse.linalg import splu
 from skfem import Basis, ElementQuad2, MeshQuad
 
@@ -24,7 +23,7 @@ RADIAL, TOUCHING, BETWEEN, CARRIED = 6, 12, 3, 4
 _RADIAL_RATIO, _AXIAL_RATIO = 0.65, 0.75
 # Of the harmonics beyond this one only some are solved for, in growing steps: n times the compliance of the
 # others is interpolated, as it hardly changes from one to the next.
-_EACH = 12
+_EACH, _FEW = 12, 20
 # Exact for products of biquadratic functions; those over r are smooth enough.
 _DEGREE = 5
 _AXES = 3
@@ -138,8 +137,13 @@ class ElasticPin:
 
     def harmonics_up_to(self, highest: int) -> Iterator[Harmonic]:
         """Answer of the harmonics 0 … `highest`; of those beyond the twelfth, none to the supports."""
+        if highest <= _FEW:
+            yield from self.harmonics(np.arange(highest + 1))
+            return
+        from scipy.interpolate import CubicSpline  # noqa: PLC0415 - a coarse mesh does without
+
         steps = np.unique(np.append(_EACH * 1.2 ** np.arange(1, 99), highest).round().astype(int))
-        solved = list(self.harmonics(np.append(np.arange(_EACH + 1), steps[steps <= max(highest, _EACH)])))
+        solved = list(self.harmonics(np.append(np.arange(_EACH + 1), steps[steps <= highest])))
         orders = np.array([answer.order for answer in solved])
         between = CubicSpline(orders[2:], [answer.order * answer.compliance for answer in solved[2:]])
         known = {answer.order: answer for answer in solved}
