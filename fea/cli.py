@@ -113,6 +113,7 @@ def exit_code(error: Exception) -> int | None:
     """Return the documented exit code of an error, None for an unexpected error."""
     from fea.output.errors import OccupiedError, OutputError
     from fea.solid.errors import (
+        ContactError,
         SingularMatrixError,
         SolverUnavailableError,
         StagnationError,
@@ -125,7 +126,7 @@ def exit_code(error: Exception) -> int | None:
     codes: dict[int, tuple[type[Exception], ...]] = {
         USAGE: (InvalidValue, CycloptsError, OccupiedError),
         GEOMETRY: (GeometryError, MeshError),
-        SINGULAR: (UnderconstrainedError, SingularMatrixError, StagnationError),
+        SINGULAR: (UnderconstrainedError, SingularMatrixError, StagnationError, ContactError),
         MACHINE: (SolverUnavailableError, OutputError, OSError, MemoryError, ImportError),
     }
     return next((code for code, kinds in codes.items() if isinstance(error, kinds)), None)

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import nnls
 
+from fea.solid.errors import ContactError
 from geometry.arrays import Floats, Ints, Mask
 
 # Changes of the contact area before single exchanges take over: a near start takes two or three, a distant
@@ -22,10 +23,6 @@ MOST_CHANGES = 25
 TOLERANCE = 1e-12
 # Largest relative error of the resultants.
 BALANCE = 1e-9
-
-
-class ContactError(RuntimeError):
-    """No contact pressure balances the load."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +97,7 @@ class ContactSystem:
             slack = TOLERANCE * np.abs(np.where(active, 0.0, left)).max(initial=0.0)
             better = np.where(active, pressure > 0, left < -slack).astype(bool)
             if (better == active).all():
-                found = self._contact(pressure, motion, gap, force, change)
+                found = self._contact(pressure, motion, left, gap, force, changes=change)
                 return found if found.imbalance <= BALANCE else None
             if (key := better.tobytes()) in tried:
                 return None
@@ -125,16 +122,26 @@ class ContactSystem:
             left = np.where(active, 0.0, self._gap(pressure, motion, gap))
             deepest = int(left.argmin())
             if left[deepest] >= -TOLERANCE * np.abs(left).max():
-                return self._contact(pressure, motion, gap, force, change)
+                return self._contact(
+                    pressure, motion, self._gap(pressure, motion, gap), gap, force, changes=change
+                )
             active[deepest] = True
-        raise ContactError("the contact area did not settle")
+        message = (
+            "the contact area did not settle, because rounding errors are too large: choose a larger --size or "
+            "another --pressure"
+        )
+        raise ContactError(message)
 
     def _balancing(self, force: Floats) -> Floats:
         """Pressures (n,) with the resultants, in as few places as there are resultants."""
         scale = np.abs(self._R).max(axis=0)
         pressure, missing = nnls(self._R.T / scale[:, None], force / scale)
         if missing > BALANCE * np.linalg.norm(force / scale):
-            raise ContactError("no pressure on the surface has this resultant")
+            message = (
+                "no contact pressure on the bores has the resultants of the pin forces: a bore is open on the "
+                "side that its pin pulls at. Close it, or choose another --pressure"
+            )
+            raise ContactError(message)
         return np.asarray(pressure)
 
     def _touching(self, active: Mask, gap: Floats, force: Floats) -> tuple[Floats, Floats]:
@@ -156,8 +163,12 @@ class ContactSystem:
         pressure[own] = moved @ motion - at_rest
         return pressure, motion
 
-    def _contact(self, pressure: Floats, motion: Floats, gap: Floats, force: Floats, changes: int) -> Contact:
-        left, scale = self._gap(pressure, motion, gap), np.abs(self._R).max(axis=0)
+    def _contact(
+        self, pressure: Floats, motion: Floats, left: Floats, *given: Floats, changes: int
+    ) -> Contact:
+        """Return a solution with the gap that is left, and how far it misses a gap and resultants `given`."""
+        gap, force = given
+        scale = np.abs(self._R).max(axis=0)
         overlap = max(-left.min(), np.abs(left[pressure > 0]).max(initial=0.0))
         size = np.abs(left - gap).max() + np.abs(gap).max()
         missing = np.linalg.norm((self._R.T @ pressure - force) / scale)
@@ -171,5 +182,4 @@ class ContactSystem:
         )
 
     def _gap(self, pressure: Floats, motion: Floats, gap: Floats) -> Floats:
-        own = np.flatnonzero(pressure)
-        return np.asarray(self._C[:, own] @ pressure[own] + gap - self._R @ motion)
+        return np.asarray(self._C @ pressure + gap - self._R @ motion)

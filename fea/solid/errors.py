@@ -15,3 +15,7 @@ class SolverUnavailableError(RuntimeError):
 
 class StagnationError(RuntimeError):
     """The iterative solver did not reach its tolerance."""
+
+
+class ContactError(RuntimeError):
+    """No contact pressure balances the load."""

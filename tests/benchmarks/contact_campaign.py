@@ -24,7 +24,8 @@ from rod_studies import random_study
 
 from fea.analysis.prepare import prepare
 from fea.choices import CONTACT, PinModel
-from fea.contact.active_set import MOST_CHANGES, ContactError
+from fea.contact.active_set import MOST_CHANGES
+from fea.solid.errors import ContactError
 from fea.study.contact_table import ContactTable
 from fea.study.study import AnalysisTable, MeshTable, SpeedTable, Study
 from fea.units import RPM

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.contact.active_set import ContactError, ContactSystem
+from fea.contact.active_set import ContactSystem
+from fea.solid.errors import ContactError
 
 
 def problem(seed: int, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import meshio
 import numpy as np
 import pytest
 from cycles import direct
@@ -10,6 +11,7 @@ from cycles import direct
 from fea import analyse
 from fea.analysis.prepare import prepare
 from fea.choices import CONTACT
+from fea.output.json_file import read_summary
 from fea.study.contact_table import ContactTable
 from fea.study.flags import Flags
 from fea.study.material_table import MaterialTable
@@ -139,3 +141,47 @@ def test_what_contact_cannot_be_combined_with_is_refused_by_name():
     for flags, words in (({"support": "clamped"}, "clamped"), ({"solver": "amg"}, "iterative")):
         with pytest.raises(InvalidValue, match=words):
             analyse(study(), **flags)
+
+
+def test_what_a_run_in_contact_leaves(tmp_path):
+    found = analyse(study(), cycle=True)
+    found.write(tmp_path / "run")
+    files = {path.name for path in (tmp_path / "run").iterdir()}
+    assert {"bores.png", "contact.csv", "envelope.vtu"} <= files
+    figures = read_summary(tmp_path / "run")
+    assert set(files) == set(figures.files)
+    touched = figures.results["compression"].contact
+    assert set(touched) == {"small_end_bore", "big_end_bore"}
+    assert 0 < touched["big_end_bore"].arc_deg < 180
+    assert touched["big_end_bore"].ovality_mm > 0
+    written = meshio.read(tmp_path / "run" / "compression.vtu").point_data["contact_pressure"]
+    on_bores = np.zeros(len(written), dtype=bool)
+    for bore in (Surface.SMALL_END_BORE, Surface.BIG_END_BORE):
+        on_bores[found.mesh.facets[bore]] = True
+    assert (written[~on_bores] == 0).all()
+    assert written.max() == pytest.approx(touched["small_end_bore"].max_pressure_MPa, rel=1e-3)
+    columns = np.genfromtxt(tmp_path / "run" / "contact.csv", delimiter=",", names=True)
+    assert len(columns) == 721
+    at = round(figures.loads["compression"].crank_deg)
+    largest = touched["small_end_bore"].max_pressure_MPa
+    assert columns["small_end_pressure_MPa"][at] == pytest.approx(largest, rel=2e-2)
+
+
+def test_relief_keeps_the_pin_off_the_ends_of_its_bore(quarter):
+    found = analyse(study(small_end_relief_mm=(5.0, 0.05)))
+    sharp, relieved = (of.cases["compression"].touch[Surface.SMALL_END_BORE] for of in (quarter, found))
+    assert abs(sharp.z) == pytest.approx(15.0)
+    assert abs(relieved.z) < 14.0
+    assert not any(result.singular_verdict for result in found.summary.results.values())
+    assert quarter.summary.results["compression"].singular_verdict == "diverging"
+
+
+def test_a_run_with_prescribed_pressure_says_how_far_it_depends_on_it():
+    shank = analyse("leon-2001", tolerance=10).summary.pin_model
+    assert list(shank.min_safety_factors) == ["cosine-180", "uniform-120"]
+    assert shank.spread < 0.01
+    eye = analyse("molina-2024", rpm=6000, tolerance=10, pressure="uniform-120").summary.pin_model
+    asked, other, contact = eye.min_safety_factors.values()
+    # Contact spreads the force around the bore (README): far less stress in the eye of this rod.
+    assert list(eye.min_safety_factors) == ["uniform-120", "cosine-180", "contact"]
+    assert contact > 1.2 * max(asked, other)
