@@ -127,8 +127,8 @@ class ContactSystem:
                 )
             active[deepest] = True
         message = (
-            "the contact area did not settle, because rounding errors are too large: choose a larger --size or "
-            "another --pressure"
+            "the contact area did not settle, because rounding errors are too large: choose a larger --size "
+            "or another --pressure"
         )
         raise ContactError(message)
 
@@ -138,8 +138,8 @@ class ContactSystem:
         pressure, missing = nnls(self._R.T / scale[:, None], force / scale)
         if missing > BALANCE * np.linalg.norm(force / scale):
             message = (
-                "no contact pressure on the bores has the resultants of the pin forces: a bore is open on the "
-                "side that its pin pulls at. Close it, or choose another --pressure"
+                "no contact pressure on the bores has the resultants of the pin forces: a bore is open on "
+                "the side that its pin pulls at. Close it, or choose another --pressure"
             )
             raise ContactError(message)
         return np.asarray(pressure)
