@@ -180,17 +180,7 @@ class PressureLoads:
     def weights(
         self, pin: Floats, crank: Floats, acceleration: Floats, rate: Floats, turning: Floats
     ) -> Weights:
-        """Weights of the unit loads at n instants.
-
-        Parameters
-        ----------
-        pin, crank
-            (2, n) forces on the rod along rod x and y, N.
-        acceleration
-            (2, n) of the rod frame's origin in rod axes, mm/s².
-        rate, turning
-            (n,) angular velocity and acceleration of the rod about +z, rad/s and rad/s².
-        """
+        """Weights of the unit loads at n instants, as `UnitLoads.weights`."""
         forces = {Surface.SMALL_END_BORE: pin, Surface.BIG_END_BORE: crank}
         pressed = [bore.weights(forces[bore.surface]) for bore in self.bores]
         even = [*(weights.even for weights in pressed), acceleration[:1], rate[None] ** 2]

@@ -185,3 +185,34 @@ def test_a_run_with_prescribed_pressure_says_how_far_it_depends_on_it():
     # Contact spreads the force around the bore (README): far less stress in the eye of this rod.
     assert list(eye.min_safety_factors) == ["uniform-120", "cosine-180", "contact"]
     assert contact > 1.2 * max(asked, other)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[material.piston_pin]\nnu = 0.3\n", "material.E_GPa is missing"),
+        ("[material.crank_pin]\nE_GPa = 0.0\nnu = 0.3\n", "must be positive"),
+        ("[contact]\nsmall_end_relief_mm = [1.0]\n", "must be \\[length, depth\\]"),
+        ("[contact]\npiston_pin_bore_mm = -1.0\n", "must not be negative"),
+        ("[contact]\npin_bore_mm = 1.0\n", "Did you mean piston_pin_bore_mm"),
+        ('[contact]\npiston_pin = "soft"\n', "Choose from elastic, rigid"),
+    ],
+)
+def test_a_study_with_an_impossible_pin_is_refused(text, words, tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(load_study("leon-2001").text() + text, encoding="utf-8")
+    with pytest.raises(InvalidValue, match=words):
+        load_study(file)
+
+
+def test_pins_are_not_parts_of_the_rod():
+    steel = {"piston_pin": MaterialTable(E_GPa=206.0, nu=0.3)}
+    assert len(dataclasses.replace(study(), part_material=steel).materials(["rod"])) == 1
+
+
+def test_the_study_that_a_run_leaves_has_its_pins(tmp_path):
+    asked = study(small_end_clearance_mm=0.02, small_end_relief_mm=(4.0, 0.02))
+    file = tmp_path / "again.toml"
+    file.write_text(asked.text(), encoding="utf-8")
+    assert load_study(file).contact == asked.contact
+    assert "contact" not in load_study("leon-2001").as_dict()
