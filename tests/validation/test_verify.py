@@ -40,3 +40,16 @@ def test_displacements_converge(name):
     (coarse, few), (fine, many) = error(2.8), error(1.4)
     # With the third power of the element length, dofs^(−1/3), or faster; the second is asked for.
     assert fine < coarse * (few / many) ** (2 / 3)
+
+
+def test_the_stress_where_contact_ends_converges():
+    # The slope of the hoop stress is infinite there, so that the rate is one half at worst; pressures further
+    # inside are better at once.
+    case = benchmark("persson")
+
+    def error(factor):
+        rows = computed_rows("persson", case, factor * case.size)
+        found = [abs(row.error_percent) for row in rows if row.goal.quantity.startswith("hoop")]
+        return sum(found) / len(found)
+
+    assert error(2.0) < error(4.0) / 2**0.5
