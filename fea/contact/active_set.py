@@ -19,7 +19,7 @@ from geometry.arrays import Floats, Ints, Mask
 # Changes of the contact area before single exchanges take over: a near start takes two or three, a distant
 # one six to ten.
 MOST_CHANGES = 25
-# What counts as zero, relative to the largest pressure and to the largest part of the gap.
+# A gap that counts as none, relative to the largest of the parts that it is the difference of.
 TOLERANCE = 1e-12
 # Largest relative error of the resultants.
 BALANCE = 1e-9
@@ -94,8 +94,7 @@ class ContactSystem:
         for change in range(1, MOST_CHANGES + 1):
             pressure, motion = self._touching(active, gap, force)
             left = self._gap(pressure, motion, gap)
-            slack = TOLERANCE * np.abs(np.where(active, 0.0, left)).max(initial=0.0)
-            better = np.where(active, pressure > 0, left < -slack).astype(bool)
+            better = np.where(active, pressure >= -_little(pressure), left < -_slack(left, gap)).astype(bool)
             if (better == active).all():
                 found = self._contact(pressure, motion, left, gap, force, changes=change)
                 return found if found.imbalance <= BALANCE else None
@@ -111,20 +110,19 @@ class ContactSystem:
         active = pressure > 0
         for change in range(MOST_CHANGES + 1, MOST_CHANGES + 1000 + 50 * len(gap)):
             solved, motion = self._touching(active, gap, force)
-            sinking = np.flatnonzero(active & (solved <= 0))
+            sinking = np.flatnonzero(active & (solved < -_little(solved)))
             if sinking.size:  # go as far as no pressure becomes negative, and let that place go
                 shares = pressure[sinking] / (pressure[sinking] - solved[sinking])
                 pressure = pressure + shares.min() * (solved - pressure)
-                pressure[sinking[shares.argmin()]] = 0.0
-                active = pressure > 0
+                first = sinking[shares.argmin()]
+                pressure[first], active[first] = 0.0, False
                 continue
-            pressure = solved
-            left = np.where(active, 0.0, self._gap(pressure, motion, gap))
-            deepest = int(left.argmin())
-            if left[deepest] >= -TOLERANCE * np.abs(left).max():
-                return self._contact(
-                    pressure, motion, self._gap(pressure, motion, gap), gap, force, changes=change
-                )
+            # A place may touch without pressure, as one of a pair that only together has no resultant.
+            pressure = np.maximum(solved, 0.0)
+            left = self._gap(pressure, motion, gap)
+            deepest = int(np.where(active, 0.0, left).argmin())
+            if active[deepest] or left[deepest] >= -_slack(left, gap):
+                return self._contact(pressure, motion, left, gap, force, changes=change)
             active[deepest] = True
         message = (
             "the contact area did not settle, because rounding errors are too large: choose a larger --size "
@@ -168,9 +166,10 @@ class ContactSystem:
     ) -> Contact:
         """Return a solution with the gap that is left, and how far it misses a gap and resultants `given`."""
         gap, force = given
+        pressure = np.maximum(pressure, 0.0)
         scale = np.abs(self._R).max(axis=0)
         overlap = max(-left.min(), np.abs(left[pressure > 0]).max(initial=0.0))
-        size = np.abs(left - gap).max() + np.abs(gap).max()
+        size = _slack(left, gap) / TOLERANCE
         missing = np.linalg.norm((self._R.T @ pressure - force) / scale)
         return Contact(
             pressure=pressure,
@@ -183,3 +182,13 @@ class ContactSystem:
 
     def _gap(self, pressure: Floats, motion: Floats, gap: Floats) -> Floats:
         return np.asarray(self._C @ pressure + gap - self._R @ motion)
+
+
+def _little(pressure: Floats) -> float:
+    """Pressure that rounding may leave where there is none."""
+    return float(TOLERANCE * np.abs(pressure).max(initial=0.0))
+
+
+def _slack(left: Floats, gap: Floats) -> float:
+    """Gap that rounding may leave where there is none."""
+    return float(TOLERANCE * (np.abs(left - gap).max() + np.abs(gap).max()))
