@@ -12,9 +12,8 @@ from mesh.size_field import SizeField
 # Number of second-order elements along an arc, around a bore or a small hole, across a web, along the rod.
 PER_ARC, PER_BORE, PER_HOLE, PER_WEB, PER_LENGTH = 4, 32, 12, 2, 28
 # Around a bore that a pin touches, at least: sixteen on half of it give the largest pressure to half a
-# percent, and half as many again the arc of contact to some degrees. For a mesh that is to be refined half as
-# many do.
-PER_TOUCHED_BORE = 48
+# percent. For a mesh that is to be refined half as many do. The cost of a crank cycle grows with the square.
+PER_TOUCHED_BORE = 36
 
 # Refinements coarsen with the general size up to this factor: coarser curved elements cannot follow an arc.
 COARSEST = 2.4
@@ -84,9 +83,10 @@ def refinements(
     scale = min(size / default_size(rod_length), COARSEST)
 
     def wanted(feature: Feature) -> float:
+        size = scale * feature_size(feature)
         if per_touched_bore and feature.kind is FeatureKind.BORE:
-            return min(scale, 1.0) * feature.arc_length / per_touched_bore
-        return scale * feature_size(feature)
+            return min(size, feature.arc_length / per_touched_bore)
+        return size
 
     return tuple(Refinement(feature.faces, wanted(feature), _width(feature)) for feature in features)
 

@@ -32,7 +32,7 @@ TO_TENSOR = np.linalg.inv(FROM_TENSOR)
 
 def deviatoric(history: Floats) -> Floats:
     """Return q and σ_m (…, 6, n) of stress (…, 6, n), components XX YY ZZ XY YZ XZ."""
-    return np.asarray(FROM_TENSOR @ history)
+    return np.asarray(FROM_TENSOR.astype(history.dtype) @ history)
 
 
 def tensor(components: Floats) -> Floats:

@@ -7,6 +7,7 @@ from fea.contact.fits import Fits
 from fea.contact.interface import PinInBore
 from fea.contact.multipliers import Multipliers, radial
 from fea.contact.problem import ContactProblem
+from fea.machine.threads import one_blas_thread
 from fea.rod.bores import Bores
 from fea.rod.case_forces import CaseForces
 from fea.rod.touch import Touch
@@ -91,7 +92,8 @@ class RodContact:
             No pressure on a bore has the force of its pin.
         """
         instants = zip(pin.T, crank.T, motions.T, strict=True)
-        return [self._solved(*instant) for instant in instants]
+        with one_blas_thread():
+            return [self._solved(*instant) for instant in instants]
 
     def _solved(self, pin: Floats, crank: Floats, motion: Floats) -> Contact:
         moments = None if self._tilting is None else -self._tilting @ motion
@@ -107,7 +109,8 @@ class RodContact:
         """
         pin = np.array([case.pin_axial, case.pin_transverse])
         crank = np.array([-case.crank_axial, case.crank_transverse])
-        found = self._solved(pin, crank, _weights(case.motion))
+        with one_blas_thread():
+            found = self._solved(pin, crank, _weights(case.motion))
         parts = self.problem.fold.parts(found.pressure)
         forces = {parity: (self.problem.forces @ own).reshape(-1, 3) for parity, own in parts.items()}
         if case.motion is not None:

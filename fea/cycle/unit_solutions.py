@@ -21,6 +21,9 @@ from mesh.mirror import MirroredMesh
 # and the smallest number of columns of a block, for large meshes.
 SOLVED_BYTES = 64 * 2**20
 SOLVED = 20
+# Unit stresses that would take more than this are kept in single precision: a millionth of the stress is far
+# less than any error of the mesh.
+DOUBLE_BYTES = 128 * 2**20
 # Number of columns whose stress is recovered together, so that they fit into the caches.
 RECOVERED = 8
 
@@ -61,7 +64,8 @@ class PartStress:
 class UnitSolutions:
     """The unit solutions of a rod.
 
-    They take 48 bytes per node of the cell and unit load: 3.5 kB per node for the 74 of a half cosine.
+    They take 48 bytes per node of the cell and unit load, 3.5 kB per node for the 74 of a half cosine, or
+    half of that where they are very large.
 
     Attributes
     ----------
@@ -91,7 +95,7 @@ class UnitSolutions:
         fields = []
         for unit, weight in zip((own.even, own.odd), weights, strict=True):
             field = np.full((int(whole.source.max()) + 1, 6, weight.shape[1]), np.nan)
-            field[own.nodes] = unit @ weight
+            field[own.nodes] = unit @ weight.astype(unit.dtype)
             fields.append(field)
         even, odd = fields
         return whole.tensor(even, odd) if len(self.sides) > 1 else whole.tensor(even + odd)
@@ -130,8 +134,12 @@ def _solved(
     model: Model, recovery: PartRecovery, materials: Sequence[Material], fields: tuple[Fields, ...]
 ) -> tuple[list[list[Floats]], list[float]]:
     """Stress per parity and part (n_nodes, 6, n_units), and backward errors."""
-    blocks: list[list[list[Floats]]] = [[] for _ in fields]
-    errors = []
+    n_nodes, errors = len(model.mesh.points), []
+    double = 48 * n_nodes * sum(of.count for of in fields) <= DOUBLE_BYTES
+    found = [
+        [np.empty((n_nodes, 6, of.count), np.float64 if double else np.float32) for _ in materials]
+        for of in fields
+    ]
     count, column = max(of.count for of in fields), len(fields) * model.mesh.points.nbytes
     for start, stop in _like_blocks(0, count, max(SOLVED, SOLVED_BYTES // column)):
         solution = model.solve(_loads(fields, slice(start, stop)))
@@ -139,10 +147,11 @@ def _solved(
         pieces = [range(*ends) for ends in _like_blocks(start, stop, RECOVERED)]
         recovered = partial(_recovered, recovery, materials, solution, start)
         items = [item for item in product(zip(Parity, fields, strict=False), pieces) if _columns(*item)]
-        for (of, _), stress in zip(items, side_by_side(recovered, items), strict=True):
-            blocks[list(Parity).index(of[0])].append(stress)
-    joined = [[np.concatenate(part, axis=2) for part in zip(*found, strict=True)] for found in blocks]
-    return joined, errors
+        for item, stresses in zip(items, side_by_side(recovered, items), strict=True):
+            own, columns = found[list(Parity).index(item[0][0])], _columns(*item)
+            for part, stress in zip(own, stresses, strict=True):
+                part[..., columns.start : columns.stop] = stress
+    return found, errors
 
 
 def _like_blocks(start: int, stop: int, most: int) -> Iterator[tuple[int, int]]:

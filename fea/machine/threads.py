@@ -1,9 +1,11 @@
 """The number of threads of the libraries, which must be set before they are loaded."""
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from contextlib import contextmanager
+from functools import cache
+from typing import Any, TypeVar
 
 from geometry.invalid import require
 
@@ -34,6 +36,20 @@ def threads() -> int:
     if said.isdecimal() and int(said) >= 1:
         return int(said)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Let BLAS run in one thread meanwhile: with many small matrices, more threads are several times slower."""
+    with _controller().limit(limits=1, user_api="blas"):
+        yield
+
+
+@cache
+def _controller() -> Any:
+    from threadpoolctl import ThreadpoolController  # noqa: PLC0415 - it looks at every library that is loaded
+
+    return ThreadpoolController()
 
 
 def side_by_side(function: Callable[[Item], Found], items: Iterable[Item]) -> list[Found]:
