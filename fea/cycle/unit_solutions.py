@@ -23,7 +23,7 @@ SOLVED_BYTES = 64 * 2**20
 SOLVED = 20
 # Unit stresses that would take more than this are kept in single precision: a millionth of the stress is far
 # less than any error of the mesh.
-DOUBLE_BYTES = 128 * 2**20
+DOUBLE_BYTES = 192 * 2**20
 # Number of columns whose stress is recovered together, so that they fit into the caches.
 RECOVERED = 8
 

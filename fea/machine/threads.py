@@ -40,7 +40,7 @@ def threads() -> int:
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Let BLAS run in one thread meanwhile: with many small matrices, more threads are several times slower."""
+    """Let BLAS run in one thread meanwhile: over small matrices, more threads are several times slower."""
     with _controller().limit(limits=1, user_api="blas"):
         yield
 
