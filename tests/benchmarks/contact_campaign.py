@@ -122,7 +122,14 @@ def report_text(found: list[Outcome], command: str) -> str:
         f"Made by `{command}`: {len(found)} random rods, of which {len(solved)} were solved at each of 721 "
         f"crank angles and {len(refused)} refused."
     )
-    lines = [head, "", "| over all angles of all rods | |", "| --- | ---: |"]
+    lines = [
+        "# Contact of random rods at every crank angle",
+        "",
+        head,
+        "",
+        "| over all angles of all rods | |",
+        "| --- | ---: |",
+    ]
     lines += [f"| {name} | {value} |" for name, value in rows.items()]
     return "\n".join([*lines, *(["", "Refused:", "", *refused] if refused else []), ""])
 
