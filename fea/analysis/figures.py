@@ -277,6 +277,10 @@ class PassFigures:
         return f"pass {number}: {self.elements} elements, ±{self.error_percent:.1f} %, {self.seconds:.1f} s"
 
 
+# Relative difference below which safety factors are the same: the place that governs is far from the bores.
+SAME_FACTOR = 0.01
+
+
 @dataclass(frozen=True, kw_only=True)
 class PinModelFigures:
     """``pin_model``: the smallest safety factor against yielding with other pressures on the bores.
@@ -289,6 +293,11 @@ class PinModelFigures:
     """
 
     min_safety_factors: Mapping[str, float]
+
+    @property
+    def matters(self) -> bool:
+        """Whether the pressures make a difference that is worth mentioning."""
+        return self.spread > SAME_FACTOR
 
     @property
     def spread(self) -> float:

@@ -7,6 +7,7 @@ import numpy as np
 from fea.analysis.figures import PinModelFigures
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.solve import PinModel
+from fea.assess.safety import CAP
 from fea.choices import CONTACT
 from fea.rod.case_forces import NodalForces
 from fea.stress.singular import masked_nodes
@@ -17,9 +18,6 @@ from loads.cases import LoadCase
 
 # The two that are in use: for a pin with little clearance, and for one with much.
 _OTHERS = ("cosine-180", "uniform-120")
-# Relative difference of the smallest safety factor under two prescribed pressures that makes contact worth
-# its cost: below it, the place that governs is far from the bores.
-_SAME = 0.01
 
 
 def pin_model_figures(
@@ -51,12 +49,15 @@ def pin_model_figures(
         pressure = BorePressure.parse(name)
         forces = NodalForces(rod.mesh.cell, rod.mesh.bores, rod.inertia, pressure, rod.options.support)
         counts = ~rod.fields.errors.masked[rod.mesh.mirrored.source]
-        own = _least(rod, rod.pins, cases, counts)
-        ratios = {name: _least(rod, PinModel(forces, rod.model), cases, counts) / own}
-        if abs(ratios[name] - 1) > _SAME and first is not None and not rod.without_contact:
-            near = masked_nodes(rod.mesh.cell, rod.fits.sharp)[rod.mesh.mirrored.source]
-            ratios[CONTACT] = _least(rod, PinModel(rod.contact, rod.model), cases, counts & ~near) / own
-    factors = {rod.options.pressure: asked} | {name: asked * ratio for name, ratio in ratios.items()}
+        known = first is None and asked < CAP  # on the only mesh there is
+        scale = asked / (asked if known else _least(rod, rod.pins, cases, counts))
+        factors = {rod.options.pressure: asked}
+        factors[name] = scale * _least(rod, PinModel(forces, rod.model), cases, counts)
+        found = PinModelFigures(min_safety_factors=factors)
+        if first is None or not found.matters or rod.without_contact:
+            return found
+        near = masked_nodes(rod.mesh.cell, rod.fits.sharp)[rod.mesh.mirrored.source]
+        factors[CONTACT] = scale * _least(rod, PinModel(rod.contact, rod.model), cases, counts & ~near)
     return PinModelFigures(min_safety_factors=factors)
 
 

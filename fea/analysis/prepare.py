@@ -217,14 +217,11 @@ class PreparedRod:
     @property
     def without_contact(self) -> str:
         """Why there can be no contact, as a rule; empty where it is possible."""
-        if self.clamped:
-            return 'cannot be combined with support = "clamped", which replaces the crank pin'
-        if self.soft:
+        if self.soft and not self.clamped:
             nu, most = max(m.poissons_ratio for m in self.materials), LIMITS["poissons_ratio_p2"]
             return f"supports displacement elements only, and ν = {nu:g} of a part exceeds {most}"
-        if self.model.solver == SolverName.AMG:
-            return "needs the compliance of the bores, which the iterative solver does not give"
-        return ""
+        solver = SolverName(self.model.solver)  # the one that was chosen
+        return AnalysisTable(support=self.options.support, solver=solver).without_contact
 
     def _unit_loads(self) -> UnitLoads:
         if self.options.in_contact:

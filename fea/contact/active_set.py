@@ -71,8 +71,9 @@ class ContactSystem:
 
     def __init__(self, compliance: Floats, rigid: Floats) -> None:
         self._C, self._R = compliance, rigid
+        self._scale = np.abs(rigid).max(axis=0)
         self._active: Mask | None = None
-        # Places, factor and answer to the motions of the last area: the next load begins with it.
+        # Places of the last area, its factor, and its answer to the motions: the next load begins with it.
         self._factorised: tuple[Ints, tuple[Floats, bool], Floats] | None = None
 
     def solve(self, gap: Floats, force: Floats) -> Contact:
@@ -132,7 +133,7 @@ class ContactSystem:
 
     def _balancing(self, force: Floats) -> Floats:
         """Pressures (n,) with the resultants, in as few places as there are resultants."""
-        scale = np.abs(self._R).max(axis=0)
+        scale = self._scale
         pressure, missing = nnls(self._R.T / scale[:, None], force / scale)
         if missing > BALANCE * np.linalg.norm(force / scale):
             message = (
@@ -153,7 +154,7 @@ class ContactSystem:
             self._factorised = own, factor, moved
         _, factor, moved = self._factorised
         at_rest = cho_solve(factor, gap[own], check_finite=False)
-        scale = np.abs(self._R).max(axis=0)
+        scale = self._scale
         schur = (rigid.T @ moved) / np.outer(scale, scale)
         # A motion that no place in contact resists stays zero.
         motion = np.linalg.lstsq(schur, (force + rigid.T @ at_rest) / scale, rcond=1e-12)[0] / scale
@@ -166,8 +167,7 @@ class ContactSystem:
     ) -> Contact:
         """Return a solution with the gap that is left, and how far it misses a gap and resultants `given`."""
         gap, force = given
-        pressure = np.maximum(pressure, 0.0)
-        scale = np.abs(self._R).max(axis=0)
+        pressure, scale = np.maximum(pressure, 0.0), self._scale
         overlap = max(-left.min(), np.abs(left[pressure > 0]).max(initial=0.0))
         size = _slack(left, gap) / TOLERANCE
         missing = np.linalg.norm((self._R.T @ pressure - force) / scale)

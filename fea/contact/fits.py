@@ -116,13 +116,13 @@ class Fits:
             )
             default = gap + 2 * BOSS_LENGTH * diameter
             length = given("piston_pin_length_mm", table.piston_pin_length_mm, default, "piston-pin length")
-            rule = f"must be smaller than the pin's diameter, {diameter:g} mm"
+            rule = f"must be smaller than 0.95 times the pin's diameter, {diameter:g} mm"
             require(bore < 0.95 * diameter, "contact.piston_pin_bore_mm", bore, rule)
             rule = (
                 f"must be at least the width of the small end, {width:g} mm, which the bosses would overlap"
             )
             require(gap >= width, "contact.piston_boss_gap_mm", gap, rule)
-            rule = f"must exceed the distance of the piston's bosses, {gap:g} mm, which carry the pin"
+            rule = f"must exceed 1.02 times the distance of the piston's bosses, {gap:g} mm, which carry it"
             require(length > 1.02 * gap, "contact.piston_pin_length_mm", length, rule)
             if PISTON_PIN not in stiffness:
                 assumed.append("piston pin of steel, 206 GPa ([material.piston_pin])")

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from fea.solid.bore import facet_areas
 from fea.solid.element import tabulate
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
@@ -65,15 +66,13 @@ class Multipliers:
         nodes, corners = np.unique(facets[:, :3], return_inverse=True)
         table = tabulate(facets.shape[1], _DEGREE)
         at = mesh.points[facets]
-        tangents = at.transpose(0, 2, 1)[:, None] @ table.gradients
-        areas = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1)
         return cls(
             surface=surface,
             facets=facets,
             nodes=nodes,
             corners=corners.reshape(-1, 3),
             places=table.values @ at,
-            areas=areas * table.weights,
+            areas=facet_areas(at, table.gradients) * table.weights,
             direction=direction,
             on_y=np.isin(nodes, mesh.facets.get(Surface.SYMMETRY_Y, ())),
         )

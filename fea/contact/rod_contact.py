@@ -11,7 +11,7 @@ from fea.machine.threads import one_blas_thread
 from fea.rod.bores import Bores
 from fea.rod.case_forces import CaseForces
 from fea.rod.touch import Touch
-from fea.solid.inertia import Inertia
+from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia
 from fea.solid.parity import Parity, Split
 from fea.solid.tilt import resultants
 from fea.solvers.static import Model
@@ -19,13 +19,7 @@ from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from loads.cases import LoadCase, RodMotion
 
-# Unit motions: along x, spinning, along y, turning ever faster.
-_MOTIONS = (
-    RodMotion((1.0, 0.0), 0.0, 0.0),
-    RodMotion((0.0, 0.0), 1.0, 0.0),
-    RodMotion((0.0, 1.0), 0.0, 0.0),
-    RodMotion((0.0, 0.0), 0.0, 1.0),
-)
+_MOTIONS = (*EVEN_MOTIONS, *ODD_MOTIONS)
 
 
 class RodContact:

@@ -9,14 +9,9 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
 from fea.rod.touch import Touch
-from fea.solid.inertia import Inertia
+from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
-from loads.cases import RodMotion
-
-# Unit accelerations a_x, ω² and a_y, α.
-_EVEN = (RodMotion((1.0, 0.0), 0.0, 0.0), RodMotion((0.0, 0.0), 1.0, 0.0))
-_ODD = (RodMotion((0.0, 1.0), 0.0, 0.0), RodMotion((0.0, 0.0), 0.0, 1.0))
 
 
 class Weights(NamedTuple):
@@ -104,7 +99,7 @@ class UnitLoads(Protocol):
 
 def inertial_fields(inertia: Inertia) -> tuple[list[Floats], list[Floats]]:
     """Nodal forces (n_nodes, 3) of the even and of the odd unit accelerations."""
-    even, odd = ([inertia.forces(motion) for motion in motions] for motions in (_EVEN, _ODD))
+    even, odd = ([inertia.forces(motion) for motion in motions] for motions in (EVEN_MOTIONS, ODD_MOTIONS))
     return [split.symmetric for split in even], [
         split.symmetric if split.antisymmetric is None else split.antisymmetric for split in odd
     ]

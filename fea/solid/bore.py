@@ -77,10 +77,14 @@ def bore_facets(mesh: TetMesh, surface: Surface, center_x: float) -> BoreFacets:
 
 def _areas_and_angles(corners: Floats, values: Floats, gradients: Floats) -> tuple[Floats, Floats]:
     """Area per reference area and angle (n_facets, n_points) for shape functions as in `FacetPoints`."""
-    tangents = corners.transpose(0, 2, 1)[:, None] @ gradients
-    areas = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1)
     places = values @ corners
-    return areas, np.arctan2(places[..., 1], places[..., 0])
+    return facet_areas(corners, gradients), np.arctan2(places[..., 1], places[..., 0])
+
+
+def facet_areas(corners: Floats, gradients: Floats) -> Floats:
+    """Area per reference area (n_facets, n_points) of facets with nodes `corners` (n_facets, n_nodes, 3)."""
+    tangents = corners.transpose(0, 2, 1)[:, None] @ gradients
+    return np.asarray(np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1))
 
 
 def facets_within(bore: BoreFacets, direction: float, half_arc: float) -> Iterator[FacetPoints]:

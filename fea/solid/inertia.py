@@ -16,6 +16,10 @@ from geometry.surfaces import Surface
 from loads.cases import RodMotion
 from mesh.tetmesh import TetMesh
 
+# Unit motions whose forces are even about y = 0 (acceleration along x, spin) and odd (along y, spinning up).
+EVEN_MOTIONS = (RodMotion((1.0, 0.0), 0.0, 0.0), RodMotion((0.0, 0.0), 1.0, 0.0))
+ODD_MOTIONS = (RodMotion((0.0, 1.0), 0.0, 0.0), RodMotion((0.0, 0.0), 0.0, 1.0))
+
 
 @dataclass(frozen=True)
 class Inertia:

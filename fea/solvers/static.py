@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from scipy import sparse
@@ -132,19 +133,14 @@ class Model:
         """
         fixed = self._fixed(parity)
         require_restrained(self.mesh, fixed.reshape(-1, 3))
-        free = sparse.csc_array(
-            (forces.data * ~fixed[forces.indices], forces.indices, forces.indptr), forces.shape
-        )
+        free = unheld(forces, fixed)
         self._schur = self._schur or schur(SolverName(self._solver.name))
         if self._schur is not None:
             with self._clock("factor"):
                 return self._schur(self._K.constrained(fixed), free)
         slot = self._slot(parity)
         with self._clock("solve"):
-            blocks = [
-                free[:, start : start + _COLUMNS].toarray() for start in range(0, free.shape[1], _COLUMNS)
-            ]
-            return np.hstack([free.T @ self._solved(slot, block) for block in blocks])
+            return work(free, partial(self._solved, slot))
 
     def _fixed(self, parity: Parity) -> Mask:
         return (plane_conditions(self.mesh, parity) | self._held).ravel()
@@ -230,6 +226,18 @@ class Model:
         parities, self._factorised = self._factorised, []
         for parity in parities:
             self._slot(parity)
+
+
+def unheld(forces: sparse.csc_array, fixed: Mask) -> sparse.csc_array:
+    """Sparse forces (n, k) without those on fixed degrees of freedom (n,), whose zeros stay stored."""
+    data = forces.data * ~fixed[forces.indices]
+    return sparse.csc_array((data, forces.indices, forces.indptr), forces.shape)
+
+
+def work(forces: sparse.csc_array, solve: Callable[[Floats], Floats]) -> Floats:
+    """Work FᵀK⁻¹F (k, k) of sparse forces F (n, k) with a solver of K u = f, some columns at a time."""
+    blocks = [forces[:, start : start + _COLUMNS].toarray() for start in range(0, forces.shape[1], _COLUMNS)]
+    return np.hstack([forces.T @ solve(block) for block in blocks])
 
 
 def right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:

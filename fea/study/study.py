@@ -94,12 +94,9 @@ class AnalysisTable:
     def __post_init__(self) -> None:
         """Refuse values out of range."""
         if self.in_contact:
-            clamped = self.support is Support.CLAMPED
-            rule = 'cannot be combined with support = "clamped", which replaces the crank pin'
-            require(not clamped, "analysis.pressure", CONTACT, rule, "Use inertia-relief.")
-            rule = "needs the compliance of the bores, which the iterative solver does not give"
-            iterative = self.solver is SolverName.AMG
-            require(not iterative, "analysis.pressure", CONTACT, rule, "Choose another --solver.")
+            clamped, why = self.support is Support.CLAMPED, self.without_contact
+            remedy = "Use inertia-relief." if clamped else "Choose another --solver."
+            require(not why, "analysis.pressure", CONTACT, why, remedy)
         else:
             BorePressure.parse(self.pressure)
         if self.min_safety is not None:
@@ -113,6 +110,15 @@ class AnalysisTable:
     def in_contact(self) -> bool:
         """Whether the pressure on the bores comes from contact with the pins."""
         return self.pressure == CONTACT
+
+    @property
+    def without_contact(self) -> str:
+        """Why there can be no contact, as a rule; empty where it is possible."""
+        if self.support is Support.CLAMPED:
+            return 'cannot be combined with support = "clamped", which replaces the crank pin'
+        if self.solver is SolverName.AMG:
+            return "needs the compliance of the bores, which the iterative solver does not give"
+        return ""
 
     @property
     def prescribed(self) -> BorePressure:

@@ -12,12 +12,11 @@ from fea.material import Material
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.parity import Parity
 from fea.solvers.linear.choice import Factor, direct, factorise, schur
+from fea.solvers.static import unheld, work
 from fea.stress.recovery import Recovery
 from fea.verify.body import mirror_planes
 from geometry.arrays import Floats, Mask
 from mesh.tetmesh import TetMesh
-
-_COLUMNS = 128
 
 
 class TouchedBody:
@@ -49,13 +48,8 @@ class TouchedBody:
 
     def compliance(self, _parity: Parity, forces: sparse.csc_array) -> Floats:
         """Work (k, k) of symmetric forces (3 n_nodes, k) on what they cause."""
-        data = forces.data * ~self._fixed[forces.indices]
-        free = sparse.csc_array((data, forces.indices, forces.indptr), forces.shape)
-        complement = schur(direct())
-        if complement is not None:
-            return complement(self._constrained, free)
-        blocks = [free[:, start : start + _COLUMNS].toarray() for start in range(0, free.shape[1], _COLUMNS)]
-        return np.hstack([free.T @ self._factor.solve(block) for block in blocks])
+        free, complement = unheld(forces, self._fixed), schur(direct())
+        return work(free, self._factor.solve) if complement is None else complement(self._constrained, free)
 
     def touched(self, clearance: float, force: float) -> Contact:
         """Pressures (n,) at the vertices under a force along x on the whole body, N."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from fea.assess.bore_shape import bore_shape
 from fea.assess.case_result import CaseResult
-from fea.output.errors import PictureError
+from fea.output.plots.saving import save
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 
@@ -49,11 +49,7 @@ def plot_bores(path: Path, cases: Mapping[str, CaseResult], rod_length: float, t
         above.set_ylim(0)
     panels[0, 0].legend(loc="lower left", bbox_to_anchor=(-0.15, -0.12), frameon=False, fontsize=8)
     figure.suptitle(f"{title}. 0°: along the rod, from the crank pin to the piston pin", fontsize=11)
-    try:
-        figure.savefig(path, dpi=100)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise PictureError(f"{path} could not be written: {reason}. Choose another directory.") from error
+    save(figure, path, 100)
 
 
 def _around(surface: Surface, x: float, cases: Collection[CaseResult]) -> tuple[Floats, Floats]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fea.analysis.speed_map import MODES, SpeedMap, rounded
-from fea.output.errors import PictureError
+from fea.output.plots.saving import save
 from fea.output.text import write_text
 
 _COLOURS = {"yield": "C0", "fatigue": "C3", "crossland": "C2"}
@@ -61,8 +61,4 @@ def plot_speed_map(path: Path, study: str, found: SpeedMap) -> None:
     panel.set_title(study, fontsize=11)
     panel.grid(alpha=0.3)
     panel.legend(frameon=False)
-    try:
-        figure.savefig(path, dpi=110)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise PictureError(f"{path} could not be written: {reason}. Choose another directory.") from error
+    save(figure, path, 110)

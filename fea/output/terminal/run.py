@@ -22,8 +22,6 @@ WIDTH = 88  # of what is not a terminal: a file, a pipe
 _CASE, _ANGLE, _PLACE, _MOVED = "case", "crank\n°", "at x, y, z\nmm", "displ.\nmm"
 _PINS, _WALL = ("pin\nkN", "crank\nkN"), "wall\nkN"
 _COLUMNS = (_CASE, _ANGLE, *_PINS, _WALL, "Mises\nMPa", "±\n%", _PLACE, "safety\nfactor", _MOVED)
-# Relative difference of safety factors that is not worth mentioning.
-_AGREED = 0.01
 # Kinds of files that are named first.
 _FIRST = (".json", ".toml", ".csv", ".vtu", ".png")
 # Gap between columns and those left out, from wide consoles to narrow ones.
@@ -170,11 +168,9 @@ def _pin_model(summary: Summary) -> list[str]:
     if found is None:
         return []
     factors = ", ".join(f"{factor(value)} with {name}" for name, value in found.min_safety_factors.items())
-    if CONTACT in found.min_safety_factors:
-        return [f"Pin model: the smallest safety factor depends on it: {factors} (see --pressure contact)."]
-    if found.spread < _AGREED:
-        return [f"Pin model: the smallest safety factor does not depend on it: {factors}."]
-    return [f"Pin model: the smallest safety factor depends on it: {factors}."]
+    depends = "depends" if found.matters else "does not depend"
+    see = " (see --pressure contact)" if CONTACT in found.min_safety_factors else ""
+    return [f"Pin model: the smallest safety factor {depends} on it: {factors}{see}."]
 
 
 def _contact(summary: Summary) -> list[str]:
