@@ -99,7 +99,7 @@ def row(study: Study, tolerance: float, truth: Peaks, runs: int) -> Row:
         found, seconds = brought_within(study, tolerance)
         timings.append((seconds / found.passes[-1].seconds, seconds))
     (rpm,) = study.speed.speeds()
-    cases, last = found.at(rpm).cases, found.passes[-1]
+    cases, last = found.at(rpm).cases.values(), found.passes[-1]
     return Row(
         study.name,
         rpm,
