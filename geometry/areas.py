@@ -48,7 +48,7 @@ def feature_areas(rod: Rod) -> dict[FeatureKind, float]:
     field = HeightField(rod)
     big, small = field.outline.bores
     areas = {
-        FeatureKind.BORE: _bore(big, rod.big_end_width)
+        FeatureKind.BORE: _bore(big, rod.crank_bearing_width)
         + _bore(small, rod.pin_bearing_width)
         - math.pi * rod.oil_hole**2 / 4,
         FeatureKind.RING_FILLET: sum(_ring_fillet(field, arc) for arc in field.outline.fillets),

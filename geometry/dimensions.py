@@ -56,6 +56,8 @@ class Dimensions:
     cap_bolt, cap_bolt_spacing, cap_boss_length, cap_boss_fillet
         Diameter of the cap bolts' holes, distance of their axes, length of the bosses along x (half of it
         on either side of the crank pin) and radius between bosses and ring.
+    big_end_chamfer, small_end_chamfer
+        Of the bores' ends, at 45°: its height along the axis, and how much it widens the bore's radius.
     """
 
     length: float
@@ -85,6 +87,8 @@ class Dimensions:
     cap_bolt_spacing: float = 0.0
     cap_boss_length: float = 0.0
     cap_boss_fillet: float = 0.0
+    big_end_chamfer: float = 0.0
+    small_end_chamfer: float = 0.0
 
     @property
     def big_end_radius(self) -> float:
@@ -99,7 +103,13 @@ class Dimensions:
     @property
     def pin_bearing_width(self) -> float:
         """Length of the small-end bore, averaged round the bore if the end is slanted, mm."""
-        return (self.small_end_width + (self.small_end_crown_width or self.small_end_width)) / 2
+        mean = (self.small_end_width + (self.small_end_crown_width or self.small_end_width)) / 2
+        return mean - 2 * self.small_end_chamfer
+
+    @property
+    def crank_bearing_width(self) -> float:
+        """Length of the big-end bore, mm."""
+        return self.big_end_width - 2 * self.big_end_chamfer
 
     @property
     def pin_bearing_taper(self) -> float:

@@ -1,4 +1,4 @@
-"""The rules for the optional features of a rod: slanted small end, bushing, oil hole, cap bolts."""
+"""The rules for the optional features of a rod: slanted small end, bushing, oil hole, chamfers, cap bolts."""
 
 from geometry.bosses import Bosses
 from geometry.dimensions import Dimensions
@@ -9,6 +9,7 @@ from geometry.outline import Outline
 def check_options(rod: Dimensions) -> None:
     """Raise `InvalidValue` for the first rule that an option of `rod` breaks."""
     _small_end(rod)
+    _chamfers(rod)
     if (bosses := Outline(rod).bosses) is not None:
         _bosses(rod, bosses)
         _bolts(rod, bosses)
@@ -28,6 +29,25 @@ def _small_end(rod: Dimensions) -> None:
     most = 0.5 * min(crown or rod.small_end_width, rod.small_end_bore)
     rule = f"must be at most {most:.4g} mm: half of the small end's bore and of its width at the crown"
     require(rod.oil_hole <= most, "rod.oil_hole_mm", rod.oil_hole, rule, "Reduce it.")
+
+
+def _chamfers(rod: Dimensions) -> None:
+    for end in ("big_end", "small_end"):
+        size, ring = getattr(rod, f"{end}_chamfer"), getattr(rod, f"{end}_ring")
+        wall = rod.bushing if end == "small_end" and rod.bushing else ring
+        most = min(0.5 * wall, 0.2 * getattr(rod, f"{end}_width"), 0.1 * getattr(rod, f"{end}_bore"))
+        rule = (
+            f"must be at most {most:.4g} mm: half of the wall, a fifth of the width, a tenth of the bore, "
+            "whichever is least"
+        )
+        require(size <= most, f"rod.{end}_chamfer_mm", size, rule, "Reduce it.")
+    rule = "cannot be combined with a slanted small end (small_end_crown_width_mm)"
+    plain = rod.small_end_chamfer == 0 or rod.small_end_crown_width == 0
+    require(plain, "rod.small_end_chamfer_mm", rod.small_end_chamfer, rule, "Remove one of them.")
+    hole = rod.oil_hole / 2 + rod.small_end_chamfer
+    room = (rod.small_end_crown_width or rod.small_end_width) / 2
+    rule = f"must leave {room:.4g} mm, half of the small end's width, to the oil hole's radius"
+    require(hole < room, "rod.small_end_chamfer_mm", rod.small_end_chamfer, rule, "Reduce it.")
 
 
 def _bosses(rod: Dimensions, bosses: Bosses) -> None:

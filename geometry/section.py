@@ -74,6 +74,16 @@ class HeightField:
         """The ring steps."""
         return ring_steps(self.rod)
 
+    @cached_property
+    def chamfers(self) -> tuple[tuple[float, float, float], ...]:
+        """Of each chamfered bore: x of its axis, outer radius of the chamfer, half the end's width; mm."""
+        rod = self.rod
+        ends = (
+            (0.0, rod.big_end_bore, rod.big_end_chamfer, rod.big_end_width),
+            (rod.length, rod.small_end_bore, rod.small_end_chamfer, rod.small_end_width),
+        )
+        return tuple((x, bore / 2 + size, width / 2) for x, bore, size, width in ends if size)
+
     def face(self, x: Floats, y: Floats) -> Floats:
         """Return z of the upper side faces at points of the plan, mm, without pockets and bores."""
         big, small = self.steps
@@ -89,6 +99,8 @@ class HeightField:
             z = np.minimum(z, self.pocket.half_width(x, y))
         for bore in self.outline.bores:
             z = np.where(np.hypot(x - bore.center[0], y) < bore.radius, 0.0, z)
+        for center, rim, half_width in self.chamfers:
+            z = np.minimum(z, half_width - np.maximum(rim - np.hypot(x - center, y), 0.0))
         return z
 
     def void(self, x: Floats, y: Floats) -> Floats:
@@ -146,6 +158,8 @@ class HeightField:
         first, last = ends[0], ends[-1]
         for bore in self.outline.bores:
             ends += [bore.start[0], bore.end[0]]
+        for center, rim, _ in self.chamfers:
+            ends += [center - rim, center + rim]
         for step, side in zip(self.steps, (1, -1), strict=True):
             for radius in (step.rim, step.foot):
                 ends += [step.center + side * radius, self._crossing(step.center, side, radius)]
@@ -175,6 +189,7 @@ class HeightField:
         """Return (len(x), n) the y, from 0 to the outline, between which z changes smoothly."""
         top = self.outline.height(x)
         circles = [(bore.center[0], bore.radius) for bore in self.outline.bores]
+        circles += [(center, rim) for center, rim, _ in self.chamfers]
         circles += [(step.center, radius) for step in self.steps for radius in (step.rim, step.foot)]
         seams = [half_chord(radius, x - center) for center, radius in circles]
         if self.pocket is not None:

@@ -15,7 +15,7 @@ from geometry.outline import Outline
 from geometry.rod import Rod
 from geometry.segments import Line, Segment, mirrored
 from geometry.surfaces import Surface
-from geometry.tools import bushed, holes, tools_above
+from geometry.tools import bushed, chamfers, holes, tools_above
 
 
 @dataclass(frozen=True)
@@ -96,15 +96,16 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER) -> Solid:
         body = kernel.cut(body, above)
     with kernel.attempt("separate the bushing from the rod (rod.bushing_mm)"):
         bodies = bushed(rod, body)
-    with kernel.attempt("drill bolt and oil holes (rod.cap_bolt_mm, rod.oil_hole_mm)"):
-        bodies = dict(zip(bodies, kernel.drilled(list(bodies.values()), holes(rod)), strict=True))
+    with kernel.attempt("drill and chamfer (rod.cap_bolt_mm, rod.oil_hole_mm, rod.…_chamfer_mm)"):
+        cutters = [*holes(rod), *chamfers(rod, mirror)]
+        bodies = dict(zip(bodies, kernel.drilled(list(bodies.values()), cutters), strict=True))
     gmsh.model.occ.synchronize()
     parts = tuple(Part(name, (tag,), whole_mass(tag, mirror)) for name, tag in bodies.items())
     faces = faces_of(tuple(bodies.values()))
     found = features(rod, faces)
     check_areas(rod, mirror, found)
     bores = (
-        Bore(0.0, rod.big_end_bore / 2, rod.big_end_width),
+        Bore(0.0, rod.big_end_bore / 2, rod.crank_bearing_width),
         Bore(rod.length, rod.small_end_bore / 2, rod.pin_bearing_width, rod.pin_bearing_taper),
     )
     mass = joined([part.mass for part in parts])

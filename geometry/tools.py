@@ -5,6 +5,7 @@ import math
 import gmsh
 
 from geometry import kernel
+from geometry.mirror import Mirror
 from geometry.outline import Outline
 from geometry.pocket import Pocket, web_pocket
 from geometry.rod import Rod
@@ -40,6 +41,19 @@ def holes(rod: Rod) -> list[int]:
         length, at = 2 * rod.cap_boss_length, rod.cap_bolt_spacing / 2
         tools += [occ.addCylinder(-length / 2, y, 0, length, 0, 0, rod.cap_bolt / 2) for y in (at, -at)]
     return tools
+
+
+def chamfers(rod: Rod, mirror: Mirror) -> list[int]:
+    """Draw the cones that chamfer the ends of the bores above z = 0, and below it for the whole rod."""
+    cones = []
+    for x, bore, width, size in (
+        (0.0, rod.big_end_bore, rod.big_end_width, rod.big_end_chamfer),
+        (rod.length, rod.small_end_bore, rod.small_end_width, rod.small_end_chamfer),
+    ):
+        if size:  # from inside the bore to above the face, so that it crosses both at an angle
+            start, end = (x, 0, width / 2 - 2 * size), (0, 0, 3 * size)
+            cones.append(gmsh.model.occ.addCone(*start, *end, bore / 2 - size, bore / 2 + 2 * size))
+    return cones if mirror is not Mirror.NONE else [*cones, *map(kernel.turned_over, cones)]
 
 
 def bushed(rod: Rod, body: int) -> dict[str, int]:

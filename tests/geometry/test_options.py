@@ -20,6 +20,8 @@ OPTIONS = {
     "bushing": {"bushing": 2.0},
     "slanted": {"small_end_crown_width": 14.0},
     "cap bolts": {"cap_bolt": 9.0},
+    "chamfers": {"big_end_chamfer": 1.5, "small_end_chamfer": 0.8},
+    "chamfered bushing": {"oil_hole": 4.0, "bushing": 2.0, "small_end_chamfer": 0.9, "cap_bolt": 9.0},
     "everything": {"oil_hole": 4.0, "bushing": 2.0, "small_end_crown_width": 14.0, "cap_bolt": 9.0},
 }
 
@@ -87,6 +89,9 @@ def test_the_bosses_are_blended_into_the_ring():
         ("rod.bushing_mm", {"bushing": 6.0}),
         ("rod.oil_hole_mm", {"oil_hole": 12.0}),
         ("rod.oil_hole_mm", {"oil_hole": -1.0}),
+        ("rod.big_end_chamfer_mm", {"big_end_chamfer": 5.1}),
+        ("rod.small_end_chamfer_mm", {"small_end_chamfer": 1.1, "bushing": 2.0}),
+        ("rod.small_end_chamfer_mm", {"small_end_chamfer": 1.0, "small_end_crown_width": 14.0}),
         ("rod.cap_bolt_mm", {"cap_bolt": 24.0, "cap_bolt_spacing": 90.0}),
         ("rod.cap_bolt_spacing_mm", {"cap_bolt_spacing": 55.0}),
         ("rod.cap_bolt_spacing_mm", {"cap_bolt_spacing": 0.0}),
