@@ -92,6 +92,8 @@ def call(arguments: Sequence[str]) -> int:
             _say(f"{what}. Run again with FEA_DEBUG=1 and report the traceback")
             return 1
         _say(_text(error))
+        if example := getattr(error, "example", ""):
+            sys.stderr.write(f"\n{example}")
         return code
 
 

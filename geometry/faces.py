@@ -74,6 +74,8 @@ class Face:
         Corners of the bounding box, mm (a little loose, as the kernel gives it).
     values
         Cylinder: axis point (3), direction (3), radius. Torus: centre (3), axis (3), major, minor radius.
+    fitted
+        Whether the cylinder is fitted to a surface of another kind, with parameters of its own.
     """
 
     tag: int
@@ -81,10 +83,11 @@ class Face:
     low: tuple[float, float, float]
     high: tuple[float, float, float]
     values: tuple[float, ...]
+    fitted: bool = False
 
-    def upright(self) -> bool:
-        """Whether it is a cylinder about a z-parallel axis."""
-        return self.shape == "Cylinder" and abs(self.values[5]) > 1 - 1e-9
+    def upright(self, tilt: float = 0.0) -> bool:
+        """Whether it is a cylinder about an axis parallel to z, but for a tilt, rad."""
+        return self.shape == "Cylinder" and abs(self.values[5]) > 1 - 1e-9 - tilt**2
 
     def lengthwise(self, radius: float, slack: float) -> bool:
         """Whether it is a cylinder of this radius along x."""
@@ -93,7 +96,7 @@ class Face:
 
     def about(self, x: float, y: float, radius: float, slack: float) -> bool:
         """Whether it is a cylinder about the z-parallel axis through (x, ±y)."""
-        if not self.upright():
+        if not self.upright(slack / radius):
             return False
         cx, cy, found = self.values[0], abs(self.values[1]), self.values[6]
         return max(abs(cx - x), abs(cy - abs(y)), abs(found - radius)) < slack
@@ -117,12 +120,15 @@ class Bore:
         Mean length along the axis, mm.
     taper
         The length at the angle φ from +x is width + taper cos φ, mm.
+    slack
+        By how much axes and radii of its faces may differ from these, mm.
     """
 
     x: float
     radius: float
     width: float
     taper: float = 0.0
+    slack: float = 0.0
 
 
 def surfaces(
@@ -137,7 +143,10 @@ def surfaces(
     """
     slack = _SLACK * bores[1].x
     names = (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
-    places = {name: (bore.x, 0.0, bore.radius, slack) for name, bore in zip(names, bores, strict=True)}
+    places = {
+        name: (bore.x, 0.0, bore.radius, max(slack, bore.slack))
+        for name, bore in zip(names, bores, strict=True)
+    }
 
     def surface(face: Face) -> Surface:
         for plane in mirror.planes:

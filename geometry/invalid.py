@@ -20,16 +20,18 @@ class InvalidValue(ValueError):  # noqa: N818 - named for what it says
         What must hold, in words (``"must be positive"``).
     remedy
         What the user can do, in words; may be empty.
+    example
+        Lines to copy that show how, where words are not enough; not a part of the message.
     """
 
-    def __init__(self, name: str, value: object, rule: str, remedy: str = "") -> None:
-        self.name, self.value, self.rule, self.remedy = name, value, rule, remedy
+    def __init__(self, name: str, value: object, rule: str, remedy: str = "", example: str = "") -> None:
+        self.name, self.value, self.rule, self.remedy, self.example = name, value, rule, remedy, example
         what = f"{name} {rule}" if value is None else f"{name} = {shown(value)}: {rule}"
         super().__init__(f"{what}." + (f" {remedy}" if remedy else ""))
 
     def __reduce__(self) -> tuple[type["InvalidValue"], tuple[object, ...]]:
         """Pickle the arguments, for errors that come from another process."""
-        return type(self), (self.name, self.value, self.rule, self.remedy)
+        return type(self), (self.name, self.value, self.rule, self.remedy, self.example)
 
 
 def shown(value: object) -> str:

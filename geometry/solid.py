@@ -8,6 +8,7 @@ from geometry import kernel
 from geometry.areas import check_areas
 from geometry.errors import GeometryError
 from geometry.faces import Bore, Feature, faces_of, features, surfaces
+from geometry.intake import Intake
 from geometry.invalid import require
 from geometry.mass import MassProperties, joined
 from geometry.mirror import PLANE_AXIS, Mirror
@@ -55,6 +56,8 @@ class Solid:
         The faces that need small elements.
     mass
         Of the whole rod (also when a cell was drawn) for density 1: the mass is the volume, mm³.
+    intake
+        What was made of the file that it comes from; None for a rod drawn from dimensions.
     """
 
     mirror: Mirror
@@ -63,6 +66,7 @@ class Solid:
     faces: dict[Surface, tuple[int, ...]]
     features: tuple[Feature, ...]
     mass: MassProperties
+    intake: Intake | None = None
 
 
 def build(rod: Rod, mirror: Mirror = Mirror.QUARTER) -> Solid:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from fea.study.study import parse_study
+
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 FEA = [sys.executable, "-m", "fea"]
@@ -73,10 +75,17 @@ def test_the_commands_of_the_readme_work(tmp_path):
 
 
 def test_the_study_of_the_readme_runs(tmp_path):
-    (study,) = blocks("toml")
+    study, *_ = blocks("toml")
     (tmp_path / "my-study.toml").write_text(study)
     run(["run", "my-study.toml", "--size", "8", "--out", "run"], tmp_path)
     assert (tmp_path / "run" / "summary.json").exists()
+
+
+def test_the_keys_of_a_rod_from_cad_are_what_the_readme_says(tmp_path):
+    (table,) = (block for block in blocks("toml") if "cad = " in block)
+    (tmp_path / "crank-drive.step").touch()
+    study = parse_study(table.replace("\n# ", "\n"), "readme", tmp_path)
+    assert study.rod.as_dict().keys() == {"step", "solids", "unit", "cap", "big_end_bore_mm"}
 
 
 @pytest.mark.parametrize("code", blocks("python"))

@@ -9,10 +9,12 @@ import numpy as np
 
 from fea.analysis.figures import PassFigures
 from fea.analysis.meshing import adaptive_mesh
+from fea.analysis.pin_model import Factors, least_factors
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
 from fea.analysis.wanted_size import predicted_elements, size_ratio, wanted_sizes
 from fea.assess.case_result import CaseResult
+from fea.machine.ahead import meanwhile
 from fea.machine.clock import Clock
 from fea.rod.discretise import MeshedRod
 from fea.study.study import Study
@@ -48,6 +50,8 @@ class Adapted:
         By speed, as far as they are kept.
     first
         On the first mesh, where there are several.
+    first_factors
+        Smallest safety factors under several pressures on that mesh, by speed, as far as they are known.
     """
 
     rod: PreparedRod
@@ -55,6 +59,13 @@ class Adapted:
     shortfall: str = ""
     results: Mapping[float | None, SpeedResult] = field(default_factory=dict)
     first: PreparedRod | None = None
+    first_factors: Mapping[float | None, Factors | None] = field(default_factory=dict)
+
+    def pin_factors(self, result: SpeedResult) -> Factors | None:
+        """Smallest safety factors at a speed under several pressures on the first of several meshes."""
+        if result.rpm in self.first_factors:
+            return self.first_factors[result.rpm]
+        return None if self.first is None else least_factors(self.first, result.loads.cases)
 
     def at(self, rpm: float | None) -> SpeedResult:
         """Solve the load cases of one speed (rpm); None for given forces."""
@@ -101,6 +112,7 @@ def adapt_mesh(
     passes: list[PassFigures] = []
     fields: list[SizeField] = []
     first: PreparedRod | None = None
+    first_factors: dict[float | None, Factors | None] = {}
     while True:
         rod = prepare(study, clock, mesh=mesh)
         widest, ratio, results = _solved(rod, deciding, tolerance, again=bool(fields))
@@ -112,12 +124,32 @@ def adapt_mesh(
         if widest.percent <= tolerance or wanted is None or shortfall:
             break
         fields.append(wanted)
+        beside = _pin_factors(rod, results, first_factors) if first is None else ()
         first = first or rod
         del rod, results  # their memory is the next mesh's
-        mesh = adaptive_mesh(study, clock, fields)
+        with meanwhile(*beside):
+            mesh = adaptive_mesh(study, clock, fields)
     if shortfall:
         shortfall = f"the tolerance of {tolerance:g} % is not met ({widest.text}): {shortfall}"
-    return Adapted(rod, tuple(passes), shortfall, results, first)
+    return Adapted(rod, tuple(passes), shortfall, results, first, first_factors)
+
+
+def _pin_factors(
+    rod: PreparedRod, results: Mapping[float | None, SpeedResult], found: dict[float | None, Factors | None]
+) -> tuple[Callable[[], None], ...]:
+    """What the pins' pressure changes at a single speed, as a job that can run while gmsh meshes.
+
+    A CAD file is meshed in a copy of this process, which must not be made while another thread runs.
+    """
+    if len(results) != 1 or rod.dimensions is None:
+        return ()
+    ((rpm, result),) = results.items()
+    cases = result.loads.cases
+
+    def job() -> None:
+        found[rpm] = least_factors(rod, cases)
+
+    return (job,)
 
 
 class _Widest(NamedTuple):

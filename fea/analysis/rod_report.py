@@ -11,9 +11,11 @@ from fea.analysis.summary import quality_figures
 from fea.assess.column import Plane
 from fea.material import of_parts
 from fea.rod.bores import Bores
+from fea.rod.discretise import MeshedRod
 from fea.solid.inertia import inertia
 from fea.study.study import Study
 from fea.units import KG, KG_M2
+from geometry.intake import Intake
 from geometry.rod import Rod
 from geometry.section import Section, least_section, sections
 from mesh import slices
@@ -43,6 +45,26 @@ class RodMeshFigures(QualityFigures):
 
 
 @dataclass(frozen=True, kw_only=True)
+class BoreFigures:
+    """A bore; `at_mm` is its middle as it lies in a file, null for a rod drawn from dimensions."""
+
+    diameter_mm: float
+    width_mm: float
+    at_mm: Vector | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolidFigures:
+    """A solid of a file: what it is, whether it is analysed, its mass with the rod's density, its extents."""
+
+    name: str
+    role: str
+    kept: bool
+    mass_kg: float
+    size_mm: Vector
+
+
+@dataclass(frozen=True, kw_only=True)
 class RodReport:
     """The figures of ``fea rod``.
 
@@ -58,6 +80,10 @@ class RodReport:
         The section of least area.
     slenderness
         K l / r for bending in each plane.
+    bores
+        Of the big and the small end; for a solid from a file with their places there.
+    unit, solids, assumed
+        Of a solid from a file: the unit of its lengths, its solids, and what was assumed or left out.
     """
 
     study: str
@@ -72,6 +98,10 @@ class RodReport:
     least_section: SectionFigures
     slenderness: Mapping[str, float]
     mesh: RodMeshFigures
+    bores: tuple[BoreFigures, ...]
+    unit: str | None = None
+    solids: tuple[SolidFigures, ...] | None = None
+    assumed: tuple[str, ...] = ()
 
 
 def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
@@ -111,8 +141,38 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
             size_mm=mesh.meshing.size,
             mass_error=mesh.mass_error(rod.mass, materials),
         ),
+        bores=_bores(mesh),
+        unit=None if mesh.intake is None else mesh.intake.unit,
+        solids=None if mesh.intake is None else _solids(mesh.intake, materials[0].density),
+        assumed=() if mesh.intake is None else mesh.intake.assumed,
     )
     return report, mesh.whole
+
+
+def _bores(mesh: MeshedRod) -> tuple[BoreFigures, ...]:
+    if mesh.intake is not None:
+        return tuple(
+            BoreFigures(diameter_mm=bore.diameter, width_mm=bore.width, at_mm=bore.center)
+            for bore in mesh.intake.bores
+        )
+    bores = mesh.bores
+    return (
+        BoreFigures(diameter_mm=2 * bores.big_radius, width_mm=bores.big_width),
+        BoreFigures(diameter_mm=2 * bores.small_radius, width_mm=bores.small_width),
+    )
+
+
+def _solids(intake: Intake, density: float) -> tuple[SolidFigures, ...]:
+    return tuple(
+        SolidFigures(
+            name=one.name,
+            role=str(one.role),
+            kept=one.kept,
+            mass_kg=density * one.volume / KG,
+            size_mm=one.size,
+        )
+        for one in intake.members
+    )
 
 
 def _section(section: Section) -> SectionFigures:

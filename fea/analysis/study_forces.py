@@ -45,7 +45,7 @@ def rod_mass(study: Study) -> tuple[float, MassProperties]:
     rod = study.rod
     if rod.mass is not None and rod.length is not None:
         return rod.length, rod.mass
-    solid = _drawn(rod) if rod.step is None else apart(lambda: _drawn(rod), f"read {rod.step.path}")
+    solid = _drawn(rod) if rod.cad is None else apart(lambda: _drawn(rod), f"read {rod.cad.path}")
     materials = study.materials(part.name for part in solid.parts)
     drawn = joined(
         [part.mass.times(material.density) for part, material in zip(solid.parts, materials, strict=True)]

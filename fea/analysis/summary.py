@@ -74,7 +74,7 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
         if result.cycle is None
         else envelope_figures(result.cycle, rod.mesh.whole, rod.options.fatigue, rod.materials),
         buckling=buckling.figures,
-        pin_model=pin_model_figures(adapted.first, rod, result.loads.cases, least),
+        pin_model=pin_model_figures(adapted.pin_factors(result), rod, result.loads.cases, least),
         checks={**result.checks, **buckling.checks},
         notes=result.notes,
         left_out=(*result.left_out, *buckling.left_out),

@@ -73,8 +73,8 @@ def rod(
     figures, mesh = rod_report(asked)
     written: list[Path] = []
     if step is not None:
+        from geometry.cad.step_file import export_step
         from geometry.session import session
-        from geometry.step_file import export_step
 
         with session():
             export_step(asked.rod.solid(), step)

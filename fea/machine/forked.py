@@ -15,10 +15,11 @@ Result = TypeVar("Result")
 
 # Processor time allowed; a sound rod is read in a tenth of a second.
 SECONDS = 60.0
-_apart = False  # whether this process is the copy
+# In the copy: the pipe to its parent.
+_parent: IO[bytes] | None = None
 
 
-def apart(job: Callable[[], Result], what: str) -> Result:
+def apart(job: Callable[[], Result], what: str, listener: Callable[[str], None] | None = None) -> Result:
     """Return the result of `job` from a forked copy of this process, or raise the error raised there.
 
     The CAD kernel follows references in a file without checking them, and tries to heal and mesh impossible
@@ -31,6 +32,8 @@ def apart(job: Callable[[], Result], what: str) -> Result:
         The job. Its result and its errors must be picklable, and it must have no other effects.
     what
         What it does, in words, for the message.
+    listener
+        Told what the job passes to `say`.
 
     Raises
     ------
@@ -52,7 +55,7 @@ def apart(job: Callable[[], Result], what: str) -> Result:
                 _attempt(job, write)
         os.close(write)
         with os.fdopen(read, "rb") as pipe:
-            said = pipe.read()
+            told, outcome = _heard(pipe, listener)
         _, status, usage = os.wait4(child, 0)
     except BaseException:  # an interrupt: do not leave an orphan behind
         if child:
@@ -61,8 +64,8 @@ def apart(job: Callable[[], Result], what: str) -> Result:
                 os.waitpid(child, 0)
         raise
     if status:
-        raise _death(status, usage.ru_utime + usage.ru_stime, what)
-    result, error = pickle.loads(said)  # noqa: S301 - our own copy wrote it
+        raise _death(status, usage.ru_utime + usage.ru_stime, what, told)
+    result, error = outcome
     if error is not None:
         raise error
     return result  # type: ignore[no-any-return]
@@ -70,29 +73,49 @@ def apart(job: Callable[[], Result], what: str) -> Result:
 
 def allow(seconds: float) -> None:
     """Allow a job that runs in a copy this much processor time from now on; otherwise do nothing."""
-    if _apart:
+    if _parent is not None:
         signal.setitimer(signal.ITIMER_PROF, seconds)
 
 
-def _death(status: int, seconds: float, what: str) -> BaseException:
+def say(what: str) -> None:
+    """Tell the parent of a copy what the job does now; otherwise do nothing."""
+    if _parent is not None:
+        pickle.dump(what, _parent)
+        _parent.flush()
+
+
+def _heard(pipe: IO[bytes], listener: Callable[[str], None] | None) -> tuple[str, Any]:
+    """Pass on what a copy says until it ends; return the last of it and the outcome, None without one."""
+    last = ""
+    with contextlib.suppress(EOFError, pickle.UnpicklingError):  # it died
+        while isinstance(said := pickle.load(pipe), str):  # noqa: S301 - our own copy wrote it
+            last = said
+            if listener:
+                listener(said)
+        return last, said
+    return last, None
+
+
+def _death(status: int, seconds: float, what: str, told: str) -> BaseException:
     """Return the error of a copy that ended with a status after some seconds of processor time."""
     if not os.WIFSIGNALED(status):
         how = "it stopped without a message"
     elif os.WTERMSIG(status) in ENDS:
         return KeyboardInterrupt()
     elif os.WTERMSIG(status) == signal.SIGPROF:
-        how = f"it did not finish within {seconds:.3g} s of processor time"
+        how = f"it did not finish within {seconds:.3g} s of processor time{f', while {told}' if told else ''}"
     else:
         how = f"it crashed ({signal.Signals(os.WTERMSIG(status)).name})"
     return GeometryError(
-        f"the CAD kernel could not {what}: {how}. The file is probably damaged: export it again"
+        f"the CAD kernel could not {what}: {how}. The file may be damaged: export it again, with the rod "
+        "alone"
     )
 
 
 def _attempt(job: Callable[[], Any], write: int) -> None:
     """In the child: run the job, send its outcome and end without any clean-up."""
-    global _apart
-    _apart, code = True, 1
+    global _parent
+    code = 1
     try:
         die_with_parent()
         for number in (*ENDS, signal.SIGPROF):
@@ -102,8 +125,8 @@ def _attempt(job: Callable[[], Any], write: int) -> None:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
-        with os.fdopen(write, "wb") as pipe:
-            _tell(job, pipe)
+        with os.fdopen(write, "wb") as _parent:
+            _tell(job, _parent)
         code = 0
     finally:
         os._exit(code)

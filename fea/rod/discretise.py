@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from fea.choices import Symmetry
 from fea.machine.clock import Clock
-from fea.machine.forked import allow, apart
+from fea.machine.forked import allow, apart, say
 from fea.machine.guard import memory_limit
 from fea.material import Material
 from fea.rod.bores import Bores
@@ -15,6 +15,7 @@ from fea.rod.flaws import MaterialsOf, mass_error, mesh_flaws
 from fea.rod.omission import Omission
 from fea.study.rod_table import RodTable
 from geometry.arrays import Ints
+from geometry.intake import Intake
 from geometry.invalid import require
 from geometry.mirror import Mirror
 from geometry.session import session
@@ -105,6 +106,8 @@ class MeshedRod:
         Which mirror cell is solved.
     meshing
         Size, quality and repairs.
+    intake
+        What was made of the CAD file; None for a rod drawn from dimensions.
     """
 
     cell: TetMesh
@@ -115,6 +118,7 @@ class MeshedRod:
     parts: dict[str, float]
     symmetry: Mirror
     meshing: Meshing
+    intake: Intake | None = None
 
     @property
     def whole(self) -> TetMesh:
@@ -124,7 +128,8 @@ class MeshedRod:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a reader must know of the mesh."""
-        return self.meshing.notes(self.bores.rod_length)
+        assumed = () if self.intake is None else self.intake.assumed
+        return (*assumed, *self.meshing.notes(self.bores.rod_length))
 
     @property
     def left_out(self) -> tuple[Omission, ...]:
@@ -212,11 +217,12 @@ def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, cloc
     GeometryError, MeshError
         No solid or no usable mesh could be made.
     """
-    if rod.step is None or memory_limit() is not None:  # under a limit the whole program is guarded
+    if rod.cad is None or memory_limit() is not None:  # under a limit the whole program is guarded
         drawn = _drawn(rod, materials, request, clock)
     else:
         with clock("mesh"):
-            drawn = apart(lambda: _drawn(rod, materials, request, Clock()), f"read and mesh {rod.step.path}")
+            job = partial(_drawn, rod, materials, request, Clock(say))
+            drawn = apart(job, f"read and mesh {rod.cad.path}", clock.tell)
     solid, base = drawn.solid, drawn.mesh
     symmetry = _cell(request.symmetry, solid.mirror)
     with clock("mesh"):
@@ -236,6 +242,7 @@ def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, cloc
         parts={part.name: part.mass.mass for part in solid.parts},
         symmetry=symmetry,
         meshing=drawn.meshing,
+        intake=solid.intake,
     )
 
 
@@ -243,7 +250,7 @@ def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: C
     """Draw and mesh in a session of its own."""
     with session() as log:
         with clock("geometry"):
-            solid = rod.draw()
+            solid = rod.draw(clock.tell)
         allow(_MESHING)
         with clock("mesh"):
             length = solid.bores[1].x

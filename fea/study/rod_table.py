@@ -1,8 +1,8 @@
-"""[rod]: a preset, dimensions, a STEP file, or mass properties alone (for the dynamics)."""
+"""[rod]: a preset, dimensions, a CAD file, or mass properties alone (for the dynamics)."""
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from fea.study.paths import is_file, located
 from fea.study.tables import checked, nearest, unknown_key
 from fea.units import KG, KG_M2
+from geometry.cad.file import FORMATS, UNITS, CadFile, CadFormat, MissingCap, is_cad
 from geometry.dimensions import ShankSection, dimensions, options
 from geometry.invalid import InvalidValue, require, require_positive
 from geometry.mass import MassProperties
@@ -24,48 +25,39 @@ _MASS_KEYS = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
 # Relative difference up to which given and computed mass properties count as equal.
 _ALIKE = 0.01
 _LEAST = ("length", "big_end_bore", "small_end_bore")
-
-
-@dataclass(frozen=True)
-class StepFile:
-    """A solid from a CAD program.
-
-    Attributes
-    ----------
-    path
-        The file.
-    big_end_bore, small_end_bore
-        Diameters that identify the bores, mm, needed if these are not the two largest parallel through-holes.
-    """
-
-    path: Path
-    big_end_bore: float | None = None
-    small_end_bore: float | None = None
+# Keys that name a file, and those that say how to read it.
+_FILES = ("step", "cad")
+_FILE_OPTIONS = ("unit", "solids", "cap")
 
 
 @dataclass(frozen=True)
 class RodTable:
-    """The rod of a study: dimensions, a STEP file, or its mass properties alone.
+    """The rod of a study: dimensions, a CAD file, or its mass properties alone.
 
     Attributes
     ----------
     dimensions
         Of a parametric rod.
-    step
-        The STEP file that it comes from.
+    cad
+        The CAD file that it comes from.
     mass
         Given mass properties, used for the dynamics of `fea loads`.
     length
-        Distance of the bores' centres, mm; None for a STEP file, whose solid must be measured.
+        Distance of the bores' centres, mm; None for a CAD file, whose solid must be measured.
     """
 
     dimensions: Rod | None
-    step: StepFile | None
+    cad: CadFile | None
     mass: MassProperties | None
     length: float | None
 
-    def draw(self) -> "Solid":
+    def draw(self, tell: Callable[[str], None] = lambda _stage: None) -> "Solid":
         """Draw the smallest mirror cell in the open gmsh session.
+
+        Parameters
+        ----------
+        tell
+            Told what is being done, where that takes long.
 
         Raises
         ------
@@ -74,8 +66,8 @@ class RodTable:
         GeometryError
             No solid could be made, or its bores cannot be identified.
         """
-        if self.step is not None:
-            return _imported(self.step)
+        if self.cad is not None:
+            return _imported(self.cad, tell)
         from geometry.solid import build  # noqa: PLC0415 - dynamics alone need no gmsh
 
         rod = self.solid()
@@ -90,10 +82,10 @@ class RodTable:
             There are none.
         """
         if self.dimensions is None:
-            if self.step is not None:
+            if self.cad is not None:
                 rule = "is an imported solid: it has no dimensions to fit or to export again"
                 remedy = "Use a rod given by dimensions or a preset."
-                raise InvalidValue("rod.step", str(self.step.path), rule, remedy)
+                raise InvalidValue(f"rod.{_key_of(self.cad)}", str(self.cad.path), rule, remedy)
             remedy = "Add big_end_bore_mm and small_end_bore_mm to length_mm, or give a preset."
             rule = "gives no dimensions, so no solid can be made"
             raise InvalidValue("[rod]", "mass properties only", rule, remedy)
@@ -141,10 +133,8 @@ class RodTable:
     def as_dict(self) -> dict[str, Any]:
         """Return the table's keys and plain values, as a study file holds them."""
         entries: dict[str, Any] = {}
-        if self.step is not None:
-            bores = {"big_end_bore_mm": self.step.big_end_bore, "small_end_bore_mm": self.step.small_end_bore}
-            entries["step"] = str(self.step.path)
-            entries |= {key: value for key, value in bores.items() if value is not None}
+        if self.cad is not None:
+            entries |= _cad_entries(self.cad)
         elif self.dimensions is not None:
             for field in dataclasses.fields(self.dimensions):
                 value = getattr(self.dimensions, field.name)
@@ -159,14 +149,32 @@ class RodTable:
         return entries
 
 
-def _imported(step: StepFile) -> "Solid":
-    from geometry.imported import import_step  # noqa: PLC0415 - dynamics alone need no gmsh
+def _imported(cad: CadFile, tell: Callable[[str], None]) -> "Solid":
+    from geometry.cad.imported import import_cad  # noqa: PLC0415 - dynamics alone need no gmsh
 
     try:
-        return import_step(step.path, None, step.big_end_bore, step.small_end_bore)
+        return import_cad(cad, tell=tell)
     except OSError as error:
         reason = error.strerror or str(error)
-        raise InvalidValue("rod.step", str(step.path), f"cannot be read ({reason})") from error
+        rule = f"cannot be read ({reason})"
+        raise InvalidValue(f"rod.{_key_of(cad)}", str(cad.path), rule) from error
+
+
+def _key_of(cad: CadFile) -> str:
+    """The key that names the file."""
+    return "step" if FORMATS.get(cad.path.suffix.lower(), CadFormat.STEP) is CadFormat.STEP else "cad"
+
+
+def _cad_entries(cad: CadFile) -> dict[str, Any]:
+    given: dict[str, Any] = {
+        "big_end_bore_mm": cad.big_end_bore,
+        "small_end_bore_mm": cad.small_end_bore,
+        "unit": cad.unit,
+        "solids": list(cad.solids) or None,
+        "cap": None if cad.cap is MissingCap.REFUSED else str(cad.cap),
+    }
+    present = {key: value for key, value in given.items() if value is not None}
+    return {_key_of(cad): str(cad.path), **present}
 
 
 def _key(field: str) -> str:
@@ -202,11 +210,15 @@ def read_rod(raw: object, folder: Path) -> RodTable:
     """
     if not isinstance(raw, Mapping):
         raise InvalidValue("rod", raw, "must be a table, [rod]")
-    others = (*_MASS_KEYS, "preset", "step")
+    others = (*_MASS_KEYS, "preset", *_FILES, *_FILE_OPTIONS)
     given = _dimensions({key: value for key, value in raw.items() if key not in others}, others)
     mass = _mass(raw)
-    if "step" in raw:
-        return RodTable(None, _step(raw, given, folder), mass, None)
+    for key in _FILES:
+        if key in raw:
+            return RodTable(None, _cad(key, raw, given, folder), mass, None)
+    for key in _FILE_OPTIONS:
+        rule = "has no effect without a CAD file"
+        require(key not in raw, f"rod.{key}", raw.get(key), rule, "Remove it, or name a file: step or cad.")
     if "preset" in raw:
         name = checked("rod.preset", raw["preset"], str)
         if name not in PRESETS:
@@ -221,6 +233,11 @@ def read_rod(raw: object, folder: Path) -> RodTable:
         require(name in given, f"rod.{name}_mm", None, "is missing", remedy)
     rod = proportioned(**given)
     return _between_bores(RodTable(rod, None, mass, rod.length))
+
+
+def rod_of_file(path: Path) -> RodTable:
+    """Return the rod of a CAD file about which nothing else is said."""
+    return RodTable(None, CadFile(path), None, None)
 
 
 def _dimensions(raw: Mapping[str, object], others: Sequence[str] = ()) -> dict[str, Any]:
@@ -244,20 +261,45 @@ def _between_bores(table: RodTable) -> RodTable:
     return table
 
 
-def _step(raw: Mapping[str, object], given: Mapping[str, Any], folder: Path) -> StepFile:
+def _cad(key: str, raw: Mapping[str, object], given: Mapping[str, Any], folder: Path) -> CadFile:
     """Read the keys of a rod from a file."""
     allowed = {"big_end_bore", "small_end_bore"}
     for name in given:
-        rule = "cannot be combined with step: the STEP file has its own dimensions"
+        rule = f"cannot be combined with {key}: the file has its own dimensions"
         require(name in allowed, f"rod.{_key(name)}", given[name], rule, "Remove one of them.")
-    rule, remedy = "cannot be combined with step", "Remove one of them."
-    require("preset" not in raw, "rod.preset", raw.get("preset"), rule, remedy)
-    path = located("rod.step", checked("rod.step", raw["step"], str), folder)
-    require(is_file(path), "rod.step", str(path), "is not a file", "Name a STEP file.")
-    bores = {
-        f"rod.{_key(name)}": require_positive(f"rod.{_key(name)}", value) for name, value in given.items()
-    }
-    return StepFile(path, bores.get("rod.big_end_bore_mm"), bores.get("rod.small_end_bore_mm"))
+    for other in ("preset", *(file for file in _FILES if file != key)):
+        rule = f"cannot be combined with {key}"
+        require(other not in raw, f"rod.{other}", raw.get(other), rule, "Remove one of them.")
+    path = located(f"rod.{key}", checked(f"rod.{key}", raw[key], str), folder)
+    require(is_file(path), f"rod.{key}", str(path), "is not a file", "Name a CAD file.")
+    rule = f"is not a CAD file that can be read ({', '.join(FORMATS)})"
+    require(key == "step" or is_cad(path), f"rod.{key}", path.name, rule, "Export the rod as STEP.")
+    bores = {name: require_positive(f"rod.{_key(name)}", value) for name, value in given.items()}
+    return CadFile(
+        path,
+        bores.get("big_end_bore"),
+        bores.get("small_end_bore"),
+        unit=_one_of("unit", raw.get("unit"), UNITS),
+        solids=_names(raw.get("solids", [])),
+        cap=MissingCap(_one_of("cap", raw.get("cap"), MissingCap) or MissingCap.REFUSED),
+    )
+
+
+def _one_of(key: str, value: object, valid: Iterable[str]) -> str | None:
+    """Return a value that must be one of some, or None if it is not given."""
+    if value is None:
+        return None
+    names = [str(name) for name in valid]
+    require(value in names, f"rod.{key}", value, f"must be one of {', '.join(names)}")
+    return str(value)
+
+
+def _names(value: object) -> tuple[str, ...]:
+    """Return the names of solids."""
+    rule = 'must be a list of names, such as ["rod", "cap"]'
+    valid = isinstance(value, list) and all(isinstance(name, str) for name in value)
+    require(valid, "rod.solids", value, rule, "fea rod FILE lists the solids of a file.")
+    return tuple(value)  # type: ignore[arg-type]
 
 
 def _mass(raw: Mapping[str, object]) -> MassProperties | None:

@@ -14,8 +14,10 @@ from fea.study.contact_table import PINS, ContactTable
 from fea.study.engine_table import EngineTable
 from fea.study.material_table import MaterialTable
 from fea.study.paths import is_file, located, require_size, require_text
-from fea.study.rod_table import RodTable, read_rod
+from fea.study.ready import ready_study
+from fea.study.rod_table import RodTable, read_rod, rod_of_file
 from fea.study.tables import entries_of, nearest, read_table, toml_text, unknown_key
+from geometry.cad.file import is_cad
 from geometry.invalid import InvalidValue, require, require_number, require_positive
 from loads.bearing import BorePressure
 
@@ -208,11 +210,12 @@ class Study:
         """
         if self.engine is not None:
             return self.engine
+        rule, remedy, example = "has neither [engine] nor [forces]", "Add one of them.", ""
         if self.forces is not None:
             rule, remedy = "has no [engine], so there is no crank cycle", "Given forces are for fea run."
-        else:
-            rule, remedy = "has neither [engine] nor [forces]", "Add one of them."
-        raise InvalidValue("STUDY", self.name, rule, remedy)
+        elif self.rod.cad is not None:
+            remedy, example = ready_study(self.name, self.rod.as_dict())
+        raise InvalidValue("STUDY", self.name, rule, remedy, example)
 
     @property
     def tolerance_percent(self) -> float | None:
@@ -305,7 +308,9 @@ def shipped_studies() -> tuple[str, ...]:
 
 
 def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
-    """Load a shipped study by name or a TOML file by path.
+    """Load a shipped study by name, or a TOML file or a CAD file by path.
+
+    A CAD file is a study that gives the rod alone.
 
     Raises
     ------
@@ -318,6 +323,9 @@ def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
         text = (resources.files("fea") / "studies" / f"{source}.toml").read_text(encoding="utf-8")
         return parse_study(text, source, Path.cwd())
     path = Path(source)
+    if is_cad(path) and is_file(path):
+        require_text("STUDY", source)
+        return Study(path.stem, rod_of_file(path.resolve()))
     if not is_file(path):
         remedy = nearest(source, shipped_studies())
         raise InvalidValue("STUDY", source, "is neither a shipped study nor an existing file", remedy)

@@ -29,8 +29,8 @@ from fea.stress.singular import masked_nodes
 from fea.study.contact_table import ContactTable
 from fea.study.rod_table import RodTable, StepFile
 from fea.study.study import MeshTable, SpeedTable, Study, load_study
+from geometry.cad.step_file import export_step
 from geometry.session import session
-from geometry.step_file import export_step
 from geometry.surfaces import Surface
 from mesh.sizing import default_size
 

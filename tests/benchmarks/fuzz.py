@@ -1,16 +1,15 @@
-"""Damaged STEP, TOML and CSV files through the program: each ends with its exit code and one message.
+"""Damaged CAD, TOML and CSV files through the program: each ends with its exit code and one message.
 
-    python tests/benchmarks/fuzz.py --count 1000 --kinds step toml csv
+    python tests/benchmarks/fuzz.py --count 1000 --kinds step igs brep FCStd toml csv
 
 A run that ends otherwise, takes too long, or leaves a file or a process behind is printed with its seed.
-STEP files take seconds each: `--resume FILE.json` keeps what was done and goes on from there.
+CAD files take seconds each: `--resume FILE.json` keeps what was done and goes on from there.
 """
 
 import argparse
 import json
 import random
 import sys
-import tempfile
 from collections import Counter
 from functools import cache
 from importlib.resources import files
@@ -18,6 +17,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
+from cad_files import CAD_ENDINGS, cad_file
 from contained import contained
 from mutated import mutated
 
@@ -41,39 +41,35 @@ solver = "auto"
 [material]
 preset = "leon-2001"
 """
-STEP = '[rod]\nstep = "rod.step"\n'
+CAD = '[rod]\ncad = "rod.{ending}"\n'
 MASSES = "[rod]\nlength_mm = 141.0\nmass_kg = 0.785\ncenter_of_gravity_mm = 64.0\ninertia_kg_m2 = 3.9e-3\n"
 ROD = '[rod]\npreset = "leon-2001"\nbig_end_bore_mm = 50.0\nweb_thickness_mm = 5.0\n'
 SHIPPED = '"leon-2001"'
 
 
 @cache
-def whole_step(number: int) -> str:
-    """One of three rods as a STEP file: I-section, rectangular with holes, with a bushing."""
+def whole(ending: str, number: int) -> str:
+    """One of three rods as a CAD file: I-section, rectangular with holes, with a bushing."""
     from geometry.presets import PRESETS
     from geometry.proportions import proportioned
-    from geometry.session import session
-    from geometry.step_file import export_step
 
     rods = (
         PRESETS["leon-2001"],
         proportioned(120, 40, 20, shank_section="rectangular", oil_hole=3.0),
         proportioned(150, 52, 22, bushing=1.5),
     )
-    with tempfile.TemporaryDirectory() as folder, session():
-        export_step(rods[number], Path(folder, "rod.step"))
-        return Path(folder, "rod.step").read_text()
+    return cad_file(rods[number], ending).decode("latin-1")
 
 
 def ended(kind: str, seed: int):
     """One damaged file through the program."""
     draw = random.Random(f"{kind} {seed}")  # noqa: S311
-    if kind == "step":
-        step = mutated(whole_step(seed % 3), draw, most=draw.choice([1, 1, 2, 6]))
-        study = STEP + ENGINE.format(gas=SHIPPED)
+    if kind in CAD_ENDINGS:
+        cad = mutated(whole(kind, seed % 3), draw, most=draw.choice([1, 1, 2, 6]))
+        study = CAD.format(ending=kind) + ENGINE.format(gas=SHIPPED)
         command = ["rod", "s.toml", "--quiet"] if seed % 2 else ["run", "s.toml", "--quiet"]
         return contained(
-            [*command, "--size", 14], {"s.toml": study.encode(), "rod.step": step.encode("latin-1")}
+            [*command, "--size", 14], {"s.toml": study.encode(), f"rod.{kind}": cad.encode("latin-1")}
         )
     if kind == "toml":
         rod, command = (ROD, "run") if seed % 5 == 0 else (MASSES, "loads")

@@ -11,9 +11,9 @@ import pytest
 from contained import contained
 from program import COARSE, fea
 
+from geometry.cad.step_file import export_step
 from geometry.presets import PRESETS
 from geometry.session import session
-from geometry.step_file import export_step
 
 MEBI = 2**20
 PROGRAM = [sys.executable, "-m", "fea"]

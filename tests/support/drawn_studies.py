@@ -128,8 +128,8 @@ def drawn_rod(seed, draw, folder, *, harsh):
         rod = proportioned(length, big, big * draw.uniform(0.38, 0.62), **drawn_options(draw))
         rod = varied(with_options(rod, draw, plain=kind == "step"), draw, {})
     if kind == "step" and not harsh:
+        from geometry.cad.step_file import export_step
         from geometry.session import session
-        from geometry.step_file import export_step
 
         with session():
             export_step(rod, folder / "rod.step")

@@ -19,6 +19,7 @@ def print_rod(figures: RodReport, console: Console | None = None) -> None:
         f"{figures.study}: {figures.mass_kg:.4g} kg, {figures.length_mm:.6g} mm between the bores",
         f"centre of gravity ({x:.2f}, {y + 0.0:.2f}, {z + 0.0:.2f}) mm from the crank pin",
         f"inertia about it, kg·m²: xx {tensor[0][0]:.4g}, yy {tensor[1][1]:.4g}, zz {tensor[2][2]:.4g}",
+        *_found(figures),
         *_column(figures),
     ]
     if len(figures.parts_mm3) > 1:
@@ -34,6 +35,22 @@ def print_rod(figures: RodReport, console: Console | None = None) -> None:
         markup=False,
         soft_wrap=True,
     )
+
+
+def _found(figures: RodReport) -> list[str]:
+    """The bores; of a file also its solids, and what was assumed."""
+    lines = []
+    for name, bore in zip(("big end", "small end"), figures.bores, strict=True):
+        x, y, z = bore.at_mm or (0.0, 0.0, 0.0)
+        place = f" at ({x:.4g}, {y:.4g}, {z:.4g}) mm in the file" if bore.at_mm else ""
+        lines.append(f"{name}: bore {bore.diameter_mm:.5g} mm, {bore.width_mm:.4g} mm long{place}")
+    if figures.solids is not None and len(figures.solids) > 1:
+        lines.append(f"solids of the file, which is in {figures.unit}:")
+        for solid in figures.solids:
+            size = " x ".join(f"{length:.4g}" for length in solid.size_mm)
+            kept = "" if solid.kept else ", left out"
+            lines.append(f"  {solid.name}: {solid.role}{kept}; {size} mm, {solid.mass_kg:.4g} kg")
+    return [*lines, *figures.assumed]
 
 
 def _column(figures: RodReport) -> list[str]:

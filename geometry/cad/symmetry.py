@@ -8,13 +8,12 @@ import numpy as np
 
 from geometry import kernel
 from geometry.arrays import Floats
+from geometry.cad.edges import edge_points
 from geometry.errors import GeometryError
 from geometry.mirror import PLANE_AXIS, Mirror
 
 # Of the rod's length.
 _SLACK = 1e-5
-# Places along each edge at which a face is compared with its mirror image.
-_PLACES = np.linspace(0.0, 1.0, 9)
 
 
 def smallest_cell(volumes: Sequence[int], length: float) -> Mirror:
@@ -77,16 +76,7 @@ def _faces(volume: int) -> _Faces:
     boundary = gmsh.model.getBoundary([(3, volume)], combined=False, oriented=False)
     tags = tuple(int(tag) for _, tag in boundary)
     measures = np.array([[occ.getMass(2, tag), *occ.getCenterOfMass(2, tag)] for tag in tags])
-    return _Faces(tags, measures, tuple(_on_edges(tag) for tag in tags))
-
-
-def _on_edges(face: int) -> Floats:
-    """Points (n, 3) along the edges of a face."""
-    points = []
-    for _, edge in gmsh.model.getBoundary([(2, face)], combined=False, oriented=False):
-        (low,), (high,) = gmsh.model.getParametrizationBounds(1, edge)
-        points.append(gmsh.model.getValue(1, edge, low + (high - low) * _PLACES))
-    return np.reshape(np.concatenate(points), (-1, 3)) if points else np.zeros((0, 3))
+    return _Faces(tags, measures, tuple(edge_points(tag) for tag in tags))
 
 
 def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:

@@ -1,4 +1,4 @@
-"""STEP files damaged at random, through the program: read or refused; the CAD kernel's death is not ours."""
+"""CAD files damaged at random, through the program: read or refused; the CAD kernel's death is not ours."""
 
 import os
 import random
@@ -6,6 +6,7 @@ import signal
 import time
 
 import pytest
+from cad_files import CAD_ENDINGS, cad_file
 from contained import contained
 from mutated import mutated
 
@@ -13,26 +14,21 @@ from fea.machine.forked import allow, apart
 from geometry.errors import GeometryError
 from geometry.invalid import InvalidValue
 from geometry.presets import PRESETS
-from geometry.session import session
-from geometry.step_file import export_step
-
-STUDY = b'[rod]\nstep = "rod.step"\n[mesh]\nsize_mm = 14\n'
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
-
-    path = tmp_path_factory.mktemp("step") / "rod.step"
-    with session():
-        export_step(PRESETS["leon-2001"], path)
-    return path.read_text()
+def whole():
+    return {ending: cad_file(PRESETS["leon-2001"], ending).decode("latin-1") for ending in CAD_ENDINGS}
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_a_damaged_file_is_meshed_or_refused(whole, seed):
-    text = mutated(whole, random.Random(seed), most=3)  # noqa: S311
-    files = {"s.toml": STUDY, "rod.step": text.encode("latin-1")}
-    ended = contained(["rod", "s.toml", "--quiet"], files, seconds=120)
+@pytest.mark.parametrize(
+    ("ending", "seed"),
+    [*(("step", seed) for seed in range(6)), *((ending, 1) for ending in CAD_ENDINGS[1:])],
+)
+def test_a_damaged_file_is_meshed_or_refused(whole, ending, seed):
+    text = mutated(whole[ending], random.Random(seed), most=3)  # noqa: S311
+    name = f"rod.{ending}"
+    ended = contained(["rod", name, "--size", 14, "--quiet"], {name: text.encode("latin-1")}, seconds=120)
     assert not ended.fault(), ended
 
 

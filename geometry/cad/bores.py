@@ -7,10 +7,15 @@ from itertools import combinations
 import gmsh
 import numpy as np
 
+from geometry.arrays import Floats
+from geometry.cad.holes import CLOSED, Hole, hollow_walls, through_holes
+from geometry.cad.interior import Interior
 from geometry.errors import GeometryError
 from geometry.faces import Face
-from geometry.holes import Hole, through_holes
 
+# Largest distance of the centre of gravity from the line between the bores, and from its ends, over the
+# distance of the bores: 0.06 and 0 on rods.
+_ASIDE, _BEYOND = 0.3, 0.25
 _REMEDY = "Give the diameters of the bores as rod.big_end_bore_mm and rod.small_end_bore_mm"
 
 
@@ -30,11 +35,16 @@ def find_bores(
 
     Raises
     ------
+    HalfOpenError
+        The largest hollow wall is open on one side.
     GeometryError
         The bores cannot be identified; the message lists the holes found and the keys that name the bores.
     """
-    holes = through_holes(volumes, faces)
+    interior = Interior(volumes)
+    holes = through_holes(interior, faces)
     _require_cylinders(holes, faces)
+    if named == (None, None):
+        _require_closed(hollow_walls(interior, faces, at_most=CLOSED), holes)
     big, small = ([hole for hole in holes if _has_diameter(hole, name)] for name in named)
     pairs = [
         (one, other)
@@ -54,7 +64,61 @@ def find_bores(
     if twice or (named[1] is None and _is_amid(best, holes)):
         listed = "; ".join(hole.text() for hole in holes)
         raise GeometryError(f"more than one pair of holes could be the bores: {listed}. {_REMEDY}")
-    return _heavier_first(best, volumes) if _alike(*best) else best
+    ordered = _heavier_first(best, volumes) if _alike(*best) else best
+    if named == (None, None):
+        _require_between(ordered, _middle(volumes))
+    return ordered
+
+
+class HalfOpenError(GeometryError):
+    """The wall of the largest bore is open on one side.
+
+    Attributes
+    ----------
+    wall
+        The wall.
+    """
+
+    def __init__(self, wall: Hole) -> None:
+        self.wall = wall
+        super().__init__(
+            f"the largest bore is half open: its wall, {wall.text()}, covers only {360 * wall.turn:.0f}°. Is "
+            'the cap missing? Add it to the file, or set rod.cap = "assumed" for a ring of the section at '
+            "the joint. If another hole is the bore, give its diameter as rod.big_end_bore_mm"
+        )
+
+    def __reduce__(self) -> tuple[type["HalfOpenError"], tuple[Hole]]:
+        """Pickle the wall, for errors that come from another process."""
+        return type(self), (self.wall,)
+
+
+def _require_closed(open_walls: Sequence[Hole], holes: Sequence[Hole]) -> None:
+    """Refuse a wall that is open on one side and larger than every hole."""
+    largest = max((hole.radius for hole in holes), default=0.0)
+    for wall in open_walls[:1]:
+        others = (*holes, *open_walls[1:])
+        beside = any(wall.parallel(other) and wall.apart(other) > wall.radius for other in others)
+        if wall.radius > largest and beside:
+            raise HalfOpenError(wall)
+
+
+def _require_between(bores: tuple[Hole, Hole], middle: Floats) -> None:
+    """Refuse bores with the centre of gravity far from the line between them."""
+    big, small = bores
+    distance = big.apart(small)
+    between = small.center - big.center
+    along = (between - (between @ big.direction) * big.direction) / distance
+    away = middle - big.center
+    away -= (away @ big.direction) * big.direction
+    lengthwise = float(away @ along)
+    aside = float(np.linalg.norm(away - lengthwise * along))
+    beyond = max(-lengthwise, lengthwise - distance, 0.0)
+    if aside > _ASIDE * distance or beyond > _BEYOND * distance:
+        raise GeometryError(
+            f"the two largest parallel holes ({big.text()}; {small.text()}) are not the bores of a rod: its "
+            f"centre of gravity lies {aside:.4g} mm beside and {beyond:.4g} mm beyond the line between them, "
+            f"which is {distance:.4g} mm long. {_REMEDY}, or keep only the rod with rod.solids"
+        )
 
 
 def _require_cylinders(holes: Sequence[Hole], faces: Sequence[Face]) -> None:
@@ -83,12 +147,18 @@ def _is_amid(bores: tuple[Hole, Hole], holes: Sequence[Hole]) -> bool:
 
 def _heavier_first(bores: tuple[Hole, Hole], volumes: Sequence[int]) -> tuple[Hole, Hole]:
     """Of two equal bores, take the one nearer to the centre of gravity for the big end's."""
-    mass = np.array([gmsh.model.occ.getMass(3, volume) for volume in volumes])
-    middle = mass @ [gmsh.model.occ.getCenterOfMass(3, volume) for volume in volumes] / mass.sum()
+    middle = _middle(volumes)
     one, other = bores
     along = (other.center - one.center) / np.linalg.norm(other.center - one.center)
     nearer_other = (middle - (one.center + other.center) / 2) @ along > 1e-6 * one.apart(other)
     return (other, one) if nearer_other else bores
+
+
+def _middle(volumes: Sequence[int]) -> Floats:
+    """Centre of gravity (3,) of volumes of one density."""
+    mass = np.array([gmsh.model.occ.getMass(3, volume) for volume in volumes])
+    centers = np.array([gmsh.model.occ.getCenterOfMass(3, volume) for volume in volumes])
+    return np.asarray(mass @ centers / mass.sum())
 
 
 def _has_diameter(hole: Hole, diameter: float | None) -> bool:

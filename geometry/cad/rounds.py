@@ -7,14 +7,14 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
+from geometry.cad.interior import Interior
 from geometry.faces import Face, Feature, FeatureKind
-from geometry.holes import inside
 
 # Sampling steps, in each parameter, over a face whose radius varies.
 _STEPS = 8
 
 
-def concave_rounds(faces: Sequence[Face], volumes: Sequence[int], length: float) -> Iterator[Feature]:
+def concave_rounds(faces: Sequence[Face], interior: Interior, length: float) -> Iterator[Feature]:
     """Find faces with a concave radius below a quarter of the rod's length; one feature per radius.
 
     These are cylinders, tori, and blends of varying radius, drafted corners and splines; the radius of the
@@ -22,7 +22,7 @@ def concave_rounds(faces: Sequence[Face], volumes: Sequence[int], length: float)
     """
     by_radius: dict[float, list[tuple[Face, float]]] = {}
     for face in faces:
-        found = _round(face, volumes)
+        found = _round(face, interior)
         if found is not None and found[0] < length / 4:
             radius, sweep = found
             by_radius.setdefault(round(radius, 4), []).append((face, sweep))
@@ -31,13 +31,13 @@ def concave_rounds(faces: Sequence[Face], volumes: Sequence[int], length: float)
         yield Feature(FeatureKind.ROUND, tags, radius, max(sweep for _, sweep in alike))
 
 
-def _round(face: Face, volumes: Sequence[int]) -> tuple[float, float] | None:
+def _round(face: Face, interior: Interior) -> tuple[float, float] | None:
     """Concave radius (mm) and the angle of its arc; None if the face is flat or convex."""
     if face.shape == "Plane":
         return None
-    if face.shape in ("Cylinder", "Torus"):
-        return (face.values[-1], _sweep(face)) if _is_concave(face, volumes) else None
-    return _tightest(face, volumes)
+    if face.shape in ("Cylinder", "Torus") and not face.fitted:
+        return (face.values[-1], _sweep(face)) if _is_concave(face, interior) else None
+    return _tightest(face, interior)
 
 
 def _sweep(face: Face) -> float:
@@ -47,7 +47,7 @@ def _sweep(face: Face) -> float:
     return float(high[which] - low[which])
 
 
-def _is_concave(face: Face, volumes: Sequence[int]) -> bool:
+def _is_concave(face: Face, interior: Interior) -> bool:
     """Whether the space on the side of the arc's centre is free."""
     (u0, v0), (u1, v1) = gmsh.model.getParametrizationBounds(2, face.tag)
     middle = [(u0 + u1) / 2, (v0 + v1) / 2]
@@ -58,10 +58,10 @@ def _is_concave(face: Face, volumes: Sequence[int]) -> bool:
     if face.shape == "Torus":
         from_axis = point - center - face.values[6] * from_axis / np.linalg.norm(from_axis)
     outwards = normal * np.sign(normal @ from_axis)
-    return not inside(point - 1e-3 * radius * outwards, volumes)
+    return not interior.contains(point - 1e-3 * radius * outwards)
 
 
-def _tightest(face: Face, volumes: Sequence[int]) -> tuple[float, float] | None:
+def _tightest(face: Face, interior: Interior) -> tuple[float, float] | None:
     """Smallest concave radius along the parameter lines, and the angle by which the normal turns there."""
     low, high = gmsh.model.getParametrizationBounds(2, face.tag)
     steps = np.linspace(0.02, 0.98, _STEPS + 1)  # a cone's tip has no normal
@@ -74,7 +74,7 @@ def _tightest(face: Face, volumes: Sequence[int]) -> tuple[float, float] | None:
     if on is None:
         return None
     reach = 1e-3 * float(np.ptp(points.reshape(-1, 3), axis=0).max())
-    outwards = -1 if inside(points[on] + reach * normals[on], volumes) else 1
+    outwards = -1 if interior.contains(points[on] + reach * normals[on]) else 1
     best: tuple[float, float] | None = None
     for axis in (0, 1):
         along, turning = np.diff(points, axis=axis), outwards * np.diff(normals, axis=axis)

@@ -1,4 +1,4 @@
-"""Cylindrical through-holes of an imported solid."""
+"""Cylindrical holes of an imported solid: through-holes, and walls that are open on one side."""
 
 import math
 from collections.abc import Sequence
@@ -8,9 +8,17 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
+from geometry.cad.edges import edge_points
+from geometry.cad.interior import Interior
 from geometry.faces import Face
 
-_PARALLEL = 1e-6
+_PARALLEL = 1e-4
+# Largest distance of two axes, and difference of two radii, that count as one, relative to the radius: bores
+# of rod and cap are drawn apart, and some are fitted.
+_COAXIAL, _ALIKE = 1e-3, 2e-4
+# Least part of a turn that the wall of a hole covers (an oil hole may be missing from it), and of one that is
+# open on one side, more than which a fillet does not cover.
+CLOSED, _OPEN = 0.8, 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +35,12 @@ class Hole:
         Of its wall, mm², and its first moment (3,) about `center`, mm³.
     faces
         gmsh's tags of its wall, the largest first.
+    turn
+        Part of a full turn that the wall covers, in the mean over its width.
+    deviation
+        By how much the axes and radii of its faces differ, mm.
+    fitted
+        Whether a face of it is a surface of another kind, to which the cylinder is fitted.
     """
 
     center: Floats
@@ -36,6 +50,9 @@ class Hole:
     area: float
     moment: Floats
     faces: tuple[int, ...]
+    turn: float = 1.0
+    deviation: float = 0.0
+    fitted: bool = False
 
     @property
     def mean_width(self) -> float:
@@ -61,14 +78,36 @@ class Hole:
         return f"diameter {2 * self.radius:.5g} mm at ({x:.4g}, {y:.4g}, {z:.4g}), {self.width:.4g} mm long"
 
 
-def through_holes(volumes: Sequence[int], faces: Sequence[Face]) -> list[Hole]:
+def through_holes(interior: Interior, faces: Sequence[Face]) -> list[Hole]:
     """Return the cylindrical through-holes, one per axis, the largest radius first."""
     holes: list[Hole] = []
     for group in _coaxial([face for face in faces if face.shape == "Cylinder"]):
-        walls = [wall for wall in _walls(group) if _is_through(wall, volumes)]
+        walls = [wall for wall in _walls(group) if wall.turn > CLOSED and _is_through(wall, interior)]
         if walls:
             holes.append(_bearing(walls))
     return sorted(holes, key=lambda hole: -hole.radius)
+
+
+def hollow_walls(interior: Interior, faces: Sequence[Face], *, at_most: float = math.inf) -> list[Hole]:
+    """Return cylindrical walls with material outside them that cover a third of a turn or more.
+
+    Parameters
+    ----------
+    at_most
+        Part of a turn that they cover at most.
+
+    Returns
+    -------
+    list of Hole
+        The widest of each axis, the largest radius first.
+    """
+    walls: list[Hole] = []
+    for group in _coaxial([face for face in faces if face.shape == "Cylinder"]):
+        own = [wall for wall in _walls(group) if _OPEN < wall.turn <= at_most]
+        hollow = [wall for wall in own if _is_hollow(wall, interior)]
+        if hollow:
+            walls.append(_bearing(hollow))
+    return sorted(walls, key=lambda wall: -wall.radius)
 
 
 def _bearing(walls: Sequence[Hole]) -> Hole:
@@ -84,7 +123,7 @@ def _coaxial(cylinders: Sequence[Face]) -> list[list[Face]]:
             point, direction = np.array(group[0].values[:3]), np.array(group[0].values[3:6])
             offset = np.cross(np.array(face.values[:3]) - point, direction)
             turned = np.cross(np.array(face.values[3:6]), direction)
-            if np.linalg.norm(offset) < 1e-5 * group[0].values[6] and np.linalg.norm(turned) < _PARALLEL:
+            if np.linalg.norm(offset) < _COAXIAL * group[0].values[6] and np.linalg.norm(turned) < _PARALLEL:
                 group.append(face)
                 break
         else:
@@ -93,37 +132,55 @@ def _coaxial(cylinders: Sequence[Face]) -> list[list[Face]]:
 
 
 def _walls(group: Sequence[Face]) -> list[Hole]:
-    """Join coaxial faces of one radius; keep the walls that go (nearly) all the way round."""
+    """Join coaxial faces of one radius."""
     point, direction = np.array(group[0].values[:3]), np.array(group[0].values[3:6])
     direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
     walls = []
-    for radius in sorted({round(face.values[6], 6) for face in group}):
-        same = [face for face in group if abs(face.values[6] - radius) < 2e-6]
+    for same in _of_radius(group):
         same.sort(key=lambda face: -gmsh.model.occ.getMass(2, face.tag))
+        radius = same[0].values[6]
         extents = np.array([_extent(face, point, direction) for face in same])
         low, high = float(extents.min()), float(extents.max())
         areas = np.array([gmsh.model.occ.getMass(2, face.tag) for face in same])
         area = float(areas.sum())
-        if area > 0.8 * 2 * math.pi * radius * _covered(extents):  # an oil hole may be missing from it
-            center = point + (low + high) / 2 * direction
-            tags = tuple(face.tag for face in same)
-            middles = np.array([gmsh.model.occ.getCenterOfMass(2, tag) for tag in tags])
-            moment = areas @ (middles - center)
-            walls.append(
-                Hole(
-                    center=center,
-                    direction=direction,
-                    radius=same[0].values[6],
-                    width=high - low,
-                    area=area,
-                    moment=moment,
-                    faces=tags,
-                )
+        center = point + (low + high) / 2 * direction
+        tags = tuple(face.tag for face in same)
+        middles = np.array([gmsh.model.occ.getCenterOfMass(2, tag) for tag in tags])
+        apart = [np.cross(np.array(face.values[:3]) - point, direction) for face in same]
+        walls.append(
+            Hole(
+                center=center,
+                direction=direction,
+                radius=radius,
+                width=high - low,
+                area=area,
+                moment=areas @ (middles - center),
+                faces=tags,
+                turn=area / (2 * math.pi * radius * _covered(extents)),
+                deviation=float(
+                    max(np.linalg.norm(apart, axis=1)) + np.ptp([face.values[6] for face in same])
+                ),
+                fitted=any(face.fitted for face in same),
             )
+        )
     return walls
 
 
+def _of_radius(group: Sequence[Face]) -> list[list[Face]]:
+    """Divide coaxial faces by their radius, the smallest first."""
+    found: list[list[Face]] = []
+    for face in sorted(group, key=lambda face: face.values[6]):
+        if found and face.values[6] - found[-1][0].values[6] < _ALIKE * face.values[6]:
+            found[-1].append(face)
+        else:
+            found.append([face])
+    return found
+
+
 def _extent(face: Face, point: Floats, direction: Floats) -> Floats:
+    if face.fitted:
+        along = (edge_points(face.tag) - point) @ direction
+        return np.array([along.min(), along.max()])
     (u0, v0), (u1, v1) = gmsh.model.getParametrizationBounds(2, face.tag)
     ends = np.reshape(gmsh.model.getValue(2, face.tag, [u0, v0, u1, v1]), (2, 3))
     return np.asarray((ends - point) @ direction)
@@ -138,11 +195,11 @@ def _covered(extents: Floats) -> float:
     return total
 
 
-def _is_through(wall: Hole, volumes: Sequence[int]) -> bool:
+def _is_through(wall: Hole, interior: Interior) -> bool:
     """Whether its axis is free from end to end and beyond, with material behind most of its wall."""
     reach = 0.55 * wall.width
     free = [wall.center + step * reach * wall.direction for step in (-1.0, -0.5, 0.0, 0.5, 1.0)]
-    if any(inside(point, volumes) for point in free):
+    if any(interior.contains(point) for point in free):
         return False
     # At the middle of a face, because the middle of the whole wall may lie in a groove.
     middle = np.array(gmsh.model.occ.getCenterOfMass(2, wall.faces[0]))
@@ -151,11 +208,19 @@ def _is_through(wall: Hole, volumes: Sequence[int]) -> bool:
     across /= np.linalg.norm(across)
     other = np.cross(wall.direction, across)
     ring = [math.cos(a) * across + math.sin(a) * other for a in np.arange(8) * math.pi / 4 + 0.1]
-    behind = sum(inside(level + 1.002 * wall.radius * out, volumes) for out in ring)
-    before = sum(inside(level + 0.998 * wall.radius * out, volumes) for out in ring)
+    behind = sum(interior.contains(level + 1.002 * wall.radius * out) for out in ring)
+    before = sum(interior.contains(level + 0.998 * wall.radius * out) for out in ring)
     return behind >= 6 and before == 0
 
 
-def inside(point: Floats, volumes: Sequence[int]) -> bool:
-    """Whether a point lies in any of the volumes."""
-    return any(gmsh.model.isInside(3, volume, list(point)) for volume in volumes)
+def _is_hollow(wall: Hole, interior: Interior) -> bool:
+    """Whether there is material outside the largest face of a wall, and none before it."""
+    low, high = (np.array(end) for end in gmsh.model.getParametrizationBounds(2, wall.faces[0]))
+    found = 0
+    for share in ((0.5, 0.5), (0.3, 0.4), (0.7, 0.6), (0.4, 0.7), (0.6, 0.3)):
+        point = np.array(gmsh.model.getValue(2, wall.faces[0], list(low + (high - low) * share)))
+        out = point - wall.center
+        out -= (out @ wall.direction) * wall.direction
+        behind, before = (interior.contains(point + step * out) for step in (2e-3, -2e-3))
+        found += behind - before
+    return found >= 3

@@ -1,0 +1,72 @@
+"""Cylinders and planes by their shape: faces that the kernel calls splines, revolved or unknown surfaces."""
+
+from dataclasses import replace
+
+import gmsh
+import numpy as np
+
+from geometry.arrays import Floats
+from geometry.faces import Face
+
+# Largest deviation of a face from its cylinder, relative to the radius.
+ROUND = 1e-3
+# Largest mean component of its normals along the axis, and least spread of the normals of a curved face
+# (about a sixth of a right angle).
+_ALONG, _SPREAD = 3e-3, 0.07
+# Largest height of a plane over its extent.
+_FLAT = 1e-6
+_SAMPLES = 9  # along each parameter
+_KNOWN = ("Plane", "Cylinder", "Torus", "Cone", "Sphere")
+
+
+def recognised(face: Face) -> Face:
+    """Return the face as a plane or cylinder if it has that shape and the kernel does not know it."""
+    if face.shape in _KNOWN:
+        return face
+    points, normals = _samples(face.tag)
+    if np.ptp(points @ normals.mean(axis=0)) < _FLAT * np.ptp(points, axis=0).max():
+        return replace(face, shape="Plane", fitted=True)
+    found = fitted(points, normals)
+    return face if found is None else replace(face, shape="Cylinder", values=found[0], fitted=True)
+
+
+def fitted(points: Floats, normals: Floats) -> tuple[tuple[float, ...], float] | None:
+    """Fit a cylinder to points and unit normals (n, 3), by Kåsa's circle normal to the mean axis.
+
+    Source: Kåsa (1976), IEEE Transactions on Instrumentation and Measurement 25(1), 8-14.
+
+    Returns
+    -------
+    tuple or None
+        Axis point (3), direction (3) and radius, and the largest deviation of a point from the cylinder, mm;
+        None where the normals are not those of a cylinder.
+    """
+    size, axes = np.linalg.eigh(normals.T @ normals / len(normals))
+    if size[0] > _ALONG**2 or size[1] < _SPREAD**2:
+        return None
+    direction, across = axes[:, 0], axes[:, 1:]
+    middle = points.mean(axis=0)
+    place = (points - middle) @ across
+    left = np.column_stack([2 * place, np.ones(len(place))])
+    solution = np.linalg.lstsq(left, (place**2).sum(axis=1), rcond=None)[0]
+    center = solution[:2]
+    radius = float(np.sqrt(max(solution[2] + center @ center, 0.0)))
+    deviation = float(np.abs(np.linalg.norm(place - center, axis=1) - radius).max())
+    if not radius or deviation > ROUND * radius:
+        return None
+    on_axis = middle + across @ center
+    return (*on_axis.tolist(), *direction.tolist(), radius), deviation
+
+
+def _samples(face: int) -> tuple[Floats, Floats]:
+    """Points and unit normals (n, 3) over the parameters of a face."""
+    low, high = gmsh.model.getParametrizationBounds(2, face)
+    inner = np.linspace(0.01, 0.99, _SAMPLES)  # at its ends a surface may have no normal
+    u, v = (a + (b - a) * inner for a, b in zip(low, high, strict=True))
+    places = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).ravel()
+    points = np.reshape(gmsh.model.getValue(2, face, places), (-1, 3))
+    normals = np.reshape(gmsh.model.getNormal(face, places), (-1, 3))
+    sound = np.isfinite(normals).all(axis=1) & (np.abs(np.linalg.norm(normals, axis=1) - 1) < 1e-6)
+    if sound.sum() < 2 * _SAMPLES:
+        return np.zeros((1, 3)), np.zeros((1, 3))
+    return points[sound], normals[sound]

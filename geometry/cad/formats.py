@@ -1,0 +1,186 @@
+"""Read the solids of a CAD file into the open gmsh session."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import gmsh
+import numpy as np
+
+from geometry import kernel
+from geometry.cad.file import FORMATS, UNITS, CadFormat
+from geometry.cad.freecad import Placement, shapes_of
+from geometry.cad.quiet import quiet
+from geometry.errors import GeometryError
+
+_KINDS = ("points", "curves", "surfaces", "solids")
+_UNNAMED = "Open CASCADE STEP translator"  # stands for no name
+_GMSH_FORMATS = {CadFormat.STEP: "step", CadFormat.IGES: "iges", CadFormat.BREP: "brep"}
+# Largest gap between the edges of surfaces that are sewn together, over their extent.
+_SEWN = 1e-5
+_START = 400  # bytes from which a format is recognised
+_REMEDY = {
+    CadFormat.STEP: "it must begin with ISO-10303-21. Export the rod from CAD as STEP",
+    CadFormat.IGES: "its first line must end with S and a number. Export the rod from CAD as STEP",
+    CadFormat.BREP: "it must begin with a line of Open CASCADE. Export the rod from CAD as STEP",
+    CadFormat.FREECAD: "it must be a zip archive. Save it again in FreeCAD, or export the rod as STEP",
+}
+
+
+class NamedSolid(NamedTuple):
+    """A solid of the open model.
+
+    Attributes
+    ----------
+    tag
+        gmsh's volume tag.
+    name
+        In the file; empty if it has none.
+    """
+
+    tag: int
+    name: str
+
+
+def read_solids(path: Path, scale: float = 1.0) -> list[NamedSolid]:
+    """Read the solids of a file into a new model; lengths in mm, as the file declares them, times `scale`.
+
+    Raises
+    ------
+    GeometryError
+        It is not what its ending says, or holds no solid.
+    OSError
+        The file cannot be read.
+    """
+    kind = FORMATS.get(path.suffix.lower(), CadFormat.STEP)
+    with path.open("rb") as file:
+        if not _begins_as(kind, file.read(_START)):
+            article = "an" if kind in (CadFormat.IGES, CadFormat.BREP) else "a"
+            raise GeometryError(f"{path} is not {article} {kind} file: {_REMEDY[kind]}")
+    gmsh.model.add(path.stem)
+    gmsh.option.setNumber("Geometry.OCCScaling", scale)
+    try:
+        with quiet():
+            found, kinds = _freecad(path) if kind is CadFormat.FREECAD else _imported(path, kind)
+    finally:
+        gmsh.option.setNumber("Geometry.OCCScaling", 1.0)
+    if not found:
+        held = ", ".join(_KINDS[dim] for dim in sorted(kinds)) or "nothing"
+        remedy = "Export the rod as a solid body"
+        if 2 in kinds:
+            remedy += " (its surfaces do not close a volume)"
+        raise GeometryError(f"{path} contains no solid, only {held}. {remedy}")
+    return found
+
+
+def declared_unit(path: Path) -> str:
+    """Return the unit of length that a file declares, of `UNITS`; mm where it declares none or another."""
+    kind = FORMATS.get(path.suffix.lower(), CadFormat.STEP)
+    if kind is CadFormat.STEP:
+        return _unit_of_step(path.read_bytes())
+    return _unit_of_iges(path.read_bytes()) if kind is CadFormat.IGES else "mm"
+
+
+def _begins_as(kind: CadFormat, start: bytes) -> bool:
+    if kind is CadFormat.STEP:
+        return start.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"ISO-10303-21")
+    if kind is CadFormat.IGES:
+        line = start.split(b"\n", maxsplit=1)[0].rstrip(b"\r")
+        return len(line) == 80 and line[72:73] in b"SFBC"
+    if kind is CadFormat.BREP:
+        return start.lstrip().startswith(
+            (b"DBRep_DrawableShape", b"CASCADE Topology", b"Open CASCADE Topology")
+        )
+    return start.startswith(b"PK")
+
+
+def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
+    """Let the kernel read a file."""
+    # Reading another format, the kernel does not know this option of its STEP reader.
+    gmsh.option.setString("Geometry.OCCTargetUnit", "MM" if kind is CadFormat.STEP else "")
+    with kernel.attempt(f"read {path.name}"):
+        entities = _shapes(path, kind)
+        loose = {dim for dim, _ in entities} == {2}
+        if loose and kind in (CadFormat.IGES, CadFormat.STEP):
+            entities = _closed(path, kind, entities)
+    return _solids(entities), {int(dim) for dim, _ in entities}
+
+
+def _shapes(path: Path, kind: CadFormat) -> list[tuple[int, int]]:
+    entities = gmsh.model.occ.importShapes(str(path), format=_GMSH_FORMATS[kind])
+    gmsh.model.occ.synchronize()
+    return [(int(dim), int(tag)) for dim, tag in entities]
+
+
+def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Read surfaces again and sew them into a solid, which IGES files leave to the reader."""
+    boxes = np.reshape([gmsh.model.getBoundingBox(*entity) for entity in loose], (-1, 3))
+    gap, usual = _SEWN * float(np.ptp(boxes, axis=0).max()), gmsh.option.getNumber("Geometry.Tolerance")
+    gmsh.model.occ.remove(loose, recursive=True)
+    gmsh.option.setNumber("Geometry.OCCSewFaces", 1)
+    gmsh.option.setNumber("Geometry.Tolerance", gap)
+    try:
+        faces = [tag for dim, tag in _shapes(path, kind) if dim == 2]
+        solid = (kernel.SOLID, gmsh.model.occ.addVolume([gmsh.model.occ.addSurfaceLoop(faces)]))
+        gmsh.model.occ.synchronize()
+    finally:
+        gmsh.option.setNumber("Geometry.OCCSewFaces", 0)
+        gmsh.option.setNumber("Geometry.Tolerance", usual)
+    return [solid] if _is_tight(faces) else [(2, tag) for tag in faces]
+
+
+def _is_tight(faces: Sequence[int]) -> bool:
+    """Whether every edge belongs to two faces, or twice to one."""
+    edges = gmsh.model.getBoundary([(2, tag) for tag in faces], combined=False, oriented=False)
+    uses = np.unique([tag for _, tag in edges], return_counts=True)[1]
+    return bool((uses == 2).all())
+
+
+def _solids(entities: Sequence[tuple[int, int]]) -> list[NamedSolid]:
+    solids = []
+    for dim, tag in entities:
+        if dim == kernel.SOLID:
+            name = gmsh.model.getEntityName(3, tag).rpartition("/")[2]
+            solids.append(NamedSolid(int(tag), "" if name.startswith(_UNNAMED) else name))
+    return solids
+
+
+def _freecad(path: Path) -> tuple[list[NamedSolid], set[int]]:
+    """Read the shapes of a FreeCAD document that are results, under the labels of their objects."""
+    found, kinds = [], set()
+    with shapes_of(path) as shapes:
+        for shape in shapes:
+            solids, own = _imported(shape.path, CadFormat.BREP)
+            for placement in shape.placements:
+                _place([(3, solid.tag) for solid in solids], placement)
+            kinds |= own
+            found += [NamedSolid(solid.tag, shape.label) for solid in solids]
+    gmsh.model.occ.synchronize()
+    return found, kinds
+
+
+def _place(entities: Sequence[tuple[int, int]], placement: Placement) -> None:
+    """Turn entities about the origin and shift them."""
+    scale = gmsh.option.getNumber("Geometry.OCCScaling")
+    if entities and placement.angle:
+        gmsh.model.occ.rotate(entities, 0, 0, 0, *placement.axis, placement.angle)
+    if entities:
+        gmsh.model.occ.translate(entities, *(scale * value for value in placement.shift))
+
+
+def _unit_of_step(content: bytes) -> str:
+    metres = re.search(rb"LENGTH_UNIT\s*\(\s*\)[^;]*?SI_UNIT\s*\(\s*(\$|\.[A-Z]+\.)\s*,\s*\.METRE\.", content)
+    inches = re.search(rb"CONVERSION_BASED_UNIT\s*\(\s*'INCH(?:ES)?'", content, re.IGNORECASE)
+    if inches:
+        return "in"
+    prefix = metres[1] if metres else b".MILLI."
+    return {b"$": "m", b".CENTI.": "cm"}.get(prefix, "mm")
+
+
+def _unit_of_iges(content: bytes) -> str:
+    """Read the name of the unit from the global section."""
+    lines = [line[:72] for line in content.splitlines() if line[72:73] == b"G"]
+    named = re.search(rb"\d*H(MM|INCH|IN|M|CM)[,;]", b"".join(lines).upper())
+    unit = named[1].decode().lower() if named else "mm"
+    return {"inch": "in"}.get(unit, unit) if unit in (*UNITS, "inch") else "mm"

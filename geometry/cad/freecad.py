@@ -1,0 +1,164 @@
+"""Shapes of a FreeCAD document: a zip archive with an XML description and Open CASCADE's BREP files."""
+
+import math
+import tempfile
+import zipfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from geometry.errors import GeometryError
+
+# Bytes of the description and of all shapes, unpacked: far more than any rod takes.
+MOST_DESCRIPTION = 64 * 2**20
+MOST_SHAPES = 512 * 2**20
+_BODY = "PartDesign::Body"
+_CONTAINERS = ("App::Part", "App::DocumentObjectGroup", "Assembly::AssemblyObject")
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A turn about an axis through the origin (angle in rad), then a shift in mm."""
+
+    axis: tuple[float, float, float]
+    angle: float
+    shift: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A shape that is a result of the document.
+
+    Attributes
+    ----------
+    label
+        Of its object.
+    path
+        A BREP file, as long as `shapes_of` is open.
+    placements
+        Of the containers that hold it, the innermost first.
+    """
+
+    label: str
+    path: Path
+    placements: tuple[Placement, ...]
+
+
+@dataclass(frozen=True)
+class _Object:
+    kind: str
+    label: str
+    shape: str | None
+    members: tuple[str, ...]
+    placement: Placement | None
+
+
+@contextmanager
+def shapes_of(path: Path) -> Iterator[list[Shape]]:
+    """Unpack the shapes that are results: bodies, and what no other shape is made from.
+
+    Raises
+    ------
+    GeometryError
+        The archive is damaged, holds no description, or unpacks to more than `MOST_SHAPES`.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            with zipfile.ZipFile(path) as archive:
+                objects, uses = _described(_content(archive, "Document.xml", MOST_DESCRIPTION))
+                yield list(_unpacked(archive, objects, _results(objects, uses), Path(folder)))
+        except (zipfile.BadZipFile, ET.ParseError, KeyError, EOFError, NotImplementedError) as error:
+            reason = str(error).strip("'\"") or type(error).__name__
+            raise GeometryError(
+                f"{path.name} is not a readable FreeCAD file ({reason}). Save it again, or export the rod as "
+                "STEP"
+            ) from error
+
+
+def _content(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
+    """Unpack one member, which must not be larger than `most` bytes."""
+    with archive.open(name) as member:
+        content = member.read(most + 1)
+    if len(content) > most:
+        raise GeometryError(f"{name} in the FreeCAD file unpacks to more than {most // 2**20} MiB")
+    return content
+
+
+def _described(text: bytes) -> tuple[dict[str, _Object], dict[str, set[str]]]:
+    """Objects by name, and the names that each uses."""
+    root = ET.fromstring(text)  # noqa: S314 - expat limits the expansion of entities
+    kinds = {item.get("name", ""): item.get("type", "") for item in root.iterfind("Objects/Object")}
+    uses = {
+        item.get("Name", ""): {dep.get("Name", "") for dep in item.iterfind("Dep")}
+        for item in root.iterfind("Objects/ObjectDeps")
+    }
+    objects = {}
+    for item in root.iterfind("ObjectData/Object"):
+        name = item.get("name", "")
+        properties = {one.get("name"): one for one in item.iterfind("Properties/Property")}
+        part = properties["Shape"].find("Part") if "Shape" in properties else None
+        label = properties["Label"].find("String") if "Label" in properties else None
+        group = properties.get("Group")
+        objects[name] = _Object(
+            kind=kinds.get(name, ""),
+            label=name if label is None else label.get("value", name),
+            shape=None if part is None else part.get("file") or None,
+            members=() if group is None else tuple(link.get("value", "") for link in group.iter("Link")),
+            placement=_placement(properties.get("Placement")),
+        )
+    return objects, uses
+
+
+def _placement(found: ET.Element | None) -> Placement | None:
+    value = None if found is None else found.find("PropertyPlacement")
+    if value is None:
+        return None
+    x, y, z, w = (float(value.get(f"Q{i}", "0")) for i in range(4))
+    shift = tuple(float(value.get(f"P{axis}", "0")) for axis in "xyz")
+    size = math.sqrt(x * x + y * y + z * z)
+    axis = (x / size, y / size, z / size) if size else (0.0, 0.0, 1.0)
+    return Placement(axis, 2 * math.atan2(size, w), (shift[0], shift[1], shift[2]))
+
+
+def _results(objects: Mapping[str, _Object], uses: Mapping[str, set[str]]) -> list[str]:
+    """Names of the objects whose shapes are results."""
+    shaped = {name for name, one in objects.items() if one.shape}
+    bodies = {name for name in shaped if objects[name].kind == _BODY}
+    inside = {member for body in bodies for member in objects[body].members}
+    free = shaped - bodies - inside
+    used = {other for name in free | bodies for other in uses.get(name, set()) if name not in inside}
+    return [name for name in objects if name in bodies - used or name in free - used - set(_held(objects))]
+
+
+def _held(objects: Mapping[str, _Object]) -> Iterator[str]:
+    """Names of containers, whose shapes only repeat those of their members."""
+    return (name for name, one in objects.items() if one.kind in _CONTAINERS)
+
+
+def _unpacked(
+    archive: zipfile.ZipFile, objects: Mapping[str, _Object], names: list[str], folder: Path
+) -> Iterator[Shape]:
+    left = MOST_SHAPES
+    for number, name in enumerate(names):
+        file = objects[name].shape
+        content = _content(archive, str(file), left)
+        left -= len(content)
+        target = folder / f"{number}.brep"
+        target.write_bytes(content)
+        yield Shape(objects[name].label, target, tuple(_placements(objects, name)))
+
+
+def _placements(objects: Mapping[str, _Object], name: str) -> Iterator[Placement]:
+    """Placements of the containers around an object, the innermost first."""
+    seen = {name}
+    while True:
+        around = [other for other, one in objects.items() if one.kind in _CONTAINERS and name in one.members]
+        if not around or around[0] in seen:
+            return
+        name = around[0]
+        seen.add(name)
+        placement = objects[name].placement
+        if placement is not None:
+            yield placement

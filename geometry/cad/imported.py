@@ -1,0 +1,229 @@
+"""A rod from a CAD file, placed and cut in the same way as one drawn from dimensions."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import gmsh
+import numpy as np
+
+from geometry import kernel
+from geometry.arrays import Floats
+from geometry.cad.bores import HalfOpenError, find_bores
+from geometry.cad.cap import assumed_cap
+from geometry.cad.cylinders import ROUND, recognised
+from geometry.cad.file import UNITS, CadFile, MissingCap
+from geometry.cad.formats import declared_unit, read_solids
+from geometry.cad.holes import Hole
+from geometry.cad.interior import Interior
+from geometry.cad.members import member, members
+from geometry.cad.rounds import concave_rounds
+from geometry.cad.symmetry import cut_to, smallest_cell
+from geometry.errors import GeometryError
+from geometry.faces import Bore, Face, Feature, FeatureKind, faces_of, surfaces
+from geometry.intake import FoundBore, Intake, Member, Role
+from geometry.mass import joined
+from geometry.mirror import Mirror
+from geometry.solid import Part, Solid, whole_mass
+from geometry.surfaces import Surface
+
+# Distances of the bores, mm, that the declared unit of a file is believed with, and that another unit must
+# lead to: rods are 50 mm to 2 m long.
+_BELIEVED, _USUAL = (20.0, 4000.0), (50.0, 2000.0)
+
+
+def import_cad(
+    file: CadFile, mirror: Mirror | None = None, tell: Callable[[str], None] = lambda _stage: None
+) -> Solid:
+    """Read the rod of a file into a new model of the open session and place it in the rod's frame.
+
+    Parameters
+    ----------
+    file
+        The file, and what the user says of it.
+    mirror
+        The cell to keep; None for the smallest that the solid's symmetry allows.
+    tell
+        Told what is being done.
+
+    Returns
+    -------
+    Solid
+        One part per solid that is kept, under its name in the file; touching parts share their faces.
+
+    Raises
+    ------
+    GeometryError
+        No rod in the file, bores that cannot be identified, or a mirror plane that the solid lacks.
+    OSError
+        The file cannot be read.
+    """
+    declared = declared_unit(file.path)
+    unit = file.unit or declared
+    found, holes = _found(file, UNITS[unit] / UNITS[declared], tell)
+    if file.unit is None and (better := _plausible(holes, unit)) != unit:
+        unit = better
+        found, holes = _found(file, UNITS[unit] / UNITS[declared], tell)
+    bores = tuple(FoundBore(2 * hole.radius, _vector(hole.center), hole.mean_width) for hole in holes)
+    intake = Intake(unit, tuple(found), (bores[0], bores[1]), tuple(_assumed(file, declared, unit, found)))
+    return replace(_cut(file, found, holes, mirror, tell), intake=intake)
+
+
+def _found(
+    file: CadFile, scale: float, tell: Callable[[str], None]
+) -> tuple[list[Member], tuple[Hole, Hole]]:
+    """Read the file; return its solids and the bores."""
+    tell(f"reading {file.path.name}")
+    solids = read_solids(file.path, scale)
+    if len(solids) > 1:
+        tell(f"looking for the rod among {len(solids)} solids")
+    found = members(solids, file.solids)
+    tags = [one.tag for one in found if one.kept]
+    tell("looking for the bores")
+    named = (file.big_end_bore, file.small_end_bore)
+    try:
+        return found, find_bores(tags, _faces(tags), named)
+    except HalfOpenError as missing:
+        if file.cap is not MissingCap.ASSUMED:
+            raise
+        cap = member(assumed_cap(_faces(tags), missing.wall), "assumed cap", Role.ASSUMED_CAP)
+        tags.append(cap.tag)
+        return [*found, cap], find_bores(tags, _faces(tags), named)
+
+
+def _faces(volumes: Sequence[int]) -> list[Face]:
+    return [recognised(face) for face in faces_of(volumes)]
+
+
+def _plausible(holes: tuple[Hole, Hole], unit: str) -> str:
+    """Return the unit with which the distance of the bores is that of a rod; or `unit`."""
+    length = holes[0].apart(holes[1])
+    if _BELIEVED[0] <= length <= _BELIEVED[1]:
+        return unit
+    number = length / UNITS[unit]
+    fitting = [other for other in ("mm", "m", "in", "cm") if _USUAL[0] <= number * UNITS[other] <= _USUAL[1]]
+    return fitting[0] if fitting else unit
+
+
+def _assumed(file: CadFile, declared: str, unit: str, found: Sequence[Member]) -> list[str]:
+    """What the user must know was assumed."""
+    said = []
+    if file.unit is None and unit != declared:
+        said.append(
+            f"{file.path.name}: lengths are taken to be in {unit}, because in {declared}, as the file "
+            "declares, the rod would be of no usual length (rod.unit)"
+        )
+    if any(one.role is Role.ASSUMED_CAP for one in found):
+        said.append(
+            "the cap is missing: a ring of the section at the joint is assumed, without bolts (rod.cap)"
+        )
+    kept = [f"{one.name} ({one.role})" if one.name != one.role else one.name for one in found if one.kept]
+    if len(kept) > 1:
+        said.append(f"{', '.join(kept)}: bonded to each other where they touch")
+    left = [f"{one.name} ({one.role})" for one in found if not one.kept]
+    if left and not file.solids:
+        said.append(f"left out of {file.path.name}: {', '.join(left)} (rod.solids)")
+    return said
+
+
+def _cut(
+    file: CadFile,
+    found: Sequence[Member],
+    holes: tuple[Hole, Hole],
+    mirror: Mirror | None,
+    tell: Callable[[str], None],
+) -> Solid:
+    """Place and cut what is kept."""
+    kept = [one for one in found if one.kept]
+    left = [(kernel.SOLID, one.tag) for one in found if not one.kept]
+    if left:
+        gmsh.model.occ.remove(left, recursive=True)
+        gmsh.model.occ.synchronize()
+    volumes = [one.tag for one in kept]
+    tell("looking for mirror planes")
+    bores = _place(volumes, *holes)
+    length = bores[1].x
+    smallest = smallest_cell(volumes, length)
+    mirror = smallest if mirror is None else mirror
+    if len(mirror.planes) > len(smallest.planes):
+        raise GeometryError(
+            f"{file.path.name}: the solid does not have {mirror} symmetry. "
+            f'Use symmetry = "{smallest}" or "auto"'
+        )
+    names = [one.name for one in kept] if len(kept) > 1 else ["rod"]
+    parts = _parts(cut_to(volumes, mirror, length), names, mirror)
+    volumes = [tag for part in parts for tag in part.volumes]
+    faces = _faces(volumes)
+    mass = joined([part.mass for part in parts])
+    named = surfaces(bores, mirror, faces)
+    features = [
+        Feature(FeatureKind.BORE, named[surface], bore.radius, 2 * math.pi)
+        for surface, bore in zip((Surface.BIG_END_BORE, Surface.SMALL_END_BORE), bores, strict=True)
+    ]
+    free = [face for face in faces if face.tag in named[Surface.FREE]]
+    rounds = concave_rounds(free, Interior(volumes), length)
+    return Solid(mirror, bores, parts, named, (*features, *rounds), mass)
+
+
+def _place(volumes: Sequence[int], big: Hole, small: Hole) -> tuple[Bore, Bore]:
+    """Move the solid so that the big-end bore is the origin, x leads to the small end, z along the pins."""
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415 - only imported solids need it
+
+    z = big.direction
+    between = small.center - big.center
+    x = between - (between @ z) * z
+    length = float(np.linalg.norm(x))
+    x = x / length
+    turn = Rotation.from_matrix(np.stack([x, np.cross(z, x), z])).as_rotvec()
+    angle = float(np.linalg.norm(turn))
+    solids = [(kernel.SOLID, tag) for tag in volumes]
+    with kernel.attempt("place the solid in the rod's frame"):
+        gmsh.model.occ.translate(solids, *(-big.center))
+        if angle > 1e-12:
+            gmsh.model.occ.rotate(solids, 0, 0, 0, *(turn / angle), angle)
+        gmsh.model.occ.synchronize()
+    return (
+        Bore(0.0, big.radius, big.mean_width, slack=_slack(big)),
+        Bore(length, small.radius, small.mean_width, small.taper(x), slack=_slack(small)),
+    )
+
+
+def _slack(hole: Hole) -> float:
+    """By how much the faces of a bore may differ from its cylinder, mm; 0 where all are the same cylinder."""
+    exact = hole.deviation < 1e-6 * hole.radius and not hole.fitted
+    return 0.0 if exact else 2 * (hole.deviation + ROUND * hole.radius)
+
+
+def _parts(cells: Sequence[Sequence[int]], names: Sequence[str], mirror: Mirror) -> tuple[Part, ...]:
+    """Let touching parts share their faces, and compute the mass properties of each."""
+    cells = [list(cell) for cell in cells]
+    if sum(map(len, cells)) > 1:
+        every = [(kernel.SOLID, tag) for cell in cells for tag in cell]
+        with kernel.attempt("join the parts at their common faces"):
+            _, pieces = gmsh.model.occ.fragment(every, [])
+        became = {entity[1]: [tag for _, tag in made] for entity, made in zip(every, pieces, strict=True)}
+        cells = [[piece for tag in cell for piece in became[tag]] for cell in cells]
+        every_piece = [piece for cell in cells for piece in cell]
+        if len(set(every_piece)) < len(every_piece):
+            raise GeometryError(
+                f"the solids {', '.join(names)} overlap; they may only touch. Correct them in the CAD "
+                "program, or keep only some of them with rod.solids"
+            )
+    gmsh.model.occ.synchronize()
+    return tuple(
+        Part(name, tuple(cell), joined([whole_mass(tag, mirror) for tag in cell]))
+        for name, cell in zip(_distinct(names), cells, strict=True)
+    )
+
+
+def _distinct(names: Sequence[str]) -> list[str]:
+    """Number the names that occur more than once."""
+    return [
+        name if names.count(name) == 1 else f"{name} {names[:place].count(name) + 1}"
+        for place, name in enumerate(names)
+    ]
+
+
+def _vector(values: Floats) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
+    return x, y, z

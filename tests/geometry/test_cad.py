@@ -1,0 +1,225 @@
+"""Files of any CAD program: assemblies, other formats and units, bores that are cylinders by shape alone."""
+
+import math
+import zipfile
+
+import gmsh
+import pytest
+from cad_files import freecad_document
+
+from geometry.cad.bores import HalfOpenError
+from geometry.cad.file import CadFile, MissingCap
+from geometry.cad.imported import import_cad
+from geometry.errors import GeometryError
+from geometry.intake import Role
+from geometry.mirror import Mirror
+from geometry.session import session
+
+LENGTH, BIG, SMALL, WIDTH = 150.0, 25.0, 11.0, 20.0
+
+
+def written(path, draw, scale=1.0):
+    """Write what `draw(occ)` leaves in the model, times a scale."""
+    with session():
+        gmsh.model.add("drawn")
+        draw(gmsh.model.occ)
+        gmsh.model.occ.synchronize()
+        gmsh.write(str(path))
+        if scale != 1.0:  # while reading, as the kernel would make splines of a dilated model
+            gmsh.model.add("scaled")
+            gmsh.option.setNumber("Geometry.OCCScaling", scale)
+            gmsh.model.occ.importShapes(str(path))
+            gmsh.model.occ.synchronize()
+            gmsh.write(str(path))
+    return path
+
+
+def rod(occ, *, cap="fused", z=0.0):
+    """A plain rod, its axis along x: whole, split into rod and cap at x = 0, or without its cap."""
+    ring = occ.addCylinder(0, 0, z - WIDTH / 2, 0, 0, WIDTH, BIG + 9)
+    eye = occ.addCylinder(LENGTH, 0, z - WIDTH / 2, 0, 0, WIDTH, SMALL + 6)
+    bar = occ.addBox(20, -9, z - 6, LENGTH - 30, 18, 12)
+    body, _ = occ.fuse([(3, ring)], [(3, eye), (3, bar)])
+    bores = [(3, occ.addCylinder(x, 0, z - 50, 0, 0, 100, r)) for x, r in ((0, BIG), (LENGTH, SMALL))]
+    body, _ = occ.cut(body, bores)
+    if cap == "fused":
+        return
+    half = [(3, occ.addBox(-100, -100, z - 50, 100, 200, 100))]
+    if cap == "split":
+        occ.fragment(body, half)
+        occ.remove([tool for tool in occ.getEntities(3) if _outside(occ, tool)], recursive=True)
+    else:
+        occ.cut(body, half)
+
+
+def _outside(occ, solid):
+    return occ.getMass(*solid) > 4e5  # what is left of the box
+
+
+def crank_drive(occ):
+    """A rod and its cap, with a bushing, a piston pin, two bolts, a crank pin with its webs, and a piston."""
+    rod(occ, cap="split")
+    bushing = occ.addCylinder(LENGTH, 0, -WIDTH / 2, 0, 0, WIDTH, SMALL)
+    occ.cut([(3, bushing)], [(3, occ.addCylinder(LENGTH, 0, -50, 0, 0, 100, SMALL - 2))])
+    pin = occ.addCylinder(LENGTH, 0, -35, 0, 0, 70, SMALL - 2)
+    occ.cut([(3, pin)], [(3, occ.addCylinder(LENGTH, 0, -50, 0, 0, 100, 4))])
+    for y in (-29.5, 29.5):
+        occ.addCylinder(-30, y, 0, 60, 0, 0, 2.5)
+    webs = [(3, occ.addBox(-120, -30, z, 150, 60, 15)) for z in (-26, 11)]
+    occ.fuse([(3, occ.addCylinder(0, 0, -30, 0, 0, 60, BIG))], webs)
+    piston = occ.addCylinder(LENGTH - 25, 0, 0, 60, 0, 0, 42)
+    room = [(3, occ.addBox(LENGTH - 60, -50, -12, 80, 100, 24))]
+    occ.cut([(3, piston)], [*room, (3, occ.addCylinder(LENGTH, 0, -50, 0, 0, 100, SMALL - 2))])
+
+
+def imported(path, mirror=None, **said):
+    with session():
+        return import_cad(CadFile(path, **said), mirror)
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory):
+    return written(tmp_path_factory.mktemp("cad") / "drive.step", crank_drive)
+
+
+def test_the_rod_and_what_belongs_to_it_are_picked_out_of_an_assembly(drive):
+    found = imported(drive)
+    roles = [one.role for one in found.intake.members]
+    assert sorted(role for role in roles if role is not Role.OTHER) == sorted(
+        [Role.ROD, Role.CAP, Role.BUSHING, Role.PIN, Role.BOLT, Role.BOLT]
+    )
+    assert roles.count(Role.OTHER) == 2
+    kept = {one.role for one in found.intake.members if one.kept}
+    assert kept == {Role.ROD, Role.CAP, Role.BUSHING}
+    assert [bore.radius for bore in found.bores] == pytest.approx([BIG, SMALL - 2])
+    assert found.bores[1].x == pytest.approx(LENGTH)
+    assert found.mirror is Mirror.QUARTER
+    assert any("left out of drive.step" in text for text in found.intake.assumed)
+
+
+def test_named_solids_override_the_choice(drive):
+    names = [one.name for one in imported(drive).intake.members if one.role in (Role.ROD, Role.CAP)]
+    found = imported(drive, solids=tuple(names))
+    assert [one.name for one in found.intake.members if one.kept] == names
+    assert found.bores[1].radius == pytest.approx(SMALL)
+    with session(), pytest.raises(GeometryError, match=r"rod\.solids names 'rot', but the solids .* are: "):
+        import_cad(CadFile(drive, solids=("rot",)))
+
+
+def test_a_cap_apart_gives_the_rod_in_one_piece(tmp_path):
+    whole = imported(written(tmp_path / "whole.step", rod))
+    split = imported(written(tmp_path / "split.step", lambda occ: rod(occ, cap="split")))
+    assert split.mass.mass == pytest.approx(whole.mass.mass, rel=1e-9)
+    assert split.bores[0].width == pytest.approx(whole.bores[0].width, rel=1e-9)
+    assert len(split.parts) == 2
+
+
+def test_a_rod_without_its_cap_is_refused_or_given_one(tmp_path):
+    path = written(tmp_path / "capless.step", lambda occ: rod(occ, cap="none"))
+    with (
+        session(),
+        pytest.raises(HalfOpenError, match=r"diameter 50 mm .* covers only 180°\. Is the cap missing"),
+    ):
+        import_cad(CadFile(path))
+    found = imported(path, cap=MissingCap.ASSUMED)
+    ring = math.pi / 2 * ((BIG + 9) ** 2 - BIG**2) * WIDTH
+    assert found.intake.members[1].volume == pytest.approx(ring, rel=1e-9)
+    assert found.mirror is Mirror.QUARTER
+    whole = imported(written(tmp_path / "whole.step", rod))
+    assert found.mass.mass == pytest.approx(whole.mass.mass, rel=1e-9)
+
+
+def test_two_rods_alike_are_one_and_different_ones_must_be_chosen(tmp_path):
+    def twice(occ):
+        rod(occ)
+        rod(occ, z=40)
+
+    found = imported(written(tmp_path / "twice.step", twice))
+    assert [one.kept for one in found.intake.members] == [True, False]
+
+    def different(occ):
+        rod(occ)
+        before = occ.getEntities(3)
+        rod(occ, z=40)
+        other = [solid for solid in occ.getEntities(3) if solid not in before]
+        occ.dilate(other, 0, 0, 40, 1.2, 1.2, 1.0)
+
+    path = written(tmp_path / "different.step", different)
+    with session(), pytest.raises(GeometryError, match=r"several solids .* could be the rod.*rod\.solids"):
+        import_cad(CadFile(path))
+
+
+@pytest.mark.parametrize("ending", ["step", "brep", "igs", "FCStd"])
+def test_every_format_gives_the_same_rod(tmp_path, ending):
+    path = tmp_path / f"rod.{ending}"
+    if ending == "FCStd":
+        written(tmp_path / "rod.brep", rod)
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("Document.xml", freecad_document("rod.brp"))
+            archive.write(tmp_path / "rod.brep", "rod.brp")
+    else:
+        written(path, rod)
+    found, said = imported(path), imported(written(tmp_path / "same.step", rod))
+    assert found.mass.mass == pytest.approx(said.mass.mass, rel=1e-6)
+    assert found.bores[1].x == pytest.approx(LENGTH, rel=1e-6)
+    assert [bore.radius for bore in found.bores] == pytest.approx([BIG, SMALL], rel=1e-6)
+
+
+@pytest.mark.parametrize(("scale", "unit"), [(1e-3, "m"), (1 / 25.4, "in"), (1.0, "mm")])
+def test_a_wrong_unit_is_told_by_the_rods_length(tmp_path, scale, unit):
+    path = written(tmp_path / "rod.step", rod, scale)
+    found = imported(path)
+    assert found.intake.unit == unit
+    assert found.bores[1].x == pytest.approx(LENGTH, rel=1e-6)
+    assert found.bores[0].radius == pytest.approx(BIG, rel=1e-3)
+    assert any("taken to be in" in text for text in found.intake.assumed) == (unit != "mm")
+
+
+def test_a_file_in_metres_is_the_same_as_one_in_millimetres(tmp_path):
+    path = written(tmp_path / "metres.step", rod, 1e-3)
+    path.write_text(path.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT($,.METRE.)"))
+    metres, millimetres = imported(path), imported(written(tmp_path / "mm.step", rod))
+    assert (metres.intake.unit, metres.intake.assumed) == ("m", ())
+    assert metres.bores[1].x == pytest.approx(millimetres.bores[1].x, rel=1e-12)
+    assert metres.mass.mass == pytest.approx(millimetres.mass.mass, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"PK nothing", "not a readable FreeCAD file"),
+        (b"", "is not a FreeCAD file: it must be a zip archive"),
+    ],
+)
+def test_a_damaged_archive_is_refused(tmp_path, content, message):
+    path = tmp_path / "rod.FCStd"
+    path.write_bytes(content)
+    with session(), pytest.raises(GeometryError, match=message):
+        import_cad(CadFile(path))
+
+
+def test_an_archive_neither_fills_the_disk_nor_writes_elsewhere(tmp_path, monkeypatch):
+    monkeypatch.setattr("geometry.cad.freecad.MOST_SHAPES", 10_000)
+    path = tmp_path / "bomb.FCStd"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("Document.xml", freecad_document("../../outside.brp"))
+        archive.writestr("../../outside.brp", b"0" * 100_000)
+    with session(), pytest.raises(GeometryError, match="unpacks to more than"):
+        import_cad(CadFile(path))
+    assert [entry.name for entry in tmp_path.iterdir()] == ["bomb.FCStd"]
+
+
+def test_holes_that_are_no_bores_of_a_rod_are_refused(tmp_path):
+    def bracket(occ):  # two holes in one corner of a large plate
+        plate = occ.addBox(0, 0, 0, 400, 300, 12)
+        tools = [(3, occ.addCylinder(x, 20, -50, 0, 0, 100, r)) for x, r in ((20, 8), (60, 5))]
+        occ.cut([(3, plate)], tools)
+
+    path = written(tmp_path / "bracket.step", bracket)
+    with (
+        session(),
+        pytest.raises(GeometryError, match="are not the bores of a rod: its centre of gravity lies"),
+    ):
+        import_cad(CadFile(path))
+    named = imported(path, big_end_bore=16.0, small_end_bore=10.0)
+    assert named.bores[1].x == pytest.approx(40)
