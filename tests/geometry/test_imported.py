@@ -69,6 +69,18 @@ def test_a_slanted_small_end_is_measured(tmp_path):
     assert rod.pin_bearing_taper < 0
 
 
+def test_chamfers_are_not_a_part_of_the_bores(tmp_path):
+    rod = proportioned(140, 45, 22, big_end_chamfer=1.2, small_end_chamfer=0.6)
+    with session():
+        export_step(rod, tmp_path / "chamfered.step")
+    with session():
+        solid = import_cad(CadFile(tmp_path / "chamfered.step"))
+    widths = [bore.width for bore in solid.bores]
+    assert widths == pytest.approx([rod.crank_bearing_width, rod.pin_bearing_width], rel=1e-9)
+    assert widths[0] == pytest.approx(rod.big_end_width - 2.4)
+    assert solid.mirror is Mirror.QUARTER
+
+
 def test_mirror_planes_are_found_and_cut(leon, mass):
     with session():
         solid = import_cad(CadFile(leon))
