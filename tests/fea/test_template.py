@@ -50,9 +50,10 @@ def test_dimensions_that_are_shown_are_those_that_follow(name, tmp_path):
 
 
 def test_its_options_and_other_defaults_work(tmp_path):
-    chosen = [f"{name}_mm" for name in options()]
-    rod = study(tmp_path, *chosen).rod.dimensions
-    assert all(getattr(rod, name) > 0 for name in options())
+    for excluded in ("small_end_crown_width", "small_end_chamfer"):  # not both of them
+        chosen = [name for name in options() if name != excluded]
+        rod = study(tmp_path, *(f"{name}_mm" for name in chosen)).rod.dimensions
+        assert all(getattr(rod, name) > 0 for name in chosen)
     plain = study(tmp_path)
     shown = study(tmp_path, "intake_pressure_bar", "atmosphere_bar", "heat_ratio", "phase_deg")
     engine = plain.engine.engine(141.0)
