@@ -22,7 +22,7 @@ from geometry.presets import PRESETS
 
 # Beside a study that `fea init` writes, whose first line names it.
 SCHEMA_FILE = "fea-study.schema.json"
-_ID = "fea/study/1"
+_TITLE = "Study of a connecting rod for fea"
 _TYPES = {float: "number", int: "integer", str: "string", bool: "boolean"}
 
 Schema = dict[str, Any]
@@ -34,15 +34,12 @@ def study_schema() -> Schema:
     part = tables["material"]
     tables["part_material"] = part
     tables["material"] = part | {"additionalProperties": _reference("part_material")}
-    tables["engine"]["anyOf"] = _alternatives([["preset"], tables["engine"].pop("required")])
-    properties = {name: _reference(name) for name in ("rod", *TABLES)}
-    properties["engine"] = {"anyOf": [_choices(engine_names()), _reference("engine")]}
+    tables["engine"] |= _or_a_name(tables["engine"].pop("required"))
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "$id": _ID,
-        "title": "Study of a connecting rod for fea",
+        "title": _TITLE,
         "type": "object",
-        "properties": properties,
+        "properties": {name: _reference(name) for name in ("rod", *TABLES)},
         "required": ["rod"],
         "not": {"required": ["engine", "forces"]},
         "additionalProperties": False,
@@ -52,7 +49,7 @@ def study_schema() -> Schema:
 
 def is_schema(text: str) -> bool:
     """Whether a text is this schema, of any version of the program."""
-    return f'"$id": "{_ID}"' in text
+    return f'"title": "{_TITLE}"' in text
 
 
 def _rod() -> Schema:
@@ -70,6 +67,19 @@ def _table(name: str, cls: type[Any]) -> Schema:
         properties["preset"] |= _choices(presets[name])
     needed = required(cls)
     return _object(properties) | ({"required": needed} if needed else {})
+
+
+def _or_a_name(needed: list[str]) -> Schema:
+    """Keywords of an engine: a name of the library, or a table with a preset or with what it cannot lack.
+
+    Not as alternatives of two schemas, for which editors could not tell the key that is wrong.
+    """
+    return {
+        "type": ["string", "object"],
+        "if": {"type": "string"},
+        "then": _choices(engine_names()),
+        "anyOf": _alternatives([["preset"], needed]),
+    }
 
 
 def _object(properties: Mapping[str, Schema]) -> Schema:

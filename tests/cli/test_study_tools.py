@@ -60,7 +60,7 @@ def test_init_renews_its_own_schema_and_keeps_a_file_of_the_user(tmp_path):
     (tmp_path / SCHEMA).write_text("mine")
     assert SCHEMA not in fea("init", "one.toml", cwd=tmp_path).stdout
     assert (tmp_path / SCHEMA).read_text() == "mine"
-    (tmp_path / SCHEMA).write_text('{"$id": "fea/study/1"}')
+    (tmp_path / SCHEMA).write_text('{"title": "Study of a connecting rod for fea"}')
     assert SCHEMA in fea("init", "two.toml", cwd=tmp_path).stdout
     assert "properties" in (tmp_path / SCHEMA).read_text()
 
