@@ -201,7 +201,12 @@ def rod_keys() -> dict[str, Any]:
 
 def sufficient() -> list[list[str]]:
     """Return sets of keys, each of which is enough to define a rod."""
-    return [*([key] for key in _FILES), ["preset"], ["length_mm", *_MASS_KEYS], [f"{name}_mm" for name in _LEAST]]
+    return [
+        *([key] for key in _FILES),
+        ["preset"],
+        ["length_mm", *_MASS_KEYS],
+        [f"{name}_mm" for name in _LEAST],
+    ]
 
 
 def dimension_of(key: str) -> str:
