@@ -61,11 +61,14 @@ _COMMANDS = {
     "view": "Draw a result: a load case, the envelope of the crank cycle, or a mode.\n\n"
     "- `fea view results/leon-2001-6000rpm/tension.vtu --field safety_factor`",
     "init": "Write a study file with comments, ready to edit.\n\n"
-    "It explains every key and runs as it is: `fea run study.toml`.",
+    "It explains every key and runs as it is: `fea run study.toml`.\n\n"
+    "- `fea init --engine toyota-2jz 2jz.toml`: the study of a real engine, with the source of each figure",
+    "schema": "Print the JSON Schema of a study, for editors and other programs.",
     "doctor": "Check what this machine needs to run fea, and what is installed.",
 }
 for _name, _help in _COMMANDS.items():
     app.command(f"fea.commands.{_name}:{_name}", name=_name, help=_help)
+app.register_install_completion_command(help="Install completion of commands and flags for your shell.")
 
 _LONGEST_MESSAGE = 1500
 

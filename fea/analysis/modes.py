@@ -148,5 +148,5 @@ def modes_report(study: Study, count: int) -> ModesReport:
     rule = f"must not exceed {most} for fea modes: its displacement elements lock above that"
     require(nu <= most, "material.nu", nu, rule, "Use a smaller value.")
     elastic = of_parts(materials, whole.part)
-    speeds = study.speed.speeds() if study.engine else ()
+    speeds = study.engine_speeds(study.engine) if study.engine else ()
     return ModesReport(study.name, speeds, whole, free_modes(whole, elastic, elastic.density, count))

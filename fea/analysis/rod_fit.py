@@ -28,6 +28,12 @@ def fitted(
     mass_kg, center_of_gravity_mm, inertia_kg_m2
         Targets; where all are None, those that the [rod] table gives.
 
+    Returns
+    -------
+    tuple
+        The rod of the study with the dimensions found; mass properties that it gives stay only where they
+        are the targets. And how well they are met.
+
     Raises
     ------
     InvalidValue
@@ -42,7 +48,8 @@ def fitted(
     if (mass_kg, center_of_gravity_mm, inertia_kg_m2) == (None, None, None):
         remedy = "Say --mass-kg, --center-of-gravity-mm or --inertia-kg-m2, or give them in [rod]."
         require(given is not None, "--fit", list(free), "has no target", remedy)
-    if given is not None and mass_kg is center_of_gravity_mm is inertia_kg_m2 is None:
+    own = mass_kg is center_of_gravity_mm is inertia_kg_m2 is None
+    if given is not None and own:
         targets = Targets(density, given.mass, given.center[0], given.inertia_z, bushing)
     else:
         targets = Targets(
@@ -53,4 +60,5 @@ def fitted(
             bushing,
         )
     found = fit(rod, targets, [dimension_of(key) for key in free])
-    return dataclasses.replace(study.rod, dimensions=found.rod, length=found.rod.length), found
+    table = dataclasses.replace(study.rod, dimensions=found.rod, length=found.rod.length)
+    return (table if own else dataclasses.replace(table, mass=None)), found

@@ -1,10 +1,12 @@
 """The crank forces of a study, without a mesh."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from fea.analysis.force_report import ForceReport, force_reports
 from fea.machine.forked import apart
 from fea.rod.load_cases import EngineLoading
+from fea.study.engine_remarks import engine_remarks, layout_remarks
 from fea.study.rod_table import RodTable
 from fea.study.study import Study
 from geometry.mass import MassProperties, joined
@@ -28,8 +30,16 @@ def study_forces(study: Study, *, every_cylinder: bool) -> list[ForceReport]:
         EngineLoading.of(table, study.rod.length)
     length, mass = rod_mass(study)
     loading = EngineLoading.of(table, length)
-    speeds = study.speed.speeds()
-    return force_reports(loading.engine, mass, loading.gas, speeds, every_cylinder=every_cylinder)
+    speeds = study.engine_speeds(table)
+    reports = force_reports(loading.engine, mass, loading.gas, speeds, every_cylinder=every_cylinder)
+    layout = layout_remarks(table) if every_cylinder else []
+    return [
+        _with_remarks(report, [*engine_remarks(table, length, report.rpm), *layout]) for report in reports
+    ]
+
+
+def _with_remarks(report: ForceReport, remarks: list[str]) -> ForceReport:
+    return replace(report, note="; ".join(filter(None, (report.note, *remarks))))
 
 
 def rod_mass(study: Study) -> tuple[float, MassProperties]:

@@ -11,6 +11,7 @@ def loads(
     study: str = DEFAULT_STUDY,
     *,
     rpm: str | None = None,
+    engine: str | None = None,
     cylinders: Literal["one", "all"] = "one",
     csv: Path | None = None,
     plot: Path | None = None,
@@ -25,6 +26,8 @@ def loads(
         A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.
     rpm
         Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200).
+    engine
+        Engine of the library in place of the study's: toyota-2jz, jeep-4.0, …; any other name lists all.
     cylinders
         The first cylinder only, or all cylinders with their phase offsets and the sums of the engine.
     csv
@@ -43,7 +46,7 @@ def loads(
 
     require_target("--csv", csv, (".csv",))
     require_target("--plot", plot, (".png", ".pdf", ".svg"))
-    asked = Flags(rpm=rpm).applied(load_study(study))
+    asked = Flags(rpm=rpm, engine=engine).applied(load_study(study))
     _keep_trace(asked, csv)
     reports = study_forces(asked, every_cylinder=cylinders == "all")
     if csv is not None:

@@ -1,6 +1,7 @@
 """`fea rod`."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from fea.machine.exit_codes import CHECK_FAILED
@@ -34,8 +35,8 @@ def rod(
         Save a picture of the meshed rod as results/STUDY-rod.png.
     fit
         Dimensions to adjust until the rod meets the targets below (or those in [rod]): keys separated by
-        commas, such as shank_width_mm,web_thickness_mm. Prints the fitted [rod] table, and exits with code 5
-        if a target is missed.
+        commas, such as shank_width_mm,web_thickness_mm. Prints the study with the fitted rod, and exits with
+        code 5 if a target is missed.
     mass_kg
         Target mass for --fit, kg.
     center_of_gravity_mm
@@ -53,7 +54,6 @@ def rod(
     asked = Flags(size=size).applied(load_study(study))
     if fit is not None:
         from fea.analysis.rod_fit import fitted
-        from fea.study.tables import toml_text
 
         table, found = fitted(asked, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
         if json:
@@ -62,7 +62,7 @@ def rod(
             outcome = {"met": found.met, "residuals": found.residuals, "at_limit": found.at_limit}
             sys.stdout.write(json_text(outcome | {"rod": vars(found.rod)}))
         elif not quiet:
-            sys.stdout.write(f"# {found.text()}\n{toml_text({'rod': table.as_dict()})}")
+            sys.stdout.write(f"# {found.text()}\n{replace(asked, rod=table).text()}")
         if not found.met:
             sys.stderr.write(f"fea: {found.text()}. The printed rod comes closest to the targets\n")
         return 0 if found.met else CHECK_FAILED

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from fea.rod.omission import Omission
+from fea.study.engine_remarks import engine_remarks
 from fea.study.engine_table import EngineTable
 from fea.units import RPM
 from geometry.invalid import InvalidValue
@@ -24,7 +25,7 @@ class SpeedLoads:
     left_out
         Those that do not occur, and why.
     notes
-        Assumptions of the gas model.
+        Assumptions of the gas model and of an engine of the library.
     """
 
     cases: tuple[LoadCase, ...]
@@ -40,10 +41,13 @@ class EngineLoading:
     ----------
     engine, gas
         In coherent units.
+    table
+        What the study says of them.
     """
 
     engine: Engine
     gas: GasModel
+    table: EngineTable
 
     @classmethod
     def of(cls, table: EngineTable, rod_length: float) -> "EngineLoading":
@@ -55,7 +59,7 @@ class EngineLoading:
             A value of the engine breaks a rule.
         """
         engine = table.engine(rod_length)
-        return cls(engine, table.gas_model(engine))
+        return cls(engine, table.gas_model(engine), table)
 
     def at(self, rod: MassProperties, rpm: float | None) -> SpeedLoads:
         """Find the peak cases of the crank cycle.
@@ -81,8 +85,8 @@ class EngineLoading:
         omitted = tuple(Omission(f"case {name}", why) for name, why in peaks.left_out)
         if rpm == 0:
             omitted += (Omission("inertia of the rod", "the engine stands still"),)
-        note = self.gas.note(rpm * RPM)
-        return SpeedLoads(peaks.cases, omitted, (note,) if note else ())
+        notes = (self.gas.note(rpm * RPM), *engine_remarks(self.table, self.engine.rod_length, rpm))
+        return SpeedLoads(peaks.cases, omitted, tuple(filter(None, notes)))
 
     def instant(self, rod: MassProperties, rpm: float, angle: float) -> LoadCase:
         """Return what acts on the rod at a crank angle, rad."""

@@ -64,5 +64,5 @@ def _film(study: Study, rpm: float | None) -> Path | None:
     rule = "has no effect without the crank cycle"
     require(study.analysis.cycle, "--animate", study.output.animate, rule, "Add --cycle.")
     path = study.folder / study.output.animate
-    speeds = study.speed.speeds()
+    speeds = study.speeds()
     return path if len(speeds) == 1 else path.with_stem(f"{path.stem}-{rpm:g}rpm")

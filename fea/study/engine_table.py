@@ -4,6 +4,7 @@ import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 
+from fea.study.engine_presets import EnginePreset, engine_preset
 from fea.study.paths import located
 from fea.study.traces import SHIPPED, read_trace, shipped_trace
 from fea.units import BAR, DEG, KG
@@ -20,6 +21,15 @@ class EngineTable:
 
     `gas` is the name of a shipped trace, ``boyle``, ``otto``, ``motored``, ``none`` or a CSV file; the
     keys after it apply to the computed cycles.
+
+    `pin_offset_mm` is the distance of the cylinder axis, on which the piston pin moves, from the crank axis.
+    It is positive towards the side on which the crank pin is after top dead centre (engine +y): the rod is
+    then steeper in the expansion stroke, and the wall force smaller. An offset of the piston pin towards the
+    thrust side, as against piston slap, is negative. Crank angles count from the crank pin's position
+    parallel to the cylinder axis, above the crank axis: the piston is highest at asin(offset/(r + l)).
+
+    `preset` names an engine of the library (`fea.study.engine_presets`), whose figures stand for keys that
+    are not given.
     """
 
     stroke_mm: float
@@ -35,6 +45,7 @@ class EngineTable:
     intake_pressure_bar: float | None = None
     atmosphere_bar: float | None = None
     heat_ratio: float | None = None
+    preset: str | None = None
 
     def located(self, folder: Path) -> "EngineTable":
         """Return the table with the path of a CSV file made absolute."""
@@ -85,6 +96,10 @@ class EngineTable:
         peak = self._needed("peak_pressure_bar") * BAR if self.gas == "otto" else None
         heat_ratio = HEAT_RATIO_AIR if self.heat_ratio is None else self.heat_ratio
         return Otto(engine, ratio, peak, intake, atmosphere, heat_ratio)
+
+    def library(self) -> EnginePreset | None:
+        """Return the engine of the library that `preset` names."""
+        return None if self.preset is None else engine_preset(self.preset)
 
     def _needed(self, key: str) -> float:
         value = getattr(self, key)

@@ -22,6 +22,9 @@ class Flags:
     rpm: str | None = None
     """Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200)."""
 
+    engine: str | None = None
+    """Engine of the library in place of the study's: toyota-2jz, jeep-4.0, …; any other name lists all."""
+
     size: float | None = None
     """Element size, mm, smaller on fillets, bores and webs: no refinement unless --tolerance is given."""
 
@@ -96,6 +99,11 @@ class Flags:
                 "animate": absolute("--animate", self.animate),
             },
         }
+        if self.engine is not None:
+            rule = "cannot be used with [forces], which replace an engine"
+            remedy = "Leave it out, or remove [forces] from the study."
+            require(study.forces is None, "--engine", self.engine, rule, remedy)
+            study = study.with_engine(self.engine)
         changes = {}
         for name, values in tables.items():
             given = {key: value for key, value in values.items() if value is not None}
@@ -115,6 +123,7 @@ class AnalysisFlags(TypedDict, total=False):
     """The flags of ``fea run`` that ask for figures, as Python values."""
 
     rpm: float | Sequence[float] | str
+    engine: str
     size: float
     element: str
     support: str

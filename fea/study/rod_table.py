@@ -27,7 +27,14 @@ _ALIKE = 0.01
 _LEAST = ("length", "big_end_bore", "small_end_bore")
 # Keys that name a file, and those that say how to read it.
 _FILES = ("step", "cad")
-_FILE_OPTIONS = ("unit", "solids", "cap")
+_FILE_OPTIONS: Mapping[str, Any] = {"unit": str, "solids": tuple[str, ...], "cap": MissingCap}
+# All keys that are not dimensions, with their types.
+_OTHERS: Mapping[str, Any] = {
+    **dict.fromkeys(_MASS_KEYS, float),
+    "preset": str,
+    **dict.fromkeys(_FILES, str),
+    **_FILE_OPTIONS,
+}
 
 
 @dataclass(frozen=True)
@@ -186,6 +193,22 @@ def _fields() -> dict[str, str]:
     return {_key(field.name): field.name for field in dataclasses.fields(Rod)}
 
 
+def rod_keys() -> dict[str, Any]:
+    """Return the keys of the [rod] table with their types."""
+    lengths = {key: float if name in dimensions() else ShankSection for key, name in _fields().items()}
+    return lengths | dict(_OTHERS)
+
+
+def sufficient() -> list[list[str]]:
+    """Return sets of keys, each of which is enough to define a rod."""
+    return [
+        *([key] for key in _FILES),
+        ["preset"],
+        ["length_mm", *_MASS_KEYS],
+        [f"{name}_mm" for name in _LEAST],
+    ]
+
+
 def dimension_of(key: str) -> str:
     """Return the dimension of a key of the [rod] table.
 
@@ -210,8 +233,7 @@ def read_rod(raw: object, folder: Path) -> RodTable:
     """
     if not isinstance(raw, Mapping):
         raise InvalidValue("rod", raw, "must be a table, [rod]")
-    others = (*_MASS_KEYS, "preset", *_FILES, *_FILE_OPTIONS)
-    given = _dimensions({key: value for key, value in raw.items() if key not in others}, others)
+    given = _dimensions({key: value for key, value in raw.items() if key not in _OTHERS}, list(_OTHERS))
     mass = _mass(raw)
     for key in _FILES:
         if key in raw:
@@ -246,10 +268,8 @@ def _dimensions(raw: Mapping[str, object], others: Sequence[str] = ()) -> dict[s
     for key in raw:
         if key not in fields:
             raise unknown_key("[rod]", key, [*fields, *others])
-    return {
-        fields[key]: checked(f"rod.{key}", value, ShankSection if fields[key] == "shank_section" else float)
-        for key, value in raw.items()
-    }
+    hints = rod_keys()
+    return {fields[key]: checked(f"rod.{key}", value, hints[key]) for key, value in raw.items()}
 
 
 def _between_bores(table: RodTable) -> RodTable:

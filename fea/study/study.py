@@ -11,6 +11,7 @@ from typing import Any
 from fea.choices import CONTACT, CONVERGED_PERCENT, Assembly, Element, Fatigue, SolverName, Support, Symmetry
 from fea.material import Material
 from fea.study.contact_table import PINS, ContactTable
+from fea.study.engine_presets import engine_preset, with_preset
 from fea.study.engine_table import EngineTable
 from fea.study.material_table import MaterialTable
 from fea.study.paths import is_file, located, require_size, require_text
@@ -25,6 +26,7 @@ from loads.bearing import BorePressure
 _NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")
 # Faster than any piston engine; model aircraft engines reach about 40 000 rpm.
 LARGEST_RPM = 50_000.0
+DEFAULT_RPM = 6000.0
 LARGEST_STUDY = 2**18  # bytes; the longest list of speeds takes a tenth
 DEFAULT_STUDY = "leon-2001"
 
@@ -33,11 +35,12 @@ DEFAULT_STUDY = "leon-2001"
 class SpeedTable:
     """[speed]."""
 
-    rpm: float | tuple[float, ...] = 6000.0
+    rpm: float | tuple[float, ...] | None = None
 
-    def speeds(self) -> tuple[float, ...]:
-        """Return the speeds, rpm, in the order given."""
-        values = self.rpm if isinstance(self.rpm, tuple) else (self.rpm,)
+    def speeds(self, default: float = DEFAULT_RPM) -> tuple[float, ...]:
+        """Return the speeds, rpm, in the order given; without any, `default`."""
+        given = default if self.rpm is None else self.rpm
+        values = given if isinstance(given, tuple) else (given,)
         require(len(values) > 0, "speed.rpm", [], "must contain at least one speed")
         for value in values:
             require_number("speed.rpm", value)
@@ -231,7 +234,23 @@ class Study:
 
     def speeds(self) -> tuple[float | None, ...]:
         """Return the speeds, rpm; None alone where forces are given instead of an engine."""
-        return self.speed.speeds() if self.engine is not None else (None,)
+        return (None,) if self.engine is None else self.engine_speeds(self.engine)
+
+    def engine_speeds(self, engine: EngineTable) -> tuple[float, ...]:
+        """Return the speeds, rpm: those of [speed], or the redline of an engine of the library, or 6000."""
+        preset = engine.library()
+        return self.speed.speeds(DEFAULT_RPM if preset is None else preset.redline_rpm)
+
+    def with_engine(self, name: str) -> "Study":
+        """Return the study with an engine of the library in place of its own.
+
+        Raises
+        ------
+        InvalidValue
+            There is no such engine, or forces are given instead of an engine.
+        """
+        entries = engine_preset(name, "--engine").entries()
+        return replace(self, engine=EngineTable(**entries, preset=name))
 
     def with_rod(self, **dimensions: Any) -> "Study":
         """Return the study with other dimensions of its rod; the others stay as they are.
@@ -279,6 +298,8 @@ class Study:
         tables = {"rod": self.rod.as_dict(), "material": entries_of(self.material.resolved()) | parts}
         for name in ("engine", "speed", "forces", "mesh", "analysis", "contact", "output"):
             table = getattr(self, name)
+            if name == "speed" and self.engine is not None and self.speed.rpm is None:
+                table = SpeedTable(self.engine_speeds(self.engine)[0])
             unused = {"speed": self.engine is None, "contact": not self.analysis.in_contact}
             if table is not None and not unused.get(name):
                 tables[name] = entries_of(table)
@@ -358,6 +379,8 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
     remedy = 'Add one with dimensions or with preset = "leon-2001".'
     require("rod" in raw, "STUDY", name, "has no [rod] table", remedy)
     raw, part_material = _parted(raw)
+    if "engine" in raw:
+        raw["engine"] = with_preset(raw["engine"])
     tables = {key: read_table(cls, key, raw[key]) for key, cls in TABLES.items() if key in raw}
     rod = read_rod(raw["rod"], folder)
     if "engine" in tables:

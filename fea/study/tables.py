@@ -53,14 +53,14 @@ def read_table(cls: type[Table], where: str, raw: object) -> Table:
         if key not in hints:
             raise unknown_key(f"[{where}]", key, hints)
         values[key] = checked(f"{where}.{key}", value, hints[key])
-    for name in _required(cls):
+    for name in required(cls):
         if name not in values:
             raise InvalidValue(f"{where}.{name}", None, "is missing", f"Give it in [{where}].")
     return cls(**values)
 
 
-def _required(cls: Any) -> list[str]:
-    """Names of the fields without a default."""
+def required(cls: Any) -> list[str]:
+    """Return the names of the fields without a default."""
     absent = dataclasses.MISSING
     return [
         field.name

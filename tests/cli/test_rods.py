@@ -85,6 +85,7 @@ def test_fit_meets_targets_or_says_that_it_cannot(tmp_path):
     assert met.returncode == 0
     assert all(len(digits) <= 7 for digits in re.findall(r"\d+\.\d+", met.stdout))
     (tmp_path / "fitted.toml").write_text(met.stdout)
+    assert fea("run", "fitted.toml", *COARSE, "--quiet", cwd=tmp_path).returncode == 0
     rod = figures("rod", "fitted.toml", cwd=tmp_path)
     assert rod["mass_kg"] == pytest.approx(0.7, rel=2e-3)
     assert rod["center_of_gravity_mm"][0] == pytest.approx(60, rel=2e-3)

@@ -1,0 +1,134 @@
+"""Real engines by name: each figure with its source, or marked as assumed.
+
+An engine is a file of `fea/studies/engines`: ``[engine]`` and ``[rod]`` hold figures by the keys of a study,
+``[speed]`` the redline. A figure has a ``source``, one of ``[sources]``, or says in ``assumed`` where the
+estimate comes from.
+"""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any, NamedTuple
+
+from fea.study.tables import checked, nearest
+from geometry.invalid import InvalidValue
+
+_FOLDER = files("fea") / "studies" / "engines"
+
+
+class Figure(NamedTuple):
+    """A figure of an engine.
+
+    Attributes
+    ----------
+    value
+        In the unit of its key.
+    origin
+        Its source, a key of `EnginePreset.sources`; or how it was estimated.
+    assumed
+        Whether it is an estimate.
+    """
+
+    value: float | int | str
+    origin: str
+    assumed: bool
+
+
+@dataclass(frozen=True)
+class EnginePreset:
+    """An engine of the library.
+
+    Attributes
+    ----------
+    name, title
+        Its name in a study, and what it is.
+    layout
+        ``in-line``, ``V`` or ``flat``.
+    sources
+        What is cited, by the names that the figures give.
+    engine, rod
+        Figures by the keys of [engine] and of [rod].
+    redline
+        The highest speed that the engine is meant for, rpm.
+    """
+
+    name: str
+    title: str
+    layout: str
+    sources: Mapping[str, str]
+    engine: Mapping[str, Figure]
+    rod: Mapping[str, Figure]
+    redline: Figure
+
+    def entries(self) -> dict[str, Any]:
+        """Return the keys of [engine] with their values."""
+        return {key: figure.value for key, figure in self.engine.items()}
+
+    @property
+    def redline_rpm(self) -> float:
+        """The redline as a number."""
+        return float(self.redline.value)
+
+    @property
+    def rod_length(self) -> float:
+        """Distance of the bores' centres of its own rod, mm."""
+        return float(self.rod["length_mm"].value)
+
+
+@cache
+def engine_names() -> tuple[str, ...]:
+    """Return the names of all engines."""
+    names = (entry.name for entry in _FOLDER.iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
+
+
+def engine_preset(name: str, where: str = "engine.preset") -> EnginePreset:
+    """Return an engine by its name; `where` names the key or flag in the message.
+
+    Raises
+    ------
+    InvalidValue
+        There is no engine of that name.
+    """
+    if name not in engine_names():
+        remedy = nearest(name, engine_names())
+        raise InvalidValue(where, name, "is not an engine of the library", remedy)
+    return _read(name)
+
+
+@cache
+def _read(name: str) -> EnginePreset:
+    raw = tomllib.loads((_FOLDER / f"{name}.toml").read_text(encoding="utf-8"))
+    engine, rod, speed = (
+        {key: _figure(entry) for key, entry in raw[table].items()} for table in ("engine", "rod", "speed")
+    )
+    return EnginePreset(
+        name, raw["title"], raw["layout"], raw["sources"], engine, rod, redline=speed["redline_rpm"]
+    )
+
+
+def _figure(entry: Mapping[str, Any]) -> Figure:
+    assumed = "assumed" in entry
+    return Figure(entry["value"], entry["assumed" if assumed else "source"], assumed)
+
+
+def with_preset(raw: object) -> object:
+    """Return what a study says of its engine, with the figures of the preset that it names filled in.
+
+    Parameters
+    ----------
+    raw
+        From the TOML parser: a table, or the name of an engine of the library.
+
+    Raises
+    ------
+    InvalidValue
+        There is no engine of that name.
+    """
+    if isinstance(raw, str):
+        return {**engine_preset(raw, "engine").entries(), "preset": raw}
+    if not isinstance(raw, Mapping) or "preset" not in raw:
+        return raw
+    return {**engine_preset(checked("engine.preset", raw["preset"], str)).entries(), **raw}

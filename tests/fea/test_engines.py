@@ -1,0 +1,173 @@
+"""The library of engines: every figure has an origin, and a study with an engine of it is complete."""
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from fea.analysis.engine_study import engine_study
+from fea.analysis.study_forces import study_forces
+from fea.study.engine_presets import engine_names, engine_preset
+from fea.study.engine_remarks import engine_remarks, layout_remarks
+from fea.study.engine_table import EngineTable
+from fea.study.flags import Flags, python_flags
+from fea.study.rod_table import rod_keys
+from fea.study.study import load_study, parse_study
+from fea.units import KG, KG_M2, KG_M3
+from geometry.invalid import InvalidValue
+from geometry.section import HeightField
+
+ROD = "[rod]\npreset = 'leon-2001'\n"
+
+
+def parsed(text):
+    return parse_study(text, "test", Path.cwd())
+
+
+def test_there_are_enough():
+    assert len(engine_names()) >= 10
+
+
+@pytest.mark.parametrize("name", engine_names())
+def test_every_figure_has_a_source_or_is_an_estimate(name):
+    preset = engine_preset(name)
+    figures = [*preset.engine.values(), *preset.rod.values(), preset.redline]
+    cited = {figure.origin for figure in figures if not figure.assumed}
+    assert cited == preset.sources.keys()
+    assert all(preset.sources.values())
+    assert preset.layout in {"in-line", "V", "flat"}
+    assert preset.engine.keys() <= {field.name for field in dataclasses.fields(EngineTable)}
+    assert preset.rod.keys() <= rod_keys().keys()
+
+
+@pytest.mark.parametrize("name", engine_names())
+def test_estimates_follow_the_rules_that_they_name(name):
+    preset = engine_preset(name)
+    values = preset.entries()
+    bore, ratio = values["bore_mm"], values.get("compression_ratio", 0)
+    rules = {
+        "0.6 g/cm³ × bore³": 0.6e-6 * bore**3,
+        "6.5 bar × compression ratio": 6.5 * ratio,
+        "0.62 × bore": 0.62 * bore,
+        "0.25 × bore": 0.25 * bore,
+        "0.35 × bore, as usual for a diesel engine": 0.35 * bore,
+    }
+    for figure in (*preset.engine.values(), *preset.rod.values()):
+        if figure.assumed and figure.origin in rules:
+            assert figure.value == pytest.approx(rules[figure.origin], rel=0.02)
+
+
+def test_the_rule_for_pistons_lies_among_those_of_petrol_engines_that_are_known():
+    """Except León's 1.33 kg, which is that of a piston of three times the volume."""
+    known = []
+    for name in set(engine_names()) - {"leon-2001", "sd195"}:
+        values = engine_preset(name).engine
+        if not values["piston_mass_kg"].assumed:
+            known.append(values["piston_mass_kg"].value / values["bore_mm"].value ** 3 * 1e6)
+    assert len(known) >= 4
+    assert min(known) < 0.6 < max(known)
+
+
+@pytest.mark.parametrize("name", engine_names())
+def test_its_study_is_complete_and_has_the_mass_that_is_published(name):
+    preset, study = engine_preset(name), parsed(engine_study(name))
+    rod, engine = study.rod.dimensions, study.require_engine()
+    assert rod.length == preset.rod_length
+    assert study.speeds() == (preset.redline_rpm,)
+    assert engine.preset == name
+    assert engine.gas_model(engine.engine(rod.length)) is not None
+    mass = HeightField(rod).mass().times(study.material.resolved().density_kg_m3 * KG_M3)
+    weighed = {
+        "mass_kg": mass.mass / KG,
+        "center_of_gravity_mm": mass.center[0],
+        "inertia_kg_m2": mass.inertia_z / KG_M2,
+    }
+    for key, figure in preset.rod.items():
+        if key in weighed and not figure.assumed:
+            assert weighed[key] == pytest.approx(figure.value, rel=1e-3)
+    again = parsed(study.text())
+    assert again.engine == engine
+    assert again.text() == study.text()
+
+
+def test_a_name_is_enough_and_keys_override_it():
+    plain = parsed('engine = "toyota-2jz"\n' + ROD)
+    assert plain.engine == parsed(ROD + '[engine]\npreset = "toyota-2jz"').engine
+    assert plain.engine.stroke_mm == 86.0
+    heavier = parsed(ROD + '[engine]\npreset = "toyota-2jz"\npiston_mass_kg = 0.5').engine
+    assert heavier == dataclasses.replace(plain.engine, piston_mass_kg=0.5)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('engine = "toyota-3jz"\n' + ROD, r"^engine = 'toyota-3jz': .*Did you mean toyota-2jz\?.*jeep-4\.0"),
+        (ROD + '[engine]\npreset = "2jz"', r"^engine\.preset = '2jz': is not an engine of the library"),
+        (ROD + "[engine]\npreset = 2", r"engine\.preset = 2: must be text"),
+        ("engine = 3\n" + ROD, r"engine = 3: must be a table"),
+        (ROD + '[engine]\npreset = "toyota-2jz"\nbor_mm = 3.0', r"bor_mm.*unknown key.*preset"),
+    ],
+)
+def test_other_engines_are_refused(text, says):
+    with pytest.raises(InvalidValue, match=says):
+        parsed(text)
+
+
+def test_the_redline_is_the_speed_unless_one_is_given():
+    assert parsed('engine = "suzuki-hayabusa"\n' + ROD).speeds() == (11000,)
+    given = parsed('engine = "suzuki-hayabusa"\n' + ROD + "[speed]\nrpm = 6000")
+    assert given.speeds() == (6000,)
+    assert "rpm = 11000.0" in parsed('engine = "suzuki-hayabusa"\n' + ROD).text()
+
+
+@pytest.mark.parametrize("source", ["leon-2001", "columba-2022", "molina-2024"])
+def test_the_flag_replaces_the_engine_and_nothing_else(source):
+    study = load_study(source)
+    asked = Flags(engine="toyota-2jz").applied(study)
+    assert asked.engine == parsed('engine = "toyota-2jz"\n' + ROD).engine
+    assert dataclasses.replace(asked, engine=study.engine) == study
+    assert python_flags({"engine": "toyota-2jz"}).applied(study) == asked
+
+
+def test_the_flag_gives_a_rod_alone_an_engine_and_its_redline():
+    bare = parsed(ROD)
+    assert Flags(engine="jeep-4.0").applied(bare).speeds() == (5250,)
+    assert Flags(engine="jeep-4.0", rpm="800").applied(bare).speeds() == (800,)
+    forces = parsed(ROD + "[forces]\npin_N = [1.0, 0.0]")
+    with pytest.raises(InvalidValue, match=r"--engine = 'jeep-4\.0': cannot be used with \[forces\]"):
+        Flags(engine="jeep-4.0").applied(forces)
+
+
+def test_what_is_assumed_is_said_but_not_what_the_study_gives():
+    table = parsed('engine = "toyota-2jz"\n' + ROD).engine
+    (said,) = engine_remarks(table, 142.0, 6000)
+    assert "piston_mass_kg = 0.38 (0.6 g/cm³ × bore³)" in said
+    assert "peak_pressure_bar = 68" in said
+    assert "stroke_mm" not in said
+    weighed = dataclasses.replace(table, piston_mass_kg=0.4, gas="none")
+    assert engine_remarks(weighed, 142.0, 6000) == []
+    assert engine_remarks(dataclasses.replace(table, preset=None), 1.0, 9e3) == []
+
+
+def test_another_rod_and_too_high_a_speed_are_said():
+    table = parsed('engine = "leon-2001"\n' + ROD).engine
+    assert engine_remarks(table, 141.0, 6000) == []
+    length, speed = engine_remarks(table, 150.0, 6001)
+    assert "141 mm long, the one of this study 150 mm" in length
+    assert "6001 rpm is above the redline of the leon-2001 engine, 6000 rpm" in speed
+
+
+def test_the_sums_of_an_engine_in_v_are_marked():
+    study = parsed('engine = "chevrolet-454"\n' + engine_rod("chevrolet-454"))
+    (whole,) = study_forces(study, every_cylinder=True)
+    (one,) = study_forces(study, every_cylinder=False)
+    assert "8 cylinders in line, but the chevrolet-454 engine is of V layout" in whole.note
+    assert "layout" not in one.note
+    assert "assumed are" in one.note
+    assert layout_remarks(parsed('engine = "toyota-2jz"\n' + ROD).engine) == []
+
+
+def engine_rod(name):
+    """A [rod] table of the engine's own length with masses alone, which need no solid."""
+    length = engine_preset(name).rod_length
+    return f"[rod]\nlength_mm = {length}\nmass_kg = 0.8\ncenter_of_gravity_mm = 50.0\ninertia_kg_m2 = 4e-3\n"
