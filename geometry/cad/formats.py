@@ -104,6 +104,10 @@ def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
         loose = {dim for dim, _ in entities} == {2}
         if loose and kind in (CadFormat.IGES, CadFormat.STEP):
             entities = _closed(path, kind, entities)
+        beside = [entity for entity in entities if entity[0] != kernel.SOLID]
+        if len(beside) < len(entities):  # planes and axes beside the solids would be meshed
+            gmsh.model.occ.remove(beside, recursive=True)
+            gmsh.model.occ.synchronize()
     return _solids(entities), {int(dim) for dim, _ in entities}
 
 
@@ -117,24 +121,43 @@ def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> li
     """Read surfaces again and sew them into a solid, which IGES files leave to the reader."""
     boxes = np.reshape([gmsh.model.getBoundingBox(*entity) for entity in loose], (-1, 3))
     gap, usual = _SEWN * float(np.ptp(boxes, axis=0).max()), gmsh.option.getNumber("Geometry.Tolerance")
-    gmsh.model.occ.remove(loose, recursive=True)
+    name = gmsh.model.getCurrent()
+    gmsh.model.remove()
+    gmsh.model.add(name)
     gmsh.option.setNumber("Geometry.OCCSewFaces", 1)
     gmsh.option.setNumber("Geometry.Tolerance", gap)
     try:
         faces = [tag for dim, tag in _shapes(path, kind) if dim == 2]
-        solid = (kernel.SOLID, gmsh.model.occ.addVolume([gmsh.model.occ.addSurfaceLoop(faces)]))
+        shells = [shell for shell in _connected(faces) if _is_tight(shell)]
+        solids = [gmsh.model.occ.addVolume([gmsh.model.occ.addSurfaceLoop(shell)]) for shell in shells]
         gmsh.model.occ.synchronize()
     finally:
         gmsh.option.setNumber("Geometry.OCCSewFaces", 0)
         gmsh.option.setNumber("Geometry.Tolerance", usual)
-    return [solid] if _is_tight(faces) else [(2, tag) for tag in faces]
+    return [(kernel.SOLID, int(tag)) for tag in solids] or [(2, tag) for tag in faces]
+
+
+def _connected(faces: Sequence[int]) -> list[list[int]]:
+    """Divide faces into groups that share edges."""
+    from scipy import sparse  # noqa: PLC0415 - only surfaces without a solid need it
+
+    own = [_edges([face]) for face in faces]
+    rows = np.repeat(np.arange(len(faces)), [len(edges) for edges in own])
+    columns = np.concatenate([np.array(edges, dtype=np.int64) for edges in own])
+    shared = sparse.csr_array((np.ones(len(rows)), (rows, columns)))
+    _, group = sparse.csgraph.connected_components(shared @ shared.T, directed=False)
+    return [[int(tag) for tag in np.array(faces)[group == number]] for number in range(group.max() + 1)]
+
+
+def _edges(faces: Sequence[int]) -> list[int]:
+    """Edges of faces, as often as they are used."""
+    boundary = gmsh.model.getBoundary([(2, tag) for tag in faces], combined=False, oriented=False)
+    return [int(tag) for _, tag in boundary]
 
 
 def _is_tight(faces: Sequence[int]) -> bool:
     """Whether every edge belongs to two faces, or twice to one."""
-    edges = gmsh.model.getBoundary([(2, tag) for tag in faces], combined=False, oriented=False)
-    uses = np.unique([tag for _, tag in edges], return_counts=True)[1]
-    return bool((uses == 2).all())
+    return bool((np.unique(_edges(faces), return_counts=True)[1] == 2).all())
 
 
 def _solids(entities: Sequence[tuple[int, int]]) -> list[NamedSolid]:

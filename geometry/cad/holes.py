@@ -216,11 +216,13 @@ def _is_through(wall: Hole, interior: Interior) -> bool:
 def _is_hollow(wall: Hole, interior: Interior) -> bool:
     """Whether there is material outside the largest face of a wall, and none before it."""
     low, high = (np.array(end) for end in gmsh.model.getParametrizationBounds(2, wall.faces[0]))
-    found = 0
-    for share in ((0.5, 0.5), (0.3, 0.4), (0.7, 0.6), (0.4, 0.7), (0.6, 0.3)):
+    votes = 0
+    for share in ((0.5, 0.5), (0.3, 0.4), (0.7, 0.6), (0.4, 0.7), (0.6, 0.3)):  # one may lie in an oil hole
         point = np.array(gmsh.model.getValue(2, wall.faces[0], list(low + (high - low) * share)))
         out = point - wall.center
         out -= (out @ wall.direction) * wall.direction
-        behind, before = (interior.contains(point + step * out) for step in (2e-3, -2e-3))
-        found += behind - before
-    return found >= 3
+        hollow = not interior.contains(point - 2e-3 * out) and interior.contains(point + 2e-3 * out)
+        votes += 1 if hollow else -1
+        if abs(votes) == 2:
+            break
+    return votes > 0

@@ -165,6 +165,26 @@ def test_every_format_gives_the_same_rod(tmp_path, ending):
     assert [bore.radius for bore in found.bores] == pytest.approx([BIG, SMALL], rel=1e-6)
 
 
+@pytest.mark.parametrize("ending", ["step", "igs"])
+def test_surfaces_that_close_volumes_become_solids(tmp_path, ending):
+    def shells(occ):
+        rod(occ)
+        occ.addBox(200, 0, 0, 20, 20, 20)
+        occ.remove(occ.getEntities(3))
+
+    found = imported(written(tmp_path / f"shells.{ending}", shells))
+    assert [one.kept for one in found.intake.members] == [True, False]
+    assert found.mass.mass == pytest.approx(imported(written(tmp_path / "rod.step", rod)).mass.mass, rel=1e-3)
+
+    def half_open(occ):
+        shells(occ)
+        occ.remove(occ.getEntities(2)[:1])
+
+    path = written(tmp_path / f"open.{ending}", half_open)
+    with session(), pytest.raises(GeometryError):
+        import_cad(CadFile(path))
+
+
 @pytest.mark.parametrize(("scale", "unit"), [(1e-3, "m"), (1 / 25.4, "in"), (1.0, "mm")])
 def test_a_wrong_unit_is_told_by_the_rods_length(tmp_path, scale, unit):
     path = written(tmp_path / "rod.step", rod, scale)
