@@ -27,7 +27,7 @@ from fea.choices import CONTACT
 from fea.contact.fits import BIG_CLEARANCE, SMALL_CLEARANCE
 from fea.stress.singular import masked_nodes
 from fea.study.contact_table import ContactTable
-from fea.study.rod_table import RodTable, StepFile
+from fea.study.rod_table import rod_of_file
 from fea.study.study import MeshTable, SpeedTable, Study, load_study
 from geometry.cad.step_file import export_step
 from geometry.session import session
@@ -79,7 +79,7 @@ def studies(folder: Path) -> Iterator[tuple[str, Study]]:
             path = folder / f"rod-{seed}.step"
             with session():
                 export_step(study.rod.dimensions, path)
-            table = RodTable(None, StepFile(path), None, None)
+            table = rod_of_file(path)
             name = f"random rod {seed} (STEP), {study.speed.speeds()[0]:.0f} rpm"
             yield name, dataclasses.replace(study, rod=table)
             found += 1
