@@ -348,7 +348,7 @@ def prepare(
         pin_table=study.contact,
         pin_stiffness=study.pin_stiffness,
         fields=fields,
-        remarks=(*study.rod.mass_remarks(body.properties), *said),
+        remarks=(*study.material_remarks, *study.rod.mass_remarks(body.properties), *said),
         clock=clock,
     )
 

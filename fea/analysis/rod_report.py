@@ -82,8 +82,10 @@ class RodReport:
         K l / r for bending in each plane.
     bores
         Of the big and the small end; for a solid from a file with their places there.
-    unit, solids, assumed
-        Of a solid from a file: the unit of its lengths, its solids, and what was assumed or left out.
+    unit, solids
+        Of a solid from a file: the unit of its lengths, and its solids.
+    assumed
+        What was assumed or left out.
     """
 
     study: str
@@ -144,7 +146,7 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
         bores=_bores(mesh),
         unit=None if mesh.intake is None else mesh.intake.unit,
         solids=None if mesh.intake is None else _solids(mesh.intake, materials[0].density),
-        assumed=() if mesh.intake is None else mesh.intake.assumed,
+        assumed=(*study.material_remarks, *(() if mesh.intake is None else mesh.intake.assumed)),
     )
     return report, mesh.whole
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 from fea.choices import Assembly, Element, Fatigue, SolverName, Support, Symmetry
+from fea.study.material_table import MaterialTable
 from fea.study.paths import absolute
 from fea.study.speeds import parse_speeds
 from fea.study.study import Study
@@ -21,6 +22,9 @@ class Flags:
 
     rpm: str | None = None
     """Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200)."""
+
+    material: str | None = None
+    """Material of the rod in place of the study's, by its name (a wrong one lists them all)."""
 
     engine: str | None = None
     """Engine of the library in place of the study's: toyota-2jz, jeep-4.0, …; any other name lists all."""
@@ -99,6 +103,8 @@ class Flags:
                 "animate": absolute("--animate", self.animate),
             },
         }
+        if self.material is not None:
+            study = dataclasses.replace(study, material=MaterialTable(preset=self.material))
         if self.engine is not None:
             rule = "cannot be used with [forces], which replace an engine"
             remedy = "Leave it out, or remove [forces] from the study."
@@ -123,6 +129,7 @@ class AnalysisFlags(TypedDict, total=False):
     """The flags of ``fea run`` that ask for figures, as Python values."""
 
     rpm: float | Sequence[float] | str
+    material: str
     engine: str
     size: float
     element: str

@@ -31,6 +31,10 @@ LARGEST_STUDY = 2**18  # bytes; the longest list of speeds takes a tenth
 DEFAULT_STUDY = "leon-2001"
 
 
+# Where a study says nothing of the material.
+ASSUMED_MATERIAL = MaterialTable(preset="leon-2001")
+
+
 @dataclass(frozen=True)
 class SpeedTable:
     """[speed]."""
@@ -158,7 +162,7 @@ class Study:
 
     name: str
     rod: RodTable
-    material: MaterialTable = field(default_factory=lambda: MaterialTable(preset="leon-2001"))
+    material: MaterialTable = ASSUMED_MATERIAL
     part_material: Mapping[str, MaterialTable] = field(default_factory=dict)
     engine: EngineTable | None = None
     speed: SpeedTable = field(default_factory=SpeedTable)
@@ -286,6 +290,18 @@ class Study:
             remedy = f"The parts of this rod are: {', '.join(names)}."
             require(part in names, f"[material.{part}]", None, "does not name a part of this rod", remedy)
         return tuple(self.part_material.get(name, self.material).material() for name in names)
+
+    @property
+    def material_remarks(self) -> tuple[str, ...]:
+        """A remark if the material is assumed."""
+        if self.material is not ASSUMED_MATERIAL:
+            return ()
+        table = self.material.resolved()
+        said = (
+            f"assumed material: {self.material.preset}, {table.E_GPa:g} GPa, {table.density_kg_m3:g} kg/m³, "
+            f"yield strength {table.yield_MPa:g} MPa ([material] or --material)"
+        )
+        return (said,)
 
     @property
     def pin_stiffness(self) -> dict[str, tuple[float, float]]:

@@ -6,6 +6,7 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
+from geometry.cad.edges import edge_points
 from geometry.faces import Face
 
 # Largest deviation of a face from its cylinder, relative to the radius.
@@ -20,12 +21,18 @@ _KNOWN = ("Plane", "Cylinder", "Torus", "Cone", "Sphere")
 
 
 def recognised(face: Face) -> Face:
-    """Return the face as a plane or cylinder if it has that shape and the kernel does not know it."""
+    """Return the face as a plane or cylinder if it has that shape and the kernel does not know it.
+
+    The box of a plane is that of its edges: the kernel's is wider by the tolerance of the file.
+    """
+    if face.shape == "Plane":
+        points = edge_points(face.tag)
+        return replace(face, low=_corner(points.min(axis=0)), high=_corner(points.max(axis=0)))
     if face.shape in _KNOWN:
         return face
     points, normals = _samples(face.tag)
     if np.ptp(points @ normals.mean(axis=0)) < _FLAT * np.ptp(points, axis=0).max():
-        return replace(face, shape="Plane", fitted=True)
+        return recognised(replace(face, shape="Plane", fitted=True))
     found = fitted(points, normals)
     return face if found is None else replace(face, shape="Cylinder", values=found[0], fitted=True)
 
@@ -56,6 +63,11 @@ def fitted(points: Floats, normals: Floats) -> tuple[tuple[float, ...], float] |
         return None
     on_axis = middle + across @ center
     return (*on_axis.tolist(), *direction.tolist(), radius), deviation
+
+
+def _corner(values: Floats) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
+    return x, y, z
 
 
 def _samples(face: int) -> tuple[Floats, Floats]:

@@ -6,7 +6,10 @@ import re
 import meshio
 import numpy as np
 import pytest
+from cad_files import cad_file
 from program import COARSE, fea
+
+from geometry.presets import LEON_2001
 
 ENGINE = """
 [engine]
@@ -113,3 +116,24 @@ def test_bad_rods_are_refused(rod, code, says, tmp_path):
     assert done.returncode == code, done.stderr
     assert says in done.stderr
     assert not (tmp_path / "results").exists()
+
+
+def test_a_cad_file_alone_is_measured_asked_about_and_run(tmp_path):
+    (tmp_path / "rod.igs").write_bytes(cad_file(LEON_2001, "igs"))
+    measured = figures("rod", "rod.igs", "--size", "14", cwd=tmp_path)
+    assert [bore["diameter_mm"] for bore in measured["bores"]] == pytest.approx([50, 24], rel=1e-4)
+    assert measured["solids"][0]["role"] == "rod"
+    assert "assumed material" in measured["assumed"][0]
+    asked = fea("run", "rod.igs", cwd=tmp_path)
+    line, _, study = asked.stderr.partition("\n\n")
+    assert asked.returncode == 2
+    assert "--engine" in line
+    (tmp_path / "rod.toml").write_text(study)
+    assert figures("run", "rod.toml", *COARSE, cwd=tmp_path)["trusted"]
+    named = figures(
+        "run", "rod.igs", "--engine", "leon-2001", "--material", "c70-2005", *COARSE, cwd=tmp_path
+    )
+    assert named["trusted"]
+    assert not any("assumed material" in note for note in named["notes"])
+    unknown = fea("run", "rod.igs", "--material", "c70", cwd=tmp_path)
+    assert (unknown.returncode, "Valid names" in unknown.stderr) == (2, True)
