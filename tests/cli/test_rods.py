@@ -130,9 +130,8 @@ def test_a_cad_file_alone_is_measured_asked_about_and_run(tmp_path):
     assert "--engine" in line
     (tmp_path / "rod.toml").write_text(study)
     assert figures("run", "rod.toml", *COARSE, cwd=tmp_path)["trusted"]
-    named = figures(
-        "run", "rod.igs", "--engine", "leon-2001", "--material", "c70-2005", *COARSE, cwd=tmp_path
-    )
+    flags = ("--engine", "leon-2001", "--material", "c70-2005")
+    named = figures("run", "rod.igs", *flags, *COARSE, cwd=tmp_path)
     assert named["trusted"]
     assert not any("assumed material" in note for note in named["notes"])
     unknown = fea("run", "rod.igs", "--material", "c70", cwd=tmp_path)
