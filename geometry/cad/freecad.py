@@ -1,8 +1,10 @@
 """Shapes of a FreeCAD document: a zip archive with an XML description and Open CASCADE's BREP files."""
 
+import errno
 import math
 import tempfile
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,6 +16,18 @@ from geometry.errors import GeometryError
 # Bytes of the description and of all shapes, unpacked: far more than any rod takes.
 MOST_DESCRIPTION = 64 * 2**20
 MOST_SHAPES = 512 * 2**20
+# What the libraries raise where an archive is damaged.
+_DAMAGES = (
+    zipfile.BadZipFile,
+    zlib.error,
+    ET.ParseError,
+    KeyError,
+    EOFError,
+    NotImplementedError,
+    RuntimeError,
+    ValueError,
+    OSError,
+)
 _BODY = "PartDesign::Body"
 _CONTAINERS = ("App::Part", "App::DocumentObjectGroup", "Assembly::AssemblyObject")
 
@@ -66,15 +80,22 @@ def shapes_of(path: Path) -> Iterator[list[Shape]]:
     """
     with tempfile.TemporaryDirectory() as folder:
         try:
-            with zipfile.ZipFile(path) as archive:
-                objects, uses = _described(_content(archive, "Document.xml", MOST_DESCRIPTION))
-                yield list(_unpacked(archive, objects, _results(objects, uses), Path(folder)))
-        except (zipfile.BadZipFile, ET.ParseError, KeyError, EOFError, NotImplementedError) as error:
+            shapes = _read(path, Path(folder))
+        except _DAMAGES as error:
+            if isinstance(error, OSError) and error.errno != errno.EINVAL:  # a place before the file's start
+                raise
             reason = str(error).strip("'\"") or type(error).__name__
             raise GeometryError(
                 f"{path.name} is not a readable FreeCAD file ({reason}). Save it again, or export the rod as "
                 "STEP"
             ) from error
+        yield shapes
+
+
+def _read(path: Path, folder: Path) -> list[Shape]:
+    with zipfile.ZipFile(path) as archive:
+        objects, uses = _described(_content(archive, "Document.xml", MOST_DESCRIPTION))
+        return list(_unpacked(archive, objects, _results(objects, uses), folder))
 
 
 def _content(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
