@@ -22,6 +22,7 @@ from fea.rod.case_forces import NodalForces
 from fea.rod.discretise import MeshedRod
 from fea.rod.load_cases import EngineLoading, GivenForces, Loading
 from fea.rod.shank import part_at, shank
+from fea.rod.surface_regions import SurfaceRegions
 from fea.solid.inertia import Inertia, inertia
 from fea.solid.parity import Split
 from fea.solid.pins import held_by_pins
@@ -180,6 +181,7 @@ class PreparedRod:
             units=units,
             fatigue=self.options.fatigue,
             masked=masked,
+            regions=SurfaceRegions.of(mesh.cell, mesh.bores),
         )
 
     @property

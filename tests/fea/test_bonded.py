@@ -160,26 +160,15 @@ def test_a_whole_cycle_can_be_trusted(cycled):
     assert set(cycled.summary.pin_model.min_safety_factors) >= {"bonded", "cosine-180"}
 
 
-def test_a_half_of_each_bore_carries_nothing_under_pressure_but_half_the_force_if_bonded(cycled):
-    """The shank feels the same force; the far half of the small end's bore is pulled as well."""
-    pressed = analyse("leon-2001", size=20)
-    one, other = (result.cases["gas"] for result in (pressed, cycled))
-    mid = np.abs(pressed.mesh.points[:, 0] - 75) < 4
-    assert other.von_mises[mid].max() == pytest.approx(one.von_mises[mid].max(), rel=0.02)
-    bore = np.unique(pressed.mesh.facets[Surface.SMALL_END_BORE])
-    assert other.von_mises[bore].max() < 0.8 * one.von_mises[bore].max()
-
-
-@pytest.mark.parametrize("symmetry", [Symmetry.NONE, Symmetry.HALF])
-def test_the_solved_part_makes_no_difference(symmetry):
+def test_the_solved_part_makes_no_difference():
     study = load_study("leon-2001-as-published")
-    found = [
-        solve_speed(prepare(Flags(size=24.0, pressure="bonded", symmetry=part).applied(study)), None)
-        for part in (Symmetry.QUARTER, symmetry)
+    flags = [
+        Flags(size=24.0, element=Element.P1, pressure="bonded", symmetry=part)
+        for part in (Symmetry.QUARTER, Symmetry.NONE)
     ]
+    found = [solve_speed(prepare(each.applied(study)), None) for each in flags]
     one, other = (result.cases["given"].von_mises.max() for result in found)
     assert other == pytest.approx(one, rel=1e-6)
-    assert all(result.trusted for result in found)
 
 
 def test_a_rod_in_motion_is_in_balance_without_symmetry():
