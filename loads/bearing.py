@@ -138,7 +138,7 @@ class BorePressure:
 
 @dataclass(frozen=True)
 class Bonded:
-    """A pin that is bonded to its bore: the traction P/(2 π R b) along the force, uniform over the whole bore.
+    """A pin that is bonded to its bore: a traction P/(2 π R b) along the force, the same all over the bore.
 
     This is what finite-element programs make of a force on a cylindrical face: Ansys Mechanical distributes
     it "across one or more flat or curved faces, resulting in uniform traction" (Mechanical User's Guide 2024

@@ -227,8 +227,8 @@ now.
 - **Then the model of the pins decides.** A half cosine of pressure bends the rings more than a pin with a
   bearing's clearance does, most at the big end. In contact, three of the four rods reach 1 at 99 %
   reliability.
-- **The fourth does not**, at 8400 rpm with the lightest rod, unless it has the median endurance. Its 395.837 g
-  are also the mass of the rod of the Hayabusa in engine-sim, so they are hardly a weighed figure.
+- **The fourth does not**, at 8400 rpm with the lightest rod, unless it has the median endurance. Its
+  395.837 g are also the mass of the rod of the Hayabusa in engine-sim, so they are hardly a weighed figure.
 - **So the answer is: nearly, and not by the defaults.** `surface = "shot-peened"` with `--pressure contact`
   says that three of four live, with little in hand; `cosine-180` says so of one. A factor below 1 here
   still does not mean that a production rod breaks. What is left, and would raise the factors: the rods are

@@ -10,10 +10,10 @@ from fea.machine.clock import Clock
 from fea.material import Marin, Material, Skin
 from fea.rod.discretise import MeshRequest, discretise
 from fea.rod.surface_regions import SurfaceRegions
-from fea.study.rod_table import RodTable, StepFile
+from fea.study.rod_table import CadFile, RodTable
 from fea.study.study import load_study
+from geometry.cad.step_file import export_step
 from geometry.session import session
-from geometry.step_file import export_step
 from geometry.surfaces import Surface
 
 STEEL = Material(207e3, 0.3, 7.8e-9, 600.0, 900.0, 400.0)
@@ -124,7 +124,7 @@ def test_a_solid_from_a_file_has_the_same_regions(tmp_path):
     path = tmp_path / "rod.step"
     with session():
         export_step(table(**features).dimensions, path)
-    found = meshed(replace(table(), dimensions=None, step=StepFile(path)))
+    found = meshed(replace(table(), dimensions=None, cad=CadFile(path)))
     # Meshed anew: equal but for how the facets divide the curved surfaces.
     assert areas(found) == pytest.approx(areas(meshed(table(**features))), rel=0.02)
 
