@@ -215,7 +215,8 @@ def _spot(spot: Spot, result: CycleResult, materials: Sequence[Material], criter
     if spot.part == found.part[node]:
         largest, angle = material.yield_strength * found.usage[node], found.usage_angle[node]
     mean, amplitude, ratio = own.mean, own.amplitude, own.ratio
-    surface, region = float(result.regions.factors(material)[node]), result.regions.region(node, material)
+    here = result.regions.at(np.array([node]))
+    surface, region = float(here.factors(material)[0]), here.region(0, material)
     factor = fatigue_factor(criterion, mean, amplitude, material, surface)
     if spot.part == found.fatigue_part[node]:
         mean, amplitude, ratio = found.mean[[node]], found.amplitude[[node]], found.ratio[[node]]
