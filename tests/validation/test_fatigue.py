@@ -28,6 +28,7 @@ from fea.study.endurance import (
     size_factor,
 )
 from fea.study.material_table import MaterialTable
+from fea.study.tables import read_table
 from geometry.invalid import InvalidValue
 
 KPSI = 6.894757  # MPa
@@ -134,6 +135,13 @@ def test_a_surface_that_nothing_is_known_of_is_refused(keys, rule):
     table = MaterialTable(E_GPa=207.0, nu=0.3, density_kg_m3=7800.0, yield_MPa=600.0, ultimate_MPa=900.0)
     with pytest.raises(InvalidValue, match=rule):
         replace(table, **keys).material()
+
+
+@pytest.mark.parametrize("value", ["foo", True, [0.7]])
+def test_a_surface_is_a_finish_or_a_number(value):
+    assert read_table(MaterialTable, "material", {"bore_surface": 1}).bore_surface == 1.0
+    with pytest.raises(InvalidValue, match=r"bore_surface = .*Choose from ground, .* or give a number\."):
+        read_table(MaterialTable, "material", {"bore_surface": value})
 
 
 def test_rough_surfaces_reduce_every_factor_as_they_reduce_the_endurance_limit():
