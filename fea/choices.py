@@ -71,6 +71,22 @@ class Finish(StrEnum):
     MACHINED = "machined"
     HOT_ROLLED = "hot-rolled"
     AS_FORGED = "as-forged"
+    SHOT_PEENED = "shot-peened"  # a forging
+
+
+class Loading(StrEnum):
+    """How a part is loaded, other than the rotating-bending specimens of its endurance limit."""
+
+    BENDING = "bending"
+    AXIAL = "axial"
+
+
+class Region(StrEnum):
+    """Part of a rod's surface that is made in one way."""
+
+    BORES = "bores"
+    FACES = "faces"  # beside the bores, across the pins
+    REST = "rest"
 
 
 class Fatigue(StrEnum):

@@ -6,7 +6,52 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from fea.choices import Region
 from geometry.invalid import require, require_number, require_positive
+
+
+@dataclass(frozen=True)
+class Skin:
+    """How a region of a part's surface was made.
+
+    Attributes
+    ----------
+    factor
+        k_a, the endurance limit over that of a polished surface.
+    finish
+        In words.
+    assumed
+        Whether the finish follows from that of the rest of the part.
+    """
+
+    factor: float = 1.0
+    finish: str = "polished"
+    assumed: bool = False
+
+
+@dataclass(frozen=True)
+class Marin:
+    """Factors from the endurance limit of polished specimens to that of a part (Marin 1962).
+
+    Attributes
+    ----------
+    size, load, reliability
+        k_b, k_c and k_e: they are contained in the limits of `Material`.
+    bores, faces, rest
+        k_a by region: it is not contained there.
+    """
+
+    size: float = 1.0
+    load: float = 1.0
+    reliability: float = 1.0
+    bores: Skin = Skin()
+    faces: Skin = Skin()
+    rest: Skin = Skin()
+
+    @property
+    def surfaces(self) -> dict[Region, Skin]:
+        """How each region was made."""
+        return {Region.BORES: self.bores, Region.FACES: self.faces, Region.REST: self.rest}
 
 
 @dataclass(frozen=True)
@@ -24,11 +69,14 @@ class Material:
     yield_strength
         S_y, MPa.
     ultimate_strength, endurance_limit
-        S_u, and S_e, the endurance limit of the part under fully reversed tension, MPa, if known.
+        S_u, and S_e, the endurance limit of the part under fully reversed tension, MPa, if known. S_e is that
+        of a polished surface: `marin` has the factors of other finishes.
     torsion_limit
-        The endurance limit of the part under fully reversed torsion, MPa, if known.
+        The endurance limit of the part under fully reversed torsion, MPa, if known, likewise.
     endurance_estimated
         Whether S_e was estimated from S_u instead of tests.
+    marin
+        The factors between the limits of specimens and those of the part.
     """
 
     youngs_modulus: float
@@ -39,6 +87,7 @@ class Material:
     endurance_limit: float | None = None
     torsion_limit: float | None = None
     endurance_estimated: bool = False
+    marin: Marin = Marin()
 
     def __post_init__(self) -> None:
         """Refuse constants that no isotropic solid can have."""

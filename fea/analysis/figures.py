@@ -120,8 +120,40 @@ class CaseFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class SurfaceFigures:
+    """A region of a part's surface: its finish, the factor of it, and the endurance limit that remains.
+
+    `assumed` is there where the finish is not given but follows from that of the rest of the part.
+    """
+
+    finish: str
+    surface_factor: float
+    endurance_MPa: float
+    assumed: WhereKnown[bool] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnduranceFigures:
+    """``endurance`` of a part: the limit of polished specimens, and what is left of it in the part.
+
+    The limit of a region (``bores``, ``faces`` or ``rest``) is `specimen_MPa` times all factors.
+    """
+
+    specimen_MPa: float
+    estimated: bool
+    size_factor: float
+    load_factor: float
+    reliability_factor: float
+    regions: Mapping[str, SurfaceFigures]
+
+
+@dataclass(frozen=True, kw_only=True)
 class PlaceFigures:
-    """The stress history at one place: mean and amplitude are of the signed equivalent stress."""
+    """The stress history at one place: mean and amplitude are of the signed equivalent stress.
+
+    The endurance limit is that of the place, with the factor of its region of the surface; there is no region
+    inside the solid.
+    """
 
     at_mm: Vector
     mean_MPa: float
@@ -129,6 +161,8 @@ class PlaceFigures:
     stress_ratio: float
     fatigue_safety_factor: float | None
     crossland_safety_factor: float | None
+    endurance_MPa: WhereKnown[float] = None
+    surface_region: WhereKnown[str] = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,7 +177,10 @@ class SpotFigures(PlaceFigures):
 
 @dataclass(frozen=True, kw_only=True)
 class CycleFigures:
-    """``envelope`` of a speed whose fields are not written: the worst of the whole crank cycle."""
+    """``envelope`` of a speed whose fields are not written: the worst of the whole crank cycle.
+
+    `endurance` is by part; parts without a known endurance limit are left out.
+    """
 
     min_safety_factor: float
     at_mm: Vector
@@ -152,6 +189,7 @@ class CycleFigures:
     fatigue_criterion: str
     fatigue: PlaceFigures | None
     min_crossland_safety_factor: float | None
+    endurance: WhereKnown[Mapping[str, EnduranceFigures]] = None
     unit_solutions: int
     instants: int
 

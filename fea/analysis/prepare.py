@@ -11,6 +11,7 @@ from fea.analysis.solve import PinModel
 from fea.assess.case_error import CaseErrors
 from fea.checks import LIMITS
 from fea.choices import CONTACT, Element, SolverName, Support
+from fea.cycle.bonded_loads import BondedLoads
 from fea.cycle.pressure_loads import PressureLoads
 from fea.cycle.superposition import CycleAnalysis
 from fea.cycle.unit_loads import UnitLoads
@@ -21,6 +22,7 @@ from fea.rod.case_forces import NodalForces
 from fea.rod.discretise import MeshedRod
 from fea.rod.load_cases import EngineLoading, GivenForces, Loading
 from fea.rod.shank import part_at, shank
+from fea.rod.surface_regions import SurfaceRegions
 from fea.solid.inertia import Inertia, inertia
 from fea.solid.parity import Split
 from fea.solid.pins import held_by_pins
@@ -36,6 +38,7 @@ from geometry.mass import MassProperties
 from geometry.rod import Rod
 from geometry.section import Section
 from geometry.surfaces import Surface
+from loads.bearing import Bonded
 
 if TYPE_CHECKING:
     from fea.contact.fits import Fits
@@ -178,6 +181,7 @@ class PreparedRod:
             units=units,
             fatigue=self.options.fatigue,
             masked=masked,
+            regions=SurfaceRegions.of(mesh.cell, mesh.bores),
         )
 
     @property
@@ -228,8 +232,10 @@ class PreparedRod:
             from fea.cycle.contact_loads import ContactLoads  # noqa: PLC0415 - prescribed pressures do without
 
             return ContactLoads(self.contact, self.inertia)
-        options, mesh = self.options, self.mesh
-        return PressureLoads(mesh.cell, mesh.bores, self.inertia, options.prescribed, options.support)
+        mesh, support, prescribed = self.mesh, self.options.support, self.options.prescribed
+        if isinstance(prescribed, Bonded):
+            return BondedLoads(mesh.cell, mesh.bores, self.inertia, support)
+        return PressureLoads(mesh.cell, mesh.bores, self.inertia, prescribed, support)
 
     @cached_property
     def buckling(self) -> Buckling:

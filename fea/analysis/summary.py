@@ -9,6 +9,7 @@ import numpy as np
 
 from fea.analysis.adapt import Adapted
 from fea.analysis.buckling import BucklingReport
+from fea.analysis.endurance import endurance_figures
 from fea.analysis.figures import (
     BoreFigures,
     BucklingFigures,
@@ -52,7 +53,6 @@ from geometry.surfaces import Surface
 from loads.cases import LoadCase
 from mesh.quality import Quality
 from mesh.repair import Repair
-from mesh.tetmesh import TetMesh
 
 _PACKAGES = ("conrod-fea", "gmsh", "scikit-fem", "numpy", "scipy", "pyvista", "vtk")
 
@@ -70,9 +70,7 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
             name: case_figures(case, rod.mesh.bores.rod_length, tolerance)
             for name, case in result.cases.items()
         },
-        envelope=None
-        if result.cycle is None
-        else envelope_figures(result.cycle, rod.mesh.whole, rod.options.fatigue, rod.materials),
+        envelope=None if result.cycle is None else envelope_figures(result.cycle, rod),
         buckling=buckling.figures,
         pin_model=pin_model_figures(adapted.pin_factors(result), rod, result.loads.cases, least),
         checks={**result.checks, **buckling.checks},
@@ -173,10 +171,9 @@ def _bore(case: CaseResult, surface: Surface, rod_length: float) -> BoreFigures:
     )
 
 
-def envelope_figures(
-    result: CycleResult, mesh: TetMesh, criterion: Fatigue, materials: Sequence[Material]
-) -> EnvelopeFigures:
+def envelope_figures(result: CycleResult, rod: PreparedRod) -> EnvelopeFigures:
     """Return the worst of the cycle and its worst places."""
+    mesh, criterion, materials = rod.mesh.whole, rod.options.fatigue, rod.materials
     found, counts = result.envelope, result.counts
     worst = int(np.where(counts, found.usage, -np.inf).argmax())
     fatigue, multiaxial = (
@@ -196,6 +193,7 @@ def envelope_figures(
         fatigue=fatigue,
         min_crossland_safety_factor=None if multiaxial is None else multiaxial.crossland_safety_factor,
         crossland=multiaxial,
+        endurance=endurance_figures(rod.mesh.parts, materials) or None,
         spots=tuple(_spot(spot, result, materials, criterion) for spot in result.spots),
         unit_solutions=result.unit_solutions,
         instants=len(result.angles),
@@ -217,7 +215,9 @@ def _spot(spot: Spot, result: CycleResult, materials: Sequence[Material], criter
     if spot.part == found.part[node]:
         largest, angle = material.yield_strength * found.usage[node], found.usage_angle[node]
     mean, amplitude, ratio = own.mean, own.amplitude, own.ratio
-    factor = fatigue_factor(criterion, mean, amplitude, material)
+    here = result.regions.at(np.array([node]))
+    surface, region = float(here.factors(material)[0]), here.region(0, material)
+    factor = fatigue_factor(criterion, mean, amplitude, material, surface)
     if spot.part == found.fatigue_part[node]:
         mean, amplitude, ratio = found.mean[[node]], found.amplitude[[node]], found.ratio[[node]]
         factor = None if found.fatigue_factor is None else found.fatigue_factor[[node]]
@@ -230,7 +230,9 @@ def _spot(spot: Spot, result: CycleResult, materials: Sequence[Material], criter
         stress_ratio=float(ratio[0]),
         safety_factor=float(safety_factor(np.asarray(largest), material.yield_strength)),
         fatigue_safety_factor=None if factor is None else float(factor[0]),
-        crossland_safety_factor=crossland(components, material),
+        crossland_safety_factor=crossland(components, material, surface),
+        endurance_MPa=None if material.endurance_limit is None else surface * material.endurance_limit,
+        surface_region=None if region is None else region.value,
         history_MPa=tuple(spot.signed.tolist()),
     )
 

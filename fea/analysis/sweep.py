@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from fea.analysis.buckling import column_figures
+from fea.analysis.endurance import endurance_figures
 from fea.analysis.figures import (
     BucklingFigures,
     CaseFigures,
@@ -135,6 +136,7 @@ class SpeedSweep:
             fatigue_criterion=cycle.fatigue.value,
             fatigue=None if found.fatigue is None else _place(found.fatigue),
             min_crossland_safety_factor=multiaxial if np.isfinite(multiaxial) else None,
+            endurance=endurance_figures(self._rod.mesh.parts, self._rod.materials) or None,
             unit_solutions=cycle.units.count,
             instants=self._search.instants,
         )
@@ -183,4 +185,6 @@ def _place(place: Place) -> PlaceFigures:
         stress_ratio=place.ratio,
         fatigue_safety_factor=place.factor,
         crossland_safety_factor=place.crossland,
+        endurance_MPa=place.endurance,
+        surface_region=None if place.region is None else place.region.value,
     )

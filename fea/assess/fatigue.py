@@ -15,31 +15,33 @@ from fea.material import Material
 from geometry.arrays import Floats
 
 
-def goodman(mean: Floats, amplitude: Floats, endurance: float, ultimate: float) -> Floats:
+def goodman(mean: Floats, amplitude: Floats, endurance: Floats | float, ultimate: float) -> Floats:
     """Return n of σ_a/S_e + σ_m/S_u = 1/n (modified Goodman)."""
     return _inverse(amplitude / endurance + np.maximum(mean, 0) / ultimate)
 
 
-def soderberg(mean: Floats, amplitude: Floats, endurance: float, yield_strength: float) -> Floats:
+def soderberg(mean: Floats, amplitude: Floats, endurance: Floats | float, yield_strength: float) -> Floats:
     """Return n of σ_a/S_e + σ_m/S_y = 1/n."""
     return goodman(mean, amplitude, endurance, yield_strength)
 
 
-def gerber(mean: Floats, amplitude: Floats, endurance: float, ultimate: float) -> Floats:
+def gerber(mean: Floats, amplitude: Floats, endurance: Floats | float, ultimate: float) -> Floats:
     """Return n of n σ_a/S_e + (n σ_m/S_u)² = 1."""
     a, m = amplitude / endurance, np.maximum(mean, 0) / ultimate
     # The positive root, in the form without cancellation at zero mean stress.
     return _inverse((a + np.sqrt(a**2 + 4 * m**2)) / 2)
 
 
-_LINES: dict[Fatigue, tuple[Callable[[Floats, Floats, float, float], Floats], str]] = {
+_LINES: dict[Fatigue, tuple[Callable[[Floats, Floats, Floats | float, float], Floats], str]] = {
     Fatigue.GOODMAN: (goodman, "ultimate_strength"),
     Fatigue.GERBER: (gerber, "ultimate_strength"),
     Fatigue.SODERBERG: (soderberg, "yield_strength"),
 }
 
 
-def fatigue_factor(criterion: Fatigue, mean: Floats, amplitude: Floats, material: Material) -> Floats | None:
+def fatigue_factor(
+    criterion: Fatigue, mean: Floats, amplitude: Floats, material: Material, surface: Floats | float = 1.0
+) -> Floats | None:
     """Safety factor against fatigue, at most `CAP`; None if the material's strengths are not known.
 
     Parameters
@@ -50,12 +52,15 @@ def fatigue_factor(criterion: Fatigue, mean: Floats, amplitude: Floats, material
         Of the signed equivalent stress, MPa, of one shape.
     material
         Gives S_e, S_u and S_y.
+    surface
+        Factor k_a of the surface on S_e, of the same shape or one for all.
     """
     line, strength_name = _LINES[criterion]
     strength, endurance = getattr(material, strength_name), material.endurance_limit
     if strength is None or endurance is None:
         return None
-    return line(mean, amplitude, endurance, strength)
+    # In the precision of the stresses.
+    return line(mean, amplitude, np.asarray(surface, amplitude.dtype) * endurance, strength)
 
 
 def _inverse(used: Floats) -> Floats:

@@ -18,6 +18,7 @@ from fea.cycle.screened import Reach, extremes
 from fea.cycle.unit_loads import Weights
 from fea.cycle.unit_solutions import PartStress, UnitSolutions
 from fea.material import Material
+from fea.rod.surface_regions import SurfaceRegions
 from fea.units import DEG
 from geometry.arrays import Floats, Ints
 from mesh.mirror import MirroredMesh
@@ -51,6 +52,9 @@ class Envelope:
     part, fatigue_part
         At an interface, the part that is closer to yielding, and the part that the mean, amplitude and ratio
         belong to: the one with the smaller fatigue factor or, if none is known, the one closer to yielding.
+    endurance
+        Endurance limit with the factor of the surface, MPa, of `fatigue_part`, NaN where it is not known;
+        None if every surface is as good as polished.
     """
 
     von_mises: Floats
@@ -67,6 +71,7 @@ class Envelope:
     crossland_factor: Floats | None
     part: Ints
     fatigue_part: Ints
+    endurance: Floats | None = None
 
     def point_data(self) -> dict[str, npt.NDArray[np.floating[Any]]]:
         """Arrays at the nodes, by their names in the VTU file.
@@ -87,6 +92,7 @@ class Envelope:
         factors = {
             "fatigue_safety_factor": self.fatigue_factor,
             "crossland_safety_factor": self.crossland_factor,
+            "endurance_limit": self.endurance,
         }
         judged = {name: factor for name, factor in factors.items() if factor is not None}
         return data | {name: np.nan_to_num(factor, nan=NOT_JUDGED) for name, factor in judged.items()}
@@ -100,6 +106,7 @@ def envelope(
     *,
     materials: Sequence[Material],
     criterion: Fatigue,
+    regions: SurfaceRegions,
 ) -> Envelope:
     """Take the extremes over the instants of a cycle.
 
@@ -117,13 +124,15 @@ def envelope(
         One per part.
     criterion
         The mean-stress correction.
+    regions
+        Of the surface of the whole rod.
     """
     order = np.argsort(angles)
     along, angles = path(weights.at(order), units.together), angles[order]
     merged: Envelope | None = None
     for number, (part, material) in enumerate(zip(units.parts, materials, strict=True)):
         own = _on_whole(part, extremes(part, along, units.sides), whole)
-        of_part = _judged(own, angles, material, criterion, number)
+        of_part = _judged(own, angles, material, criterion, number, surface=regions.factors(material))
         merged = of_part if merged is None else _worse(merged, of_part)
     if merged is None:
         raise ValueError("a rod has at least one part")
@@ -147,7 +156,15 @@ def _on_whole(part: PartStress, sides: list[Reach], whole: MirroredMesh) -> Reac
     return Reach(**fields | {"instant": fields["instant"].astype(int)})
 
 
-def _judged(found: Reach, angles: Floats, material: Material, criterion: Fatigue, number: int) -> Envelope:
+def _judged(
+    found: Reach,
+    angles: Floats,
+    material: Material,
+    criterion: Fatigue,
+    number: int,
+    *,
+    surface: Floats | float = 1.0,
+) -> Envelope:
     return Envelope(
         von_mises=found.von_mises,
         crank_angle=angles[found.instant],
@@ -159,8 +176,8 @@ def _judged(found: Reach, angles: Floats, material: Material, criterion: Fatigue
         safety_factor=safety_factor(found.von_mises, material.yield_strength),
         usage=found.von_mises / material.yield_strength,
         usage_angle=angles[found.instant],
-        fatigue_factor=fatigue_factor(criterion, found.mean, found.amplitude, material),
-        crossland_factor=crossland_bound(found.radius, found.tension, material),
+        fatigue_factor=fatigue_factor(criterion, found.mean, found.amplitude, material, surface),
+        crossland_factor=crossland_bound(found.radius, found.tension, material, surface),
         part=np.full(len(found.von_mises), number),
         fatigue_part=np.full(len(found.von_mises), number),
     )

@@ -16,6 +16,7 @@ from fea.cycle.spots import Spot, spots
 from fea.cycle.unit_loads import Weights
 from fea.cycle.unit_solutions import UnitSolutions
 from fea.material import Material
+from fea.rod.surface_regions import SurfaceRegions
 from geometry.arrays import Floats, Mask
 from mesh.mirror import MirroredMesh
 
@@ -30,12 +31,13 @@ def worst_multiaxial(
     materials: Sequence[Material],
     *,
     counts: Mask,
+    regions: SurfaceRegions,
 ) -> tuple[Spot | None, Floats | None]:
     """Return the place of the smallest Crossland factor, and the factor of every node, or None if unknown.
 
     They are unknown if no part's endurance limit is known. Nodes are evaluated in the order of their bounds
     until the next bound exceeds the smallest factor found; nodes that do not count (n_nodes,) are left out.
-    At an interface the smaller factor of the parts is used.
+    At an interface the smaller factor of the parts is used. `regions` are those of the whole rod's surface.
     """
     if found.crossland_factor is None:
         return None, None
@@ -48,6 +50,7 @@ def worst_multiaxial(
     holds = np.zeros((len(units.parts), int(whole.source.max()) + 1), dtype=bool)
     for part, held in zip(units.parts, holds, strict=True):
         held[part.nodes] = True
+    surface = [regions.factors(material) for material in materials]
     worst, best = None, np.inf
     for start in range(0, len(order), BLOCK):
         nodes = order[start : start + BLOCK]
@@ -57,7 +60,8 @@ def worst_multiaxial(
         numbers, rows = np.nonzero(holds[:, whole.source[chosen]])
         places = list(zip(chosen[rows].tolist(), numbers.tolist(), strict=True))
         for spot in spots(places, units, weights, whole):
-            factors = crossland_factors(deviatoric(spot.stress)[None], materials[spot.part])
+            history, skin = deviatoric(spot.stress)[None], float(surface[spot.part][spot.node])
+            factors = crossland_factors(history, materials[spot.part], skin)
             if factors is None:
                 continue
             exact[image[spot.node]] = np.fmin(exact[image[spot.node]], factors[0])

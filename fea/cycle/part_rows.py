@@ -4,6 +4,7 @@ import numpy as np
 
 from fea.assess.deviatoric import deviator_norm, deviatoric
 from fea.assess.fatigue import fatigue_factor
+from fea.choices import Region
 from fea.cycle.path import Path, norms, path
 from fea.cycle.screened import Block, product, superposed
 from fea.cycle.superposition import CycleAnalysis
@@ -34,7 +35,8 @@ class PartRows:
             for units, together in zip((self._even, self._odd), own.together, strict=True)
         ]
         self.material = analysis.materials[number]
-        self._criterion = analysis.fatigue
+        self._criterion, self.regions = analysis.fatigue, analysis.regions.at(own.nodes[counts])
+        self._surface = np.tile(self.regions.factors(self.material), len(self._sides))
         points = analysis.mesh.cell.points[own.nodes[counts]]
         self.points = np.concatenate([points * [1, side, 1] for side in self._sides])
 
@@ -75,20 +77,25 @@ class PartRows:
         """Lower bound of the (uncapped) factors against yielding for stresses of at most `largest`."""
         return self.material.yield_strength / np.maximum(largest, np.finfo(float).tiny)
 
-    def yielding_factor(self, highest: Floats, lowest: Floats) -> Floats:
-        """Factors (n,) against yielding of the extremes of the signed equivalent stress."""
+    def yielding_factor(self, highest: Floats, lowest: Floats, rows: Ints) -> Floats:  # noqa: ARG002
+        """Factors (n,) against yielding of the extremes of the signed equivalent stress of some rows."""
         return self.yielding_bound(np.maximum(np.abs(highest), np.abs(lowest)))
 
-    def fatigue_factor(self, highest: Floats, lowest: Floats) -> Floats:
-        """Factors (n,) against fatigue of the extremes of the signed equivalent stress."""
-        return self._fatigue((highest + lowest) / 2, (highest - lowest) / 2)
+    def fatigue_factor(self, highest: Floats, lowest: Floats, rows: Ints) -> Floats:
+        """Factors (n,) against fatigue of the extremes of the signed equivalent stress of some rows."""
+        return self._fatigue((highest + lowest) / 2, (highest - lowest) / 2, self._surface[rows])
 
-    def _fatigue(self, mean: Floats, amplitude: Floats) -> Floats:
+    def _fatigue(self, mean: Floats, amplitude: Floats, surface: Floats) -> Floats:
         """Factors against fatigue; infinite if the strengths are not known."""
-        found = fatigue_factor(self._criterion, mean, amplitude, self.material)
+        found = fatigue_factor(self._criterion, mean, amplitude, self.material, surface)
         return np.full(len(mean), np.inf) if found is None else found
 
     def fatigue_bound(self, largest: Floats) -> Floats:
-        """Lower bound of the fatigue factors of histories whose von Mises stress is at most `largest`."""
-        none = np.zeros_like(largest)
-        return np.minimum(self._fatigue(none, largest), self._fatigue(largest, none))
+        """Lower bound (n_rows,) of the fatigue factors where the von Mises stress is at most `largest`."""
+        none, surface = np.zeros_like(largest), self._surface
+        return np.minimum(self._fatigue(none, largest, surface), self._fatigue(largest, none, surface))
+
+    def surface(self, row: int) -> tuple[float, Region | None]:
+        """Return the factor of the surface of a row, and its region; None inside the solid."""
+        node = row % len(self._even)
+        return float(self._surface[row]), self.regions.region(node, self.material)

@@ -10,7 +10,7 @@ at every instant t, where M is an upper bound of the stress at the anchor (by th
 and σ_vM,k is the equivalent stress of unit load k. The factor against yielding is at least the yield strength
 over this bound. With |mean| + amplitude ≤ max σ_vM, the utilisation a/S_e + m/S by Goodman or Soderberg is at
 most max(1/S_e, 1/S) times the bound, and so is that by Gerber, which is convex in (a, m) and not larger at
-either end of that segment.
+either end of that segment. S_e is that of the place: it depends on the finish of the surface there.
 
 Places are evaluated at every degree in the order of their bounds, until the next bound is not worse than the
 worst place found: the places left out cannot be the worst.
@@ -33,7 +33,7 @@ from fea.cycle.superposition import CycleAnalysis
 from fea.cycle.unit_loads import Weights
 from fea.cycle.worst import CasePeak, Place, Worst
 from fea.units import RPM
-from geometry.arrays import Floats
+from geometry.arrays import Floats, Ints
 from loads.cases import LoadCase
 from loads.engine import Engine
 from loads.gas import GasModel
@@ -133,7 +133,7 @@ class SpeedSearch:
         cycle: "_Cycle",
         bounds: list[Floats],
         bound: Callable[[PartRows, Floats], Floats],
-        factor: Callable[[PartRows, Floats, Floats], Floats],
+        factor: Callable[[PartRows, Floats, Floats, Ints], Floats],
     ) -> Place:
         """The place of the smallest factor."""
         least = np.concatenate([bound(part, b) for part, b in zip(self._parts, bounds, strict=True)])
@@ -148,7 +148,8 @@ class SpeedSearch:
             for number in np.unique(of_part):
                 rows = chosen[of_part == number] - first[number]
                 part = self._parts[number]
-                found = factor(part, *part.block(along, rows).signed())
+                highest, lowest = part.block(along, rows).signed()
+                found = factor(part, highest, lowest, rows)
                 if found.min() < best:
                     best, at = float(found.min()), int(rows[found.argmin()] + first[number])
         number = int(np.searchsorted(first, at, side="right") - 1)
@@ -159,7 +160,8 @@ class SpeedSearch:
         signed = signed_equivalent(history)[0]
         highest, lowest = float(signed.max()), float(signed.min())
         angle = float(cycle.angles[np.abs(signed).argmax()])
-        spot = crossland_factors(history, part.material)
+        skin, region = part.surface(row)
+        limit, spot = part.material.endurance_limit, crossland_factors(history, part.material, skin)
         return Place(
             factor=factor,
             at=part.points[row],
@@ -168,6 +170,8 @@ class SpeedSearch:
             amplitude=(highest - lowest) / 2,
             ratio=lowest / highest if highest else 0.0,
             crossland=None if spot is None else float(spot[0]),
+            endurance=None if limit is None else skin * limit,
+            region=region,
         )
 
     def _peak(self, case: LoadCase, stresses: list[Floats]) -> CasePeak:

@@ -17,10 +17,11 @@ from fea.cycle.unit_loads import UnitLoads, Weights
 from fea.cycle.unit_solutions import UnitSolutions
 from fea.material import Material
 from fea.rod.discretise import MeshedRod
+from fea.rod.surface_regions import SurfaceRegions
 from fea.rod.touch import Touch
 from fea.stress.stress import von_mises
 from fea.units import DEG
-from geometry.arrays import Floats, Mask
+from geometry.arrays import Floats, Ints, Mask
 from geometry.mass import MassProperties
 from geometry.surfaces import Surface
 from loads.cases import LoadCase, RodMotion
@@ -66,6 +67,8 @@ class CycleResult:
         (n_nodes,) nodes that count: those that are not near a stress singularity.
     touches
         Contact of the pins with the bores at every degree; empty where their pressure is prescribed.
+    regions
+        Of the surface of the whole rod.
     """
 
     angles: Floats
@@ -77,6 +80,7 @@ class CycleResult:
     unit_solutions: int
     jumps: bool
     counts: Mask
+    regions: SurfaceRegions
     remarks: tuple[str, ...] = ()
     multiaxial: Spot | None = None
     touches: tuple[Mapping[Surface, Touch], ...] = ()
@@ -131,6 +135,8 @@ class CycleAnalysis:
         The mean-stress correction.
     masked
         Nodes of the cell near stress singularities, which do not count.
+    regions
+        Of the surface of the cell.
     """
 
     mesh: MeshedRod
@@ -140,6 +146,7 @@ class CycleAnalysis:
     units: UnitSolutions
     fatigue: Fatigue
     masked: Mask
+    regions: SurfaceRegions
 
     @property
     def counts(self) -> Mask:
@@ -183,8 +190,16 @@ class CycleAnalysis:
         peaks = [case for case in cases if case.load.motion is not None]
         angles = np.concatenate([degrees, [case.load.crank_angle or 0.0 for case in peaks]])
         every = self.weights(engine, gas, speed, angles)
-        whole = self.mesh.mirrored
-        found = envelope(self.units, every, angles, whole, materials=self.materials, criterion=self.fatigue)
+        whole, regions = self.mesh.mirrored, self.regions.at(self.mesh.mirrored.source)
+        found = envelope(
+            self.units,
+            every,
+            angles,
+            whole,
+            materials=self.materials,
+            criterion=self.fatigue,
+            regions=regions,
+        )
         found = with_cases(found, cases)
         count = len(degrees)
         of_degrees, of_peaks = every.at(slice(count)), every.at(slice(count, None))
@@ -193,9 +208,10 @@ class CycleAnalysis:
         worst = [node for node in distinct(points, np.where(counts, -found.usage, 0), length) if counts[node]]
         weakest = _least(found.fatigue_factor, counts)
         multiaxial, factors = worst_multiaxial(
-            found, self.units, of_degrees, whole, self.materials, counts=counts
+            found, self.units, of_degrees, whole, self.materials, counts=counts, regions=regions
         )
-        found = replace(found, crossland_factor=factors)
+        endurance = _endurance(found.fatigue_part, self.materials, regions)
+        found = replace(found, crossland_factor=factors, endurance=endurance)
         places = [(node, int(found.part[node])) for node in worst]
         places += [(node, int(found.fatigue_part[node])) for node in weakest]
         histories = spots(places, self.units, of_degrees, whole)
@@ -209,6 +225,7 @@ class CycleAnalysis:
             unit_solutions=self.units.count,
             jumps=self.loads.jumps,
             counts=counts,
+            regions=regions,
             remarks=fatigue_remarks(self.materials, self.fatigue),
             multiaxial=multiaxial,
             touches=self.loads.touches(of_degrees),
@@ -223,6 +240,13 @@ class CycleAnalysis:
                 apart = np.abs(von_mises(tensors[..., k]) - direct)
                 worst = max(worst, float(np.nanmax(apart) / np.nanmax(direct)))
         return worst
+
+
+def _endurance(part: Ints, materials: Sequence[Material], regions: SurfaceRegions) -> Floats | None:
+    """Endurance limit (n_nodes,) of the part given at each node; None if every surface is as polished."""
+    surface = np.stack([regions.factors(material) for material in materials])
+    limits = np.array([[material.endurance_limit or np.nan] for material in materials])
+    return None if (surface == 1).all() else (surface * limits)[part, np.arange(len(part))]
 
 
 def _least(factor: Floats | None, counts: Mask) -> list[int]:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from fea.choices import Region
 from geometry.arrays import Floats
 from loads.cases import LoadCase
 
@@ -22,6 +23,10 @@ class Place:
         Of the signed equivalent stress, MPa.
     crossland
         Crossland's factor there, or None if it is not known.
+    endurance
+        Endurance limit there with the factor of the surface, MPa, or None if it is not known.
+    region
+        Of the surface; None inside the solid.
     """
 
     factor: float
@@ -31,6 +36,8 @@ class Place:
     amplitude: float
     ratio: float
     crossland: float | None
+    endurance: float | None = None
+    region: Region | None = None
 
 
 @dataclass(frozen=True)

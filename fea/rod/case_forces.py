@@ -7,15 +7,15 @@ import numpy as np
 
 from fea.choices import Support
 from fea.rod.bores import Bores
+from fea.rod.pin_loads import pin_loads
 from fea.rod.touch import Touch
-from fea.solid.bore import BoreFacets, bore_facets
-from fea.solid.bore_load import BoreLoad, bore_load
+from fea.solid.bore import bore_facets
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Split
 from fea.solid.tilt import Tilt
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
-from loads.bearing import Arc, BorePressure
+from loads.bearing import PinLoad
 from loads.cases import LoadCase
 from mesh.tetmesh import TetMesh
 
@@ -64,32 +64,27 @@ class NodalForces:
     inertia
         Inertia of the same mesh.
     pressure
-        Distribution of the pin pressure on the bores.
+        How the pins load the bores.
     support
         With a clamped big end, the crank force is a reaction and not applied.
     """
 
     def __init__(
-        self, mesh: TetMesh, bores: Bores, inertia: Inertia, pressure: BorePressure, support: Support
+        self, mesh: TetMesh, bores: Bores, inertia: Inertia, pressure: PinLoad, support: Support
     ) -> None:
-        self._n_nodes = len(mesh.points)
-        self._bores, self._inertia, self._pressure, self._support = bores, inertia, pressure, support
-        self._small = bore_facets(mesh, Surface.SMALL_END_BORE, bores.rod_length)
-        self._big = bore_facets(mesh, Surface.BIG_END_BORE, 0.0)
+        self._bores, self._inertia, self._support = bores, inertia, support
+        facets = {Surface.SMALL_END_BORE: bore_facets(mesh, Surface.SMALL_END_BORE, bores.rod_length)}
+        if support is not Support.CLAMPED:
+            facets[Surface.BIG_END_BORE] = bore_facets(mesh, Surface.BIG_END_BORE, 0.0)
+        self._pins = pin_loads(pressure, bores, facets, len(mesh.points))
         self._tilt = Tilt.where_free(mesh, inertia, held=support is Support.CLAMPED)
 
     def __call__(self, case: LoadCase) -> CaseForces:
         """Nodal forces of everything that acts in `case`."""
-        bores = self._bores
         pin, crank = (case.pin_axial, case.pin_transverse), (-case.crank_axial, case.crank_transverse)
-        arc = self._pressure.arc(case.pin_axial)
-        taper = bores.small_taper * float(np.cos(np.arctan2(pin[1], pin[0])))  # along the force
-        peak = arc.peak(float(np.hypot(*pin)), bores.small_radius, bores.small_width, taper)
-        loads = {Surface.SMALL_END_BORE: self._pressed(self._small, pin, arc, peak)}
+        loads = {Surface.SMALL_END_BORE: self._pins(Surface.SMALL_END_BORE, pin, case.pin_axial)}
         if self._support is not Support.CLAMPED:
-            arc = self._pressure.arc(case.crank_axial)
-            peak = arc.peak(float(np.hypot(*crank)), bores.big_radius, bores.big_width)
-            loads[Surface.BIG_END_BORE] = self._pressed(self._big, crank, arc, peak)
+            loads[Surface.BIG_END_BORE] = self._pins(Surface.BIG_END_BORE, crank, case.crank_axial)
         parts = [load.forces for load in loads.values()]
         if case.motion is not None:
             parts.append(self._inertia.forces(case.motion))
@@ -113,9 +108,6 @@ class NodalForces:
         length = self._bores.rod_length
         tilt = max(abs(force) * length, *map(abs, moments)) / (largest * length)
         return Split(self._tilt.balanced(forces.symmetric), None), float(tilt)
-
-    def _pressed(self, bore: BoreFacets, force: tuple[float, float], arc: Arc, peak: float) -> BoreLoad:
-        return bore_load(bore, self._n_nodes, force, lambda psi: peak * arc.unbounded(psi), arc.angle / 2)
 
 
 def _total(parts: Sequence[Split]) -> Split:

@@ -42,7 +42,7 @@ class Flags:
     """Part of the rod to solve; default: the smallest part that its mirror planes allow."""
 
     pressure: str | None = None
-    """Pin pressure on the bores: cosine-180 (default), uniform-120, cosine-ARC, webster, contact."""
+    """Pin load on the bores: cosine-180 (default), uniform-120, cosine-ARC, webster, bonded, contact."""
 
     solver: SolverName | None = None
     """Linear solver; default: auto, chosen by the memory that it needs."""

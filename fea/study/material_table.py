@@ -3,13 +3,25 @@
 import dataclasses
 from dataclasses import dataclass
 
-from fea.choices import Finish
-from fea.material import Material
-from fea.study.endurance import estimated_endurance, finish_factor, reliability_factor, size_factor
+from fea.choices import Finish, Loading
+from fea.material import Marin, Material, Skin
+from fea.study.endurance import (
+    estimated_endurance,
+    finish_factor,
+    is_steel,
+    load_factor,
+    reliability_factor,
+    size_factor,
+)
 from fea.study.material_presets import MATERIALS
 from fea.study.tables import nearest
 from fea.units import GPA, KG_M3
 from geometry.invalid import InvalidValue, require, require_positive
+
+# Finishes of forgings and rolled bars, of which the bores and the faces beside them are machined.
+_RAW = (Finish.HOT_ROLLED, Finish.AS_FORGED, Finish.SHOT_PEENED)
+# Larger gains than this are known of surface treatments of sharply notched parts only.
+_LARGEST_FACTOR = 2.0
 
 
 @dataclass(frozen=True)
@@ -17,8 +29,9 @@ class MaterialTable:
     """[material]: a preset's name, or the constants; constants override those of a preset.
 
     `endurance_MPa` is the fully reversed limit of polished specimens in tension, `endurance_torsion_MPa`
-    in torsion. `surface`, `size_mm` (of a round section in bending) and `reliability_percent` convert both
-    into limits of the part.
+    in torsion. `size_mm` (of a round section in bending), `loading` and `reliability_percent` convert them
+    into limits of the part, and so does the finish of its surface, or its factor as a number: `bore_surface`
+    on the bores, `face_surface` on the faces beside them, `surface` on the rest.
     """
 
     preset: str | None = None
@@ -29,8 +42,11 @@ class MaterialTable:
     ultimate_MPa: float | None = None
     endurance_MPa: float | None = None
     endurance_torsion_MPa: float | None = None
-    surface: Finish | None = None
+    surface: Finish | float | None = None
+    bore_surface: Finish | float | None = None
+    face_surface: Finish | float | None = None
     size_mm: float | None = None
+    loading: Loading | None = None
     reliability_percent: float | None = None
 
     def resolved(self) -> "MaterialTable":
@@ -48,22 +64,24 @@ class MaterialTable:
     def material(self) -> Material:
         """Return the material in coherent units."""
         table = self.resolved()
-        (modulus, nu), factor = table.stiffness(), table.part_factor()
+        (modulus, nu), marin = table.stiffness(), table.marin()
         endurance, torsion = table.endurance_MPa, table.endurance_torsion_MPa
         if endurance is not None:
             require_positive("material.endurance_MPa", endurance)
         estimated = endurance is None and table.ultimate_MPa is not None
         if endurance is None and table.ultimate_MPa is not None:
             endurance = estimated_endurance(table.ultimate_MPa, modulus)
+        factor = marin.size * marin.reliability
         return Material(
             youngs_modulus=modulus,
             poissons_ratio=nu,
             density=_needed(table, "density_kg_m3") * KG_M3,
             yield_strength=_needed(table, "yield_MPa"),
             ultimate_strength=table.ultimate_MPa,
-            endurance_limit=None if endurance is None else factor * endurance,
+            endurance_limit=None if endurance is None else marin.load * factor * endurance,
             torsion_limit=None if torsion is None else factor * torsion,
             endurance_estimated=estimated and endurance is not None,
+            marin=marin,
         )
 
     def stiffness(self) -> tuple[float, float]:
@@ -74,25 +92,47 @@ class MaterialTable:
         require(-1 < nu < 0.5, "material.nu", nu, "must be above −1 and below 0.5")
         return modulus * GPA, nu
 
-    def part_factor(self) -> float:
-        """Return Marin's factor k_a k_b k_e, from a polished specimen to the part.
+    def marin(self) -> Marin:
+        """Return Marin's factors, from a polished specimen to the part.
+
+        The bores, and the faces beside them, are machined where the rest of the part is left as it was forged
+        or rolled, unless their finish is given.
 
         Raises
         ------
         InvalidValue
-            A value is out of its range, or the surface is named but not the ultimate strength.
+            A value is out of its range, a finish is named but not the ultimate strength, or the metal is none
+            that a finish was tested on.
         """
-        factor = 1.0
-        if self.surface is not None:
-            missing = "material.ultimate_MPa"
-            rule = "is missing: the surface factor depends on it"
-            require(self.ultimate_MPa is not None, missing, None, rule, "Give it, or leave surface out.")
-            factor *= finish_factor(self.surface, require_positive(missing, self.ultimate_MPa))
-        if self.size_mm is not None:
-            factor *= size_factor(self.size_mm)
-        if self.reliability_percent is not None:
-            factor *= reliability_factor(self.reliability_percent)
-        return factor
+        machined = Finish.MACHINED if self.surface in _RAW else self.surface
+        rest, percent = self._surface("surface", None), self.reliability_percent
+        return Marin(
+            size=1.0 if self.size_mm is None else size_factor(self.size_mm),
+            load=1.0 if self.loading is None else load_factor(self.loading),
+            reliability=1.0 if percent is None else reliability_factor(percent),
+            bores=self._surface("bore_surface", machined),
+            faces=self._surface("face_surface", machined),
+            rest=rest,
+        )
+
+    def _surface(self, key: str, otherwise: Finish | float | None) -> Skin:
+        """How a region was made: as its key says, or otherwise as the rest of the part suggests."""
+        given = getattr(self, key)
+        made = otherwise if given is None else given
+        if made is None:
+            return Skin()
+        name, assumed = f"material.{key}", given is None and made != self.surface
+        if not isinstance(made, Finish):
+            rule = f"must be above 0 and at most {_LARGEST_FACTOR:g}, the factor of the surface, or a finish"
+            require(0 < made <= _LARGEST_FACTOR, name, made, rule)
+            return Skin(made, "given", assumed)
+        missing, rule = "material.ultimate_MPa", f"is missing: the factor of {key} depends on it"
+        require(self.ultimate_MPa is not None, missing, None, rule, f"Give it, or leave {key} out.")
+        ultimate = require_positive(missing, self.ultimate_MPa)
+        if made is Finish.SHOT_PEENED:
+            rule, remedy = "is known of steel only", "Give the factor as a number instead."
+            require(is_steel(self.stiffness()[0]), name, made, rule, remedy)
+        return Skin(finish_factor(made, ultimate), made.value, assumed)
 
 
 def _needed(table: MaterialTable, key: str) -> float:

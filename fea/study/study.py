@@ -20,7 +20,7 @@ from fea.study.rod_table import RodTable, read_rod, rod_of_file
 from fea.study.tables import entries_of, nearest, read_table, toml_text, unknown_key
 from geometry.cad.file import is_cad
 from geometry.invalid import InvalidValue, require, require_number, require_positive
-from loads.bearing import BorePressure
+from loads.bearing import PinLoad, parse_pin_load
 
 # A key with 64 dotted parts or more, refused because the parser's time grows with their square.
 _NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")
@@ -107,7 +107,7 @@ class AnalysisTable:
             remedy = "Use inertia-relief." if clamped else "Choose another --solver."
             require(not why, "analysis.pressure", CONTACT, why, remedy)
         else:
-            BorePressure.parse(self.pressure)
+            parse_pin_load(self.pressure)
         if self.min_safety is not None:
             require_positive("analysis.min_safety", self.min_safety)
         if self.tolerance_percent is not None:
@@ -130,9 +130,9 @@ class AnalysisTable:
         return ""
 
     @property
-    def prescribed(self) -> BorePressure:
-        """The prescribed pressure; the default one for what contact does not support."""
-        return BorePressure.parse(type(self).pressure if self.in_contact else self.pressure)
+    def prescribed(self) -> PinLoad:
+        """The prescribed load on the bores; the default one for what contact does not support."""
+        return parse_pin_load(type(self).pressure if self.in_contact else self.pressure)
 
 
 @dataclass(frozen=True)

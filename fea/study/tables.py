@@ -85,7 +85,8 @@ def checked(name: str, value: object, hint: Any) -> Any:
             return converted
     choices = [choice for option in options if _is_enum(option) for choice in option]
     if choices:
-        remedy = f"Choose from {', '.join(choices)}."
+        beside = " or give a number" if float in options else ""
+        remedy = f"Choose from {', '.join(choices)}{beside}."
         raise InvalidValue(name, value, "is not a valid choice", remedy)
     raise InvalidValue(name, value, f"must be {' or '.join(_word(option) for option in options)}")
 

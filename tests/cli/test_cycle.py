@@ -109,3 +109,41 @@ speed.rpm = [0, 3000]
     assert run.returncode == 2
     assert "applies no load to the rod" in run.stderr
     assert not (tmp_path / "results").exists()
+
+
+def test_a_forged_rod_is_judged_by_the_surface_of_each_region(tmp_path):
+    (tmp_path / "forged.toml").write_text(
+        """rod.preset = "leon-2001"
+material = { preset = "forged-steel-2005", surface = "as-forged", reliability_percent = 99 }
+engine = { stroke_mm = 94, bore_mm = 76, piston_mass_kg = 1.3, gas = "none" }
+mesh.size_mm = 25
+analysis.cycle = true
+"""
+    )
+    run = fea("run", "forged.toml", "--out", "o", cwd=tmp_path)
+    assert run.returncode == 0, run.stderr
+    assert (
+        "Endurance limit: 423 MPa × 1 (size) × 1 (load) × 0.814 (reliability) × surface: bores and faces "
+        "0.735 (machined, assumed) = 253.2 MPa; rest 0.3 (as-forged) = 103.3 MPa." in run.stdout
+    )
+    envelope = json.loads((tmp_path / "o" / "summary.json").read_text())["envelope"]
+    regions = envelope["endurance"]["rod"]["regions"]
+    assert regions["faces"] == {
+        "finish": "machined",
+        "surface_factor": 0.735432,
+        "endurance_MPa": 253.192,
+        "assumed": True,
+    }
+    # The web is as it was forged, and fails long before a machined bore could.
+    worst = envelope["fatigue"]
+    assert (worst["surface_region"], worst["endurance_MPa"]) == ("rest", regions["rest"]["endurance_MPa"])
+    fields = meshio.read(tmp_path / "o" / "envelope.vtu").point_data
+    limits = {round(float(limit), 1) for limit in fields["endurance_limit"]}
+    assert limits == {103.3, 253.2, 344.3}  # the last inside, where there is no surface
+    assert fields["fatigue_safety_factor"].min() == pytest.approx(worst["fatigue_safety_factor"], rel=1e-5)
+    weakest = fields["fatigue_safety_factor"].argmin()
+    utilised = fields["amplitude"] / fields["endurance_limit"] + fields["mean"].clip(min=0) / 938
+    assert utilised[weakest] == pytest.approx(1 / worst["fatigue_safety_factor"], rel=1e-4)
+    crossland = fields["crossland_safety_factor"].min()
+    assert crossland == pytest.approx(envelope["min_crossland_safety_factor"], rel=1e-3)
+    assert envelope["crossland"]["surface_region"] == "rest"

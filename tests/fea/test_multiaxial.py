@@ -80,7 +80,7 @@ def test_where_parts_meet_the_lesser_factor_counts_though_the_other_part_is_near
     assert (found.envelope.part[shared] == 0).any()  # by yielding alone the bushing would not be looked at
     least = factors.min(axis=0)
     worst, _ = multiaxial.worst_multiaxial(
-        found.envelope, cycle.units, weights, whole, rod.materials, counts=shared
+        found.envelope, cycle.units, weights, whole, rod.materials, counts=shared, regions=found.regions
     )
     best = crossland(deviatoric(worst.stress), rod.materials[worst.part])
     assert best == pytest.approx(least[shared].min(), rel=1e-3)

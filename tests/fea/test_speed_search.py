@@ -1,5 +1,7 @@
 """The worst place of many speeds, found without looking at every place, is that of looking at all."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from cycles import analysis
@@ -10,9 +12,10 @@ from fea.assess.deviatoric import deviatoric
 from fea.assess.fatigue import fatigue_factor
 from fea.assess.history import extremes
 from fea.assess.safety import CAP
-from fea.choices import Fatigue, Symmetry
+from fea.choices import Fatigue, Region, Symmetry
 from fea.cycle.part_rows import PartRows
 from fea.cycle.search import SpeedSearch
+from fea.material import Marin, Skin
 from fea.units import RPM
 from loads.gas import NoGas
 from loads.peaks import peak_cases
@@ -59,6 +62,24 @@ def test_worst_places_are_those_of_looking_everywhere(rod, search, rpm):
     assert found.fatigue.amplitude == pytest.approx(amplitude[fatigue.argmin()], rel=1e-9)
 
 
+def test_the_worst_place_depends_on_the_finish_of_each(rod):
+    """A shank so rough that it fails before the bores, and bores so rough that they fail first."""
+    engine, cycle, places = rod.engine, rod.cycle, []
+    _, mean, amplitude = _everywhere(rod, 6000.0)
+    for bores, rest in ((1.0, 0.3), (0.2, 1.0)):
+        marin = Marin(bores=Skin(bores), faces=Skin(1.0), rest=Skin(rest))
+        material = replace(rod.materials[0], marin=marin)
+        analysis = replace(cycle, materials=(material,))
+        found = SpeedSearch(analysis, engine.engine, engine.gas, [5000.0, 7000.0]).at(6000.0).fatigue
+        surface = np.tile(cycle.regions.factors(material), 2)
+        assert set(surface) == {bores, rest, 1.0}
+        factors = fatigue_factor(rod.options.fatigue, mean, amplitude, material, surface)
+        assert found.factor == pytest.approx(factors.min(), rel=1e-9)
+        assert found.endurance == pytest.approx(surface[factors.argmin()] * material.endurance_limit)
+        places.append(found.region)
+    assert places == [Region.REST, Region.BORES]
+
+
 @pytest.mark.parametrize("rpm", [1000.0, 8777.0])
 def test_bounds_are_never_below_what_they_bound(rod, search, rpm):
     weights = rod.cycle.weights(rod.engine.engine, rod.engine.gas, rpm * RPM, cycle_angles())
@@ -76,7 +97,8 @@ def test_no_history_of_that_size_is_nearer_to_fatigue(rod, criterion):
     highest, lowest = np.sort(rng.uniform(-400, 400, (2, 5000)), axis=0)[::-1]
     part = object.__new__(PartRows)
     part.material, part._criterion = rod.materials[0], criterion
-    factors = part.fatigue_factor(highest, lowest)
+    part._surface = rng.uniform(0.2, 1.1, 5000)  # of each place another finish
+    factors = part.fatigue_factor(highest, lowest, np.arange(5000))
     assert (part.fatigue_bound(np.maximum(np.abs(highest), np.abs(lowest))) <= factors * (1 + 1e-12)).all()
 
 

@@ -15,12 +15,20 @@ from fea.assess.crossland import (
     crossland_factors,
 )
 from fea.assess.deviatoric import deviatoric, tensor
-from fea.assess.fatigue import gerber, goodman, soderberg
+from fea.assess.fatigue import fatigue_factor, gerber, goodman, soderberg
 from fea.assess.history import extremes
-from fea.choices import Finish
+from fea.choices import Fatigue, Finish, Loading
 from fea.material import Material
 from fea.stress.stress import von_mises
-from fea.study.endurance import estimated_endurance, finish_factor, reliability_factor, size_factor
+from fea.study.endurance import (
+    estimated_endurance,
+    finish_factor,
+    reliability_factor,
+    roughness_factor,
+    size_factor,
+)
+from fea.study.material_table import MaterialTable
+from fea.study.tables import read_table
 from geometry.invalid import InvalidValue
 
 KPSI = 6.894757  # MPa
@@ -81,6 +89,75 @@ def test_shigley_problem_7_1_a_shaft_in_bending_and_torsion_with_means(line, str
 )
 def test_marin_factors_are_shigleys(computed, printed):
     assert computed == pytest.approx(printed, rel=1.5e-3)  # printed with three digits
+
+
+def test_the_roughness_factor_is_that_of_the_guideline():
+    # K_R = 1 − 0.22 lg(R_z) lg(2 R_m/400) (FKM guideline, 6th ed. 2012): 0.79 at 600 MPa and 100 µm, as in a
+    # worked example (quadco.engineering, Surface Roughness Factor KR); 1 on a polished surface.
+    assert roughness_factor(100.0, 600.0) == pytest.approx(0.79, abs=5e-3)
+    assert roughness_factor(1.0, 900.0) == roughness_factor(200.0, 200.0) == 1.0
+    assert finish_factor(Finish.SHOT_PEENED, 900.0) == pytest.approx(1.1 * roughness_factor(200.0, 900.0))
+
+
+def test_bores_and_faces_of_a_forging_are_machined_unless_it_is_said_otherwise():
+    steel = MaterialTable(preset="forged-steel-2005", surface=Finish.AS_FORGED, reliability_percent=99.0)
+    marin = steel.material().marin
+    assert [skin.finish for skin in marin.surfaces.values()] == ["machined", "machined", "as-forged"]
+    assert [skin.assumed for skin in marin.surfaces.values()] == [True, True, False]
+    assert marin.bores.factor == finish_factor(Finish.MACHINED, 938.0)
+    said = replace(steel, bore_surface=Finish.GROUND, face_surface=0.5).material().marin
+    assert [skin.factor for skin in said.surfaces.values()][:2] == [finish_factor(Finish.GROUND, 938.0), 0.5]
+    assert not said.bores.assumed
+    # The finish of a whole part, or a factor of its own, holds everywhere.
+    for surface in (Finish.MACHINED, 0.8):
+        alike = replace(steel, surface=surface).material().marin
+        assert alike.bores == alike.faces == alike.rest
+    # The surface is not contained in the limit, everything else is.
+    assert steel.material().endurance_limit == pytest.approx(423 * reliability_factor(99))
+    axial = replace(steel, loading=Loading.AXIAL, size_mm=32.0, endurance_torsion_MPa=260.0).material()
+    assert axial.endurance_limit == pytest.approx(423 * 0.85 * size_factor(32.0) * reliability_factor(99))
+    assert axial.torsion_limit == pytest.approx(260 * size_factor(32.0) * reliability_factor(99))
+
+
+@pytest.mark.parametrize(
+    ("keys", "rule"),
+    [
+        (
+            {"surface": Finish.MACHINED, "ultimate_MPa": None},
+            "ultimate_MPa is missing: the factor of surface",
+        ),
+        ({"bore_surface": 0.0}, "bore_surface = 0: must be above 0"),
+        ({"face_surface": 2.5}, "face_surface = 2.5: must be above 0 and at most 2"),
+        ({"surface": Finish.SHOT_PEENED, "E_GPa": 71.7}, "surface = 'shot-peened': is known of steel only"),
+    ],
+)
+def test_a_surface_that_nothing_is_known_of_is_refused(keys, rule):
+    table = MaterialTable(E_GPa=207.0, nu=0.3, density_kg_m3=7800.0, yield_MPa=600.0, ultimate_MPa=900.0)
+    with pytest.raises(InvalidValue, match=rule):
+        replace(table, **keys).material()
+
+
+@pytest.mark.parametrize("value", ["foo", True, [0.7]])
+def test_a_surface_is_a_finish_or_a_number(value):
+    assert read_table(MaterialTable, "material", {"bore_surface": 1}).bore_surface == 1.0
+    with pytest.raises(InvalidValue, match=r"bore_surface = .*Choose from ground, .* or give a number\."):
+        read_table(MaterialTable, "material", {"bore_surface": value})
+
+
+def test_rough_surfaces_reduce_every_factor_as_they_reduce_the_endurance_limit():
+    steel = MaterialTable(preset="hard-steel-1945").material()
+    half = replace(steel, endurance_limit=steel.endurance_limit / 2, torsion_limit=steel.torsion_limit / 2)
+    history = bending_and_torsion(100.0, 50.0, mean=(30.0, 0.0))
+    history = deviatoric(np.repeat(history, 3, axis=0))
+    surface = np.array([1.0, 0.5, 0.25])
+    factors = crossland_factors(history, steel, surface)
+    assert factors == pytest.approx(factors[0] * surface, rel=1e-6)
+    assert factors[1] == pytest.approx(crossland_factors(history, half)[1], rel=1e-6)
+    found = extremes(history)
+    for criterion in Fatigue:
+        mine = fatigue_factor(criterion, found.mean, found.amplitude, steel, surface)
+        whole = fatigue_factor(criterion, found.mean, found.amplitude, half)
+        assert mine[1] == pytest.approx(whole[1], rel=1e-12)
 
 
 def test_only_steels_have_half_their_ultimate_strength():

@@ -76,6 +76,7 @@ _FIELDS = (
     Field("safety_factor", "safety factor against yield", low=True),
     Field("fatigue_safety_factor", "safety factor against fatigue", low=True),
     Field("crossland_safety_factor", "safety factor by Crossland", low=True),
+    Field("endurance_limit", "endurance limit, MPa", " MPa", low=True),
     Field("contact_pressure", "contact pressure, MPa", " MPa"),
     Field("displacement", "displacement, mm", " mm"),
 )

@@ -14,6 +14,7 @@ from fea.choices import CONTACT
 from fea.output.picture_name import picture_name
 from fea.output.target import near
 from fea.output.terminal.buckling import buckling_lines
+from fea.output.terminal.endurance import endurance_lines
 from fea.output.terminal.figures import UNKNOWN, bar, factor, kilo, number, place
 from fea.output.terminal.sweep import print_sweep
 
@@ -204,12 +205,13 @@ def _cycle(summary: Summary) -> list[str]:
     if angle != number(summary.loads[summary.worst_case].crank_deg, ".0f"):
         static += " (the stress peaks at another angle than the force)"
     fatigue = envelope.fatigue
+    endurance = endurance_lines(envelope)
     if fatigue is None:
-        return [f"{static}; fatigue is not judged (see the notes)."]
+        return [f"{static}; fatigue is not judged (see the notes).", *endurance]
     judged = f"against fatigue {factor(fatigue.fatigue_safety_factor)} at ({place(fatigue.at_mm)}) mm"
     history = f"mean {fatigue.mean_MPa:.0f}, amplitude {fatigue.amplitude_MPa:.0f} MPa"
     ratio = f"R = {fatigue.stress_ratio:.2f} ({envelope.fatigue_criterion})"
-    return [f"{static}; {judged}: {history}, {ratio}."]
+    return [f"{static}; {judged}: {history}, {ratio}.", *endurance]
 
 
 def _model(summary: Summary) -> str:

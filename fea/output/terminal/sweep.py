@@ -14,6 +14,7 @@ from fea.analysis.survival import Answer
 from fea.assess.verdict import Verdict
 from fea.output.notes import gathered
 from fea.output.target import near
+from fea.output.terminal.endurance import endurance_lines
 from fea.output.terminal.figures import bar, factor, number
 
 
@@ -101,4 +102,6 @@ def _critical(summaries: Sequence[Summary]) -> list[str]:
         for mode, rpm in found.critical.items()
         if not np.isnan(found.columns[f"{mode}_safety_factor"]).all()
     ]
-    return [f"Whole cycle, safety factor below 1: {', '.join(said)} (cycle_map.csv, cycle_map.png)."]
+    line = f"Whole cycle, safety factor below 1: {', '.join(said)} (cycle_map.csv, cycle_map.png)."
+    envelope = summaries[0].envelope
+    return [line, *([] if envelope is None else endurance_lines(envelope))]

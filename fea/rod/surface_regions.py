@@ -1,0 +1,139 @@
+"""Which nodes lie on surfaces that are made in one way: on the bores, on the faces beside them, on the rest.
+
+They are told by geometry, for rods of any origin. Machined like the bores themselves are surfaces around
+their axes that face them (chamfers and rounds of their ends, grooves) and the faces where parts meet. The
+faces beside the bores are plane, adjoin a bore or its chamfer, lie roughly across the pins, and end where
+the ring ends.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from fea.choices import Region
+from fea.material import Material
+from fea.rod.bores import Bores
+from geometry.arrays import Floats, Ints, Mask
+from geometry.surfaces import Surface
+from mesh.tetmesh import FACET_EDGES, TetMesh
+
+# Surfaces of a bore's ends and grooves are within this multiple of its radius.
+_END = 1.2
+# Cosines of normals: with the direction to the axis, at least; across that direction, at most; with the pins,
+# at least (the faces of a slanted small end are turned); between facets of one plane, at least.
+_FACING, _AROUND, _ACROSS_PINS, _PLANE = 0.1, 0.2, 0.7, 1 - 1e-6
+
+
+@dataclass(frozen=True)
+class SurfaceRegions:
+    """The regions that each node belongs to.
+
+    Attributes
+    ----------
+    touched
+        (n_nodes, 3) whether it lies on each `Region`; on several at edges, on none inside the solid.
+    """
+
+    touched: Mask
+
+    @classmethod
+    def of(cls, mesh: TetMesh, bores: Bores) -> "SurfaceRegions":
+        """Find the regions of a meshed rod or of its mirror cell."""
+        touched = np.zeros((len(Region), len(mesh.points)), dtype=bool)
+        bore, face, rest = touched  # in the order of `Region`
+        bore[mesh.facets[Surface.BIG_END_BORE]] = True
+        bore[mesh.facets[Surface.SMALL_END_BORE]] = True
+        bore[_shared(mesh)] = True
+        facets = mesh.facets.get(Surface.FREE, np.zeros((0, 3), dtype=np.int64))
+        center, normal = _centers_and_normals(mesh.points[facets[:, :3]])
+        machined = np.zeros(len(facets), dtype=bool)
+        ends = ((0.0, bores.big_radius, -1), (bores.rod_length, bores.small_radius, 1))
+        within = [_reach(mesh.points[:, 0], x, outwards) for x, _, outwards in ends]
+        for x, radius, _ in ends:
+            facing = _faces_axis(center, normal, x) & (_away(center, x) <= _END * radius)
+            bore[facets[facing]] = True
+            machined |= facing
+        for (x, _, _), reach in zip(ends, within, strict=True):
+            near = ~machined & (np.abs(normal[:, 2]) > _ACROSS_PINS) & (_away(center, x) <= reach)
+            beside = _grown(facets, normal, near, bore)
+            face[facets[beside]] = True
+            machined |= beside
+        rest[facets[~machined]] = True
+        return cls(touched.T.copy())
+
+    def at(self, nodes: Ints) -> "SurfaceRegions":
+        """Return those of some nodes, which may repeat."""
+        return SurfaceRegions(self.touched[nodes])
+
+    def factors(self, material: Material) -> Floats:
+        """Return k_a (n_nodes,) of a material: at an edge the least, 1 inside, where there is no surface."""
+        least = np.where(self.touched, _every(material), np.inf).min(axis=1)
+        return np.where(np.isinf(least), 1.0, least)
+
+    def region(self, node: int, material: Material) -> Region | None:
+        """Return the region with the least k_a at a node; None inside the solid."""
+        if not self.touched[node].any():
+            return None
+        return list(Region)[int(np.where(self.touched[node], _every(material), np.inf).argmin())]
+
+
+def _every(material: Material) -> Floats:
+    """k_a (3,) of every `Region`."""
+    return np.array([material.marin.surfaces[region].factor for region in Region])
+
+
+def _shared(mesh: TetMesh) -> Mask:
+    """Nodes (n_nodes,) on the faces where parts meet."""
+    shared = np.zeros(len(mesh.points), dtype=bool)
+    if mesh.part is not None:
+        nodes, owner = mesh.tets.ravel(), np.repeat(mesh.part, mesh.tets.shape[1])
+        one = np.zeros(len(mesh.points), dtype=np.int64)
+        one[nodes] = owner  # of several parts any
+        shared[nodes[one[nodes] != owner]] = True
+    return shared
+
+
+def _centers_and_normals(corners: Floats) -> tuple[Floats, Floats]:
+    """Centres and unit normals (n, 3) of triangles (n, 3, 3)."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return corners.mean(axis=1), normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+
+def _away(places: Floats, x: float) -> Floats:
+    """Distance (n,) of places (n, 3) from the axis of a bore."""
+    return np.hypot(places[:, 0] - x, places[:, 1])
+
+
+def _reach(along: Floats, x: float, outwards: int) -> float:
+    """Distance from a bore's axis to the end of the rod: the outer radius of its ring."""
+    return float((outwards * (along - x)).max())
+
+
+def _faces_axis(center: Floats, normal: Floats, x: float) -> Mask:
+    """Facets (n,) of surfaces of revolution about a bore's axis that face it."""
+    radial = (center[:, :2] - [x, 0.0]) / _away(center, x)[:, None]
+    outwards = (normal[:, :2] * radial).sum(axis=1)
+    around = normal[:, 1] * radial[:, 0] - normal[:, 0] * radial[:, 1]
+    return np.asarray((outwards < -_FACING) & (np.abs(around) < _AROUND))
+
+
+def _grown(facets: Ints, normal: Floats, near: Mask, bore: Mask) -> Mask:
+    """Facets (n,) among those that are near whose plane face adjoins a bore along an edge."""
+    number = np.flatnonzero(near)
+    corners = facets[number, :3]
+    edges = np.sort(corners[:, FACET_EDGES], axis=2)
+    adjoins = np.asarray(bore[edges].all(axis=2)).any(axis=1)
+    owner = np.repeat(np.arange(len(number)), 3)
+    key, count = edges.reshape(-1, 2), len(bore)
+    order = np.argsort(key[:, 0] * count + key[:, 1], kind="stable")
+    same = (key[order[1:]] == key[order[:-1]]).all(axis=1)
+    one, other = owner[order[:-1][same]], owner[order[1:][same]]
+    flat = (normal[number[one]] * normal[number[other]]).sum(axis=1) > _PLANE
+    links = (np.ones(int(flat.sum()), dtype=np.int8), (one[flat], other[flat]))
+    shape = (len(number), len(number))
+    _, label = connected_components(sparse.csr_array(links, shape=shape), directed=False)
+    chosen = np.zeros(len(facets), dtype=bool)
+    chosen[number[np.isin(label, label[adjoins])]] = True
+    return chosen
