@@ -1,0 +1,229 @@
+"""Unit, reference and firing TDC of a recorded pressure, where neither a key nor a heading gives them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fea.choices import PressureReference, PressureUnit
+from fea.study.trace_cycles import Recording
+from fea.units import BAR
+from geometry.arrays import Floats
+from geometry.invalid import InvalidValue
+from loads.compression import compression_exponent, is_compression
+from loads.gas import LARGEST_PEAK
+
+# Degrees about a dead centre in which the peak of a firing or motored engine lies.
+_EARLIEST, _LATEST = -20.0, 60.0
+_HALF_TURN, _TURN = 180.0, 360.0
+_SECOND = 0.8  # of the peak: another peak of this height, a revolution away, might be the firing one
+_REPEATS = 0.05  # of the peak: revolutions that differ by less repeat each other
+_LOWEST_PEAK = 8.0  # bar gauge: less is rare even when an engine idles
+# Least pressures, bar: a throttled engine takes in no less than the first, a boosted one no more than the
+# second; readings between vacuum and the last are of a gauge pressure.
+_LEAST_INTAKE, _MOST_INTAKE, _NEAR_ZERO = 0.15, 6.0, 0.15
+_CLEARLY_ABSOLUTE = 0.4
+_USUAL_INTAKE = (0.3, 3.5)  # bar absolute
+_LOW_PART = 1.0  # percentile for the least pressure: a few samples may be disturbed
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One way to read the pressures.
+
+    Attributes
+    ----------
+    unit, reference
+        As the values of their keys.
+    """
+
+    unit: PressureUnit
+    reference: PressureReference
+
+    @property
+    def text(self) -> str:
+        """The reading in words."""
+        return f"{self.unit} {self.reference}"
+
+    def absolute(self, pressures: Floats, atmosphere: float) -> Floats:
+        """Absolute pressures, bar, of pressures in the unit of the file; `atmosphere` in bar."""
+        shift = atmosphere if self.reference is PressureReference.GAUGE else 0.0
+        return pressures * self.unit.bar + shift
+
+    def gauge(self, pressures: Floats, atmosphere: float) -> Floats:
+        """Gauge pressures, bar, of pressures in the unit of the file; `atmosphere` in bar."""
+        shift = atmosphere if self.reference is PressureReference.ABSOLUTE else 0.0
+        return pressures * self.unit.bar - shift
+
+
+def firing_offset(recording: Recording, source: str) -> float:
+    """Find what must be added to the angles of the file so that firing TDC is at 360°.
+
+    TDC is taken to be at a multiple of 180° in the file, where the encoder was set; the peak must lie from
+    20° before to 60° after it.
+
+    Raises
+    ------
+    InvalidValue
+        The peak is elsewhere, or both revolutions have a peak and differ.
+    """
+    peak = float(recording.angles[int(np.argmax(recording.pressures))])
+    before = np.floor((peak - _EARLIEST) / _HALF_TURN) * _HALF_TURN
+    if peak - before > _LATEST:
+        after = before + _HALF_TURN
+        rule = (
+            f"is not near a dead centre at a multiple of 180°: firing TDC may be at {before:g}°, "
+            f"{peak - before:.4g}° before the peak, or at {after:g}°, {after - peak:.4g}° after it "
+            f"(if the engine was motored, at {_axis(recording):.4g}°, about which the pressure is symmetric)"
+        )
+        raise _undecided(f"{source}: peak pressure at", f"{peak:g}°", rule, before, after)
+    if recording.period > _TURN:
+        _require_one_firing(recording, before, peak, source)
+    return _offset(before)
+
+
+def _axis(recording: Recording) -> float:
+    """Middle of the stretch about the peak in which the pressure is above half of it."""
+    i = int(np.argmax(recording.pressures))
+    from_peak = np.roll(recording.pressures, recording.pressures.size // 2 - i)
+    low = np.flatnonzero(from_peak < 0.5 * from_peak.max())
+    middle = recording.pressures.size // 2
+    rises, falls = low[low < middle], low[low > middle]
+    if not (rises.size and falls.size):
+        return float(recording.angles[i])
+    return float(recording.angles[i] + recording.step * ((rises[-1] + falls[0]) / 2 - middle))
+
+
+def _require_one_firing(recording: Recording, tdc: float, peak: float, source: str) -> None:
+    """Refuse a cycle whose other revolution has a peak as well, unless that repeats the first."""
+    other = np.interp(
+        recording.angles + _TURN, recording.angles, recording.pressures, period=recording.period
+    )
+    top = float(recording.pressures.max())
+    from_tdc = np.mod(recording.angles - tdc + _HALF_TURN, recording.period) - _HALF_TURN
+    near = (from_tdc >= _EARLIEST) & (from_tdc <= _LATEST)
+    if float(other[near].max(initial=0.0)) < _SECOND * top:
+        return
+    if float(np.abs(other - recording.pressures).max()) <= _REPEATS * top:
+        return
+    rule = f"and a similar one a revolution away: firing TDC may be at {tdc:g}° or at {tdc + _TURN:g}°"
+    raise _undecided(f"{source}: peak pressure at", f"{peak:g}°", rule, tdc, tdc + _TURN)
+
+
+def _undecided(name: str, value: str, rule: str, first: float, second: float) -> InvalidValue:
+    remedy = f"Set engine.angle_offset_deg = {_offset(first):g} or {_offset(second):g}."
+    return InvalidValue(name, value, rule, remedy)
+
+
+def _offset(tdc: float) -> float:
+    """The offset, above −360° and up to 360°, that brings an angle of the file to 360°."""
+    return float(_TURN - np.mod(tdc, 2 * _TURN))
+
+
+def read_as(
+    angles: Floats,
+    pressures: Floats,
+    unit: PressureUnit | None,
+    reference: PressureReference | None,
+    *,
+    atmosphere: float,
+    ratio: float | None,
+    source: str,
+) -> tuple[Reading, str, str]:
+    """Decide unit and reference; say why, and where the result is in doubt.
+
+    Parameters
+    ----------
+    angles
+        (n,) degrees from firing TDC.
+    pressures
+        (n,) in the unit of the file.
+    unit, reference
+        What is known.
+    atmosphere
+        bar.
+    ratio
+        Compression ratio, if it is known.
+    source
+        Name of the file, for messages.
+
+    Raises
+    ------
+    InvalidValue
+        No reading, or more than one, is possible.
+    """
+    readings = [
+        Reading(u, r)
+        for u in ([unit] if unit else PressureUnit)
+        for r in ([reference] if reference else PressureReference)
+    ]
+    possible = [r for r in readings if _is_plausible(r, pressures, atmosphere, known_unit=unit is not None)]
+    exponents = {
+        r: compression_exponent(angles, r.absolute(pressures, atmosphere), ratio)
+        for r in possible or readings
+    }
+    if len(readings) == 1:
+        return readings[0], "", _doubt(exponents[readings[0]])
+    fitting = [r for r in possible if is_compression(exponents[r])]
+    if len(fitting) == 1:
+        return fitting[0], f"compression then follows p·V^{exponents[fitting[0]]:.3g}", ""
+    left = fitting or possible
+    if len({r.unit for r in left}) == 1:
+        left = _by_level(left, pressures)
+    else:
+        left = [r for r in left if _is_usual(_least(r.absolute(pressures, atmosphere)))] or left
+    if len(left) != 1:
+        raise _no_reading(left, pressures, atmosphere, source)
+    why = f"the least pressure is {_least(pressures):.3g} {left[0].unit}"
+    return left[0], why, _doubt(exponents[left[0]])
+
+
+def _doubt(exponent: float) -> str:
+    """A remark on a pressure that does not rise as compression makes it."""
+    if np.isnan(exponent) or is_compression(exponent):
+        return ""
+    return (
+        f"between 110° and 60° before firing TDC the pressure follows p·V^{exponent:.3g}, which is no "
+        "compression (about 1.3): check pressure_reference and angle_offset_deg"
+    )
+
+
+def _least(pressures: Floats) -> float:
+    return float(np.percentile(pressures, _LOW_PART))
+
+
+def _is_plausible(reading: Reading, pressures: Floats, atmosphere: float, *, known_unit: bool) -> bool:
+    """Whether an engine can have these pressures, whose unit may be known."""
+    absolute = reading.absolute(pressures, atmosphere)
+    least, peak = _least(absolute), float(absolute.max()) - atmosphere
+    if known_unit:
+        return least > 0
+    return _LEAST_INTAKE <= least <= _MOST_INTAKE and _LOWEST_PEAK <= peak <= LARGEST_PEAK / BAR
+
+
+def _is_usual(least: float) -> bool:
+    """Whether most engines, throttled or boosted, take in at this absolute pressure, bar."""
+    return _USUAL_INTAKE[0] <= least <= _USUAL_INTAKE[1]
+
+
+def _by_level(readings: list[Reading], pressures: Floats) -> list[Reading]:
+    """Keep the reference that the least pressure speaks for; both where it is in between."""
+    least = _least(pressures) * readings[0].unit.bar
+    if least < _NEAR_ZERO:
+        return [r for r in readings if r.reference is PressureReference.GAUGE]
+    if least >= _CLEARLY_ABSOLUTE:
+        return [r for r in readings if r.reference is PressureReference.ABSOLUTE]
+    return readings
+
+
+def _no_reading(readings: list[Reading], pressures: Floats, atmosphere: float, source: str) -> InvalidValue:
+    """The error for pressures that can be read in no way, or in several."""
+    name, value = f"{source}: pressures", f"{pressures.min():.4g}…{pressures.max():.4g}"
+    remedy = "Set engine.pressure_unit and engine.pressure_reference."
+    if not readings:
+        rule = "are those of a cylinder in none of bar, kPa, MPa, Pa and psi, neither absolute nor gauge"
+        return InvalidValue(name, value, rule, f"{remedy} Is it the right column (engine.pressure_column)?")
+    ways = [
+        f"{r.text} (peak {float(r.absolute(pressures, atmosphere).max()) - atmosphere:.4g} bar gauge)"
+        for r in readings[:2]
+    ]
+    return InvalidValue(name, value, f"may be {ways[0]} or {ways[1]}", remedy)
