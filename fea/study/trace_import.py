@@ -15,7 +15,7 @@ from fea.study.trace_smoothing import smoothed
 from fea.study.trace_table import Table, read_table
 from fea.units import BAR, DEG
 from geometry.arrays import Floats
-from geometry.invalid import require
+from geometry.invalid import InvalidValue, require
 from loads.gas import ATMOSPHERE
 from loads.trace import Trace
 
@@ -84,7 +84,7 @@ def import_trace(text: str, source: str, keys: TraceKeys, around: Surroundings) 
     smooth, smoothing = _smooth(whole, recording, keys)
     reading, units, doubt = _reading(columns, smooth, keys, around, source)
     assumptions = [*_column_assumptions(columns, table), *units, *assumed, *completion, *smoothing]
-    trace = replace(_trace(smooth, reading, around), source=source)
+    trace = _trace(smooth, reading, around, source)
     cycles = _told_cycles(recording, reading, around)
     told = _told(trace, cycles, assumptions) if cycles or assumptions else ""
     trace = replace(trace, remarks=tuple(text for text in (told, doubt if assumptions else "") if text))
@@ -167,12 +167,15 @@ def _known_reference(columns: Columns, keys: TraceKeys) -> PressureReference | N
     return reference_of(columns.pressure_name)
 
 
-def _trace(cycle: _Cycle, reading: Reading, around: Surroundings) -> Trace:
+def _trace(cycle: _Cycle, reading: Reading, around: Surroundings, source: str) -> Trace:
     """Gauge pressures over 0…720°."""
     gauge = reading.gauge(cycle.pressures, around.atmosphere / BAR) * BAR
     angles = np.mod(cycle.angles + _TURN, _CYCLE)
     order = np.argsort(angles, kind="stable")
-    return Trace(angles[order] * DEG, gauge[order], np.zeros(0))
+    try:
+        return Trace(angles[order] * DEG, gauge[order], np.zeros(0), source)
+    except InvalidValue as error:
+        raise InvalidValue(f"{source}: {error.name}", error.value, error.rule, error.remedy) from error
 
 
 def _told_cycles(recording: Recording, reading: Reading, around: Surroundings) -> str:

@@ -156,21 +156,34 @@ def _names(above: Sequence[_Line], form: _Form, source: str) -> tuple[str, ...]:
     """Names of the columns: the lines above the first row with as many cells, joined column by column."""
     rows: list[list[str]] = []
     for line in reversed(above[-_MOST_NAME_LINES:]):
-        heading = line.text.lstrip().lstrip("".join(_COMMENTS))
-        cells = _cells(heading, form.separator)
-        unnamed = form.cells - len(cells)  # empty cells at the end of the line
-        blanks = heading.count(form.separator) + 1 - len(cells) if form.separator else 0
-        if not cells or not 0 <= unnamed <= blanks:
+        cells = _headings(line.text.lstrip().lstrip("".join(_COMMENTS)), form)
+        if cells is None:
             break
-        rows.insert(0, cells + [""] * unnamed)
-    if rows:
-        return tuple(" ".join(parts) for parts in zip(*rows, strict=True))
-    if above and not _is_comment(above[-1]) and form.separator is not None:
-        cells = _cells(above[-1].text, form.separator)
-        rule = f"names {len(cells)} columns, but the lines below it have {form.cells}"
-        remedy = "Use another separator than the decimal sign, and name every column."
-        require(len(cells) < 2, f"{source} line {above[-1].number}", above[-1].text, rule, remedy)
-    return ("",) * form.cells
+        rows.insert(0, cells)
+    if not rows and above and not _is_comment(above[-1]):
+        _require_preamble(above[-1], form, source)
+    return tuple(" ".join(parts).strip() for parts in zip(*rows, strict=True)) or ("",) * form.cells
+
+
+def _headings(text: str, form: _Form) -> list[str] | None:
+    """Return a name for every column, None where a line has another number of cells."""
+    if form.separator is None:
+        # Names of several words are farther apart than these, or their units in brackets end them.
+        splits = [text.split(), *(re.split(apart, text.strip()) for apart in (r"\s{2,}|\t", r"\s+(?![\[(])"))]
+        return next((cells for cells in splits if len(cells) == form.cells), None)
+    cells = _cells(text, form.separator)
+    unnamed = form.cells - len(cells)
+    blanks = text.count(form.separator) + 1 - len(cells)  # empty cells at the end of the line
+    return cells + [""] * unnamed if cells and 0 <= unnamed <= blanks else None
+
+
+def _require_preamble(line: _Line, form: _Form, source: str) -> None:
+    """Refuse a line above the first row that names columns, but not as many as there are."""
+    cells = len(_cells(line.text, form.separator))
+    names = cells > 1 and (form.separator is not None or "[" in line.text or "(" in line.text)
+    rule = f"names {cells} columns, but the lines below it have {form.cells}"
+    remedy = "Name every column, and use another separator than the decimal sign."
+    require(not names, f"{source} line {line.number}", line.text, rule, remedy)
 
 
 def _values(text: str, form: _Form, first_line: int, source: str) -> Floats:

@@ -110,6 +110,15 @@ def test_names_and_units_in_lines_of_their_own_below_a_preamble():
     assert found.keys.pressure_column is None
 
 
+@pytest.mark.parametrize(
+    "heading", ["Crank angle (deg)   Pressure (kPa)", "CA[deg] p[kPa]", "# angle pressure/kPa", "%CA  p_kPa"]
+)
+def test_headings_above_columns_apart_by_blanks(heading):
+    found = parse_trace(text(100 * ABSOLUTE, separator="   ", header=[heading]), "t.dat")
+    np.testing.assert_allclose(bar(found), gauge(DEGREES), rtol=1e-6, atol=1e-6)
+    assert found.keys.pressure_unit is None
+
+
 def test_cycles_in_columns_are_averaged_and_the_highest_is_told():
     cycles = np.stack([ABSOLUTE * f for f in (0.9, 1.0, 1.1)], axis=1)
     found = parse_trace(text(cycles, separator="\t"), "t.txt")
@@ -210,7 +219,10 @@ def test_spikes_of_knock_are_not_smoothed_away():
             r"line 61, column 2 .*decimal comma",
         ),
         ("\n".join(f"{p}" for p in ABSOLUTE), "no table with two columns"),
-        (text(header=["CA,p"], separator=",").replace(".", ","), "separator than the decimal sign"),
+        (
+            text(header=["CA,p"], separator=",").replace(".", ","),
+            "names 2 columns, but the lines below it have 3",
+        ),
         (text(np.r_[ABSOLUTE[:-1], 9.0]) + "360,5\n", "one cycle apart may differ"),
         ("CA,p\n" + "1," * 5000 + "1\n", "columns"),
     ],
