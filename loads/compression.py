@@ -1,11 +1,12 @@
 """The exponent of compression, by which a pressure trace shows its unit, its reference and its TDC.
 
-From the closing of the inlet valve to combustion the charge follows p Vⁿ = const with n between 1.2 and 1.4
-(Heywood 1988, §9.2.2: 1.25 to 1.35 for hydrocarbon mixtures). A wrong zero of the pressure or a wrong dead
-centre gives another slope of log p over log V.
+From the closing of the inlet valve to combustion the charge follows p Vⁿ = const with n near 1.3 (Heywood
+1988, §9.2.2); a compression ratio or a dead centre that is not exact gives a little more or less. A wrong
+zero of the pressure gives another slope of log p over log V.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,15 +14,33 @@ from geometry.arrays import Floats
 
 # Crank angles after valve closing and before ignition in nearly every engine, degrees from firing TDC.
 _FROM, _TO = -110.0, -60.0
-# Slopes that belong to a compression, though the compression ratio may be any between 8 and 22 where the
-# nominal one is taken: measured traces read rightly gave 1.33 to 1.53, read 1 bar too high 0.94 to 1.11.
-LEAST, MOST = 1.18, 1.7
-_NOMINAL_RATIO = 14.0
+# Exponents that measured compressions show.
+_LEAST, _MOST = 1.22, 1.55
+# Compression ratios of nearly all engines, and one in between.
+_RATIOS, _NOMINAL = (7.5, 22.0), 14.0
 _ROD_RATIO = 0.29  # crank radius over rod length; 0.2 to 0.33 change n by less than 0.05
 
 
-def compression_exponent(angles: Floats, pressures: Floats, ratio: float | None = None) -> float:
-    """Slope n of p Vⁿ between 110° and 60° before firing TDC; NaN where a pressure is not positive.
+class Exponent(NamedTuple):
+    """Slope n of p Vⁿ, for the least, a middle and the largest compression ratio that may be meant."""
+
+    least: float
+    middle: float
+    most: float
+
+    @property
+    def known(self) -> bool:
+        """Whether there is a slope: enough samples, all pressures positive."""
+        return not math.isnan(self.middle)
+
+    @property
+    def is_compression(self) -> bool:
+        """Whether it can be that of a compression."""
+        return self.known and self.most >= _LEAST and self.least <= _MOST
+
+
+def compression_exponent(angles: Floats, pressures: Floats, ratio: float | None = None) -> Exponent:
+    """Fit p Vⁿ between 110° and 60° before firing TDC.
 
     Parameters
     ----------
@@ -35,14 +54,11 @@ def compression_exponent(angles: Floats, pressures: Floats, ratio: float | None 
     inside = (angles >= _FROM) & (angles <= _TO)
     p = pressures[inside]
     if p.size < 3 or not (p > 0).all():
-        return math.nan
-    volume = 1 / ((ratio or _NOMINAL_RATIO) - 1) + _travel(np.radians(angles[inside]))
-    return float(-np.polyfit(np.log(volume), np.log(p), 1)[0])
-
-
-def is_compression(exponent: float) -> bool:
-    """Whether an exponent can be that of a compression."""
-    return LEAST <= exponent <= MOST
+        return Exponent(math.nan, math.nan, math.nan)
+    ratios = (_RATIOS[1], _NOMINAL, _RATIOS[0]) if ratio is None else (ratio,) * 3
+    travel = _travel(np.radians(angles[inside]))
+    slopes = (-np.polyfit(np.log(1 / (r - 1) + travel), np.log(p), 1)[0] for r in ratios)
+    return Exponent(*(float(slope) for slope in slopes))
 
 
 def _travel(theta: Floats) -> Floats:

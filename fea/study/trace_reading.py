@@ -9,7 +9,7 @@ from fea.study.trace_cycles import Recording
 from fea.units import BAR
 from geometry.arrays import Floats
 from geometry.invalid import InvalidValue
-from loads.compression import compression_exponent, is_compression
+from loads.compression import Exponent, compression_exponent
 from loads.gas import LARGEST_PEAK
 
 # Degrees about a dead centre in which the peak of a firing or motored engine lies.
@@ -17,13 +17,15 @@ _EARLIEST, _LATEST = -20.0, 60.0
 _HALF_TURN, _TURN = 180.0, 360.0
 _SECOND = 0.8  # of the peak: another peak of this height, a revolution away, might be the firing one
 _REPEATS = 0.05  # of the peak: revolutions that differ by less repeat each other
-_LOWEST_PEAK = 8.0  # bar gauge: less is rare even when an engine idles
-# Least pressures, bar: a throttled engine takes in no less than the first, a boosted one no more than the
-# second; readings between vacuum and the last are of a gauge pressure.
-_LEAST_INTAKE, _MOST_INTAKE, _NEAR_ZERO = 0.15, 6.0, 0.15
-_CLEARLY_ABSOLUTE = 0.4
-_USUAL_INTAKE = (0.3, 3.5)  # bar absolute
-_LOW_PART = 1.0  # percentile for the least pressure: a few samples may be disturbed
+_LOWEST_PEAK = 3.0  # bar gauge: a throttled engine that idles reaches no more
+# Least absolute pressures, bar: those of any engine, of nearly all, and of most. A reading is preferred only
+# where it is among the last and no other is among the second.
+_ANY, _NEARLY_ALL, _MOST = (0.1, 6.5), (0.2, 4.5), (0.3, 3.5)
+# Least pressures as they stand in the file, bar: below the first they are gauge, from the second to the third
+# absolute, unless the compression says otherwise.
+_NEAR_ZERO, _THROTTLED, _AMBIENT = 0.15, 0.4, 1.05
+# Percentiles: the level at which the cylinder is filled, above the noise, and the least pressure of all.
+_FILLING, _LEAST = 10.0, 1.0
 
 
 @dataclass(frozen=True)
@@ -163,54 +165,61 @@ def read_as(
     }
     if len(readings) == 1:
         return readings[0], "", _doubt(exponents[readings[0]])
-    fitting = [r for r in possible if is_compression(exponents[r])]
+    fitting = [r for r in possible if exponents[r].is_compression]
     if len(fitting) == 1:
-        return fitting[0], f"compression then follows p·V^{exponents[fitting[0]]:.3g}", ""
-    left = fitting or possible
-    if len({r.unit for r in left}) == 1:
-        left = _by_level(left, pressures)
-    else:
-        left = [r for r in left if _is_usual(_least(r.absolute(pressures, atmosphere)))] or left
+        return fitting[0], f"compression then follows p·V^{exponents[fitting[0]].middle:.3g}", ""
+    left = _preferred(fitting or possible, pressures, atmosphere)
     if len(left) != 1:
         raise _no_reading(left, pressures, atmosphere, source)
-    why = f"the least pressure is {_least(pressures):.3g} {left[0].unit}"
+    why = f"the least pressure is {_level(pressures, _LEAST):.3g} {left[0].unit}"
     return left[0], why, _doubt(exponents[left[0]])
 
 
-def _doubt(exponent: float) -> str:
+def _doubt(exponent: Exponent) -> str:
     """A remark on a pressure that does not rise as compression makes it."""
-    if np.isnan(exponent) or is_compression(exponent):
+    if exponent.is_compression or not exponent.known:
         return ""
     return (
-        f"between 110° and 60° before firing TDC the pressure follows p·V^{exponent:.3g}, which is no "
+        f"between 110° and 60° before firing TDC the pressure follows p·V^{exponent.middle:.3g}, which is no "
         "compression (about 1.3): check pressure_reference and angle_offset_deg"
     )
 
 
-def _least(pressures: Floats) -> float:
-    return float(np.percentile(pressures, _LOW_PART))
+def _level(pressures: Floats, percentile: float = _FILLING) -> float:
+    return float(np.percentile(pressures, percentile))
 
 
 def _is_plausible(reading: Reading, pressures: Floats, atmosphere: float, *, known_unit: bool) -> bool:
     """Whether an engine can have these pressures, whose unit may be known."""
     absolute = reading.absolute(pressures, atmosphere)
-    least, peak = _least(absolute), float(absolute.max()) - atmosphere
+    least, peak = _level(absolute), float(absolute.max()) - atmosphere
     if known_unit:
         return least > 0
-    return _LEAST_INTAKE <= least <= _MOST_INTAKE and _LOWEST_PEAK <= peak <= LARGEST_PEAK / BAR
+    return _within(least, _ANY) and _LOWEST_PEAK <= peak <= LARGEST_PEAK / BAR
 
 
-def _is_usual(least: float) -> bool:
-    """Whether most engines, throttled or boosted, take in at this absolute pressure, bar."""
-    return _USUAL_INTAKE[0] <= least <= _USUAL_INTAKE[1]
+def _within(value: float, limits: tuple[float, float]) -> bool:
+    return limits[0] <= value <= limits[1]
+
+
+def _preferred(readings: list[Reading], pressures: Floats, atmosphere: float) -> list[Reading]:
+    """Keep the readings that the least pressure speaks for; all where it does not decide."""
+    least = {r: _level(r.absolute(pressures, atmosphere)) for r in readings}
+    near = [r for r in readings if _within(least[r], _NEARLY_ALL)]
+    units = {r.unit for r in near}
+    if len(units) == 1 and any(_within(least[r], _MOST) for r in near):
+        readings = near
+    return _by_level(readings, pressures) if len({r.unit for r in readings}) == 1 else readings
 
 
 def _by_level(readings: list[Reading], pressures: Floats) -> list[Reading]:
-    """Keep the reference that the least pressure speaks for; both where it is in between."""
-    least = _least(pressures) * readings[0].unit.bar
+    """Keep the reference, of readings in one unit, that the least pressure speaks for."""
+    if len(readings) == 1:
+        return readings
+    least = _level(pressures, _LEAST) * readings[0].unit.bar
     if least < _NEAR_ZERO:
         return [r for r in readings if r.reference is PressureReference.GAUGE]
-    if least >= _CLEARLY_ABSOLUTE:
+    if _THROTTLED <= least <= _AMBIENT:
         return [r for r in readings if r.reference is PressureReference.ABSOLUTE]
     return readings
 
@@ -218,12 +227,14 @@ def _by_level(readings: list[Reading], pressures: Floats) -> list[Reading]:
 def _no_reading(readings: list[Reading], pressures: Floats, atmosphere: float, source: str) -> InvalidValue:
     """The error for pressures that can be read in no way, or in several."""
     name, value = f"{source}: pressures", f"{pressures.min():.4g}…{pressures.max():.4g}"
-    remedy = "Set engine.pressure_unit and engine.pressure_reference."
     if not readings:
         rule = "are those of a cylinder in none of bar, kPa, MPa, Pa and psi, neither absolute nor gauge"
-        return InvalidValue(name, value, rule, f"{remedy} Is it the right column (engine.pressure_column)?")
-    ways = [
-        f"{r.text} (peak {float(r.absolute(pressures, atmosphere).max()) - atmosphere:.4g} bar gauge)"
-        for r in readings[:2]
-    ]
-    return InvalidValue(name, value, f"may be {ways[0]} or {ways[1]}", remedy)
+        remedy = "Set engine.pressure_column, or engine.pressure_unit and engine.pressure_reference."
+        return InvalidValue(name, value, rule, remedy)
+    first, second = (
+        f"{r.text} (peak {float(r.gauge(pressures.max(), atmosphere)):.4g} bar gauge)" for r in readings[:2]
+    )
+    remedy = "Set engine.pressure_reference, or give engine.compression_ratio."
+    if readings[0].unit is not readings[1].unit:
+        remedy = "Set engine.pressure_unit and engine.pressure_reference."
+    return InvalidValue(name, value, f"may be {first} or {second}", remedy)

@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from measured import ATMOSPHERE, BAR_IN, absolute, gauge, written
+from measured import ATMOSPHERE, BAR_IN, RATIO, absolute, gauge, written
 
 from fea.choices import PressureReference, PressureUnit
+from fea.study.trace_import import Surroundings
 from fea.study.trace_keys import TraceKeys
 from fea.study.trace_text import LARGEST_TRACE
 from fea.study.traces import parse_trace, read_trace
 from geometry.invalid import InvalidValue
+from loads.compression import compression_exponent
 
 DEGREES = np.arange(0.0, 720.0)
 FROM_FIRING = np.arange(-360.0, 360.0)
@@ -95,8 +97,6 @@ def test_a_heading_that_names_the_reference_decides(heading, reference):
 
 
 def test_the_atmosphere_of_the_study_is_subtracted():
-    from fea.study.trace_import import Surroundings
-
     found = parse_trace(text(), "t.csv", around=Surroundings(atmosphere=0.09))
     np.testing.assert_allclose(bar(found), gauge(DEGREES) + ATMOSPHERE - 0.9, rtol=1e-6, atol=1e-6)
 
@@ -238,6 +238,30 @@ def test_readings_that_are_possible_are_named_with_their_keys():
     flat = np.maximum(60.0 - np.abs(FROM_FIRING - 12), 0.25)
     with pytest.raises(InvalidValue, match=r"may be bar absolute .* or bar gauge .*pressure_reference"):
         parse_trace(text(flat, header=["CA,p [bar]"]), "t.csv")
+
+
+def test_a_boosted_engine_needs_its_compression_ratio_or_a_key():
+    boosted = written(FROM_FIRING, absolute(FROM_FIRING, intake=3.4), header=["CA,p [bar]"])
+    with pytest.raises(InvalidValue, match=r"bar absolute .* or bar gauge .*give engine\.compression_ratio"):
+        parse_trace(boosted, "t.csv")
+    for ratio in (0.95 * RATIO, 1.05 * RATIO):
+        found = parse_trace(boosted, "t.csv", around=Surroundings(compression_ratio=ratio))
+        assert found.keys.pressure_reference == "absolute"
+
+
+@pytest.mark.parametrize("ratio", [8.0, 16.0])
+def test_the_exponent_of_an_exact_compression(ratio):
+    # V/V_c = 1 + (r − 1) s with the travel s of a crank with r/l = 0.29, as in the module.
+    degrees = np.arange(-180.0, 180.0)
+    sin, cos = np.sin(np.radians(degrees)), np.cos(np.radians(degrees))
+    travel = (1 - cos + (1 - np.sqrt(1 - (0.29 * sin) ** 2)) / 0.29) / 2
+    pressures = 3.0 * (1 + (ratio - 1) * travel) ** -1.31
+    exact = compression_exponent(degrees, pressures, ratio)
+    assert exact == pytest.approx((1.31, 1.31, 1.31), rel=1e-12)
+    free = compression_exponent(degrees, pressures)
+    assert free.least < 1.31 < free.most
+    assert not compression_exponent(degrees, pressures + pressures.min(), ratio).is_compression
+    assert not compression_exponent(degrees, pressures - pressures.max()).known
 
 
 def test_keys_decide_what_the_file_does_not():
