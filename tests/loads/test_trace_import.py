@@ -201,6 +201,10 @@ def test_spikes_of_knock_are_not_smoothed_away():
             r"several columns .* 2, 3\. .*pressure_column = 2",
         ),
         (
+            text(np.stack([ABSOLUTE, np.gradient(ABSOLUTE), np.roll(ABSOLUTE, 90)], axis=1)),
+            r"several columns .* 2, 3, 4\. ",
+        ),
+        (
             text(np.stack([ABSOLUTE, ABSOLUTE], axis=1), header=["CA,PCYL1,PCYL2"]),
             r"2 \(PCYL1\), 3 \(PCYL2\)",
         ),
