@@ -12,8 +12,8 @@ from loads.gas import ATMOSPHERE, CYCLE, LARGEST_PEAK, too_high
 _SMALLEST_PEAK = 0.1  # MPa: every engine that compresses its charge exceeds it
 _IDLING_PEAK = 2.0  # MPa: only engines that idle or are motored stay below it
 _NO_FIRING = 0.5  # of the peak: a top dead centre with less pressure around it is not the firing one
-# Combustion peaks up to some 40° after TDC, motoring a degree before it; farther away the TDC is in doubt.
-_EARLIEST, _LATEST = math.radians(340), math.radians(420)
+# Combustion peaks up to some 40° after TDC, motoring just before it; elsewhere the TDC is in doubt.
+_EARLIEST, _LATEST = math.radians(355), math.radians(410)
 _NEARLY = 0.98  # of the peak: several peaks of this height count as one
 # The values at the start and the end of the cycle may differ by this fraction of the peak (transducer drift).
 _CLOSURE = 0.05
@@ -165,7 +165,7 @@ def _require_increasing_angles(angles: Floats) -> None:
             "gas trace crank_deg",
             math.degrees(outside[0]),
             "must lie within one cycle, 0 to 720°",
-            "Count angles from the gas-exchange TDC, so that firing TDC is at 360°, or set angle_offset_deg.",
+            "Count angles from the gas-exchange TDC, so that firing TDC is at 360°.",
         )
 
 

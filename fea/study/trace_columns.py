@@ -108,7 +108,7 @@ def _angle(table: Table) -> int:
         return i
     first = table.column(table.numbers[0])
     rule = (
-        f"has no column of crank angles in degrees (column {table.numbers[0] + 1} runs from "
+        f"has no column that rises like a crank angle in degrees (column {table.numbers[0] + 1} runs from "
         f"{first.min():g} to {first.max():g})"
     )
     remedy = "Give the pressure over the crank angle, not over time; engine.angle_column names the column."

@@ -212,7 +212,7 @@ def test_spikes_of_knock_are_not_smoothed_away():
         (text(ABSOLUTE * 0 + 1.0), "in none of bar, kPa, MPa, Pa and psi"),
         (text(ABSOLUTE[:500], FROM_FIRING[:500]), "220° are missing"),
         (text(absolute(np.arange(0, 360.0)), np.arange(0, 360.0)), "compression or expansion is missing"),
-        (text(angles=np.radians(FROM_FIRING)), "crank angles in degrees"),
+        (text(angles=np.radians(FROM_FIRING)), "rises like a crank angle in degrees"),
         (text(angles=FROM_FIRING[::-1]), "crank angle"),
         (text(angles=np.random.default_rng(0).permutation(FROM_FIRING)), "crank angle"),
         (text().replace("\n-300,", "\n-310,"), r"near line 61, crank angle = -310: must increase"),
