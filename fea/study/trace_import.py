@@ -11,7 +11,7 @@ from fea.study.trace_cycles import Recording, completed, recorded
 from fea.study.trace_keys import TraceKeys
 from fea.study.trace_names import DOCUMENTED, reference_of, unit_of, unknown_unit
 from fea.study.trace_reading import Reading, firing_offset, read_as
-from fea.study.trace_smoothing import smoothed
+from fea.study.trace_smoothing import Smoothed, smoothed
 from fea.study.trace_table import Table, read_table
 from fea.units import BAR, DEG
 from geometry.arrays import Floats
@@ -80,11 +80,17 @@ def import_trace(text: str, source: str, keys: TraceKeys, around: Surroundings) 
     columns = trace_columns(table, keys)
     recording = recorded(columns.angles, columns.pressures, source, table.first_line)
     offset, assumed = _offset(recording, keys, source)
-    whole, completion = _whole(recording, offset, keys, source)
-    smooth, smoothing = _smooth(whole, recording, keys)
-    reading, units, doubt = _reading(columns, smooth, keys, around, source)
-    assumptions = [*_column_assumptions(columns, table), *units, *assumed, *completion, *smoothing]
-    trace = _trace(smooth, reading, around, source)
+    strokes = _FOUR_STROKES if keys.strokes is None else keys.strokes
+    angles, pressures, held = completed(recording, _TURN - offset, strokes, source)
+    smooth = smoothed(angles, pressures, recording.step, keys.smoothing_deg)
+    cycle = _Cycle(angles, smooth.pressures)
+    reading, units, doubt = _reading(columns, cycle, keys, around, source)
+    assumptions = [*_column_assumptions(columns, table), *units, *assumed]
+    if not np.isnan(held) and keys.strokes is None:
+        assumptions.append(_held(held, reading))
+    if smooth.width and keys.smoothing_deg is None:
+        assumptions.append(_smoothing(pressures, smooth, reading))
+    trace = _trace(cycle, reading, around, source)
     cycles = _told_cycles(recording, reading, around)
     told = _told(trace, cycles, assumptions) if cycles or assumptions else ""
     trace = replace(trace, remarks=tuple(text for text in (told, doubt if assumptions else "") if text))
@@ -106,25 +112,16 @@ def _offset(recording: Recording, keys: TraceKeys, source: str) -> tuple[float, 
     return offset, [_Assumption("angle_offset_deg", offset, why)]
 
 
-def _whole(
-    recording: Recording, offset: float, keys: TraceKeys, source: str
-) -> tuple[_Cycle, list[_Assumption]]:
-    strokes = _FOUR_STROKES if keys.strokes is None else keys.strokes
-    angles, pressures, held = completed(recording, _TURN - offset, strokes, source)
-    if np.isnan(held) or keys.strokes is not None:
-        return _Cycle(angles, pressures), []
-    why = f"one revolution is recorded; the gas exchange is held at {held:.4g}, where compression begins"
-    return _Cycle(angles, pressures), [_Assumption("strokes", strokes, why)]
+def _held(pressure: float, reading: Reading) -> _Assumption:
+    """A single revolution, completed with a pressure."""
+    held = f"the gas exchange is held at {pressure:.4g} {reading.unit}, where compression begins"
+    return _Assumption("strokes", _FOUR_STROKES, f"one revolution is recorded; {held}")
 
 
-def _smooth(cycle: _Cycle, recording: Recording, keys: TraceKeys) -> tuple[_Cycle, list[_Assumption]]:
-    found = smoothed(cycle.pressures, recording.step, keys.smoothing_deg)
-    smooth = _Cycle(cycle.angles, found.pressures)
-    if not found.width or keys.smoothing_deg is not None:
-        return smooth, []
-    peaks = f"the peak from {cycle.pressures.max():.4g} to {found.pressures.max():.4g}"
-    why = f"changes no pressure by more than {found.change:.2g}, {peaks}"
-    return smooth, [_Assumption("smoothing_deg", found.width, why)]
+def _smoothing(pressures: Floats, found: Smoothed, reading: Reading) -> _Assumption:
+    peaks = f"the peak from {pressures.max():.4g} to {found.pressures.max():.4g} {reading.unit}"
+    why = f"changes no pressure by more than {found.change:.2g} {reading.unit}, {peaks}"
+    return _Assumption("smoothing_deg", found.width, why)
 
 
 def _reading(

@@ -180,6 +180,12 @@ def test_noise_of_fine_sampling_is_smoothed_by_no_more_than_it_says():
     assert parse_trace(text(clean, angles), "t.csv").keys.smoothing_deg is None
 
 
+def test_smoothing_goes_by_degrees_where_samples_are_finer_about_firing():
+    angles = np.r_[np.arange(-360.0, -30, 1), np.arange(-30.0, 90, 0.05), np.arange(90.0, 360)]
+    found = parse_trace(text(absolute(angles), angles), "t.csv", TraceKeys(smoothing_deg=1.0))
+    np.testing.assert_allclose(bar(found, angles + 360), absolute(angles) - ATMOSPHERE, rtol=2e-3, atol=2e-3)
+
+
 def test_spikes_of_knock_are_not_smoothed_away():
     angles = np.arange(-360.0, 360.0, 0.1)
     knock = absolute(angles) + 8 * np.sin(angles * 40) * np.exp(-(((angles - 15) / 10) ** 2))
