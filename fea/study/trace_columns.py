@@ -10,7 +10,8 @@ from fea.study.trace_table import Table
 from geometry.arrays import Floats
 from geometry.invalid import InvalidValue, require
 
-_LEAST_TURN = 90.0  # degrees: columns that span less are no crank angles
+# Degrees: columns that span less are no crank angles, those that span more are whole revolutions.
+_LEAST_TURN, _REVOLUTION = 20.0, 350.0
 _FEWEST_CYCLES = 3  # columns without names that are taken for cycles of one engine, if they are this similar
 _SIMILAR = 0.9
 
@@ -104,7 +105,8 @@ def _angle(table: Table) -> int:
     """The column that is named as a crank angle, or the first one that turns like one."""
     turning = [i for i in table.numbers if _turns(table.column(i))]
     named = [i for i in table.numbers if is_angle(table.names[i])]
-    for i in [*(i for i in named if i in turning), *named, *turning]:
+    whole = [i for i in turning if np.ptp(table.column(i)) >= _REVOLUTION]
+    for i in [*(i for i in named if i in turning), *named, *whole, *turning]:
         return i
     first = table.column(table.numbers[0])
     rule = (

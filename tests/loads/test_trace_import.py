@@ -217,6 +217,10 @@ def test_spikes_of_knock_are_not_smoothed_away():
         (text(header=["CA [deg],Pcyl [V]"]), "unknown unit, V"),
         (text(ABSOLUTE * 0 + 1.0), "in none of bar, kPa, MPa, Pa and psi"),
         (text(ABSOLUTE[:500], FROM_FIRING[:500]), "220° are missing"),
+        (
+            text(ABSOLUTE[340:411], FROM_FIRING[340:411]),
+            "'-20…50': must cover a revolution.* 289° are missing",
+        ),
         (text(absolute(np.arange(0, 360.0)), np.arange(0, 360.0)), "compression or expansion is missing"),
         (text(angles=np.radians(FROM_FIRING)), "rises like a crank angle in degrees"),
         (text(angles=FROM_FIRING[::-1]), "crank angle"),
