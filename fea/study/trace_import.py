@@ -9,7 +9,7 @@ from fea.choices import PressureReference, PressureUnit
 from fea.study.trace_columns import Columns, trace_columns
 from fea.study.trace_cycles import Recording, completed, recorded
 from fea.study.trace_keys import TraceKeys
-from fea.study.trace_names import DOCUMENTED, reference_of, unit_of, unknown_unit
+from fea.study.trace_names import is_documented, reference_of, unit_of, unknown_unit
 from fea.study.trace_reading import Reading, firing_offset, read_as
 from fea.study.trace_smoothing import Smoothed, smoothed
 from fea.study.trace_table import Table, read_table
@@ -159,7 +159,7 @@ def _known_unit(columns: Columns, keys: TraceKeys, source: str) -> PressureUnit 
 def _known_reference(columns: Columns, keys: TraceKeys) -> PressureReference | None:
     if keys.pressure_reference is not None:
         return keys.pressure_reference
-    if (columns.angle_name, columns.pressure_name) == DOCUMENTED:
+    if is_documented(columns.angle_name, columns.pressure_name):
         return PressureReference.GAUGE
     return reference_of(columns.pressure_name)
 

@@ -33,12 +33,24 @@ _OTHERS = {
 }
 # Headings of our own format: gauge pressures.
 DOCUMENTED = ("crank_deg", "pressure_bar")
+_PER_SPEED = re.compile(r"pressure_bar_(\d+(?:\.\d+)?)rpm")
 _UNITS = {unit.lower(): unit for unit in PressureUnit}
 _REFERENCES = {
     **dict.fromkeys(("a", "abs", "absolute", "absolut", "absolu"), PressureReference.ABSOLUTE),
     **dict.fromkeys(("g", "ga", "gauge", "gage", "rel", "relative", "relativ"), PressureReference.GAUGE),
 }
 _BRACKETS = re.compile(r"[\[({<]([^\])}>]*)[\])}>]")
+
+
+def speed_of(name: str) -> float | None:
+    """Return the speed, rpm, of a column in our own format with one per speed."""
+    match = _PER_SPEED.fullmatch(name)
+    return None if match is None else float(match[1])
+
+
+def is_documented(angle: str, pressure: str) -> bool:
+    """Whether the headings are those of our own format."""
+    return angle == DOCUMENTED[0] and (pressure == DOCUMENTED[1] or speed_of(pressure) is not None)
 
 
 def is_angle(name: str) -> bool:

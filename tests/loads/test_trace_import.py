@@ -302,6 +302,22 @@ def test_an_absolute_pressure_read_as_gauge_is_remarked_on():
     )
 
 
+def test_one_column_a_speed_from_another_dead_centre_or_absolute():
+    speeds = np.stack([ABSOLUTE, absolute(FROM_FIRING, burnt=2.0)], axis=1)
+    header = ["crank_deg,pressure_bar_1000rpm,pressure_bar_2000rpm"]
+    turned = parse_trace(text(speeds - ATMOSPHERE, header=header), "t.csv")
+    absolute_ones = parse_trace(
+        text(speeds, DEGREES, header=header),
+        "t.csv",
+        TraceKeys(pressure_reference=PressureReference.ABSOLUTE),
+    )
+    for found in (turned, absolute_ones):
+        at = 10 * found.trace.pressure(np.radians(DEGREES), np.array([[1500]]) * np.pi / 30)
+        np.testing.assert_allclose(at[0], (speeds - ATMOSPHERE).mean(axis=1), rtol=1e-6, atol=1e-6)
+        assert found.trace.pressures.shape == (2, 720)
+    assert turned.keys.given == {"angle_offset_deg": 360.0}
+
+
 def test_pressures_that_no_compression_gives_are_remarked_on():
     told = parse_trace(text(ABSOLUTE + 1.0, header=["CA,p [bara]"]), "t.csv").trace.remarks
     assert "which is no compression" in told[-1]
