@@ -10,7 +10,8 @@ from fea.study.trace_columns import Columns, trace_columns
 from fea.study.trace_cycles import Recording, completed, recorded
 from fea.study.trace_keys import TraceKeys
 from fea.study.trace_names import is_documented, reference_of, unit_of, unknown_unit
-from fea.study.trace_reading import Reading, firing_offset, read_as
+from fea.study.trace_phase import firing_offset
+from fea.study.trace_reading import Reading, read_as
 from fea.study.trace_smoothing import Smoothed, smoothed
 from fea.study.trace_table import Table, read_table
 from fea.units import BAR, DEG
