@@ -95,3 +95,25 @@ class Fatigue(StrEnum):
     GOODMAN = "goodman"
     GERBER = "gerber"
     SODERBERG = "soderberg"
+
+
+class PressureUnit(StrEnum):
+    """Units in which a pressure trace may be given."""
+
+    BAR = "bar"
+    KPA = "kPa"
+    MPA = "MPa"
+    PA = "Pa"
+    PSI = "psi"
+
+    @property
+    def bar(self) -> float:
+        """One of it in bar."""
+        return {"bar": 1.0, "kPa": 1e-2, "MPa": 10.0, "Pa": 1e-5, "psi": 0.06894757293168361}[self.value]
+
+
+class PressureReference(StrEnum):
+    """What a pressure is measured against: vacuum, or the pressure in the crankcase."""
+
+    ABSOLUTE = "absolute"
+    GAUGE = "gauge"

@@ -28,6 +28,10 @@ class GasModel(Protocol):
     def samples(self) -> Floats:
         """Crank angles, rad, that include every peak of a sampled pressure; empty for a smooth one."""
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a user must know about where the pressure comes from."""
+
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
         """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
 
@@ -46,6 +50,11 @@ class Ideal:
     def samples(self) -> Floats:
         """None: the pressure is smooth within a stroke."""
         return np.zeros(0)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """None: nothing is assumed."""
+        return ()
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,9 @@ from loads.gas import ATMOSPHERE, CYCLE, LARGEST_PEAK, too_high
 _SMALLEST_PEAK = 0.1  # MPa: every engine that compresses its charge exceeds it
 _IDLING_PEAK = 2.0  # MPa: only engines that idle or are motored stay below it
 _NO_FIRING = 0.5  # of the peak: a top dead centre with less pressure around it is not the firing one
+# Combustion peaks up to some 40° after TDC, motoring just before it; elsewhere the TDC is in doubt.
+_EARLIEST, _LATEST = math.radians(355), math.radians(410)
+_NEARLY = 0.98  # of the peak: several peaks of this height count as one
 # The values at the start and the end of the cycle may differ by this fraction of the peak (transducer drift).
 _CLOSURE = 0.05
 
@@ -29,6 +32,10 @@ class Trace:
     speeds
         (k,) rad/s, increasing; linear in speed between them, the nearest one outside. With one row it
         may be empty: the trace then holds at any speed and nothing is flagged.
+    source
+        Name of the file of a user; empty for a trace that ships.
+    remarks
+        What was assumed, or looked odd, when it was read.
 
     Raises
     ------
@@ -40,6 +47,8 @@ class Trace:
     crank_angles: Floats
     pressures: Floats
     speeds: Floats
+    source: str = ""
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse a trace that is not one cycle of an engine; drop a sample that repeats the first."""
@@ -81,17 +90,22 @@ class Trace:
             return ""
         return (
             f"gas pressure peaks at only {10 * highest:.4g} bar, as in an engine at idle: if the file is in "
-            "MPa, multiply its values by 10"
+            'MPa, set pressure_unit = "MPa"'
         )
 
     def _turned(self) -> str:
+        """Say so where the pressure peaks far from firing TDC."""
         highest = self.pressures.max(axis=0)
+        near = (self.crank_angles >= _EARLIEST) & (self.crank_angles <= _LATEST)
+        if highest[near].max(initial=0.0) >= _NEARLY * highest.max():
+            return ""
+        peak = f"gas pressure peaks at {math.degrees(self.crank_angles[highest.argmax()]):.4g}°"
         firing = np.abs(self.crank_angles - CYCLE / 2) <= CYCLE / 4
         if highest[firing].max(initial=0.0) >= _NO_FIRING * highest.max():
-            return ""
+            return f"{peak}, far from firing TDC at 360°: if that is wrong, set angle_offset_deg"
         return (
-            f"gas pressure peaks at {math.degrees(self.crank_angles[highest.argmax()]):.4g}°, but firing TDC "
-            "is at 360°: if the file counts angles from firing TDC, add 360° to them"
+            f"{peak}, but firing TDC is at 360°: if the file counts angles from firing TDC, set "
+            "angle_offset_deg = 360"
         )
 
     def _outside(self, speed: float) -> str:

@@ -11,11 +11,13 @@ from fea.analysis.force_table import columns
 from fea.units import BAR, DEG, N_M, RPM
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
+from loads.absorbed import absorbed
 from loads.cylinders import WholeEngine, whole_engine
 from loads.dynamics import cycle
 from loads.engine import Engine
 from loads.gas import GasModel
 from loads.slider_crank import cycle_angles
+from loads.trace import Trace
 
 # A peak between the angles of the table that is higher by this part of it is told.
 _MISSED = 0.01
@@ -47,6 +49,26 @@ class Extreme:
 
 
 @dataclass(frozen=True)
+class TraceSamples:
+    """A pressure trace as it was read, at one speed.
+
+    Attributes
+    ----------
+    source
+        Name of its file.
+    degrees, bar
+        (n,) crank angles and gauge pressures of its samples.
+    newtons_per_bar
+        Gas force on the piston.
+    """
+
+    source: str
+    degrees: Floats
+    bar: Floats
+    newtons_per_bar: float
+
+
+@dataclass(frozen=True)
 class ForceReport:
     """One speed of an engine.
 
@@ -59,11 +81,14 @@ class ForceReport:
         (``cylinder`` 0; columns that belong to one cylinder are NaN) and then each.
     note
         What a reader must know about the gas pressure; may be empty.
+    samples
+        Of a user's pressure trace; None where the pressure comes from elsewhere.
     """
 
     rpm: float
     tables: tuple[dict[str, npt.ArrayLike], ...]
     note: str
+    samples: TraceSamples | None = None
 
     @property
     def first(self) -> dict[str, npt.ArrayLike]:
@@ -134,8 +159,9 @@ def force_reports(
             tables = _engine_tables(whole_engine(engine, rod, gas, rpm * RPM, angles), rpm, angles)
         else:
             tables = (columns(cycle(engine, rod, gas, rpm * RPM, angles), rpm),)
-        notes = (gas.note(rpm * RPM), _missed(gas, rpm * RPM, angles))
-        reports.append(ForceReport(rpm, tables, "; ".join(filter(None, notes))))
+        torque = np.asarray(tables[-1]["torque_Nm"]) * N_M
+        notes = (*gas.remarks, gas.note(rpm * RPM), _missed(gas, rpm * RPM, angles), absorbed(gas, torque))
+        reports.append(ForceReport(rpm, tables, "; ".join(filter(None, notes)), _samples(gas, rpm, engine)))
     return reports
 
 
@@ -151,6 +177,14 @@ def _missed(gas: GasModel, speed: float, angles: Floats) -> str:
     return (
         f"the gas pressure peaks at {at:g}°, {peak / BAR:.4g} bar, between whole degrees: extremes miss that"
     )
+
+
+def _samples(gas: GasModel, rpm: float, engine: Engine) -> TraceSamples | None:
+    """Return the samples of a user's trace."""
+    if not (isinstance(gas, Trace) and gas.source):
+        return None
+    bar = gas.pressure(gas.samples, np.asarray(rpm * RPM)) / BAR
+    return TraceSamples(gas.source, gas.samples / DEG, bar, engine.piston_area * BAR)
 
 
 def _engine_tables(whole: WholeEngine, rpm: float, angles: Floats) -> tuple[dict[str, npt.ArrayLike], ...]:

@@ -8,10 +8,13 @@ from fea.study.engine_table import EngineTable
 from fea.units import RPM
 from geometry.invalid import InvalidValue
 from geometry.mass import MassProperties
+from loads.absorbed import absorbed
 from loads.cases import LoadCase, given
+from loads.dynamics import cycle
 from loads.engine import Engine
 from loads.gas import GasModel
 from loads.peaks import load_case, peak_cases
+from loads.slider_crank import cycle_angles
 
 
 @dataclass(frozen=True)
@@ -85,8 +88,14 @@ class EngineLoading:
         omitted = tuple(Omission(f"case {name}", why) for name, why in peaks.left_out)
         if rpm == 0:
             omitted += (Omission("inertia of the rod", "the engine stands still"),)
-        notes = (self.gas.note(rpm * RPM), *engine_remarks(self.table, self.engine.rod_length, rpm))
-        return SpeedLoads(peaks.cases, omitted, tuple(filter(None, notes)))
+        return SpeedLoads(peaks.cases, omitted, self.notes(rod, rpm))
+
+    def notes(self, rod: MassProperties, rpm: float) -> tuple[str, ...]:
+        """Return what a user must know about the engine and its gas at a speed."""
+        torque = cycle(self.engine, rod, self.gas, rpm * RPM, cycle_angles()).torque
+        of_gas = (*self.gas.remarks, self.gas.note(rpm * RPM), absorbed(self.gas, torque))
+        told = (*of_gas, *engine_remarks(self.table, self.engine.rod_length, rpm))
+        return tuple(note for note in told if note)
 
     def instant(self, rod: MassProperties, rpm: float, angle: float) -> LoadCase:
         """Return what acts on the rod at a crank angle, rad."""

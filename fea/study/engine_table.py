@@ -4,9 +4,12 @@ import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 
+from fea.choices import PressureReference, PressureUnit
 from fea.study.engine_presets import EnginePreset, engine_preset
 from fea.study.paths import located
-from fea.study.traces import SHIPPED, read_trace, shipped_trace
+from fea.study.trace_import import Imported, Surroundings
+from fea.study.trace_keys import TraceKeys
+from fea.study.traces import SHIPPED, SUFFIXES, read_trace, shipped_trace
 from fea.units import BAR, DEG, KG
 from geometry.invalid import InvalidValue, require, require_positive
 from loads.engine import Engine
@@ -19,8 +22,9 @@ _CYCLES = ("boyle", "otto", "motored", "none")
 class EngineTable:
     """[engine]: dimensions, masses and gas.
 
-    `gas` is the name of a shipped trace, ``boyle``, ``otto``, ``motored``, ``none`` or a CSV file; the
-    keys after it apply to the computed cycles.
+    `gas` is the name of a shipped trace, ``boyle``, ``otto``, ``motored``, ``none`` or a file; the keys
+    after it up to `heat_ratio` apply to the computed cycles, those that `TraceKeys` explains to a file, and
+    `atmosphere_bar` also to its absolute pressures.
 
     `pin_offset_mm` is the distance of the cylinder axis, on which the piston pin moves, from the crank axis.
     It is positive towards the side on which the crank pin is after top dead centre (engine +y): the rod is
@@ -45,15 +49,32 @@ class EngineTable:
     intake_pressure_bar: float | None = None
     atmosphere_bar: float | None = None
     heat_ratio: float | None = None
+    angle_column: str | int | None = None
+    angle_offset_deg: float | None = None
+    pressure_column: str | int | None = None
+    pressure_unit: PressureUnit | None = None
+    pressure_reference: PressureReference | None = None
+    smoothing_deg: float | None = None
+    strokes: int | None = None
     preset: str | None = None
 
+    def __post_init__(self) -> None:
+        """Refuse keys of a trace that is not there."""
+        for key, value in TraceKeys.of(self).given.items():
+            rule, remedy = "says how a file is to be read, but gas names none", "Remove it, or give a file."
+            require(self._is_file, f"engine.{key}", value, rule, remedy)
+
+    @property
+    def _is_file(self) -> bool:
+        return self.gas not in SHIPPED and self.gas not in _CYCLES
+
     def located(self, folder: Path) -> "EngineTable":
-        """Return the table with the path of a CSV file made absolute."""
-        if self.gas in SHIPPED or self.gas in _CYCLES:
+        """Return the table with the path of a file made absolute."""
+        if not self._is_file:
             return self
-        if not self.gas.lower().endswith(".csv"):
+        if not self.gas.lower().endswith(SUFFIXES):
             choices = ", ".join((*SHIPPED, *_CYCLES))
-            remedy = f"Choose {choices} or a .csv file."
+            remedy = f"Choose {choices} or a text file ({', '.join(SUFFIXES)}); save a spreadsheet as CSV."
             raise InvalidValue("engine.gas", self.gas, "is not a gas model", remedy)
         return dataclasses.replace(self, gas=str(located("engine.gas", self.gas, folder)))
 
@@ -86,10 +107,10 @@ class EngineTable:
             return NoGas()
         if self.gas in SHIPPED:
             return shipped_trace(self.gas)
-        if self.gas not in _CYCLES:
-            return read_trace(Path(self.gas))
+        if self._is_file:
+            return self._imported().trace
         ratio = self._needed("compression_ratio")
-        atmosphere = ATMOSPHERE if self.atmosphere_bar is None else self.atmosphere_bar * BAR
+        atmosphere = self._atmosphere
         if self.gas == "boyle":
             return Boyle(engine, ratio, atmosphere)
         intake = atmosphere if self.intake_pressure_bar is None else self.intake_pressure_bar * BAR
@@ -100,6 +121,25 @@ class EngineTable:
     def library(self) -> EnginePreset | None:
         """Return the engine of the library that `preset` names."""
         return None if self.preset is None else engine_preset(self.preset)
+
+    def resolved(self) -> "EngineTable":
+        """Return the table with what was found out about a trace; as it is if that cannot be read."""
+        if not self._is_file:
+            return self
+        try:
+            return dataclasses.replace(self, **self._imported().keys.given)
+        except InvalidValue:  # the file is gone: the study still says what was asked for
+            return self
+
+    def _imported(self) -> Imported:
+        if self.atmosphere_bar is not None:
+            require_positive("engine.atmosphere_bar", self.atmosphere_bar)
+        around = Surroundings(self._atmosphere, self.compression_ratio)
+        return read_trace(Path(self.gas), TraceKeys.of(self), around)
+
+    @property
+    def _atmosphere(self) -> float:
+        return ATMOSPHERE if self.atmosphere_bar is None else self.atmosphere_bar * BAR
 
     def _needed(self, key: str) -> float:
         value = getattr(self, key)

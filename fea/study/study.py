@@ -318,7 +318,7 @@ class Study:
                 table = SpeedTable(self.engine_speeds(self.engine)[0])
             unused = {"speed": self.engine is None, "contact": not self.analysis.in_contact}
             if table is not None and not unused.get(name):
-                tables[name] = entries_of(table)
+                tables[name] = entries_of(table.resolved() if name == "engine" else table)
         return tables
 
     def text(self) -> str:

@@ -1,47 +1,28 @@
-"""Pressure traces from CSV files.
+"""Pressure traces from files: our own format as it stands, any other table by `trace_import`."""
 
-A header names the columns: ``crank_deg, pressure_bar`` for a trace that holds at any speed, or
-``crank_deg, pressure_bar_800rpm, pressure_bar_3000rpm…`` for one per speed. Pressures are gauge.
-Blank lines and lines that start with # are skipped.
-"""
-
-import csv
-import math
-import re
-from collections.abc import Iterator
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from fea.study.paths import require_size
-from fea.units import BAR, DEG, RPM
-from geometry.invalid import InvalidValue, require
+from fea.study.own_trace import own_header, own_table
+from fea.study.trace_import import REMEDY, Imported, Surroundings, import_trace
+from fea.study.trace_keys import TraceKeys
+from fea.study.trace_names import speed_of
+from fea.study.trace_text import read_text
+from fea.units import BAR, RPM
+from geometry.invalid import require
 from loads.trace import Trace
 
 SHIPPED = ("leon-2001",)
-_HINT = (
-    "The columns must be crank_deg and pressure_bar (gauge), or crank_deg and one pressure_bar_<rpm>rpm per "
-    "speed."
-)
-LARGEST_TRACE = 2**24  # bytes: enough for a hundred samples per degree at fifty speeds
-_PER_SPEED = re.compile(r"pressure_bar_(\d+(?:\.\d+)?)rpm")
-
-
-class Row(NamedTuple):
-    """A line of the file that holds something.
-
-    Attributes
-    ----------
-    line
-        Its number.
-    cells
-        What stands between its commas.
-    """
-
-    line: int
-    cells: list[str]
+# What a file of measurements may be called.
+SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".prn")
+_OF_FILE = TraceKeys()
+_NOWHERE = Surroundings()
+# A naturally aspirated engine draws in below the atmosphere: gauge pressures that stay above it by this much,
+# bar, may be absolute.
+_ABOVE = 0.2
 
 
 def shipped_trace(name: str) -> Trace:
@@ -53,91 +34,70 @@ def shipped_trace(name: str) -> Trace:
         There is no trace of that name.
     """
     require(name in SHIPPED, "engine.gas", name, f"must be one of {', '.join(SHIPPED)} or a CSV file")
-    text = (files("fea") / "studies" / f"{name}-gas.csv").read_text(encoding="utf-8")
-    return parse_trace(text, f"{name}-gas.csv")
+    source = f"{name}-gas.csv"
+    text = (files("fea") / "studies" / source).read_text(encoding="utf-8")
+    return own_table(text, source).trace(source)
 
 
-def read_trace(path: Path) -> Trace:
+def read_trace(path: Path, keys: TraceKeys = _OF_FILE, around: Surroundings = _NOWHERE) -> Imported:
     """Read a user's trace.
+
+    Parameters
+    ----------
+    path
+        The file.
+    keys
+        How to read it, as far as the study says.
+    around
+        What else the study says of the gas.
 
     Raises
     ------
     InvalidValue
-        The file cannot be read or does not contain a cycle; the message names file, line, value and rule.
+        The file cannot be read or contains no cycle; the message names file, line, value and rule.
     """
-    try:
-        require_size("engine.gas", path, LARGEST_TRACE)
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not a text file in UTF-8"
-        raise InvalidValue("engine.gas", str(path), f"cannot be read ({reason})", _HINT) from error
-    return parse_trace(text, path.name)
+    return parse_trace(read_text(path, REMEDY), path.name, keys, around)
 
 
-def parse_trace(text: str, source: str) -> Trace:
-    """Turn the text of a CSV file into a trace; `source` is its name in messages."""
-    try:
-        rows = list(_rows(text))
-    except csv.Error as error:
-        raise InvalidValue("engine.gas", source, f"is not a CSV file ({error})", _HINT) from error
-    require(bool(rows), "engine.gas", source, "contains no data", _HINT)
-    header, samples = rows[0].cells, rows[1:]
-    speeds = _speeds([column.strip() for column in header], source)
-    values = [_numbers(cells, line, header, source) for line, cells in samples]
-    table = np.array(values, dtype=np.float64).reshape(len(values), len(header))
-    try:
-        _require_sorted(samples, values)
-        return Trace(table[:, 0] * DEG, table[:, 1:].T * BAR, np.array(speeds) * RPM)
-    except InvalidValue as error:
-        raise InvalidValue(f"{source}: {error.name}", error.value, error.rule, error.remedy) from error
+def parse_trace(
+    text: str, source: str, keys: TraceKeys = _OF_FILE, around: Surroundings = _NOWHERE
+) -> Imported:
+    """Turn the text of a file into a trace; `source` is its name in messages."""
+    header = own_header(text)
+    if header and not keys.given:
+        table = own_table(text, source)
+        if not table.is_turned:
+            trace = replace(table.trace(source), source=source)
+            return Imported(replace(trace, remarks=_remarks(trace)), keys)
+    columns = [column for column in header if speed_of(column) is not None]
+    if columns and keys.pressure_column is None:
+        return _import_speeds(text, source, columns, keys, around)
+    return import_trace(text, source, keys, around)
 
 
-def _rows(text: str) -> Iterator[Row]:
-    """Lines that are neither blank nor comments."""
-    reader = csv.reader(text.splitlines())
-    for cells in reader:
-        if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#"):
-            yield Row(reader.line_num, cells)
+def _import_speeds(
+    text: str, source: str, columns: list[str], keys: TraceKeys, around: Surroundings
+) -> Imported:
+    """Import a column per speed; what is found out for the first holds for all."""
+    first = import_trace(text, source, replace(keys, pressure_column=columns[0]), around)
+    rest = [
+        import_trace(text, source, replace(first.keys, pressure_column=column), around).trace
+        for column in columns[1:]
+    ]
+    trace = Trace(
+        first.trace.crank_angles,
+        np.concatenate([first.trace.pressures, *(other.pressures for other in rest)]),
+        np.array([speed_of(column) for column in columns], dtype=np.float64) * RPM,
+        source,
+        first.trace.remarks,
+    )
+    return Imported(trace, replace(first.keys, pressure_column=None))
 
 
-def _speeds(header: list[str], source: str) -> list[float]:
-    """Speeds in rpm named by the header; none for a trace that holds at any speed."""
-    first, *pressures = header
-    name = f"{source}: header"
-    rule = "is not the header of a pressure trace"
-    require(first == "crank_deg" and bool(pressures), name, ",".join(header), rule, _HINT)
-    if pressures == ["pressure_bar"]:
-        return []
-    rule = "must have no other column with pressure_bar"
-    require("pressure_bar" not in pressures, name, ",".join(header), rule, _HINT)
-    matches = [_PER_SPEED.fullmatch(column) for column in pressures]
-    for column, match in zip(pressures, matches, strict=True):
-        require(match is not None, name, column, "is not a known column", _HINT)
-    return [float(match[1]) for match in matches if match]
-
-
-def _numbers(cells: list[str], line: int, header: list[str], source: str) -> list[float]:
-    where = f"{source} line {line}"
-    require(len(cells) == len(header), where, ",".join(cells), f"must have {len(header)} columns", _HINT)
-    return [_number(cell, f"{where}, {column.strip()}") for cell, column in zip(cells, header, strict=True)]
-
-
-def _number(cell: str, name: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    require(math.isfinite(value), name, cell.strip(), "must be a finite number, with a decimal point")
-    return value
-
-
-def _require_sorted(samples: list[Row], values: list[list[float]]) -> None:
-    """Require increasing angles, as `Trace` does; here the message can name the line."""
-    for row, previous, current in zip(samples[1:], values, values[1:], strict=False):
-        require(
-            current[0] > previous[0],
-            f"line {row.line}, crank_deg",
-            current[0],
-            f"must increase from line to line (it follows {previous[0]:g})",
-            "Sort the lines and drop repeated angles.",
-        )
+def _remarks(trace: Trace) -> tuple[str, ...]:
+    """Say so where gauge pressures look like absolute ones."""
+    least = float(trace.pressures.min()) / BAR
+    if least < _ABOVE:
+        return ()
+    told = f"the gauge pressure in {trace.source} never falls below the atmosphere (at least {least:.3g} bar)"
+    return (f'{told}: if the file holds absolute pressures, set pressure_reference = "absolute"',)

@@ -30,6 +30,9 @@ size_mm = 12
 pressure = "cosine-180"
 """
 TRACE = "crank_deg,pressure_bar_800rpm,pressure_bar_3000rpm\n0,1,2\n180,3,4\n360,20.5,30\n540,2,3\n"
+FOREIGN = "CA [deg],Pcyl [bar],note\n" + "".join(
+    f"{a},{2e3 / (abs(a - 9) + 40):.3f},x\n" for a in range(-360, 360, 9)
+)
 WORST_LETTERS = "\0\x1b\r\n\t[]{}.,:;#=\"'\\-+0123456789eEinfaxo_ \u0661\u2028\ufeff"
 
 
@@ -100,6 +103,22 @@ def test_any_value_at_any_key(tmp_path_factory, data):
 @given(damaged(TRACE))
 def test_damaged_traces(text):
     refused_or_read(parse_trace, text, "damaged.csv")
+
+
+@settings(max_examples=300)
+@given(
+    st.sampled_from([",", ";", "\t", " "])
+    .map(lambda s: damaged(FOREIGN.replace(",", s)))
+    .flatmap(lambda t: t)
+)
+def test_damaged_tables(text):
+    refused_or_read(parse_trace, text, "damaged.txt")
+
+
+@settings(max_examples=300)
+@given(st.text(st.sampled_from(WORST_LETTERS), max_size=100))
+def test_any_table(text):
+    refused_or_read(parse_trace, "CA,p\n" + text, "any.txt")
 
 
 @settings(max_examples=300)

@@ -2,11 +2,14 @@
 
 import csv
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
+from measured import absolute, gauge, written
 
 from fea.cli import call
+from fea.study.study import load_study, parse_study
 
 
 @pytest.fixture
@@ -123,6 +126,76 @@ def test_the_cycle_is_not_written_over_the_trace_it_comes_from(tmp_path, capsys)
     assert call(["loads", str(study), "--csv", str(trace)]) == 2
     assert "is the study's own pressure trace" in capsys.readouterr().err
     assert trace.read_text().startswith("crank_deg,pressure_bar\n0,1")
+
+
+@pytest.fixture
+def traced(piston_study, tmp_path):
+    """A study whose gas is a trace: its text and further keys of [engine] as arguments."""
+
+    def write(trace, keys=""):
+        (tmp_path / "bench.csv").write_text(trace, encoding="utf-8")
+        text = Path(piston_study).read_text(encoding="utf-8")
+        gas = f'"bench.csv"\n{keys}\n[speed]'
+        study = tmp_path / "traced.toml"
+        study.write_text(text.replace('"motored"\ncompression_ratio = 9\n[speed]', gas), encoding="utf-8")
+        return str(study)
+
+    return write
+
+
+def test_a_foreign_trace_gives_the_forces_of_ours(traced, tmp_path, capsys):
+    degrees = np.arange(0.0, 720.0)
+    ours = written(degrees, gauge(degrees), header=["crank_deg,pressure_bar"])
+    foreign = written(
+        degrees - 360, absolute(degrees - 360) / 10, separator=";", comma=True, header=["CA [deg];Pcyl [MPa]"]
+    )
+    found = []
+    for text in (ours, foreign):
+        assert call(["loads", traced(text), "--json"]) == 0
+        found.append(json.loads(capsys.readouterr().out))
+    np.testing.assert_allclose(found[1]["mean_torque_Nm"], found[0]["mean_torque_Nm"], rtol=1e-6)
+    pulls = [report["extremes"]["crank_axial_N"]["max"] for report in found]
+    np.testing.assert_allclose(pulls[1], pulls[0], rtol=1e-6)
+    assert found[0]["note"] is None
+    assert 'pressure_reference = "absolute"' in found[1]["note"]
+    plot = tmp_path / "forces.svg"
+    assert call(["loads", traced(foreign), "--plot", str(plot), "--quiet"]) == 0
+    assert "bench.csv, as read" in plot.read_text(encoding="utf-8")
+
+
+def test_what_was_assumed_stands_in_the_resolved_study(traced):
+    degrees = np.arange(0.0, 720.0)
+    study = load_study(traced(written(degrees - 180, absolute(degrees - 360), header=["CA,p [bar]"])))
+    again = parse_study(study.text(), "again", Path("/"))
+    assert again.engine.angle_offset_deg == 180
+    assert again.engine.pressure_reference == "absolute"
+    assert again.text() == study.text()
+    trace, same = (s.engine.gas_model(s.engine.engine(120.0)) for s in (study, again))
+    np.testing.assert_array_equal(trace.pressures, same.pressures)
+    assert same.remarks == ()
+
+
+def test_the_resolved_study_of_a_trace_of_ours_says_no_more_than_the_study(traced):
+    degrees = np.arange(0.0, 720.0)
+    study = load_study(traced(written(degrees, gauge(degrees), header=["crank_deg,pressure_bar"])))
+    assert study.engine.resolved() == study.engine
+
+
+def test_keys_of_a_trace_need_a_trace(piston_study, tmp_path, capsys):
+    study = tmp_path / "motored.toml"
+    text = Path(piston_study).read_text(encoding="utf-8")
+    study.write_text(text.replace("compression_ratio = 9", 'compression_ratio = 9\npressure_unit = "bar"'))
+    assert call(["loads", str(study)]) == 2
+    assert "engine.pressure_unit = 'bar': says how a file is to be read" in capsys.readouterr().err
+
+
+def test_a_trace_that_makes_the_engine_absorb_power_is_told(traced, capsys):
+    degrees = np.arange(0.0, 720.0)
+    turned = written(degrees, np.roll(gauge(degrees), 180), header=["crank_deg,pressure_bar"])
+    assert call(["loads", traced(turned), "--json"]) == 0
+    note = json.loads(capsys.readouterr().out)["note"]
+    assert "the mean torque over the cycle is -" in note
+    assert "peaks at 558°, far from firing TDC at 360°" in note
 
 
 def test_a_pressure_that_peaks_between_degrees_is_told(piston_study, tmp_path, capsys):

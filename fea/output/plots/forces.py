@@ -46,6 +46,7 @@ def plot_forces(path: Path, reports: Sequence[ForceReport], study: str) -> None:
     for panel, (column, heading, unit, scale) in zip(axes, _PANELS, strict=True):
         _draw(panel, reports, column, scale)
         _decorate(panel, heading, unit)
+    _draw_samples(axes[0], reports)
     for panel in axes[-2:]:
         panel.set_xlabel("crank angle, °")
     if len(reports) <= _MOST_LINES:
@@ -61,6 +62,19 @@ def plot_forces(path: Path, reports: Sequence[ForceReport], study: str) -> None:
     except (OSError, ValueError) as error:  # ValueError: a suffix matplotlib cannot write
         reason = getattr(error, "strerror", None) or str(error)
         raise PictureError(f"{path} could not be written: {reason}. Choose another file.") from error
+
+
+def _draw_samples(panel: Any, reports: Sequence[ForceReport]) -> None:
+    """Draw the samples of a user's pressure trace over the gas force, and their pressures on the right."""
+    traces = [report.samples for report in reports if report.samples is not None]
+    for i, trace in enumerate(traces):
+        force = trace.bar * trace.newtons_per_bar * 1e-3
+        label = f"{trace.source}, as read" if i == 0 else None
+        panel.plot(trace.degrees, force, ".", color="tab:orange", ms=5, zorder=1, label=label)
+    if traces:
+        per_bar = traces[0].newtons_per_bar * 1e-3
+        right = panel.secondary_yaxis("right", functions=(lambda kn: kn / per_bar, lambda bar: bar * per_bar))
+        right.set_ylabel("bar gauge")
 
 
 def _places(reports: Sequence[ForceReport]) -> npt.NDArray[np.float64]:

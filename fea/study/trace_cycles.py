@@ -1,0 +1,194 @@
+"""Samples over crank angle, as recorded, become one cycle: cycles averaged, a lone revolution completed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.arrays import Floats
+from geometry.invalid import InvalidValue, require
+
+_TURN, _CYCLE = 360.0, 720.0
+_RESET = 0.8  # of a turn: an angle that falls by this much begins anew
+# A revolution counts as whole within this many steps of its end.
+_STEPS = 1.5
+_CLOSURE = 0.05  # of the peak: how much the pressure may jump where the end of a record meets its start
+_VALVES_OPEN = 30.0  # degrees about BDC in which it may jump in a lone revolution
+_COARSEST = 45.0  # degrees: no gap beyond this is taken for a step
+_RADIANS = 0.1
+_DIGITS = 6  # of a degree, beyond which angles are the same
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Samples that cover whole revolutions.
+
+    Attributes
+    ----------
+    angles
+        (n,) degrees in one period, increasing, from the first angle of the file on.
+    pressures
+        (n,) in the unit of the file: the mean of all samples at an angle.
+    highest
+        The largest single sample.
+    cycles
+        How many samples each angle has: cycles, in columns or one after the other.
+    period
+        720, or 360 for a lone revolution.
+    step
+        Degrees between angles.
+    """
+
+    angles: Floats
+    pressures: Floats
+    highest: float
+    cycles: int
+    period: float
+    step: float
+
+
+def recorded(angles: Floats, pressures: Floats, source: str, first_line: int) -> Recording:
+    """Fold recorded samples into one cycle, or one revolution where there is no more.
+
+    Parameters
+    ----------
+    angles
+        (n,) degrees in the order of the file; may begin anew with every revolution or cycle.
+    pressures
+        (n, m), a column per cycle.
+    source, first_line
+        Name of the file and line of the first sample, for messages.
+
+    Raises
+    ------
+    InvalidValue
+        The angles are not sorted, or do not cover a revolution.
+    """
+    turned = _unwrapped(angles, source, first_line)
+    steps = np.diff(turned)
+    steps = steps[steps > 0]
+    require(steps.size > 1, "engine.gas", source, "must contain at least three crank angles")
+    step = float(np.median(steps))
+    period = _period(turned, min(float(steps.max()), _COARSEST), step, source)
+    # Beyond the last whole period, samples would give some angles more weight than others.
+    whole = max(1, int((turned[-1] - turned[0] + _STEPS * step) // period)) * period
+    kept = turned < turned[0] + whole - 0.5 * float(steps.min())
+    mean = pressures.mean(axis=1)
+    at, value, count = _folded(turned[kept], mean[kept], period, step)
+    cycles = int(np.median(count)) * pressures.shape[1]
+    if cycles == 1 and not kept[-1] and period == _CYCLE:
+        _require_closed(mean, source)
+    return Recording(at, value, float(pressures[kept].max()), cycles, period, step)
+
+
+def _require_closed(pressures: Floats, source: str) -> None:
+    """Refuse a cycle whose last sample, one cycle after the first, differs from it."""
+    gap = abs(float(pressures[-1] - pressures[0])) / float(np.abs(pressures).max())
+    rule = f"the pressures one cycle apart may differ by at most {100 * _CLOSURE:g} % of the peak"
+    remedy = "Correct the drift of the pressure transducer."
+    require(gap <= _CLOSURE, "engine.gas", source, f"{rule}; here {100 * gap:.3g} %", remedy)
+
+
+def _unwrapped(angles: Floats, source: str, first_line: int) -> Floats:
+    """Continue the angle where it begins anew."""
+    steps = np.diff(angles)
+    falls = np.flatnonzero(steps < 0)
+    resets = -steps[falls]
+    step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    turns = np.round((resets + step) / _TURN)
+    wrong = np.flatnonzero((turns < 1) | (np.abs(resets + step - turns * _TURN) > (1 - _RESET) * _TURN))
+    if wrong.size:
+        i = int(falls[wrong[0]])
+        raise InvalidValue(
+            f"{source} near line {first_line + i + 1}, crank angle",
+            float(angles[i + 1]),
+            f"must increase from line to line, or begin anew after a revolution (it follows {angles[i]:g})",
+            "Sort the lines by crank angle.",
+        )
+    added = np.zeros(angles.size)
+    added[falls + 1] = turns * _TURN
+    return np.asarray(angles + np.cumsum(added), dtype=np.float64)
+
+
+def _period(angles: Floats, largest: float, step: float, source: str) -> float:
+    """720 where the samples cover a cycle, 360 for one revolution."""
+    span = float(angles[-1] - angles[0])
+    if _CYCLE - span <= _STEPS * largest:
+        return _CYCLE
+    lone = abs(span + step - _TURN) <= _STEPS * step + 1e-9
+    name, value = f"{source}: crank angle", f"{angles[0]:g}…{angles[-1]:g}"
+    remedy = "Angles are in degrees; record whole revolutions."
+    if min(abs(span + step - turn) for turn in (2 * np.pi, 4 * np.pi)) < _RADIANS:
+        remedy = "These look like radians: convert them to degrees."
+    whole = _TURN if span < _TURN else _CYCLE
+    missing = f"must cover a revolution of 360° or a cycle of 720°: {whole - span - step:.4g}° are missing"
+    require(lone, name, value, missing, remedy)
+    return _TURN
+
+
+def _folded(angles: Floats, pressures: Floats, period: float, step: float) -> tuple[Floats, Floats, Floats]:
+    """Mean angle and mean pressure of the samples at each angle of a period, and how many there are."""
+    inside = np.mod(angles - angles[0], period)
+    steps = np.diff(angles)
+    if angles[-1] - angles[0] > period and float(steps.max()) <= _STEPS * step:
+        # An incremental encoder repeats its angles to within a small part of a step.
+        places = max(1, round(period / step))
+        place = np.round(inside * (places / period)).astype(np.int64) % places
+    else:
+        places_at, place = np.unique(np.round(inside, _DIGITS), return_inverse=True)
+        places = places_at.size
+    # Just below a whole period is the first place again.
+    inside = np.where((place == 0) & (inside > period / 2), inside - period, inside)
+    count = np.bincount(place, minlength=places).astype(np.float64)
+    filled = count > 0
+    at = np.bincount(place, inside, minlength=places)
+    value = np.bincount(place, pressures, minlength=places)
+    return angles[0] + at[filled] / count[filled], value[filled] / count[filled], count[filled]
+
+
+def completed(recording: Recording, firing: float, strokes: int, source: str) -> tuple[Floats, Floats, float]:
+    """Return a whole cycle: angles from firing TDC, pressures, and the pressure that was assumed (else NaN).
+
+    A lone revolution of a two-stroke engine is repeated. That of a four-stroke engine must contain
+    compression and expansion; the other revolution is held at the pressure with which compression begins.
+
+    Parameters
+    ----------
+    recording
+        The samples.
+    firing
+        Angle of firing TDC in the file, degrees.
+    strokes
+        2 or 4.
+    source
+        Name of the file, for messages.
+
+    Raises
+    ------
+    InvalidValue
+        The pressure jumps inside the revolution: compression or expansion is missing.
+    """
+    angles = np.mod(recording.angles - firing + recording.period / 2, recording.period) - recording.period / 2
+    order = np.argsort(angles, kind="stable")
+    at, value = angles[order], recording.pressures[order]
+    if recording.period == _CYCLE:
+        return at, value, np.nan
+    _require_continuous(recording, firing, source)
+    if strokes == 2:
+        return np.r_[at, at + _TURN], np.r_[value, value], np.nan
+    start = float(value[at < at[0] + 10.0].mean())
+    missing = np.arange(at[-1] + recording.step, at[0] + _CYCLE - 0.5 * recording.step, recording.step)
+    return np.r_[at, missing], np.r_[value, np.full(missing.size, start)], start
+
+
+def _require_continuous(recording: Recording, firing: float, source: str) -> None:
+    """Refuse a revolution whose end does not meet its start, unless that is at BDC, where valves are open."""
+    seam = float(recording.angles[0])
+    from_firing = abs((seam - firing + _TURN / 2) % _TURN - _TURN / 2)
+    first, last = float(recording.pressures[0]), float(recording.pressures[-1])
+    gap = abs(first - last) / float(np.abs(recording.pressures).max())
+    rule = (
+        f"the pressure jumps from {last:.4g} to {first:.4g} where the revolution ends and begins, "
+        f"{from_firing:.3g}° from firing TDC: compression or expansion is missing"
+    )
+    open_valves = _TURN / 2 - from_firing <= _VALVES_OPEN
+    require(open_valves or gap <= _CLOSURE, f"{source}: crank angle", seam, rule, "Record two revolutions.")

@@ -1,0 +1,356 @@
+"""Pressure traces as engineers have them: any convention reads back to the same pressures, or is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from measured import ATMOSPHERE, BAR_IN, RATIO, absolute, gauge, written
+
+from fea.choices import PressureReference, PressureUnit
+from fea.study.trace_import import Surroundings
+from fea.study.trace_keys import TraceKeys
+from fea.study.trace_text import LARGEST_TRACE
+from fea.study.traces import parse_trace, read_trace
+from geometry.invalid import InvalidValue
+from loads.compression import compression_exponent
+
+DEGREES = np.arange(0.0, 720.0)
+FROM_FIRING = np.arange(-360.0, 360.0)
+ABSOLUTE = absolute(FROM_FIRING)
+
+
+def bar(imported, degrees=DEGREES):
+    """Gauge pressures, bar, with firing TDC at 360°."""
+    return 10 * imported.trace.pressure(np.radians(degrees), np.array(1.0))
+
+
+def text(pressures=ABSOLUTE, angles=FROM_FIRING, **form):
+    return written(angles, pressures, **form)
+
+
+FORMS = st.fixed_dictionaries(
+    {
+        "unit": st.sampled_from(sorted(BAR_IN)),
+        "reference": st.sampled_from(["absolute", "gauge"]),
+        "separator": st.sampled_from([",", ";", "\t", " ", " ; ", " \t,\t"]),
+        "comma": st.booleans(),
+        "newline": st.sampled_from(["\n", "\r\n", "\r"]),
+        "names": st.sampled_from(
+            [(), ("CA [deg]", "Pcyl [{}]"), ("crank_angle", "p_{}"), ("Winkel", "Druck/{}")]
+        ),
+        "first": st.sampled_from([-540.0, -360.0, -180.0, 0.0, 180.0]),
+        "tdc": st.sampled_from([-360.0, -180.0, 0.0, 180.0, 360.0, 540.0]),
+        "step": st.sampled_from([0.5, 2.5, 5.0]),
+        "intake": st.floats(0.6, 1.3),  # far boosted, 40 may be kPa or psi
+    }
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(FORMS)
+def test_any_convention_reads_back(form):
+    angles = np.arange(form["first"], form["first"] + 720, form["step"])
+    shift = ATMOSPHERE * (form["reference"] == "gauge")
+    pressures = (absolute(angles - form["tdc"], intake=form["intake"]) - shift) * BAR_IN[form["unit"]]
+    file = written(
+        angles,
+        pressures,
+        separator=form["separator"],
+        comma=form["comma"] and "," not in form["separator"],
+        header=[form["separator"].join(form["names"]).format(form["unit"])] if form["names"] else (),
+        newline=form["newline"],
+    )
+    at = np.arange(0.0, 720.0, form["step"])
+    found = parse_trace(file, "t.csv")
+    np.testing.assert_allclose(bar(found, at), gauge(at, intake=form["intake"]), rtol=1e-6, atol=1e-6)
+    # Read again by what was found out: the same pressures, and nothing assumed.
+    again = parse_trace(file, "t.csv", found.keys)
+    np.testing.assert_array_equal(again.trace.pressures, found.trace.pressures)
+    assert again.trace.remarks == ()
+
+
+def test_what_was_assumed_is_told_in_one_line():
+    (told,) = parse_trace(text(), "bench.csv").trace.remarks
+    assert "bench.csv: peak" in told
+    assert 'pressure_unit = "bar"' in told
+    assert 'pressure_reference = "absolute" (compression then follows p·V^1.2' in told
+    assert "angle_offset_deg = 360 (firing TDC at 0° in the file" in told
+    assert "\n" not in told
+
+
+@pytest.mark.parametrize(
+    ("heading", "reference"),
+    [
+        ("p [bara]", "absolute"),
+        ("p (bar abs)", "absolute"),
+        ("P_cyl_bar(a)", "absolute"),
+        ("Pressure barg", "gauge"),
+        ("gauge pressure [bar]", "gauge"),
+        ("pcyl_bar_rel", "gauge"),
+    ],
+)
+def test_a_heading_that_names_the_reference_decides(heading, reference):
+    shift = ATMOSPHERE * (reference == "gauge")
+    found = parse_trace(text(ABSOLUTE - shift, header=[f"CA,{heading}"]), "t.csv")
+    np.testing.assert_allclose(bar(found), gauge(DEGREES), rtol=1e-6, atol=1e-6)
+    assert found.keys.pressure_reference is None
+
+
+def test_the_atmosphere_of_the_study_is_subtracted():
+    found = parse_trace(text(), "t.csv", around=Surroundings(atmosphere=0.09))
+    np.testing.assert_allclose(bar(found), gauge(DEGREES) + ATMOSPHERE - 0.9, rtol=1e-6, atol=1e-6)
+
+
+def test_names_and_units_in_lines_of_their_own_below_a_preamble():
+    header = ["Measured on 12 May", "Crank_Angle;PCYL1;INJ1;Note", "deg;MPa;-;"]
+    rows = [f"{a:g};{p:.8g};0;open" for a, p in zip(FROM_FIRING, ABSOLUTE / 10, strict=True)]
+    found = parse_trace("\n".join([*header, *rows]).replace(".", ","), "t.csv")
+    np.testing.assert_allclose(bar(found), gauge(DEGREES), rtol=1e-6, atol=1e-6)
+    assert found.keys.pressure_unit is None
+    assert found.keys.pressure_column is None
+
+
+@pytest.mark.parametrize(
+    "heading", ["Crank angle (deg)   Pressure (kPa)", "CA[deg] p[kPa]", "# angle pressure/kPa", "%CA  p_kPa"]
+)
+def test_headings_above_columns_apart_by_blanks(heading):
+    found = parse_trace(text(100 * ABSOLUTE, separator="   ", header=[heading]), "t.dat")
+    np.testing.assert_allclose(bar(found), gauge(DEGREES), rtol=1e-6, atol=1e-6)
+    assert found.keys.pressure_unit is None
+
+
+def test_cycles_in_columns_are_averaged_and_the_highest_is_told():
+    cycles = np.stack([ABSOLUTE * f for f in (0.9, 1.0, 1.1)], axis=1)
+    found = parse_trace(text(cycles, separator="\t"), "t.txt")
+    np.testing.assert_allclose(bar(found), gauge(DEGREES), rtol=1e-6, atol=1e-6)
+    assert found.keys.pressure_column == "2-4"
+    assert (
+        f"mean of 3 cycles, the highest of which reaches {1.1 * ABSOLUTE.max() - ATMOSPHERE:.4g} bar"
+        in (found.trace.remarks[0])
+    )
+
+
+@pytest.mark.parametrize("restart", [360.0, 720.0, np.inf])
+def test_cycles_one_after_the_other_are_averaged(restart):
+    angles = np.arange(0.0, 3 * 720.0)
+    factor = np.repeat([0.9, 1.0, 1.1], 720)
+    shown = angles % restart if np.isfinite(restart) else angles
+    found = parse_trace(text(absolute(angles - 360) * factor, shown), "t.csv")
+    np.testing.assert_allclose(bar(found), gauge(DEGREES), rtol=1e-6, atol=1e-6)
+    assert "mean of 3 cycles" in found.trace.remarks[0]
+
+
+def test_repeated_angles_are_averaged():
+    angles = np.repeat(FROM_FIRING, 2)
+    found = parse_trace(text(np.repeat(ABSOLUTE, 2) * np.tile([0.99, 1.01], 720), angles), "t.csv")
+    np.testing.assert_allclose(bar(found), gauge(DEGREES), rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("first", [-180.0, 0.0])
+def test_one_revolution_of_a_four_stroke_engine_is_completed(first):
+    angles = np.arange(first, first + 360)
+    closed = absolute((angles + 180) % 360 - 180)
+    closed[np.abs(angles - 180) < 20] = ABSOLUTE[180]  # no jump where the revolution begins anew
+    found = parse_trace(text(closed, angles), "t.csv")
+    about_firing = np.arange(200.0, 500.0)
+    np.testing.assert_allclose(bar(found, about_firing), gauge(about_firing), rtol=1e-2, atol=0.02)
+    np.testing.assert_allclose(bar(found, np.array([0.0, 100, 600, 700])), gauge(np.zeros(4)), atol=0.02)
+    assert found.keys.strokes == 4
+    assert "gas exchange is held at 0.93" in found.trace.remarks[0]
+
+
+def test_one_revolution_of_a_two_stroke_engine_is_repeated():
+    angles = np.arange(-180.0, 180.0)
+    found = parse_trace(text(absolute(angles), angles), "t.csv", TraceKeys(strokes=2))
+    np.testing.assert_allclose(bar(found, DEGREES[:360]), bar(found, DEGREES[360:]), atol=1e-9)
+
+
+def test_noise_of_fine_sampling_is_smoothed_by_no_more_than_it_says():
+    rng = np.random.default_rng(1)
+    angles = np.arange(-360.0, 360.0, 0.1)
+    clean = absolute(angles)
+    noise = rng.normal(0, 0.2, angles.size)
+    found = parse_trace(text(clean + noise, angles), "t.csv")
+    assert found.keys.smoothing_deg == 1.0
+    left = bar(found, angles + 360) - (clean - ATMOSPHERE)
+    assert np.std(left) < 0.4 * np.std(noise)
+    assert np.abs(left).max() < 0.04 * clean.max()
+    raw = parse_trace(text(clean + noise, angles), "t.csv", TraceKeys(smoothing_deg=0.0))
+    np.testing.assert_allclose(bar(raw, angles + 360), clean + noise - ATMOSPHERE, atol=1e-6)
+    assert parse_trace(text(clean, angles), "t.csv").keys.smoothing_deg is None
+
+
+def test_smoothing_goes_by_degrees_where_samples_are_finer_about_firing():
+    angles = np.r_[np.arange(-360.0, -30, 1), np.arange(-30.0, 90, 0.05), np.arange(90.0, 360)]
+    found = parse_trace(text(absolute(angles), angles), "t.csv", TraceKeys(smoothing_deg=1.0))
+    np.testing.assert_allclose(bar(found, angles + 360), absolute(angles) - ATMOSPHERE, rtol=2e-3, atol=2e-3)
+
+
+def test_spikes_of_knock_are_not_smoothed_away():
+    angles = np.arange(-360.0, 360.0, 0.1)
+    knock = absolute(angles) + 8 * np.sin(angles * 40) * np.exp(-(((angles - 15) / 10) ** 2))
+    noise = np.random.default_rng(1).normal(0, 0.2, angles.size)
+    found = parse_trace(text(knock + noise, angles), "t.csv")
+    assert bar(found, angles + 360).max() == pytest.approx((knock + noise).max() - ATMOSPHERE)
+
+
+@pytest.mark.parametrize(
+    ("file", "match"),
+    [
+        (
+            text(angles=FROM_FIRING + 100),
+            r"firing TDC may be at 0°, 11\d° before the peak, or at 180°.*= 360 or 180",
+        ),
+        (text(np.maximum(ABSOLUTE, 0.9 * np.roll(ABSOLUTE, 360))), "firing TDC may be at 0° or at 360°"),
+        (
+            text(np.stack([ABSOLUTE, ABSOLUTE[::-1]], axis=1)),
+            r"several columns .* 2, 3\. .*pressure_column = 2",
+        ),
+        (
+            text(np.stack([ABSOLUTE, np.gradient(ABSOLUTE), np.roll(ABSOLUTE, 90)], axis=1)),
+            r"several columns .* 2, 3, 4\. ",
+        ),
+        (
+            text(np.stack([ABSOLUTE, ABSOLUTE], axis=1), header=["CA,PCYL1,PCYL2"]),
+            r"2 \(PCYL1\), 3 \(PCYL2\)",
+        ),
+        (text(header=["CA [deg],Pcyl [V]"]), "unknown unit, V"),
+        (text(ABSOLUTE * 0 + 1.0), "in none of bar, kPa, MPa, Pa and psi"),
+        (text(ABSOLUTE[:500], FROM_FIRING[:500]), "220° are missing"),
+        (
+            text(ABSOLUTE[340:411], FROM_FIRING[340:411]),
+            "'-20…50': must cover a revolution.* 289° are missing",
+        ),
+        (text(absolute(np.arange(0, 360.0)), np.arange(0, 360.0)), "compression or expansion is missing"),
+        (text(angles=np.radians(FROM_FIRING)), "rises like a crank angle in degrees"),
+        (text(angles=FROM_FIRING[::-1]), "crank angle"),
+        (text(angles=np.random.default_rng(0).permutation(FROM_FIRING)), "crank angle"),
+        (text().replace("\n-300,", "\n-310,"), r"near line 61, crank angle = -310: must increase"),
+        (text().replace("\n-300,", "\nnan,"), r"line 61, column 1 = 'nan': must be a finite number"),
+        (text().replace("\n-300,", "\n-300;"), r"line 61 = '-300;.*must have 2 columns"),
+        (
+            text(separator=";", comma=True).replace("\n-300;0,", "\n-300;0."),
+            r"line 61, column 2 .*decimal comma",
+        ),
+        ("\n".join(f"{p}" for p in ABSOLUTE), "no table with two columns"),
+        (
+            text(header=["CA,p"], separator=",").replace(".", ","),
+            "names 2 columns, but the lines below it have 3",
+        ),
+        (text(np.r_[ABSOLUTE[:-1], 9.0]) + "360,5\n", "one cycle apart may differ"),
+        ("CA,p\n" + "1," * 5000 + "1\n", "columns"),
+    ],
+    ids=lambda value: value[:40] if value.isprintable() else "",
+)
+def test_what_cannot_be_decided_is_refused(file, match):
+    with pytest.raises(InvalidValue, match=match):
+        parse_trace(file, "t.csv")
+
+
+def test_readings_that_are_possible_are_named_with_their_keys():
+    # Without a compression to judge by, a least pressure of 0.25 bar may be gauge or absolute.
+    flat = np.maximum(60.0 - np.abs(FROM_FIRING - 12), 0.25)
+    with pytest.raises(InvalidValue, match=r"may be bar absolute .* or bar gauge .*pressure_reference"):
+        parse_trace(text(flat, header=["CA,p [bar]"]), "t.csv")
+
+
+def test_a_boosted_engine_needs_its_compression_ratio_or_a_key():
+    boosted = written(FROM_FIRING, absolute(FROM_FIRING, intake=3.4), header=["CA,p [bar]"])
+    with pytest.raises(InvalidValue, match=r"bar absolute .* or bar gauge .*give engine\.compression_ratio"):
+        parse_trace(boosted, "t.csv")
+    for ratio in (0.95 * RATIO, 1.05 * RATIO):
+        found = parse_trace(boosted, "t.csv", around=Surroundings(compression_ratio=ratio))
+        assert found.keys.pressure_reference == "absolute"
+
+
+@pytest.mark.parametrize("ratio", [8.0, 16.0])
+def test_the_exponent_of_an_exact_compression(ratio):
+    # V/V_c = 1 + (r − 1) s with the travel s of a crank with r/l = 0.29, as in the module.
+    degrees = np.arange(-180.0, 180.0)
+    sin, cos = np.sin(np.radians(degrees)), np.cos(np.radians(degrees))
+    travel = (1 - cos + (1 - np.sqrt(1 - (0.29 * sin) ** 2)) / 0.29) / 2
+    pressures = 3.0 * (1 + (ratio - 1) * travel) ** -1.31
+    exact = compression_exponent(degrees, pressures, ratio)
+    assert exact == pytest.approx((1.31, 1.31, 1.31), rel=1e-12)
+    free = compression_exponent(degrees, pressures)
+    assert free.least < 1.31 < free.most
+    assert not compression_exponent(degrees, pressures + pressures.min(), ratio).is_compression
+    assert not compression_exponent(degrees, pressures - pressures.max()).known
+
+
+def test_keys_decide_what_the_file_does_not():
+    turned = text(angles=FROM_FIRING + 100)
+    found = parse_trace(turned, "t.csv", TraceKeys(angle_offset_deg=260.0))
+    np.testing.assert_allclose(bar(found), gauge(DEGREES), rtol=1e-6, atol=1e-6)
+    two = text(np.stack([ABSOLUTE, ABSOLUTE * 2], axis=1), header=["CA,Pcyl 1,Pcyl 2"])
+    for column in ("Pcyl 1", 2, "2"):
+        found = parse_trace(two, "t.csv", TraceKeys(pressure_column=column))
+        np.testing.assert_allclose(bar(found), gauge(DEGREES), rtol=1e-6, atol=1e-6)
+    given = TraceKeys(pressure_unit=PressureUnit.KPA, pressure_reference=PressureReference.GAUGE)
+    found = parse_trace(text(100 * ABSOLUTE, header=["CA,p [bar]"]), "t.csv", given)
+    np.testing.assert_allclose(bar(found), gauge(DEGREES) + ATMOSPHERE, rtol=1e-6, atol=1e-6)
+
+
+def test_an_absolute_pressure_read_as_gauge_is_remarked_on():
+    ours = text(absolute(DEGREES - 360), DEGREES, header=["crank_deg,pressure_bar"])
+    found = parse_trace(ours, "t.csv")
+    np.testing.assert_allclose(bar(found), gauge(DEGREES) + ATMOSPHERE, rtol=1e-6)
+    assert "never falls below the atmosphere (at least 0.93 bar)" in found.trace.remarks[0]
+    assert (
+        parse_trace(text(gauge(DEGREES), DEGREES, header=["crank_deg,pressure_bar"]), "t.csv").trace.remarks
+        == ()
+    )
+
+
+def test_one_column_a_speed_from_another_dead_centre_or_absolute():
+    speeds = np.stack([ABSOLUTE, absolute(FROM_FIRING, burnt=2.0)], axis=1)
+    header = ["crank_deg,pressure_bar_1000rpm,pressure_bar_2000rpm"]
+    turned = parse_trace(text(speeds - ATMOSPHERE, header=header), "t.csv")
+    absolute_ones = parse_trace(
+        text(speeds, DEGREES, header=header),
+        "t.csv",
+        TraceKeys(pressure_reference=PressureReference.ABSOLUTE),
+    )
+    for found in (turned, absolute_ones):
+        at = 10 * found.trace.pressure(np.radians(DEGREES), np.array([[1500]]) * np.pi / 30)
+        np.testing.assert_allclose(at[0], (speeds - ATMOSPHERE).mean(axis=1), rtol=1e-6, atol=1e-6)
+        assert found.trace.pressures.shape == (2, 720)
+    assert turned.keys.given == {"angle_offset_deg": 360.0}
+
+
+def test_pressures_that_no_compression_gives_are_remarked_on():
+    told = parse_trace(text(ABSOLUTE + 1.0, header=["CA,p [bara]"]), "t.csv").trace.remarks
+    assert "which is no compression" in told[-1]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
+def test_encodings_of_spreadsheets(encoding, tmp_path):
+    file = tmp_path / "t.csv"
+    file.write_text(text(header=["Winkel [°KW],Druck [bar]"]), encoding=encoding)
+    np.testing.assert_allclose(bar(read_trace(file)), gauge(DEGREES), rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "raw",
+    [
+        bytes(range(256)) * 50,
+        b"\x89PNG\r\n\x1a\n" + bytes(1000),
+        b"PK\x03\x04" + b"1,2\n" * 100,
+        b"\xff\xfe1",
+    ],
+    ids=["bytes", "png", "zip", "half a letter"],
+)
+def test_binary_files_are_refused(raw, tmp_path):
+    file = tmp_path / "t.csv"
+    file.write_bytes(raw)
+    with pytest.raises(InvalidValue, match="not a text file"):
+        read_trace(file)
+
+
+def test_a_file_of_ten_million_lines_is_refused_unread(tmp_path):
+    file = tmp_path / "t.csv"
+    with file.open("wb") as handle:
+        handle.truncate(40 * 2**20)  # what 10⁷ lines of "0,1" take
+    with pytest.raises(InvalidValue, match="at most 16 MiB are read"):
+        read_trace(file)
+    assert LARGEST_TRACE == 16 * 2**20
