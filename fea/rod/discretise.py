@@ -31,9 +31,9 @@ from mesh.size_field import SizeField
 from mesh.sizing import PER_ARC, PER_TOUCHED_BORE, Sizing, default_size, refinements
 from mesh.tetmesh import TetMesh
 
-# Processor time, s, after which gmsh is assumed not to finish (on a damaged file); ten million elements take
-# less.
-_MESHING = 3600.0
+# Processor time, s, after which gmsh is assumed not to finish (on a damaged file), and more of it for each
+# element to be made, several times what one takes.
+_MESHING, _PER_ELEMENT = 120.0, 5e-4
 # Estimated number of elements of the drawn cell that gmsh makes within that time.
 _MOST_ELEMENTS = 1e7
 # Part of gmsh's warning about distorted elements. They are repaired afterwards, and the mesh quality measures
@@ -251,13 +251,14 @@ def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: C
     with session() as log:
         with clock("geometry"):
             solid = rod.draw(clock.tell)
-        allow(_MESHING)
         with clock("mesh"):
             length = solid.bores[1].x
             size = request.size or request.coarser * default_size(length)
             refined = refinements(solid.features, size, length, per_touched_bore=request.per_touched_bore)
             sizing = Sizing(size, request.order)
-            _require_few(estimate(refined, sizing), size)
+            elements = estimate(refined, sizing)
+            _require_few(elements, size)
+            allow(_MESHING + _PER_ELEMENT * elements)
             volumes = [part.volumes for part in solid.parts]
             drawing = log.warnings
             made = repaired(
