@@ -16,9 +16,9 @@ from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
-# The surface turns at a crease by more than this; at a smaller angle the stress rises hardly at all (r^-0.25
+# The surface is folded at a crease by more than this; at a smaller angle stress hardly rises (as r^-0.25
 # at 30°), and CAD programs leave such edges where faces were meant to be tangent.
-LEAST_TURN = math.radians(30.0)
+LEAST_FOLD = math.radians(30.0)
 # Cosine beyond which a direction counts as that of an axis.
 _ALONG = 1 - 1e-6
 _LINES = {1: 1, 2: 8}  # gmsh's element types
@@ -32,8 +32,9 @@ class Creases:
     ----------
     nodes
         (n, 2) the vertices at their ends.
-    turn
-        (n,) angle between the outward normals of the two faces there, rad.
+    fold
+        (n,) angle between the tangent planes of the two faces there, rad, at most π/2. Which way they face is
+        not told by them (normals flip where a face is singular) but by the elements.
     label
         (n,) number of the crease each belongs to.
     between
@@ -43,7 +44,7 @@ class Creases:
     """
 
     nodes: Ints
-    turn: Floats
+    fold: Floats
     label: Ints
     between: tuple[tuple[str, str], ...]
     source: Ints | None = None
@@ -77,22 +78,22 @@ def creases(surfaces: Mapping[Surface, Sequence[int]], mesh: TetMesh) -> Creases
     """
     axis_of = {face: PLANE_AXIS.get(name, -1) for name, faces in surfaces.items() for face in faces}
     cut = {axis for axis in axis_of.values() if axis >= 0}
-    rows, turns, labels = [], [], []
+    rows, folds, labels = [], [], []
     between: list[tuple[str, str]] = []
     for curve, faces in _shared(axis_of):
         ends = _mesh_edges(curve, mesh.order)
-        turn = _turn(curve, ends.mean(axis=1), faces, axis_of)
-        sharp = turn > LEAST_TURN
+        fold = _fold(curve, ends.mean(axis=1), faces, axis_of)
+        sharp = fold > LEAST_FOLD
         if sharp.any():
             rows.append(ends[sharp])
-            turns.append(turn[sharp])
+            folds.append(fold[sharp])
             labels.append(np.full(np.count_nonzero(sharp), len(between)))
             outer = [face for face in faces if axis_of[face] < 0]
             between.append((_in_words(outer[0], cut), _in_words(outer[-1], cut)))
     if not rows:
         return Creases(np.zeros((0, 2), int), np.zeros(0), np.zeros(0, int), ())
     nodes = _numbers(np.concatenate(rows), mesh)
-    return Creases(nodes, np.concatenate(turns), np.concatenate(labels), tuple(between))
+    return Creases(nodes, np.concatenate(folds), np.concatenate(labels), tuple(between))
 
 
 def _shared(axis_of: Mapping[int, int]) -> list[tuple[int, tuple[int, int]]]:
@@ -117,8 +118,8 @@ def _mesh_edges(curve: int, order: int) -> Floats:
     return np.asarray(places.reshape(-1, 3)[order_of[np.searchsorted(tags[order_of], ends)]])
 
 
-def _turn(curve: int, places: Floats, faces: tuple[int, int], axis_of: Mapping[int, int]) -> Floats:
-    """Angle (n,) between the outward normals of two faces at places on their common curve.
+def _fold(curve: int, places: Floats, faces: tuple[int, int], axis_of: Mapping[int, int]) -> Floats:
+    """Angle (n,) between the tangent planes of two faces at places on their common curve.
 
     A face that ends at a mirror plane continues beyond it as its image.
     """
@@ -130,11 +131,11 @@ def _turn(curve: int, places: Floats, faces: tuple[int, int], axis_of: Mapping[i
     if len(outer) == 1:
         plane = next(axis_of[face] for face in faces if axis_of[face] >= 0)
         other = other * np.where(np.arange(3) == plane, -1.0, 1.0)
-    return np.asarray(np.arccos(np.clip((one * other).sum(axis=1), -1.0, 1.0)))
+    return np.asarray(np.arccos(np.clip(np.abs((one * other).sum(axis=1)), 0.0, 1.0)))
 
 
 def _normals(curve: int, at: Floats, face: int) -> Floats:
-    """Outward normals (n, 3) of a face along one of its curves; gmsh turns them outwards."""
+    """Normals (n, 3) of a face along one of its curves."""
     on_face = gmsh.model.reparametrizeOnSurface(1, curve, at, face)
     return np.reshape(gmsh.model.getNormal(face, on_face), (-1, 3))
 

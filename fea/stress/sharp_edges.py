@@ -72,6 +72,7 @@ class SharpEdges:
         if not found.size:
             return None
         ends, row = ends[found], row[found]
+        fold = creases.fold[row]
         a, b = mesh.points[ends[:, 0]], mesh.points[ends[:, 1]]
         middle, size = (a + b) / 2, np.linalg.norm(b - a, axis=1)
         normal, away = _flanks(body, normals, edges, found, (b - a) / size[:, None])
@@ -84,7 +85,7 @@ class SharpEdges:
             middle=middle,
             size=size,
             nodes=ends,
-            opening=np.pi - creases.turn[row],
+            opening=np.where(edges.cosine[found] < 0, fold, np.pi - fold),
             facet=edges.facet[found],
             normal=normal,
             away=away,

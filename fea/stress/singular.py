@@ -18,6 +18,8 @@ from mesh.tetmesh import FACET_EDGES, TetMesh
 # than this angle. Curved facets follow a fillet smoothly; flat ones turn at each edge, by up to 54° at the
 # coarsest size allowed.
 SHARP_DEGREES = {1: 60.0, 2: 30.0}
+# Where the facets turn by more than this there is a cusp, whose faces may be tangent to each other.
+_CUSP = np.radians(120.0)
 # Radius of the mask relative to the longest side of the body: 4 mm on a rod of 200 mm.
 RADIUS = 0.02
 
@@ -54,11 +56,9 @@ def _on_sharp_edges(
     facet, place = edges.facet[:, 0], edges.place[:, 0]
     ends = body.source[body.facets[facet[:, None], FACET_EDGES[place]]]
     if creases is None:
-        at = edges.place + 3 if mesh.order == 2 else edges.place
-        one, other = (normals[edges.facet[:, side], at[:, side]] for side in (0, 1))
-        turns = (one * other).sum(axis=1) < np.cos(np.radians(SHARP_DEGREES[mesh.order]))
+        turns = edges.cosine < np.cos(np.radians(SHARP_DEGREES[mesh.order]))
     else:
-        turns = creases.find(ends) >= 0
+        turns = (creases.find(ends) >= 0) | (edges.cosine < np.cos(_CUSP))
     return np.unique(ends[turns & ~edges.convex])
 
 

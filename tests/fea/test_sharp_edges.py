@@ -102,7 +102,7 @@ def test_a_facet_that_was_straightened_makes_no_sharp_edge():
         mesh, _ = tetrahedralise(faces, [], Sizing(5.0))
         sharp = creases(faces, mesh)
     assert singular_nodes(mesh, (), sharp).size == singular_nodes(mesh).size > 0
-    smooth = dataclasses.replace(sharp, nodes=sharp.nodes[:0], turn=sharp.turn[:0], label=sharp.label[:0])
+    smooth = dataclasses.replace(sharp, nodes=sharp.nodes[:0], fold=sharp.fold[:0], label=sharp.label[:0])
     assert not masked_nodes(mesh, (), smooth).any()
 
 

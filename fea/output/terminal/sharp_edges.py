@@ -46,7 +46,7 @@ def fillet(edge: SharpEdgeFigures) -> str:
     if edge.safety_factor < edge.required_safety_factor:
         return f"no fillet gives {asked}, the section itself is too weak"
     if edge.largest_fillet_mm is None:
-        return "the flanks are too short or the notch is too narrow to say which fillet it needs"
+        return "which fillet it needs cannot be said: short flanks, a narrow notch or large elements"
     if edge.fillet_radius_mm is None:
         return f"the peak has {asked} only with a fillet of more than {edge.largest_fillet_mm:.1f} mm"
     return f"with a fillet of {edge.fillet_radius_mm:.2g} mm the peak there would have {asked}"
