@@ -10,7 +10,7 @@ from rich.table import Table
 
 from fea.analysis.figures import BoreFigures, CaseFigures, LoadFigures, Summary
 from fea.assess.verdict import Verdict
-from fea.choices import CONTACT
+from fea.choices import CONTACT, Support
 from fea.output.picture_name import picture_name
 from fea.output.target import near
 from fea.output.terminal.buckling import buckling_lines
@@ -78,7 +78,7 @@ def _table(summary: Summary, gap: int, without: Collection[str]) -> Table:
         table.add_row(*compress(cells, kept), style="bold" if case == summary.worst_case else "")
         if result.sharp_edges:
             table.add_row(*compress(sharp_cells(result.sharp_edges[0]), kept))
-        elif result.singular_max_von_mises_MPa:
+        if result.singular_max_von_mises_MPa and _unjudged(summary, result):
             table.add_row(*compress(_singular_cells(result.singular_max_von_mises_MPa), kept))
     return table
 
@@ -134,6 +134,11 @@ def _judged(summary: Summary) -> bool:
     return any(result.sharp_edges for result in summary.results.values())
 
 
+def _unjudged(summary: Summary, result: CaseFigures) -> bool:
+    """Whether there may be singular places other than the sharp edges that are judged."""
+    return not result.sharp_edges or summary.model.support == Support.CLAMPED or result.contact is not None
+
+
 def _singular(summary: Summary) -> bool:
     return any(result.singular_max_von_mises_MPa for result in summary.results.values())
 
@@ -157,7 +162,7 @@ def _unsettled(summary: Summary) -> list[str]:
     singular = {
         case: number(result.singular_max_von_mises_MPa, ".1f")
         for case, result in results.items()
-        if result.singular_max_von_mises_MPa and not result.sharp_edges
+        if result.singular_max_von_mises_MPa and _unjudged(summary, result)
     }
     return [*lines, _diverging(singular)] if singular else lines
 

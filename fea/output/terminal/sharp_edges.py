@@ -3,6 +3,8 @@
 from fea.analysis.figures import SharpEdgeFigures, Summary
 from fea.output.terminal.figures import bar, factor, number, place
 
+# A fillet radius, mm, that any tool leaves.
+_SMALL = 0.1
 UNBOUNDED = "the elastic stress right at the sharp edges below is infinite and not part of this factor"
 
 
@@ -49,6 +51,8 @@ def fillet(edge: SharpEdgeFigures) -> str:
         return "which fillet it needs cannot be said: short flanks, a narrow notch or large elements"
     if edge.fillet_radius_mm is None:
         return f"the peak has {asked} only with a fillet of more than {edge.largest_fillet_mm:.1f} mm"
+    if edge.fillet_radius_mm < _SMALL:
+        return f"even with a fillet of {_SMALL:g} mm the peak there would have {asked}"
     return f"with a fillet of {edge.fillet_radius_mm:.2g} mm the peak there would have {asked}"
 
 
