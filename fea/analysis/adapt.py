@@ -199,7 +199,7 @@ def _bar(case: CaseResult) -> _Widest:
     place = tuple(case.mesh.points[found.bar_node].tolist())
     edges = (
         _Widest(edge.error_percent, case.load.name, tuple(edge.at.tolist()))
-        for edge in case.sharp_mattering[:1]
+        for edge in case.sharp_governing[:1]
     )
     return max([_Widest(found.error_percent, case.load.name, place), *edges])
 

@@ -70,7 +70,7 @@ def size_ratio(
         ratio = np.minimum(ratio, _nodal_ratio(value, error, masked, mesh, tolerance, again=again))
     if not again and not masked.all():
         ratio[cases[0].error.sharp] = np.minimum(ratio[cases[0].error.sharp], _SHARP_RATIO)
-    for place in worst_of_edges(case.sharp_mattering for case in cases):
+    for place in worst_of_edges(case.sharp_governing for case in cases):
         ratio = np.minimum(ratio, _sharp_ratio(place, mesh, tolerance_percent))
     for case in cases:
         np.minimum.at(ratio, mesh.tets, _energy_ratio(case, mesh, _RATE[mesh.order])[:, None])

@@ -93,7 +93,15 @@ class CaseResult:
     @property
     def sharp_mattering(self) -> tuple[SharpPlace, ...]:
         """The sharp edges that matter beside the rest of the rod, the worst first."""
-        return mattering(self.sharp, self.min_safety_factor) if self.sharp else ()
+        if not self.sharp:
+            return ()
+        diverging = self.verdict() is Verdict.DIVERGING
+        return mattering(self.sharp, self.min_safety_factor, diverging=diverging)
+
+    @property
+    def sharp_governing(self) -> tuple[SharpPlace, ...]:
+        """Those of them whose structural stress matters: elements beside them should be small."""
+        return mattering(self.sharp, self.min_safety_factor, diverging=False) if self.sharp else ()
 
     @property
     def max_principal(self) -> float:

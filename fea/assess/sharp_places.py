@@ -38,7 +38,7 @@ _LONGEST = 0.25
 
 # An edge matters where its structural stress uses at least this share of the strength that the worst place of
 # its case uses; up to so many edges do in a case.
-_SHARE, _MATTERING = 0.5, 4
+_SHARE, _MATTERING, _IF_DIVERGING = 0.5, 4, 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -232,15 +232,12 @@ def _hottest(edges: SharpEdges, usage: Floats, least: float) -> Ints:
 
     Where an edge ends, at a corner, its stress is that of the corner: there it is not looked at.
     """
-    heat = np.where(edges.at_end, -np.inf, usage[edges.nodes].mean(axis=1))
-    rows = [np.flatnonzero(edges.place == number) for number in np.unique(edges.place)]
+    heat = usage[edges.nodes].mean(axis=1)
+    inner = ~edges.at_end
+    hot = [number for number in np.unique(edges.place) if heat[edges.place == number].max() >= least]
+    rows = [np.flatnonzero((edges.place == number) & inner) for number in hot]
     return np.concatenate(
-        [
-            own[np.argsort(-heat[own], kind="stable")[:_MOST]][: np.count_nonzero(np.isfinite(heat[own]))]
-            for own in rows
-            if heat[own].max() >= least
-        ]
-        or [np.zeros(0, dtype=np.int64)]
+        [np.zeros(0, dtype=np.int64), *(own[np.argsort(-heat[own], kind="stable")[:_MOST]] for own in rows)]
     )
 
 
@@ -262,8 +259,20 @@ def worst_of_edges(cases: Iterable[Sequence[SharpPlace]]) -> list[SharpPlace]:
     return sorted(worst.values(), key=lambda place: place.safety_factor)
 
 
-def mattering(places: Sequence[SharpPlace], least_factor: float) -> tuple[SharpPlace, ...]:
-    """Return the places, the worst first, that matter beside the rest of the rod's least safety factor."""
-    worst = min((place.safety_factor for place in places), default=least_factor)
-    limit = min(worst, least_factor) / _SHARE
-    return tuple(place for place in places if place.safety_factor <= limit)[:_MATTERING]
+def mattering(
+    places: Sequence[SharpPlace], least_factor: float, *, diverging: bool
+) -> tuple[SharpPlace, ...]:
+    """Return the places that matter beside the rest of the rod.
+
+    Parameters
+    ----------
+    places
+        Of one case, the worst first.
+    least_factor
+        The least safety factor of the rest.
+    diverging
+        Whether the stress near singular places exceeds that of the rest: then at least two places matter.
+    """
+    limit = min([least_factor, *(place.safety_factor for place in places)]) / _SHARE
+    kept = [place for place in places if place.safety_factor <= limit]
+    return tuple(places[: max(min(len(kept), _MATTERING), _IF_DIVERGING if diverging else 0)])
