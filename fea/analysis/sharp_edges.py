@@ -5,7 +5,7 @@ from string import ascii_uppercase
 
 from fea.analysis.figures import SharpEdgeFigures, vector
 from fea.assess.case_result import CaseResult
-from fea.assess.sharp_places import SharpPlace, worst_of_edges
+from fea.assess.sharp_place import SharpPlace, worst_of_edges
 from fea.units import DEG
 
 

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from fea.assess.case_error import CaseError
 from fea.assess.safety import CAP, element_largest, safety_factor
-from fea.assess.sharp_places import SharpPlace, SharpPlaces, mattering
+from fea.assess.sharp_place import SharpPlace, mattering
+from fea.assess.sharp_places import SharpPlaces
 from fea.assess.verdict import Peak, Verdict, peak
 from fea.material import Material
 from fea.rod.touch import Touch
