@@ -194,10 +194,14 @@ def _solved(
 
 
 def _bar(case: CaseResult) -> _Widest:
-    """Return the larger bar of a case: of its largest stress, or of its least safety factor."""
+    """Return the largest bar of a case: of its peak, of its least safety factor, or at a sharp edge."""
     found = max(case.peak, case.worst, key=lambda peak: peak.error_percent)
     place = tuple(case.mesh.points[found.bar_node].tolist())
-    return _Widest(found.error_percent, case.load.name, place)
+    edges = (
+        _Widest(edge.error_percent, case.load.name, tuple(edge.at.tolist()))
+        for edge in case.sharp_governing[:1]
+    )
+    return max([_Widest(found.error_percent, case.load.name, place), *edges])
 
 
 def _pass(rod: PreparedRod, error_percent: float, seconds: float) -> PassFigures:

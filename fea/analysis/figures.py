@@ -99,6 +99,50 @@ class BoreFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class SharpEdgeFigures:
+    """A sharp re-entrant edge that matters: the elastic stress at it is infinite, what follows is not.
+
+    Attributes
+    ----------
+    name
+        A letter, the same in every load case.
+    at_mm, between, opening_deg, length_mm
+        Where its structural stress is largest, the faces that meet there, the angle of the notch outside the
+        material, and the length of the edge.
+    thickness_mm
+        The measure t of the extrapolation, which reads the stress 0.4 t and 1.0 t beside the edge.
+    structural_stress_MPa, structural_von_mises_MPa, error_percent
+        Structural (hot-spot) stress across the edge, of all its components, and the error bar of the latter.
+    safety_factor
+        Against yielding, by the structural stress.
+    notch_intensity, notch_exponent
+        K, MPa·mm^(exponent), of the stress K/√(2π) r^(−exponent) across the bisector of the notch; None where
+        the flanks are too short or the notch too narrow to tell.
+    required_safety_factor, fillet_radius_mm
+        What is asked (``--min-safety``, or 1), and the fillet radius whose peak would have it; None where no
+        fillet up to `largest_fillet_mm` would.
+    largest_fillet_mm
+        Beyond it the relation between notch and fillet does not hold.
+    """
+
+    name: str
+    at_mm: Vector
+    between: tuple[str, str]
+    opening_deg: float
+    length_mm: float
+    thickness_mm: float
+    structural_stress_MPa: float
+    structural_von_mises_MPa: float
+    error_percent: float
+    safety_factor: float
+    notch_intensity: float | None
+    notch_exponent: float
+    required_safety_factor: float
+    fillet_radius_mm: float | None
+    largest_fillet_mm: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
 class CaseFigures:
     """``results``: extremes of a load case away from singular places; None where they were not computed."""
 
@@ -116,6 +160,7 @@ class CaseFigures:
     unmasked_verdict: WhereKnown[str] = None
     singular_max_von_mises_MPa: WhereKnown[float] = None
     singular_verdict: WhereKnown[str] = None
+    sharp_edges: WhereKnown[tuple[SharpEdgeFigures, ...]] = None
     contact: WhereKnown[Mapping[str, BoreFigures]] = None
 
 
@@ -276,8 +321,9 @@ class SurvivalFigures:
         In a line.
     required_safety_factor
         1, or ``--min-safety``.
-    mode, case
-        Of the governing factor: ``yielding``, ``fatigue`` or ``buckling``; the load case, None for the cycle.
+    mode, case, place
+        Of the governing factor: ``yielding``, ``fatigue`` or ``buckling``; the load case, None for the cycle;
+        ``sharp edge A`` where the factor is that of the structural stress there.
     safety_factor, assured_safety_factor
         The governing factor, and what remains of it if the stress is higher by its error bar.
     """
@@ -287,6 +333,7 @@ class SurvivalFigures:
     required_safety_factor: float
     mode: str
     case: str | None
+    place: WhereKnown[str] = None
     safety_factor: float
     assured_safety_factor: float
 

@@ -52,7 +52,7 @@ def least_factors(rod: PreparedRod, cases: Sequence[LoadCase], known: float | No
         found = {asked: own, name: _least(rod, PinModel(forces, rod.model), cases, counts)}
         if known is not None or not PinModelFigures(min_safety_factors=found).matters or rod.without_contact:
             return found
-        near = masked_nodes(rod.mesh.cell, rod.fits.sharp)[rod.mesh.mirrored.source]
+        near = masked_nodes(rod.mesh.cell, rod.fits.sharp, rod.mesh.cell_creases)[rod.mesh.mirrored.source]
         return found | {CONTACT: _least(rod, PinModel(rod.contact, rod.model), cases, counts & ~near)}
 
 

@@ -9,6 +9,7 @@ from fea.analysis.fields import FieldRecovery
 from fea.analysis.meshing import mesh_loaded
 from fea.analysis.solve import PinModel
 from fea.assess.case_error import CaseErrors
+from fea.assess.sharp_places import SharpPlaces
 from fea.checks import LIMITS
 from fea.choices import CONTACT, Element, SolverName, Support
 from fea.cycle.bonded_loads import BondedLoads
@@ -30,6 +31,7 @@ from fea.solvers.buckling import Buckling
 from fea.solvers.static import Model
 from fea.stress.part_recovery import PartRecovery
 from fea.stress.section_balance import SectionBalance
+from fea.stress.sharp_edges import SharpEdges
 from fea.study.contact_table import ContactTable
 from fea.study.study import AnalysisTable, Study
 from geometry.arrays import Floats
@@ -245,6 +247,15 @@ class PreparedRod:
             relief, solver = Support.INERTIA_RELIEF, self.options.solver
             model = Model(self.mesh.cell, model.material, relief, solver, assembly=self.options.assembly)
         return Buckling(model, held_by_pins(self.mesh.bores.rod_length))
+
+    @cached_property
+    def sharp_places(self) -> SharpPlaces | None:
+        """Judges load cases at the sharp re-entrant edges; None where the rod has none."""
+        mesh = self.mesh
+        if not self.fields.errors.masked.any():
+            return None
+        edges = SharpEdges.of(mesh.whole, mesh.creases.on(mesh.drawn_node))
+        return None if edges is None else SharpPlaces(edges, self.materials[0].poissons_ratio)
 
     @cached_property
     def sections(self) -> tuple[tuple[Section, ...], Section]:

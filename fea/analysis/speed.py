@@ -118,6 +118,7 @@ def judge(rod: PreparedRod, found: Equilibrium) -> dict[str, CaseResult]:
             error=fields.error,
             contact_pressure=fields.contact_pressure,
             touch=forces.touch,
+            sharp=rod.sharp_places,
         )
         for case, forces, fields in zip(found.cases, found.forces, rod.fields(found), strict=True)
     }

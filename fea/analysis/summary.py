@@ -24,12 +24,14 @@ from fea.analysis.figures import (
     PinModelFigures,
     QualityFigures,
     RodFigures,
+    SharpEdgeFigures,
     SpotFigures,
     Summary,
     vector,
 )
 from fea.analysis.pin_model import pin_model_figures
 from fea.analysis.prepare import PreparedRod
+from fea.analysis.sharp_edges import sharp_edge_figures
 from fea.analysis.speed import SpeedResult
 from fea.analysis.survival import factors, survival
 from fea.assess.bore_shape import bore_shape
@@ -61,13 +63,14 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
     """Return the figures of one speed."""
     rod, passes = adapted.rod, adapted.passes
     tolerance, least = rod.options.tolerance_percent, min(c.min_safety_factor for c in result.cases.values())
+    edges = sharp_edge_figures(result.cases, rod.options.min_safety)
     return summary_of(
         rod,
         passes,
         rpm=result.rpm,
         loads={name: load_figures(case.load) for name, case in result.cases.items()},
         results={
-            name: case_figures(case, rod.mesh.bores.rod_length, tolerance)
+            name: case_figures(case, rod.mesh.bores.rod_length, tolerance, edges[name])
             for name, case in result.cases.items()
         },
         envelope=None if result.cycle is None else envelope_figures(result.cycle, rod),
@@ -132,7 +135,12 @@ def load_figures(case: LoadCase) -> LoadFigures:
     )
 
 
-def case_figures(case: CaseResult, rod_length: float, tolerance_percent: float | None = None) -> CaseFigures:
+def case_figures(
+    case: CaseResult,
+    rod_length: float,
+    tolerance_percent: float | None = None,
+    sharp_edges: tuple[SharpEdgeFigures, ...] = (),
+) -> CaseFigures:
     """Return the extremes of a load case, over the nodes away from singular places."""
     singular = bool(case.error.masked.any())
     return CaseFigures(
@@ -150,6 +158,7 @@ def case_figures(case: CaseResult, rod_length: float, tolerance_percent: float |
         unmasked_verdict=Verdict.DIVERGING.value if singular else None,
         singular_max_von_mises_MPa=case.peak.singular if singular else None,
         singular_verdict=Verdict.DIVERGING.value if singular else None,
+        sharp_edges=sharp_edges or None,
         contact={surface.value: _bore(case, surface, rod_length) for surface in case.touch} or None,
     )
 

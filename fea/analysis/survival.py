@@ -38,12 +38,15 @@ class Factor:
         The factor.
     error_percent
         Error bar of the stress behind it; None where there is no estimate.
+    place
+        The sharp edge whose structural stress it is of; empty elsewhere.
     """
 
     mode: str
     case: str
     value: float
     error_percent: float | None = None
+    place: str = ""
 
     @property
     def low(self) -> float:
@@ -69,7 +72,8 @@ class Factor:
         bar = ""
         if self.error_percent is not None and not isinf(self.value):
             bar = f" ± {max(self.value - self.low, 10**-decimals):.{decimals}f}"
-        case = f" ({self.case})" if self.case else ""
+        said = ", ".join(part for part in (self.case, self.place) if part)
+        case = f" ({said})" if said else ""
         return f"{self.value:.{decimals}f}{bar}{case}"
 
 
@@ -78,10 +82,16 @@ def factors(
 ) -> list[Factor]:
     """Return the safety factors of a run: of its load cases, of the whole cycle, against buckling.
 
-    The bar of the whole cycle is the largest of its load cases; fatigue and buckling have none.
+    At a sharp edge the structural stress counts. The bar of the whole cycle is the largest of its load cases;
+    fatigue and buckling have none.
     """
     found = [
         Factor("yielding", name, case.min_safety_factor, case.error_percent) for name, case in results.items()
+    ]
+    found += [
+        Factor("yielding", name, edge.safety_factor, edge.error_percent, f"edge {edge.name}")
+        for name, case in results.items()
+        for edge in case.sharp_edges or ()
     ]
     if envelope is not None:
         bars = [case.error_percent for case in results.values() if case.error_percent is not None]
@@ -121,6 +131,7 @@ def survival(found: Sequence[Factor], required: float | None = None) -> Survival
         required_safety_factor=least,
         mode=governing.mode,
         case=governing.case or None,
+        place=governing.place or None,
         safety_factor=governing.value,
         assured_safety_factor=governing.low,
     )

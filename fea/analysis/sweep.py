@@ -30,6 +30,9 @@ from fea.units import DEG
 MOST_FULL_RUNS = 10
 # To which the speed where a safety factor falls below 1 is found.
 _WITHIN_RPM = 0.1
+_NO_EDGES = Omission(
+    "structural stress at sharp edges", "they are judged at the worst speeds only, run in full"
+)
 _LEFT_OUT = (
     Omission(
         "fields of the load cases and of the envelope", "many speeds: they are written at the worst ones"
@@ -117,7 +120,7 @@ class SpeedSweep:
             buckling=BucklingFigures(column=columns, min_safety_factor=columns.min_safety_factor),
             checks=near.checks,
             notes=[*(note for note in near.notes if note not in near.loads.notes), *loads.notes],
-            left_out=[*shared, *loads.left_out, *_LEFT_OUT],
+            left_out=[*shared, *loads.left_out, *_LEFT_OUT, *([_NO_EDGES] if self._rod.sharp_places else [])],
         )
         return replace(summary, critical_speeds_rpm=self.critical)
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fea.assess.case_result import CaseResult
+from fea.assess.sharp_place import FINE_WITHIN, SharpPlace, worst_of_edges
 from fea.rod.discretise import MeshedRod
 from fea.stress.stress import von_mises
 from geometry.arrays import Floats, Mask
@@ -69,6 +70,8 @@ def size_ratio(
         ratio = np.minimum(ratio, _nodal_ratio(value, error, masked, mesh, tolerance, again=again))
     if not again and not masked.all():
         ratio[cases[0].error.sharp] = np.minimum(ratio[cases[0].error.sharp], _SHARP_RATIO)
+    for place in worst_of_edges(case.sharp_governing for case in cases):
+        ratio = np.minimum(ratio, _sharp_ratio(place, mesh, tolerance_percent))
     for case in cases:
         np.minimum.at(ratio, mesh.tets, _energy_ratio(case, mesh, _RATE[mesh.order])[:, None])
     return ratio
@@ -120,6 +123,17 @@ def _nodal_ratio(
     if again:
         ratio[ratio < 1] = np.minimum(ratio[ratio < 1], _ROUGH_RATIO)
     return np.asarray(np.maximum(ratio, LEAST_RATIO))
+
+
+def _sharp_ratio(place: SharpPlace, mesh: TetMesh, tolerance_percent: float) -> Floats:
+    """Factor on the size at each node, for the stress beside a sharp edge and its images."""
+    apart = np.linalg.norm(np.abs(mesh.points) * [0, 1, 1] - np.abs(place.at) * [0, 1, 1], axis=1)
+    near = np.hypot(apart, mesh.points[:, 0] - place.at[0]) <= FINE_WITHIN * place.thickness
+    length = edge_length(mesh)
+    factor = REALISED * place.element_size / length
+    if place.error_percent > tolerance_percent:
+        factor = np.minimum(factor, _ROUGH_RATIO)
+    return np.where(near & np.isfinite(length), np.clip(factor, LEAST_RATIO, 1.0), 1.0)
 
 
 def _around(error: Floats, mesh: TetMesh) -> Floats:

@@ -64,9 +64,10 @@ class CaseErrors:
         self._mesh = mesh
         self._estimator = ErrorEstimator(mesh.cell, materials)
         whole = mesh.mirrored
-        self.masked = masked_nodes(mesh.cell, held)
+        creases = mesh.cell_creases
+        self.masked = masked_nodes(mesh.cell, held, creases)
         self._masked = self.masked[whole.source]
-        self._sharp = masked_nodes(mesh.cell)[whole.source] if held else self._masked
+        self._sharp = masked_nodes(mesh.cell, (), creases)[whole.source] if held else self._masked
         beyond = whole.sign[:, 1] < 0
         self._node_side = beyond.astype(int)
         self._element_side = beyond[whole.mesh.tets].any(axis=1).astype(int)

@@ -1,7 +1,7 @@
 """The result of a load case: fields on the whole rod and their extremes."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 from fea.assess.case_error import CaseError
 from fea.assess.safety import CAP, element_largest, safety_factor
+from fea.assess.sharp_place import SharpPlace, mattering
+from fea.assess.sharp_places import SharpPlaces
 from fea.assess.verdict import Peak, Verdict, peak
 from fea.material import Material
 from fea.rod.touch import Touch
@@ -51,6 +53,8 @@ class CaseResult:
         (n_nodes,) of the pins in contact, MPa, 0 off the bores; None where their pressure is prescribed.
     touch
         Where the pins touch the bores; empty where their pressure is prescribed.
+    sharp
+        What can be said of the rod's sharp re-entrant edges, the worst first; empty where it has none.
     """
 
     load: LoadCase
@@ -65,6 +69,7 @@ class CaseResult:
     von_mises_error: Floats
     contact_pressure: Floats | None = None
     touch: Mapping[Surface, Touch] = field(default_factory=dict)
+    sharp: tuple[SharpPlace, ...] = ()
 
     @property
     def finite(self) -> bool:
@@ -85,6 +90,19 @@ class CaseResult:
     def min_safety_factor(self) -> float:
         """Smallest safety factor against yielding, away from singular places."""
         return 1 / self.worst.value
+
+    @property
+    def sharp_mattering(self) -> tuple[SharpPlace, ...]:
+        """The sharp edges that matter beside the rest of the rod, the worst first."""
+        if not self.sharp:
+            return ()
+        diverging = self.verdict() is Verdict.DIVERGING
+        return mattering(self.sharp, self.min_safety_factor, diverging=diverging)
+
+    @property
+    def sharp_governing(self) -> tuple[SharpPlace, ...]:
+        """Those of them whose structural stress matters: elements beside them should be small."""
+        return mattering(self.sharp, self.min_safety_factor, diverging=False) if self.sharp else ()
 
     @property
     def max_principal(self) -> float:
@@ -172,6 +190,7 @@ def case_result(
     error: CaseError,
     contact_pressure: Floats | None = None,
     touch: Mapping[Surface, Touch] | None = None,
+    sharp: SharpPlaces | None = None,
 ) -> CaseResult:
     """Return the result of a case from its displacement (n_nodes, 3) and each part's stress (n_nodes, 6)."""
     equivalents = tuple(von_mises(stress) for stress in stresses)
@@ -187,7 +206,7 @@ def case_result(
         equivalent = np.where(worse, its_equivalent, equivalent)
         off = np.where(worse, its_error, off)
         factor = np.where(worse, its_factor, factor)
-    return CaseResult(
+    found = CaseResult(
         load=load,
         mesh=mesh,
         displacement=displacement,
@@ -201,3 +220,6 @@ def case_result(
         contact_pressure=contact_pressure,
         touch=touch or {},
     )
+    if sharp is None:
+        return found
+    return replace(found, sharp=sharp(stress, off, factor, found.min_safety_factor))

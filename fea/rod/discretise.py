@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
+import numpy as np
+
 from fea.choices import Symmetry
 from fea.machine.clock import Clock
 from fea.machine.forked import allow, apart, say
@@ -21,6 +23,7 @@ from geometry.mirror import Mirror
 from geometry.session import session
 from geometry.solid import Solid
 from geometry.surfaces import Surface
+from mesh.creases import Creases, creases
 from mesh.estimate import estimate
 from mesh.generate import tetrahedralise
 from mesh.mirror import MirroredMesh, reflect, unmirrored
@@ -98,6 +101,8 @@ class MeshedRod:
         What gmsh meshed: the smallest mirror cell.
     drawn_node
         (n_nodes,) node of `drawn` behind each node of the whole.
+    creases
+        Of `drawn`.
     bores
         Dimensions the pressures need.
     parts
@@ -114,6 +119,7 @@ class MeshedRod:
     mirrored: MirroredMesh
     drawn: TetMesh
     drawn_node: Ints
+    creases: Creases
     bores: Bores
     parts: dict[str, float]
     symmetry: Mirror
@@ -124,6 +130,13 @@ class MeshedRod:
     def whole(self) -> TetMesh:
         """Mesh of the whole rod."""
         return self.mirrored.mesh
+
+    @property
+    def cell_creases(self) -> Creases:
+        """The creases for `cell`."""
+        drawn = np.empty(len(self.cell.points), dtype=np.int64)
+        drawn[self.mirrored.source] = self.drawn_node
+        return self.creases.on(drawn)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -152,6 +165,7 @@ class _Drawn(NamedTuple):
     solid: Solid
     mesh: TetMesh
     meshing: Meshing
+    creases: Creases
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -238,6 +252,7 @@ def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, cloc
         mirrored=whole,
         drawn=base,
         drawn_node=cell.source[whole.source],
+        creases=drawn.creases,
         bores=Bores.of(solid.bores),
         parts={part.name: part.mass.mass for part in solid.parts},
         symmetry=symmetry,
@@ -267,9 +282,10 @@ def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: C
                 log,
                 lambda cause: clock.tell(f"meshing again, because {cause}"),
             )
+            found = creases(solid.faces, made.mesh)
     warnings = tuple(dict.fromkeys((*drawing, *made.warnings)))
     meshing = Meshing(size, made.quality, made.repair, warnings, follows_errors=request.follows_errors)
-    return _Drawn(solid, made.mesh, meshing)
+    return _Drawn(solid, made.mesh, meshing, found)
 
 
 def _require_few(elements: float, size: float) -> None:

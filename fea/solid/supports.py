@@ -1,5 +1,7 @@
 """Boundary conditions: mirror planes, inertia relief, a clamped bore; and a check for free rigid motions."""
 
+from functools import reduce
+
 import numpy as np
 import numpy.typing as npt
 from scipy import sparse
@@ -8,7 +10,8 @@ from scipy.sparse.csgraph import connected_components
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.mechanism import FREE, bodies, free_shares, rigid_modes
 from fea.solid.parity import Parity
-from geometry.arrays import Floats, Mask
+from geometry.arrays import Floats, Ints, Mask
+from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
@@ -20,6 +23,8 @@ _MODES = (
     "rotation about y",
     "rotation about z",
 )
+# Slope of a line that counts as parallel to the rod's axis.
+_ALONG = 1e-9
 
 
 def plane_conditions(mesh: TetMesh, parity: Parity, parity_z: Parity = Parity.SYMMETRIC) -> Mask:
@@ -51,16 +56,30 @@ def determinate_restraints(mesh: TetMesh) -> Mask:
     """
     held = np.zeros((len(mesh.points), 3), dtype=bool)
     x, y, z = mesh.points.T
-    # On the mirror planes, so that the reaction of each has the plane's symmetry.
-    axial = np.hypot(np.abs(y), np.abs(z)) <= np.hypot(y, z).min() + 1e-9
-    along = np.flatnonzero(axial) if np.count_nonzero(axial) > 1 else np.arange(len(x))
+    along = _on_axis(mesh)
     a, b = along[x[along].argmin()], along[x[along].argmax()]
     level = np.flatnonzero(np.abs(z) <= np.abs(z).min() + 1e-9)
-    c = level[np.abs(y[level] - y[a]).argmax()]
+    slope = (y[b] - y[a]) / (x[b] - x[a])
+    slope = slope if abs(slope) > _ALONG else 0.0
+    c = level[np.abs(y[level] - y[a] - slope * (x[level] - x[a])).argmax()]
     held[a] = True
     held[b, 1:] = True
     held[c, 2] = True
     return held
+
+
+def _on_axis(mesh: TetMesh) -> Ints:
+    """Nodes on the rod's axis, or, where there are fewer than two, on all mirror planes the mesh is cut at.
+
+    A held node must lie on every mirror plane, where its reaction has the plane's symmetry: elsewhere the
+    plane's own conditions and the restraint would hold the rod twice.
+    """
+    _, y, z = mesh.points.T
+    axial = np.flatnonzero(np.hypot(np.abs(y), np.abs(z)) <= np.hypot(y, z).min() + 1e-9)
+    if axial.size > 1:
+        return axial
+    planes = [np.unique(mesh.facets[plane]) for plane in PLANE_AXIS if plane in mesh.facets]
+    return reduce(np.intersect1d, planes, np.arange(len(y)))
 
 
 def clamped(mesh: TetMesh, surface: Surface) -> Mask:

@@ -108,12 +108,15 @@ class Edges:
     ----------
     facet, place
         (n_edges, 2) the two facets, and which of its edges this is in each.
+    cosine
+        (n_edges,) of the angle between the outward normals of the facets, amid the edge.
     smooth, convex
         (n_edges,) whether the facets join smoothly; whether they join smoothly or at an outer (convex) edge.
     """
 
     facet: Ints
     place: Ints
+    cosine: Floats
     smooth: Mask
     convex: Mask
 
@@ -129,12 +132,13 @@ def shared_edges(surface: Skin, normals: Floats) -> Edges:
     # Second-order facets have a separate normal at the middle of the edge.
     at = place + 3 if facets.shape[1] == 6 else place
     one, other = normals[facet[:, 0], at[:, 0]], normals[facet[:, 1], at[:, 1]]
-    flat = (one * other).sum(axis=1) > np.cos(np.radians(SMOOTH_DEGREES))
+    cosine = np.asarray((one * other).sum(axis=1))
+    flat = cosine > np.cos(np.radians(SMOOTH_DEGREES))
     smooth = flat & (surface.label[facet[:, 0]] == surface.label[facet[:, 1]])
     apex = points[facets[facet[:, 1], (place[:, 1] + 2) % 3]]
     on_edge = points[facets[facet[:, 0], place[:, 0]]]
     convex = flat | (((apex - on_edge) * one).sum(axis=1) < 0)
-    return Edges(facet, place, smooth, convex)
+    return Edges(facet, place, cosine, smooth, convex)
 
 
 def fans(surface: Skin, edges: Edges) -> Ints:

@@ -11,16 +11,20 @@ from fea.stress.boundary_skin import facet_normals, shared_edges, skin
 from geometry.arrays import Ints, Mask
 from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
+from mesh.creases import Creases
 from mesh.tetmesh import FACET_EDGES, TetMesh
 
-# A re-entrant edge is sharp if the surface turns there by more than this angle. Curved facets follow a fillet
-# smoothly; flat ones turn at each edge, by up to 54° at the coarsest size allowed.
+# Where the creases of the solid are not known, a re-entrant edge is sharp if the facets turn there by more
+# than this angle. Curved facets follow a fillet smoothly; flat ones turn at each edge, by up to 54° at the
+# coarsest size allowed.
 SHARP_DEGREES = {1: 60.0, 2: 30.0}
+# Where the facets turn by more than this there is a cusp, whose faces may be tangent to each other.
+_CUSP = np.radians(120.0)
 # Radius of the mask relative to the longest side of the body: 4 mm on a rod of 200 mm.
 RADIUS = 0.02
 
 
-def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = ()) -> Ints:
+def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creases | None = None) -> Ints:
     """Nodes on sharp re-entrant edges and on the borders of clamped surfaces.
 
     Parameters
@@ -29,6 +33,8 @@ def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = ()) -> Ints:
         The mesh, which continues across its mirror planes.
     held
         Surfaces whose displacement is prescribed.
+    creases
+        Where the surface of the solid turns; without them, where the facets do.
     """
     planes = tuple(plane for plane in PLANE_AXIS if plane in mesh.facets)
     surfaces = [surface for surface in mesh.facets if surface not in planes]
@@ -38,27 +44,30 @@ def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = ()) -> Ints:
         for other in surfaces
         if other not in held
     ]
-    return np.unique(np.concatenate([_on_sharp_edges(mesh, surfaces, planes), *border]))
+    return np.unique(np.concatenate([_on_sharp_edges(mesh, surfaces, planes, creases), *border]))
 
 
-def _on_sharp_edges(mesh: TetMesh, surfaces: list[Surface], planes: tuple[Surface, ...]) -> Ints:
+def _on_sharp_edges(
+    mesh: TetMesh, surfaces: list[Surface], planes: tuple[Surface, ...], creases: Creases | None
+) -> Ints:
     body = skin(mesh, surfaces, planes)
     normals = facet_normals(body.points, body.facets)
     edges = shared_edges(body, normals)
-    at = edges.place + 3 if mesh.order == 2 else edges.place
-    one, other = (normals[edges.facet[:, side], at[:, side]] for side in (0, 1))
-    turns = (one * other).sum(axis=1) < np.cos(np.radians(SHARP_DEGREES[mesh.order]))
-    sharp = turns & ~edges.convex
-    facet, place = edges.facet[sharp, 0], edges.place[sharp, 0]
-    return np.unique(body.source[body.facets[facet[:, None], FACET_EDGES[place]]])
+    facet, place = edges.facet[:, 0], edges.place[:, 0]
+    ends = body.source[body.facets[facet[:, None], FACET_EDGES[place]]]
+    if creases is None:
+        turns = edges.cosine < np.cos(np.radians(SHARP_DEGREES[mesh.order]))
+    else:
+        turns = (creases.find(ends) >= 0) | (edges.cosine < np.cos(_CUSP))
+    return np.unique(ends[turns & ~edges.convex])
 
 
-def masked_nodes(mesh: TetMesh, held: tuple[Surface, ...] = ()) -> Mask:
+def masked_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creases | None = None) -> Mask:
     """Whether each node is near a singular place: within `RADIUS`, or in an element that touches it.
 
     Parameters
     ----------
-    mesh, held
+    mesh, held, creases
         As for `singular_nodes`.
 
     Returns
@@ -66,7 +75,7 @@ def masked_nodes(mesh: TetMesh, held: tuple[Surface, ...] = ()) -> Mask:
     ndarray
         (n_nodes,).
     """
-    singular = singular_nodes(mesh, held)
+    singular = singular_nodes(mesh, held, creases)
     near = np.zeros(len(mesh.points), dtype=bool)
     if not singular.size:
         return near

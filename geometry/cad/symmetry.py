@@ -14,6 +14,8 @@ from geometry.mirror import PLANE_AXIS, Mirror
 
 # Of the rod's length.
 _SLACK = 1e-5
+# Places along each parameter of a curved face at which it is compared with its mirror image.
+_WITHIN = np.linspace(0.05, 0.95, 5)
 
 
 def smallest_cell(volumes: Sequence[int], length: float) -> Mirror:
@@ -64,7 +66,7 @@ def cut_to(volumes: Sequence[int], mirror: Mirror, length: float) -> list[list[i
 
 @dataclass(frozen=True)
 class _Faces:
-    """Faces of one solid: tags, areas and centres (n, 4), and points (n_points, 3) on the edges of each."""
+    """Faces of one solid: tags, areas and centres (n, 4), and points (n_points, 3) on each and its edges."""
 
     tags: tuple[int, ...]
     measures: Floats
@@ -76,14 +78,29 @@ def _faces(volume: int) -> _Faces:
     boundary = gmsh.model.getBoundary([(3, volume)], combined=False, oriented=False)
     tags = tuple(int(tag) for _, tag in boundary)
     measures = np.array([[occ.getMass(2, tag), *occ.getCenterOfMass(2, tag)] for tag in tags])
-    return _Faces(tags, measures, tuple(edge_points(tag) for tag in tags))
+    points = tuple(np.concatenate([edge_points(tag), _within(tag)]) for tag in tags)
+    return _Faces(tags, measures, points)
+
+
+def _within(face: int) -> Floats:
+    """Points (n, 3) of a curved face between its edges; a plane is known by its edges."""
+    if gmsh.model.getType(2, face) == "Plane":
+        return np.zeros((0, 3))
+    low, high = gmsh.model.getParametrizationBounds(2, face)
+    u, v = (a + (b - a) * _WITHIN for a, b in zip(low, high, strict=True))
+    grid = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
+    on = [place for place in grid if gmsh.model.isInside(2, face, list(place), True)]  # noqa: FBT003 - gmsh's
+    if not on:
+        return np.zeros((0, 3))
+    return np.reshape(gmsh.model.getValue(2, face, np.ravel(on)), (-1, 3))
 
 
 def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
     """Whether every face has an image about the plane normal to `axis`.
 
-    The image must have the same area and centre, which is cheap to test, and contain the images of the
-    face's edges, because a non-circular hole may be turned about its own axis.
+    The image must have the same area and centre, which is cheap to test, and contain the images of points on
+    the face and its edges: a non-circular hole may be turned about its own axis, and a wall may bulge above
+    the plane as far as it is hollow below.
     """
     scale = np.array([length**2, length, length, length])
     image = faces.measures.copy()

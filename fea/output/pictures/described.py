@@ -30,6 +30,8 @@ class Picture:
         The array that the colours show.
     error_percent
         Error bar of the peak, where there is one.
+    marks
+        Names and places, mm, of sharp edges.
     """
 
     vtu: Path
@@ -41,6 +43,7 @@ class Picture:
     mesh_only: bool = False
     field: str = VON_MISES
     error_percent: float | None = None
+    marks: tuple[tuple[str, tuple[float, float, float]], ...] = ()
 
 
 def described(vtu: Path, png: Path, field: str = VON_MISES) -> Picture:
@@ -73,6 +76,13 @@ def _case(summary: Summary, vtu: Path, field: str | None) -> Picture:
     picture = _picture(summary, vtu, heading, note=note, field=field or VON_MISES)
     if not stress:
         return picture
+    edges = result.sharp_edges or ()
+    marks = tuple((edge.name, edge.at_mm) for edge in edges)
+    said = tuple(
+        f"sharp edge {edge.name}: structural stress {edge.structural_von_mises_MPa:.4g} MPa"
+        for edge in edges[:1]
+    )
+    picture = replace(picture, marks=marks, notes=(*picture.notes, *said))
     return replace(
         picture, peak=result.max_von_mises_MPa, at=result.at_mm, error_percent=result.error_percent
     )

@@ -27,6 +27,7 @@ from fea.output.pictures.strokes import (
     write,
 )
 from fea.output.pictures.view import View
+from geometry.arrays import Floats
 
 ROD_SHARE, SPOT_SHARE = 0.58, 0.64  # share of the height for the rod, of the width for the hot spot
 SCALARS = "shown"  # name of the array that the colours show
@@ -35,7 +36,10 @@ BELOW_TITLE = 0.9  # lower end of the title, relative to the height of the rod's
 MARGIN = 0.11  # half the width of the label of the peak, which must stay within the picture
 
 
-def draw(scene: Scene, title: str, notes: Sequence[str] = ()) -> Image.Image:
+Marks = Sequence[tuple[str, Sequence[float]]]
+
+
+def draw(scene: Scene, title: str, notes: Sequence[str] = (), marks: Marks = ()) -> Image.Image:
     """Return the picture of a result.
 
     Parameters
@@ -46,6 +50,8 @@ def draw(scene: Scene, title: str, notes: Sequence[str] = ()) -> Image.Image:
         Study, case, speed and crank angle.
     notes
         More lines beside the legend.
+    marks
+        Names and places, mm, on the undeformed rod, that get a small ring.
 
     Raises
     ------
@@ -54,7 +60,7 @@ def draw(scene: Scene, title: str, notes: Sequence[str] = ()) -> Image.Image:
     """
     plotter = canvas((ROD_SHARE, 1 - ROD_SHARE), (SPOT_SHARE, 1 - SPOT_SHARE), joined=(0,), axes=(0,))
     plotter.subplot(0, 0)
-    _draw_rod(plotter, scene)
+    _draw_rod(plotter, scene, marks)
     write(plotter, title, (0.02, 0.91), size=30)
     plotter.subplot(1, 0)
     _draw_spot(plotter, scene)
@@ -63,16 +69,18 @@ def draw(scene: Scene, title: str, notes: Sequence[str] = ()) -> Image.Image:
     return finish(plotter, ROD_SHARE)
 
 
-def _draw_rod(plotter: Any, scene: Scene) -> None:
-    """Draw the whole rod, its undeformed outline, and a ring around the hot spot."""
+def _draw_rod(plotter: Any, scene: Scene, marks: Marks) -> None:
+    """Draw the whole rod, its undeformed outline, a ring around the hot spot, and the marks."""
     aspect = SIZE[0] / (SIZE[1] * ROD_SHARE)
     frame = Frame.around(scene.deformed, scene.view(closeness=0.8), aspect, width=0.9, height=0.7)
     add_surface(plotter, _surface(scene, scene.skin), scene.bands)
     add_edges(plotter, scene.skin, scene.skin.points, frame, (GREY, 1.0))
     add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 1.5))
     radius = 0.5 * MAGNIFIED * scene.extent
-    _add_ring(plotter, scene, frame, radius)
+    _add_ring(plotter, frame, frame.view.across(scene.deformed[scene.node]), radius)
     _add_label(plotter, scene, frame, radius)
+    for name, place in marks:
+        _add_mark(plotter, scene, frame, name, np.asarray(place))
     frame.aim(plotter)
 
 
@@ -102,7 +110,7 @@ def _draw_spot(plotter: Any, scene: Scene) -> None:
     elements = refined_line(scene.deformed, skin.sides[0]) + frame.nudge
     add_lines(plotter, elements, INK, 1.0, opacity=0.35)
     add_edges(plotter, skin, scene.deformed, frame, (INK, 2.0))
-    _add_ring(plotter, scene, frame, 0.06 * half)
+    _add_ring(plotter, frame, frame.view.across(scene.deformed[scene.node]), 0.06 * half)
     length = round_down(0.6 * half)
     start = frame.place((0.03, 0.08))
     end = start + np.array([length, 0.0])
@@ -169,10 +177,18 @@ def add_surface(plotter: Any, surface: Any, bands: Bands) -> Any:
     )
 
 
-def _add_ring(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
-    """Draw a circle around the hot spot, legible on any colour."""
+def _add_mark(plotter: Any, scene: Scene, frame: Frame, name: str, place: Floats) -> None:
+    """Draw a small ring around a place of the undeformed rod, and write its name beside it."""
+    node = int(np.linalg.norm(scene.skin.points - place, axis=1).argmin())
+    middle, radius = frame.view.across(scene.deformed[node]), 0.2 * MAGNIFIED * scene.extent
+    _add_ring(plotter, frame, middle, radius)
+    beside = frame.relative(middle + np.array([1.5, 1.5]) * radius)
+    write(plotter, name, beside, size=22, ground=0.7)
+
+
+def _add_ring(plotter: Any, frame: Frame, middle: Floats, radius: float) -> None:
+    """Draw a circle around a place (2,) of the view, legible on any colour."""
     angle = np.linspace(0, 2 * np.pi, 73)[:, None]
-    middle = frame.view.across(scene.deformed[scene.node])
     ring = frame.lifted(middle + radius * np.hstack([np.cos(angle), np.sin(angle)]))[None]
     add_lines(plotter, ring, PAPER, 6)
     add_lines(plotter, ring, INK, 3)

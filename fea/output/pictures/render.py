@@ -52,7 +52,7 @@ def _drawn(picture: dict[str, Any]) -> Image.Image:
     if picture["mesh_only"]:
         return draw_mesh(read_skin(vtu), title)
     scene = Scene.read(vtu, picture["field"], picture["peak"], picture["at"], picture["error_percent"])
-    return draw(scene, title, picture["notes"])
+    return draw(scene, title, picture["notes"], picture["marks"])
 
 
 if __name__ == "__main__":

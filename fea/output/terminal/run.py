@@ -10,12 +10,13 @@ from rich.table import Table
 
 from fea.analysis.figures import BoreFigures, CaseFigures, LoadFigures, Summary
 from fea.assess.verdict import Verdict
-from fea.choices import CONTACT
+from fea.choices import CONTACT, Support
 from fea.output.picture_name import picture_name
 from fea.output.target import near
 from fea.output.terminal.buckling import buckling_lines
 from fea.output.terminal.endurance import endurance_lines
 from fea.output.terminal.figures import UNKNOWN, bar, factor, kilo, number, place
+from fea.output.terminal.sharp_edges import UNBOUNDED, sharp_cells, sharp_edge_lines
 from fea.output.terminal.sweep import print_sweep
 
 _ENDLESS = 1000
@@ -75,7 +76,9 @@ def _table(summary: Summary, gap: int, without: Collection[str]) -> Table:
     for case, result in summary.results.items():
         cells = [case, *_cells(summary.loads[case], result)]
         table.add_row(*compress(cells, kept), style="bold" if case == summary.worst_case else "")
-        if result.singular_max_von_mises_MPa:
+        if result.sharp_edges:
+            table.add_row(*compress(sharp_cells(result.sharp_edges[0]), kept))
+        if result.singular_max_von_mises_MPa and _unjudged(summary, result):
             table.add_row(*compress(_singular_cells(result.singular_max_von_mises_MPa), kept))
     return table
 
@@ -91,6 +94,7 @@ def _print_run(console: Console, folder: Path, summary: Summary) -> None:
     buckling = buckling_lines(summary.buckling)
     for line in (
         *_doubts(summary),
+        *sharp_edge_lines(summary),
         *_pin_model(summary),
         *_contact(summary),
         *_cycle(summary),
@@ -122,7 +126,17 @@ def _singular_cells(largest: float) -> list[str]:
 
 def _headline(summary: Summary) -> str:
     away = " (away from the singular places below)" if _singular(summary) else ""
+    away = f"; {UNBOUNDED}" if _judged(summary) else away
     return f"{summary.title}: {summary.survival.text}{away}"
+
+
+def _judged(summary: Summary) -> bool:
+    return any(result.sharp_edges for result in summary.results.values())
+
+
+def _unjudged(summary: Summary, result: CaseFigures) -> bool:
+    """Whether there may be singular places other than the sharp edges that are judged."""
+    return not result.sharp_edges or summary.model.support == Support.CLAMPED or result.contact is not None
 
 
 def _singular(summary: Summary) -> bool:
@@ -148,7 +162,7 @@ def _unsettled(summary: Summary) -> list[str]:
     singular = {
         case: number(result.singular_max_von_mises_MPa, ".1f")
         for case, result in results.items()
-        if result.singular_max_von_mises_MPa
+        if result.singular_max_von_mises_MPa and _unjudged(summary, result)
     }
     return [*lines, _diverging(singular)] if singular else lines
 

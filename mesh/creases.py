@@ -1,0 +1,177 @@
+"""Creases of the solid: the edges of the CAD faces at which its surface turns, with the mesh edges on them.
+
+Which edges are sharp is read from the faces of the solid, and so depends neither on the size of the elements
+nor on how the solid was put together.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import gmsh
+import numpy as np
+
+from geometry.arrays import Floats, Ints
+from geometry.mirror import PLANE_AXIS
+from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
+
+# The surface is folded at a crease by more than this; at a smaller angle stress hardly rises (as r^-0.25
+# at 30°), and CAD programs leave such edges where faces were meant to be tangent.
+LEAST_FOLD = math.radians(30.0)
+# Cosine beyond which a direction counts as that of an axis.
+_ALONG = 1 - 1e-6
+_LINES = {1: 1, 2: 8}  # gmsh's element types
+
+
+@dataclass(frozen=True)
+class Creases:
+    """Edges of the mesh that lie on creases of the solid.
+
+    Attributes
+    ----------
+    nodes
+        (n, 2) the vertices at their ends.
+    fold
+        (n,) angle between the tangent planes of the two faces there, rad, at most π/2. Which way they face is
+        not told by them (normals flip where a face is singular) but by the elements.
+    label
+        (n,) number of the crease each belongs to.
+    between
+        Per crease, the two faces that meet there, in words.
+    source
+        (n_nodes,) where the mesh consists of images, the original of each node, by which `nodes` count.
+    """
+
+    nodes: Ints
+    fold: Floats
+    label: Ints
+    between: tuple[tuple[str, str], ...]
+    source: Ints | None = None
+
+    def on(self, source: Ints) -> "Creases":
+        """Return the creases for a mesh of images: `source` (n_nodes,) is the original of each node."""
+        return replace(self, source=source)
+
+    def find(self, ends: Ints) -> Ints:
+        """Number (n,) of the crease edge between each two nodes (n, 2) of the mesh; −1 without one."""
+        if not len(self.nodes):
+            return np.full(len(ends), -1)
+        ends = ends if self.source is None else self.source[ends]
+        most = int(max(self.nodes.max(), ends.max(initial=0))) + 1
+        known = self.nodes.min(axis=1) * most + self.nodes.max(axis=1)
+        asked = ends.min(axis=1) * most + ends.max(axis=1)
+        order = np.argsort(known)
+        at = np.minimum(np.searchsorted(known[order], asked), len(known) - 1)
+        return np.where(known[order][at] == asked, order[at], -1)
+
+
+def creases(surfaces: Mapping[Surface, Sequence[int]], mesh: TetMesh) -> Creases:
+    """Find the creases of the open model, which has been meshed.
+
+    Parameters
+    ----------
+    surfaces
+        gmsh's face tags per named surface: the outer faces, and those on mirror planes.
+    mesh
+        What was made of it; its nodes may be numbered differently.
+    """
+    axis_of = {face: PLANE_AXIS.get(name, -1) for name, faces in surfaces.items() for face in faces}
+    cut = {axis for axis in axis_of.values() if axis >= 0}
+    rows, folds, labels = [], [], []
+    between: list[tuple[str, str]] = []
+    for curve, faces in _shared(axis_of):
+        ends = _mesh_edges(curve, mesh.order)
+        fold = _fold(curve, ends.mean(axis=1), faces, axis_of)
+        sharp = fold > LEAST_FOLD
+        if sharp.any():
+            rows.append(ends[sharp])
+            folds.append(fold[sharp])
+            labels.append(np.full(np.count_nonzero(sharp), len(between)))
+            outer = [face for face in faces if axis_of[face] < 0]
+            between.append((_in_words(outer[0], cut), _in_words(outer[-1], cut)))
+    if not rows:
+        return Creases(np.zeros((0, 2), int), np.zeros(0), np.zeros(0, int), ())
+    nodes = _numbers(np.concatenate(rows), mesh)
+    return Creases(nodes, np.concatenate(folds), np.concatenate(labels), tuple(between))
+
+
+def _shared(axis_of: Mapping[int, int]) -> list[tuple[int, tuple[int, int]]]:
+    """Curves between two faces, at least one of them not on a mirror plane."""
+    found: dict[int, list[int]] = {}
+    for face in axis_of:
+        for _, curve in gmsh.model.getBoundary([(2, face)], combined=False, oriented=False):
+            found.setdefault(curve, []).append(face)
+    return [
+        (curve, (faces[0], faces[1]))
+        for curve, faces in sorted(found.items())
+        if len(faces) == 2 and faces[0] != faces[1] and min(axis_of[face] for face in faces) < 0
+    ]
+
+
+def _mesh_edges(curve: int, order: int) -> Floats:
+    """Ends (n, 2, 3) of the mesh's edges on a curve."""
+    _, nodes = gmsh.model.mesh.getElementsByType(_LINES[order], curve)
+    tags, places, _ = gmsh.model.mesh.getNodes(1, curve, includeBoundary=True)
+    order_of = np.argsort(tags)
+    ends = nodes.reshape(-1, order + 1)[:, :2]
+    return np.asarray(places.reshape(-1, 3)[order_of[np.searchsorted(tags[order_of], ends)]])
+
+
+def _fold(curve: int, places: Floats, faces: tuple[int, int], axis_of: Mapping[int, int]) -> Floats:
+    """Angle (n,) between the tangent planes of two faces at places on their common curve.
+
+    A face that ends at a mirror plane continues beyond it as its image.
+    """
+    if not len(places):
+        return np.zeros(0)
+    at = gmsh.model.getParametrization(1, curve, places.ravel())
+    outer = [face for face in faces if axis_of[face] < 0]
+    one, other = (_normals(curve, at, face) for face in (outer[0], outer[-1]))
+    if len(outer) == 1:
+        plane = next(axis_of[face] for face in faces if axis_of[face] >= 0)
+        other = other * np.where(np.arange(3) == plane, -1.0, 1.0)
+    return np.asarray(np.arccos(np.clip(np.abs((one * other).sum(axis=1)), 0.0, 1.0)))
+
+
+def _normals(curve: int, at: Floats, face: int) -> Floats:
+    """Normals (n, 3) of a face along one of its curves."""
+    on_face = gmsh.model.reparametrizeOnSurface(1, curve, at, face)
+    return np.reshape(gmsh.model.getNormal(face, on_face), (-1, 3))
+
+
+def _numbers(ends: Floats, mesh: TetMesh) -> Ints:
+    """Nodes (n, 2) of a mesh at places (n, 2, 3)."""
+    from scipy.spatial import KDTree  # noqa: PLC0415 - only a solid with creases needs it
+
+    return np.asarray(KDTree(mesh.points).query(ends)[1], dtype=np.int64)
+
+
+def _in_words(face: int, cut: set[int]) -> str:
+    """Describe a face and its images about the planes across `cut` axes: its kind and where it is."""
+    kind = gmsh.model.getType(2, face)
+    if kind == "Plane":
+        return _plane(face, cut)
+    if kind != "Cylinder":
+        return "curved face" if kind == "Unknown" else f"{kind.lower()} face"
+    _, values = gmsh.model.getEntityProperties(2, face)
+    axis = int(np.abs(values[3:6]).argmax())
+    about = ", ".join(_level(k, values[k], cut) for k in range(3) if k != axis)
+    about = f" about {about} mm" if abs(values[3 + axis]) > _ALONG else ""
+    return f"cylinder of radius {values[6]:.4g} mm{about}"
+
+
+def _plane(face: int, cut: set[int]) -> str:
+    """Describe a plane face by its level along an axis, or by its normal."""
+    (u, v), _ = gmsh.model.getParametrizationBounds(2, face)
+    normal = np.array(gmsh.model.getNormal(face, [u, v]))
+    axis = int(np.abs(normal).argmax())
+    if abs(normal[axis]) > _ALONG:
+        return f"plane {_level(axis, gmsh.model.getValue(2, face, [u, v])[axis], cut)} mm"
+    x, y, z = np.where(np.isin(np.arange(3), list(cut)), np.abs(normal), normal).round(2) + 0.0
+    return f"plane facing ({x:g}, {y:g}, {z:g})"
+
+
+def _level(axis: int, value: float, cut: set[int]) -> str:
+    name, value = "xyz"[axis], round(float(value), 3) + 0.0
+    return f"{f'|{name}|' if axis in cut and value else name} = {abs(value) if axis in cut else value:.4g}"

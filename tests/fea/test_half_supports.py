@@ -1,0 +1,65 @@
+"""A half model without nodes on its axis: a lever with forked ends whose bores have no seam there."""
+
+import gmsh
+import numpy as np
+import pytest
+
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed
+from fea.solid.parity import Parity
+from fea.solid.supports import determinate_restraints, free_motions, plane_conditions
+from fea.study.study import parse_study
+from geometry.mirror import Mirror
+from geometry.session import session
+
+STUDY = """
+[rod]
+step = "lever.step"
+[material]
+E_GPa = 207.0
+nu = 0.3
+density_kg_m3 = 7850.0
+yield_MPa = 700.0
+[forces]
+pin_N = [20000.0, 0.0]
+[mesh]
+size_mm = 14.0
+"""
+
+
+def draw(occ):
+    """The ends nearest to z = 0 are cut away; a hole makes it lopsided about y = 0."""
+    bores = [(3, occ.addCylinder(x, 0, -50, 0, 0, 100, r)) for x, r in ((0, 10), (100, 5))]
+    occ.rotate(bores[:1], 0, 0, 0, 0, 0, 1, 1.0)
+    occ.rotate(bores[1:], 100, 0, 0, 0, 0, 1, 2.0)
+    forks = [(3, occ.addBox(x, -50, -2, 3, 100, 4)) for x in (-26, 123)]
+    hole = (3, occ.addCylinder(50, 12, -50, 0, 0, 100, 3))
+    occ.cut([(3, occ.addBox(-25, -17, -6, 150, 40, 12))], [*bores, *forks, hole])
+
+
+@pytest.fixture(scope="module")
+def rod(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lever")
+    with session():
+        gmsh.model.add("lever")
+        draw(gmsh.model.occ)
+        gmsh.model.occ.synchronize()
+        gmsh.write(str(folder / "lever.step"))
+    return prepare(parse_study(STUDY, "lever", folder))
+
+
+def test_held_points_lie_on_the_mirror_plane_and_hold_just_what_it_does_not(rod):
+    cell = rod.mesh.cell
+    assert rod.mesh.symmetry is Mirror.HALF
+    assert np.count_nonzero(np.hypot(*cell.points[:, 1:].T) < 1e-9) < 2
+    held = determinate_restraints(cell)
+    assert np.abs(cell.points[held.any(axis=1), 2]).max() == 0
+    plane = plane_conditions(cell, Parity.SYMMETRIC)
+    assert np.count_nonzero(held & ~plane) == 3  # x, y, and turning about z
+    assert not free_motions(cell.points, held | plane)
+
+
+def test_it_is_in_equilibrium(rod):
+    checks = solve_speed(rod, None).checks
+    assert checks["reactions"].value < 1e-9
+    assert all(check.passed for check in checks.values())

@@ -1,0 +1,168 @@
+"""A rod with unfilleted joints: what is said of its sharp edges."""
+
+import dataclasses
+import io
+
+import gmsh
+import numpy as np
+import pytest
+from rich.console import Console
+
+from fea import analyse
+from fea.analysis.meshing import mesh_study
+from fea.output.json_file import as_dict
+from fea.output.pictures.described import described_by
+from fea.output.terminal.run import print_runs
+from fea.stress.singular import masked_nodes, singular_nodes
+from fea.study.study import MeshTable, parse_study
+from geometry.bodies.draw import draw as draw_body
+from geometry.bodies.shape import Prism, polygon
+from geometry.session import session
+from geometry.surfaces import Surface
+from mesh.creases import creases
+from mesh.generate import tetrahedralise
+from mesh.sizing import Sizing
+
+STUDY = """
+[rod]
+step = "{}.step"
+[material]
+E_GPa = 207.0
+nu = 0.3
+density_kg_m3 = 7850.0
+yield_MPa = 700.0
+[forces]
+pin_N = [20000.0, 0.0]
+[mesh]
+size_mm = 6.0
+[analysis]
+min_safety = 2.0
+"""
+LENGTH = 140.0
+
+
+def draw(occ, *, joined):
+    """A ring, a bar and a ring: fused into one solid, or three that touch."""
+    rings = [(3, occ.addCylinder(x, 0, -12, 0, 0, 24, r)) for x, r in ((0, 38), (LENGTH, 20))]
+    bar = [(3, occ.addBox(0, -7, -6, LENGTH, 14, 12))]
+    if joined:
+        solids, _ = occ.fuse(bar, rings)
+    else:
+        solids = occ.cut(bar, rings, removeTool=False)[0] + rings
+    bores = [(3, occ.addCylinder(x, 0, -12, 0, 0, 24, r)) for x, r in ((0, 26), (LENGTH, 12))]
+    for solid in solids:
+        occ.cut([solid], bores, removeTool=False)
+    occ.remove(bores, recursive=True)
+
+
+@pytest.fixture(scope="module")
+def studies(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sharp")
+    for name in ("fused", "touching"):
+        with session():
+            gmsh.model.add(name)
+            draw(gmsh.model.occ, joined=name == "fused")
+            gmsh.model.occ.synchronize()
+            gmsh.write(str(folder / f"{name}.step"))
+    return {name: parse_study(STUDY.format(name), name, folder) for name in ("fused", "touching")}
+
+
+@pytest.fixture(scope="module")
+def result(studies):
+    return analyse(studies["fused"])
+
+
+@pytest.fixture(scope="module")
+def edges(result):
+    return result.summary.results["given"].sharp_edges
+
+
+def test_the_same_edges_are_sharp_however_the_solids_are_joined_and_meshed(studies):
+    found = []
+    for name, size in (("fused", 8.0), ("touching", 8.0), ("fused", 14.0)):
+        mesh = mesh_study(dataclasses.replace(studies[name], mesh=MeshTable(size_mm=size)))
+        on = singular_nodes(mesh.cell, (), mesh.cell_creases)
+        x, y, z = mesh.cell.points[on].T
+        ring = np.minimum(abs(np.hypot(x, y) - 38), abs(np.hypot(x - LENGTH, y) - 20))
+        assert ring.max() < 1e-6
+        assert np.minimum(abs(y - 7), abs(z - 6)).max() < 1e-6
+        found.append(
+            {
+                (bool(x > 70), bool(abs(y - 7) < 1e-6), bool(abs(z - 6) < 1e-6))
+                for x, y, z in mesh.cell.points[on]
+            }
+        )
+    every = {(far, *edge) for far in (False, True) for edge in ((True, False), (False, True), (True, True))}
+    assert all(places == every for places in found)
+
+
+def test_a_facet_that_was_straightened_makes_no_sharp_edge():
+    """The facets of a coarse round turn by 45°, its faces do not turn at all."""
+    sides = polygon(
+        *(((x, y), Surface.FREE) for x, y in ((0, 0), (30, 0), (30, 10), (10, 10), (10, 30), (0, 30)))
+    )
+    with session():
+        faces = draw_body(Prism(sides, (0.0, 4.0)))
+        mesh, _ = tetrahedralise(faces, [], Sizing(5.0))
+        sharp = creases(faces, mesh)
+    assert singular_nodes(mesh, (), sharp).size == singular_nodes(mesh).size > 0
+    smooth = dataclasses.replace(sharp, nodes=sharp.nodes[:0], fold=sharp.fold[:0], label=sharp.label[:0])
+    assert not masked_nodes(mesh, (), smooth).any()
+
+
+def test_each_edge_has_its_place_and_figures(edges):
+    assert [edge.name for edge in sorted(edges, key=lambda edge: edge.safety_factor)] == [*"ABCD"][
+        : len(edges)
+    ]
+    for edge in edges:
+        _, y, z = edge.at_mm
+        assert abs(y) == pytest.approx(7, abs=1e-3) or abs(z) == pytest.approx(6, abs=1e-3)
+        assert any("cylinder of radius" in face for face in edge.between)
+        assert 89 < edge.opening_deg < 112
+        assert edge.length_mm == pytest.approx(12, rel=0.01) or 13.9 < edge.length_mm < 14.5
+        assert 0 < edge.structural_von_mises_MPa < 700
+        assert edge.safety_factor == pytest.approx(700 / edge.structural_von_mises_MPa, rel=1e-6)
+        assert edge.required_safety_factor == 2.0
+
+
+def test_the_answer_counts_the_structural_stress(result, edges):
+    case, found = result.summary.results["given"], result.summary.survival
+    least = min([case.min_safety_factor, *(edge.safety_factor for edge in edges)])
+    assert found.safety_factor == pytest.approx(least) or found.place is not None
+    assert found.required_safety_factor == 2.0
+    assert as_dict(result.summary)["results"]["given"]["sharp_edges"][0]["name"] == edges[0].name
+
+
+def test_the_terminal_says_where_what_and_which_to_use(result, edges, tmp_path):
+    console = Console(file=io.StringIO(), width=200, highlight=False)
+    print_runs([(tmp_path, result.summary)], console)
+    said = console.file.getvalue()
+    assert "the elastic stress right at the sharp edges" in said.splitlines()[0]
+    for edge in edges:
+        assert f"Sharp edge {edge.name} at (" in said
+    assert said.count("Which to use:") == 1
+    assert "Diverging:" not in said
+
+
+def test_the_picture_marks_the_edges(result, edges, tmp_path):
+    picture = described_by(result.summary, tmp_path / "given.vtu")
+    assert picture.marks == tuple((edge.name, edge.at_mm) for edge in edges)
+    assert f"sharp edge {edges[0].name}" in picture.notes[-1]
+
+
+def test_a_finer_mesh_gives_the_same_structural_stress(studies, edges):
+    finer = analyse(dataclasses.replace(studies["fused"], mesh=MeshTable(size_mm=4.0)))
+    others = {edge.between: edge for edge in finer.summary.results["given"].sharp_edges}
+    for edge in edges:
+        other = others.get(edge.between)
+        if other is None:
+            continue
+        apart = abs(other.structural_von_mises_MPa - edge.structural_von_mises_MPa)
+        bar = edge.error_percent / 100 * edge.structural_von_mises_MPa
+        assert apart < max(bar, 0.06 * edge.structural_von_mises_MPa)
+
+
+def test_a_rod_without_sharp_edges_has_none_of_it():
+    found = analyse("leon-2001", size=14).as_dict()
+    assert all("sharp_edges" not in case for case in found["results"].values())
+    assert "place" not in found["survival"]
