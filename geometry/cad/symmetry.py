@@ -12,8 +12,9 @@ from geometry.cad.edges import edge_points
 from geometry.errors import GeometryError
 from geometry.mirror import PLANE_AXIS, Mirror
 
-# Of the rod's length.
-_SLACK = 1e-5
+# Of the rod's length: for areas and centres, and for points on the edges, which lie a few micrometres beside
+# their faces in the files of some programs.
+_SLACK, _BESIDE = 1e-5, 3e-5
 # Places along each parameter of a curved face at which it is compared with its mirror image.
 _WITHIN = np.linspace(0.05, 0.95, 5)
 
@@ -107,7 +108,7 @@ def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
     image[:, 1 + axis] *= -1
     alike = (np.abs(image[:, None] - faces.measures[None]) / scale).max(axis=2) < _SLACK
     return all(
-        any(_holds(faces.tags[other], points, axis, _SLACK * length) for other in np.flatnonzero(row))
+        any(_holds(faces.tags[other], points, axis, _BESIDE * length) for other in np.flatnonzero(row))
         for points, row in zip(faces.points, alike, strict=True)
     )
 
