@@ -45,7 +45,7 @@ class RodMeshFigures(QualityFigures):
 
 
 @dataclass(frozen=True, kw_only=True)
-class BoreFigures:
+class RodBoreFigures:
     """A bore; `at_mm` is its middle as it lies in a file, null for a rod drawn from dimensions."""
 
     diameter_mm: float
@@ -100,7 +100,7 @@ class RodReport:
     least_section: SectionFigures
     slenderness: Mapping[str, float]
     mesh: RodMeshFigures
-    bores: tuple[BoreFigures, ...]
+    bores: tuple[RodBoreFigures, ...]
     unit: str | None = None
     solids: tuple[SolidFigures, ...] | None = None
     assumed: tuple[str, ...] = ()
@@ -151,16 +151,16 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
     return report, mesh.whole
 
 
-def _bores(mesh: MeshedRod) -> tuple[BoreFigures, ...]:
+def _bores(mesh: MeshedRod) -> tuple[RodBoreFigures, ...]:
     if mesh.intake is not None:
         return tuple(
-            BoreFigures(diameter_mm=bore.diameter, width_mm=bore.width, at_mm=bore.center)
+            RodBoreFigures(diameter_mm=bore.diameter, width_mm=bore.width, at_mm=bore.center)
             for bore in mesh.intake.bores
         )
     bores = mesh.bores
     return (
-        BoreFigures(diameter_mm=2 * bores.big_radius, width_mm=bores.big_width),
-        BoreFigures(diameter_mm=2 * bores.small_radius, width_mm=bores.small_width),
+        RodBoreFigures(diameter_mm=2 * bores.big_radius, width_mm=bores.big_width),
+        RodBoreFigures(diameter_mm=2 * bores.small_radius, width_mm=bores.small_width),
     )
 
 
