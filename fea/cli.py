@@ -60,6 +60,9 @@ _COMMANDS = {
     "exit code is 5 if a wrong result passes every check.",
     "view": "Draw a result: a load case, the envelope of the crank cycle, or a mode.\n\n"
     "- `fea view results/leon-2001-6000rpm/tension.vtu --field safety_factor`",
+    "export": "Write a run for another program: a CalculiX deck, or mesh and results.\n\n"
+    "- `fea export results/leon-2001-6000rpm rod.inp`: then `ccx -i rod` solves the same load cases\n"
+    "- `fea export results/leon-2001-6000rpm rod.msh`: mesh and results for gmsh (also .med, .xdmf, .vtk, …)",
     "init": "Write a study file with comments, ready to edit.\n\n"
     "It explains every key and runs as it is: `fea run study.toml`.\n\n"
     "- `fea init --engine toyota-2jz 2jz.toml`: the study of a real engine, with the source of each figure",

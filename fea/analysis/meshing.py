@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from fea.machine.clock import Clock
 from fea.rod.discretise import MeshedRod, MeshRequest, discretise
+from fea.rod.given import given_rod
 from fea.rod.load_cases import EngineLoading
 from fea.study.study import Study
 from geometry.errors import GeometryError
@@ -46,6 +47,8 @@ def mesh_study(
         coarser=coarser,
         touched=study.analysis.in_contact,
     )
+    if study.rod.mesh is not None:
+        return given_rod(study.rod.mesh, request, clock or Clock())
     return discretise(study.rod, study.materials, request, clock or Clock())
 
 

@@ -332,7 +332,7 @@ def prepare(
 
         fits = Fits.of(study.contact, mesh.bores, study.pin_stiffness)
         sharp, said = fits.sharp, fits.remarks
-    soft = soft_parts(materials, study.mesh.element)
+    soft = soft_parts(materials, Element.P1 if cell.order == 1 else Element.P2)
     if soft and options.buckling:
         nu, most = max(m.poissons_ratio for m in materials), LIMITS["poissons_ratio_p2"]
         rule = f"must not exceed {most} for --buckling, which supports displacement elements only"

@@ -55,12 +55,35 @@ def rod_mass(study: Study) -> tuple[float, MassProperties]:
     rod = study.rod
     if rod.mass is not None and rod.length is not None:
         return rod.length, rod.mass
-    solid = _drawn(rod) if rod.cad is None else apart(lambda: _drawn(rod), f"read {rod.cad.path}")
+    if rod.mesh is not None:
+        return _of_mesh(study)
+    solid = drawn_solid(rod)
     materials = study.materials(part.name for part in solid.parts)
     drawn = joined(
         [part.mass.times(material.density) for part, material in zip(solid.parts, materials, strict=True)]
     )
     return solid.bores[1].x, rod.mass or drawn
+
+
+def _of_mesh(study: Study) -> tuple[float, MassProperties]:
+    from fea.analysis.meshing import mesh_study  # noqa: PLC0415 - other rods need no mesh for their forces
+    from fea.solid.inertia import inertia  # noqa: PLC0415
+
+    found = mesh_study(study)
+    (material,) = study.materials(found.parts)
+    own = inertia(found.cell, material.density).properties
+    return found.bores.rod_length, study.rod.mass or own
+
+
+def drawn_solid(rod: RodTable) -> "Solid":
+    """Draw a rod, or read it from its CAD file, in a session of its own.
+
+    Raises
+    ------
+    InvalidValue, GeometryError
+        See `RodTable.draw`.
+    """
+    return _drawn(rod) if rod.cad is None else apart(lambda: _drawn(rod), f"read {rod.cad.path}")
 
 
 def _drawn(rod: RodTable) -> "Solid":

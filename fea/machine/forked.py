@@ -6,6 +6,7 @@ import pickle
 import signal
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import IO, Any, TypeVar
 
 from geometry.errors import GeometryError
@@ -19,7 +20,13 @@ SECONDS = 60.0
 _parent: IO[bytes] | None = None
 
 
-def apart(job: Callable[[], Result], what: str, listener: Callable[[str], None] | None = None) -> Result:
+def apart(
+    job: Callable[[], Result],
+    what: str,
+    listener: Callable[[str], None] | None = None,
+    *,
+    who: str = "the CAD kernel",
+) -> Result:
     """Return the result of `job` from a forked copy of this process, or raise the error raised there.
 
     The CAD kernel follows references in a file without checking them, and tries to heal and mesh impossible
@@ -34,6 +41,8 @@ def apart(job: Callable[[], Result], what: str, listener: Callable[[str], None] 
         What it does, in words, for the message.
     listener
         Told what the job passes to `say`.
+    who
+        Which library does it, for the message.
 
     Raises
     ------
@@ -64,7 +73,7 @@ def apart(job: Callable[[], Result], what: str, listener: Callable[[str], None] 
                 os.waitpid(child, 0)
         raise
     if status:
-        raise _death(status, usage.ru_utime + usage.ru_stime, what, told)
+        raise _death(status, usage.ru_utime + usage.ru_stime, f"{who} could not {what}", told)
     result, error = outcome
     if error is not None:
         raise error
@@ -75,6 +84,20 @@ def allow(seconds: float) -> None:
     """Allow a job that runs in a copy this much processor time from now on; otherwise do nothing."""
     if _parent is not None:
         signal.setitimer(signal.ITIMER_PROF, seconds)
+
+
+def allow_memory(more: int) -> None:
+    """Allow a job that runs in a copy this many further bytes, beyond which it gets a `MemoryError`."""
+    if _parent is None or not sys.platform.startswith("linux"):
+        return
+    import resource  # noqa: PLC0415 - not on Windows
+
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    most = pages * resource.getpagesize() + more
+    resource.setrlimit(
+        resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard)
+    )
 
 
 def say(what: str) -> None:
@@ -106,10 +129,7 @@ def _death(status: int, seconds: float, what: str, told: str) -> BaseException:
         how = f"it did not finish within {seconds:.3g} s of processor time{f', while {told}' if told else ''}"
     else:
         how = f"it crashed ({signal.Signals(os.WTERMSIG(status)).name})"
-    return GeometryError(
-        f"the CAD kernel could not {what}: {how}. The file may be damaged: export it again, with the rod "
-        "alone"
-    )
+    return GeometryError(f"{what}: {how}. The file may be damaged: export it again, with the rod alone")
 
 
 def _attempt(job: Callable[[], Any], write: int) -> None:

@@ -1,6 +1,7 @@
-"""A meshed load case as an input deck for CalculiX and Abaqus; meshio writes only its mesh."""
+"""Meshed load cases as an input deck for CalculiX and Abaqus; meshio writes only a mesh."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -8,13 +9,37 @@ import numpy.typing as npt
 
 from fea.material import Material
 from fea.output.text import write_text
-from geometry.arrays import Floats
-from mesh.tetmesh import TetMesh
+from geometry.arrays import Floats, Ints
+from mesh.tetmesh import FACES, TetMesh
 
 # The ten-node tetrahedron numbers its mid-edge nodes as VTK does, so the order of the nodes does not change.
 _ELEMENT = {1: "C3D4", 2: "C3D10"}
 _PER_LINE = 8
-_HEADING = ("*HEADING", "static load case", "** mm, N, MPa, t")
+_UNITS = "** mm, N, MPa, t"
+# The decks' number of each face of `FACES`: S1 has the vertices 1-2-3, S2 1-4-2, S3 2-4-3, S4 3-4-1.
+_FACE_NUMBER = np.array([1, 2, 4, 3])
+
+
+@dataclass(frozen=True)
+class Step:
+    """One linear static load case.
+
+    Attributes
+    ----------
+    title
+        For the comment above it.
+    forces
+        (n_nodes, 3) nodal forces, N: pressures and body forces together.
+    fixed
+        (n_nodes, 3) the constrained degrees of freedom.
+    held_at
+        (n_nodes, 3) mm, the displacement of those; None for none.
+    """
+
+    title: str
+    forces: Floats
+    fixed: npt.NDArray[np.bool_]
+    held_at: Floats | None = None
 
 
 def write_inp(
@@ -26,21 +51,38 @@ def write_inp(
 ) -> None:
     """Write one linear static load case; `ccx -i NAME` solves it, NAME being the path without ``.inp``.
 
+    Parameters and errors are those of `write_deck` and `Step`.
+    """
+    write_deck(
+        path, mesh, {"material": material}, [Step("static load case", forces, fixed)], ["static load case"]
+    )
+
+
+def write_deck(
+    path: Path,
+    mesh: TetMesh,
+    materials: Mapping[str, Material],
+    steps: Sequence[Step],
+    heading: Iterable[str],
+) -> None:
+    """Write load cases as the steps of a deck; `ccx -i NAME` solves it, NAME being the path without ``.inp``.
+
     Lengths are in mm, forces in N, stresses in MPa, masses in t. The body force stands in the nodal forces:
-    the deck needs no motion. Asked for are displacements and nodal stresses.
+    the deck needs no motion. Every step replaces the loads of the one before. Asked for are displacements and
+    nodal stresses.
 
     Parameters
     ----------
     path
         The file to write; its directory exists.
     mesh
-        The mesh the case is solved on; each surface becomes a node set of its name.
-    material
-        Of every element.
-    forces
-        (n_nodes, 3) nodal forces, N.
-    fixed
-        (n_nodes, 3) the constrained degrees of freedom.
+        The mesh the cases are solved on; each surface becomes a node set and an element surface of its name.
+    materials
+        Of each part, by its name; each becomes an element set.
+    steps
+        The load cases.
+    heading
+        Lines of the title.
 
     Raises
     ------
@@ -49,15 +91,19 @@ def write_inp(
     StorageError
         The file could not be written.
     """
-    for name, values in (("forces", forces), ("fixed", fixed)):
-        if values.shape != mesh.points.shape:
-            raise ValueError(f"{name} has shape {values.shape}: it must have {mesh.points.shape}.")
+    for step in steps:
+        for name, values in (("forces", step.forces), ("fixed", step.fixed)):
+            if values.shape != mesh.points.shape:
+                raise ValueError(f"{name} has shape {values.shape}: it must have {mesh.points.shape}.")
     lines = [
-        *_HEADING,
+        "*HEADING",
+        *heading,
+        _UNITS,
         *_mesh(mesh),
         *_node_sets(mesh),
-        *_material(material),
-        *_step(forces, fixed),
+        *_surfaces(mesh),
+        *_sections(mesh, materials),
+        *(line for step in steps for line in _step(step, several=len(steps) > 1)),
     ]
     write_text(path, "\n".join(lines) + "\n")
 
@@ -76,33 +122,72 @@ def _mesh(mesh: TetMesh) -> Iterator[str]:
 
 def _node_sets(mesh: TetMesh) -> Iterator[str]:
     for surface, facets in mesh.facets.items():
+        if facets.size:
+            yield f"*NSET, NSET={surface.name}"
+            yield from _rows((np.unique(facets) + 1).tolist())
+
+
+def _rows(numbers: Sequence[int]) -> Iterator[str]:
+    for start in range(0, len(numbers), _PER_LINE):
+        yield ",".join(map(str, numbers[start : start + _PER_LINE]))
+
+
+def _surfaces(mesh: TetMesh) -> Iterator[str]:
+    """Faces of elements, on which pressures can be given."""
+    faces = np.sort(mesh.tets[:, FACES].reshape(-1, 3), axis=1)
+    keys = _keys(faces, len(mesh.points))
+    order = np.argsort(keys)
+    for surface, facets in mesh.facets.items():
         if not facets.size:
             continue
-        nodes = (np.unique(facets) + 1).tolist()
-        yield f"*NSET, NSET={surface.name}"
-        for start in range(0, len(nodes), _PER_LINE):
-            yield ",".join(map(str, nodes[start : start + _PER_LINE]))
+        found = order[np.searchsorted(keys[order], _keys(np.sort(facets[:, :3], axis=1), len(mesh.points)))]
+        yield f"*SURFACE, NAME={surface.name}_FACES, TYPE=ELEMENT"
+        element, face = np.divmod(found, len(FACES))
+        numbers = zip((element + 1).tolist(), _FACE_NUMBER[face].tolist(), strict=True)
+        yield from (f"{n},S{number}" for n, number in numbers)
 
 
-def _material(material: Material) -> Iterator[str]:
-    yield "*MATERIAL, NAME=MATERIAL"
-    yield "*ELASTIC"
-    yield f"{material.youngs_modulus:.12g},{material.poissons_ratio:.12g}"
-    yield "*DENSITY"
-    yield f"{material.density:.12g}"
-    yield "*SOLID SECTION, ELSET=EALL, MATERIAL=MATERIAL"
+def _keys(faces: Ints, n_points: int) -> Ints:
+    return np.asarray((faces[:, 0] * n_points + faces[:, 1]) * n_points + faces[:, 2])
 
 
-def _step(forces: Floats, fixed: npt.NDArray[np.bool_]) -> Iterator[str]:
+def _sections(mesh: TetMesh, materials: Mapping[str, Material]) -> Iterator[str]:
+    for number, (part, material) in enumerate(materials.items()):
+        name, elements = _set_name(part), "EALL"
+        if mesh.part is not None:
+            elements = f"E_{name}"
+            yield f"*ELSET, ELSET={elements}"
+            yield from _rows((np.flatnonzero(mesh.part == number) + 1).tolist())
+        yield f"*MATERIAL, NAME={name}"
+        yield "*ELASTIC"
+        yield f"{material.youngs_modulus:.12g},{material.poissons_ratio:.12g}"
+        yield "*DENSITY"
+        yield f"{material.density:.12g}"
+        yield f"*SOLID SECTION, ELSET={elements}, MATERIAL={name}"
+
+
+def _set_name(part: str) -> str:
+    """A part's name as decks allow it: capital letters, digits and underscores."""
+    letters = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in part.upper())
+    return letters[:40] or "PART"
+
+
+def _step(step: Step, *, several: bool) -> Iterator[str]:
+    new = ", OP=NEW" if several else ""
+    if several:
+        yield f"** {step.title}"
     yield "*STEP"
     yield "*STATIC"
-    if fixed.any():
-        yield "*BOUNDARY"
-        yield from (f"{node + 1},{axis + 1},{axis + 1}" for node, axis in np.argwhere(fixed).tolist())
-    loaded = np.argwhere(forces)
+    if step.fixed.any():
+        yield f"*BOUNDARY{new}"
+        held = np.zeros_like(step.forces) if step.held_at is None else step.held_at
+        for node, axis in np.argwhere(step.fixed).tolist():
+            value = f",{held[node, axis]:.12e}" if held[node, axis] else ""
+            yield f"{node + 1},{axis + 1},{axis + 1}{value}"
+    loaded = np.argwhere(step.forces)
     if len(loaded):
-        yield "*CLOAD"
-        values = forces[loaded[:, 0], loaded[:, 1]].tolist()
+        yield f"*CLOAD{new}"
+        values = step.forces[loaded[:, 0], loaded[:, 1]].tolist()
         yield from (
             f"{node + 1},{axis + 1},{value:.12e}"
             for (node, axis), value in zip(loaded.tolist(), values, strict=True)

@@ -60,6 +60,8 @@ class Meshing:
         Of gmsh.
     follows_errors
         Whether errors of solutions set the sizes.
+    given
+        Of a mesh from a file, what a reader must know of it; empty for a mesh of our own.
     """
 
     size: float
@@ -67,13 +69,14 @@ class Meshing:
     repair: Repair
     warnings: tuple[str, ...]
     follows_errors: bool = False
+    given: tuple[str, ...] = ()
 
     def notes(self, rod_length: float) -> tuple[str, ...]:
         """Return what a reader must know of the mesh: coarse elements, repairs, warnings of gmsh."""
         coarser = self.size / default_size(rod_length)
         count = self.quality.straightened
-        notes = []
-        if coarser > 1.01 and not self.follows_errors:
+        notes = [*self.given]
+        if coarser > 1.01 and not self.follows_errors and not self.given:
             notes.append(
                 f"elements of {self.size:g} mm are {coarser:.2g} times the default size: with only "
                 f"{PER_ARC / coarser:.1f} of them along a fillet's arc, peak stresses may be too low"

@@ -61,7 +61,10 @@ def determinate_restraints(mesh: TetMesh) -> Mask:
     level = np.flatnonzero(np.abs(z) <= np.abs(z).min() + 1e-9)
     slope = (y[b] - y[a]) / (x[b] - x[a])
     slope = slope if abs(slope) > _ALONG else 0.0
-    c = level[np.abs(y[level] - y[a] - slope * (x[level] - x[a])).argmax()]
+    off = np.abs(y - y[a] - slope * (x - x[a]))
+    c = level[off[level].argmax()]
+    if Surface.SYMMETRY_Z not in mesh.facets and off[c] < np.ptp(y) / 8:  # few nodes on z = 0, near AB perhaps
+        c = off.argmax()
     held[a] = True
     held[b, 1:] = True
     held[c, 2] = True
@@ -69,14 +72,14 @@ def determinate_restraints(mesh: TetMesh) -> Mask:
 
 
 def _on_axis(mesh: TetMesh) -> Ints:
-    """Nodes on the rod's axis, or, where there are fewer than two, on all mirror planes the mesh is cut at.
+    """Nodes on the rod's axis, or, where these do not span half of it, on all mirror planes of the cell.
 
     A held node must lie on every mirror plane, where its reaction has the plane's symmetry: elsewhere the
     plane's own conditions and the restraint would hold the rod twice.
     """
-    _, y, z = mesh.points.T
+    x, y, z = mesh.points.T
     axial = np.flatnonzero(np.hypot(np.abs(y), np.abs(z)) <= np.hypot(y, z).min() + 1e-9)
-    if axial.size > 1:
+    if np.ptp(x[axial]) > np.ptp(x) / 2:
         return axial
     planes = [np.unique(mesh.facets[plane]) for plane in PLANE_AXIS if plane in mesh.facets]
     return reduce(np.intersect1d, planes, np.arange(len(y)))

@@ -1,4 +1,4 @@
-"""[rod]: a preset, dimensions, a CAD file, or mass properties alone (for the dynamics)."""
+"""[rod]: a preset, dimensions, a CAD file, a mesh, or mass properties alone (for the dynamics)."""
 
 import dataclasses
 import math
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fea.study.mesh_file import MeshFile, is_mesh, read_mesh_file
 from fea.study.paths import is_file, located
 from fea.study.tables import checked, nearest, unknown_key
 from fea.units import KG, KG_M2
@@ -32,14 +33,14 @@ _FILE_OPTIONS: Mapping[str, Any] = {"unit": str, "solids": tuple[str, ...], "cap
 _OTHERS: Mapping[str, Any] = {
     **dict.fromkeys(_MASS_KEYS, float),
     "preset": str,
-    **dict.fromkeys(_FILES, str),
+    **dict.fromkeys((*_FILES, "mesh"), str),
     **_FILE_OPTIONS,
 }
 
 
 @dataclass(frozen=True)
 class RodTable:
-    """The rod of a study: dimensions, a CAD file, or its mass properties alone.
+    """The rod of a study: dimensions, a CAD file, a mesh, or its mass properties alone.
 
     Attributes
     ----------
@@ -50,13 +51,21 @@ class RodTable:
     mass
         Given mass properties, used for the dynamics of `fea loads`.
     length
-        Distance of the bores' centres, mm; None for a CAD file, whose solid must be measured.
+        Distance of the bores' centres, mm; None for a CAD file or a mesh, which must be measured.
+    mesh
+        The mesh that it comes from.
     """
 
     dimensions: Rod | None
     cad: CadFile | None
     mass: MassProperties | None
     length: float | None
+    mesh: MeshFile | None = None
+
+    @property
+    def from_file(self) -> bool:
+        """Whether a solid or a mesh is read from a file."""
+        return self.cad is not None or self.mesh is not None
 
     def draw(self, tell: Callable[[str], None] = lambda _stage: None) -> "Solid":
         """Draw the smallest mirror cell in the open gmsh session.
@@ -93,6 +102,10 @@ class RodTable:
                 rule = "is an imported solid: it has no dimensions to fit or to export again"
                 remedy = "Use a rod given by dimensions or a preset."
                 raise InvalidValue(f"rod.{_key_of(self.cad)}", str(self.cad.path), rule, remedy)
+            if self.mesh is not None:
+                rule = "is a mesh: it has no dimensions to fit or to export as a solid"
+                remedy = "Use a rod given by dimensions or a preset."
+                raise InvalidValue("rod.mesh", str(self.mesh.path), rule, remedy)
             remedy = "Add big_end_bore_mm and small_end_bore_mm to length_mm, or give a preset."
             rule = "gives no dimensions, so no solid can be made"
             raise InvalidValue("[rod]", "mass properties only", rule, remedy)
@@ -142,6 +155,8 @@ class RodTable:
         entries: dict[str, Any] = {}
         if self.cad is not None:
             entries |= _cad_entries(self.cad)
+        elif self.mesh is not None:
+            entries |= self.mesh.as_dict()
         elif self.dimensions is not None:
             for field in dataclasses.fields(self.dimensions):
                 value = getattr(self.dimensions, field.name)
@@ -233,6 +248,8 @@ def read_rod(raw: object, folder: Path) -> RodTable:
     """
     if not isinstance(raw, Mapping):
         raise InvalidValue("rod", raw, "must be a table, [rod]")
+    if "mesh" in raw:
+        return RodTable(None, None, _mass(raw), None, read_mesh_file(raw, folder))
     given = _dimensions({key: value for key, value in raw.items() if key not in _OTHERS}, list(_OTHERS))
     mass = _mass(raw)
     for key in _FILES:
@@ -258,7 +275,9 @@ def read_rod(raw: object, folder: Path) -> RodTable:
 
 
 def rod_of_file(path: Path) -> RodTable:
-    """Return the rod of a CAD file about which nothing else is said."""
+    """Return the rod of a CAD or mesh file about which nothing else is said."""
+    if is_mesh(path):
+        return RodTable(None, None, None, None, MeshFile(path))
     return RodTable(None, CadFile(path), None, None)
 
 

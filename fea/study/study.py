@@ -179,6 +179,8 @@ class Study:
         for part, table in self.part_material.items():
             table.stiffness() if part in PINS else table.material()
         self.speed.speeds()
+        if self.rod.mesh is not None:
+            self._require_no_remeshing()
         if self.output.directory is not None:
             located("output.directory", self.output.directory, self.folder)
         if self.output.animate is not None:
@@ -190,6 +192,17 @@ class Study:
             rule = "cannot be used with [forces], which have no crank cycle"
             require(not self.analysis.cycle, "analysis.cycle", "true", rule, "Give an [engine] instead.")
             self.forces.pin()
+
+    def _require_no_remeshing(self) -> None:
+        """Refuse what only a mesh of our own can have: another element size, refinement, a mirror cell."""
+        rule = "cannot be combined with rod.mesh: a mesh from a file is solved as it is, without refinement"
+        remedy = "Leave it out; for other elements give the solid as rod.step, or a finer mesh."
+        size, tolerance, symmetry = self.mesh.size_mm, self.analysis.tolerance_percent, self.analysis.symmetry
+        require(size is None, "mesh.size_mm", size, rule, remedy)
+        require(not tolerance, "analysis.tolerance_percent", tolerance, rule, remedy)
+        whole = symmetry in (Symmetry.AUTO, Symmetry.NONE)
+        rule = "cannot be combined with rod.mesh: a mesh from a file is solved as a whole"
+        require(whole, "analysis.symmetry", symmetry, rule, "Leave it out.")
 
     def require_loading(self) -> None:
         """Refuse a study in which nothing loads the rod, or nothing balances the load.
@@ -229,9 +242,11 @@ class Study:
         """Error bar, percent, to which the mesh is refined; None where it is made once.
 
         Without a value, the tolerance is `CONVERGED_PERCENT`, unless an element size or first-order elements
-        are asked for: that is the mesh that is wanted.
+        are asked for: that is the mesh that is wanted. A mesh from a file is never refined.
         """
         given, mesh = self.analysis.tolerance_percent, self.mesh
+        if self.rod.mesh is not None:
+            return None
         if given is None and mesh.size_mm is None and mesh.element is Element.P2:
             return CONVERGED_PERCENT
         return given or None
@@ -317,6 +332,7 @@ class Study:
             if name == "speed" and self.engine is not None and self.speed.rpm is None:
                 table = SpeedTable(self.engine_speeds(self.engine)[0])
             unused = {"speed": self.engine is None, "contact": not self.analysis.in_contact}
+            unused["mesh"] = self.rod.mesh is not None
             if table is not None and not unused.get(name):
                 tables[name] = entries_of(table.resolved() if name == "engine" else table)
         return tables

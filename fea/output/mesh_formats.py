@@ -1,0 +1,174 @@
+"""Write a meshed rod and its results in the formats of other programs, through meshio."""
+
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.output.errors import StorageError
+from geometry.arrays import Ints
+from mesh.faces import boundary_facets
+from mesh.tetmesh import TetMesh
+
+Array = npt.NDArray[Any]
+# Rows of the six components XX YY ZZ XY YZ XZ in a full tensor, row by row: gmsh takes nine.
+_FULL = [0, 3, 5, 3, 1, 4, 5, 4, 2]
+_ORDER_OF_MIDDLES = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]
+
+
+@dataclass(frozen=True)
+class Format:
+    """What a format carries.
+
+    Attributes
+    ----------
+    module
+        meshio's module that writes it.
+    points, cells
+        Whether it takes arrays of the nodes, and of the elements.
+    surfaces
+        Whether it takes the named surfaces, as triangles.
+    skin
+        Whether it is of triangles only.
+    options
+        For meshio.
+    """
+
+    module: str
+    points: bool = False
+    cells: bool = False
+    surfaces: bool = False
+    skin: bool = False
+    options: Mapping[str, Any] | None = None
+
+    @property
+    def without(self) -> str:
+        """What it cannot carry, in words; empty for nothing."""
+        if self.skin:
+            return "the solid elements and the results: the file holds the boundary as flat triangles"
+        if not self.points:
+            return "the results and the names of the bores: the file holds the mesh only"
+        left = [] if self.cells else ["the arrays of the elements"]
+        return " and ".join([*left, *([] if self.surfaces else ["the names of the bores"])])
+
+
+FORMATS = {
+    ".vtu": Format("vtu", points=True, cells=True),
+    ".vtk": Format("vtk", points=True, cells=True),
+    ".xdmf": Format("xdmf", points=True, cells=True),
+    ".msh": Format("gmsh", points=True, surfaces=True, options={"fmt_version": "2.2", "binary": True}),
+    ".med": Format("med", points=True, surfaces=True),
+    ".bdf": Format("nastran"),
+    ".nas": Format("nastran"),
+    ".mesh": Format("medit"),
+    ".stl": Format("stl", skin=True),
+    ".ply": Format("ply", skin=True),
+}
+
+
+def write_mesh(
+    path: Path, mesh: TetMesh, point_data: Mapping[str, Array], cell_data: Mapping[str, Array]
+) -> tuple[Path, ...]:
+    """Write a mesh with as much of its results as the format carries (see `Format.without`).
+
+    Parameters
+    ----------
+    path
+        Its suffix is one of `FORMATS`; the directory exists.
+    mesh
+        Tetrahedra, mm.
+    point_data, cell_data
+        Arrays of the nodes and of the elements by name.
+
+    Returns
+    -------
+    tuple[Path, …]
+        The files written: XDMF keeps its numbers in a second one, ``.h5``.
+
+    Raises
+    ------
+    StorageError
+        The disk or a permission refused, or an installed library lacks.
+    """
+    form = FORMATS[path.suffix.lower()]
+    try:
+        write = import_module(f"meshio.{form.module}").write
+        with tempfile.TemporaryDirectory(dir=path.parent, prefix=".export-") as scratch:
+            place = Path(scratch) / path.name
+            write(str(place), _content(form, mesh, point_data, cell_data), **dict(form.options or {}))
+            made = sorted(Path(scratch).iterdir())
+            for file in made:
+                file.replace(path.parent / file.name)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise StorageError(f"{path} could not be written: {reason}. Choose another path.") from error
+    except ImportError as error:
+        remedy = f"Type: pip install {error.name}" if error.name else "Install it"
+        raise StorageError(f"{path} could not be written: {error}. {remedy}") from error
+    return tuple(path.parent / file.name for file in made)
+
+
+def _content(
+    form: Format, mesh: TetMesh, point_data: Mapping[str, Array], cell_data: Mapping[str, Array]
+) -> Any:
+    from meshio import Mesh  # noqa: PLC0415 - only an export needs it
+
+    if form.skin:
+        return Mesh(*_skin(mesh))
+    kind = "tetra" if mesh.order == 1 else "tetra10"
+    if form.module == "nastran":
+        return Mesh(_ten_digits(mesh.points), [(kind, mesh.tets)])
+    points = {name: _wide(values) if form.module == "gmsh" else values for name, values in point_data.items()}
+    if not form.surfaces or not mesh.facets:
+        return Mesh(
+            mesh.points,
+            [(kind, mesh.tets)],
+            point_data=points if form.points else {},
+            cell_data={name: [values] for name, values in cell_data.items()} if form.cells else {},
+        )
+    return _with_surfaces(form, kind, mesh, points)
+
+
+def _with_surfaces(form: Format, kind: str, mesh: TetMesh, points: Mapping[str, Array]) -> Any:
+    """The mesh with one number for the solid, and one for each named surface."""
+    from meshio import Mesh  # noqa: PLC0415
+
+    names = list(mesh.facets)
+    triangles = np.concatenate([mesh.facets[name] for name in names])
+    marks = np.repeat(np.arange(1, len(names) + 1), [len(mesh.facets[name]) for name in names])
+    cells = [(f"triangle{'' if mesh.order == 1 else '6'}", triangles), (kind, mesh.tets)]
+    solid = np.full(len(mesh.tets), len(names) + 1)
+    if form.module == "gmsh":
+        marked = {f"gmsh:{what}": [marks, solid] for what in ("physical", "geometrical")}
+        named = {name.value: np.array([number, 2]) for number, name in enumerate(names, start=1)}
+        named |= {"rod": np.array([len(names) + 1, 3])}
+        return Mesh(mesh.points, cells, point_data=points, cell_data=marked, field_data=named)
+    made = Mesh(mesh.points, cells, point_data=points, cell_data={"cell_tags": [-marks, -solid]})
+    tags = [*(name.value for name in names), "rod"]
+    made.cell_tags = {-number: [name] for number, name in enumerate(tags, start=1)}
+    return made
+
+
+def _ten_digits(points: Array) -> Array:
+    """Coordinates as Nastran's fields of sixteen letters hold them, with a sign and one digit of exponent."""
+    short = [float(f"{x:.10e}") if abs(x) > 1e-9 else 0.0 for x in points.ravel().tolist()]
+    return np.reshape(short, points.shape)
+
+
+def _wide(values: Array) -> Array:
+    """Symmetric tensors as nine components."""
+    return np.asarray(values[:, _FULL]) if values.ndim == 2 and values.shape[1] == 6 else values
+
+
+def _skin(mesh: TetMesh) -> tuple[Array, list[tuple[str, Ints]]]:
+    """Boundary as flat triangles: points, cells."""
+    facets = boundary_facets(mesh.tets)
+    if mesh.order == 2:
+        facets = facets[:, _ORDER_OF_MIDDLES].reshape(-1, 3)
+    used, local = np.unique(facets, return_inverse=True)
+    return mesh.points[used], [("triangle", local.reshape(-1, 3))]

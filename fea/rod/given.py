@@ -1,0 +1,115 @@
+"""The rod of a study whose mesh comes from a file."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fea.choices import Element
+from fea.machine.clock import Clock
+from fea.machine.forked import SECONDS, allow, allow_memory, apart
+from fea.rod.bores import Bores
+from fea.rod.discretise import MeshedRod, Meshing, MeshRequest
+from fea.solid.enclosed import enclosed_volume
+from fea.solid.integration import volume_points
+from fea.study.mesh_file import LARGEST_MESH_FILE, MeshFile
+from fea.study.paths import require_size
+from geometry.faces import Bore
+from geometry.invalid import InvalidValue, require
+from geometry.mirror import Mirror
+from mesh.errors import MeshError
+from mesh.given import GivenMesh, mean_edge
+from mesh.mirror import unmirrored
+from mesh.quality import measure
+from mesh.repair import NOTHING
+from mesh.tetmesh import TetMesh
+
+PART = "rod"
+# Bytes that are read within a second, with room to spare; memory, bytes, for any file, and per byte of it:
+# numbers as text take more of it than in the file.
+_READING = 1e6
+_MEMORY, _MEMORY_RATIO = 2 * 2**30, 24
+_FIXED = (
+    "the mesh comes from a file and was not refined: where an error bar is too wide, only a finer mesh or "
+    "the solid itself (rod.step) can narrow it"
+)
+_STIFF = "four-node tetrahedra are too stiff in bending: ten-node ones (C3D10) give far smaller errors"
+
+
+def given_rod(file: MeshFile, request: MeshRequest, clock: Clock) -> MeshedRod:
+    """Read the mesh of a rod and name its bores; it is solved as a whole.
+
+    Parameters
+    ----------
+    file
+        The mesh.
+    request
+        Its order is that of the study: first order cannot be had from a second-order mesh.
+    clock
+        Times the stage ``mesh``.
+
+    Raises
+    ------
+    InvalidValue
+        The file is too large or cannot be read, or the study asks for another order.
+    MeshError
+        The mesh is damaged or cannot be used, or its bores cannot be identified.
+    """
+    with clock("mesh"):
+        try:
+            require_size("rod.mesh", file.path, LARGEST_MESH_FILE)
+            given = apart(lambda: _read(file), f"read {file.path}", "the mesh reader")
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise InvalidValue("rod.mesh", str(file.path), f"cannot be read ({reason})") from error
+        rule, remedy = "is not the order of the mesh, whose tetrahedra have ten nodes", "Leave it out."
+        require(request.order >= given.mesh.order, "mesh.element", Element.P1, rule, remedy)
+        return _meshed(given)
+
+
+def _read(file: MeshFile) -> GivenMesh:
+    from mesh.given import given_mesh  # noqa: PLC0415 - loaded in the copy of the process that reads
+
+    size = file.path.stat().st_size
+    allow(SECONDS + size / _READING)
+    memory = _MEMORY + _MEMORY_RATIO * size
+    allow_memory(memory)
+    try:
+        return given_mesh(file.path, file.named, file.scale)
+    except MemoryError as error:
+        message = f"{file.path} needs more than {memory / 2**30:.1f} GiB to read. Use a coarser mesh"
+        raise MeshError(message) from error
+
+
+def _meshed(given: GivenMesh) -> MeshedRod:
+    notes = (*given.notes, _FIXED, *([_STIFF] if given.mesh.order == 1 else []))
+    found = meshed_rod(given.mesh, given.bores, [PART])
+    return replace(found, meshing=Meshing(given.size, given.quality, NOTHING, (), given=notes))
+
+
+def meshed_rod(mesh: TetMesh, bores: tuple[Bore, Bore], parts: Sequence[str]) -> MeshedRod:
+    """Return a mesh that is there already as a rod that is solved as a whole.
+
+    Parameters
+    ----------
+    mesh
+        In the rod's frame, its bores named.
+    bores
+        Of the big and the small end.
+    parts
+        Names of the parts, in the order of their numbers.
+    """
+    whole = unmirrored(mesh)
+    volumes = [enclosed_volume(mesh)]
+    if mesh.part is not None:
+        volumes = np.bincount(mesh.part, volume_points(mesh)[1].sum(axis=1)).tolist()
+    return MeshedRod(
+        cell=mesh,
+        mirrored=whole,
+        drawn=mesh,
+        drawn_node=whole.source,
+        bores=Bores.of(bores),
+        parts=dict(zip(parts, volumes, strict=True)),
+        symmetry=Mirror.NONE,
+        meshing=Meshing(mean_edge(mesh), measure(mesh), NOTHING, ()),
+    )

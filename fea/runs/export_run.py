@@ -1,0 +1,160 @@
+"""The job behind `fea export`: a run in the format of another program."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fea.analysis.prepare import PreparedRod, prepare
+from fea.output.inp import Step, write_deck
+from fea.output.left_run import LeftRun, read_run
+from fea.output.mesh_formats import FORMATS, write_mesh
+from fea.output.target import require_target
+from fea.rod.given import PART, meshed_rod
+from fea.solid.supports import clamped, determinate_restraints
+from fea.study.contact_table import PINS
+from fea.study.study import Study, load_study
+from geometry.invalid import InvalidValue, require
+from geometry.surfaces import Surface
+from loads.cases import LoadCase
+from mesh.errors import MeshError
+from mesh.given import named_mesh
+
+SUFFIXES = (".inp", *FORMATS)
+# Largest relative difference between the forces of a run and those worked out again for its deck.
+_SAME_FORCES = 1e-6
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What was written.
+
+    Attributes
+    ----------
+    files
+        Where.
+    notes
+        What the format does not carry, and what a reader must know of the file.
+    """
+
+    files: tuple[Path, ...]
+    notes: tuple[str, ...]
+
+
+def export_run(folder: Path, file: Path) -> Exported:
+    """Write the mesh of a run with its loads or its results.
+
+    Parameters
+    ----------
+    folder
+        Of a run at one speed.
+    file
+        Its suffix chooses the format: ``.inp`` is a deck of all load cases for CalculiX and Abaqus, the
+        others hold the mesh with the results as far as the format carries them.
+
+    Raises
+    ------
+    InvalidValue
+        The folder is not that of a run, or the file cannot be written there.
+    MeshError
+        The bores of the run's mesh were not found, which a deck needs.
+    StorageError
+        The disk, a permission or a missing library prevents writing.
+    """
+    require_target("FILE", file, SUFFIXES)
+    own = file.resolve().parent == folder.resolve()
+    rule = "is inside the folder of the run, whose files are never mixed with others"
+    require(not own, "FILE", str(file), rule, "Name a file in another folder.")
+    run = read_run(folder)
+    return _deck(run, file) if file.suffix.lower() == ".inp" else _results(run, file)
+
+
+def _results(run: LeftRun, file: Path) -> Exported:
+    form = FORMATS[file.suffix.lower()]
+    mesh, notes = run.mesh, []
+    if form.surfaces:
+        try:
+            mesh, _ = named_mesh(run.mesh, (None, None))
+        except MeshError as error:
+            notes.append(f"the surfaces have no names, because {error}")
+    points = {
+        f"{case}_{name}": values for case, own in run.cases.items() for name, values in own.point.items()
+    }
+    cells = {f"{case}_{name}": values for case, own in run.cases.items() for name, values in own.cell.items()}
+    files = write_mesh(file, mesh, points, cells)
+    if form.without:
+        notes.append(f"{file.suffix.lower()} does not carry {form.without}")
+    return Exported(files, tuple(notes))
+
+
+def _deck(run: LeftRun, file: Path) -> Exported:
+    study = load_study(run.study)
+    rod = _prepared(run, study)
+    rpm = study.speeds()[0]
+    cases = {case.name: case for case in rod.loading.at(rod.mass, rpm).cases}
+    _require_same_loads(run, cases)
+    steps = [_step(run, rod, case) for case in cases.values()]
+    materials = dict(zip(rod.mesh.parts, rod.materials, strict=True))
+    heading = [f"{run.summary['study']}{'' if rpm is None else f' at {rpm:g} rpm'}: one step per load case"]
+    write_deck(file, rod.mesh.whole, materials, steps, heading)
+    return Exported((file,), tuple(_deck_notes(rod)))
+
+
+def _deck_notes(rod: PreparedRod) -> list[str]:
+    notes = [
+        "pressures and inertia are nodal forces (*CLOAD); three nodes are held at the run's displacement, so "
+        "that displacements agree"
+        if not rod.clamped
+        else "pressures and inertia are nodal forces (*CLOAD); the big-end bore is held"
+    ]
+    if rod.soft:
+        notes.append(
+            "a part is nearly incompressible: the run solves it with a pressure field, which C3D10 elements "
+            "lack, so that results of the deck differ there"
+        )
+    return notes
+
+
+def _prepared(run: LeftRun, study: Study) -> PreparedRod:
+    """The run's own mesh, ready to be loaded as the run was."""
+    dimensions = study.rod.dimensions
+    known = (None, None) if dimensions is None else (dimensions.big_end_bore, dimensions.small_end_bore)
+    mesh, bores = named_mesh(run.mesh, known)
+    names = _part_names(study, 1 if mesh.part is None else int(mesh.part.max()) + 1)
+    return prepare(study, mesh=meshed_rod(mesh, bores, names))
+
+
+def _part_names(study: Study, count: int) -> Sequence[str]:
+    """Names of the parts in the order of their numbers."""
+    if count == 1:
+        return [next(iter(sorted(study.part_material.keys() - PINS)), PART)]
+    if study.rod.step is None:
+        return ["rod", "bushing"]
+    from fea.analysis.study_forces import drawn_solid  # noqa: PLC0415 - only several parts need their solid
+
+    return [part.name for part in drawn_solid(study.rod).parts]
+
+
+def _require_same_loads(run: LeftRun, cases: dict[str, LoadCase]) -> None:
+    """Refuse a deck whose loads are not those of the run."""
+    remedy = "Repeat the run: fea run study.toml."
+    told = run.summary["loads"]
+    rule = f"holds the cases {', '.join(told)}, but its study gives {', '.join(cases)}"
+    require(set(told) == set(cases), "RUN", str(run.folder), rule, remedy)
+    for name, case in cases.items():
+        then = np.array([told[name][key] for key in ("pin_axial_N", "crank_axial_N")])
+        now = np.array([case.pin_axial, case.crank_axial])
+        if np.abs(then - now).max() > _SAME_FORCES * case.largest_force:
+            rule = f"was loaded with {then[0]:.6g} N at the pin in {name}, but its study gives {now[0]:.6g} N"
+            raise InvalidValue("RUN", str(run.folder), rule, remedy)
+
+
+def _step(run: LeftRun, rod: PreparedRod, case: LoadCase) -> Step:
+    mesh = rod.mesh.whole
+    fixed = clamped(mesh, Surface.BIG_END_BORE) if rod.clamped else determinate_restraints(mesh)
+    displacement = run.cases[case.name].point["displacement"].astype(float)
+    angle = run.summary["loads"][case.name]["crank_deg"]
+    title = case.name if angle is None else f"{case.name}, crank angle {angle:g} degrees"
+    forces = rod.pins.forces(case).forces.symmetric
+    return Step(title, forces, fixed, np.where(fixed, displacement, 0.0))

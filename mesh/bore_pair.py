@@ -1,0 +1,193 @@
+"""Which two holes of a meshed rod are its bores."""
+
+import math
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from geometry.arrays import Floats
+from mesh.cylinder import straightest
+from mesh.errors import MeshError
+from mesh.round_hole import RoundHole, round_holes
+from mesh.skin import Skin
+
+_REMEDY = "Give the diameters of the bores as rod.big_end_bore_mm and rod.small_end_bore_mm"
+# Tolerances, over the radius, with which walls are searched: wide while the direction is a guess.
+_WIDE, _CLOSE = 0.05, 0.015
+# Directions of normals that are tried, and the angle (its cosine) that counts as one direction.
+_DIRECTIONS, _ALIGNED, _ALIGNED_SINE = 6, math.cos(math.radians(8)), math.sin(math.radians(3))
+# Sine of the angle, and distance over the radius, from which on two axes are not the same.
+_ANOTHER, _APART = 0.05, 0.05
+# The centre of gravity lies between the bores: no farther off their line than this part of the length.
+_OFF_LINE = 0.15
+# From this share of a turn on, an open wall may be half a bore; fillets are shorter.
+_HALF = 0.42
+
+Pair = tuple[RoundHole, RoundHole]
+
+
+def find_bore_pair(skin: Skin, named: tuple[float | None, float | None] = (None, None)) -> Pair:
+    """Find the bores of the big and the small end: the two largest parallel through-holes.
+
+    Parameters
+    ----------
+    skin
+        The boundary of the mesh.
+    named
+        Diameters of the big-end and the small-end bore, mm, if the user has given them.
+
+    Raises
+    ------
+    MeshError
+        No two holes can be the bores, several pairs can, or the pair found leaves out a larger hole or lies
+        off the centre of gravity. The message lists the holes.
+    """
+    found = [round_holes(skin, direction, _CLOSE) for direction in _aligned(skin, _directions(skin))]
+    pairs = [pair for pair in (_pair(holes, named) for holes in found) if pair is not None]
+    every = sorted((hole for holes in found for hole in holes), key=lambda hole: -hole.radius)
+    if not pairs:
+        raise MeshError(f"no two parallel round bores were found on its surface. {_listed(every)}. {_REMEDY}")
+    best = max(pairs, key=_size)
+    _require_only(best, every, named)
+    if not any(named):
+        _require_largest(best, every)
+        _require_weight_between(best, skin)
+    return _heavier_first(best, skin) if _alike(*best) and not any(named) else best
+
+
+def _size(holes: Sequence[RoundHole]) -> float:
+    return sum(hole.radius for hole in holes if hole.closed)
+
+
+def _directions(skin: Skin) -> list[Floats]:
+    """Directions that most of the surface faces, and the principal axes of the normals."""
+    normals, areas = skin.normals, skin.areas
+    left = areas.copy()
+    found = []
+    for _ in range(_DIRECTIONS):
+        cells = np.round(normals * np.sign(normals @ [1.0, 1e-3, 1e-6])[:, None], 1)
+        _, which = np.unique(cells, axis=0, return_inverse=True)
+        cell = int(np.bincount(which.ravel(), left).argmax())
+        near = np.abs(normals @ normals[np.flatnonzero(which.ravel() == cell)[0]]) > _ALIGNED
+        if not left[near].sum() > 0:
+            break
+        sign = np.sign(normals[near] @ normals[near][0])
+        mean = ((sign * left[near])[:, None] * normals[near]).sum(axis=0)
+        found.append(mean / np.linalg.norm(mean))
+        left[near] = 0.0
+    _, axes = np.linalg.eigh((normals * areas[:, None]).T @ normals)
+    return _distinct([*found, *axes.T], _ALIGNED_SINE)
+
+
+def _distinct(directions: Sequence[Floats], sine: float) -> list[Floats]:
+    """Directions that differ from those before them."""
+    kept: list[Floats] = []
+    for direction in directions:
+        if all(np.linalg.norm(np.cross(direction, other)) > sine for other in kept):
+            kept.append(direction)
+    return kept
+
+
+def _aligned(skin: Skin, guesses: Sequence[Floats]) -> list[Floats]:
+    """Directions of the walls found along guesses, without repetition."""
+    kept: list[Floats] = []
+    for guess in guesses:
+        closed = [hole for hole in round_holes(skin, guess, _WIDE) if hole.turn >= _HALF]
+        if not closed:
+            continue
+        wall = np.unique(np.concatenate([hole.facets for hole in closed[:2]]))
+        direction = straightest(skin.normals[wall], skin.areas[wall])
+        kept.append(direction * np.sign(direction[np.argmax(np.abs(direction))]))
+    return _distinct(kept, 1e-4)
+
+
+def _pair(holes: Sequence[RoundHole], named: tuple[float | None, float | None]) -> Pair | None:
+    """The two largest through-holes that fit the names, the larger one or the one named so first."""
+    usable = [hole for hole in _bearing(holes) if hole.closed and hole.through]
+    for one, other in combinations(usable, 2):
+        if one.apart(other) > one.radius + other.radius:
+            for pair in ((one, other), (other, one)):
+                if all(_has_diameter(hole, name) for hole, name in zip(pair, named, strict=True)):
+                    return pair
+    return None
+
+
+def _bearing(holes: Sequence[RoundHole]) -> list[RoundHole]:
+    """Of coaxial walls the one that a pin touches: the narrowest that is not just a lip."""
+    kept = []
+    for hole in holes:
+        group = [other for other in holes if hole.apart(other) < 0.02 * hole.radius and other.closed]
+        most = max((other.area for other in group), default=0.0)
+        if not group or hole is min((each for each in group if each.area > most / 2), key=lambda h: h.radius):
+            kept.append(hole)
+    return kept
+
+
+def _beside(hole: RoundHole, bore: RoundHole) -> bool:
+    """Whether a hole has another axis than a bore."""
+    turned = float(np.linalg.norm(np.cross(hole.direction, bore.direction)))
+    return turned > _ANOTHER or bore.apart(hole) > _APART * bore.radius
+
+
+def _has_diameter(hole: RoundHole, diameter: float | None) -> bool:
+    return diameter is None or math.isclose(2 * hole.radius, diameter, rel_tol=5e-3)
+
+
+def _alike(one: RoundHole, other: RoundHole) -> bool:
+    return math.isclose(one.radius, other.radius, rel_tol=5e-3)
+
+
+def _require_only(pair: Pair, holes: Sequence[RoundHole], named: tuple[float | None, float | None]) -> None:
+    """Refuse to choose between holes of the same diameter."""
+    for bore, name in zip(pair, named, strict=True):
+        twins = [
+            hole
+            for hole in holes
+            if hole.closed and hole.through and _alike(hole, bore) and all(_beside(hole, own) for own in pair)
+        ]
+        if twins:
+            known = f" of {name:g} mm" if name else ""
+            raise MeshError(f"more than one hole{known} could be a bore. {_listed(holes)}. {_REMEDY}")
+
+
+def _require_largest(pair: Pair, holes: Sequence[RoundHole]) -> None:
+    """Refuse bores that leave out a larger hole, such as half a big end without its cap."""
+    small = min(bore.radius for bore in pair)
+    for hole in holes:
+        unused = all(_beside(hole, bore) for bore in pair)
+        rounded_pocket = not hole.closed and not hole.through
+        if unused and hole.turn >= _HALF and hole.radius > 1.005 * small and not rounded_pocket:
+            missing = "" if hole.closed else ": is the cap missing?"
+            raise MeshError(
+                f"the two largest through-holes cannot be the bores, because there is a larger one that is "
+                f"{'blind' if hole.closed else 'half open'}{missing}. {_listed(holes)}. {_REMEDY}"
+            )
+
+
+def _require_weight_between(pair: Pair, skin: Skin) -> None:
+    """Refuse bores whose line misses the centre of gravity, as bolt holes or parts of an assembly would."""
+    big, small = pair
+    line = small.center - big.center
+    line = line - (line @ big.direction) * big.direction
+    length = float(np.linalg.norm(line))
+    arm = skin.center - big.center
+    along = float(arm @ line) / length
+    off = float(np.linalg.norm(arm - (arm @ big.direction) * big.direction - along / length * line))
+    if off > _OFF_LINE * length or not -0.1 * length < along < 1.1 * length:
+        x, y, z = skin.center
+        raise MeshError(
+            f"the two largest through-holes cannot be the bores, because the centre of gravity "
+            f"({x:.4g}, {y:.4g}, {z:.4g}) does not lie between them. {_listed(pair)}. {_REMEDY}"
+        )
+
+
+def _heavier_first(pair: Pair, skin: Skin) -> Pair:
+    """Of two equal bores, take the one nearer to the centre of gravity for the big end's."""
+    one, other = (float(np.linalg.norm(skin.center - bore.center)) for bore in pair)
+    return pair[::-1] if other < one * (1 - 1e-6) else pair
+
+
+def _listed(holes: Sequence[RoundHole]) -> str:
+    told = [hole.text() for hole in holes if hole.turn >= _HALF][:8]
+    return f"Round holes: {'; '.join(told)}" if told else "There are no round holes"

@@ -1,0 +1,32 @@
+"""Which faces of tetrahedra bound the body, and which elements share the others."""
+
+import numpy as np
+
+from geometry.arrays import Ints
+from mesh.tetmesh import EDGES, FACES
+
+_MIDDLE = {(int(a), int(b)): node for node, (a, b) in enumerate(EDGES, start=4)}
+# Nodes of each face: three vertices, then the middles of (0,1), (1,2), (2,0).
+_NODES = np.array(
+    [
+        [*face, *(_MIDDLE[min(a, b), max(a, b)] for a, b in zip(face, np.roll(face, -1), strict=True))]
+        for face in FACES.tolist()
+    ]
+)
+
+
+def face_counts(tets: Ints) -> tuple[Ints, Ints]:
+    """Return a number of each face (n_elements, 4), equal for equal vertices, and how often each occurs."""
+    a, b, c = np.sort(tets[:, FACES].reshape(-1, 3), axis=1).T
+    n_points = int(tets.max(initial=0)) + 1
+    _, edge = np.unique(a * n_points + b, return_inverse=True)
+    _, which, counts = np.unique(edge * n_points + c, return_inverse=True, return_counts=True)
+    return which.reshape(-1, 4), counts
+
+
+def boundary_facets(tets: Ints) -> Ints:
+    """Faces (n, 3) or (n, 6) that belong to a single element, oriented outwards, in `TetMesh`'s order."""
+    which, counts = face_counts(tets)
+    element, face = np.nonzero(counts[which] == 1)
+    nodes = _NODES if tets.shape[1] == 10 else FACES
+    return np.asarray(tets[element[:, None], nodes[face]])

@@ -1,0 +1,203 @@
+"""A mesh from a file in the rod's frame, with its bores named: what can be solved."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from geometry.arrays import Floats, Ints
+from geometry.faces import Bore
+from geometry.surfaces import Surface
+from mesh.bore_pair import Pair, find_bore_pair
+from mesh.cylinder import Axes, fitted_axes
+from mesh.errors import MeshError
+from mesh.faces import boundary_facets
+from mesh.mend import mended
+from mesh.numbering import numbered
+from mesh.quality import Quality, measure, scaled_jacobian
+from mesh.quality import mended as straightened
+from mesh.reading import read_tets
+from mesh.skin import Skin
+from mesh.tetmesh import EDGES, TetMesh
+
+# Root mean square distance of the vertices of a bore from the fitted cylinder, over its radius. A pressure
+# that varies around the bore is meaningless on a rougher one.
+_ROUGHEST = 0.01
+# Below this extent a rod cannot be meant in millimetres, but in metres.
+_LEAST_EXTENT = 3.0
+_METRE = 1000.0
+
+
+@dataclass(frozen=True)
+class GivenMesh:
+    """A mesh from a file, ready to be solved.
+
+    Attributes
+    ----------
+    mesh
+        Placed in the rod's frame; every boundary facet is on a bore or free.
+    bores
+        Of the big and the small end.
+    size
+        Mean length of the elements' edges, mm.
+    quality
+        Of the elements.
+    notes
+        What was mended or assumed, for the user.
+    """
+
+    mesh: TetMesh
+    bores: tuple[Bore, Bore]
+    size: float
+    quality: Quality
+    notes: tuple[str, ...]
+
+
+def given_mesh(
+    path: Path, named: tuple[float | None, float | None] = (None, None), scale: float | None = None
+) -> GivenMesh:
+    """Read a rod's mesh, check it, find its bores and place it in the rod's frame.
+
+    Parameters
+    ----------
+    path
+        The file; its suffix is one of `mesh.reading.SUFFIXES`.
+    named
+        Diameters of the big-end and the small-end bore, mm, where the two largest holes are not the bores.
+    scale
+        Millimetres per unit of the file; None for millimetres, or metres where the mesh would be tiny.
+
+    Raises
+    ------
+    MeshError
+        The file is damaged, its mesh cannot be used, or its bores cannot be identified.
+    OSError, ImportError
+        See `mesh.reading.read_tets`.
+    """
+    file = read_tets(path)
+    try:
+        sound = mended(file)
+        points, unit = _in_millimetres(sound.mesh.points, scale)
+        mesh, curved = straightened(replace(sound.mesh, points=points))
+        _require_jacobians(mesh)
+        facets = boundary_facets(mesh.tets)
+        skin = Skin(mesh.points, facets[:, :3])
+        pair = find_bore_pair(skin, named)
+        axes = _axes(skin, pair)
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from error
+    placed, bores = _placed(mesh, skin, pair, axes)
+    whole = replace(placed, facets=_named(facets, pair))
+    quality = measure(whole, curved)
+    fit = (
+        f"the bores are cylinders to {100 * axes.residual:.2g} % of their radius"
+        if axes.residual > 1e-3
+        else ""
+    )
+    notes = (*sound.notes, *filter(None, (unit, fit)))
+    return GivenMesh(numbered(whole)[0], bores, mean_edge(placed), quality, notes)
+
+
+def named_mesh(mesh: TetMesh, named: tuple[float | None, float | None]) -> tuple[TetMesh, tuple[Bore, Bore]]:
+    """Find the bores of a mesh that stands in the rod's frame already, and name its surfaces.
+
+    Parameters
+    ----------
+    mesh
+        As a run has left it; its nodes and elements stay as they are.
+    named
+        As for `given_mesh`.
+
+    Raises
+    ------
+    MeshError
+        Its bores cannot be identified.
+    """
+    facets = boundary_facets(mesh.tets)
+    skin = Skin(mesh.points, facets[:, :3])
+    pair = find_bore_pair(skin, named)
+    if pair[0].center[0] > pair[1].center[0]:
+        pair = pair[::-1]
+    _, bores = _placed(mesh, skin, pair, _axes(skin, pair))
+    return replace(mesh, facets=_named(facets, pair)), bores
+
+
+def _in_millimetres(points: Floats, scale: float | None) -> tuple[Floats, str]:
+    extent = float(np.ptp(points, axis=0).max())
+    if scale is None and extent < _LEAST_EXTENT:
+        said = f"the mesh is taken to be in metres, because it is {extent:.3g} long; rod.unit overrides this"
+        return points * _METRE, said
+    return points * (scale or 1.0), ""
+
+
+def _require_jacobians(mesh: TetMesh) -> None:
+    """Refuse elements that straightening their edges did not mend."""
+    inverted = np.flatnonzero(scaled_jacobian(mesh) <= 0)
+    if inverted.size:
+        x, y, z = mesh.points[mesh.tets[inverted[0], :4]].mean(axis=0)
+        raise MeshError(
+            f"{inverted.size} elements are folded over and could not be mended; the first is around "
+            f"({x:.4g}, {y:.4g}, {z:.4g}). Mesh the rod again"
+        )
+
+
+def _axes(skin: Skin, pair: Pair) -> Axes:
+    """Cylinders through the vertices of both walls, about parallel axes."""
+    clouds = [skin.points[np.unique(skin.facets[bore.facets])] for bore in pair]
+    axes = fitted_axes(clouds, pair[0].direction)
+    if axes.residual > _ROUGHEST:
+        raise MeshError(
+            f"its bores are not round: their vertices are off the fitted cylinders by "
+            f"{100 * axes.residual:.2g} % of the radius (root mean square); at most {100 * _ROUGHEST:g} % "
+            "are allowed"
+        )
+    return axes
+
+
+def _placed(mesh: TetMesh, skin: Skin, pair: Pair, axes: Axes) -> tuple[TetMesh, tuple[Bore, Bore]]:
+    """The mesh with the big-end bore at the origin, the small end along x and the pins along z."""
+    z = axes.direction
+    heights = [skin.corners[bore.facets] @ z for bore in pair]
+    middles = [(height.min() + height.max()) / 2 for height in heights]
+    big, small = (c + (m - c @ z) * z for c, m in zip(axes.centers, middles, strict=True))
+    between = small - big
+    x = between - (between @ z) * z
+    length = float(np.linalg.norm(x))
+    turn = np.stack([x / length, np.cross(z, x / length), z])
+    placed = replace(mesh, points=(mesh.points - big) @ turn.T)
+    corners = (
+        ((skin.corners - big) @ turn.T)[pair[0].facets],
+        ((skin.corners - small) @ turn.T)[pair[1].facets],
+    )
+    widths = [_width(own, float(radius)) for own, radius in zip(corners, axes.radii, strict=True)]
+    return placed, (
+        Bore(0.0, float(axes.radii[0]), widths[0][0]),
+        Bore(length, float(axes.radii[1]), *widths[1]),
+    )
+
+
+def _width(corners: Floats, radius: float) -> tuple[float, float]:
+    """Mean width of a wall and its taper (see `Bore`), from its corners (n, 3, 3) about the bore's centre."""
+    angle = np.arctan2(corners[..., 1], corners[..., 0])
+    unrolled = angle[:, :1] + (angle - angle[:, :1] + np.pi) % (2 * np.pi) - np.pi
+    spans, rises = unrolled[:, 1:] - unrolled[:, :1], corners[:, 1:, 2] - corners[:, :1, 2]
+    areas = radius * np.abs(spans[:, 0] * rises[:, 1] - spans[:, 1] * rises[:, 0]) / 2
+    around = np.cos(unrolled).mean(axis=1)
+    return float(areas.sum() / (2 * np.pi * radius)), float(areas @ around / (np.pi * radius))
+
+
+def _named(facets: Ints, pair: Pair) -> dict[Surface, Ints]:
+    free = np.ones(len(facets), dtype=bool)
+    for bore in pair:
+        free[bore.facets] = False
+    return {
+        Surface.BIG_END_BORE: facets[pair[0].facets],
+        Surface.SMALL_END_BORE: facets[pair[1].facets],
+        Surface.FREE: facets[free],
+    }
+
+
+def mean_edge(mesh: TetMesh) -> float:
+    """Mean length of the elements' straight edges, mm."""
+    ends = mesh.points[mesh.tets[:, EDGES]]
+    return float(np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2).mean())

@@ -1,0 +1,200 @@
+"""Check the tetrahedra of a file; mend what has only one remedy, and refuse the rest by element number."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from geometry.arrays import Floats, Ints, Mask
+from mesh.errors import MeshError
+from mesh.faces import face_counts
+from mesh.quality import shape
+from mesh.tet_file import TetFile
+from mesh.tetmesh import EDGES, TetMesh
+
+# Nodes closer than this part of the mesh's extent are one: text files often hold seven digits.
+_SAME = 1e-7
+# Mean ratio below which a tetrahedron has no volume but for rounding.
+_FLAT = 1e-10
+# Distance of a mid-side node from the middle of its edge, in parts of the edge. An arc of 90° takes 0.21.
+_FARTHEST_MIDDLE = 0.45
+# Turns an element that is inside out: two vertices and the middles beside them change places.
+_TURN = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]}
+# gmsh and some others number the last two mid-side nodes the other way round.
+_LAST_TWO = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
+_FARTHEST = 1e9  # coordinate of a node
+_SHOWN = 5
+
+
+@dataclass(frozen=True)
+class Mended:
+    """A sound mesh and what was done for it.
+
+    Attributes
+    ----------
+    mesh
+        Positively oriented tetrahedra that share whole faces, in one piece, without surfaces; nodes that no
+        element uses are gone.
+    notes
+        What was changed, for the user.
+    """
+
+    mesh: TetMesh
+    notes: tuple[str, ...]
+
+
+def mended(file: TetFile) -> Mended:
+    """Make a mesh of what a file holds.
+
+    Doubled nodes are merged, nodes without elements and doubled elements dropped, elements that are inside
+    out turned over.
+
+    Raises
+    ------
+    MeshError
+        Nodes that are missing or not finite, flat or overlapping elements, mid-side nodes that are not on
+        their edges, or several pieces; with the numbers of elements.
+    """
+    _require_nodes(file)
+    points, tets, merged = _merged(file.points, file.tets)
+    _refuse(_repeats(tets), file.numbers, "the same node twice")
+    single = _first_of_each(tets)
+    dropped = len(tets) - len(single)
+    tets, numbers = tets[single], file.numbers[single]
+    _refuse(np.abs(shape(TetMesh(points, tets))) < _FLAT, numbers, "no volume: their vertices lie in a plane")
+    tets, turned = _turned(points, tets)
+    tets, swapped = _middles_in_order(points, tets, numbers)
+    _require_conforming(tets, numbers, points)
+    _require_one_piece(tets, points, numbers)
+    return Mended(TetMesh(points, tets), _notes(merged, dropped, turned, swapped=swapped))
+
+
+def _notes(merged: int, dropped: int, turned: int, *, swapped: bool) -> tuple[str, ...]:
+    found = []
+    if merged:
+        found.append(f"nodes at the place of another, merged with it: {merged}")
+    if dropped:
+        found.append(f"elements that occurred twice, dropped: {dropped}")
+    if turned:
+        found.append(f"elements that were inside out, turned over: {turned}")
+    if swapped:
+        found.append("the last two mid-side nodes of every element were exchanged, to stand on their edges")
+    return tuple(found)
+
+
+def _require_nodes(file: TetFile) -> None:
+    """Refuse nodes that do not exist, or without usable coordinates."""
+    stray = (file.tets < 0) | (file.tets >= len(file.points))
+    _refuse(stray.any(axis=1), file.numbers, "nodes that do not exist")
+    usable = np.abs(file.points) < _FARTHEST  # not so for NaN
+    sound = np.asarray(usable.all(axis=1))[file.tets].all(axis=1)
+    _refuse(np.logical_not(sound), file.numbers, "nodes whose coordinates are no usable numbers")
+
+
+def _refuse(found_wrong: npt.ArrayLike, numbers: Ints, what: str, remedy: str = "Mesh the rod again") -> None:
+    """Raise the error of elements (n_elements,) with something wrong."""
+    wrong = np.asarray(found_wrong, dtype=bool)
+    if not wrong.any():
+        return
+    found = numbers[wrong]
+    listed = ", ".join(map(str, found[:_SHOWN])) + (", …" if len(found) > _SHOWN else "")
+    word = "element has" if len(found) == 1 else "elements have"
+    raise MeshError(f"{len(found)} {word} {what} (number {listed}). {remedy}")
+
+
+def _merged(points: Floats, tets: Ints) -> tuple[Floats, Ints, int]:
+    """Points that elements use, elements that use each once, and how many nodes were merged."""
+    used, local = np.unique(tets, return_inverse=True)
+    places = points[used]
+    grid = _SAME * max(float(np.ptp(places, axis=0).max()), 1e-300)
+    cell = np.round((places - places.min(axis=0)) / grid).astype(np.int64)
+    _, first, which = np.unique(cell, axis=0, return_index=True, return_inverse=True)
+    order = np.sort(first)  # nodes keep their order
+    place = np.empty_like(first)
+    place[np.argsort(first)] = np.arange(len(first))
+    return places[order], place[which.ravel()][local].reshape(tets.shape), len(used) - len(first)
+
+
+def _repeats(tets: Ints) -> Mask:
+    ordered = np.sort(tets, axis=1)
+    return np.asarray((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
+
+
+def _first_of_each(tets: Ints) -> Ints:
+    """Rising rows of the first element with each set of vertices."""
+    _, first = np.unique(np.sort(tets[:, :4], axis=1), axis=0, return_index=True)
+    return np.sort(first)
+
+
+def _turned(points: Floats, tets: Ints) -> tuple[Ints, int]:
+    corners = points[tets[:, :4]]
+    inverted = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0
+    return np.where(inverted[:, None], tets[:, _TURN[tets.shape[1]]], tets), int(inverted.sum())
+
+
+def _middles_in_order(points: Floats, tets: Ints, numbers: Ints) -> tuple[Ints, bool]:
+    """Elements whose mid-side nodes stand on their edges, and whether they had to be exchanged for it."""
+    if tets.shape[1] == 4:
+        return tets, False
+    wrong = _astray(points, tets)
+    if wrong.mean() > 0.5 and not _astray(points, tets[:, _LAST_TWO]).any():
+        return tets[:, _LAST_TWO], True
+    _refuse(wrong, numbers, "mid-side nodes that do not stand on their edges")
+    return tets, False
+
+
+def _astray(points: Floats, tets: Ints) -> Mask:
+    ends = points[tets[:, EDGES]]
+    off = np.linalg.norm(points[tets[:, 4:]] - ends.mean(axis=2), axis=2)
+    return np.asarray(
+        (off > _FARTHEST_MIDDLE * np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)).any(axis=1)
+    )
+
+
+def _require_conforming(tets: Ints, numbers: Ints, points: Floats) -> None:
+    """Require that no face has three elements, and that an edge has one mid-side node, which is no vertex."""
+    which, counts = face_counts(tets)
+    _refuse(
+        (counts[which] > 2).any(axis=1),
+        numbers,
+        "a face that belongs to more than two elements: they overlap",
+    )
+    if tets.shape[1] == 4:
+        return
+    vertex = np.zeros(len(points), dtype=bool)
+    vertex[tets[:, :4]] = True
+    what = "a mid-side node that is a vertex of another element"
+    _refuse(vertex[tets[:, 4:]].any(axis=1), numbers, what)
+    ends = np.sort(tets[:, EDGES], axis=2)
+    _, edge = np.unique(ends[..., 0] * len(points) + ends[..., 1], return_inverse=True)
+    edge, middle = edge.ravel(), tets[:, 4:].ravel()
+    _, own = np.unique(middle, return_inverse=True)
+    last_middle, last_edge = np.empty(edge.max() + 1, dtype=np.int64), np.empty(own.max() + 1, dtype=np.int64)
+    last_middle[edge], last_edge[own] = middle, edge
+    differs = (last_middle[edge] != middle) | (last_edge[own] != edge)
+    what = "an edge on which other elements have another mid-side node"
+    _refuse(differs.reshape(-1, len(EDGES)).any(axis=1), numbers, what)
+
+
+def _require_one_piece(tets: Ints, points: Floats, numbers: Ints) -> None:
+    """Refuse several bodies: only one can be loaded at both bores."""
+    from scipy import sparse  # noqa: PLC0415 - only meshes from files need it
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+
+    links = (np.ones(3 * len(tets), dtype=np.int8), (np.repeat(tets[:, 0], 3), tets[:, 1:4].ravel()))
+    _, label = connected_components(sparse.csr_array(links, shape=(len(points),) * 2), directed=False)
+    bodies, first, sizes = np.unique(label[tets[:, 0]], return_index=True, return_counts=True)
+    if len(bodies) > 1:
+        told = [
+            _body(int(size), int(numbers[row]), points[tets[label[tets[:, 0]] == body]])
+            for body, row, size in zip(bodies[:_SHOWN], first, sizes, strict=False)
+        ]
+        raise MeshError(
+            f"it consists of {len(bodies)} bodies that share no nodes: {'; '.join(told)}. Give the rod and "
+            "its cap as one body with common nodes, and leave out all others"
+        )
+
+
+def _body(size: int, number: int, corners: Floats) -> str:
+    x, y, z = corners.reshape(-1, 3).mean(axis=0)
+    return f"{size} elements around ({x:.4g}, {y:.4g}, {z:.4g}), among them number {number}"

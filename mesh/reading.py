@@ -1,0 +1,91 @@
+"""Read the tetrahedra of a file, through meshio or, for Abaqus and CalculiX, from the deck itself."""
+
+import io
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mesh.errors import MeshError
+from mesh.inp_file import read_inp
+from mesh.tet_file import TetFile, tet_file
+
+# meshio's module for each suffix. It could guess them, but `meshio.read` prints errors and ends the program.
+FORMATS = {
+    ".inp": "abaqus",
+    ".msh": "gmsh",
+    ".bdf": "nastran",
+    ".nas": "nastran",
+    ".fem": "nastran",
+    ".med": "med",
+    ".vtk": "vtk",
+    ".vtu": "vtu",
+    ".xdmf": "xdmf",
+    ".xmf": "xdmf",
+    ".mesh": "medit",
+    ".meshb": "medit",
+    ".vol": "netgen",
+}
+SUFFIXES = tuple(FORMATS)
+
+
+def read_tets(path: Path) -> TetFile:
+    """Read the tetrahedra of a mesh file; its suffix is one of `SUFFIXES`.
+
+    Raises
+    ------
+    MeshError
+        The file is damaged, or holds no mesh that is supported; the message names it.
+    OSError
+        It cannot be read.
+    ImportError
+        A library that the format needs is not installed.
+    """
+    name = FORMATS[path.suffix.lower()]
+    try:
+        return read_inp(path) if name == "abaqus" else _through_meshio(path, name)
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from error
+    except (OSError, ImportError, MemoryError) as error:
+        if isinstance(error, OSError) and error.errno is None:  # h5py's, for files that are not HDF5
+            raise _damaged(path, name, error) from error
+        raise
+    except Exception as error:  # what meshio and its parsers raise is not documented
+        raise _damaged(path, name, error) from error
+
+
+def _damaged(path: Path, name: str, error: Exception) -> MeshError:
+    reason = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    return MeshError(
+        f"{path} could not be read as a file of the format {name} ({reason}). It may be damaged or cut off: "
+        "write it again, or choose another format"
+    )
+
+
+def _through_meshio(path: Path, name: str) -> TetFile:
+    read = import_module(f"meshio.{name}").read
+    found = read(_bulk_data(path) if name == "nastran" else str(path))
+    if name == "nastran":
+        _require_one_frame(found)
+    first = 1
+    blocks = []
+    for block in found.cells:
+        blocks.append((block.type, np.asarray(block.data), np.arange(first, first + len(block.data))))
+        first += len(block.data)
+    return tet_file(np.asarray(found.points), blocks)
+
+
+def _bulk_data(path: Path) -> io.StringIO:
+    """Nastran's bulk data between the lines that meshio insists on; many programs write them without."""
+    text = path.read_text(encoding="utf-8", errors="replace")
+    begin = "" if "BEGIN BULK" in text else "BEGIN BULK\n"
+    end = "" if "\nENDDATA" in text else "\nENDDATA\n"
+    return io.StringIO(begin + text + end)
+
+
+def _require_one_frame(found: Any) -> None:
+    """Refuse nodes in coordinate systems of their own, which meshio ignores."""
+    frames = found.point_data.get("nastran:ref", ())
+    if np.any(np.asarray(frames) != 0):
+        raise MeshError("its GRID entries use coordinate systems (field CP). Write them in the basic system")

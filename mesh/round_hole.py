@@ -1,0 +1,218 @@
+"""Cylindrical holes on the boundary of a mesh, found by the shape of its facets."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.arrays import Floats, Ints, Mask
+from mesh.cylinder import Circle, basis_across, circles_through, covered, fitted_circle
+from mesh.skin import Skin
+
+# A wall is as good as closed from this share of a turn on: an oil hole or a notch may be missing from it.
+CLOSED = 0.8
+# Normals of a wall's facets lean out of the plane across the axis by the sine of this angle at most: on a
+# coarse mesh triangles span several angles. The bevels of a bore lean by 45°.
+_LEAN = 0.3
+# Neighbours on a wall turn by less: eight facets around a bore turn by 45°.
+_SHARPEST = math.radians(55)
+_LEAST_FACETS, _LEAST_TURN = 4, 1 / 15
+# A circle that takes up less of what is left of a patch is chance.
+_LEAST_SHARE = 0.03
+_SAMPLES, _MOST_PLACES, _FINALISTS = 200, 1000, 8
+_ROUNDS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class RoundHole:
+    """The wall of a cylindrical hole.
+
+    Attributes
+    ----------
+    center, direction
+        A point on its axis at half the height of the wall, mm, and the axis's unit vector.
+    radius, height
+        mm.
+    area
+        Of the wall, mm².
+    turn
+        Share of a full turn that the wall covers: 1 for a closed hole, ½ for half a bore.
+    through
+        Whether nothing crosses the axis.
+    facets
+        Numbers of the wall's facets.
+    """
+
+    center: Floats
+    direction: Floats
+    radius: float
+    height: float
+    area: float
+    turn: float
+    through: bool
+    facets: Ints
+
+    @property
+    def closed(self) -> bool:
+        """Whether the wall goes all the way round."""
+        return self.turn >= CLOSED
+
+    def apart(self, other: "RoundHole") -> float:
+        """Return the distance of two parallel axes, mm."""
+        between = other.center - self.center
+        return float(np.linalg.norm(between - (between @ self.direction) * self.direction))
+
+    def text(self) -> str:
+        """Say how large it is, where, and what it lacks."""
+        x, y, z = self.center
+        lacks = "" if self.closed else f", open: only {360 * self.turn:.0f}° of it exist"
+        blind = "" if self.through or not self.closed else ", blind"
+        return f"diameter {2 * self.radius:.4g} mm at ({x:.4g}, {y:.4g}, {z:.4g}){lacks}{blind}"
+
+
+def round_holes(skin: Skin, direction: Floats, tolerance: float) -> list[RoundHole]:
+    """Find the concave cylindrical walls along a direction, the largest radius first.
+
+    Parameters
+    ----------
+    skin
+        The boundary.
+    direction
+        Unit vector.
+    tolerance
+        Largest distance of vertices from the cylinder, over its radius.
+    """
+    across = basis_across(direction)
+    flat = _Plan(skin.corners @ across.T, skin.normals @ across.T, skin.areas)
+    side = np.abs(skin.normals @ direction) < _LEAN
+    extent = float(np.ptp(skin.corners[side].reshape(-1, 3), axis=0).max()) if side.any() else 0.0
+    circles: list[Circle] = []
+    for patch in skin.patches(side, _SHARPEST):
+        if flat.turns(patch) >= _LEAST_TURN:
+            circles += _circles(flat, patch, tolerance, extent / 2)
+    walls = [(circle, flat.wall(circle, side, tolerance)) for circle in _distinct(circles)]
+    found = [_hole(skin, flat, circle, wall, direction) for circle, wall in walls if len(wall)]
+    return sorted(found, key=lambda hole: -hole.radius)
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """Facets seen along the axis: corners (n, 3, 2), normals (n, 2), areas (n,)."""
+
+    corners: Floats
+    normals: Floats
+    areas: Floats
+
+    def turns(self, patch: Ints) -> float:
+        """Share of a turn that the normals of a patch take up, in steps of a sixtieth."""
+        angles = np.arctan2(self.normals[patch, 1], self.normals[patch, 0])
+        return len(np.unique(np.floor(angles * (60 / (2 * np.pi))))) / 60
+
+    def wall(self, circle: Circle, among: Mask | Ints, tolerance: float) -> Ints:
+        """Facets among others that lie on a circle, with the material outside of it."""
+        own = np.flatnonzero(among) if among.dtype == bool else among
+        corners = self.corners[own]
+        near = (circle.distance(corners) < tolerance * circle.radius).all(axis=1)
+        inwards = circle.center - corners.mean(axis=1)
+        return np.asarray(own[near & ((self.normals[own] * inwards).sum(axis=1) > 0.8 * circle.radius)])
+
+
+def _circles(flat: _Plan, patch: Ints, tolerance: float, largest: float) -> list[Circle]:
+    """Circles that take up much of a patch: one fits a whole wall, samples find those among other faces."""
+    found = []
+    rest = patch
+    for _ in range(_ROUNDS):
+        if len(rest) < _LEAST_FACETS:
+            break
+        circle = _of_all(flat, rest, tolerance) or _of_samples(flat, rest, tolerance, largest)
+        if circle is None:
+            break
+        wall = flat.wall(circle, rest, tolerance)
+        if flat.areas[wall].sum() < _LEAST_SHARE * flat.areas[rest].sum():
+            break
+        better = fitted_circle(flat.corners[wall].reshape(-1, 2))
+        if better is not None and better.radius < largest:
+            found.append(better)
+        rest = np.setdiff1d(rest, wall)
+    return found
+
+
+def _of_all(flat: _Plan, patch: Ints, tolerance: float) -> Circle | None:
+    circle = fitted_circle(flat.corners[patch].reshape(-1, 2))
+    if circle is None or len(flat.wall(circle, patch, tolerance)) < len(patch):
+        return None
+    return circle
+
+
+def _of_samples(flat: _Plan, patch: Ints, tolerance: float, largest: float) -> Circle | None:
+    """Circle of most area among those through three corners of the patch (RANSAC, Fischler & Bolles 1981)."""
+    places = np.unique(np.round(flat.corners[patch].reshape(-1, 2), 9), axis=0)
+    if len(places) < 3:
+        return None
+    random = np.random.default_rng(0)
+    centers, radii = circles_through(places[_triples(places, random)])
+    usable = radii < largest
+    centers, radii = centers[usable], radii[usable]
+    few = places[random.permutation(len(places))[:_MOST_PLACES]]
+    off = np.abs(np.linalg.norm(few - centers[:, None], axis=2) - radii[:, None])
+    votes = (off < tolerance * radii[:, None]).sum(axis=1)
+    best, most = None, 0.0
+    for number in np.argsort(-votes, kind="stable")[:_FINALISTS]:
+        circle = Circle(centers[number], float(radii[number]))
+        wall = flat.wall(circle, patch, tolerance)
+        area = float(flat.areas[wall].sum())
+        if len(wall) >= _LEAST_FACETS and area > most:
+            best, most = circle, area
+    return best
+
+
+def _triples(places: Floats, random: np.random.Generator) -> Ints:
+    """Samples (n, 3) of places (m, 2); neighbours on an arc are near each other."""
+    from scipy.spatial import KDTree  # noqa: PLC0415 - only meshes from files need it
+
+    first = random.integers(len(places), size=_SAMPLES)
+    near = KDTree(places).query(places[first], k=min(24, len(places)))[1]
+    picks = random.integers(near.shape[1], size=(_SAMPLES, 2))
+    return np.column_stack([first, near[np.arange(_SAMPLES)[:, None], picks]])
+
+
+def _distinct(circles: list[Circle]) -> list[Circle]:
+    """One of each group of circles that differ by rounding, or by what patches of one wall differ."""
+    kept: list[Circle] = []
+    for circle in sorted(circles, key=lambda circle: -circle.radius):
+        same = (
+            np.linalg.norm(circle.center - other.center) < 0.02 * other.radius
+            and abs(circle.radius - other.radius) < 0.01 * other.radius
+            for other in kept
+        )
+        if not any(same):
+            kept.append(circle)
+    return kept
+
+
+def _hole(skin: Skin, flat: _Plan, circle: Circle, wall: Ints, direction: Floats) -> RoundHole:
+    """Describe the wall on a circle, fitted again to all of its corners."""
+    across = basis_across(direction)
+    circle = fitted_circle(flat.corners[wall].reshape(-1, 2)) or circle
+    heights = skin.corners[wall] @ direction
+    arms = flat.corners[wall] - circle.center
+    middle = (heights.min() + heights.max()) / 2
+    return RoundHole(
+        center=circle.center @ across + middle * direction,
+        direction=direction,
+        radius=circle.radius,
+        height=float(np.ptp(heights)),
+        area=float(skin.areas[wall].sum()),
+        turn=covered(np.arctan2(arms[..., 1], arms[..., 0])),
+        through=not _crossed(flat.corners, circle.center),
+        facets=wall,
+    )
+
+
+def _crossed(corners: Floats, place: Floats) -> bool:
+    """Whether any triangle (n, 3, 2) contains a place (2,)."""
+    arms = corners - place
+    after = np.roll(arms, -1, axis=1)
+    turns = arms[..., 0] * after[..., 1] - arms[..., 1] * after[..., 0]
+    inside = (turns > 0).all(axis=1) | (turns < 0).all(axis=1)
+    return bool(inside.any())

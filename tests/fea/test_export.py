@@ -1,0 +1,172 @@
+"""Runs written for other programs: in again they give the same rod, and CalculiX the same displacement."""
+
+import json
+import re
+import shutil
+import subprocess
+
+import meshio
+import numpy as np
+import pytest
+
+from fea import analyse, load_study, run
+from fea.output.frd import read_frd
+from fea.runs.export_run import export_run
+from fea.study.study import parse_study
+from geometry.invalid import InvalidValue
+from geometry.surfaces import Surface
+from mesh.faces import boundary_facets
+
+BUSHED = """
+[rod]
+preset = "leon-2001"
+bushing_mm = 2.0
+[material]
+preset = "leon-2001"
+[material.bushing]
+E_GPa = 110.0
+nu = 0.34
+density_kg_m3 = 8800.0
+yield_MPa = 250.0
+[forces]
+pin_N = [20000.0, 0.0]
+[mesh]
+size_mm = 14.0
+"""
+AGREE = 1e-3
+
+
+@pytest.fixture(scope="module")
+def left(tmp_path_factory):
+    """The folder of a coarse run of given forces and what its summary says."""
+    folder = tmp_path_factory.mktemp("export") / "run"
+    summary = run("leon-2001", rpm=6000, size=20, out=folder)
+    return folder, summary
+
+
+def mesh_study_of(path, text="", **tables):
+    body = f'[rod]\nmesh = "{path.name}"\n{text}[material]\npreset = "leon-2001"\n'
+    engine = '[engine]\nstroke_mm = 94.0\nbore_mm = 76.0\npiston_mass_kg = 1.3345\ngas = "leon-2001"\n'
+    return parse_study(body + engine + "[speed]\nrpm = 6000\n", "mine", path.parent)
+
+
+@pytest.mark.parametrize("suffix", [".inp", ".msh", ".med", ".xdmf", ".vtu", ".bdf"])
+def test_a_run_out_and_in_again_is_the_same_rod(left, tmp_path, suffix):
+    folder, summary = left
+    file = tmp_path / f"rod{suffix}"
+    export_run(folder, file)
+    again = analyse(mesh_study_of(file))
+    assert again.trusted
+    # Nastran's large fields hold twelve digits of each coordinate, which move bores by less than that.
+    assert again.summary.rod.mass_kg == pytest.approx(summary["rod"]["mass_kg"], rel=1e-6)
+    for name, case in summary["results"].items():
+        found = again.summary.results[name].max_von_mises_MPa
+        assert found == pytest.approx(case["max_von_mises_MPa"], rel=5e-3), name
+    assert any("not refined" in note for note in again.summary.notes)
+
+
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
+def test_the_deck_runs_in_calculix_and_gives_the_same_displacement(left, tmp_path):
+    folder, summary = left
+    made = export_run(folder, tmp_path / "rod.inp")
+    assert made.files == (tmp_path / "rod.inp",)
+    names = list(summary["results"])
+    ours = {name: meshio.read(folder / f"{name}.vtu") for name in names}
+    mesh = ours[names[0]]
+    subprocess.run(["ccx", "-i", "rod"], cwd=tmp_path, check=True, capture_output=True)
+    steps = re.findall(r"^\*\* (\w+), crank angle", (tmp_path / "rod.inp").read_text(), re.MULTILINE)
+    assert sorted(steps) == sorted(names)
+    tets = mesh.cells[0].data.astype(int)
+    inside = np.setdiff1d(tets, boundary_facets(tets))
+    assert inside.size > 100
+    for number, name in enumerate(steps, start=1):
+        u, s = (
+            read_frd(tmp_path / "rod.frd", field, len(mesh.points), number) for field in ("DISP", "STRESS")
+        )
+        known = ours[name].point_data["displacement"]
+        assert np.abs(u - known).max() < AGREE * np.abs(known).max(), name
+        # On the surface ours is recovered with the known traction, inside as CalculiX does it.
+        stress = ours[name].point_data["stress"][inside]
+        off = np.sqrt(np.mean((s[inside] - stress) ** 2))
+        assert off < AGREE * np.sqrt(np.mean(stress**2)), name
+
+
+def test_parts_keep_their_materials(tmp_path):
+    folder = tmp_path / "run"
+    run(parse_study(BUSHED, "bushed", tmp_path), out=folder)
+    export_run(folder, tmp_path / "rod.inp")
+    text = (tmp_path / "rod.inp").read_text()
+    assert "*SOLID SECTION, ELSET=E_BUSHING, MATERIAL=BUSHING" in text
+    assert "110000,0.34" in text
+    read = meshio.read(tmp_path / "rod.inp")
+    counts = {name: len(sets[0]) for name, sets in read.cell_sets.items()}
+    assert counts["E_ROD"] + counts["E_BUSHING"] == len(read.cells[0].data)
+    assert set(read.point_sets) >= {
+        surface.name for surface in (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
+    }
+
+
+def test_the_named_bores_are_in_a_gmsh_file(left, tmp_path):
+    folder, _ = left
+    made = export_run(folder, tmp_path / "rod.msh")
+    read = meshio.read(tmp_path / "rod.msh")
+    assert {"big_end_bore", "small_end_bore", "free", "rod"} <= set(read.field_data)
+    assert read.point_data["tension_displacement"].shape == (len(read.points), 3)
+    assert any("arrays of the elements" in note for note in made.notes)
+
+
+def test_the_surface_goes_to_stl(left, tmp_path):
+    folder, _ = left
+    made = export_run(folder, tmp_path / "rod.stl")
+    assert (tmp_path / "rod.stl").read_bytes().count(b"facet normal") > 1000
+    assert any("does not carry the solid elements" in note for note in made.notes)
+
+
+def refused(folder, file):
+    with pytest.raises(InvalidValue) as caught:
+        export_run(folder, file)
+    return str(caught.value)
+
+
+def test_what_is_no_run_or_no_format_is_refused(left, tmp_path):
+    folder, _ = left
+    assert "must end in .inp or .vtu" in refused(folder, tmp_path / "rod.dwg")
+    assert "is not a directory" in refused(tmp_path / "nowhere", tmp_path / "rod.inp")
+    (tmp_path / "empty").mkdir()
+    assert "has no readable summary.json" in refused(tmp_path / "empty", tmp_path / "rod.inp")
+    assert "inside the folder of the run" in refused(folder, folder / "rod.inp")
+    assert "directory that does not exist" in refused(folder, tmp_path / "nowhere" / "rod.inp")
+    (tmp_path / "speeds" / "800rpm").mkdir(parents=True)
+    shutil.copy(folder / "summary.json", tmp_path / "speeds" / "800rpm")
+    assert "holds runs at several speeds: 800rpm" in refused(tmp_path / "speeds", tmp_path / "rod.inp")
+
+
+def test_a_study_that_was_changed_since_the_run_is_refused(left, tmp_path):
+    folder, _ = left
+    other = tmp_path / "other"
+    shutil.copytree(folder, other)
+    text = (other / "study.toml").read_text()
+    (other / "study.toml").write_text(text.replace("piston_mass_kg = 1.3345", "piston_mass_kg = 1.2"))
+    assert "but its study gives" in refused(other, tmp_path / "rod.inp")
+    for case in json.loads((other / "summary.json").read_text())["results"]:
+        (other / f"{case}.vtu").unlink()
+    assert "has no fields of" in refused(other, tmp_path / "rod.msh")
+
+
+def test_nothing_is_left_where_writing_fails(left, tmp_path, monkeypatch):
+    folder, _ = left
+    monkeypatch.setattr("meshio.gmsh.write", lambda *_, **__: (_ for _ in ()).throw(OSError(28, "No space")))
+    with pytest.raises(Exception, match="could not be written"):
+        export_run(folder, tmp_path / "rod.msh")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_mesh_from_a_file_takes_no_size_or_tolerance(left, tmp_path):
+    folder, _ = left
+    export_run(folder, tmp_path / "rod.inp")
+    study = mesh_study_of(tmp_path / "rod.inp")
+    for flags in ({"size": 5.0}, {"tolerance": 2.0}, {"symmetry": "half"}, {"element": "p1"}):
+        with pytest.raises(InvalidValue, match="mesh"):
+            analyse(study, **flags)
+    assert load_study("leon-2001").tolerance_percent == 5.0
+    assert study.tolerance_percent is None
