@@ -1,12 +1,15 @@
 """A mesh from a file in the rod's frame, with its bores named: what can be solved."""
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from geometry.arrays import Floats, Ints
+from geometry.cad.file import UNITS
 from geometry.faces import Bore
+from geometry.intake import FoundBore, Intake
 from geometry.surfaces import Surface
 from mesh.bore_pair import Pair, find_bore_pair
 from mesh.cylinder import Axes, fitted_axes
@@ -23,9 +26,9 @@ from mesh.tetmesh import EDGES, TetMesh
 # Root mean square distance of the vertices of a bore from the fitted cylinder, over its radius. A pressure
 # that varies around the bore is meaningless on a rougher one.
 _ROUGHEST = 0.01
+_ROUGH = 1e-3  # is told
 # Below this extent a rod cannot be meant in millimetres, but in metres.
 _LEAST_EXTENT = 3.0
-_METRE = 1000.0
 
 
 @dataclass(frozen=True)
@@ -42,30 +45,31 @@ class GivenMesh:
         Mean length of the elements' edges, mm.
     quality
         Of the elements.
-    notes
-        What was mended or assumed, for the user.
+    intake
+        Where the bores are in the file, in millimetres, and what was mended or assumed.
     """
 
     mesh: TetMesh
     bores: tuple[Bore, Bore]
     size: float
     quality: Quality
-    notes: tuple[str, ...]
+    intake: Intake
 
 
 def given_mesh(
-    path: Path, named: tuple[float | None, float | None] = (None, None), scale: float | None = None
+    path: Path, named: tuple[float | None, float | None] = (None, None), unit: str | None = None
 ) -> GivenMesh:
     """Read a rod's mesh, check it, find its bores and place it in the rod's frame.
 
     Parameters
     ----------
     path
-        The file; its suffix is one of `mesh.reading.SUFFIXES`.
+        The file; its suffix is one of `mesh.formats.FORMATS`.
     named
         Diameters of the big-end and the small-end bore, mm, where the two largest holes are not the bores.
-    scale
-        Millimetres per unit of the file; None for millimetres, or metres where the mesh would be tiny.
+    unit
+        Of lengths in the file, of `geometry.cad.file.UNITS`; None for millimetres, or metres where the mesh
+        would be tiny.
 
     Raises
     ------
@@ -77,7 +81,8 @@ def given_mesh(
     file = read_tets(path)
     try:
         sound = mended(file)
-        points, unit = _in_millimetres(sound.mesh.points, scale)
+        scale = unit or _plausible_unit(sound.mesh.points)
+        points = UNITS[scale] * sound.mesh.points
         mesh, curved = straightened(replace(sound.mesh, points=points))
         _require_jacobians(mesh)
         facets = boundary_facets(mesh.tets)
@@ -89,13 +94,24 @@ def given_mesh(
     placed, bores = _placed(mesh, skin, pair, axes)
     whole = replace(placed, facets=_named(facets, pair))
     quality = measure(whole, curved)
-    fit = (
-        f"the bores are cylinders to {100 * axes.residual:.2g} % of their radius"
-        if axes.residual > 1e-3
-        else ""
+    assumed = [*sound.notes]
+    if unit is None and scale != "mm":
+        assumed.append(
+            f"the mesh is taken to be in {scale}, because it would be tiny in mm; rod.unit overrides this"
+        )
+    if axes.residual > _ROUGH:
+        assumed.append(f"the bores are cylinders to {100 * axes.residual:.2g} % of their radius")
+    assumed += _cavities(skin)
+    intake = Intake(scale, (), _found(pair, bores), tuple(assumed))
+    return GivenMesh(numbered(whole)[0], bores, mean_edge(placed), quality, intake)
+
+
+def _found(pair: Pair, bores: tuple[Bore, Bore]) -> tuple[FoundBore, FoundBore]:
+    big, small = (
+        FoundBore(2 * bore.radius, (float(x), float(y), float(z)), bore.width)
+        for (x, y, z), bore in zip((hole.center for hole in pair), bores, strict=True)
     )
-    notes = (*sound.notes, *filter(None, (unit, fit)))
-    return GivenMesh(numbered(whole)[0], bores, mean_edge(placed), quality, notes)
+    return big, small
 
 
 def named_mesh(mesh: TetMesh, named: tuple[float | None, float | None]) -> tuple[TetMesh, tuple[Bore, Bore]]:
@@ -122,12 +138,22 @@ def named_mesh(mesh: TetMesh, named: tuple[float | None, float | None]) -> tuple
     return replace(mesh, facets=_named(facets, pair)), bores
 
 
-def _in_millimetres(points: Floats, scale: float | None) -> tuple[Floats, str]:
-    extent = float(np.ptp(points, axis=0).max())
-    if scale is None and extent < _LEAST_EXTENT:
-        said = f"the mesh is taken to be in metres, because it is {extent:.3g} long; rod.unit overrides this"
-        return points * _METRE, said
-    return points * (scale or 1.0), ""
+def _plausible_unit(points: Floats) -> str:
+    return "m" if float(np.ptp(points, axis=0).max()) < _LEAST_EXTENT else "mm"
+
+
+def _cavities(skin: Skin) -> list[str]:
+    """Say so where the boundary has closed parts inside: elements may be missing there."""
+    shells = skin.patches(np.ones(len(skin.facets), dtype=bool), math.inf)
+    if len(shells) == 1:
+        return []
+    least = min(shells, key=len)
+    x, y, z = skin.corners[least].reshape(-1, 3).mean(axis=0)
+    said = (
+        f"the mesh has {len(shells) - 1} closed cavities inside, the smallest with {len(least)} facets "
+        f"around ({x:.4g}, {y:.4g}, {z:.4g}) of the file: is an element missing?"
+    )
+    return [said]
 
 
 def _require_jacobians(mesh: TetMesh) -> None:

@@ -8,30 +8,13 @@ from typing import Any
 import numpy as np
 
 from mesh.errors import MeshError
+from mesh.formats import FORMATS
 from mesh.inp_file import read_inp
 from mesh.tet_file import TetFile, tet_file
 
-# meshio's module for each suffix. It could guess them, but `meshio.read` prints errors and ends the program.
-FORMATS = {
-    ".inp": "abaqus",
-    ".msh": "gmsh",
-    ".bdf": "nastran",
-    ".nas": "nastran",
-    ".fem": "nastran",
-    ".med": "med",
-    ".vtk": "vtk",
-    ".vtu": "vtu",
-    ".xdmf": "xdmf",
-    ".xmf": "xdmf",
-    ".mesh": "medit",
-    ".meshb": "medit",
-    ".vol": "netgen",
-}
-SUFFIXES = tuple(FORMATS)
-
 
 def read_tets(path: Path) -> TetFile:
-    """Read the tetrahedra of a mesh file; its suffix is one of `SUFFIXES`.
+    """Read the tetrahedra of a mesh file; its suffix is one of `FORMATS`.
 
     Raises
     ------

@@ -58,7 +58,10 @@ class Skin:
         return np.asarray((square * self.vectors).sum(axis=0) / (2 * self.volume))
 
     def patches(self, chosen: Mask, sharpest: float) -> list[Ints]:
-        """Groups of the chosen facets (n,) that are joined by edges at which they turn by less, rad."""
+        """Groups of the chosen facets (n,) that are joined by edges at which they turn by less, rad.
+
+        From π on, every edge joins.
+        """
         from scipy import sparse  # noqa: PLC0415 - only meshes from files need it
         from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
 
@@ -68,7 +71,8 @@ class Skin:
         order = np.argsort(keys, kind="stable")
         pair = np.flatnonzero(keys[order][1:] == keys[order][:-1])
         one, other = order[pair] // 3, order[pair + 1] // 3
-        smooth = (self.normals[own[one]] * self.normals[own[other]]).sum(axis=1) > np.cos(sharpest)
+        least = np.cos(sharpest) if sharpest < np.pi else -np.inf
+        smooth = (self.normals[own[one]] * self.normals[own[other]]).sum(axis=1) > least
         links = (np.ones(int(smooth.sum()), dtype=np.int8), (one[smooth], other[smooth]))
         _, label = connected_components(sparse.csr_array(links, shape=(len(own),) * 2), directed=False)
         by_label = np.argsort(label, kind="stable")

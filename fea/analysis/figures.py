@@ -66,7 +66,10 @@ class QualityFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class ModelFigures:
-    """``model``: nodes, elements and dofs of the whole rod as written; `solved_dofs` were factorised."""
+    """``model``: nodes, elements and dofs of the whole rod as written; `solved_dofs` were factorised.
+
+    `mesh_from_file` is true where the study gives the mesh, which cannot be refined.
+    """
 
     nodes: int
     elements: int
@@ -81,6 +84,7 @@ class ModelFigures:
     solver: str
     assembly: str
     quality: QualityFigures
+    mesh_from_file: WhereKnown[bool] = None
 
 
 @dataclass(frozen=True, kw_only=True)

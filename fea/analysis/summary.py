@@ -296,6 +296,7 @@ def _model(rod: PreparedRod) -> ModelFigures:
         solver=rod.model.solver,
         assembly=rod.options.assembly.value,
         quality=quality_figures(meshing.quality, meshing.repair),
+        mesh_from_file=True if meshing.given else None,
     )
 
 

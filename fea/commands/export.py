@@ -13,7 +13,7 @@ def export(run: Path, file: Path, *, json: bool = False, quiet: bool = False) ->
         The folder of a run at one speed, such as results/leon-2001-6000rpm.
     file
         The file to write. .inp: a deck for CalculiX and Abaqus with every load case as a step; .vtu, .vtk,
-        .xdmf, .msh, .med: mesh and results; .bdf, .nas, .mesh: the mesh; .stl, .ply: its surface.
+        .xdmf, .msh, .med: mesh and results; .bdf, .nas: the mesh; .stl, .ply: its surface.
     json
         Print what was written as JSON and nothing else.
     quiet

@@ -65,7 +65,6 @@ FORMATS = {
     ".med": Format("med", points=True, surfaces=True),
     ".bdf": Format("nastran"),
     ".nas": Format("nastran"),
-    ".mesh": Format("medit"),
     ".stl": Format("stl", skin=True),
     ".ply": Format("ply", skin=True),
 }

@@ -58,7 +58,7 @@ def given_rod(file: MeshFile, request: MeshRequest, clock: Clock) -> MeshedRod:
     with clock("mesh"):
         try:
             require_size("rod.mesh", file.path, LARGEST_MESH_FILE)
-            given = apart(lambda: _read(file), f"read {file.path}", "the mesh reader")
+            given = apart(lambda: _read(file), f"read {file.path}", who="the mesh reader")
         except OSError as error:
             reason = error.strerror or str(error)
             raise InvalidValue("rod.mesh", str(file.path), f"cannot be read ({reason})") from error
@@ -75,16 +75,16 @@ def _read(file: MeshFile) -> GivenMesh:
     memory = _MEMORY + _MEMORY_RATIO * size
     allow_memory(memory)
     try:
-        return given_mesh(file.path, file.named, file.scale)
+        return given_mesh(file.path, file.named, file.unit)
     except MemoryError as error:
         message = f"{file.path} needs more than {memory / 2**30:.1f} GiB to read. Use a coarser mesh"
         raise MeshError(message) from error
 
 
 def _meshed(given: GivenMesh) -> MeshedRod:
-    notes = (*given.notes, _FIXED, *([_STIFF] if given.mesh.order == 1 else []))
-    found = meshed_rod(given.mesh, given.bores, [PART])
-    return replace(found, meshing=Meshing(given.size, given.quality, NOTHING, (), given=notes))
+    notes = (_FIXED, _STIFF) if given.mesh.order == 1 else (_FIXED,)
+    meshing = Meshing(given.size, given.quality, NOTHING, (), given=notes)
+    return replace(meshed_rod(given.mesh, given.bores, [PART]), meshing=meshing, intake=given.intake)
 
 
 def meshed_rod(mesh: TetMesh, bores: tuple[Bore, Bore], parts: Sequence[str]) -> MeshedRod:

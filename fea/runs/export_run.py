@@ -129,7 +129,7 @@ def _part_names(study: Study, count: int) -> Sequence[str]:
     """Names of the parts in the order of their numbers."""
     if count == 1:
         return [next(iter(sorted(study.part_material.keys() - PINS)), PART)]
-    if study.rod.step is None:
+    if study.rod.cad is None:
         return ["rod", "bushing"]
     from fea.analysis.study_forces import drawn_solid  # noqa: PLC0415 - only several parts need their solid
 

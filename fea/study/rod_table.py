@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fea.study.mesh_file import MeshFile, is_mesh, read_mesh_file
+from fea.study.mesh_file import MeshFile, read_mesh_file
 from fea.study.paths import is_file, located
 from fea.study.tables import checked, nearest, unknown_key
 from fea.units import KG, KG_M2
@@ -18,6 +18,7 @@ from geometry.mass import MassProperties
 from geometry.presets import PRESETS
 from geometry.proportions import proportioned
 from geometry.rod import Rod
+from mesh.formats import is_mesh
 
 if TYPE_CHECKING:
     from geometry.solid import Solid

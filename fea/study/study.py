@@ -21,6 +21,7 @@ from fea.study.tables import entries_of, nearest, read_table, toml_text, unknown
 from geometry.cad.file import is_cad
 from geometry.invalid import InvalidValue, require, require_number, require_positive
 from loads.bearing import PinLoad, parse_pin_load
+from mesh.formats import is_mesh
 
 # A key with 64 dotted parts or more, refused because the parser's time grows with their square.
 _NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")
@@ -233,7 +234,7 @@ class Study:
         rule, remedy, example = "has neither [engine] nor [forces]", "Add one of them.", ""
         if self.forces is not None:
             rule, remedy = "has no [engine], so there is no crank cycle", "Given forces are for fea run."
-        elif self.rod.cad is not None:
+        elif self.rod.from_file:
             remedy, example = ready_study(self.name, self.rod.as_dict())
         raise InvalidValue("STUDY", self.name, rule, remedy, example)
 
@@ -361,9 +362,9 @@ def shipped_studies() -> tuple[str, ...]:
 
 
 def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
-    """Load a shipped study by name, or a TOML file or a CAD file by path.
+    """Load a shipped study by name, or a TOML file, a CAD file or a mesh by path.
 
-    A CAD file is a study that gives the rod alone.
+    A CAD file or a mesh is a study that gives the rod alone.
 
     Raises
     ------
@@ -376,7 +377,7 @@ def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
         text = (resources.files("fea") / "studies" / f"{source}.toml").read_text(encoding="utf-8")
         return parse_study(text, source, Path.cwd())
     path = Path(source)
-    if is_cad(path) and is_file(path):
+    if (is_cad(path) or is_mesh(path)) and is_file(path):
         require_text("STUDY", source)
         return Study(path.stem, rod_of_file(path.resolve()))
     if not is_file(path):

@@ -1,6 +1,7 @@
-"""Damaged CAD, TOML and CSV files through the program: each ends with its exit code and one message.
+"""Damaged CAD, mesh, TOML and CSV files through the program: each ends with its exit code and one message.
 
     python tests/benchmarks/fuzz.py --count 1000 --kinds step igs brep FCStd toml csv
+    python tests/benchmarks/fuzz.py --count 40 --kinds inp msh bdf vtu vtk med xdmf mesh
 
 A run that ends otherwise, takes too long, or leaves a file or a process behind is printed with its seed.
 CAD files take seconds each: `--resume FILE.json` keeps what was done and goes on from there.
@@ -19,6 +20,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from cad_files import CAD_ENDINGS, cad_file
 from contained import contained
+from mesh_files import KINDS as MESHES
+from mesh_files import damaged
 from mutated import mutated
 
 ENGINE = """
@@ -77,6 +80,11 @@ def ended(kind: str, seed: int):
         return contained(
             [command, "s.toml", *["--quiet"][: command == "run"]], {"s.toml": study.encode("latin-1")}
         )
+    if kind in MESHES:
+        study = f'[rod]\nmesh = "rod.{kind}"\n' + ENGINE.replace("[mesh]\nsize_mm = 14\n", "[mesh]\n")
+        command = ["rod", "s.toml", "--quiet"] if seed % 4 else ["run", "s.toml", "--quiet"]
+        text = study.format(gas=SHIPPED).replace('element = "p2"\n', "")
+        return contained(command, {"s.toml": text.encode(), **damaged(kind, draw)})
     shipped = (files("fea") / "studies" / "leon-2001-gas.csv").read_bytes().decode("latin-1")
     trace = mutated(shipped, draw)
     study = MASSES + ENGINE.format(gas='"g.csv"')

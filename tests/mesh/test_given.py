@@ -90,16 +90,16 @@ def test_a_mesh_from_a_file_stands_in_the_rod_frame_with_its_bores_named(curved,
 
 
 @pytest.mark.parametrize(
-    ("scale", "unit", "said"), [(1e-3, None, True), (1e-3, 1e3, False), (1 / 25.4, 25.4, False)]
+    ("scale", "unit", "said"), [(1e-3, None, True), (1e-3, "m", False), (1 / 25.4, "in", False)]
 )
 def test_metres_are_recognised_and_other_units_can_be_given(coarse, tmp_path, scale, unit, said):
     whole = coarse.whole
     (tmp_path / "rod.inp").write_text(
         deck(TetFile(scale * whole.points, whole.tets, np.arange(len(whole.tets))))
     )
-    found = given_mesh(tmp_path / "rod.inp", scale=unit)
+    found = given_mesh(tmp_path / "rod.inp", unit=unit)
     assert found.bores[1].x == pytest.approx(coarse.bores.rod_length, rel=1e-9)
-    assert any("in metres" in note for note in found.notes) is said
+    assert any("to be in m," in note for note in found.intake.assumed) is said
 
 
 def part(mesh, keep):

@@ -157,7 +157,8 @@ def _unsettled(summary: Summary) -> list[str]:
     """Return the peaks that finer elements would change, and those that no element size could settle."""
     results = summary.results
     loose = [case for case, result in results.items() if result.verdict == Verdict.NOT_CONVERGED]
-    remedy = "" if summary.passes else " (try --tolerance 5 or less)"
+    fixed = summary.passes or summary.model.mesh_from_file
+    remedy = "" if fixed else " (try --tolerance 5 or less)"
     lines = [f"Not converged: {', '.join(loose)}{remedy}"] if loose else []
     singular = {
         case: number(result.singular_max_von_mises_MPa, ".1f")
