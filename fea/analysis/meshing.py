@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 from fea.machine.clock import Clock
 from fea.rod.discretise import MeshedRod, MeshRequest, discretise
-from fea.rod.given import given_rod
 from fea.rod.load_cases import EngineLoading
 from fea.study.study import Study
 from geometry.errors import GeometryError
@@ -48,6 +47,8 @@ def mesh_study(
         touched=study.analysis.in_contact,
     )
     if study.rod.mesh is not None:
+        from fea.rod.given import given_rod  # noqa: PLC0415 - it loads scikit-fem, which meshing does without
+
         return given_rod(study.rod.mesh, request, clock or Clock())
     return discretise(study.rod, study.materials, request, clock or Clock())
 

@@ -86,7 +86,9 @@ def test_no_thread_imports_while_a_fork_reads_a_cad_file(monkeypatch, step):
     monkeypatch.setattr(runs, "places_of", lambda _: [])
     monkeypatch.setattr(runs, "imported_meanwhile", imported_meanwhile)
     monkeypatch.setattr(runs, "adaptive_mesh", meshed)
-    study = SimpleNamespace(rod=SimpleNamespace(cad=step), output=SimpleNamespace(screenshot=False))
+    study = SimpleNamespace(
+        rod=SimpleNamespace(from_file=step is not None), output=SimpleNamespace(screenshot=False)
+    )
     with pytest.raises(InterruptedError):
         runs.run_study(study, ahead=("json",))
     assert asked == [("json",) if step is None else ()]
