@@ -218,7 +218,7 @@ def rod_keys() -> dict[str, Any]:
 def sufficient() -> list[list[str]]:
     """Return sets of keys, each of which is enough to define a rod."""
     return [
-        *([key] for key in _FILES),
+        *([key] for key in (*_FILES, "mesh")),
         ["preset"],
         ["length_mm", *_MASS_KEYS],
         [f"{name}_mm" for name in _LEAST],

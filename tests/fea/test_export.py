@@ -17,9 +17,31 @@ from geometry.invalid import InvalidValue
 from geometry.surfaces import Surface
 from mesh.faces import boundary_facets
 
+MATERIAL = '[material]\npreset = "leon-2001"\n'
+ENGINE = """
+[engine]
+stroke_mm = 94.0
+bore_mm = 76.0
+piston_mass_kg = 1.3345
+gas = "leon-2001"
+[speed]
+rpm = 6000
+"""
+ROD = """
+[rod]
+length_mm = 141.0
+big_end_bore_mm = 50.0
+small_end_bore_mm = 24.0
+shank_section = "rectangular"
+[mesh]
+size_mm = 20.0
+"""
 BUSHED = """
 [rod]
-preset = "leon-2001"
+length_mm = 141.0
+big_end_bore_mm = 50.0
+small_end_bore_mm = 24.0
+shank_section = "rectangular"
 bushing_mm = 2.0
 [material]
 preset = "leon-2001"
@@ -39,15 +61,12 @@ AGREE = 1e-3
 @pytest.fixture(scope="module")
 def left(tmp_path_factory):
     """The folder of a coarse run of given forces and what its summary says."""
-    folder = tmp_path_factory.mktemp("export") / "run"
-    summary = run("leon-2001", rpm=6000, size=20, out=folder)
-    return folder, summary
+    folder = tmp_path_factory.mktemp("export")
+    return folder / "run", run(parse_study(ROD + MATERIAL + ENGINE, "plain", folder), out=folder / "run")
 
 
-def mesh_study_of(path, text="", **tables):
-    body = f'[rod]\nmesh = "{path.name}"\n{text}[material]\npreset = "leon-2001"\n'
-    engine = '[engine]\nstroke_mm = 94.0\nbore_mm = 76.0\npiston_mass_kg = 1.3345\ngas = "leon-2001"\n'
-    return parse_study(body + engine + "[speed]\nrpm = 6000\n", "mine", path.parent)
+def mesh_study_of(path):
+    return parse_study(f'[rod]\nmesh = "{path.name}"\n' + MATERIAL + ENGINE, "mine", path.parent)
 
 
 @pytest.mark.parametrize("suffix", [".inp", ".msh", ".med", ".xdmf", ".vtu", ".bdf"])
@@ -107,8 +126,7 @@ def test_parts_keep_their_materials(tmp_path):
 
 
 def test_the_named_bores_are_in_a_gmsh_file(left, tmp_path):
-    folder, _ = left
-    made = export_run(folder, tmp_path / "rod.msh")
+    made = export_run(left[0], tmp_path / "rod.msh")
     read = meshio.read(tmp_path / "rod.msh")
     assert {"big_end_bore", "small_end_bore", "free", "rod"} <= set(read.field_data)
     assert read.point_data["tension_displacement"].shape == (len(read.points), 3)

@@ -25,8 +25,8 @@ from mesh.tetmesh import TetMesh
 BORES = (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
 
 
-def meshed(element="p1", size=12.0, **dimensions):
-    study = load_study("leon-2001").with_rod(**dimensions)
+def meshed(element="p1", size=16.0, **dimensions):
+    study = load_study("leon-2001").with_rod(shank_section="rectangular", **dimensions)
     flags = Flags(size=size, element=Element(element), symmetry=Symmetry.NONE)
     return mesh_study(flags.applied(study))
 
