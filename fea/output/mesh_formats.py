@@ -100,6 +100,8 @@ def write_mesh(
         with tempfile.TemporaryDirectory(dir=path.parent, prefix=".export-") as scratch:
             place = Path(scratch) / path.name
             write(str(place), _content(form, mesh, point_data, cell_data), **dict(form.options or {}))
+            if form.module == "nastran":
+                _with_valid_names(place)
             made = sorted(Path(scratch).iterdir())
             for file in made:
                 file.replace(path.parent / file.name)
@@ -112,6 +114,11 @@ def write_mesh(
     return tuple(path.parent / file.name for file in made)
 
 
+def _with_valid_names(path: Path) -> None:
+    """Name ten-node tetrahedra as Nastran does; meshio writes a name of its own."""
+    path.write_bytes(path.read_bytes().replace(b"\nCTETRA_ ", b"\nCTETRA  "))
+
+
 def _content(
     form: Format, mesh: TetMesh, point_data: Mapping[str, Array], cell_data: Mapping[str, Array]
 ) -> Any:
@@ -121,14 +128,18 @@ def _content(
         return Mesh(*_skin(mesh))
     kind = "tetra" if mesh.order == 1 else "tetra10"
     if form.module == "nastran":
-        return Mesh(_ten_digits(mesh.points), [(kind, mesh.tets)])
+        part = np.ones(len(mesh.tets), dtype=int) if mesh.part is None else mesh.part + 1
+        property_numbers = {"nastran:ref": [part]}
+        return Mesh(_ten_digits(mesh.points), [(kind, mesh.tets)], cell_data=property_numbers)
     points = {name: _wide(values) if form.module == "gmsh" else values for name, values in point_data.items()}
     if not form.surfaces or not mesh.facets:
         return Mesh(
             mesh.points,
             [(kind, mesh.tets)],
             point_data=points if form.points else {},
-            cell_data={name: [values] for name, values in cell_data.items()} if form.cells else {},
+            cell_data={name: [_plain(form, values)] for name, values in cell_data.items()}
+            if form.cells
+            else {},
         )
     return _with_surfaces(form, kind, mesh, points)
 
@@ -159,6 +170,11 @@ def _ten_digits(points: Array) -> Array:
     return np.reshape(short, points.shape)
 
 
+def _plain(form: Format, values: Array) -> Array:
+    """Arrays in a type that readers know: VTK has no name for integers that meshio writes."""
+    return values.astype(float) if form.module == "vtk" else values
+
+
 def _wide(values: Array) -> Array:
     """Symmetric tensors as nine components."""
     return np.asarray(values[:, _FULL]) if values.ndim == 2 and values.shape[1] == 6 else values
@@ -170,4 +186,4 @@ def _skin(mesh: TetMesh) -> tuple[Array, list[tuple[str, Ints]]]:
     if mesh.order == 2:
         facets = facets[:, _ORDER_OF_MIDDLES].reshape(-1, 3)
     used, local = np.unique(facets, return_inverse=True)
-    return mesh.points[used], [("triangle", local.reshape(-1, 3))]
+    return mesh.points[used], [("triangle", local.reshape(-1, 3).astype(np.int32))]
