@@ -186,8 +186,8 @@ def _require_one_piece(tets: Ints, points: Floats, numbers: Ints) -> None:
     bodies, first, sizes = np.unique(label[tets[:, 0]], return_index=True, return_counts=True)
     if len(bodies) > 1:
         told = [
-            _body(int(size), int(numbers[row]), points[tets[label[tets[:, 0]] == body]])
-            for body, row, size in zip(bodies[:_SHOWN], first, sizes, strict=False)
+            _body(int(sizes[n]), int(numbers[first[n]]), points[tets[label[tets[:, 0]] == bodies[n]]])
+            for n in np.argsort(-sizes, kind="stable")[:_SHOWN]
         ]
         raise MeshError(
             f"it consists of {len(bodies)} bodies that share no nodes: {'; '.join(told)}. Give the rod and "

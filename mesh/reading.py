@@ -1,6 +1,7 @@
 """Read the tetrahedra of a file, through meshio or, for Abaqus and CalculiX, from the deck itself."""
 
 import io
+import re
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -60,8 +61,13 @@ def _through_meshio(path: Path, name: str) -> TetFile:
 
 
 def _bulk_data(path: Path) -> io.StringIO:
-    """Nastran's bulk data between the lines that meshio insists on; many programs write them without."""
+    """Nastran's bulk data as meshio insists on it: marked continuation lines, between two other lines."""
     text = path.read_text(encoding="utf-8", errors="replace")
+    if "\nCTETRA*" in text:
+        raise MeshError(
+            "its CTETRA entries are in large fields, which are not supported. Write them in small ones"
+        )
+    text = re.sub(r"(?m)^(?: {8}|(?=,))(?=.*\S)", lambda blank: "+".ljust(len(blank[0])), text)
     begin = "" if "BEGIN BULK" in text else "BEGIN BULK\n"
     end = "" if "\nENDDATA" in text else "\nENDDATA\n"
     return io.StringIO(begin + text + end)

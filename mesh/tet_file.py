@@ -66,6 +66,11 @@ def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
             f"it holds {_listed(count)}: first- and second-order tetrahedra together are not supported. Use "
             "one order for the whole mesh"
         )
+    nodes = 4 if tets[0][0] == "tetra" else 10
+    if any(rows.shape[1:] != (nodes,) for _, rows, _ in tets):
+        raise MeshError(
+            "some of its tetrahedra have neither four nor ten nodes. Give all of them ten, or all four"
+        )
     rows = np.concatenate([rows for _, rows, _ in tets]).astype(np.int64)
     if len(rows) > MOST_TETS:
         raise MeshError(

@@ -136,3 +136,23 @@ def test_a_cad_file_alone_is_measured_asked_about_and_run(tmp_path):
     assert not any("assumed material" in note for note in named["notes"])
     unknown = fea("run", "rod.igs", "--material", "c70", cwd=tmp_path)
     assert (unknown.returncode, "Valid names" in unknown.stderr) == (2, True)
+
+
+def test_a_run_goes_to_another_program_and_its_mesh_comes_back(tmp_path):
+    text = '[rod]\npreset = "leon-2001"\nshank_section = "rectangular"\n[forces]\npin_N = [2e4, 0.0]\n'
+    (tmp_path / "mine.toml").write_text(text)
+    first = figures("run", "mine.toml", "--size", 20, "--element", "p1", "--out", "run", cwd=tmp_path)
+    done = fea("export", "run", "rod.inp", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("Wrote rod.inp\nNote: pressures and inertia are nodal forces")
+    measured = figures("rod", "rod.inp", cwd=tmp_path)
+    assert measured["mass_kg"] == pytest.approx(first["rod"]["mass_kg"], rel=1e-6)
+    assert measured["bores"][0]["diameter_mm"] == pytest.approx(50.0, rel=1e-5)
+    assert "unit" in measured
+    asked = fea("run", "rod.inp", cwd=tmp_path)
+    assert asked.returncode == 2
+    assert f'mesh = "{tmp_path / "rod.inp"}"' in asked.stderr
+    refused = fea("run", "rod.inp", "--size", 5, cwd=tmp_path)
+    assert refused.returncode == 2
+    assert "a mesh from a file is solved as it is" in refused.stderr
+    assert fea("export", "run", "rod.step", cwd=tmp_path).returncode == 2
