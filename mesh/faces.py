@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from geometry.arrays import Ints
+from geometry.arrays import Ints, Mask
 from mesh.tetmesh import EDGES, FACES
 
 _MIDDLE = {(int(a), int(b)): node for node, (a, b) in enumerate(EDGES, start=4)}
@@ -22,6 +22,15 @@ def face_counts(tets: Ints) -> tuple[Ints, Ints]:
     _, edge = np.unique(a * n_points + b, return_inverse=True)
     _, which, counts = np.unique(edge * n_points + c, return_inverse=True, return_counts=True)
     return which.reshape(-1, 4), counts
+
+
+def folded(tets: Ints) -> Mask:
+    """Elements (n_elements,), positively oriented, that lie on the same side of a face as their neighbour."""
+    which, counts = face_counts(tets)
+    a, b, c = tets[:, FACES].reshape(-1, 3).T
+    even = (a < b).astype(int) + (b < c) + (c < a) == 2  # as a permutation of the rising order
+    evens = np.bincount(which.ravel(), even)
+    return np.asarray(((counts == 2) & (evens != 1))[which].any(axis=1))
 
 
 def boundary_facets(tets: Ints) -> Ints:

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from geometry.arrays import Floats, Ints, Mask
 from mesh.errors import MeshError
-from mesh.faces import face_counts
+from mesh.faces import face_counts, folded
 from mesh.quality import shape
 from mesh.tet_file import TetFile
 from mesh.tetmesh import EDGES, TetMesh
@@ -159,6 +159,10 @@ def _require_conforming(tets: Ints, numbers: Ints, points: Floats) -> None:
         numbers,
         "a face that belongs to more than two elements: they overlap",
     )
+    what = (
+        "a neighbour on the same side of their common face: they overlap, perhaps because a node is misplaced"
+    )
+    _refuse(folded(tets), numbers, what)
     if tets.shape[1] == 4:
         return
     vertex = np.zeros(len(points), dtype=bool)

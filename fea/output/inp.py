@@ -15,6 +15,8 @@ from mesh.tetmesh import FACES, TetMesh
 # The ten-node tetrahedron numbers its mid-edge nodes as VTK does, so the order of the nodes does not change.
 _ELEMENT = {1: "C3D4", 2: "C3D10"}
 _PER_LINE = 8
+# Forces below this part of the largest are what rounding leaves.
+_NOTHING = 1e-14
 _UNITS = "** mm, N, MPa, t"
 # The decks' number of each face of `FACES`: S1 has the vertices 1-2-3, S2 1-4-2, S3 2-4-3, S4 3-4-1.
 _FACE_NUMBER = np.array([1, 2, 4, 3])
@@ -184,7 +186,7 @@ def _step(step: Step, *, several: bool) -> Iterator[str]:
         for node, axis in np.argwhere(step.fixed).tolist():
             value = f",{held[node, axis]:.12e}" if held[node, axis] else ""
             yield f"{node + 1},{axis + 1},{axis + 1}{value}"
-    loaded = np.argwhere(step.forces)
+    loaded = np.argwhere(np.abs(step.forces) > _NOTHING * np.abs(step.forces).max(initial=0.0))
     if len(loaded):
         yield f"*CLOAD{new}"
         values = step.forces[loaded[:, 0], loaded[:, 1]].tolist()

@@ -112,6 +112,10 @@ WRONG = {
         ),
         "more than two elements: they overlap",
     ),
+    "a misplaced node": (
+        moved(FIRST, 6, [3.0, 1.0, 0.0]),
+        "a neighbour on the same side of their common face",
+    ),
     "two bodies": (
         replace(
             FIRST,
