@@ -31,7 +31,10 @@ def read_tets(path: Path) -> TetFile:
         return read_inp(path) if name == "abaqus" else _through_meshio(path, name)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from error
-    except (OSError, ImportError, MemoryError) as error:
+    except ImportError as error:
+        missing = error.name or "a library"
+        raise ImportError(f"{path} cannot be read without {missing}. Type: pip install {missing}") from error
+    except (OSError, MemoryError) as error:
         if isinstance(error, OSError) and error.errno is None:  # h5py's, for files that are not HDF5
             raise _damaged(path, name, error) from error
         raise

@@ -16,7 +16,7 @@ from mesh.tetmesh import FACES, TetMesh
 _ELEMENT = {1: "C3D4", 2: "C3D10"}
 _PER_LINE = 8
 # Forces below this part of the largest are what rounding leaves.
-_NOTHING = 1e-14
+_NOTHING = 1e-12
 _UNITS = "** mm, N, MPa, t"
 # The decks' number of each face of `FACES`: S1 has the vertices 1-2-3, S2 1-4-2, S3 2-4-3, S4 3-4-1.
 _FACE_NUMBER = np.array([1, 2, 4, 3])
