@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from geometry.arrays import Floats
-from mesh.cylinder import straightest
+from mesh.cylinder import fitted_axes, straightest
 from mesh.errors import MeshError
 from mesh.round_hole import RoundHole, round_holes
 from mesh.skin import Skin
@@ -19,6 +19,8 @@ _WIDE, _CLOSE = 0.05, 0.015
 _DIRECTIONS, _ALIGNED, _ALIGNED_SINE = 6, math.cos(math.radians(8)), math.sin(math.radians(3))
 # Sine of the angle, and distance over the radius, from which on two axes are not the same.
 _ANOTHER, _APART = 0.05, 0.05
+# Sums of radii within this factor are of the same holes, seen along directions a little apart.
+_SAME_SIZE = 0.97
 # The centre of gravity lies between the bores: no farther off their line than this part of the length.
 _OFF_LINE = 0.15
 # From this share of a turn on, an open wall may be half a bore; fillets are shorter.
@@ -48,7 +50,7 @@ def find_bore_pair(skin: Skin, named: tuple[float | None, float | None] = (None,
     every = sorted((hole for holes in found for hole in holes), key=lambda hole: -hole.radius)
     if not pairs:
         raise MeshError(f"no two parallel round bores were found on its surface. {_listed(every)}. {_REMEDY}")
-    best = max(pairs, key=_size)
+    best = _straightened(skin, _largest(pairs))
     _require_only(best, every, named)
     if not any(named):
         _require_largest(best, every)
@@ -56,8 +58,25 @@ def find_bore_pair(skin: Skin, named: tuple[float | None, float | None] = (None,
     return _heavier_first(best, skin) if _alike(*best) and not any(named) else best
 
 
-def _size(holes: Sequence[RoundHole]) -> float:
-    return sum(hole.radius for hole in holes if hole.closed)
+def _largest(pairs: Sequence[Pair]) -> Pair:
+    """The pair of the largest holes; of those that directions a little apart give, the one with most wall."""
+    radius = max(one.radius + other.radius for one, other in pairs)
+    alike = [pair for pair in pairs if pair[0].radius + pair[1].radius > _SAME_SIZE * radius]
+    return max(alike, key=lambda pair: pair[0].area + pair[1].area)
+
+
+def _straightened(skin: Skin, pair: Pair) -> Pair:
+    """The same holes along the axis that fits their walls, with all facets that lie on them then."""
+    clouds = [skin.points[np.unique(skin.facets[bore.facets])] for bore in pair]
+    holes = round_holes(skin, fitted_axes(clouds, pair[0].direction).direction, _CLOSE)
+    found = [max(holes, key=lambda hole: _common(hole, bore), default=bore) for bore in pair]
+    lost = any(hole.area < bore.area for hole, bore in zip(found, pair, strict=True))
+    return pair if lost else (found[0], found[1])
+
+
+def _common(hole: RoundHole, bore: RoundHole) -> int:
+    """How many facets two walls have in common."""
+    return int(np.isin(hole.facets, bore.facets).sum())
 
 
 def _directions(skin: Skin) -> list[Floats]:
@@ -125,7 +144,9 @@ def _bearing(holes: Sequence[RoundHole]) -> list[RoundHole]:
 
 
 def _beside(hole: RoundHole, bore: RoundHole) -> bool:
-    """Whether a hole has another axis than a bore."""
+    """Whether a hole has another axis than a bore, and no wall in common with it."""
+    if _common(hole, bore):
+        return False
     turned = float(np.linalg.norm(np.cross(hole.direction, bore.direction)))
     return turned > _ANOTHER or bore.apart(hole) > _APART * bore.radius
 
