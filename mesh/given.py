@@ -15,7 +15,7 @@ from mesh.bore_pair import Pair, find_bore_pair
 from mesh.cylinder import Axes, fitted_axes
 from mesh.errors import MeshError
 from mesh.faces import boundary_facets
-from mesh.mend import mended
+from mesh.mend import Mended, mended
 from mesh.numbering import numbered
 from mesh.quality import Quality, measure, scaled_jacobian
 from mesh.quality import mended as straightened
@@ -27,8 +27,10 @@ from mesh.tetmesh import EDGES, TetMesh
 # that varies around the bore is meaningless on a rougher one.
 _ROUGHEST = 0.01
 _ROUGH = 1e-3  # is told
-# Below this extent a rod cannot be meant in millimetres, but in metres.
+# Below this extent a rod cannot be meant in millimetres.
 _LEAST_EXTENT = 3.0
+# Distances of the bores, mm: those that need no second look, and those that tell another unit, as for CAD.
+_BELIEVED, _USUAL = (20.0, 4000.0), (50.0, 2000.0)
 
 
 @dataclass(frozen=True)
@@ -68,8 +70,8 @@ def given_mesh(
     named
         Diameters of the big-end and the small-end bore, mm, where the two largest holes are not the bores.
     unit
-        Of lengths in the file, of `geometry.cad.file.UNITS`; None for millimetres, or metres where the mesh
-        would be tiny.
+        Of lengths in the file, of `geometry.cad.file.UNITS`; None for millimetres, or the one with which the
+        rod has a usual length.
 
     Raises
     ------
@@ -81,29 +83,47 @@ def given_mesh(
     file = read_tets(path)
     try:
         sound = mended(file)
-        scale = unit or _plausible_unit(sound.mesh.points)
-        points = UNITS[scale] * sound.mesh.points
-        mesh, curved = straightened(replace(sound.mesh, points=points))
-        _require_jacobians(mesh)
-        facets = boundary_facets(mesh.tets)
-        skin = Skin(mesh.points, facets[:, :3])
-        pair = find_bore_pair(skin, named)
-        axes = _axes(skin, pair)
+        scale = unit or _first_guess(sound.mesh.points)
+        found = _measured(sound, scale, named)
+        usual = unit or _usual(found.bores[1].x / UNITS[scale], scale)
+        if usual != scale:
+            found = _measured(sound, usual, named)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from error
+    if unit is not None or usual == "mm":
+        return found
+    said = f"the mesh is taken to be in {usual}, because in mm the rod would be of no usual length (rod.unit)"
+    intake = replace(found.intake, assumed=(said, *found.intake.assumed))
+    return replace(found, intake=intake)
+
+
+def _first_guess(points: Floats) -> str:
+    return "m" if float(np.ptp(points, axis=0).max()) < _LEAST_EXTENT else "mm"
+
+
+def _usual(length: float, guess: str) -> str:
+    """Return the unit with which a distance of bores is that of a rod; or the guess, if there is none."""
+    if _BELIEVED[0] <= length * UNITS[guess] <= _BELIEVED[1]:
+        return guess
+    units = (unit for unit in ("mm", "m", "in", "cm") if _USUAL[0] <= length * UNITS[unit] <= _USUAL[1])
+    return next(units, guess)
+
+
+def _measured(sound: Mended, unit: str, named: tuple[float | None, float | None]) -> GivenMesh:
+    """Find the bores of a mesh in some unit, and place it."""
+    scaled = replace(sound.mesh, points=UNITS[unit] * sound.mesh.points)
+    mesh, curved = straightened(scaled)
+    _require_jacobians(mesh)
+    facets = boundary_facets(mesh.tets)
+    skin = Skin(mesh.points, facets[:, :3])
+    pair = find_bore_pair(skin, named)
+    axes = _axes(skin, pair)
     placed, bores = _placed(mesh, skin, pair, axes)
     whole = replace(placed, facets=_named(facets, pair))
-    quality = measure(whole, curved)
-    assumed = [*sound.notes]
-    if unit is None and scale != "mm":
-        assumed.append(
-            f"the mesh is taken to be in {scale}, because it would be tiny in mm; rod.unit overrides this"
-        )
-    if axes.residual > _ROUGH:
-        assumed.append(f"the bores are cylinders to {100 * axes.residual:.2g} % of their radius")
-    assumed += _cavities(skin)
-    intake = Intake(scale, (), _found(pair, bores), tuple(assumed))
-    return GivenMesh(numbered(whole)[0], bores, mean_edge(placed), quality, intake)
+    rough = f"the bores are cylinders to {100 * axes.residual:.2g} % of their radius"
+    assumed = (*sound.notes, *([rough] if axes.residual > _ROUGH else []), *_cavities(skin))
+    intake = Intake(unit, (), _found(pair, bores), assumed)
+    return GivenMesh(numbered(whole)[0], bores, mean_edge(placed), measure(whole, curved), intake)
 
 
 def _found(pair: Pair, bores: tuple[Bore, Bore]) -> tuple[FoundBore, FoundBore]:
@@ -136,10 +156,6 @@ def named_mesh(mesh: TetMesh, named: tuple[float | None, float | None]) -> tuple
         pair = pair[::-1]
     _, bores = _placed(mesh, skin, pair, _axes(skin, pair))
     return replace(mesh, facets=_named(facets, pair)), bores
-
-
-def _plausible_unit(points: Floats) -> str:
-    return "m" if float(np.ptp(points, axis=0).max()) < _LEAST_EXTENT else "mm"
 
 
 def _cavities(skin: Skin) -> list[str]:

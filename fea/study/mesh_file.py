@@ -25,8 +25,8 @@ class MeshFile:
     path
         The file.
     unit
-        Its unit of length, of `geometry.cad.file.UNITS`; None for millimetres, or metres where the mesh would
-        be tiny.
+        Its unit of length, of `geometry.cad.file.UNITS`; None for millimetres, or the one with which the rod
+        has a usual length.
     big_end_bore, small_end_bore
         Diameters that identify the bores, mm, needed if these are not the two largest parallel through-holes.
     """

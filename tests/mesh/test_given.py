@@ -90,16 +90,19 @@ def test_a_mesh_from_a_file_stands_in_the_rod_frame_with_its_bores_named(curved,
 
 
 @pytest.mark.parametrize(
-    ("scale", "unit", "said"), [(1e-3, None, True), (1e-3, "m", False), (1 / 25.4, "in", False)]
+    ("scale", "unit", "said"),
+    [(1e-3, None, "m"), (1e-3, "m", ""), (1 / 25.4, None, "in"), (1 / 25.4, "in", "")],
 )
-def test_metres_are_recognised_and_other_units_can_be_given(coarse, tmp_path, scale, unit, said):
+def test_the_unit_is_recognised_by_the_length_of_the_rod_or_given(coarse, tmp_path, scale, unit, said):
     whole = coarse.whole
     (tmp_path / "rod.inp").write_text(
         deck(TetFile(scale * whole.points, whole.tets, np.arange(len(whole.tets))))
     )
     found = given_mesh(tmp_path / "rod.inp", unit=unit)
     assert found.bores[1].x == pytest.approx(coarse.bores.rod_length, rel=1e-9)
-    assert any("to be in m," in note for note in found.intake.assumed) is said
+    assert [note.split(",")[0] for note in found.intake.assumed] == [
+        f"the mesh is taken to be in {said}"
+    ] * bool(said)
 
 
 def part(mesh, keep):
