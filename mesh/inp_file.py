@@ -4,6 +4,7 @@ meshio reads such files too, but only with a single block of nodes and no elemen
 of which gmsh writes some (CPS6), and it drops the numbers of the elements.
 """
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
@@ -14,8 +15,7 @@ from geometry.arrays import Floats, Ints
 from mesh.errors import MeshError
 from mesh.tet_file import TetFile, tet_file
 
-# The shape of solid elements by the number that ends their name (C3D10M, C3D20R); "C3D" is Abaqus's prefix of
-# all of them.
+# The shape of solid elements by the number in their name (C3D10M, C3D20R; DC3D10 for heat).
 _SOLIDS = {
     "4": "tetra",
     "5": "pyramid",
@@ -70,8 +70,8 @@ def read_inp(path: Path) -> TetFile:
 def _cards(lines: Iterable[str]) -> Iterator[tuple[str, dict[str, str], list[str]]]:
     """Keyword, options and data lines of each card."""
     keyword, options, data = "", dict[str, str](), list[str]()
-    for line in chain(lines, ["*END"]):
-        if line.startswith("**") or not line.strip():
+    for line in map(str.lstrip, chain(lines, ["*END"])):
+        if line.startswith("**") or not line:
             continue
         if not line.startswith("*"):
             data.append(line)
@@ -88,8 +88,8 @@ def _cards(lines: Iterable[str]) -> Iterator[tuple[str, dict[str, str], list[str
 def _kind(name: str) -> str:
     """Meshio's name of an element type; the type itself where it is not a solid."""
     name = name.upper()
-    digits = "".join(letter for letter in name.removeprefix("C3D") if letter.isdigit())
-    return _SOLIDS.get(digits, name) if name.startswith("C3D") else name
+    solid = re.search(r"C3D(\d+)", name)
+    return _SOLIDS.get(solid[1], name) if solid else name
 
 
 def _coordinates(lines: Sequence[str]) -> Floats:

@@ -11,6 +11,7 @@ import numpy as np
 from mesh.errors import MeshError
 from mesh.formats import FORMATS
 from mesh.inp_file import read_inp
+from mesh.msh_file import is_msh, read_msh
 from mesh.tet_file import TetFile, tet_file
 
 
@@ -52,7 +53,12 @@ def _damaged(path: Path, name: str, error: Exception) -> MeshError:
 
 def _through_meshio(path: Path, name: str) -> TetFile:
     read = import_module(f"meshio.{name}").read
-    found = read(_bulk_data(path) if name == "nastran" else str(path))
+    try:
+        found = read(_bulk_data(path) if name == "nastran" else str(path))
+    except Exception:
+        if name != "gmsh" or not is_msh(path):
+            raise
+        return read_msh(path)  # files in which some entities alone have physical groups
     if name == "nastran":
         _require_one_frame(found)
     first = 1

@@ -84,3 +84,38 @@ def test_solids_of_other_shapes_are_counted_and_refused(tmp_path):
     meshio.write(tmp_path / "skin.vtu", meshio.Mesh(points, [("triangle", [[0, 1, 2]])]))
     with pytest.raises(MeshError, match="it holds 1 triangles but no tetrahedra"):
         read_tets(tmp_path / "skin.vtu")
+
+
+def test_a_gmsh_file_with_physical_groups_on_some_entities_alone_is_read(tmp_path):
+    # Two volumes, one of them in a group: meshio does not take this.
+    points = "\n".join(f"{x} {y} {z}" for x, y, z in FILE.points.tolist())
+    half = len(FILE.tets) // 2
+    rows = [
+        " ".join(map(str, [n, *(tet + 1)]))
+        for n, tet in enumerate(FILE.tets[:, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]], 1)
+    ]
+    box = "0 0 0 2 1 1"
+    (tmp_path / "rod.msh").write_text(
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 2\n"
+        f"1 {box} 1 7 0\n2 {box} 0 0\n$EndEntities\n"
+        f"$Nodes\n1 {len(FILE.points)} 1 {len(FILE.points)}\n3 1 0 {len(FILE.points)}\n"
+        + "\n".join(map(str, range(1, len(FILE.points) + 1)))
+        + f"\n{points}\n$EndNodes\n"
+        f"$Elements\n2 {len(rows)} 1 {len(rows)}\n3 1 11 {half}\n"
+        + "\n".join(rows[:half])
+        + f"\n3 2 11 {len(rows) - half}\n"
+        + "\n".join(rows[half:])
+        + "\n$EndElements\n"
+    )
+    with pytest.raises(Exception, match="physical"):
+        meshio.gmsh.read(tmp_path / "rod.msh")
+    found = read_tets(tmp_path / "rod.msh")
+    np.testing.assert_array_equal(found.tets, FILE.tets)
+    np.testing.assert_allclose(found.points, FILE.points)
+
+
+def test_a_script_that_is_called_a_mesh_is_not_run(tmp_path):
+    (tmp_path / "rod.msh").write_text(f'SystemCall "touch {tmp_path}/run";\n')
+    with pytest.raises(MeshError, match="could not be read as a file of the format gmsh"):
+        read_tets(tmp_path / "rod.msh")
+    assert not (tmp_path / "run").exists()

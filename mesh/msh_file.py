@@ -1,0 +1,54 @@
+"""Nodes and tetrahedra of a .msh file through gmsh, for those that meshio does not take."""
+
+from pathlib import Path
+
+import gmsh
+import numpy as np
+
+from geometry.session import session
+from mesh.tet_file import TetFile, tet_file
+
+# Kinds of solid elements, by gmsh's numbers; it numbers the last two mid-side nodes the other way round.
+_KINDS = {
+    4: "tetra",
+    11: "tetra10",
+    5: "hexahedron",
+    12: "hexahedron27",
+    17: "hexahedron20",
+    6: "wedge",
+    7: "pyramid",
+}
+_HEAD = b"$MeshFormat"
+_FROM_GMSH = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
+
+
+def is_msh(path: Path) -> bool:
+    """Whether a file begins as a .msh file; gmsh would run any other as a script."""
+    with path.open("rb") as file:
+        return file.read(len(_HEAD)) == _HEAD
+
+
+def read_msh(path: Path) -> TetFile:
+    """Read a file, for which `is_msh` holds, in a gmsh session of its own.
+
+    Raises
+    ------
+    MeshError
+        It holds no tetrahedra, or other solid elements too.
+    Exception
+        gmsh cannot read it.
+    """
+    with session():
+        gmsh.open(str(path))
+        tags, coordinates, _ = gmsh.model.mesh.getNodes()
+        order = np.argsort(tags)
+        ids = tags[order].astype(np.int64)
+        blocks = []
+        for number, kind in _KINDS.items():
+            own, nodes = gmsh.model.mesh.getElementsByType(number)
+            if len(own):
+                rows = np.searchsorted(ids, nodes.astype(np.int64)).reshape(len(own), -1)
+                blocks.append(
+                    (kind, rows[:, _FROM_GMSH] if kind == "tetra10" else rows, own.astype(np.int64))
+                )
+    return tet_file(coordinates.reshape(-1, 3)[order], blocks)
