@@ -29,7 +29,7 @@ class Step:
     Attributes
     ----------
     title
-        For the comment above it.
+        For the comment above it; empty for none.
     forces
         (n_nodes, 3) nodal forces, N: pressures and body forces together.
     fixed
@@ -55,9 +55,7 @@ def write_inp(
 
     Parameters and errors are those of `write_deck` and `Step`.
     """
-    write_deck(
-        path, mesh, {"material": material}, [Step("static load case", forces, fixed)], ["static load case"]
-    )
+    write_deck(path, mesh, {"material": material}, [Step("", forces, fixed)], ["static load case"])
 
 
 def write_deck(
@@ -176,7 +174,7 @@ def _set_name(part: str) -> str:
 
 def _step(step: Step, *, several: bool) -> Iterator[str]:
     new = ", OP=NEW" if several else ""
-    if several:
+    if step.title:
         yield f"** {step.title}"
     yield "*STEP"
     yield "*STATIC"
