@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mesh.cylinder import (
@@ -51,6 +51,7 @@ def wall(axis, center, size, *, noise=0.0, seed=0):
     return center + own[:, None] * arms + height[:, None] * axis, -arms
 
 
+@settings(max_examples=25)
 @given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.integers(0, 20))
 def test_two_parallel_cylinders_are_found_from_a_guess_some_degrees_off(u, v, seed):
     axis = np.array([u, v, 1.0])

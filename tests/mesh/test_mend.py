@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from tet_blocks import block
 
@@ -30,6 +30,7 @@ def test_a_sound_mesh_stays_as_it_is(order):
     assert volume(found.mesh) == pytest.approx(2.0, rel=1e-12)
 
 
+@settings(max_examples=30)
 @given(turned=st.sets(st.integers(0, 11)), order=st.sampled_from([1, 2]))
 def test_elements_that_are_inside_out_are_turned_over(turned, order):
     file = block(order=order)
@@ -43,6 +44,7 @@ def test_elements_that_are_inside_out_are_turned_over(turned, order):
     ] or not turned
 
 
+@settings(max_examples=30)
 @given(order=st.sampled_from([1, 2]), seed=st.integers(0, 99))
 def test_doubled_nodes_orphans_and_doubled_elements_go(order, seed):
     file = block(order=order)
