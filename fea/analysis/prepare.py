@@ -252,7 +252,7 @@ class PreparedRod:
     def sharp_places(self) -> SharpPlaces | None:
         """Judges load cases at the sharp re-entrant edges; None where the rod has none."""
         mesh = self.mesh
-        if not self.fields.errors.masked.any():
+        if mesh.creases is None or not self.fields.errors.masked.any():
             return None
         edges = SharpEdges.of(mesh.whole, mesh.creases.on(mesh.drawn_node))
         return None if edges is None else SharpPlaces(edges, self.materials[0].poissons_ratio)

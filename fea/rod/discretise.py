@@ -105,7 +105,7 @@ class MeshedRod:
     drawn_node
         (n_nodes,) node of `drawn` behind each node of the whole.
     creases
-        Of `drawn`.
+        Of `drawn`; None for a mesh from a file, where the turns of its facets tell sharp edges.
     bores
         Dimensions the pressures need.
     parts
@@ -122,12 +122,12 @@ class MeshedRod:
     mirrored: MirroredMesh
     drawn: TetMesh
     drawn_node: Ints
-    creases: Creases
     bores: Bores
     parts: dict[str, float]
     symmetry: Mirror
     meshing: Meshing
     intake: Intake | None = None
+    creases: Creases | None = None
 
     @property
     def whole(self) -> TetMesh:
@@ -135,8 +135,10 @@ class MeshedRod:
         return self.mirrored.mesh
 
     @property
-    def cell_creases(self) -> Creases:
-        """The creases for `cell`."""
+    def cell_creases(self) -> Creases | None:
+        """The creases for `cell`; None where they are not known."""
+        if self.creases is None:
+            return None
         drawn = np.empty(len(self.cell.points), dtype=np.int64)
         drawn[self.mirrored.source] = self.drawn_node
         return self.creases.on(drawn)

@@ -63,7 +63,7 @@ def determinate_restraints(mesh: TetMesh) -> Mask:
     slope = slope if abs(slope) > _ALONG else 0.0
     off = np.abs(y - y[a] - slope * (x - x[a]))
     c = level[off[level].argmax()]
-    if Surface.SYMMETRY_Z not in mesh.facets and off[c] < np.ptp(y) / 8:  # few nodes on z = 0, near AB perhaps
+    if Surface.SYMMETRY_Z not in mesh.facets and off[c] < np.ptp(y) / 8:  # few nodes on z = 0, and near AB
         c = off.argmax()
     held[a] = True
     held[b, 1:] = True
