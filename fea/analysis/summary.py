@@ -101,7 +101,11 @@ def summary_of(
         study=rod.name,
         rpm=rpm,
         trusted=all(item.passed for item in checks.values()),
-        survival=survival(factors(results, buckling, envelope), rod.options.min_safety),
+        survival=survival(
+            factors(results, buckling, envelope),
+            rod.options.min_safety,
+            given_mesh=bool(rod.mesh.meshing.given),
+        ),
         rod=_rod(rod),
         engine=_engine(rod),
         loads=loads,

@@ -103,7 +103,9 @@ def factors(
     return found
 
 
-def survival(found: Sequence[Factor], required: float | None = None) -> SurvivalFigures:
+def survival(
+    found: Sequence[Factor], required: float | None = None, *, given_mesh: bool = False
+) -> SurvivalFigures:
     """Judge the safety factors of a run.
 
     Parameters
@@ -112,6 +114,8 @@ def survival(found: Sequence[Factor], required: float | None = None) -> Survival
         From `factors`; not empty.
     required
         The required safety factor (``--min-safety``); 1 by default.
+    given_mesh
+        Whether the mesh comes from a file, so that no tolerance can refine it.
     """
     least = 1.0 if required is None else required
     failed, open_ = (
@@ -122,7 +126,7 @@ def survival(found: Sequence[Factor], required: float | None = None) -> Survival
     if failed:
         answer, text = Answer.FAILS, _failed(failed, required)
     elif open_:
-        answer, text = Answer.UNDECIDED, _undecided(governing, least)
+        answer, text = Answer.UNDECIDED, _undecided(governing, least, given_mesh=given_mesh)
     else:
         answer, text = Answer.SURVIVES, _survived(governing, required)
     return SurvivalFigures(
@@ -156,11 +160,13 @@ def _survived(governing: Factor, required: float | None) -> str:
     return f"{than} {governing.text}{_against(governing)}"
 
 
-def _undecided(governing: Factor, required: float) -> str:
-    """Say which tolerance would decide."""
+def _undecided(governing: Factor, required: float, *, given_mesh: bool) -> str:
+    """Say which tolerance would decide, or that a finer mesh may."""
     apart = 100 * abs(governing.value / required - 1)
     if apart < _CLOSEST_PERCENT:
         remedy = f"the factor is within {_CLOSEST_PERCENT:g} % of it, closer than a mesh can tell"
+    elif given_mesh:
+        remedy = "a finer mesh may decide"
     else:
         remedy = f"--tolerance {_AIM * apart:.2g} would decide"
     return f"undecided, safety factor {governing.text}{_against(governing)} includes {required:g}; {remedy}"
