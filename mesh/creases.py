@@ -141,10 +141,16 @@ def _normals(curve: int, at: Floats, face: int) -> Floats:
 
 
 def _numbers(ends: Floats, mesh: TetMesh) -> Ints:
-    """Nodes (n, 2) of a mesh at places (n, 2, 3)."""
-    from scipy.spatial import KDTree  # noqa: PLC0415 - only a solid with creases needs it
-
-    return np.asarray(KDTree(mesh.points).query(ends)[1], dtype=np.int64)
+    """Nodes (n, 2) of a mesh at places (n, 2, 3), the nearest where none is exactly there."""
+    count, places = len(mesh.points), ends.reshape(-1, 3)
+    together = np.concatenate([mesh.points, places]) + 0.0  # no negative zeros
+    _, place = np.unique(together, axis=0, return_inverse=True)
+    node_at = np.full(len(together), -1)
+    node_at[place[:count]] = np.arange(count)
+    nodes = node_at[place[count:]]
+    for row in np.flatnonzero(nodes < 0):
+        nodes[row] = np.linalg.norm(mesh.points - places[row], axis=1).argmin()
+    return np.asarray(nodes, dtype=np.int64).reshape(-1, 2)
 
 
 def _in_words(face: int, cut: set[int]) -> str:
