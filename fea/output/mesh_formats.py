@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from fea.output.errors import StorageError
 from geometry.arrays import Ints
-from mesh.faces import boundary_facets
+from mesh.files.faces import boundary_facets
 from mesh.tetmesh import TetMesh
 
 Array = npt.NDArray[Any]

@@ -18,7 +18,7 @@ from geometry.faces import Bore
 from geometry.invalid import InvalidValue, require
 from geometry.mirror import Mirror
 from mesh.errors import MeshError
-from mesh.given import GivenMesh, mean_edge
+from mesh.files.given import GivenMesh, mean_edge
 from mesh.mirror import unmirrored
 from mesh.quality import measure
 from mesh.repair import NOTHING
@@ -68,7 +68,7 @@ def given_rod(file: MeshFile, request: MeshRequest, clock: Clock) -> MeshedRod:
 
 
 def _read(file: MeshFile) -> GivenMesh:
-    from mesh.given import given_mesh  # noqa: PLC0415 - loaded in the copy of the process that reads
+    from mesh.files.given import given_mesh  # noqa: PLC0415 - loaded in the copy of the process that reads
 
     size = file.path.stat().st_size
     allow(SECONDS + size / _READING)

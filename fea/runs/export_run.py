@@ -19,7 +19,7 @@ from geometry.invalid import InvalidValue, require
 from geometry.surfaces import Surface
 from loads.cases import LoadCase
 from mesh.errors import MeshError
-from mesh.given import named_mesh
+from mesh.files.given import named_mesh
 
 SUFFIXES = (".inp", *FORMATS)
 # Largest relative difference between the forces of a run and those worked out again for its deck.

@@ -9,7 +9,7 @@ from fea.study.paths import is_file, located
 from fea.study.tables import checked
 from geometry.cad.file import UNITS
 from geometry.invalid import require, require_positive
-from mesh.formats import FORMATS, is_mesh
+from mesh.files.formats import FORMATS, is_mesh
 
 LARGEST_MESH_FILE = 2**30  # bytes; a deck of a million ten-node tetrahedra takes a sixth
 _BORES = ("big_end_bore_mm", "small_end_bore_mm")

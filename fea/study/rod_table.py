@@ -18,7 +18,7 @@ from geometry.mass import MassProperties
 from geometry.presets import PRESETS
 from geometry.proportions import proportioned
 from geometry.rod import Rod
-from mesh.formats import is_mesh
+from mesh.files.formats import is_mesh
 
 if TYPE_CHECKING:
     from geometry.solid import Solid

@@ -21,7 +21,7 @@ from fea.study.tables import entries_of, nearest, read_table, toml_text, unknown
 from geometry.cad.file import is_cad
 from geometry.invalid import InvalidValue, require, require_number, require_positive
 from loads.bearing import PinLoad, parse_pin_load
-from mesh.formats import is_mesh
+from mesh.files.formats import is_mesh
 
 # A key with 64 dotted parts or more, refused because the parser's time grows with their square.
 _NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")

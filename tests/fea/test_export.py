@@ -15,7 +15,7 @@ from fea.runs.export_run import export_run
 from fea.study.study import parse_study
 from geometry.invalid import InvalidValue
 from geometry.surfaces import Surface
-from mesh.faces import boundary_facets
+from mesh.files.faces import boundary_facets
 
 MATERIAL = '[material]\npreset = "leon-2001"\n'
 ENGINE = """

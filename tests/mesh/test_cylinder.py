@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mesh.cylinder import (
+from mesh.files.cylinder import (
     Circle,
     basis_across,
     circles_through,

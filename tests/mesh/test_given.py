@@ -14,12 +14,12 @@ from fea.choices import Element, Symmetry
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.surfaces import Surface
-from mesh.bore_pair import find_bore_pair
 from mesh.errors import MeshError
-from mesh.faces import boundary_facets
-from mesh.given import given_mesh
-from mesh.skin import Skin
-from mesh.tet_file import TetFile
+from mesh.files.bore_pair import find_bore_pair
+from mesh.files.faces import boundary_facets
+from mesh.files.given import given_mesh
+from mesh.files.skin import Skin
+from mesh.files.tet_file import TetFile
 from mesh.tetmesh import TetMesh
 
 BORES = (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)

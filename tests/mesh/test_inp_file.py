@@ -3,8 +3,8 @@ import pytest
 from tet_blocks import block, deck
 
 from mesh.errors import MeshError
-from mesh.inp_file import read_inp
-from mesh.reading import read_tets
+from mesh.files.inp_file import read_inp
+from mesh.files.reading import read_tets
 
 
 def read(tmp_path, text):

@@ -6,8 +6,8 @@ import pytest
 from tet_blocks import block
 
 from mesh.errors import MeshError
-from mesh.formats import FORMATS, is_mesh
-from mesh.reading import read_tets
+from mesh.files.formats import FORMATS, is_mesh
+from mesh.files.reading import read_tets
 
 FILE = block(order=2)
 

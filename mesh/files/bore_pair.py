@@ -7,10 +7,10 @@ from itertools import combinations
 import numpy as np
 
 from geometry.arrays import Floats
-from mesh.cylinder import fitted_axes, straightest
 from mesh.errors import MeshError
-from mesh.round_hole import RoundHole, round_holes
-from mesh.skin import Skin
+from mesh.files.cylinder import fitted_axes, straightest
+from mesh.files.round_hole import RoundHole, round_holes
+from mesh.files.skin import Skin
 
 _REMEDY = "Give the diameters of the bores as rod.big_end_bore_mm and rod.small_end_bore_mm"
 # Tolerances, over the radius, with which walls are searched: wide while the direction is a guess.

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import Floats, Ints, Mask
-from mesh.cylinder import Circle, basis_across, circles_through, covered, fitted_circle
-from mesh.skin import Skin
+from mesh.files.cylinder import Circle, basis_across, circles_through, covered, fitted_circle
+from mesh.files.skin import Skin
 
 # A wall is as good as closed from this share of a turn on: an oil hole or a notch may be missing from it.
 CLOSED = 0.8

@@ -7,9 +7,9 @@ import numpy.typing as npt
 
 from geometry.arrays import Floats, Ints, Mask
 from mesh.errors import MeshError
-from mesh.faces import face_counts, folded
+from mesh.files.faces import face_counts, folded
+from mesh.files.tet_file import TetFile
 from mesh.quality import shape
-from mesh.tet_file import TetFile
 from mesh.tetmesh import EDGES, TetMesh
 
 # Nodes closer than this part of the mesh's extent are one: text files often hold seven digits.

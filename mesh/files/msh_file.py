@@ -6,7 +6,7 @@ import gmsh
 import numpy as np
 
 from geometry.session import session
-from mesh.tet_file import TetFile, tet_file
+from mesh.files.tet_file import TetFile, tet_file
 
 # Kinds of solid elements, by gmsh's numbers; it numbers the last two mid-side nodes the other way round.
 _KINDS = {

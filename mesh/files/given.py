@@ -11,16 +11,16 @@ from geometry.cad.file import UNITS
 from geometry.faces import Bore
 from geometry.intake import FoundBore, Intake
 from geometry.surfaces import Surface
-from mesh.bore_pair import Pair, find_bore_pair
-from mesh.cylinder import Axes, fitted_axes
 from mesh.errors import MeshError
-from mesh.faces import boundary_facets
-from mesh.mend import Mended, mended
+from mesh.files.bore_pair import Pair, find_bore_pair
+from mesh.files.cylinder import Axes, fitted_axes
+from mesh.files.faces import boundary_facets
+from mesh.files.mend import Mended, mended
+from mesh.files.reading import read_tets
+from mesh.files.skin import Skin
 from mesh.numbering import numbered
 from mesh.quality import Quality, measure, scaled_jacobian
 from mesh.quality import mended as straightened
-from mesh.reading import read_tets
-from mesh.skin import Skin
 from mesh.tetmesh import EDGES, TetMesh
 
 # Root mean square distance of the vertices of a bore from the fitted cylinder, over its radius. A pressure
@@ -66,7 +66,7 @@ def given_mesh(
     Parameters
     ----------
     path
-        The file; its suffix is one of `mesh.formats.FORMATS`.
+        The file; its suffix is one of `mesh.files.formats.FORMATS`.
     named
         Diameters of the big-end and the small-end bore, mm, where the two largest holes are not the bores.
     unit
@@ -78,7 +78,7 @@ def given_mesh(
     MeshError
         The file is damaged, its mesh cannot be used, or its bores cannot be identified.
     OSError, ImportError
-        See `mesh.reading.read_tets`.
+        See `mesh.files.reading.read_tets`.
     """
     file = read_tets(path)
     try:

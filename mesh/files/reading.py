@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from mesh.errors import MeshError
-from mesh.formats import FORMATS
-from mesh.inp_file import read_inp
-from mesh.msh_file import is_msh, read_msh
-from mesh.tet_file import TetFile, tet_file
+from mesh.files.formats import FORMATS
+from mesh.files.inp_file import read_inp
+from mesh.files.msh_file import is_msh, read_msh
+from mesh.files.tet_file import TetFile, tet_file
 
 
 def read_tets(path: Path) -> TetFile:

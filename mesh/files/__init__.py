@@ -1,0 +1,1 @@
+"""Meshes of other programs: read, checked, mended and placed in the rod's frame."""
