@@ -33,6 +33,11 @@ _FIXED = (
     "the mesh comes from a file and was not refined: where an error bar is too wide, only a finer mesh or "
     "the solid itself (rod.step) can narrow it"
 )
+_OF_SURFACE = (
+    "the file holds a surface of flat triangles, whose inside was meshed and not refined: fillets are as "
+    "coarse as these triangles, so that stresses there are estimates; the solid itself (rod.step) gives "
+    "better ones"
+)
 _STIFF = "four-node tetrahedra are too stiff in bending: ten-node ones (C3D10) give far smaller errors"
 
 
@@ -64,7 +69,7 @@ def given_rod(file: MeshFile, request: MeshRequest, clock: Clock) -> MeshedRod:
             raise InvalidValue("rod.mesh", str(file.path), f"cannot be read ({reason})") from error
         rule, remedy = "is not the order of the mesh, whose tetrahedra have ten nodes", "Leave it out."
         require(request.order >= given.mesh.order, "mesh.element", Element.P1, rule, remedy)
-        return _meshed(given)
+        return _meshed(given, of_surface=file.path.suffix.lower() == ".stl")
 
 
 def _read(file: MeshFile) -> GivenMesh:
@@ -81,8 +86,8 @@ def _read(file: MeshFile) -> GivenMesh:
         raise MeshError(message) from error
 
 
-def _meshed(given: GivenMesh) -> MeshedRod:
-    notes = (_FIXED, _STIFF) if given.mesh.order == 1 else (_FIXED,)
+def _meshed(given: GivenMesh, *, of_surface: bool) -> MeshedRod:
+    notes = (_OF_SURFACE,) if of_surface else (_FIXED, _STIFF) if given.mesh.order == 1 else (_FIXED,)
     meshing = Meshing(given.size, given.quality, NOTHING, (), given=notes)
     return replace(meshed_rod(given.mesh, given.bores, [PART]), meshing=meshing, intake=given.intake)
 

@@ -12,12 +12,14 @@ from geometry.arrays import Ints, Mask
 from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
 from mesh.creases import Creases
-from mesh.tetmesh import FACET_EDGES, TetMesh
+from mesh.tetmesh import EDGES, FACET_EDGES, TetMesh
 
 # Where the creases of the solid are not known, a re-entrant edge is sharp if the facets turn there by more
 # than this angle. Curved facets follow a fillet smoothly; flat ones turn at each edge, by up to 54° at the
 # coarsest size allowed.
-SHARP_DEGREES = {1: 60.0, 2: 30.0}
+CURVED_DEGREES, FLAT_DEGREES = 30.0, 60.0
+# Largest distance of a mid-side node from the middle of a straight side, over its length.
+_STRAIGHT = 1e-4
 # Where the facets turn by more than this there is a cusp, whose faces may be tangent to each other.
 _CUSP = np.radians(120.0)
 # Radius of the mask relative to the longest side of the body: 4 mm on a rod of 200 mm.
@@ -56,10 +58,20 @@ def _on_sharp_edges(
     facet, place = edges.facet[:, 0], edges.place[:, 0]
     ends = body.source[body.facets[facet[:, None], FACET_EDGES[place]]]
     if creases is None:
-        turns = edges.cosine < np.cos(np.radians(SHARP_DEGREES[mesh.order]))
+        turns = edges.cosine < np.cos(np.radians(FLAT_DEGREES if _is_flat(mesh) else CURVED_DEGREES))
     else:
         turns = (creases.find(ends) >= 0) | (edges.cosine < np.cos(_CUSP))
     return np.unique(ends[turns & ~edges.convex])
+
+
+def _is_flat(mesh: TetMesh) -> bool:
+    """Whether the elements have straight sides."""
+    if mesh.order == 1:
+        return True
+    ends = mesh.points[mesh.tets[:, np.array(EDGES)]]
+    off = mesh.points[mesh.tets[:, 4:]] - ends.mean(axis=2)
+    length = np.linalg.norm(np.ptp(ends, axis=2), axis=-1)
+    return bool((np.linalg.norm(off, axis=-1) < _STRAIGHT * length).all())
 
 
 def masked_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creases | None = None) -> Mask:

@@ -17,6 +17,7 @@ FORMATS = {
     ".mesh": "medit",
     ".meshb": "medit",
     ".vol": "netgen",
+    ".stl": "stl",
 }
 
 

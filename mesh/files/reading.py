@@ -12,6 +12,7 @@ from mesh.errors import MeshError
 from mesh.files.formats import FORMATS
 from mesh.files.inp_file import read_inp
 from mesh.files.msh_file import is_msh, read_msh
+from mesh.files.stl_file import read_stl
 from mesh.files.tet_file import TetFile, tet_file
 
 
@@ -29,7 +30,8 @@ def read_tets(path: Path) -> TetFile:
     """
     name = FORMATS[path.suffix.lower()]
     try:
-        return read_inp(path) if name == "abaqus" else _through_meshio(path, name)
+        reader = _OWN.get(name)
+        return _through_meshio(path, name) if reader is None else reader(path)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from error
     except ImportError as error:
@@ -41,6 +43,10 @@ def read_tets(path: Path) -> TetFile:
         raise
     except Exception as error:  # what meshio and its parsers raise is not documented
         raise _damaged(path, name, error) from error
+
+
+# Readers of our own.
+_OWN = {"abaqus": read_inp, "stl": read_stl}
 
 
 def _damaged(path: Path, name: str, error: Exception) -> MeshError:
