@@ -36,7 +36,7 @@ from mesh.tetmesh import TetMesh
 
 # Processor time, s, after which gmsh is assumed not to finish (on a damaged file), and more of it for each
 # element to be made, several times what one takes.
-_MESHING, _PER_ELEMENT = 120.0, 5e-4
+_MESHING, _PER_ELEMENT = 120.0, 1.5e-4
 # Estimated number of elements of the drawn cell that gmsh makes within that time.
 _MOST_ELEMENTS = 1e7
 # Part of gmsh's warning about distorted elements. They are repaired afterwards, and the mesh quality measures
