@@ -1,7 +1,10 @@
 """Read the solids of a CAD file into the open gmsh session."""
 
 import re
-from collections.abc import Sequence
+import tempfile
+from codecs import BOM_UTF8
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,7 +12,7 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
-from geometry.cad.file import FORMATS, UNITS, CadFormat
+from geometry.cad.file import FORMATS, CadFormat
 from geometry.cad.freecad import Placement, shapes_of
 from geometry.cad.quiet import quiet
 from geometry.errors import GeometryError
@@ -19,6 +22,7 @@ _UNNAMED = "Open CASCADE STEP translator"  # stands for no name
 _GMSH_FORMATS = {CadFormat.STEP: "step", CadFormat.IGES: "iges", CadFormat.BREP: "brep"}
 # Largest gap between the edges of surfaces that are sewn together, over their extent.
 _SEWN = 1e-5
+_PREFIXES = {b"$": "m", b".CENTI.": "cm", b".DECI.": "dm", b".KILO.": "km", b".MICRO.": "µm"}
 _START = 400  # bytes from which a format is recognised
 _REMEDY = {
     CadFormat.STEP: "it must begin with ISO-10303-21. Export the rod from CAD as STEP",
@@ -67,7 +71,7 @@ def read_solids(path: Path, scale: float = 1.0) -> list[NamedSolid]:
         gmsh.option.setNumber("Geometry.OCCScaling", 1.0)
     if not found:
         held = ", ".join(_KINDS[dim] for dim in sorted(kinds)) or "nothing"
-        remedy = "Export the rod as a solid body"
+        remedy = "Export the rod as a solid body, in a STEP file"
         if 2 in kinds:
             remedy += " (its surfaces do not close a volume)"
         raise GeometryError(f"{path} contains no solid, only {held}. {remedy}")
@@ -75,7 +79,7 @@ def read_solids(path: Path, scale: float = 1.0) -> list[NamedSolid]:
 
 
 def declared_unit(path: Path) -> str:
-    """Return the unit of length that a file declares, of `UNITS`; mm where it declares none or another."""
+    """Return the unit of length that a file declares, of `DECLARED`; mm where it declares none or another."""
     kind = FORMATS.get(path.suffix.lower(), CadFormat.STEP)
     if kind is CadFormat.STEP:
         return _unit_of_step(path.read_bytes())
@@ -84,7 +88,7 @@ def declared_unit(path: Path) -> str:
 
 def _begins_as(kind: CadFormat, start: bytes) -> bool:
     if kind is CadFormat.STEP:
-        return start.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"ISO-10303-21")
+        return start.removeprefix(BOM_UTF8).lstrip().startswith(b"ISO-10303-21")
     if kind is CadFormat.IGES:
         line = start.split(b"\n", maxsplit=1)[0].rstrip(b"\r")
         return len(line) == 80 and line[72:73] in b"SFBC"
@@ -99,7 +103,8 @@ def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
     """Let the kernel read a file."""
     # Reading another format, the kernel does not know this option of its STEP reader.
     gmsh.option.setString("Geometry.OCCTargetUnit", "MM" if kind is CadFormat.STEP else "")
-    with kernel.attempt(f"read {path.name}"):
+    remedy = "The file may be damaged or cut short: export the rod again, as STEP"
+    with kernel.attempt(f"read {path.name}", remedy):
         entities = _shapes(path, kind)
         loose = {dim for dim, _ in entities} == {2}
         if loose and kind in (CadFormat.IGES, CadFormat.STEP):
@@ -112,9 +117,24 @@ def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
 
 
 def _shapes(path: Path, kind: CadFormat) -> list[tuple[int, int]]:
-    entities = gmsh.model.occ.importShapes(str(path), format=_GMSH_FORMATS[kind])
+    with _unmarked(path) as plain:
+        entities = gmsh.model.occ.importShapes(str(plain), format=_GMSH_FORMATS[kind])
     gmsh.model.occ.synchronize()
     return [(int(dim), int(tag)) for dim, tag in entities]
+
+
+@contextmanager
+def _unmarked(path: Path) -> Iterator[Path]:
+    """Give a file without the byte-order mark that some editors put before the text."""
+    with path.open("rb") as file:
+        marked = file.read(len(BOM_UTF8)) == BOM_UTF8
+    if not marked:
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        plain = Path(folder, path.name)
+        plain.write_bytes(path.read_bytes().removeprefix(BOM_UTF8))
+        yield plain
 
 
 def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -194,16 +214,16 @@ def _place(entities: Sequence[tuple[int, int]], placement: Placement) -> None:
 
 def _unit_of_step(content: bytes) -> str:
     metres = re.search(rb"LENGTH_UNIT\s*\(\s*\)[^;]*?SI_UNIT\s*\(\s*(\$|\.[A-Z]+\.)\s*,\s*\.METRE\.", content)
-    inches = re.search(rb"CONVERSION_BASED_UNIT\s*\(\s*'INCH(?:ES)?'", content, re.IGNORECASE)
-    if inches:
-        return "in"
+    other = re.search(rb"CONVERSION_BASED_UNIT\s*\(\s*'(INCH|FOOT|FEET)", content, re.IGNORECASE)
+    if other:
+        return "in" if other[1].upper() == b"INCH" else "ft"
     prefix = metres[1] if metres else b".MILLI."
-    return {b"$": "m", b".CENTI.": "cm"}.get(prefix, "mm")
+    return _PREFIXES.get(prefix, "mm")
 
 
 def _unit_of_iges(content: bytes) -> str:
     """Read the name of the unit from the global section."""
     lines = [line[:72] for line in content.splitlines() if line[72:73] == b"G"]
-    named = re.search(rb"\d*H(MM|INCH|IN|M|CM)[,;]", b"".join(lines).upper())
+    named = re.search(rb"\d*H(MM|INCH|IN|M|CM|KM|FT|UM)[,;]", b"".join(lines).upper())
     unit = named[1].decode().lower() if named else "mm"
-    return {"inch": "in"}.get(unit, unit) if unit in (*UNITS, "inch") else "mm"
+    return {"inch": "in", "um": "µm"}.get(unit, unit)
