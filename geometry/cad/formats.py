@@ -70,12 +70,39 @@ def read_solids(path: Path, scale: float = 1.0) -> list[NamedSolid]:
     finally:
         gmsh.option.setNumber("Geometry.OCCScaling", 1.0)
     if not found:
-        held = ", ".join(_KINDS[dim] for dim in sorted(kinds)) or "nothing"
+        held = ", only " + ", ".join(_KINDS[dim] for dim in sorted(kinds)) if kinds else ""
         remedy = "Export the rod as a solid body, in a STEP file"
         if 2 in kinds:
             remedy += " (its surfaces do not close a volume)"
-        raise GeometryError(f"{path} contains no solid, only {held}. {remedy}")
-    return found
+        raise GeometryError(f"{path} contains no solid{held}. {remedy}")
+    return [_right_way_round(solid) for solid in found]
+
+
+def _right_way_round(solid: NamedSolid) -> NamedSolid:
+    """Turn a solid that is inside out, which fills the space around it."""
+    if gmsh.model.occ.getMass(kernel.SOLID, solid.tag) > 0:
+        return solid
+    with kernel.attempt("turn a solid that is inside out", "Export the rod again, as STEP"):
+        made = gmsh.model.occ.healShapes(
+            [(kernel.SOLID, solid.tag)],
+            fixDegenerated=False,
+            fixSmallEdges=False,
+            fixSmallFaces=False,
+            sewFaces=False,
+        )
+        gmsh.model.occ.synchronize()
+    tags = [tag for dim, tag in made if dim == kernel.SOLID]
+    if len(tags) != 1 or gmsh.model.occ.getMass(kernel.SOLID, tags[0]) <= 0:
+        name = f"the solid {solid.name}" if solid.name else "a solid"
+        raise GeometryError(
+            f"{name} has no positive volume. Repair it in the CAD program, and export it again"
+        )
+    return NamedSolid(tags[0], solid.name)
+
+
+def _plain(name: str) -> str:
+    """A name on one line, without characters that cannot be printed."""
+    return " ".join("".join(letter if letter.isprintable() else " " for letter in name).split())
 
 
 def declared_unit(path: Path) -> str:
@@ -185,7 +212,7 @@ def _solids(entities: Sequence[tuple[int, int]]) -> list[NamedSolid]:
     for dim, tag in entities:
         if dim == kernel.SOLID:
             name = gmsh.model.getEntityName(3, tag).rpartition("/")[2]
-            solids.append(NamedSolid(int(tag), "" if name.startswith(_UNNAMED) else name))
+            solids.append(NamedSolid(int(tag), "" if name.startswith(_UNNAMED) else _plain(name)))
     return solids
 
 
@@ -198,7 +225,7 @@ def _freecad(path: Path) -> tuple[list[NamedSolid], set[int]]:
             for placement in shape.placements:
                 _place([(3, solid.tag) for solid in solids], placement)
             kinds |= own
-            found += [NamedSolid(solid.tag, shape.label) for solid in solids]
+            found += [NamedSolid(solid.tag, _plain(shape.label)) for solid in solids]
     gmsh.model.occ.synchronize()
     return found, kinds
 

@@ -246,6 +246,31 @@ def test_a_damaged_archive_is_refused(tmp_path, content, message):
         import_cad(CadFile(path))
 
 
+def test_a_placement_that_leads_nowhere_is_damage(tmp_path):
+    written(tmp_path / "rod.brep", rod)
+    placed = '<Property name="Placement"><PropertyPlacement Px="nan" Q3="1"/></Property></Properties>'
+    group = """<Object name="Part"><Properties>
+<Property name="Group"><LinkList><Link value="Body"/></LinkList></Property>"""
+    text = freecad_document("rod.brp")
+    text = text.replace("</Objects>", '<Object type="App::Part" name="Part"/></Objects>')
+    path = tmp_path / "rod.FCStd"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr(
+            "Document.xml", text.replace("</ObjectData>", f"{group}{placed}</Object></ObjectData>")
+        )
+        archive.write(tmp_path / "rod.brep", "rod.brp")
+    refused(path, "is not a readable FreeCAD file .a placement is out of range")
+
+
+def test_a_solid_that_is_inside_out_is_turned(tmp_path):
+    path = written(tmp_path / "rod.brep", rod)
+    upright = imported(path)
+    path.write_text(re.sub(r"\n\+(\d+ 0)\s*$", r"\n-\1\n", path.read_text().rstrip() + "\n"))
+    found = imported(path)
+    assert found.mass.mass == pytest.approx(upright.mass.mass, rel=1e-9)
+    assert found.mirror is Mirror.QUARTER
+
+
 def test_an_archive_neither_fills_the_disk_nor_writes_elsewhere(tmp_path, monkeypatch):
     monkeypatch.setattr("geometry.cad.freecad.MOST_SHAPES", 10_000)
     path = tmp_path / "bomb.FCStd"
@@ -370,11 +395,12 @@ def test_the_end_with_the_cap_is_the_big_end(tmp_path):
 
 def test_solids_of_the_same_name_are_numbered(tmp_path):
     path = written(tmp_path / "twins.step", lambda occ: rod(occ, cap="split"))
-    path.write_text(re.sub(r"PRODUCT\('[^']*',\s*'[^']*'", "PRODUCT('Body','Body'", path.read_text()))
+    text = re.sub(r"PRODUCT\('[^']*',\s*'[^']*'", r"PRODUCT('Body','\\X2\\00DC\\X0\\ \t1'", path.read_text())
+    path.write_text(text)
     found = imported(path)
-    assert [one.name for one in found.intake.members] == ["Body 1", "Body 2"]
-    assert len(imported(path, solids=("Body",)).parts) == 2
-    refused(path, "half open", solids=("Body 1",))
+    assert [one.name for one in found.intake.members] == ["Ü 1 1", "Ü 1 2"]
+    assert len(imported(path, solids=("Ü 1",)).parts) == 2
+    refused(path, "half open", solids=("Ü 1 1",))
 
 
 @pytest.mark.parametrize(
