@@ -1,6 +1,7 @@
 """Which solids of a file are the rod and what belongs to it, and which are left out."""
 
 from collections.abc import Mapping, Sequence
+from itertools import islice
 
 import gmsh
 import numpy as np
@@ -20,6 +21,8 @@ _REACH, _WIDTH, _BREADTH = 0.4, 0.8, 1.1
 _ASIDE = 0.2
 # Two bores, or two rods, of the same size differ by less, relatively.
 _ALIKE = 0.02
+# As many walls are tried for the small end if no solid is a rod, because holes in the shank may be larger.
+_TRIED = 3
 # A bushing or shell is at most this much longer than the bore, and its hole has at least this part of the
 # bore's diameter (0.8 to 0.95); a pin is longer, or its hole smaller (0.3 to 0.65).
 _OVERHANG, _THIN = 1.25, 0.75
@@ -63,7 +66,7 @@ def members(
             raise GeometryError(f"rod.solids names {name!r}, but the solids of the file are: {listed}")
     wanted = {tag for tag, both in said.items() if not both.isdisjoint(chosen)}
     walls = {tag: walls_of(tag) for tag in names}
-    alike = _rods(walls, named) or _rods(walls, (None, None))
+    alike = _rods(walls, named) or _rods(walls) or _rods(walls, tried=_TRIED)
     rods = {tag: bores for tag, bores in alike.items() if not wanted or tag in wanted}
     if not rods:
         return [
@@ -88,25 +91,26 @@ def _names(solids: Sequence[NamedSolid]) -> dict[int, str]:
 
 
 def _rods(
-    walls: Mapping[int, Walls], named: tuple[float | None, float | None]
+    walls: Mapping[int, Walls], named: tuple[float | None, float | None] = (None, None), tried: int = 1
 ) -> dict[int, tuple[Hole, Hole]]:
     """The bores of the solids of a rod's shape."""
-    found = {tag: _rod_bores(tag, own, named) for tag, own in walls.items()}
+    found = {tag: _rod_bores(tag, own, named, tried) for tag, own in walls.items()}
     return {tag: bores for tag, bores in found.items() if bores is not None}
 
 
 def _rod_bores(
-    volume: int, walls: Walls, named: tuple[float | None, float | None]
+    volume: int, walls: Walls, named: tuple[float | None, float | None], tried: int
 ) -> tuple[Hole, Hole] | None:
-    """The bores of a solid of a rod's shape: its largest hollow wall, and the next one parallel to it."""
+    """The bores of a solid of a rod's shape: its largest hollow wall, and one of the next parallel to it."""
     big = next((wall for wall in walls.hollow() if wall.has_diameter(named[0])), None)
     if big is None:
         return None
-    for small in walls.hollow():
-        apart = big.parallel(small) and big.apart(small) > big.radius + small.radius
-        if apart and small.has_diameter(named[1]):
-            return (big, small) if _is_rod(volume, big, small) else None
-    return None
+    apart = (
+        wall
+        for wall in walls.hollow()
+        if big.parallel(wall) and big.apart(wall) > big.radius + wall.radius and wall.has_diameter(named[1])
+    )
+    return next(((big, small) for small in islice(apart, tried) if _is_rod(volume, big, small)), None)
 
 
 def _is_rod(volume: int, big: Hole, small: Hole) -> bool:
