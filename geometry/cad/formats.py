@@ -131,6 +131,8 @@ def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
     # Reading another format, the kernel does not know this option of its STEP reader.
     gmsh.option.setString("Geometry.OCCTargetUnit", "MM" if kind is CadFormat.STEP else "")
     remedy = "The file may be damaged or cut short: export the rod again, as STEP"
+    if kind is CadFormat.BREP and _is_cut_short(path.read_bytes()):
+        raise GeometryError(f"{path.name} ends before its last line, which names its shape. {remedy}")
     with kernel.attempt(f"read {path.name}", remedy):
         entities = _shapes(path, kind)
         loose = {dim for dim, _ in entities} == {2}
@@ -141,6 +143,12 @@ def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
             gmsh.model.occ.remove(beside, recursive=True)
             gmsh.model.occ.synchronize()
     return _solids(entities), {int(dim) for dim, _ in entities}
+
+
+def _is_cut_short(content: bytes) -> bool:
+    """Whether a shape in the text format of Open CASCADE lacks its end, where the kernel would not stop."""
+    text = re.search(rb"^\s*(?:DBRep_DrawableShape\s+)?CASCADE Topology V", content[:_START])
+    return bool(text) and not re.search(rb"[+-]\d+ \d+\s+(?:0\s*)?\Z", content[-_START:])
 
 
 def _shapes(path: Path, kind: CadFormat) -> list[tuple[int, int]]:

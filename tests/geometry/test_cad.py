@@ -262,6 +262,14 @@ def test_a_placement_that_leads_nowhere_is_damage(tmp_path):
     refused(path, "is not a readable FreeCAD file .a placement is out of range")
 
 
+def test_a_shape_that_is_cut_short_is_refused_at_once(tmp_path, monkeypatch):
+    path = written(tmp_path / "rod.brep", rod)
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    monkeypatch.setattr(gmsh.model.occ, "importShapes", None)  # it would not return
+    refused(path, r"rod\.brep ends before its last line")
+
+
 def test_a_solid_that_is_inside_out_is_turned(tmp_path):
     path = written(tmp_path / "rod.brep", rod)
     upright = imported(path)
