@@ -10,6 +10,7 @@ class Role(StrEnum):
     """What a solid of a file is."""
 
     ROD = "rod"
+    OTHER_ROD = "another rod"
     CAP = "cap"
     ASSUMED_CAP = "assumed cap"
     BUSHING = "bushing or shell"

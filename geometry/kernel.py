@@ -15,14 +15,14 @@ SOLID = 3
 
 
 @contextmanager
-def attempt(what: str) -> Iterator[None]:
+def attempt(what: str, remedy: str = "Change the dimensions involved slightly") -> Iterator[None]:
     """Turn any error of the kernel while it tries to do `what` into a `GeometryError`."""
     try:
         yield
     except GeometryError:
         raise
     except Exception as error:  # gmsh raises nothing more specific
-        message = f"the CAD kernel could not {what}: {error}. Change the dimensions involved slightly"
+        message = f"the CAD kernel could not {what}: {error}. {remedy}"
         raise GeometryError(message) from error
 
 

@@ -141,11 +141,11 @@ def _attempt(job: Callable[[], Any], write: int) -> None:
         for number in (*ENDS, signal.SIGPROF):
             signal.signal(number, signal.SIG_DFL)
         through()
-        allow(SECONDS)
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
         with os.fdopen(write, "wb") as _parent:
+            allow(SECONDS)
             _tell(job, _parent)
         code = 0
     finally:

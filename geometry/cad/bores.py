@@ -8,14 +8,20 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
+from geometry.cad.cylinders import ROUND
 from geometry.cad.holes import CLOSED, Hole, hollow_walls, through_holes
 from geometry.cad.interior import Interior
+from geometry.cad.openings import Opening, odd_openings
 from geometry.errors import GeometryError
 from geometry.faces import Face
 
 # Largest distance of the centre of gravity from the line between the bores, and from its ends, over the
 # distance of the bores: 0.06 and 0 on rods.
 _ASIDE, _BEYOND = 0.3, 0.25
+_LISTED = 8  # holes in a message
+_ROUND = (
+    f"Bores must be cylinders, to within {100 * ROUND:g} % of the radius: correct them in the CAD program"
+)
 _REMEDY = "Give the diameters of the bores as rod.big_end_bore_mm and rod.small_end_bore_mm"
 
 
@@ -42,10 +48,12 @@ def find_bores(
     """
     interior = Interior(volumes)
     holes = through_holes(interior, faces)
-    _require_cylinders(holes, faces)
+    odd = odd_openings(interior, faces, holes)
+    if not odd:
+        _require_cylinders(holes, faces)
     if named == (None, None):
         _require_closed(hollow_walls(interior, faces, at_most=CLOSED), holes)
-    big, small = ([hole for hole in holes if _has_diameter(hole, name)] for name in named)
+    big, small = ([hole for hole in holes if hole.has_diameter(name)] for name in named)
     pairs = [
         (one, other)
         for one, other in combinations(holes, 2)
@@ -57,15 +65,15 @@ def find_bores(
         if (pair[0] in big and pair[1] in small) or (pair[1] in big and pair[0] in small)
     ]
     if not fitting:
-        listed = "; ".join(hole.text() for hole in holes) or "none"
-        raise GeometryError(f"no two parallel bores were found. Through-holes: {listed}. {_REMEDY}")
+        remedy = f"{_not_round(odd)}. {_ROUND}" if odd and len(holes) < 2 else _REMEDY
+        raise GeometryError(f"no two parallel bores were found. Through-holes: {_texts(holes)}. {remedy}")
     best = fitting[0]
     twice = len(fitting) > 1 and _alike(best[1], fitting[1][1]) and _alike(best[0], fitting[1][0])
     if twice or (named[1] is None and _is_amid(best, holes)):
-        listed = "; ".join(hole.text() for hole in holes)
-        raise GeometryError(f"more than one pair of holes could be the bores: {listed}. {_REMEDY}")
+        raise GeometryError(f"more than one pair of holes could be the bores: {_texts(holes)}. {_REMEDY}")
     ordered = _heavier_first(best, volumes) if _alike(*best) else best
     if named == (None, None):
+        _require_round(odd, ordered)
         _require_between(ordered, _middle(volumes))
     return ordered
 
@@ -96,10 +104,38 @@ def _require_closed(open_walls: Sequence[Hole], holes: Sequence[Hole]) -> None:
     """Refuse a wall that is open on one side and larger than every hole."""
     largest = max((hole.radius for hole in holes), default=0.0)
     for wall in open_walls[:1]:
+        if wall.radius <= largest:
+            return
         others = (*holes, *open_walls[1:])
-        beside = any(wall.parallel(other) and wall.apart(other) > wall.radius for other in others)
-        if wall.radius > largest and beside:
+        if any(wall.parallel(other) and wall.apart(other) > wall.radius for other in others):
             raise HalfOpenError(wall)
+        raise GeometryError(
+            f"the largest hollow wall, {wall.text()}, covers only {360 * wall.turn:.0f}°, and no bore is "
+            f"parallel to it: this is a cap, or another part of a rod. Add the rest to the file, or give the "
+            "diameters of other holes as rod.big_end_bore_mm and rod.small_end_bore_mm"
+        )
+
+
+def _require_round(odd: Sequence[Opening], bores: tuple[Hole, Hole]) -> None:
+    """Refuse openings larger than the smaller bore that are no cylinders: one of them may be the bore."""
+    larger = [one for one in odd if one.radius > min(bore.radius for bore in bores)]
+    if larger:
+        found = "; ".join(bore.text() for bore in bores)
+        raise GeometryError(
+            f"the bores would be: {found}; but a larger hole is unused. {_not_round(larger)}. {_ROUND}, or "
+            "give the diameters of the bores as rod.big_end_bore_mm and rod.small_end_bore_mm"
+        )
+
+
+def _not_round(odd: Sequence[Opening]) -> str:
+    """List openings that are no cylinders."""
+    return f"Not a cylinder: {_texts(odd)}"
+
+
+def _texts(found: Sequence[Hole | Opening]) -> str:
+    """List the largest."""
+    more = [f"{len(found) - _LISTED} smaller ones"] if len(found) > _LISTED else []
+    return "; ".join([*(one.text() for one in found[:_LISTED]), *more]) or "none"
 
 
 def _require_between(bores: tuple[Hole, Hole], middle: Floats) -> None:
@@ -132,16 +168,20 @@ def _require_cylinders(holes: Sequence[Hole], faces: Sequence[Face]) -> None:
 
 
 def _is_amid(bores: tuple[Hole, Hole], holes: Sequence[Hole]) -> bool:
-    """Whether the small-end bore lies between the big-end bore and another hole of similar size.
+    """Whether one of the bores lies between the other and another hole of similar size.
 
-    It may then be a hole in the shank that is larger than the pin bore.
+    It may then be a hole in the shank that is larger than the pin bore, or even than the crank-pin bore. The
+    holes of a master rod, close around its bore, are no such holes.
     """
     big, small = bores
+    distance = big.apart(small)
     return any(
-        hole.parallel(small)
-        and hole.radius > small.radius / 2
-        and hole.apart(big) > max(small.apart(big), hole.apart(small))
+        (hole.radius > small.radius / 2 and hole.apart(big) > max(distance, hole.apart(small)))
+        or (
+            hole.radius > small.radius / 3 and hole.apart(small) > distance and hole.apart(big) > distance / 2
+        )
         for hole in holes
+        if hole.parallel(small)
     )
 
 
@@ -159,10 +199,6 @@ def _middle(volumes: Sequence[int]) -> Floats:
     mass = np.array([gmsh.model.occ.getMass(3, volume) for volume in volumes])
     centers = np.array([gmsh.model.occ.getCenterOfMass(3, volume) for volume in volumes])
     return np.asarray(mass @ centers / mass.sum())
-
-
-def _has_diameter(hole: Hole, diameter: float | None) -> bool:
-    return diameter is None or math.isclose(2 * hole.radius, diameter, rel_tol=1e-3)
 
 
 def _alike(one: Hole, other: Hole) -> bool:

@@ -53,16 +53,21 @@ def fitted(points: Floats, normals: Floats) -> tuple[tuple[float, ...], float] |
         return None
     direction, across = axes[:, 0], axes[:, 1:]
     middle = points.mean(axis=0)
-    place = (points - middle) @ across
+    center, radius, deviation = circle((points - middle) @ across)
+    if not radius or deviation > ROUND * radius:
+        return None
+    on_axis = middle + across @ center
+    return (*on_axis.tolist(), *direction.tolist(), radius), deviation
+
+
+def circle(place: Floats) -> tuple[Floats, float, float]:
+    """Fit a circle to points (n, 2); return its centre, radius and the largest deviation of a point."""
     left = np.column_stack([2 * place, np.ones(len(place))])
     solution = np.linalg.lstsq(left, (place**2).sum(axis=1), rcond=None)[0]
     center = solution[:2]
     radius = float(np.sqrt(max(solution[2] + center @ center, 0.0)))
     deviation = float(np.abs(np.linalg.norm(place - center, axis=1) - radius).max())
-    if not radius or deviation > ROUND * radius:
-        return None
-    on_axis = middle + across @ center
-    return (*on_axis.tolist(), *direction.tolist(), radius), deviation
+    return center, radius, deviation
 
 
 def _corner(values: Floats) -> tuple[float, float, float]:

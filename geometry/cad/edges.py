@@ -1,5 +1,7 @@
 """Points along the edges of faces and solids of the open model."""
 
+from collections.abc import Iterable
+
 import gmsh
 import numpy as np
 
@@ -14,15 +16,20 @@ def edge_points(face: int) -> Floats:
     return _along(gmsh.model.getBoundary([(2, face)], combined=False, oriented=False))
 
 
+def loop_points(curves: Iterable[int]) -> Floats:
+    """Points (n, 3) along curves that form a closed loop, where one begins only once."""
+    return _along([(1, int(curve)) for curve in curves], _PLACES[:-1])
+
+
 def solid_points(volume: int) -> Floats:
     """Points (n, 3) along the edges of a solid."""
     faces = gmsh.model.getBoundary([(3, volume)], combined=False, oriented=False)
     return _along(sorted(set(gmsh.model.getBoundary(faces, combined=False, oriented=False))))
 
 
-def _along(edges: list[tuple[int, int]]) -> Floats:
+def _along(edges: list[tuple[int, int]], places: Floats = _PLACES) -> Floats:
     points = []
     for _, edge in edges:
         (low,), (high,) = gmsh.model.getParametrizationBounds(1, edge)
-        points.append(gmsh.model.getValue(1, edge, low + (high - low) * _PLACES))
+        points.append(gmsh.model.getValue(1, edge, low + (high - low) * places))
     return np.reshape(np.concatenate(points), (-1, 3)) if points else np.zeros((0, 3))

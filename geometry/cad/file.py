@@ -6,6 +6,8 @@ from pathlib import Path
 
 # Millimetres per unit of length.
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+# With those that a file may declare, but no rod is drawn in.
+DECLARED = {**UNITS, "µm": 1e-3, "dm": 100.0, "km": 1e6, "ft": 304.8}
 
 
 class CadFormat(StrEnum):

@@ -1,7 +1,10 @@
 """Read the solids of a CAD file into the open gmsh session."""
 
 import re
-from collections.abc import Sequence
+import tempfile
+from codecs import BOM_UTF8
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,7 +12,7 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
-from geometry.cad.file import FORMATS, UNITS, CadFormat
+from geometry.cad.file import FORMATS, CadFormat
 from geometry.cad.freecad import Placement, shapes_of
 from geometry.cad.quiet import quiet
 from geometry.errors import GeometryError
@@ -19,6 +22,7 @@ _UNNAMED = "Open CASCADE STEP translator"  # stands for no name
 _GMSH_FORMATS = {CadFormat.STEP: "step", CadFormat.IGES: "iges", CadFormat.BREP: "brep"}
 # Largest gap between the edges of surfaces that are sewn together, over their extent.
 _SEWN = 1e-5
+_PREFIXES = {b"$": "m", b".CENTI.": "cm", b".DECI.": "dm", b".KILO.": "km", b".MICRO.": "µm"}
 _START = 400  # bytes from which a format is recognised
 _REMEDY = {
     CadFormat.STEP: "it must begin with ISO-10303-21. Export the rod from CAD as STEP",
@@ -66,16 +70,43 @@ def read_solids(path: Path, scale: float = 1.0) -> list[NamedSolid]:
     finally:
         gmsh.option.setNumber("Geometry.OCCScaling", 1.0)
     if not found:
-        held = ", ".join(_KINDS[dim] for dim in sorted(kinds)) or "nothing"
-        remedy = "Export the rod as a solid body"
+        held = ", only " + ", ".join(_KINDS[dim] for dim in sorted(kinds)) if kinds else ""
+        remedy = "Export the rod as a solid body, in a STEP file"
         if 2 in kinds:
             remedy += " (its surfaces do not close a volume)"
-        raise GeometryError(f"{path} contains no solid, only {held}. {remedy}")
-    return found
+        raise GeometryError(f"{path} contains no solid{held}. {remedy}")
+    return [_right_way_round(solid) for solid in found]
+
+
+def _right_way_round(solid: NamedSolid) -> NamedSolid:
+    """Turn a solid that is inside out, which fills the space around it."""
+    if gmsh.model.occ.getMass(kernel.SOLID, solid.tag) > 0:
+        return solid
+    with kernel.attempt("turn a solid that is inside out", "Export the rod again, as STEP"):
+        made = gmsh.model.occ.healShapes(
+            [(kernel.SOLID, solid.tag)],
+            fixDegenerated=False,
+            fixSmallEdges=False,
+            fixSmallFaces=False,
+            sewFaces=False,
+        )
+        gmsh.model.occ.synchronize()
+    tags = [tag for dim, tag in made if dim == kernel.SOLID]
+    if len(tags) != 1 or gmsh.model.occ.getMass(kernel.SOLID, tags[0]) <= 0:
+        name = f"the solid {solid.name}" if solid.name else "a solid"
+        raise GeometryError(
+            f"{name} has no positive volume. Repair it in the CAD program, and export it again"
+        )
+    return NamedSolid(tags[0], solid.name)
+
+
+def _plain(name: str) -> str:
+    """A name on one line, without characters that cannot be printed."""
+    return " ".join("".join(letter if letter.isprintable() else " " for letter in name).split())
 
 
 def declared_unit(path: Path) -> str:
-    """Return the unit of length that a file declares, of `UNITS`; mm where it declares none or another."""
+    """Return the unit of length that a file declares, of `DECLARED`; mm where it declares none or another."""
     kind = FORMATS.get(path.suffix.lower(), CadFormat.STEP)
     if kind is CadFormat.STEP:
         return _unit_of_step(path.read_bytes())
@@ -84,7 +115,7 @@ def declared_unit(path: Path) -> str:
 
 def _begins_as(kind: CadFormat, start: bytes) -> bool:
     if kind is CadFormat.STEP:
-        return start.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"ISO-10303-21")
+        return start.removeprefix(BOM_UTF8).lstrip().startswith(b"ISO-10303-21")
     if kind is CadFormat.IGES:
         line = start.split(b"\n", maxsplit=1)[0].rstrip(b"\r")
         return len(line) == 80 and line[72:73] in b"SFBC"
@@ -99,7 +130,10 @@ def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
     """Let the kernel read a file."""
     # Reading another format, the kernel does not know this option of its STEP reader.
     gmsh.option.setString("Geometry.OCCTargetUnit", "MM" if kind is CadFormat.STEP else "")
-    with kernel.attempt(f"read {path.name}"):
+    remedy = "The file may be damaged or cut short: export the rod again, as STEP"
+    if kind is CadFormat.BREP and _is_cut_short(path.read_bytes()):
+        raise GeometryError(f"{path.name} ends before its last line, which names its shape. {remedy}")
+    with kernel.attempt(f"read {path.name}", remedy):
         entities = _shapes(path, kind)
         loose = {dim for dim, _ in entities} == {2}
         if loose and kind in (CadFormat.IGES, CadFormat.STEP):
@@ -111,10 +145,31 @@ def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
     return _solids(entities), {int(dim) for dim, _ in entities}
 
 
+def _is_cut_short(content: bytes) -> bool:
+    """Whether a shape in the text format of Open CASCADE lacks its end, where the kernel would not stop."""
+    text = re.search(rb"^\s*(?:DBRep_DrawableShape\s+)?CASCADE Topology V", content[:_START])
+    return bool(text) and not re.search(rb"[+-]\d+ \d+\s+(?:0\s*)?\Z", content[-_START:])
+
+
 def _shapes(path: Path, kind: CadFormat) -> list[tuple[int, int]]:
-    entities = gmsh.model.occ.importShapes(str(path), format=_GMSH_FORMATS[kind])
+    with _unmarked(path) as plain:
+        entities = gmsh.model.occ.importShapes(str(plain), format=_GMSH_FORMATS[kind])
     gmsh.model.occ.synchronize()
     return [(int(dim), int(tag)) for dim, tag in entities]
+
+
+@contextmanager
+def _unmarked(path: Path) -> Iterator[Path]:
+    """Give a file without the byte-order mark that some editors put before the text."""
+    with path.open("rb") as file:
+        marked = file.read(len(BOM_UTF8)) == BOM_UTF8
+    if not marked:
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        plain = Path(folder, path.name)
+        plain.write_bytes(path.read_bytes().removeprefix(BOM_UTF8))
+        yield plain
 
 
 def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -165,7 +220,7 @@ def _solids(entities: Sequence[tuple[int, int]]) -> list[NamedSolid]:
     for dim, tag in entities:
         if dim == kernel.SOLID:
             name = gmsh.model.getEntityName(3, tag).rpartition("/")[2]
-            solids.append(NamedSolid(int(tag), "" if name.startswith(_UNNAMED) else name))
+            solids.append(NamedSolid(int(tag), "" if name.startswith(_UNNAMED) else _plain(name)))
     return solids
 
 
@@ -178,7 +233,7 @@ def _freecad(path: Path) -> tuple[list[NamedSolid], set[int]]:
             for placement in shape.placements:
                 _place([(3, solid.tag) for solid in solids], placement)
             kinds |= own
-            found += [NamedSolid(solid.tag, shape.label) for solid in solids]
+            found += [NamedSolid(solid.tag, _plain(shape.label)) for solid in solids]
     gmsh.model.occ.synchronize()
     return found, kinds
 
@@ -194,16 +249,16 @@ def _place(entities: Sequence[tuple[int, int]], placement: Placement) -> None:
 
 def _unit_of_step(content: bytes) -> str:
     metres = re.search(rb"LENGTH_UNIT\s*\(\s*\)[^;]*?SI_UNIT\s*\(\s*(\$|\.[A-Z]+\.)\s*,\s*\.METRE\.", content)
-    inches = re.search(rb"CONVERSION_BASED_UNIT\s*\(\s*'INCH(?:ES)?'", content, re.IGNORECASE)
-    if inches:
-        return "in"
+    other = re.search(rb"CONVERSION_BASED_UNIT\s*\(\s*'(INCH|FOOT|FEET)", content, re.IGNORECASE)
+    if other:
+        return "in" if other[1].upper() == b"INCH" else "ft"
     prefix = metres[1] if metres else b".MILLI."
-    return {b"$": "m", b".CENTI.": "cm"}.get(prefix, "mm")
+    return _PREFIXES.get(prefix, "mm")
 
 
 def _unit_of_iges(content: bytes) -> str:
     """Read the name of the unit from the global section."""
     lines = [line[:72] for line in content.splitlines() if line[72:73] == b"G"]
-    named = re.search(rb"\d*H(MM|INCH|IN|M|CM)[,;]", b"".join(lines).upper())
+    named = re.search(rb"\d*H(MM|INCH|IN|M|CM|KM|FT|UM)[,;]", b"".join(lines).upper())
     unit = named[1].decode().lower() if named else "mm"
-    return {"inch": "in"}.get(unit, unit) if unit in (*UNITS, "inch") else "mm"
+    return {"inch": "in", "um": "µm"}.get(unit, unit)

@@ -28,6 +28,8 @@ _DAMAGES = (
     ValueError,
     OSError,
 )
+# No placement, mm, is as large.
+_FAR = 1e7
 _BODY = "PartDesign::Body"
 _CONTAINERS = ("App::Part", "App::DocumentObjectGroup", "Assembly::AssemblyObject")
 
@@ -138,6 +140,8 @@ def _placement(found: ET.Element | None) -> Placement | None:
         return None
     x, y, z, w = (float(value.get(f"Q{i}", "0")) for i in range(4))
     shift = tuple(float(value.get(f"P{axis}", "0")) for axis in "xyz")
+    if not all(abs(number) < _FAR for number in (x, y, z, w, *shift)):
+        raise ValueError(f"a placement is out of range: {value.attrib}")
     size = math.sqrt(x * x + y * y + z * z)
     axis = (x / size, y / size, z / size) if size else (0.0, 0.0, 1.0)
     return Placement(axis, 2 * math.atan2(size, w), (shift[0], shift[1], shift[2]))

@@ -72,10 +72,19 @@ class Hole:
         between = other.center - self.center
         return float(np.linalg.norm(between - (between @ self.direction) * self.direction))
 
+    def has_diameter(self, diameter: float | None) -> bool:
+        """Whether it has a diameter, mm, if one is given."""
+        return diameter is None or math.isclose(2 * self.radius, diameter, rel_tol=1e-3)
+
     def text(self) -> str:
         """Say where it is and how large."""
-        x, y, z = self.center
-        return f"diameter {2 * self.radius:.5g} mm at ({x:.4g}, {y:.4g}, {z:.4g}), {self.width:.4g} mm long"
+        return f"diameter {2 * self.radius:.5g} mm at {place_text(self.center)}, {self.width:.4g} mm long"
+
+
+def place_text(place: Floats) -> str:
+    """Write coordinates, mm, without the remainders of rounding."""
+    x, y, z = np.round(place, 4) + 0.0
+    return f"({x:.4g}, {y:.4g}, {z:.4g})"
 
 
 def through_holes(interior: Interior, faces: Sequence[Face]) -> list[Hole]:
@@ -101,13 +110,27 @@ def hollow_walls(interior: Interior, faces: Sequence[Face], *, at_most: float = 
     list of Hole
         The widest of each axis, the largest radius first.
     """
-    walls: list[Hole] = []
-    for group in _coaxial([face for face in faces if face.shape == "Cylinder"]):
-        own = [wall for wall in _walls(group) if _OPEN < wall.turn <= at_most]
-        hollow = [wall for wall in own if _is_hollow(wall, interior)]
-        if hollow:
-            walls.append(_bearing(hollow))
-    return sorted(walls, key=lambda wall: -wall.radius)
+    walls = [hollow_wall(interior, group) for group in wall_groups(faces, at_most=at_most)]
+    return sorted((wall for wall in walls if wall is not None), key=lambda wall: -wall.radius)
+
+
+def wall_groups(faces: Sequence[Face], *, at_most: float = math.inf) -> list[list[Hole]]:
+    """Return cylindrical walls that cover a third of a turn or more, by their axes, hollow or not.
+
+    Parameters
+    ----------
+    at_most
+        Part of a turn that they cover at most.
+    """
+    axes = _coaxial([face for face in faces if face.shape == "Cylinder"])
+    groups = [[wall for wall in _walls(axis) if _OPEN < wall.turn <= at_most] for axis in axes]
+    return [group for group in groups if group]
+
+
+def hollow_wall(interior: Interior, group: Sequence[Hole]) -> Hole | None:
+    """Return the widest of coaxial walls with material outside them; None if there is none."""
+    hollow = [wall for wall in group if _is_hollow(wall, interior)]
+    return _bearing(hollow) if hollow else None
 
 
 def _bearing(walls: Sequence[Hole]) -> Hole:

@@ -1,7 +1,7 @@
 """A rod from a CAD file, placed and cut in the same way as one drawn from dimensions."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import gmsh
@@ -12,7 +12,7 @@ from geometry.arrays import Floats
 from geometry.cad.bores import HalfOpenError, find_bores
 from geometry.cad.cap import assumed_cap
 from geometry.cad.cylinders import ROUND, recognised
-from geometry.cad.file import UNITS, CadFile, MissingCap
+from geometry.cad.file import DECLARED, UNITS, CadFile, MissingCap
 from geometry.cad.formats import declared_unit, read_solids
 from geometry.cad.holes import Hole
 from geometry.cad.interior import Interior
@@ -60,12 +60,13 @@ def import_cad(
     """
     declared = declared_unit(file.path)
     unit = file.unit or declared
-    found, holes = _found(file, UNITS[unit] / UNITS[declared], tell)
+    found, holes = _found(file, DECLARED[unit] / DECLARED[declared], tell)
     if file.unit is None and (better := _plausible(holes, unit)) != unit:
         unit = better
-        found, holes = _found(file, UNITS[unit] / UNITS[declared], tell)
+        found, holes = _found(file, UNITS[unit] / DECLARED[declared], tell)
     bores = tuple(FoundBore(2 * hole.radius, _vector(hole.center), hole.mean_width) for hole in holes)
-    intake = Intake(unit, tuple(found), (bores[0], bores[1]), tuple(_assumed(file, declared, unit, found)))
+    said = _assumed(file, declared, unit, found, holes[0].apart(holes[1]))
+    intake = Intake(unit, tuple(found), (bores[0], bores[1]), tuple(said))
     return replace(_cut(file, found, holes, mirror, tell), intake=intake)
 
 
@@ -77,18 +78,30 @@ def _found(
     solids = read_solids(file.path, scale)
     if len(solids) > 1:
         tell(f"looking for the rod among {len(solids)} solids")
-    found = members(solids, file.solids)
+    named = (file.big_end_bore, file.small_end_bore)
+    found = members(solids, file.solids, named)
     tags = [one.tag for one in found if one.kept]
     tell("looking for the bores")
-    named = (file.big_end_bore, file.small_end_bore)
     try:
-        return found, find_bores(tags, _faces(tags), named)
+        bores = find_bores(tags, _faces(tags), named)
+        return found, bores if any(named) else _capped_first(bores, found)
     except HalfOpenError as missing:
         if file.cap is not MissingCap.ASSUMED:
             raise
         cap = member(assumed_cap(_faces(tags), missing.wall), "assumed cap", Role.ASSUMED_CAP)
         tags.append(cap.tag)
         return [*found, cap], find_bores(tags, _faces(tags), named)
+
+
+def _capped_first(bores: tuple[Hole, Hole], found: Sequence[Member]) -> tuple[Hole, Hole]:
+    """Take the bore with the cap for the big end's, if it is the smaller one."""
+    caps = [gmsh.model.occ.getCenterOfMass(3, one.tag) for one in found if one.role is Role.CAP and one.kept]
+    if caps:
+        middle = np.mean(caps, axis=0)
+        big, small = (float(np.linalg.norm(middle - bore.center)) for bore in bores)
+        if small < big:
+            return bores[::-1]
+    return bores
 
 
 def _faces(volumes: Sequence[int]) -> list[Face]:
@@ -100,12 +113,15 @@ def _plausible(holes: tuple[Hole, Hole], unit: str) -> str:
     length = holes[0].apart(holes[1])
     if _BELIEVED[0] <= length <= _BELIEVED[1]:
         return unit
-    number = length / UNITS[unit]
-    fitting = [other for other in ("mm", "m", "in", "cm") if _USUAL[0] <= number * UNITS[other] <= _USUAL[1]]
-    return fitting[0] if fitting else unit
+    return next(_usual(length / DECLARED[unit]), unit)
 
 
-def _assumed(file: CadFile, declared: str, unit: str, found: Sequence[Member]) -> list[str]:
+def _usual(number: float) -> Iterator[str]:
+    """The units in which a distance of bores is that of a rod, the most frequent first."""
+    return (unit for unit in ("mm", "m", "in", "cm") if _USUAL[0] <= number * UNITS[unit] <= _USUAL[1])
+
+
+def _assumed(file: CadFile, declared: str, unit: str, found: Sequence[Member], length: float) -> list[str]:
     """What the user must know was assumed."""
     said = []
     if file.unit is None and unit != declared:
@@ -113,6 +129,13 @@ def _assumed(file: CadFile, declared: str, unit: str, found: Sequence[Member]) -
             f"{file.path.name}: lengths are taken to be in {unit}, because in {declared}, as the file "
             "declares, the rod would be of no usual length (rod.unit)"
         )
+    elif file.unit is None and not _USUAL[0] <= length <= _USUAL[1]:
+        number = length / DECLARED[unit]
+        said += [
+            f"{file.path.name}: the bores are {length:.4g} mm apart, which is unusual for a rod; with "
+            f'rod.unit = "{other}" they would be {number * UNITS[other]:.4g} mm apart'
+            for other in list(_usual(number))[:1]
+        ]
     if any(one.role is Role.ASSUMED_CAP for one in found):
         said.append(
             "the cap is missing: a ring of the section at the joint is assumed, without bolts (rod.cap)"
@@ -210,10 +233,36 @@ def _parts(cells: Sequence[Sequence[int]], names: Sequence[str], mirror: Mirror)
                 "program, or keep only some of them with rod.solids"
             )
     gmsh.model.occ.synchronize()
+    _require_joined(cells, names)
     return tuple(
         Part(name, tuple(cell), joined([whole_mass(tag, mirror) for tag in cell]))
         for name, cell in zip(_distinct(names), cells, strict=True)
     )
+
+
+def _require_joined(cells: Sequence[Sequence[int]], names: Sequence[str]) -> None:
+    """Refuse parts that share no face with the others: they would be loose."""
+    faces = [
+        set(gmsh.model.getBoundary([(kernel.SOLID, tag) for tag in cell], combined=False, oriented=False))
+        for cell in cells
+    ]
+    joined, loose = [0], list(range(1, len(cells)))
+    while touching := [one for one in loose if any(faces[one] & faces[other] for other in joined)]:
+        joined += touching
+        loose = [one for one in loose if one not in touching]
+    if loose:
+        gap, one, other = min(
+            (gmsh.model.occ.getDistance(kernel.SOLID, a, kernel.SOLID, b)[0], one, other)
+            for one in loose
+            for other in joined
+            for a in cells[one]
+            for b in cells[other]
+        )
+        raise GeometryError(
+            f"the solids {names[one]} and {names[other]} do not touch (gap {gap:.3g} mm), so they cannot be "
+            "bonded to each other. Close the gap in the CAD program, or keep only solids that touch with "
+            "rod.solids"
+        )
 
 
 def _distinct(names: Sequence[str]) -> list[str]:

@@ -1,18 +1,17 @@
 """Which solids of a file are the rod and what belongs to it, and which are left out."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from itertools import islice
 
 import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.cad.cylinders import recognised
 from geometry.cad.edges import solid_points
 from geometry.cad.formats import NamedSolid
-from geometry.cad.holes import CLOSED, Hole, hollow_walls
-from geometry.cad.interior import Interior
+from geometry.cad.holes import CLOSED, Hole
+from geometry.cad.walls import Walls, walls_of
 from geometry.errors import GeometryError
-from geometry.faces import faces_of
 from geometry.intake import Member, Role
 
 # A rod's distance of the bores is at least this part of its length, and its width along the pins and its
@@ -22,8 +21,11 @@ _REACH, _WIDTH, _BREADTH = 0.4, 0.8, 1.1
 _ASIDE = 0.2
 # Two bores, or two rods, of the same size differ by less, relatively.
 _ALIKE = 0.02
-# A bushing or shell is at most this much longer than the bore; a pin is longer.
-_OVERHANG = 1.25
+# As many walls are tried for the small end if no solid is a rod, because holes in the shank may be larger.
+_TRIED = 3
+# A bushing or shell is at most this much longer than the bore, and its hole has at least this part of the
+# bore's diameter (0.8 to 0.95); a pin is longer, or its hole smaller (0.3 to 0.65).
+_OVERHANG, _THIN = 1.25, 0.75
 
 
 def member(tag: int, name: str, role: Role, *, kept: bool = True) -> Member:
@@ -33,7 +35,11 @@ def member(tag: int, name: str, role: Role, *, kept: bool = True) -> Member:
     return Member(tag, name, role, kept, float(gmsh.model.occ.getMass(3, tag)), (x, y, z))
 
 
-def members(solids: Sequence[NamedSolid], chosen: Sequence[str] = ()) -> list[Member]:
+def members(
+    solids: Sequence[NamedSolid],
+    chosen: Sequence[str] = (),
+    named: tuple[float | None, float | None] = (None, None),
+) -> list[Member]:
     """Tell the solids of a file apart.
 
     Parameters
@@ -42,6 +48,8 @@ def members(solids: Sequence[NamedSolid], chosen: Sequence[str] = ()) -> list[Me
         Of the open model.
     chosen
         Names of those to keep; empty: the rod and what belongs to it, or all of them if none is a rod.
+    named
+        Diameters of the big-end and the small-end bore, mm, if the user has given them.
 
     Raises
     ------
@@ -50,42 +58,59 @@ def members(solids: Sequence[NamedSolid], chosen: Sequence[str] = ()) -> list[Me
     """
     if len(solids) == 1:
         return [member(solids[0].tag, "rod", Role.ROD)]
-    names = {solid.tag: solid.name or f"part {number}" for number, solid in enumerate(solids, 1)}
-    walls = {tag: _walls(tag) for tag in names}
-    rods = {tag: bores for tag in names if (bores := _rod_bores(tag, walls[tag])) is not None}
-    if chosen:
-        _require_known(chosen, names.values())
-        rods = {tag: bores for tag, bores in rods.items() if names[tag] in chosen}
+    names = _names(solids)
+    said = {solid.tag: {solid.name, names[solid.tag]} for solid in solids}
+    for name in chosen:
+        if not any(name in both for both in said.values()):
+            listed = ", ".join(names.values())
+            raise GeometryError(f"rod.solids names {name!r}, but the solids of the file are: {listed}")
+    wanted = {tag for tag, both in said.items() if not both.isdisjoint(chosen)}
+    walls = {tag: walls_of(tag) for tag in names}
+    alike = _rods(walls, named) or _rods(walls) or _rods(walls, tried=_TRIED)
+    rods = {tag: bores for tag, bores in alike.items() if not wanted or tag in wanted}
     if not rods:
         return [
-            member(tag, name, Role.OTHER, kept=not chosen or name in chosen) for tag, name in names.items()
+            member(tag, name, Role.OTHER, kept=not wanted or tag in wanted) for tag, name in names.items()
         ]
     rod = _only_rod(rods, names)
-    roles = {tag: Role.ROD if tag == rod else _role(tag, walls[tag], rods[rod]) for tag in names}
-    kept = {tag for tag, role in roles.items() if role in (Role.ROD, Role.CAP, Role.BUSHING)}
-    if chosen:
-        kept = {tag for tag, name in names.items() if name in chosen}
+    roles = {tag: _role(tag, walls[tag], rods[rod]) for tag in names}
+    # Of a rod that is divided lengthwise, each half has the shape of a rod.
+    roles |= {tag: Role.OTHER_ROD for tag in alike if roles[tag] is not Role.CAP} | {rod: Role.ROD}
+    kept = wanted or {tag for tag, role in roles.items() if role in (Role.ROD, Role.CAP, Role.BUSHING)}
     return [member(tag, name, roles[tag], kept=tag in kept) for tag, name in names.items()]
 
 
-def _require_known(chosen: Sequence[str], names: Collection[str]) -> None:
-    for name in chosen:
-        if name not in names:
-            listed = ", ".join(dict.fromkeys(names))
-            raise GeometryError(f"rod.solids names {name!r}, but the solids of the file are: {listed}")
+def _names(solids: Sequence[NamedSolid]) -> dict[int, str]:
+    """Names of solids by their tags; numbered where several have the same or none."""
+    given = [solid.name or "part" for solid in solids]
+    numbered = [not solid.name or given.count(solid.name) > 1 for solid in solids]
+    return {
+        solid.tag: f"{name} {place}" if many else name
+        for place, (solid, name, many) in enumerate(zip(solids, given, numbered, strict=True), 1)
+    }
 
 
-def _walls(volume: int) -> list[Hole]:
-    return hollow_walls(Interior((volume,)), [recognised(face) for face in faces_of((volume,))])
+def _rods(
+    walls: Mapping[int, Walls], named: tuple[float | None, float | None] = (None, None), tried: int = 1
+) -> dict[int, tuple[Hole, Hole]]:
+    """The bores of the solids of a rod's shape."""
+    found = {tag: _rod_bores(tag, own, named, tried) for tag, own in walls.items()}
+    return {tag: bores for tag, bores in found.items() if bores is not None}
 
 
-def _rod_bores(volume: int, walls: Sequence[Hole]) -> tuple[Hole, Hole] | None:
-    """The bores of a solid of a rod's shape: its largest hollow wall, and the next one parallel to it."""
-    for small in walls[1:]:
-        big = walls[0]
-        if big.parallel(small) and big.apart(small) > big.radius + small.radius:
-            return (big, small) if _is_rod(volume, big, small) else None
-    return None
+def _rod_bores(
+    volume: int, walls: Walls, named: tuple[float | None, float | None], tried: int
+) -> tuple[Hole, Hole] | None:
+    """The bores of a solid of a rod's shape: its largest hollow wall, and one of the next parallel to it."""
+    big = next((wall for wall in walls.hollow() if wall.has_diameter(named[0])), None)
+    if big is None:
+        return None
+    apart = (
+        wall
+        for wall in walls.hollow()
+        if big.parallel(wall) and big.apart(wall) > big.radius + wall.radius and wall.has_diameter(named[1])
+    )
+    return next(((big, small) for small in islice(apart, tried) if _is_rod(volume, big, small)), None)
 
 
 def _is_rod(volume: int, big: Hole, small: Hole) -> bool:
@@ -113,31 +138,39 @@ def _frame(big: Hole, small: Hole) -> Floats:
 
 
 def _only_rod(rods: Mapping[int, tuple[Hole, Hole]], names: Mapping[int, str]) -> int:
-    """The first of the rods, if all have bores of the same size."""
-    sizes = np.array([(big.radius, small.radius, big.apart(small)) for big, small in rods.values()])
+    """The first of the rods, if all have bores and a volume of the same size."""
+    sizes = np.array(
+        [
+            (big.radius, small.radius, big.apart(small), gmsh.model.occ.getMass(3, tag))
+            for tag, (big, small) in rods.items()
+        ]
+    )
     if (np.abs(sizes / sizes[0] - 1) > _ALIKE).any():
         listed = "; ".join(
-            f"{names[tag]} (bores of {2 * big.radius:.4g} and {2 * small.radius:.4g} mm, "
-            f"{big.apart(small):.4g} mm apart)"
-            for tag, (big, small) in rods.items()
+            f"{names[tag]} (bores of {2 * big:.4g} and {2 * small:.4g} mm, {apart:.4g} mm apart, "
+            f"{volume:.4g} mm³)"
+            for tag, (big, small, apart, volume) in zip(rods, sizes.tolist(), strict=True)
         )
         raise GeometryError(f"several solids of the file could be the rod: {listed}. Choose with rod.solids")
     return next(iter(rods))
 
 
-def _role(volume: int, walls: Sequence[Hole], bores: tuple[Hole, Hole]) -> Role:
+def _role(volume: int, walls: Walls, bores: tuple[Hole, Hole]) -> Role:
     """What a solid is beside a rod with these bores."""
     points = solid_points(volume)
     for bore in bores:
         away = points - bore.center
         height = away @ bore.direction
         radius = np.linalg.norm(away - height[:, None] * bore.direction, axis=1)
-        coaxial = [wall for wall in walls if wall.parallel(bore) and wall.apart(bore) < _ALIKE * bore.radius]
+        coaxial = [wall.radius / bore.radius for wall in walls.about(bore, _ALIKE)]
+        beside = abs(height.min() + height.max()) < bore.width  # else it belongs to another rod
         if radius.max() <= (1 + _ALIKE) * bore.radius and np.abs(height).min() <= bore.width / 2:
-            return Role.BUSHING if coaxial and np.ptp(height) <= _OVERHANG * bore.width else Role.PIN
-        alike = any(abs(wall.radius / bore.radius - 1) < _ALIKE for wall in coaxial)
+            if not coaxial or min(coaxial) < _THIN or np.ptp(height) > _OVERHANG * bore.width:
+                return Role.PIN
+            return Role.BUSHING if beside else Role.OTHER
+        alike = any(abs(share - 1) < _ALIKE for share in coaxial)
         if bore.turn <= CLOSED and alike:
-            return Role.CAP
+            return Role.CAP if beside else Role.OTHER
     size, reach = np.ptp(points, axis=0).max(), bores[0].apart(bores[1])
     near = np.linalg.norm(points.mean(axis=0) - bores[0].center) < 2.5 * bores[0].radius
     return Role.BOLT if near and size < 0.8 * reach and _is_slender(volume) else Role.OTHER

@@ -62,6 +62,16 @@ def test_a_death_is_told(death, words):
         apart(death, "read x")
 
 
+def test_a_job_has_a_time_limit_from_its_start(monkeypatch):
+    def stuck():
+        while True:
+            pass
+
+    monkeypatch.setattr("fea.machine.forked.SECONDS", 0.1)
+    with pytest.raises(GeometryError, match=r"it did not finish within 0\.1\d* s of processor time"):
+        apart(stuck, "read x")
+
+
 def test_an_interrupt_leaves_no_orphan(tmp_path):
     def wait():
         (tmp_path / "child").write_text(str(os.getpid()))

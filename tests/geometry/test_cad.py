@@ -1,6 +1,7 @@
 """Files of any CAD program: assemblies, other formats and units, bores that are cylinders by shape alone."""
 
 import math
+import re
 import zipfile
 
 import gmsh
@@ -9,6 +10,7 @@ from cad_files import freecad_document
 
 from geometry.cad.bores import HalfOpenError
 from geometry.cad.file import CadFile, MissingCap
+from geometry.cad.formats import declared_unit
 from geometry.cad.imported import import_cad
 from geometry.errors import GeometryError
 from geometry.intake import Role
@@ -16,6 +18,8 @@ from geometry.mirror import Mirror
 from geometry.session import session
 
 LENGTH, BIG, SMALL, WIDTH = 150.0, 25.0, 11.0, 20.0
+# Of a link: place along it and radius, the largest one between the others.
+HOLES = ((0, 25), (70, 28), (150, 11))
 
 
 def written(path, draw, scale=1.0):
@@ -34,26 +38,50 @@ def written(path, draw, scale=1.0):
     return path
 
 
-def rod(occ, *, cap="fused", z=0.0):
+def rod(occ, *, cap="fused", z=0.0, gap=0.0, bores=None):
     """A plain rod, its axis along x: whole, split into rod and cap at x = 0, or without its cap."""
     ring = occ.addCylinder(0, 0, z - WIDTH / 2, 0, 0, WIDTH, BIG + 9)
     eye = occ.addCylinder(LENGTH, 0, z - WIDTH / 2, 0, 0, WIDTH, SMALL + 6)
     bar = occ.addBox(20, -9, z - 6, LENGTH - 30, 18, 12)
     body, _ = occ.fuse([(3, ring)], [(3, eye), (3, bar)])
-    bores = [(3, occ.addCylinder(x, 0, z - 50, 0, 0, 100, r)) for x, r in ((0, BIG), (LENGTH, SMALL))]
-    body, _ = occ.cut(body, bores)
+    tools = bores or [bore(occ, x, r, z) for x, r in ((0, BIG), (LENGTH, SMALL))]
+    body, _ = occ.cut(body, tools)
     if cap == "fused":
         return
-    half = [(3, occ.addBox(-100, -100, z - 50, 100, 200, 100))]
-    if cap == "split":
-        occ.fragment(body, half)
-        occ.remove([tool for tool in occ.getEntities(3) if _outside(occ, tool)], recursive=True)
-    else:
-        occ.cut(body, half)
+    copy = occ.copy(body) if cap == "split" else []
+    occ.cut(body, [(3, occ.addBox(-100, -100, z - 50, 100, 200, 100))])
+    if copy:
+        occ.cut(copy, [(3, occ.addBox(-gap, -100, z - 50, 300, 200, 100))])
 
 
-def _outside(occ, solid):
-    return occ.getMass(*solid) > 4e5  # what is left of the box
+def bore(occ, x, radius, z=0.0):
+    return 3, occ.addCylinder(x, 0, z - 50, 0, 0, 100, radius)
+
+
+def prism(occ, edges):
+    """A hole along z inside a closed loop of edges at z = -50."""
+    face = occ.addPlaneSurface([occ.addCurveLoop(edges)])
+    return next(made for made in occ.extrude([(2, face)], 0, 0, 100) if made[0] == 3)
+
+
+def ellipse(occ, radius, share):
+    return prism(occ, [occ.addEllipse(0, 0, -50, radius * (1 + share), radius * (1 - share))])
+
+
+def polygon(occ, radius, sides):
+    angles = [2 * math.pi * place / sides for place in range(sides)]
+    corners = [occ.addPoint(radius * math.cos(a), radius * math.sin(a), -50) for a in angles]
+    edges = [occ.addLine(*ends) for ends in zip(corners, corners[1:] + corners[:1], strict=True)]
+    return prism(occ, edges)
+
+
+def cone(occ, radius):
+    return 3, occ.addCone(0, 0, -WIDTH / 2, 0, 0, WIDTH, radius, 1.02 * radius)
+
+
+def sleeve(occ, x, radii, width, z=0.0):
+    outer, inner = radii
+    occ.cut([(3, occ.addCylinder(x, 0, z - width / 2, 0, 0, width, outer))], [bore(occ, x, inner, z)])
 
 
 def crank_drive(occ):
@@ -218,6 +246,39 @@ def test_a_damaged_archive_is_refused(tmp_path, content, message):
         import_cad(CadFile(path))
 
 
+def test_a_placement_that_leads_nowhere_is_damage(tmp_path):
+    written(tmp_path / "rod.brep", rod)
+    placed = '<Property name="Placement"><PropertyPlacement Px="nan" Q3="1"/></Property></Properties>'
+    group = """<Object name="Part"><Properties>
+<Property name="Group"><LinkList><Link value="Body"/></LinkList></Property>"""
+    text = freecad_document("rod.brp")
+    text = text.replace("</Objects>", '<Object type="App::Part" name="Part"/></Objects>')
+    path = tmp_path / "rod.FCStd"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr(
+            "Document.xml", text.replace("</ObjectData>", f"{group}{placed}</Object></ObjectData>")
+        )
+        archive.write(tmp_path / "rod.brep", "rod.brp")
+    refused(path, "is not a readable FreeCAD file .a placement is out of range")
+
+
+def test_a_shape_that_is_cut_short_is_refused_at_once(tmp_path, monkeypatch):
+    path = written(tmp_path / "rod.brep", rod)
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    monkeypatch.setattr(gmsh.model.occ, "importShapes", None)  # it would not return
+    refused(path, r"rod\.brep ends before its last line")
+
+
+def test_a_solid_that_is_inside_out_is_turned(tmp_path):
+    path = written(tmp_path / "rod.brep", rod)
+    upright = imported(path)
+    path.write_text(re.sub(r"\n\+(\d+ 0)\s*$", r"\n-\1\n", path.read_text().rstrip() + "\n"))
+    found = imported(path)
+    assert found.mass.mass == pytest.approx(upright.mass.mass, rel=1e-9)
+    assert found.mirror is Mirror.QUARTER
+
+
 def test_an_archive_neither_fills_the_disk_nor_writes_elsewhere(tmp_path, monkeypatch):
     monkeypatch.setattr("geometry.cad.freecad.MOST_SHAPES", 10_000)
     path = tmp_path / "bomb.FCStd"
@@ -243,3 +304,164 @@ def test_holes_that_are_no_bores_of_a_rod_are_refused(tmp_path):
         import_cad(CadFile(path))
     named = imported(path, big_end_bore=16.0, small_end_bore=10.0)
     assert named.bores[1].x == pytest.approx(40)
+
+
+def refused(path, message, **said):
+    with session(), pytest.raises(GeometryError, match=message):
+        import_cad(CadFile(path, **said))
+
+
+def test_a_hollow_pin_shorter_than_the_bore_is_no_bushing(tmp_path):
+    def draw(occ):
+        rod(occ)
+        sleeve(occ, LENGTH, (SMALL, SMALL - 2), WIDTH)
+        sleeve(occ, LENGTH, (SMALL - 2, 5), WIDTH - 2)
+
+    found = imported(written(tmp_path / "pin.step", draw))
+    assert [one.role for one in found.intake.members] == [Role.ROD, Role.BUSHING, Role.PIN]
+    assert found.bores[1].radius == pytest.approx(SMALL - 2)
+
+
+def test_what_belongs_to_the_rod_beside_is_left_out(tmp_path):
+    def draw(occ):
+        for z in (0, WIDTH):
+            rod(occ, cap="split", z=z)
+            sleeve(occ, 0, (BIG, BIG - 2), WIDTH, z)
+
+    found = imported(written(tmp_path / "pair.step", draw))
+    assert [one.role for one in found.intake.members if one.kept] == [Role.ROD, Role.CAP, Role.BUSHING]
+    assert Role.OTHER_ROD in [one.role for one in found.intake.members]
+    assert found.bores[0].width == pytest.approx(WIDTH)
+
+
+def test_rods_with_the_same_bores_and_other_shanks_must_be_chosen(tmp_path):
+    def draw(occ):
+        rod(occ)
+        before = occ.getEntities(3)
+        rod(occ, z=40)
+        other = [solid for solid in occ.getEntities(3) if solid not in before]
+        occ.cut(other, [(3, occ.addBox(50, -20, 40, 60, 40, 20))])
+
+    path = written(tmp_path / "alike.step", draw)
+    refused(path, r"several solids .* could be the rod: .* mm³")
+    assert imported(path, solids=("part 2",)).intake.members[1].role is Role.ROD
+
+
+def test_parts_that_do_not_touch_are_refused(tmp_path):
+    path = written(tmp_path / "gap.step", lambda occ: rod(occ, cap="split", gap=0.05))
+    refused(path, r"do not touch \(gap 0\.05 mm\), so they cannot be bonded")
+
+
+@pytest.mark.parametrize(
+    ("shape", "why"),
+    [
+        (lambda occ: ellipse(occ, BIG, 0.01), r"diameter 50 mm .* circle by 0\.25 mm, 1 % of its radius"),
+        (lambda occ: polygon(occ, BIG, 36), r"diameter 49\.\d* mm .* circle by 0\.06\d* mm"),
+        (lambda occ: cone(occ, BIG), r"whose wall is not a cylinder"),
+    ],
+)
+def test_a_bore_that_is_no_cylinder_is_refused_with_its_deviation(tmp_path, shape, why):
+    path = written(tmp_path / "odd.step", lambda occ: rod(occ, bores=[shape(occ), bore(occ, LENGTH, SMALL)]))
+    refused(path, f"no two parallel bores were found.*{why}")
+
+    def with_a_hole(occ):  # 75 mm from the small end: an oil drilling, or a pair of bores to someone careless
+        rod(occ, bores=[shape(occ), bore(occ, LENGTH, SMALL), bore(occ, LENGTH / 2, 3)])
+
+    refused(written(tmp_path / "hole.step", with_a_hole), f"a larger hole is unused.*{why}")
+
+
+def test_a_hole_between_the_bores_is_not_taken_for_the_larger_bore(tmp_path):
+    def draw(occ):
+        occ.cut([(3, occ.addBox(-40, -40, -10, 230, 80, 20))], [bore(occ, x, r) for x, r in HOLES])
+
+    path = written(tmp_path / "link.step", draw)
+    refused(path, "more than one pair of holes could be the bores")
+    assert imported(path, big_end_bore=50.0, small_end_bore=22.0).bores[1].x == pytest.approx(LENGTH)
+
+
+def test_a_rod_with_a_hole_in_its_shank_is_found_among_other_parts(tmp_path):
+    def draw(occ):
+        holes = [bore(occ, x, r) for x, r in ((0, BIG), (LENGTH / 2, SMALL + 1), (LENGTH, SMALL))]
+        occ.cut([(3, occ.addBox(-40, -40, -10, 230, 80, 20))], holes)
+        bore(occ, LENGTH, SMALL)
+        bore(occ, 0, BIG)
+
+    path = written(tmp_path / "lightened.step", draw)
+    refused(path, "more than one pair of holes could be the bores")
+    found = imported(path, big_end_bore=2 * BIG, small_end_bore=2 * SMALL)
+    assert [one.role for one in found.intake.members if one.kept] == [Role.ROD]
+
+
+def test_bolt_holes_of_a_cap_alone_are_no_bores(tmp_path):
+    def draw(occ):
+        occ.cut(
+            [(3, occ.addCylinder(0, 0, -WIDTH / 2, 0, 0, WIDTH, BIG + 20))],
+            [
+                bore(occ, 0, BIG),
+                (3, occ.addBox(0, -100, -50, 100, 200, 100)),
+                *((3, occ.addCylinder(-60, y, 0, 120, 0, 0, 4)) for y in (-35, 35)),
+            ],
+        )
+
+    refused(written(tmp_path / "cap.step", draw), "covers only 180°, .*: this is a cap, or another part")
+
+
+def test_the_end_with_the_cap_is_the_big_end(tmp_path):
+    def draw(occ):
+        rod(occ, cap="split", bores=[bore(occ, 0, SMALL - 1), bore(occ, LENGTH, SMALL)])
+
+    found = imported(written(tmp_path / "slim.step", draw))
+    assert [end.radius for end in found.bores] == pytest.approx([SMALL - 1, SMALL])
+
+
+def test_solids_of_the_same_name_are_numbered(tmp_path):
+    path = written(tmp_path / "twins.step", lambda occ: rod(occ, cap="split"))
+    text = re.sub(r"PRODUCT\('[^']*',\s*'[^']*'", r"PRODUCT('Body','\\X2\\00DC\\X0\\ \t1'", path.read_text())
+    path.write_text(text)
+    found = imported(path)
+    assert [one.name for one in found.intake.members] == ["Ü 1 1", "Ü 1 2"]
+    assert len(imported(path, solids=("Ü 1",)).parts) == 2
+    refused(path, "half open", solids=("Ü 1 1",))
+
+
+@pytest.mark.parametrize(
+    ("declared", "name"), [(".MICRO.", "µm"), (".DECI.", "dm"), (".KILO.", "km"), (".CENTI.", "cm")]
+)
+def test_a_unit_that_no_rod_is_drawn_in_is_named(tmp_path, declared, name):
+    path = written(tmp_path / "rod.step", rod)
+    path.write_text(path.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", f"SI_UNIT({declared},.METRE.)"))
+    assert declared_unit(path) == name
+    found = imported(path)
+    assert found.intake.unit == ("cm" if name == "cm" else "mm")
+    assert found.bores[1].x == pytest.approx(LENGTH * (10 if name == "cm" else 1))
+    assert any(f"because in {name}, as the file" in said for said in found.intake.assumed) == (name != "cm")
+
+
+def test_a_length_that_is_unusual_is_told(tmp_path):
+    path = written(tmp_path / "model.step", rod, 1 / 6)
+    assert 'apart, which is unusual for a rod; with rod.unit = "in"' in " ".join(
+        imported(path).intake.assumed
+    )
+    assert imported(path, unit="mm").intake.assumed == ()
+
+
+def test_a_byte_order_mark_is_skipped_and_a_cut_file_called_so(tmp_path):
+    path = written(tmp_path / "rod.step", rod)
+    content = path.read_bytes()
+    path.write_bytes(b"\xef\xbb\xbf" + content)
+    assert imported(path).bores[1].x == pytest.approx(LENGTH)
+    path.write_bytes(content[: len(content) // 2])
+    refused(path, "could not read rod.step.* may be damaged or cut short")
+
+
+def test_few_walls_of_a_large_solid_are_examined(tmp_path, monkeypatch):
+    def draw(occ):
+        rod(occ)
+        holes = [bore(occ, 300 + 20 * place, 4) for place in range(60)]
+        occ.cut([(3, occ.addBox(280, -20, -10, 1240, 40, 20))], holes)
+
+    path = written(tmp_path / "plate.step", draw)
+    asked, inside = [], gmsh.model.isInside
+    monkeypatch.setattr(gmsh.model, "isInside", lambda *given: asked.append(given) or inside(*given))
+    assert [one.kept for one in imported(path).intake.members] == [True, False]
+    assert sum(volume == 2 for _, volume, *_ in asked) < 60  # fewer than one for each hole
