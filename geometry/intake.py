@@ -63,7 +63,7 @@ class Intake:
     Attributes
     ----------
     unit
-        Of the lengths in the file, of `geometry.cad.file.UNITS`.
+        Of the lengths in the file, of `geometry.length_unit.UNITS`.
     members
         Its solids, in the order of the file.
     bores

@@ -16,12 +16,11 @@ from mesh.quality import Quality, measure, mended, scaled_jacobian
 from mesh.repair import NOTHING, Repair, UnsoundMeshError, of_crossing, of_elements
 from mesh.size_field import SizeField
 from mesh.sizing import Refinement, Sizing, apply
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import FROM_GMSH, TetMesh
 
 _ON_ERROR, _STOP = "General.AbortOnError", 1  # stop meshing without throwing
 _TET = {1: 4, 2: 11}  # gmsh's element types
 _TRIANGLE = {1: 2, 2: 9}
-_FROM_GMSH = {1: [0, 1, 2, 3], 2: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]}
 
 
 def tetrahedralise(
@@ -104,7 +103,7 @@ def _arrays(surfaces: Mapping[Surface, Sequence[int]], order: int, parts: Sequen
         raise MeshError("gmsh made no tetrahedra. Try a smaller --size")
     place = np.empty(int(tags.max()) + 1, dtype=np.int64)
     place[tags] = np.arange(tags.size)
-    tets = place[tet_nodes].reshape(-1, len(_FROM_GMSH[order]))[:, _FROM_GMSH[order]]
+    tets = place[tet_nodes].reshape(-1, len(FROM_GMSH[order]))[:, FROM_GMSH[order]]
     used = np.unique(tets)
     compact = np.full(tags.size, -1)
     compact[used] = np.arange(used.size)
@@ -128,7 +127,7 @@ def _tets(order: int, parts: Sequence[Sequence[int]]) -> tuple[Ints, Ints | None
         return gmsh.model.mesh.getElementsByType(_TET[order])[1], None
     found = [gmsh.model.mesh.getElementsByType(_TET[order], volume)[1] for part in parts for volume in part]
     numbers = [number for number, part in enumerate(parts) for _ in part]
-    counts = [nodes.size // len(_FROM_GMSH[order]) for nodes in found]
+    counts = [nodes.size // len(FROM_GMSH[order]) for nodes in found]
     return np.concatenate(found), np.repeat(numbers, counts)
 
 

@@ -9,10 +9,9 @@ from geometry.arrays import Floats, Ints
 from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
 from mesh.numbering import numbered
-from mesh.tetmesh import FACET_TURN, TetMesh
+from mesh.tetmesh import FACET_TURN, TET_TURN, TetMesh
 
 # A reflection turns an element inside out; exchanging two vertices turns it back.
-_TET_TURN = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]}
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ def reflect(whole: MirroredMesh, plane: Surface) -> MirroredMesh:
     turn[axis] = -1
     joined = TetMesh(
         np.concatenate([mesh.points, mesh.points[~shared] * turn]),
-        np.concatenate([mesh.tets, image[mesh.tets][:, _TET_TURN[mesh.tets.shape[1]]]]),
+        np.concatenate([mesh.tets, image[mesh.tets][:, TET_TURN[mesh.tets.shape[1]]]]),
         {
             surface: np.concatenate([facets, image[facets][:, FACET_TURN[facets.shape[1]]]])
             for surface, facets in mesh.facets.items()

@@ -7,8 +7,8 @@ from typing import Any
 
 from fea.study.paths import is_file, located
 from fea.study.tables import checked
-from geometry.cad.file import UNITS
 from geometry.invalid import require, require_positive
+from geometry.length_unit import UNITS
 from mesh.files.formats import FORMATS, is_mesh
 
 LARGEST_MESH_FILE = 2**30  # bytes; a deck of a million ten-node tetrahedra takes a sixth
@@ -25,8 +25,8 @@ class MeshFile:
     path
         The file.
     unit
-        Its unit of length, of `geometry.cad.file.UNITS`; None for millimetres, or the one with which the rod
-        has a usual length.
+        Its unit of length, of `geometry.length_unit.UNITS`; None for millimetres, or the one with which the
+        rod has a usual length.
     big_end_bore, small_end_bore
         Diameters that identify the bores, mm, needed if these are not the two largest parallel through-holes.
     """

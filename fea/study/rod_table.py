@@ -11,9 +11,10 @@ from fea.study.mesh_file import MeshFile, read_mesh_file
 from fea.study.paths import is_file, located
 from fea.study.tables import checked, nearest, unknown_key
 from fea.units import KG, KG_M2
-from geometry.cad.file import FORMATS, UNITS, CadFile, CadFormat, MissingCap, is_cad
+from geometry.cad.file import FORMATS, CadFile, CadFormat, MissingCap, is_cad
 from geometry.dimensions import ShankSection, dimensions, options
 from geometry.invalid import InvalidValue, require, require_positive
+from geometry.length_unit import UNITS
 from geometry.mass import MassProperties
 from geometry.presets import PRESETS
 from geometry.proportions import proportioned

@@ -7,11 +7,11 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
-from geometry.arrays import Floats
 from geometry.cad.edges import edge_points
 from geometry.cad.holes import Hole
 from geometry.errors import GeometryError
 from geometry.faces import Face
+from geometry.frame import basis_across
 
 # Largest distance of the joint from the bore's axis, and from the wall of the bore, over its radius.
 _OFF = 0.05
@@ -73,18 +73,11 @@ def _joint_angle(face: Face, wall: Hole) -> float | None:
     touches = abs(radius.min() / wall.radius - 1) < _OFF
     if aside > _OFF * wall.radius or not touches or np.ptp(radius) < _OFF * wall.radius:
         return None
-    x, y = _across(wall)
+    x, y = basis_across(wall.direction)
     return math.atan2(float(middle @ y), float(middle @ x))
-
-
-def _across(wall: Hole) -> tuple[Floats, Floats]:
-    """Two unit vectors that complete the axis to a right-handed frame."""
-    first = np.cross(np.eye(3)[np.argmin(np.abs(wall.direction))], wall.direction)
-    first /= np.linalg.norm(first)
-    return first, np.cross(wall.direction, first)
 
 
 def _is_covered(wall: Hole, angle: float) -> bool:
     """Whether the middle of the wall lies in a direction about the axis, rather than opposite."""
-    x, y = _across(wall)
+    x, y = basis_across(wall.direction)
     return bool(wall.moment @ (math.cos(angle) * x + math.sin(angle) * y) > 0)

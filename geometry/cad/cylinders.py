@@ -7,6 +7,7 @@ import numpy as np
 
 from geometry.arrays import Floats
 from geometry.cad.edges import edge_points
+from geometry.circle import fitted_circle
 from geometry.faces import Face
 
 # Largest deviation of a face from its cylinder, relative to the radius.
@@ -38,9 +39,7 @@ def recognised(face: Face) -> Face:
 
 
 def fitted(points: Floats, normals: Floats) -> tuple[tuple[float, ...], float] | None:
-    """Fit a cylinder to points and unit normals (n, 3), by Kåsa's circle normal to the mean axis.
-
-    Source: Kåsa (1976), IEEE Transactions on Instrumentation and Measurement 25(1), 8-14.
+    """Fit a cylinder to points and unit normals (n, 3), by a circle normal to the mean axis.
 
     Returns
     -------
@@ -53,21 +52,12 @@ def fitted(points: Floats, normals: Floats) -> tuple[tuple[float, ...], float] |
         return None
     direction, across = axes[:, 0], axes[:, 1:]
     middle = points.mean(axis=0)
-    center, radius, deviation = circle((points - middle) @ across)
-    if not radius or deviation > ROUND * radius:
+    places = (points - middle) @ across
+    circle = fitted_circle(places)
+    if circle is None or (deviation := float(circle.distance(places).max())) > ROUND * circle.radius:
         return None
-    on_axis = middle + across @ center
-    return (*on_axis.tolist(), *direction.tolist(), radius), deviation
-
-
-def circle(place: Floats) -> tuple[Floats, float, float]:
-    """Fit a circle to points (n, 2); return its centre, radius and the largest deviation of a point."""
-    left = np.column_stack([2 * place, np.ones(len(place))])
-    solution = np.linalg.lstsq(left, (place**2).sum(axis=1), rcond=None)[0]
-    center = solution[:2]
-    radius = float(np.sqrt(max(solution[2] + center @ center, 0.0)))
-    deviation = float(np.abs(np.linalg.norm(place - center, axis=1) - radius).max())
-    return center, radius, deviation
+    on_axis = middle + across @ circle.center
+    return (*on_axis.tolist(), *direction.tolist(), circle.radius), deviation
 
 
 def _corner(values: Floats) -> tuple[float, float, float]:

@@ -4,11 +4,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-# Millimetres per unit of length.
-UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
-# With those that a file may declare, but no rod is drawn in.
-DECLARED = {**UNITS, "µm": 1e-3, "dm": 100.0, "km": 1e6, "ft": 304.8}
-
 
 class CadFormat(StrEnum):
     """A format of CAD files."""
@@ -48,8 +43,8 @@ class CadFile:
     big_end_bore, small_end_bore
         Diameters, mm, that identify the bores where their size and place do not.
     unit
-        Of `UNITS`: the unit of the lengths in the file, whatever it declares; None: the declared one, or the
-        one with which the rod has a plausible length.
+        Of `geometry.length_unit.UNITS`: the unit of the lengths in the file, whatever it declares; None: the
+        declared one, or the one with which the rod has a plausible length.
     solids
         Names of the solids to keep; empty: the rod and what belongs to it.
     cap

@@ -1,7 +1,7 @@
 """A rod from a CAD file, placed and cut in the same way as one drawn from dimensions."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import gmsh
@@ -12,7 +12,7 @@ from geometry.arrays import Floats
 from geometry.cad.bores import HalfOpenError, find_bores
 from geometry.cad.cap import assumed_cap
 from geometry.cad.cylinders import ROUND, recognised
-from geometry.cad.file import DECLARED, UNITS, CadFile, MissingCap
+from geometry.cad.file import CadFile, MissingCap
 from geometry.cad.formats import declared_unit, read_solids
 from geometry.cad.holes import Hole
 from geometry.cad.interior import Interior
@@ -21,15 +21,13 @@ from geometry.cad.rounds import concave_rounds
 from geometry.cad.symmetry import cut_to, smallest_cell
 from geometry.errors import GeometryError
 from geometry.faces import Bore, Face, Feature, FeatureKind, faces_of, surfaces
+from geometry.frame import rod_frame
 from geometry.intake import FoundBore, Intake, Member, Role
+from geometry.length_unit import DECLARED, UNITS, is_usual, plausible_unit, usual_units
 from geometry.mass import joined
 from geometry.mirror import Mirror
 from geometry.solid import Part, Solid, whole_mass
 from geometry.surfaces import Surface
-
-# Distances of the bores, mm, that the declared unit of a file is believed with, and that another unit must
-# lead to: rods are 50 mm to 2 m long.
-_BELIEVED, _USUAL = (20.0, 4000.0), (50.0, 2000.0)
 
 
 def import_cad(
@@ -61,7 +59,7 @@ def import_cad(
     declared = declared_unit(file.path)
     unit = file.unit or declared
     found, holes = _found(file, DECLARED[unit] / DECLARED[declared], tell)
-    if file.unit is None and (better := _plausible(holes, unit)) != unit:
+    if file.unit is None and (better := plausible_unit(holes[0].apart(holes[1]), unit)) != unit:
         unit = better
         found, holes = _found(file, UNITS[unit] / DECLARED[declared], tell)
     bores = tuple(FoundBore(2 * hole.radius, _vector(hole.center), hole.mean_width) for hole in holes)
@@ -108,19 +106,6 @@ def _faces(volumes: Sequence[int]) -> list[Face]:
     return [recognised(face) for face in faces_of(volumes)]
 
 
-def _plausible(holes: tuple[Hole, Hole], unit: str) -> str:
-    """Return the unit with which the distance of the bores is that of a rod; or `unit`."""
-    length = holes[0].apart(holes[1])
-    if _BELIEVED[0] <= length <= _BELIEVED[1]:
-        return unit
-    return next(_usual(length / DECLARED[unit]), unit)
-
-
-def _usual(number: float) -> Iterator[str]:
-    """The units in which a distance of bores is that of a rod, the most frequent first."""
-    return (unit for unit in ("mm", "m", "in", "cm") if _USUAL[0] <= number * UNITS[unit] <= _USUAL[1])
-
-
 def _assumed(file: CadFile, declared: str, unit: str, found: Sequence[Member], length: float) -> list[str]:
     """What the user must know was assumed."""
     said = []
@@ -129,12 +114,12 @@ def _assumed(file: CadFile, declared: str, unit: str, found: Sequence[Member], l
             f"{file.path.name}: lengths are taken to be in {unit}, because in {declared}, as the file "
             "declares, the rod would be of no usual length (rod.unit)"
         )
-    elif file.unit is None and not _USUAL[0] <= length <= _USUAL[1]:
+    elif file.unit is None and not is_usual(length):
         number = length / DECLARED[unit]
         said += [
             f"{file.path.name}: the bores are {length:.4g} mm apart, which is unusual for a rod; with "
             f'rod.unit = "{other}" they would be {number * UNITS[other]:.4g} mm apart'
-            for other in list(_usual(number))[:1]
+            for other in list(usual_units(number))[:1]
         ]
     if any(one.role is Role.ASSUMED_CAP for one in found):
         said.append(
@@ -192,12 +177,8 @@ def _place(volumes: Sequence[int], big: Hole, small: Hole) -> tuple[Bore, Bore]:
     """Move the solid so that the big-end bore is the origin, x leads to the small end, z along the pins."""
     from scipy.spatial.transform import Rotation  # noqa: PLC0415 - only imported solids need it
 
-    z = big.direction
-    between = small.center - big.center
-    x = between - (between @ z) * z
-    length = float(np.linalg.norm(x))
-    x = x / length
-    turn = Rotation.from_matrix(np.stack([x, np.cross(z, x), z])).as_rotvec()
+    frame, length = rod_frame(big.direction, small.center - big.center)
+    turn = Rotation.from_matrix(frame).as_rotvec()
     angle = float(np.linalg.norm(turn))
     solids = [(kernel.SOLID, tag) for tag in volumes]
     with kernel.attempt("place the solid in the rod's frame"):
@@ -207,7 +188,7 @@ def _place(volumes: Sequence[int], big: Hole, small: Hole) -> tuple[Bore, Bore]:
         gmsh.model.occ.synchronize()
     return (
         Bore(0.0, big.radius, big.mean_width, slack=_slack(big)),
-        Bore(length, small.radius, small.mean_width, small.taper(x), slack=_slack(small)),
+        Bore(length, small.radius, small.mean_width, small.taper(frame[0]), slack=_slack(small)),
     )
 
 

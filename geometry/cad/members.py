@@ -6,12 +6,12 @@ from itertools import islice
 import gmsh
 import numpy as np
 
-from geometry.arrays import Floats
 from geometry.cad.edges import solid_points
 from geometry.cad.formats import NamedSolid
 from geometry.cad.holes import CLOSED, Hole
 from geometry.cad.walls import Walls, walls_of
 from geometry.errors import GeometryError
+from geometry.frame import rod_frame
 from geometry.intake import Member, Role
 
 # A rod's distance of the bores is at least this part of its length, and its width along the pins and its
@@ -115,7 +115,7 @@ def _rod_bores(
 
 def _is_rod(volume: int, big: Hole, small: Hole) -> bool:
     """Whether the proportions are those of a rod."""
-    distance, frame = big.apart(small), _frame(big, small)
+    frame, distance = rod_frame(big.direction, small.center - big.center)
     length, breadth, width = np.ptp(solid_points(volume) @ frame.T, axis=0)
     middle = np.array(gmsh.model.occ.getCenterOfMass(3, volume)) - big.center
     along, aside, _ = frame @ middle
@@ -126,15 +126,6 @@ def _is_rod(volume: int, big: Hole, small: Hole) -> bool:
         and -_ASIDE * distance <= along <= (1 + _ASIDE) * distance
         and abs(aside) <= _ASIDE * distance
     )
-
-
-def _frame(big: Hole, small: Hole) -> Floats:
-    """Unit vectors (3, 3) along the rod, across it and along its pins, as rows."""
-    z = big.direction
-    between = small.center - big.center
-    x = between - (between @ z) * z
-    x = x / np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z])
 
 
 def _only_rod(rods: Mapping[int, tuple[Hole, Hole]], names: Mapping[int, str]) -> int:

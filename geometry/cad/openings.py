@@ -7,10 +7,11 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.cad.cylinders import ROUND, circle
+from geometry.cad.cylinders import ROUND
 from geometry.cad.edges import loop_points
 from geometry.cad.holes import Hole, place_text
 from geometry.cad.interior import Interior
+from geometry.circle import fitted_circle
 from geometry.faces import Face
 
 # Largest deviation from a circle, relative to the radius, with which an opening is meant to be round: that of
@@ -69,9 +70,10 @@ def _openings(face: int) -> Iterator[Opening]:
     for points in outlines[:-1]:
         middle = points.mean(axis=0)
         across = np.linalg.svd(points - middle, full_matrices=False)[2]
-        center, radius, deviation = circle((points - middle) @ across[:2].T)
-        if deviation < _NEARLY * radius:
-            yield Opening(middle + center @ across[:2], across[2], radius, deviation)
+        places = (points - middle) @ across[:2].T
+        circle = fitted_circle(places)
+        if circle and (deviation := float(circle.distance(places).max())) < _NEARLY * circle.radius:
+            yield Opening(middle + circle.center @ across[:2], across[2], circle.radius, deviation)
 
 
 def _belongs(opening: Opening, hole: Hole) -> bool:

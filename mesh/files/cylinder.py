@@ -5,28 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import Floats
-
-
-@dataclass(frozen=True)
-class Circle:
-    """A circle in a plane: centre (2,) and radius, mm."""
-
-    center: Floats
-    radius: float
-
-    def distance(self, places: Floats) -> Floats:
-        """Distance (…,) of places (…, 2) from the circle, mm."""
-        return np.asarray(np.abs(np.linalg.norm(places - self.center, axis=-1) - self.radius))
-
-
-def fitted_circle(places: Floats) -> Circle | None:
-    """Least-squares circle through places (n, 2), mm (Kåsa 1976); None for a straight line."""
-    middle = places.mean(axis=0)
-    off = places - middle
-    table = np.column_stack([2 * off, np.ones(len(off))])
-    (a, b, c), _, rank, _ = np.linalg.lstsq(table, (off**2).sum(axis=1), rcond=1e-10)
-    square = c + a * a + b * b
-    return None if rank < 3 or square <= 0 else Circle(middle + np.array([a, b]), float(np.sqrt(square)))
+from geometry.circle import fitted_circle
+from geometry.frame import basis_across
 
 
 def circles_through(triples: Floats) -> tuple[Floats, Floats]:
@@ -107,13 +87,6 @@ def fitted_axes(clouds: list[Floats], direction: Floats) -> Axes:
     ends = np.cumsum([len(cloud) for cloud in clouds])[:-1]
     worst = max(float(np.sqrt((part**2).mean())) for part in np.split(off(found), ends))
     return Axes(axis, centers, own[:, 2], worst)
-
-
-def basis_across(direction: Floats) -> Floats:
-    """Two unit vectors (2, 3) across a direction and across each other, right-handed with it."""
-    first = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
-    first = first / np.linalg.norm(first)
-    return np.stack([first, np.cross(direction, first)])
 
 
 def straightest(normals: Floats, areas: Floats) -> Floats:

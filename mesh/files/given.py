@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from geometry.arrays import Floats, Ints
-from geometry.cad.file import UNITS
 from geometry.faces import Bore
+from geometry.frame import rod_frame
 from geometry.intake import FoundBore, Intake
+from geometry.length_unit import UNITS, plausible_unit
 from geometry.surfaces import Surface
 from mesh.errors import MeshError
 from mesh.files.bore_pair import Pair, find_bore_pair
@@ -29,8 +30,6 @@ _ROUGHEST = 0.01
 _ROUGH = 1e-3  # is told
 # Below this extent a rod cannot be meant in millimetres.
 _LEAST_EXTENT = 3.0
-# Distances of the bores, mm: those that need no second look, and those that tell another unit, as for CAD.
-_BELIEVED, _USUAL = (20.0, 4000.0), (50.0, 2000.0)
 
 
 @dataclass(frozen=True)
@@ -70,8 +69,8 @@ def given_mesh(
     named
         Diameters of the big-end and the small-end bore, mm, where the two largest holes are not the bores.
     unit
-        Of lengths in the file, of `geometry.cad.file.UNITS`; None for millimetres, or the one with which the
-        rod has a usual length.
+        Of lengths in the file, of `geometry.length_unit.UNITS`; None for millimetres, or the one with which
+        the rod has a usual length.
 
     Raises
     ------
@@ -85,7 +84,7 @@ def given_mesh(
         sound = mended(file)
         scale = unit or _first_guess(sound.mesh.points)
         found = _measured(sound, scale, named)
-        usual = unit or _usual(found.bores[1].x / UNITS[scale], scale)
+        usual = unit or plausible_unit(found.bores[1].x, scale)
         if usual != scale:
             found = _measured(sound, usual, named)
     except MeshError as error:
@@ -99,14 +98,6 @@ def given_mesh(
 
 def _first_guess(points: Floats) -> str:
     return "m" if float(np.ptp(points, axis=0).max()) < _LEAST_EXTENT else "mm"
-
-
-def _usual(length: float, guess: str) -> str:
-    """Return the unit with which a distance of bores is that of a rod; or the guess, if there is none."""
-    if _BELIEVED[0] <= length * UNITS[guess] <= _BELIEVED[1]:
-        return guess
-    units = (unit for unit in ("mm", "m", "in", "cm") if _USUAL[0] <= length * UNITS[unit] <= _USUAL[1])
-    return next(units, guess)
 
 
 def _measured(sound: Mended, unit: str, named: tuple[float | None, float | None]) -> GivenMesh:
@@ -202,10 +193,7 @@ def _placed(mesh: TetMesh, skin: Skin, pair: Pair, axes: Axes) -> tuple[TetMesh,
     heights = [skin.corners[bore.facets] @ z for bore in pair]
     middles = [(height.min() + height.max()) / 2 for height in heights]
     big, small = (c + (m - c @ z) * z for c, m in zip(axes.centers, middles, strict=True))
-    between = small - big
-    x = between - (between @ z) * z
-    length = float(np.linalg.norm(x))
-    turn = np.stack([x / length, np.cross(z, x / length), z])
+    turn, length = rod_frame(z, small - big)
     placed = replace(mesh, points=(mesh.points - big) @ turn.T)
     corners = (
         ((skin.corners - big) @ turn.T)[pair[0].facets],

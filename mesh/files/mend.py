@@ -10,7 +10,7 @@ from mesh.errors import MeshError
 from mesh.files.faces import face_counts, folded
 from mesh.files.tet_file import TetFile
 from mesh.quality import shape
-from mesh.tetmesh import EDGES, TetMesh
+from mesh.tetmesh import EDGES, FROM_GMSH, TET_TURN, TetMesh
 
 # Nodes closer than this part of the mesh's extent are one: text files often hold seven digits.
 _SAME = 1e-7
@@ -18,10 +18,6 @@ _SAME = 1e-7
 _FLAT = 1e-10
 # Distance of a mid-side node from the middle of its edge, in parts of the edge. An arc of 90° takes 0.21.
 _FARTHEST_MIDDLE = 0.45
-# Turns an element that is inside out: two vertices and the middles beside them change places.
-_TURN = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]}
-# gmsh and some others number the last two mid-side nodes the other way round.
-_LAST_TWO = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 _FARTHEST = 1e9  # coordinate of a node
 _SHOWN = 5
 
@@ -129,7 +125,7 @@ def _first_of_each(tets: Ints) -> Ints:
 def _turned(points: Floats, tets: Ints) -> tuple[Ints, int]:
     corners = points[tets[:, :4]]
     inverted = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0
-    return np.where(inverted[:, None], tets[:, _TURN[tets.shape[1]]], tets), int(inverted.sum())
+    return np.where(inverted[:, None], tets[:, TET_TURN[tets.shape[1]]], tets), int(inverted.sum())
 
 
 def _middles_in_order(points: Floats, tets: Ints, numbers: Ints) -> tuple[Ints, bool]:
@@ -137,8 +133,8 @@ def _middles_in_order(points: Floats, tets: Ints, numbers: Ints) -> tuple[Ints, 
     if tets.shape[1] == 4:
         return tets, False
     wrong = _astray(points, tets)
-    if wrong.mean() > 0.5 and not _astray(points, tets[:, _LAST_TWO]).any():
-        return tets[:, _LAST_TWO], True
+    if wrong.mean() > 0.5 and not _astray(points, tets[:, FROM_GMSH[2]]).any():
+        return tets[:, FROM_GMSH[2]], True
     _refuse(wrong, numbers, "mid-side nodes that do not stand on their edges")
     return tets, False
 

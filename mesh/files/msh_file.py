@@ -7,8 +7,9 @@ import numpy as np
 
 from geometry.session import session
 from mesh.files.tet_file import TetFile, tet_file
+from mesh.tetmesh import FROM_GMSH
 
-# Kinds of solid elements, by gmsh's numbers; it numbers the last two mid-side nodes the other way round.
+# Kinds of solid elements, by gmsh's numbers.
 _KINDS = {
     4: "tetra",
     11: "tetra10",
@@ -19,7 +20,6 @@ _KINDS = {
     7: "pyramid",
 }
 _HEAD = b"$MeshFormat"
-_FROM_GMSH = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 
 
 def is_msh(path: Path) -> bool:
@@ -40,15 +40,25 @@ def read_msh(path: Path) -> TetFile:
     """
     with session():
         gmsh.open(str(path))
-        tags, coordinates, _ = gmsh.model.mesh.getNodes()
-        order = np.argsort(tags)
-        ids = tags[order].astype(np.int64)
-        blocks = []
-        for number, kind in _KINDS.items():
-            own, nodes = gmsh.model.mesh.getElementsByType(number)
-            if len(own):
-                rows = np.searchsorted(ids, nodes.astype(np.int64)).reshape(len(own), -1)
-                blocks.append(
-                    (kind, rows[:, _FROM_GMSH] if kind == "tetra10" else rows, own.astype(np.int64))
-                )
+        return tets_of_model()
+
+
+def tets_of_model() -> TetFile:
+    """Nodes and tetrahedra of the open model.
+
+    Raises
+    ------
+    MeshError
+        There are no tetrahedra, or other solid elements too.
+    """
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    order = np.argsort(tags)
+    ids = tags[order].astype(np.int64)
+    blocks = []
+    for number, kind in _KINDS.items():
+        own, nodes = gmsh.model.mesh.getElementsByType(number)
+        if len(own):
+            rows = np.searchsorted(ids, nodes.astype(np.int64)).reshape(len(own), -1)
+            ours = rows[:, FROM_GMSH[2]] if kind == "tetra10" else rows
+            blocks.append((kind, ours, own.astype(np.int64)))
     return tet_file(coordinates.reshape(-1, 3)[order], blocks)

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import Floats, Ints, Mask
-from mesh.files.cylinder import Circle, basis_across, circles_through, covered, fitted_circle
+from geometry.circle import Circle, fitted_circle
+from geometry.frame import basis_across
+from mesh.files.cylinder import circles_through, covered
 from mesh.files.skin import Skin
 
 # A wall is as good as closed from this share of a turn on: an oil hole or a notch may be missing from it.

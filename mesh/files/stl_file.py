@@ -8,16 +8,14 @@ import numpy as np
 
 from geometry.session import session
 from mesh.errors import MeshError
-from mesh.files.tet_file import TetFile, tet_file
+from mesh.files.msh_file import tets_of_model
+from mesh.files.tet_file import TetFile
 
 # Length of the body over the size of the elements: the surface is made of flat triangles, so that smaller
 # elements would follow those rather than the solid.
 PER_LENGTH = 70
 # Angle at which the surface is divided into faces.
 _FACE_ANGLE = math.radians(35.0)
-_TEN_NODES = 11
-# gmsh numbers the last two mid-side nodes the other way round.
-_FROM_GMSH = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 
 
 def read_stl(path: Path) -> TetFile:
@@ -50,11 +48,7 @@ def read_stl(path: Path) -> TetFile:
         except Exception as error:  # gmsh raises nothing more specific
             message = f"its surface could not be meshed ({error}). Export the rod as STEP"
             raise MeshError(message) from error
-        tags, coordinates, _ = gmsh.model.mesh.getNodes()
-        numbers, nodes = gmsh.model.mesh.getElementsByType(_TEN_NODES)
-    order = np.argsort(tags)
-    rows = np.searchsorted(tags[order], nodes).reshape(-1, 10)[:, _FROM_GMSH]
-    return tet_file(coordinates.reshape(-1, 3)[order], [("tetra10", rows, numbers.astype(np.int64))])
+        return tets_of_model()
 
 
 def _require_closed() -> None:

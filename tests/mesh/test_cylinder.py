@@ -5,13 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from geometry.circle import Circle, fitted_circle
+from geometry.frame import basis_across
 from mesh.files.cylinder import (
-    Circle,
-    basis_across,
     circles_through,
     covered,
     fitted_axes,
-    fitted_circle,
     straightest,
 )
 
