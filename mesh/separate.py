@@ -1,0 +1,136 @@
+"""Parts that touch without being joined: a mesh with nodes of its own for each body, and matching sides."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from geometry.arrays import Ints
+from geometry.surfaces import Surface
+from mesh.tetmesh import EDGES, FACES, FACET_EDGES, FACET_TURN, TetMesh
+
+# Numbers of two parts that touch; the surfaces that their sides of the interface become.
+Interfaces = Mapping[tuple[int, int], tuple[Surface, Surface]]
+
+
+def separated(mesh: TetMesh, interfaces: Interfaces) -> tuple[TetMesh, Ints]:
+    """Double the nodes between parts that only touch.
+
+    Parameters
+    ----------
+    mesh
+        With conforming parts, which share their nodes.
+    interfaces
+        By the numbers of two parts: the surfaces that the side of the first and of the second become. Parts
+        that share facets and are not named here stay joined.
+
+    Returns
+    -------
+    TetMesh, ndarray
+        The mesh, and (n_nodes,) the earlier number of each node. Row k of the second side is the facet of row
+        k of the first, turned over: ``second[:, FACET_TURN[n]]`` has the nodes at the places of ``first``.
+
+    Raises
+    ------
+    ValueError
+        The mesh has only one part.
+    """
+    if mesh.part is None:
+        raise ValueError("the mesh has only one part")
+    body = _bodies(mesh, interfaces)[mesh.part]
+    n_points = len(mesh.points)
+    keys, tets = np.unique(body[:, None] * n_points + mesh.tets, return_inverse=True)
+    tets = tets.reshape(mesh.tets.shape)
+    origin = keys % n_points
+    owner = _behind(mesh, mesh.facets)
+    facets = {
+        surface: np.searchsorted(keys, body[owner[surface]][:, None] * n_points + nodes)
+        for surface, nodes in mesh.facets.items()
+    }
+    facets |= _sides(mesh, tets, interfaces)
+    return replace(mesh, points=mesh.points[origin], tets=tets, facets=facets), origin
+
+
+def _bodies(mesh: TetMesh, interfaces: Interfaces) -> Ints:
+    """Number of the body of each part: parts that share facets and are not separated make one."""
+    apart = {frozenset(pair) for pair in interfaces}
+    _, first, second = _inner(mesh)
+    touching = np.unique(np.sort(np.stack([_part(mesh)[first], _part(mesh)[second]], axis=1), axis=1), axis=0)
+    joined = [pair for pair in touching.tolist() if frozenset(pair) not in apart]
+    count = int(_part(mesh).max()) + 1
+    rows, columns = np.array(joined, dtype=int).reshape(-1, 2).T
+    links = sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+    return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
+
+
+def _part(mesh: TetMesh) -> Ints:
+    return np.zeros(len(mesh.tets), dtype=np.int64) if mesh.part is None else mesh.part
+
+
+def _inner(mesh: TetMesh) -> tuple[Ints, Ints, Ints]:
+    """Faces between parts, by the elements on both sides: 4 · element + face of the first; the elements."""
+    faces = np.sort(mesh.tets[:, FACES].reshape(-1, 3), axis=1)
+    order = np.lexsort(faces.T)
+    same = (faces[order[1:]] == faces[order[:-1]]).all(axis=1)
+    one, other = order[:-1][same], order[1:][same]
+    between = _part(mesh)[one // 4] != _part(mesh)[other // 4]
+    one, other = one[between], other[between]
+    return one, one // 4, other // 4
+
+
+def _behind(mesh: TetMesh, facets: Mapping[Surface, Ints]) -> dict[Surface, Ints]:
+    """The element behind each facet."""
+    n_points = len(mesh.points)
+    keys = _keys(mesh.tets[:, FACES].reshape(-1, 3), n_points)
+    order = np.argsort(keys)
+    return {
+        surface: order[np.searchsorted(keys, _keys(nodes[:, :3], n_points), sorter=order)] // 4
+        for surface, nodes in facets.items()
+    }
+
+
+def _keys(faces: Ints, n_points: int) -> Ints:
+    a, b, c = np.sort(faces, axis=1).T
+    return np.asarray((a * n_points + b) * n_points + c)
+
+
+def _sides(mesh: TetMesh, tets: Ints, interfaces: Interfaces) -> dict[Surface, Ints]:
+    """Facets of both sides of each interface, with the new numbers of the nodes."""
+    place, first, second = _inner(mesh)
+    sides = _part(mesh)[first], _part(mesh)[second]
+    found: dict[Surface, list[Ints]] = {}
+    for (one, other), (surface, opposite) in interfaces.items():
+        ahead = (sides[0] == one) & (sides[1] == other)
+        back = (sides[0] == other) & (sides[1] == one)
+        facets = np.concatenate([_facets(mesh, place[ahead]), _turned(_facets(mesh, place[back]))])
+        near = np.concatenate([first[ahead], second[back]])
+        far = np.concatenate([second[ahead], first[back]])
+        found.setdefault(surface, []).append(_renumbered(mesh, tets, facets, near))
+        found.setdefault(opposite, []).append(_renumbered(mesh, tets, _turned(facets), far))
+    return {surface: np.concatenate(rows) for surface, rows in found.items()}
+
+
+def _turned(facets: Ints) -> Ints:
+    return facets[:, FACET_TURN[facets.shape[1]]]
+
+
+def _facets(mesh: TetMesh, faces: Ints) -> Ints:
+    """Nodes (n, 3 or 6) of faces given as 4 · element + face, oriented outwards."""
+    elements, corners = faces // 4, FACES[faces % 4]
+    vertices = np.take_along_axis(mesh.tets[elements], corners, axis=1)
+    if mesh.order == 1:
+        return vertices
+    middle = np.empty((4, 4), dtype=np.int64)
+    middle[EDGES[:, 0], EDGES[:, 1]] = middle[EDGES[:, 1], EDGES[:, 0]] = np.arange(4, 10)
+    ends = corners[:, FACET_EDGES]
+    middles = np.take_along_axis(mesh.tets[elements], middle[ends[..., 0], ends[..., 1]], axis=1)
+    return np.hstack([vertices, middles])
+
+
+def _renumbered(mesh: TetMesh, tets: Ints, facets: Ints, elements: Ints) -> Ints:
+    """New numbers of nodes that belong to the elements behind the facets."""
+    own = mesh.tets[elements]
+    at = (own[:, None, :] == facets[:, :, None]).argmax(axis=2)
+    return np.take_along_axis(tets[elements], at, axis=1)
