@@ -71,7 +71,8 @@ class ContactSystem:
 
     def __init__(self, compliance: Floats, rigid: Floats) -> None:
         self._C, self._R = compliance, rigid
-        self._scale = np.abs(rigid).max(axis=0)
+        scale = np.abs(rigid).max(axis=0, initial=0.0)
+        self._scale = np.where(scale > 0, scale, 1.0)
         self._active: Mask | None = None
         # Places of the last area, its factor, and its answer to the motions: the next load begins with it.
         self._factorised: tuple[Ints, tuple[Floats, bool], Floats] | None = None

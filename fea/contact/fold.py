@@ -1,33 +1,37 @@
-"""Pressures on both sides of the mirror plane y = 0, from those on the cell by their parity."""
+"""Unknowns on both sides of the mirror plane y = 0, from those on the cell by their parity."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from fea.solid.parity import Parity
-from geometry.arrays import Floats, Mask
+from geometry.arrays import Floats, Ints, Mask
 
 
 @dataclass(frozen=True)
 class Fold:
-    """How pressures on the whole body follow from the cell.
+    """How unknowns on the whole body, such as pressures, follow from the cell.
 
-    Of a cell that is cut at y = 0 and loaded in both parities, the unknowns are the pressures at its
-    vertices, then those at their images off the plane. Otherwise they are those of the cell.
+    Of a cell that is cut at y = 0 and loaded in both parities, the unknowns are those of the cell, then
+    those at their images off the plane. Otherwise they are those of the cell.
 
     Attributes
     ----------
     on_y
-        (n_cell,) which vertices of the cell lie on y = 0.
+        (n_cell,) which of the cell's unknowns are at places on y = 0.
     both_sides
         Whether the images across y = 0 are unknowns of their own.
     images
         How many cells make the whole body.
+    across
+        (n_cell,) which of those on y = 0 act across the plane, so that they have only an odd part; the others
+        have only an even one. None by default.
     """
 
     on_y: Mask
     both_sides: bool
     images: int
+    across: Mask | None = None
 
     @property
     def size(self) -> int:
@@ -38,17 +42,36 @@ class Fold:
         """Return the parities that the unknowns have."""
         return tuple(Parity) if self.both_sides else (Parity.SYMMETRIC,)
 
-    def parts(self, pressure: Floats) -> dict[Parity, Floats]:
-        """Pressures (n_cell, …) on the cell of each parity from the unknowns (n, …)."""
+    def has(self, parity: Parity) -> Mask:
+        """Which of the cell's unknowns (n_cell,) have a part of this parity."""
+        across = self._across
+        return ~(self.on_y & (across if parity is Parity.SYMMETRIC else ~across))
+
+    @property
+    def _across(self) -> Mask:
+        return np.zeros_like(self.on_y) if self.across is None else self.across
+
+    def images_of(self, cells: Ints) -> Ints:
+        """Unknowns (n,) that are the images of unknowns of the cell; those on y = 0 are their own."""
         if not self.both_sides:
-            return {Parity.SYMMETRIC: pressure}
-        here, off = pressure[: len(self.on_y)], ~self.on_y
+            return cells
+        off = ~self.on_y
+        number = np.where(off, len(off) + np.cumsum(off) - 1, np.arange(len(off)))
+        return np.asarray(number[cells])
+
+    def parts(self, values: Floats) -> dict[Parity, Floats]:
+        """Values (n_cell, …) on the cell of each parity from those of the unknowns (n, …)."""
+        if not self.both_sides:
+            return {Parity.SYMMETRIC: values}
+        here, off = values[: len(self.on_y)], ~self.on_y
         there = here.copy()
-        there[off] = pressure[len(self.on_y) :]
+        there[off] = values[len(self.on_y) :]
+        across = self.on_y & self._across
+        there[across] = -here[across]
         return {Parity.SYMMETRIC: (here + there) / 2, Parity.ANTISYMMETRIC: (here - there) / 2}
 
     def joined(self, parts: dict[Parity, Floats]) -> Floats:
-        """Unknowns (n, …) from pressures (n_cell, …) on the cell of each parity: the inverse of `parts`."""
+        """Unknowns (n, …) from values (n_cell, …) on the cell of each parity: the inverse of `parts`."""
         even = parts[Parity.SYMMETRIC]
         if not self.both_sides:
             return even
@@ -64,6 +87,8 @@ class Fold:
         if not self.both_sides:
             return even
         odd = self.images * parts[Parity.ANTISYMMETRIC]
-        off = ~self.on_y
-        here = np.where(off.reshape(-1, *(1,) * (even.ndim - 1)), (even + odd) / 2, even)
-        return np.concatenate([here, ((even - odd) / 2)[off]])
+        off, across = (
+            mask.reshape(-1, *(1,) * (even.ndim - 1)) for mask in (~self.on_y, self.on_y & self._across)
+        )
+        here = np.where(off, (even + odd) / 2, np.where(across, odd, even))
+        return np.concatenate([here, ((even - odd) / 2)[~self.on_y]])

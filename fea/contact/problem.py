@@ -1,16 +1,22 @@
-"""The contact of a body with its pins: from the body's stiffness to the pressures under any load."""
+"""Contact in small: from the stiffness of the parts to a dense problem for what acts between them."""
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 from scipy import sparse
 
 from fea.contact.active_set import Contact, ContactSystem
+from fea.contact.bolt_pull import BoltPull
 from fea.contact.fold import Fold
 from fea.contact.interface import PinInBore
+from fea.contact.mating import MatingFaces
 from fea.solid.parity import Parity
-from geometry.arrays import Floats
+from fea.solid.pins import has_parity, motions
+from geometry.arrays import Floats, Ints
+from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
 
 
 class Body(Protocol):
@@ -21,60 +27,85 @@ class Body(Protocol):
 
 
 class ContactProblem:
-    """Pins in the bores of a body.
+    """What acts between separate parts and their pins, as unknowns with their compliance.
+
+    The unknowns are the pressures of the pins, the stresses between mating faces and the bolt forces, in this
+    order on the cell; their images across y = 0 follow.
 
     Parameters
     ----------
     body
         Gives the work of forces on the cell.
-    n_nodes
-        Of the cell.
+    mesh
+        The cell.
     bores
         With their pins.
     loads
-        Per parity (3 n_nodes, n_loads) forces on the cell beside the contact pressures, whose weights
-        `solve` is given.
+        Per parity (3 n_nodes, n_loads) forces on the cell beside the unknowns, with weights of their own.
     both_sides
-        Whether loads and pressures have both parities about y = 0; the symmetric one alone otherwise.
+        Whether loads and unknowns have both parities about y = 0; the symmetric one alone otherwise.
+    faces
+        Where separate parts touch.
+    bolts
+        That hold them together.
 
     Attributes
     ----------
     forces
-        (3 n_nodes, n) nodal forces of a pressure of 1 MPa at each vertex of the cell, bore after bore.
+        (3 n_nodes, n_cell) nodal forces of a unit of each unknown of the cell.
     fold
-        Leads from these pressures to the unknowns.
+        Leads from the cell to all unknowns.
     cell_compliance
-        Per parity (n_cell, n_cell) moments of the displacements of these pressures.
-    compliance, clearance, rigid
-        C (n, n), the moments (n,) of the clearance and R (n, m) of `fea.contact.active_set`.
+        Per parity (n_cell, n_cell) moments of the displacements of unit unknowns.
+    compliance, initial, rigid
+        C (n, n), the moments (n,) of the gaps as made and those (n, m) of the pins' free motions, R in
+        `fea.contact.active_set`.
+    loaded
+        (n, n_loads) moments of the gaps that unit loads open.
     """
 
     def __init__(
         self,
         body: Body,
-        n_nodes: int,
+        mesh: TetMesh,
         bores: Sequence[PinInBore],
         loads: Mapping[Parity, Floats],
         *,
         both_sides: bool,
+        faces: Sequence[MatingFaces] = (),
+        bolts: Sequence[BoltPull] = (),
     ) -> None:
-        self.bores = tuple(bores)
-        first = self.bores[0]
-        images = (2 if first.cut_y else 1) * (2 if first.cut_z else 1)
-        on_y = np.concatenate([bore.multipliers.on_y for bore in self.bores])
-        self.fold = Fold(on_y, both_sides and first.cut_y, images)
-        self.forces = sparse.csr_array(
-            sparse.hstack([bore.multipliers.forces(n_nodes) for bore in self.bores])
+        self.mesh, self.bores, self.faces, self.bolts = mesh, tuple(bores), tuple(faces), tuple(bolts)
+        self.cut_y, self.cut_z = (plane in mesh.facets for plane in (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z))
+        self._cell_loads = loads
+        images = (2 if self.cut_y else 1) * (2 if self.cut_z else 1)
+        on_y = [bore.multipliers.on_y for bore in self.bores] + [own.on_y for own in self.faces]
+        across = [np.zeros(bore.multipliers.size, dtype=bool) for bore in self.bores]
+        across += [own.across for own in self.faces]
+        none = np.zeros(len(self.bolts), dtype=bool)
+        self.fold = Fold(
+            np.concatenate([*on_y, none]), both_sides and self.cut_y, images, np.concatenate([*across, none])
         )
-        self._starts = np.cumsum([0, *(bore.multipliers.size for bore in self.bores)])
+        n_nodes = len(mesh.points)
+        columns = [bore.multipliers.forces(n_nodes) for bore in self.bores]
+        columns += [own.forces(n_nodes) for own in self.faces]
+        columns += [sparse.csr_array(bolt.forces[:, None]) for bolt in self.bolts]
+        self.forces = sparse.csr_array(sparse.hstack(columns))
+        sizes = [bore.multipliers.size for bore in self.bores] + [own.size for own in self.faces]
+        self.starts = np.cumsum([0, *sizes, *(1 for _ in self.bolts)])
         found, loaded = {}, {}
         for parity in self.fold.parities():
             found[parity], loaded[parity] = self._compliance(body, parity, loads[parity])
-        self._loads = self.fold.moments(loaded)
+        self.loaded = self.fold.moments(loaded)
         self.cell_compliance, self.compliance = found, self._folded(found)
-        self.clearance = self._both([bore.initial() for bore in self.bores])
+        as_made = [bore.initial() for bore in self.bores] + [own.initial() for own in self.faces]
+        self.initial = self.gaps([*as_made, np.zeros(len(self.bolts))])
         self.rigid = self._rigid()
-        self.system = ContactSystem(self.compliance, self.rigid)
+
+    @cached_property
+    def system(self) -> ContactSystem:
+        """The problem of a body of one part and its pins."""
+        return ContactSystem(self.compliance, self.rigid)
 
     def _compliance(self, body: Body, parity: Parity, loads: Floats) -> tuple[Floats, Floats]:
         """Moments on the cell of unit pressures (n_cell, n_cell) and of the other loads (n_cell, n_loads)."""
@@ -82,9 +113,11 @@ class ContactProblem:
         every = sparse.hstack([self.forces, dense_columns(loads)], format="csc")
         work = body.compliance(parity, every)
         found = (work[:n_cell, :n_cell] + work[:n_cell, :n_cell].T) / 2
-        for bore, start, end in zip(self.bores, self._starts, self._starts[1:], strict=False):
+        for bore, start, end in zip(self.bores, self.starts, self.starts[1:], strict=False):
             if bore.deflection is not None:
                 found[start:end, start:end] += bore.deflection.compliance[parity]
+        own = np.arange(n_cell - len(self.bolts), n_cell)
+        found[own, own] += [bolt.share / bolt.stiffness for bolt in self.bolts]
         return found, work[:n_cell, n_cell:]
 
     def _folded(self, of_cell: Mapping[Parity, Floats]) -> Floats:
@@ -92,8 +125,8 @@ class ContactProblem:
         unit = self.fold.parts(np.eye(self.fold.size))
         return self.fold.moments({parity: own @ unit[parity] for parity, own in of_cell.items()})
 
-    def _both(self, even: Sequence[Floats], odd: Sequence[Floats] | None = None) -> Floats:
-        """Moments (n,) over the whole body of fields with an even and an odd part on the cell."""
+    def gaps(self, even: Sequence[Floats], odd: Sequence[Floats] | None = None) -> Floats:
+        """Moments (n,) over the whole body of gaps with an even and an odd part on the cell."""
         parts = {Parity.SYMMETRIC: np.concatenate(even)}
         if self.fold.both_sides:
             none = np.zeros_like(parts[Parity.SYMMETRIC])
@@ -102,22 +135,61 @@ class ContactProblem:
 
     def _rigid(self) -> Floats:
         """Moments (n, m) of the free motions: of each pin along x and y, and of a body that may tilt."""
-        columns, none = [], [np.zeros(bore.multipliers.size) for bore in self.bores]
+        columns = []
+        none = [np.zeros(size) for size in np.diff(self.starts)]
         for number, bore in enumerate(self.bores):
             along_x, along_y = ([*none[:number], shift, *none[number + 1 :]] for shift in bore.shifted())
-            columns.append(self._both(along_x))
+            columns.append(self.gaps(along_x))
             if self.fold.both_sides:
-                columns.append(self._both(none, along_y))
-            elif not bore.cut_y:
-                columns.append(self._both(along_y))
-        if not self.bores[0].cut_z:
+                columns.append(self.gaps(none, along_y))
+            elif not self.cut_y:
+                columns.append(self.gaps(along_y))
+        if self.bores and not self.cut_z:
+            others = none[len(self.bores) :]
             columns += [
-                self._both(turned) for turned in zip(*(bore.tilted() for bore in self.bores), strict=True)
+                self.gaps([*turned, *others])
+                for turned in zip(*(bore.tilted() for bore in self.bores), strict=True)
             ]
-        return np.stack(columns, axis=1)
+        return np.stack(columns, axis=1) if columns else np.zeros((self.fold.size, 0))
+
+    def moved(self, nodes: Ints) -> tuple[Floats, Floats]:
+        """Free rigid motions of a part.
+
+        Parameters
+        ----------
+        nodes
+            Of the part.
+
+        Returns
+        -------
+        ndarray, ndarray
+            Moments (n, m), as `rigid`, and the resultants (m, n_loads) of unit loads along the motions.
+        """
+        columns, resultants = [], []
+        for parity, moves in self.motions(nodes):
+            moments = {own: np.zeros(self.forces.shape[1]) for own in self.fold.parities()}
+            moments[parity] = -(self.forces.T @ moves)
+            columns.append(self.fold.moments(moments))
+            resultants.append(self.fold.images * (moves @ self._cell_loads[parity]))
+        return np.stack(columns, axis=1), np.stack(resultants)
+
+    def motions(self, nodes: Ints) -> list[tuple[Parity, Floats]]:
+        """The rigid motions that the mirror planes leave a part: parity and displacement (3 n_nodes,)."""
+        points = self.mesh.points
+        unit = motions(points[nodes], float(points[nodes, 0].mean()))
+        found = []
+        for parity in self.fold.parities():
+            y = parity if self.cut_y else None
+            z = Parity.SYMMETRIC if self.cut_z else None
+            for motion in range(6):
+                if has_parity(motion, y, z):
+                    moves = np.zeros_like(points)
+                    moves[nodes] = unit[motion]
+                    found.append((parity, moves.ravel()))
+        return found
 
     def gap(self, forces: Sequence[Floats], weights: Floats) -> Floats:
-        """Moments (n,) of the gap that everything but the pressures leaves.
+        """Moments (n,) of the gap that everything but the unknowns leaves.
 
         Parameters
         ----------
@@ -126,17 +198,21 @@ class ContactProblem:
         weights
             (n_loads,) of the other loads.
         """
-        found = self.clearance + self._loads @ weights
+        return self.initial + self.loaded @ weights + self.bent(forces)
+
+    def bent(self, forces: Sequence[Floats]) -> Floats:
+        """Moments (n,) of the gap that the supports of elastic pins open, for the forces (2,) of the pins."""
+        found = np.zeros(self.fold.size)
         for number, (bore, force) in enumerate(zip(self.bores, forces, strict=True)):
             if bore.deflection is None or bore.pin is None:
                 continue
-            even, odd = ([np.zeros(other.multipliers.size) for other in self.bores] for _ in Parity)
+            even, odd = ([np.zeros(size) for size in np.diff(self.starts)] for _ in Parity)
             pressed = bore.deflection.pressed(bore.pin, force)
             if bore.cut_y:
                 even[number], odd[number] = pressed[Parity.SYMMETRIC], pressed[Parity.ANTISYMMETRIC]
             else:
                 even[number] = pressed[Parity.SYMMETRIC] + pressed[Parity.ANTISYMMETRIC]
-            found = found + self._both(even, odd)
+            found += self.gaps(even, odd)
         return found
 
     def solve(self, forces: Sequence[Floats], weights: Floats, moments: Floats | None = None) -> Contact:
@@ -154,15 +230,19 @@ class ContactProblem:
         ContactError
             No pressure on a bore has the force of its pin.
         """
-        axes = 2 if self.fold.both_sides or not self.bores[0].cut_y else 1
-        sums = [force[:axes] for force in forces]
-        if not self.bores[0].cut_z:
-            sums.append(np.zeros(2) if moments is None else moments)
-        return self.system.solve(self.gap(forces, weights), np.concatenate(sums))
+        return self.system.solve(self.gap(forces, weights), self.sums(forces, moments))
 
-    def of_bore(self, number: int, of_cell: Floats) -> Floats:
-        """Rows of one bore of pressures (n_cell, …) on the cell."""
-        return of_cell[self._starts[number] : self._starts[number + 1]]
+    def sums(self, forces: Sequence[Floats], moments: Floats | None = None) -> Floats:
+        """Resultants (m,) along the columns of `rigid`; parameters as for `solve`."""
+        axes = 2 if self.fold.both_sides or not self.cut_y else 1
+        sums = [force[:axes] for force in forces]
+        if self.bores and not self.cut_z:
+            sums.append(np.zeros(2) if moments is None else moments)
+        return np.concatenate([*sums, np.zeros(0)])
+
+    def own(self, number: int) -> slice:
+        """The unknowns of the cell of one bore, then of one pair of faces, then of one bolt."""
+        return slice(self.starts[number], self.starts[number + 1])
 
 
 def dense_columns(loads: Floats) -> sparse.csc_array:

@@ -61,7 +61,7 @@ class RodContact:
             if cut_z
             else np.stack([resultants(mesh.points, forces.symmetric)[3:5] for forces in unit], axis=1)
         )
-        self.problem = ContactProblem(model, self._n_nodes, pins, loads, both_sides=True)
+        self.problem = ContactProblem(model, mesh, pins, loads, both_sides=True)
         # Place and bore of each unknown.
         nodes = np.concatenate([bore.multipliers.nodes for bore in pins])
         owner = np.repeat(np.arange(len(pins)), [bore.multipliers.size for bore in pins])
@@ -139,7 +139,7 @@ class RodContact:
         found = {}
         for number, bore in enumerate(self.problem.bores):
             own = bore.multipliers
-            nodes, values = own.at_nodes(self.problem.of_bore(number, pressure))
+            nodes, values = own.at_nodes(pressure[self.problem.own(number)])
             traction = np.zeros((self._n_nodes, 3, pressure.shape[1]))
             traction[nodes] = values[:, None] * own.direction(self._points[nodes])[..., None]
             found[own.surface] = traction

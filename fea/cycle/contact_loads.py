@@ -78,18 +78,16 @@ class ContactLoads:
     def __init__(self, contact: RodContact, inertia: Inertia) -> None:
         self._contact, self._inertia = contact, inertia
         problem = contact.problem
-        off = ~problem.fold.on_y
-        everywhere = np.ones_like(off)
-        kept = {Parity.SYMMETRIC: everywhere, Parity.ANTISYMMETRIC: off}
+        n_cell = len(problem.fold.on_y)
         self._patterns, self._weighing = {}, {}
         for parity, compliance in problem.cell_compliance.items():
-            own = np.flatnonzero(kept[parity])
+            own = np.flatnonzero(problem.fold.has(parity))
             work, vectors = np.linalg.eigh(compliance[np.ix_(own, own)])
             scale = np.sqrt(work[::-1])
-            self._patterns[parity], self._weighing[parity] = np.zeros((2, len(off), len(own)))
+            self._patterns[parity], self._weighing[parity] = np.zeros((2, n_cell, len(own)))
             self._patterns[parity][own] = vectors[:, ::-1] / scale
             self._weighing[parity][own] = vectors[:, ::-1] * scale
-        nothing = np.zeros((len(off), 0))
+        nothing = np.zeros((n_cell, 0))
         for of_parity in (self._patterns, self._weighing):
             of_parity.setdefault(Parity.ANTISYMMETRIC, nothing)
         self.together = Together(*(slice(_SMOOTH, self._patterns[parity].shape[1]) for parity in Parity))

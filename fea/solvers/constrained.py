@@ -8,7 +8,7 @@ from scipy.linalg import qr
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
 from fea.solid.pins import Held, has_parity, mean_motions, motions
-from fea.solid.supports import plane_conditions
+from fea.solid.supports import components, plane_conditions
 from fea.solvers.linear.conjugate_gradients import Operator
 from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
@@ -87,13 +87,23 @@ def constrained(
 
 
 def stopping(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Mask:
-    """Degrees of freedom (n,) that the mirror planes fix, and one more for each free rigid motion."""
+    """Degrees of freedom (n,) that the mirror planes fix, and one more for each free rigid motion of a piece.
+
+    Parameters
+    ----------
+    mesh
+        The cell, of one piece or of several that are not connected.
+    parities
+        About y = 0 and z = 0.
+    """
     planes = plane_conditions(mesh, *parities).ravel()
-    rigid = np.where(planes[:, None], 0.0, _rigid(mesh, parities))
-    # Pivoting chooses degrees of freedom that are far apart.
-    scaled = rigid / np.abs(rigid).max(axis=0, initial=1e-300)
-    _, _, order = qr(scaled.T, mode="economic", pivoting=True)
-    planes[order[: rigid.shape[1]]] = True
+    rigid, piece = np.where(planes[:, None], 0.0, _rigid(mesh, parities)), np.repeat(components(mesh), 3)
+    for number in range(int(piece.max()) + 1):
+        own = np.where((piece == number)[:, None], rigid, 0.0)
+        # Pivoting chooses degrees of freedom that are far apart.
+        scaled = own / np.abs(own).max(axis=0, initial=1e-300)
+        _, _, order = qr(scaled.T, mode="economic", pivoting=True)
+        planes[order[: rigid.shape[1]]] = True
     return planes
 
 

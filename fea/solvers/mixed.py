@@ -83,7 +83,7 @@ class MixedModel(Model):
                 self._estimate_condition(parity, slot)
                 system = MixedSystem(self._K, self._space, self._fixed(parity), self._alive(parity))
                 u, p, found = self._settled(system, slot, f)
-                held = self._held.ravel() & ~plane_conditions(self.mesh, parity).ravel()
+                held = self._held[parity] & ~plane_conditions(self.mesh, parity).ravel()
                 reaction = float(np.abs(system.reactions(u, p, f)[held]).max(initial=0.0))
             displacement[parity] = u.reshape(n_nodes, 3, -1)
             pressure[parity] = self._space.nodal(p, n_nodes)

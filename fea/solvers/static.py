@@ -16,11 +16,13 @@ from fea.solid.parity import Parity, Split
 from fea.solid.scikit_fem import assembled_stiffness
 from fea.solid.supports import (
     clamped,
+    components,
     determinate_restraints,
     plane_conditions,
     require_restrained,
 )
 from fea.solvers.condition import condition_of, probe
+from fea.solvers.constrained import stopping
 from fea.solvers.linear import memory
 from fea.solvers.linear.choice import Schur, direct, linear_solver, schur
 from fea.solvers.residuals import Residuals, residuals
@@ -94,11 +96,7 @@ class Model:
         self._factorised: list[Parity] = []
         self._condition: dict[Parity, float] = {}
         self._schur: Schur | None = None
-        self._held = (
-            clamped(mesh, Surface.BIG_END_BORE)
-            if support is Support.CLAMPED
-            else determinate_restraints(mesh)
-        )
+        self._held = _held(mesh, support)
         with self._clock("assembly"):
             self._K = (
                 assembled_stiffness(mesh, material)
@@ -143,7 +141,7 @@ class Model:
             return work(free, partial(self._solved, slot))
 
     def _fixed(self, parity: Parity) -> Mask:
-        return (plane_conditions(self.mesh, parity) | self._held).ravel()
+        return plane_conditions(self.mesh, parity).ravel() | self._held[parity]
 
     def _slot(self, parity: Parity) -> int:
         """Slot of the solver that holds the factor of a parity."""
@@ -177,7 +175,7 @@ class Model:
     def _refined(self, parity: Parity, slot: int, f: Floats) -> tuple[Floats, Residuals]:
         """Solve for (n, k) forces, and refine an inaccurate solution as long as that helps."""
         fixed = self._fixed(parity)
-        held = self._held.ravel() & ~plane_conditions(self.mesh, parity).ravel()
+        held = self._held[parity] & ~plane_conditions(self.mesh, parity).ravel()
         u = self._probed(parity, slot, np.where(fixed[:, None], 0.0, f))
         u[fixed] = 0.0
         found = self._checked(u, f, fixed, held)
@@ -226,6 +224,15 @@ class Model:
         parities, self._factorised = self._factorised, []
         for parity in parities:
             self._slot(parity)
+
+
+def _held(mesh: TetMesh, support: Support) -> dict[Parity, Mask]:
+    """Degrees of freedom (n,) that a support holds, by the parity about y = 0."""
+    if support is Support.CLAMPED:
+        return dict.fromkeys(Parity, clamped(mesh, Surface.BIG_END_BORE).ravel())
+    if components(mesh).max() == 0:
+        return dict.fromkeys(Parity, determinate_restraints(mesh).ravel())
+    return {parity: stopping(mesh, (parity, Parity.SYMMETRIC)) for parity in Parity}
 
 
 def unheld(forces: sparse.csc_array, fixed: Mask) -> sparse.csc_array:

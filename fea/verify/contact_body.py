@@ -35,7 +35,7 @@ class TouchedBody:
     def __init__(self, mesh: TetMesh, material: Material, fixed: Mask, pin: PinInBore) -> None:
         self.mesh, self._material, self._fixed, self._pin = mesh, material, fixed.ravel(), pin
         nothing = {Parity.SYMMETRIC: np.zeros((mesh.points.size, 0))}
-        self.problem = ContactProblem(self, len(mesh.points), [pin], nothing, both_sides=False)
+        self.problem = ContactProblem(self, mesh, [pin], nothing, both_sides=False)
 
     @cached_property
     def _constrained(self) -> SymmetricMatrix:
@@ -53,7 +53,7 @@ class TouchedBody:
 
     def touched(self, clearance: float, force: float) -> Contact:
         """Pressures (n,) at the vertices under a force along x on the whole body, N."""
-        gap = self.problem.clearance + (clearance - self._pin.clearance) * self._weights
+        gap = self.problem.initial + (clearance - self._pin.clearance) * self._weights
         return self.problem.system.solve(gap, np.array([force]))
 
     @cached_property

@@ -96,7 +96,7 @@ class PardisoCholesky:
 
 
 class PardisoSchur:
-    """Schur complements FᵀA⁻¹F of positive definite matrices A of the same sparsity, which is analysed once.
+    """Schur complements FᵀA⁻¹F of positive definite matrices A; the same sparsity is analysed once.
 
     A factorisation that leaves the columns of sparse F to the end gives them at a fraction of the cost of
     solutions for all columns, because it exploits what each of them does not reach.
@@ -136,10 +136,21 @@ class PardisoSchur:
         last = np.zeros(own + size, dtype=np.int32)
         last[own:] = 1
         found = np.zeros((size, size))
-        for phase in (_FACTORISE,) if self._known else (_ANALYSE, _FACTORISE):
+        for phase in (_FACTORISE,) if self._is_known(parts) else (_ANALYSE, _FACTORISE):
             self._run(phase, parts, last, found)
         self._known = (parts, last)
         return -(found + found.T) / 2
+
+    def _is_known(self, parts: Parts) -> bool:
+        """Whether a matrix has the sparsity that was analysed; another one's analysis is released."""
+        if self._known is None:
+            return False
+        known, last = self._known
+        if all(np.array_equal(own, other) for own, other in zip(parts[1:], known[1:], strict=True)):
+            return True
+        self._run(_RELEASE, known, last, np.zeros((len(last), 1)))
+        self._known = None
+        return False
 
     def _run(self, phase: int, parts: Parts, last: npt.NDArray[np.int32], found: Floats) -> None:
         _call(

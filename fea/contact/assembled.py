@@ -1,0 +1,253 @@
+"""Parts put together: fits closed, bolts tightened and locked; then loads, step by step.
+
+1. The parts are put together without friction, while the bolts have their preload and the pins are absent.
+2. The bolts keep their length from then on. Bores are machined in this state, so that pins see them as round,
+   and slip is counted from it.
+3. A uniform change of temperature follows, also without friction.
+4. Loads are steps from one state to the next, with friction.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fea.contact.active_set import Contact, ContactSystem
+from fea.contact.fold import Fold
+from fea.contact.joined_system import Joined, JoinedSystem, Load
+from fea.contact.problem import ContactProblem
+from fea.contact.tied import Tied
+from fea.contact.trial import Guess, Places
+from fea.solid.parity import Parity
+from geometry.arrays import Floats, Ints
+
+
+@dataclass(frozen=True)
+class Warming:
+    """A uniform change of temperature.
+
+    Attributes
+    ----------
+    displacement
+        (3 n_nodes,) free expansion of the parts on the cell, mm.
+    bolts
+        (n_bolts,) free expansion of each bolt of the cell over its grip, mm.
+    pins
+        Radial expansion of each pin, mm.
+    """
+
+    displacement: Floats
+    bolts: Floats
+    pins: Sequence[float]
+
+
+@dataclass(frozen=True)
+class Touching:
+    """The vertices of all mating faces and of their images across y = 0.
+
+    Attributes
+    ----------
+    normal
+        (k,) unknowns that are their pressures.
+    shear
+        (k, 2) unknowns that are their shear stresses; −1 where there is none.
+    face
+        (k,) number of the face.
+    place
+        (k, 3) mm.
+    area
+        (k,) that belongs to each on the whole body, mm².
+    """
+
+    normal: Ints
+    shear: Ints
+    face: Ints
+    place: Floats
+    area: Floats
+
+    @classmethod
+    def of(cls, problem: ContactProblem) -> "Touching":
+        """Collect those of a problem."""
+        normal, shear, face, node = [], [], [], []
+        for number, own in enumerate(problem.faces):
+            start = problem.starts[len(problem.bores) + number]
+            normal.append(start + np.arange(own.pressing.size))
+            both = np.stack(own.tangential, axis=1)
+            shear.append(np.where(both >= 0, start + both, -1))
+            face.append(np.full(own.pressing.size, number))
+            node.append(own.pressing.nodes)
+        cells, both = np.concatenate(normal), np.concatenate(shear)
+        fold = problem.fold
+        off = ~fold.on_y[cells] if fold.both_sides else np.zeros(len(cells), dtype=bool)
+        place = problem.mesh.points[np.concatenate(node)]
+        images = np.where(both[off] >= 0, fold.images_of(both[off]), -1)
+        numbers = np.concatenate([cells, fold.images_of(cells[off])])
+        faces = np.concatenate(face)
+        moments = problem.fold.moments(_ones(problem))
+        return cls(
+            normal=numbers,
+            shear=np.concatenate([both, images]),
+            face=np.concatenate([faces, faces[off]]),
+            place=np.concatenate([place, place[off] * [1.0, -1.0, 1.0]]),
+            area=moments[numbers],
+        )
+
+
+def with_images(fold: Fold, cells: Ints) -> Ints:
+    """Unknowns of the cell, then their images across y = 0."""
+    if not fold.both_sides:
+        return cells
+    return np.concatenate([cells, fold.images_of(cells[~fold.on_y[cells]])])
+
+
+def _ones(problem: ContactProblem) -> dict[Parity, Floats]:
+    """Moments of a unit gap between mating faces, on the cell."""
+    even = np.zeros(problem.forces.shape[1])
+    for number, own in enumerate(problem.faces):
+        start = problem.starts[len(problem.bores) + number]
+        even[start : start + own.pressing.size] = own.pressing.weights
+    return {Parity.SYMMETRIC: even, Parity.ANTISYMMETRIC: np.zeros_like(even)}
+
+
+class Assembled:
+    """Parts that are held together by bolts and fits.
+
+    Parameters
+    ----------
+    problem
+        With mating faces and bolts.
+    parts
+        Nodes of each part that nothing else holds.
+    friction
+        Coefficient μ between all mating faces.
+    preload
+        (n_bolts,) force of each bolt of the cell when it is tightened, N.
+    warming
+        From the temperature at which the parts were put together to that of the engine.
+
+    Attributes
+    ----------
+    tightened, start
+        The parts put together, and at the engine's temperature.
+
+    Raises
+    ------
+    ContactError
+        No contact between the parts carries the bolt forces.
+    """
+
+    def __init__(
+        self,
+        problem: ContactProblem,
+        parts: Sequence[Ints],
+        friction: float,
+        preload: Floats,
+        warming: Warming | None = None,
+    ) -> None:
+        self.problem = problem
+        self._motions = [motion for nodes in parts for motion in problem.motions(nodes)]
+        moved = [problem.moved(nodes) for nodes in parts]
+        n, n_loads = problem.loaded.shape
+        self._P = np.hstack([columns for columns, _ in moved]) if moved else np.zeros((n, 0))
+        self._resultants = np.concatenate([own for _, own in moved]) if moved else np.zeros((0, n_loads))
+        bores, faces = len(problem.bores), len(problem.faces)
+        self.pins = self._numbers(range(bores))
+        self.bolts = self._numbers(range(bores + faces, bores + faces + len(problem.bolts)))
+        self.touching = Touching.of(problem)
+        self._preload = np.tile(preload, len(self.bolts) // max(len(preload), 1))
+        self._tied = Tied.of(problem.compliance, self._P, self.pins)
+        self._system = JoinedSystem(self._tied, problem.rigid, self._places(friction))
+        self._made = problem.initial.copy()
+        self.tightened = self._tightened()
+        self.start = self.tightened if warming is None else self._warmed(warming)
+
+    def _numbers(self, items: Iterable[int]) -> Ints:
+        """Unknowns of bores, faces and bolts, by their place among all of these."""
+        cells = [np.arange(*self.problem.starts[[item, item + 1]]) for item in items]
+        return with_images(self.problem.fold, np.concatenate([*cells, np.zeros(0, dtype=np.int64)]))
+
+    def _places(self, friction: float) -> Places:
+        position = np.full(self.problem.fold.size + 1, -1)  # the last one stands for none
+        position[self._tied.joined] = np.arange(len(self._tied.joined))
+        normal, shear = self.touching.normal, self.touching.shear
+        none = np.full((len(self.bolts), 2), -1)
+        return Places(
+            normal=position[np.concatenate([normal, self.bolts])],
+            tangential=position[np.concatenate([shear, none])],
+            friction=np.full(len(normal) + len(self.bolts), friction),
+            bolt=np.arange(len(normal) + len(self.bolts)) >= len(normal),
+        )
+
+    def _tightened(self) -> Joined:
+        """Close the fits under the preload of the bolts, lock these, and take the bores as round."""
+        C, normal, bolts = self.problem.compliance, self.touching.normal, self.bolts
+        pulled = C[:, bolts] @ self._preload
+        system = ContactSystem(C[np.ix_(normal, normal)], self._P[normal])
+        found = system.solve((self._made + pulled)[normal], -self._P[bolts].T @ self._preload)
+        values = np.zeros(len(C))
+        values[normal], values[bolts] = found.pressure, self._preload
+        gap = C @ values + self._made - self._P @ found.motion
+        locked = np.concatenate([bolts, self.pins])
+        self._made[bolts] -= gap[bolts]
+        self._made[self.pins] -= gap[self.pins] - self.problem.initial[self.pins]
+        gap[locked] = 0.0
+        return self._joined(values, gap, found)
+
+    def _warmed(self, warming: Warming) -> Joined:
+        """Let parts, bolts and pins expand freely, and bring them together again."""
+        C, problem = self.problem.compliance, self.problem
+        self._made += self._expansion(warming)
+        own = np.concatenate([self.touching.normal, self.bolts])
+        found = ContactSystem(C[np.ix_(own, own)], self._P[own]).solve(
+            self._made[own], np.zeros(self._P.shape[1])
+        )
+        values = np.zeros(problem.fold.size)
+        values[own] = found.pressure
+        return self._joined(values, C @ values + self._made - self._P @ found.motion, found)
+
+    def _expansion(self, warming: Warming) -> Floats:
+        """Moments (n,) of the gaps that free expansion opens."""
+        problem = self.problem
+        even = problem.forces.T @ warming.displacement
+        for number, (bore, growth) in enumerate(zip(problem.bores, warming.pins, strict=True)):
+            even[problem.own(number)] -= growth * bore.multipliers.weights
+        if problem.bolts:
+            even[-len(problem.bolts) :] += [
+                bolt.share * growth for bolt, growth in zip(problem.bolts, warming.bolts, strict=True)
+            ]
+        parts = {parity: np.zeros_like(even) for parity in problem.fold.parities()}
+        parts[Parity.SYMMETRIC] = even
+        return problem.fold.moments(parts)
+
+    def _joined(self, values: Floats, gap: Floats, found: Contact) -> Joined:
+        """Return a state without friction."""
+        places = np.concatenate([self.touching.normal, self.bolts])
+        opened = values[places] <= 0
+        gap[places[~opened]] = 0.0
+        guess = Guess.closed(len(self.pins), len(places))
+        return Joined(
+            values=values,
+            gap=gap[self._tied.joined],
+            guess=replace(guess, opened=opened),
+            part_motion=found.motion,
+            residual=found.residual,
+            imbalance=found.imbalance,
+            changes=found.changes,
+        )
+
+    def step(self, load: Load, state: Joined) -> Joined:
+        """Go on from a state."""
+        return self._system.step(load, state.gap, state.guess)
+
+    def load(self, forces: Sequence[Floats], weights: Floats, moments: Floats | None = None) -> Load:
+        """What acts in a step; parameters as for `ContactProblem.solve`."""
+        problem = self.problem
+        gap = self._made + problem.loaded @ weights + problem.bent(forces)
+        return Load(gap, problem.sums(forces, moments), self._resultants @ weights)
+
+    def displacement(self, motion: Floats) -> dict[Parity, Floats]:
+        """Displacement (n_nodes, 3) per parity of motions (k,) of the parts, mm."""
+        found = {parity: np.zeros(self.problem.mesh.points.size) for parity in self.problem.fold.parities()}
+        for amount, (parity, moves) in zip(motion, self._motions, strict=True):
+            found[parity] += amount * moves
+        return {parity: own.reshape(-1, 3) for parity, own in found.items()}

@@ -1,0 +1,154 @@
+"""Parts that touch with friction, their bolts and their pins: one step from a known state under a new load.
+
+Unilateral contact and Coulomb friction, implicit in the step:
+
+    λ_n ≥ 0,  y_n ≥ 0,  λ_n y_n = 0
+    |λ_t| ≤ μ λ_n,  and where it slips  λ_t = −μ λ_n Δy_t / |Δy_t|
+
+with the gaps y of `fea.contact.tied`. The primal-dual active set is a semismooth Newton method (Alart &
+Curnier 1991; Hüeber, Stadler & Wohlmuth 2008), whose unknowns are the pressures of the pins that touch and
+the gaps of what opens or slips: few, as long as the parts hold together.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fea.contact.tied import Tied
+from fea.contact.trial import Guess, Offsets, Places, Trial
+from fea.solid.errors import ContactError
+from geometry.arrays import Floats
+
+# Changes of all places at once; then of single ones, until the step is given up.
+ALL_AT_ONCE, SINGLY = 25, 400
+
+
+@dataclass(frozen=True)
+class Load:
+    """What acts at the end of a step.
+
+    Attributes
+    ----------
+    gap
+        g (n,), moments of the gap that everything but the unknowns leaves.
+    pins
+        (m,) resultants along the free motions of the pins.
+    parts
+        (k,) resultants of other loads along the free motions of the parts.
+    """
+
+    gap: Floats
+    pins: Floats
+    parts: Floats
+
+
+@dataclass(frozen=True)
+class Joined:
+    """The end of a step.
+
+    Attributes
+    ----------
+    values
+        λ (n,): pressures and shear stresses, MPa, and bolt forces, N.
+    gap
+        y_J (n_J,), moments of the gaps and slips of the interfaces since the parts were put together.
+    guess
+        What touches, opens and slips.
+    part_motion
+        (k,) of the parts.
+    residual
+        Largest violation of contact or friction, relative to the largest stress.
+    imbalance
+        Largest error of the resultants of the pins, relative to them.
+    changes
+        How many states were tried.
+    """
+
+    values: Floats
+    gap: Floats
+    guess: Guess
+    part_motion: Floats
+    residual: float
+    imbalance: float
+    changes: int
+
+
+class JoinedSystem:
+    """Steps from state to state.
+
+    Parameters
+    ----------
+    tied
+        The condensed problem.
+    rigid
+        R (n, m) of the pins.
+    places
+        Where the parts touch.
+    """
+
+    def __init__(self, tied: Tied, rigid: Floats, places: Places) -> None:
+        self._tied, self._places = tied, places
+        free, self._loose = tied.free
+        self._R = np.hstack([rigid[tied.pins], free])
+        scale = np.abs(self._R).max(axis=0, initial=0.0)
+        self._scale = np.where(scale > 0, scale, 1.0)
+
+    def step(self, load: Load, gap: Floats, guess: Guess) -> Joined:
+        """Find the state under a load.
+
+        Parameters
+        ----------
+        load
+            At the end of the step.
+        gap
+            y_J (n_J,) at its beginning.
+        guess
+            Where to begin.
+
+        Raises
+        ------
+        ContactError
+            No pressure of the pins has their forces, or no state obeys contact and friction.
+        """
+        offsets = self._offsets(load, gap)
+        if offsets.forces.any() and not self._R[guess.touching].any():
+            guess = replace(guess, touching=self._R @ offsets.forces > 0)
+        for change in range(1, ALL_AT_ONCE + SINGLY + 1):
+            trial = Trial.of(self._tied, self._R / self._scale, self._places, offsets, guess)
+            better = trial.better(singly=change > ALL_AT_ONCE)
+            if better is None:
+                return self._joined(trial, load, change)
+            guess = better
+        message = (
+            "contact and friction between the parts did not settle: choose a larger --size or another "
+            "assembly.joint_friction"
+        )
+        raise ContactError(message)
+
+    def _offsets(self, load: Load, gap: Floats) -> Offsets:
+        tied = self._tied
+        left = gap - load.gap[tied.joined]
+        return Offsets(
+            stress=tied.S @ left + tied.V @ load.parts,
+            pin_gap=tied.B.T @ left + load.gap[tied.pins] + tied.G @ load.parts,
+            forces=np.concatenate([load.pins, self._loose @ load.parts]) / self._scale,
+            gap=gap,
+        )
+
+    def _joined(self, trial: Trial, load: Load, changes: int) -> Joined:
+        tied = self._tied
+        values = np.zeros(len(load.gap))
+        values[tied.pins], values[tied.joined] = np.maximum(trial.pressure, 0.0), trial.stress
+        loose = (trial.motion / self._scale)[len(load.pins) :]
+        forces = trial.offsets.forces
+        missing = np.linalg.norm((self._R / self._scale).T @ trial.pressure - forces)
+        size = np.linalg.norm(forces)
+        return Joined(
+            values=values,
+            gap=trial.gap,
+            guess=trial.guess,
+            part_motion=tied.motions(trial.gap - load.gap[tied.joined], trial.pressure, load.parts, loose),
+            residual=trial.residual,
+            imbalance=float(missing / size) if size > 0 else 0.0,
+            changes=changes,
+        )

@@ -1,0 +1,124 @@
+"""Interfaces condensed in the state in which they are closed and stick: the parts then move as one body.
+
+With the stresses λ_J between the parts and the bolt forces as unknowns that keep their gaps y_J, what is left
+is the compliance of the joined body for its pins:
+
+    w_p = A λ_p + Bᵀ (y_J − g_J) + G f + g_p − R d
+    λ_J = S (y_J − g_J) − B λ_p + V f
+
+This is a principal pivot transform of the contact problem (Cottle, Pang & Stone 1992, section 2.3), in which
+the rigid motions of the parts have gone as well. Only what opens or slips is an unknown beside the pins.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from geometry.arrays import Floats, Ints
+
+# Motions of the parts whose moments are smaller than this part of the largest are resisted by no interface.
+_UNRESISTED = 1e-9
+
+
+@dataclass(frozen=True)
+class Tied:
+    """The condensed problem.
+
+    Attributes
+    ----------
+    pins, joined
+        (n_p,), (n_J,) numbers of the unknowns: pressures of the pins; stresses between parts and bolt forces.
+    A, B, S
+        (n_p, n_p), (n_J, n_p), (n_J, n_J) as in the module's description.
+    G, V
+        (n_p, k), (n_J, k) of the forces (k,) of other loads along the motions of the parts.
+    free
+        (n_p, m) moments of motions that only the pins resist, and (m, k) their share in the motions of the
+        parts.
+
+    The private ones are the terms of `motions`.
+    """
+
+    pins: Ints
+    joined: Ints
+    A: Floats
+    B: Floats
+    S: Floats
+    G: Floats
+    V: Floats
+    free: tuple[Floats, Floats]
+    _back: Floats
+    _share: Floats
+    _own: Floats
+    _moved: Floats
+    _coupling: Floats
+
+    @classmethod
+    def of(cls, compliance: Floats, parts: Floats, pins: Ints) -> "Tied":
+        """Condense everything but the pins.
+
+        Parameters
+        ----------
+        compliance
+            C (n, n).
+        parts
+            P (n, k), moments of the free motions of the parts.
+        pins
+            (n_p,) the unknowns that are kept.
+        """
+        joined = np.setdiff1d(np.arange(len(compliance)), pins)
+        P_p, P_J = parts[pins], parts[joined]
+        size = np.abs(parts).max(axis=0, initial=0.0)
+        size[size == 0] = 1.0
+        _, values, rows = np.linalg.svd(P_J / size, full_matrices=True)
+        values = np.append(values, np.zeros(len(rows) - len(values)))
+        resisted = values > _UNRESISTED * values.max(initial=1e-300)
+        share = rows.T / size[:, None]
+        kept, loose = share[:, resisted], share[:, ~resisted]
+        factor = cho_factor(compliance[np.ix_(joined, joined)], lower=True, overwrite_a=True)
+        C_Jp = compliance[np.ix_(joined, pins)]
+        moved = cho_solve(factor, P_J @ kept)
+        schur = (P_J @ kept).T @ moved
+        inverse = np.linalg.inv((schur + schur.T) / 2)
+        S = cho_solve(factor, np.eye(len(joined))) - moved @ inverse @ moved.T
+        S = (S + S.T) / 2
+        V = moved @ inverse
+        own = P_p @ kept
+        B = S @ C_Jp + V @ own.T
+        reach = C_Jp.T @ moved - own
+        A = compliance[np.ix_(pins, pins)] - C_Jp.T @ S @ C_Jp
+        A += own @ inverse @ own.T - C_Jp.T @ V @ own.T - own @ V.T @ C_Jp
+        return cls(
+            pins=pins,
+            joined=joined,
+            A=(A + A.T) / 2,
+            B=B,
+            S=S,
+            G=reach @ inverse @ kept.T,
+            V=V @ kept.T,
+            free=(P_p @ loose, loose.T),
+            _back=kept @ inverse,
+            _share=kept,
+            _own=own,
+            _moved=moved,
+            _coupling=C_Jp,
+        )
+
+    def motions(self, open_gap: Floats, pressure: Floats, forces: Floats, loose: Floats) -> Floats:
+        """Motions (k,) of the parts.
+
+        Parameters
+        ----------
+        open_gap
+            y_J − g_J (n_J,).
+        pressure
+            λ_p (n_p,).
+        forces
+            f (k,).
+        loose
+            (m,) of those that only the pins resist.
+        """
+        left = open_gap - self._coupling @ pressure
+        found = self._back @ (self._share.T @ forces - self._own.T @ pressure - self._moved.T @ left)
+        return np.asarray(found + self.free[1].T @ loose)

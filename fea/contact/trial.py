@@ -1,0 +1,307 @@
+"""One guess of what touches, opens and slips: its linear problem, and how it violates contact or friction."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+from scipy.linalg import lapack
+
+from fea.contact.tied import Tied
+from geometry.arrays import Floats, Ints, Mask
+
+# What rounding leaves, relative to the largest stress; the error of the directions of slip at the end.
+ROUNDING, DIRECTION = 1e-11, 1e-9
+# Reciprocal condition number, of a scaled matrix, below which a motion counts as free.
+_SINGULAR = 1e-12
+_TWO = np.eye(2)
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where parts touch, by the positions of its unknowns in `Tied.joined`.
+
+    Attributes
+    ----------
+    normal
+        (k,) of the pressure, or of a bolt's force.
+    tangential
+        (k, 2) of the shear stresses; −1 where there is none.
+    friction
+        (k,) coefficient μ.
+    bolt
+        (k,) which are bolts.
+    """
+
+    normal: Ints
+    tangential: Ints
+    friction: Floats
+    bolt: Mask
+
+    @property
+    def rubbing(self) -> Mask:
+        """Which places (k,) have friction."""
+        return np.asarray((self.tangential >= 0).any(axis=1))
+
+
+@dataclass(frozen=True)
+class Guess:
+    """What touches, opens and slips.
+
+    Attributes
+    ----------
+    touching
+        (n_p,) which pressures of the pins act.
+    opened, slipping
+        (k,) which places are open; which slip.
+    direction
+        (k, 2) of the shear stress where they slip.
+    ratio
+        (k,) friction over the length that `direction` was found from, at most 1.
+    """
+
+    touching: Mask
+    opened: Mask
+    slipping: Mask
+    direction: Floats
+    ratio: Floats
+
+    @classmethod
+    def closed(cls, n_pins: int, n_places: int) -> "Guess":
+        """Return the state in which everything sticks and no pin touches."""
+        none = np.zeros(n_places, dtype=bool)
+        return cls(np.zeros(n_pins, dtype=bool), none, none, np.zeros((n_places, 2)), np.zeros(n_places))
+
+
+@dataclass(frozen=True)
+class Offsets:
+    """The tied state under a load, without any pressure of the pins.
+
+    Attributes
+    ----------
+    stress
+        λ_J (n_J,).
+    pin_gap
+        (n_p,) moments of the gaps of the pins.
+    forces
+        (m,) resultants along the motions that only the pins resist.
+    gap
+        y_J (n_J,) at the beginning of the step.
+    """
+
+    stress: Floats
+    pin_gap: Floats
+    forces: Floats
+    gap: Floats
+
+
+@dataclass(frozen=True)
+class Trial:
+    """The solution of a guess.
+
+    Attributes
+    ----------
+    tied, places, offsets, guess
+        What it belongs to.
+    pressure
+        (n_p,) of the pins, MPa.
+    motion
+        (m,) of the pins.
+    moved
+        (n_J,) change of the gaps in the step.
+    stress
+        λ_J (n_J,).
+    pin_gap
+        (n_p,) moments of the gaps of the pins.
+    """
+
+    tied: Tied
+    places: Places
+    offsets: Offsets
+    guess: Guess
+    pressure: Floats
+    motion: Floats
+    moved: Floats
+    stress: Floats
+    pin_gap: Floats
+
+    @classmethod
+    def of(cls, tied: Tied, R: Floats, places: Places, offsets: Offsets, guess: Guess) -> "Trial":
+        """Solve for what touches, opens and slips.
+
+        Parameters
+        ----------
+        R
+            (n_p, m) moments of the motions that only the pins resist.
+        tied, places, offsets, guess
+            See the class.
+        """
+        active = np.flatnonzero(guess.touching)
+        moving, law, give = _laws(places, guess, np.diag(tied.S))
+        n_a, n_d, m = len(active), len(moving), R.shape[1]
+        B, unit = tied.B[:, active], 1 / np.sqrt(np.diag(tied.S)[moving])
+        press = 1 / np.sqrt(np.diag(tied.A)[active])
+        matrix = np.zeros((n_a + n_d + m,) * 2)
+        matrix[:n_a, :n_a] = press[:, None] * tied.A[np.ix_(active, active)] * press
+        matrix[:n_a, n_a : n_a + n_d] = press[:, None] * B[moving].T * unit
+        matrix[:n_a, n_a + n_d :] = -press[:, None] * R[active]
+        matrix[n_a : n_a + n_d, :n_a] = -unit[:, None] * (law @ B) * press
+        matrix[n_a : n_a + n_d, n_a : n_a + n_d] = unit[:, None] * (law @ tied.S[:, moving] + give) * unit
+        matrix[n_a + n_d :, :n_a] = (press[:, None] * R[active]).T
+        side = np.concatenate(
+            [-press * offsets.pin_gap[active], -unit * (law @ offsets.stress), offsets.forces]
+        )
+        found = _solved(matrix, side)
+        pressure, moved = np.zeros(len(tied.pins)), np.zeros(len(tied.joined))
+        pressure[active], moved[moving] = press * found[:n_a], unit * found[n_a : n_a + n_d]
+        motion = found[n_a + n_d :]
+        return cls(
+            tied=tied,
+            places=places,
+            offsets=offsets,
+            guess=guess,
+            pressure=pressure,
+            motion=motion,
+            moved=moved,
+            stress=offsets.stress - B @ pressure[active] + tied.S[:, moving] @ moved[moving],
+            pin_gap=tied.A @ pressure + tied.B.T @ moved + offsets.pin_gap - R @ motion,
+        )
+
+    @property
+    def gap(self) -> Floats:
+        """y_J (n_J,) at the end of the step; exactly zero where places are closed."""
+        found = self.offsets.gap + self.moved
+        found[self.places.normal[~self.guess.opened]] = 0.0
+        return found
+
+    @cached_property
+    def _normal(self) -> Floats:
+        return np.asarray(self.stress[self.places.normal])
+
+    @cached_property
+    def _tangential(self) -> tuple[Floats, Floats]:
+        """Shear stress (k, 2), and the same less the slip that the stiffness turns into a stress."""
+        own, at = self.places.tangential >= 0, self.places.tangential
+        shear = np.where(own, self.stress[at], 0.0)
+        slip = np.where(own, (np.diag(self.tied.S) * self.moved)[at], 0.0)
+        return shear, shear - slip
+
+    @cached_property
+    def _size(self) -> float:
+        """Largest stress, MPa."""
+        pressed = np.abs(self._normal[~self.places.bolt]).max(initial=0.0)
+        return float(max(pressed, np.abs(self.pressure).max(initial=0.0), 1e-300))
+
+    @cached_property
+    def _allowed(self) -> Floats:
+        return np.asarray(self.places.friction * np.maximum(self._normal, 0.0))
+
+    @cached_property
+    def _violations(self) -> tuple[Floats, Floats, Floats]:
+        """By how much pins, normal contact and friction are violated, MPa; 0 where the guess is right."""
+        guess, stiff = self.guess, np.diag(self.tied.S)[self.places.normal]
+        pins = np.where(guess.touching, -self.pressure, -self.pin_gap / np.diag(self.tied.A))
+        gaps = (self.offsets.gap + self.moved)[self.places.normal]
+        normal = np.where(guess.opened, -gaps * stiff, -self._normal)
+        _, trial = self._tangential
+        excess = np.hypot(*trial.T) - self._allowed
+        wrong = np.where(guess.slipping, -excess, excess) * (self.places.rubbing & ~guess.opened)
+        little = ROUNDING * self._size
+        return tuple(np.where(values > little, values, 0.0) for values in (pins, normal, wrong))  # type: ignore[return-value]
+
+    @cached_property
+    def _turned(self) -> Floats:
+        """Error (k,) of the direction of the shear stress where places slip, MPa."""
+        shear, trial = self._tangential
+        slips = self.guess.slipping & ~self.guess.opened
+        off = shear - self._allowed[:, None] * _unit(trial)
+        return np.asarray(np.where(slips, np.hypot(*off.T), 0.0))
+
+    @property
+    def residual(self) -> float:
+        """Largest violation of contact or friction, relative to the largest stress."""
+        worst = max(float(values.max(initial=0.0)) for values in (*self._violations, self._turned))
+        return worst / self._size
+
+    def better(self, *, singly: bool) -> Guess | None:
+        """Return the next guess, or None if this one obeys every law.
+
+        Parameters
+        ----------
+        singly
+            Whether to change only the place that is violated most.
+        """
+        pins, normal, friction = self._violations
+        if not (pins.any() or normal.any() or friction.any()):
+            if self._turned.max(initial=0.0) <= DIRECTION * self._size:
+                return None
+        elif singly:
+            largest = max(values.max(initial=0.0) for values in self._violations)
+            pins, normal, friction = (np.where(v == largest, v, 0.0) for v in self._violations)
+        guess = self.guess
+        opened = guess.opened ^ (normal > 0)
+        slipping = (guess.slipping ^ (friction > 0)) & ~opened
+        _, trial = self._tangential
+        length = np.hypot(*trial.T)
+        ratio = np.divide(self._allowed, length, out=np.zeros_like(length), where=length > 0)
+        return replace(
+            guess,
+            touching=guess.touching ^ (pins > 0),
+            opened=opened,
+            slipping=slipping,
+            direction=np.where(slipping[:, None], _unit(trial), 0.0),
+            ratio=np.where(slipping, np.minimum(ratio, 1.0), 0.0),
+        )
+
+
+def _laws(places: Places, guess: Guess, stiff: Floats) -> tuple[Ints, sparse.csr_array, Floats]:
+    """Which gaps are unknown (n,), and the law L λ_J + K Δy = 0 that each of them obeys.
+
+    Returns
+    -------
+    ndarray, csr_array, ndarray
+        (n,) positions in `Tied.joined`; L (n, n_J) and K (n, n).
+    """
+    tangential = places.tangential
+    opened, slips = np.flatnonzero(guess.opened), np.flatnonzero(guess.slipping & ~guess.opened)
+    free = tangential[opened].ravel()
+    unloaded = np.concatenate([places.normal[opened], free[free >= 0]])
+    slid = tangential[slips]
+    has = slid >= 0
+    moving = np.concatenate([unloaded, slid[has]])
+    row = np.full(slid.shape, -1)
+    row[has] = len(unloaded) + np.arange(has.sum())
+    along = guess.direction[slips]
+    # The derivative of the direction of slip acts square to it.
+    turn = guess.ratio[slips, None, None] * (_TWO - along[:, :, None] * along[:, None, :])
+    rows, columns, values = [np.arange(len(unloaded))], [unloaded], [np.ones(len(unloaded))]
+    give = np.zeros((len(moving),) * 2)
+    for one in range(2):
+        own = has[:, one]
+        rows.append(row[own, one])
+        columns.append(places.normal[slips[own]])
+        values.append(-places.friction[slips[own]] * along[own, one])
+        for other in range(2):
+            both = own & has[:, other]
+            rows.append(row[both, one])
+            columns.append(slid[both, other])
+            values.append(_TWO[one, other] - turn[both, one, other])
+            give[row[both, one], row[both, other]] = turn[both, one, other] * stiff[slid[both, other]]
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+    return moving, sparse.csr_array(entries, shape=(len(moving), len(stiff))), give
+
+
+def _unit(vectors: Floats) -> Floats:
+    length = np.hypot(*vectors.T)[:, None]
+    return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0))
+
+
+def _solved(matrix: Floats, side: Floats) -> Floats:
+    """Solve; a motion that nothing resists, as that of a part that has come off, stays zero."""
+    if not len(side):
+        return side
+    factor, pivots, broken = lapack.dgetrf(matrix)
+    well, _ = lapack.dgecon(factor, np.abs(matrix).sum(axis=0).max()) if broken == 0 else (0.0, 0)
+    if well > _SINGULAR:
+        return np.asarray(lapack.dgetrs(factor, pivots, side)[0])
+    return np.asarray(np.linalg.lstsq(matrix, side, rcond=_SINGULAR)[0])
