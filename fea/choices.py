@@ -64,6 +64,28 @@ class PinModel(StrEnum):
     RIGID = "rigid"
 
 
+class Split(StrEnum):
+    """How a big end is split into rod and cap; an oblique joint is given by its angle."""
+
+    STRAIGHT = "straight"
+
+
+class BoltGrade(StrEnum):
+    """Property classes of bolts (ISO 898-1)."""
+
+    G8_8 = "8.8"
+    G9_8 = "9.8"
+    G10_9 = "10.9"
+    G12_9 = "12.9"
+
+
+class ThreadRolled(StrEnum):
+    """Whether a bolt's thread was rolled before or after its heat treatment."""
+
+    BEFORE = "before-heat-treatment"
+    AFTER = "after-heat-treatment"
+
+
 class Finish(StrEnum):
     """How a part's surface was made."""
 

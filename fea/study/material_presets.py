@@ -54,7 +54,53 @@ MATERIALS: dict[str, dict[str, float]] = {
         "ultimate_MPa": 572.0,
         "endurance_MPa": 159.0,
     },
+    "cusn8p": {
+        "E_GPa": 115.0,
+        "nu": 0.34,
+        "density_kg_m3": 8800.0,
+        "yield_MPa": 280.0,
+        "ultimate_MPa": 460.0,
+    },
+    "steel-backed-shell": {
+        "E_GPa": 179.0,
+        "nu": 0.30,
+        "density_kg_m3": 6900.0,
+        "yield_MPa": 280.0,
+    },
+    "bolt-8.8": {
+        "E_GPa": 205.0,
+        "nu": 0.30,
+        "density_kg_m3": 7850.0,
+        "yield_MPa": 640.0,
+        "ultimate_MPa": 800.0,
+    },
+    "bolt-9.8": {
+        "E_GPa": 205.0,
+        "nu": 0.30,
+        "density_kg_m3": 7850.0,
+        "yield_MPa": 720.0,
+        "ultimate_MPa": 900.0,
+    },
+    "bolt-10.9": {
+        "E_GPa": 205.0,
+        "nu": 0.30,
+        "density_kg_m3": 7850.0,
+        "yield_MPa": 940.0,
+        "ultimate_MPa": 1040.0,
+    },
+    "bolt-12.9": {
+        "E_GPa": 205.0,
+        "nu": 0.30,
+        "density_kg_m3": 7850.0,
+        "yield_MPa": 1100.0,
+        "ultimate_MPa": 1220.0,
+    },
 }
+
+_ISO_898 = (
+    "Bolt of property class {}, least strengths of ISO 898-1:2013, table 3{}; elastic constants typical of "
+    "steel. The endurance of threads is that of VDI 2230, not of this table."
+)
 
 # Sources of the figures, and how far they were checked.
 SOURCES: dict[str, str] = {
@@ -86,4 +132,17 @@ SOURCES: dict[str, str] = {
         "at 5·10⁸ cycles. The strengths are confirmed by two suppliers' tables (572, 503 and 158…159 MPa); "
         "one of them gives 71.0 GPa instead of 71.7."
     ),
+    "cusn8p": (
+        "Bearing bronze CuSn8P (CW459K), tubes of temper R460: least strengths of EN 12449 and Young's "
+        "modulus on a supplier's data sheet (Caro Bronze); ν and density of C52100. No endurance is known."
+    ),
+    "steel-backed-shell": (
+        "Bearing shell of 1.2 mm of steel (206 GPa, 7850 kg/m³) and 0.3 mm of AlSn20Cu (71 GPa, 3100 kg/m³): "
+        "mean stiffness and density. The yield strength is an estimate for a backing of cold-worked "
+        "low-carbon steel: give that of your shell."
+    ),
+    "bolt-8.8": _ISO_898.format("8.8", ", up to M16"),
+    "bolt-9.8": _ISO_898.format("9.8", ""),
+    "bolt-10.9": _ISO_898.format("10.9", ""),
+    "bolt-12.9": _ISO_898.format("12.9", ""),
 }

@@ -31,7 +31,8 @@ class MaterialTable:
     `endurance_MPa` is the fully reversed limit of polished specimens in tension, `endurance_torsion_MPa`
     in torsion. `size_mm` (of a round section in bending), `loading` and `reliability_percent` convert them
     into limits of the part, and so does the finish of its surface, or its factor as a number: `bore_surface`
-    on the bores, `face_surface` on the faces beside them, `surface` on the rest.
+    on the bores, `face_surface` on the faces beside them, `surface` on the rest. `thermal_expansion_1_K`
+    counts in an assembly at another temperature.
     """
 
     preset: str | None = None
@@ -48,6 +49,7 @@ class MaterialTable:
     size_mm: float | None = None
     loading: Loading | None = None
     reliability_percent: float | None = None
+    thermal_expansion_1_K: float | None = None
 
     def resolved(self) -> "MaterialTable":
         """Return the table with the preset's constants filled in."""

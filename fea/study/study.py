@@ -10,6 +10,8 @@ from typing import Any
 
 from fea.choices import CONTACT, CONVERGED_PERCENT, Assembly, Element, Fatigue, SolverName, Support, Symmetry
 from fea.material import Material
+from fea.study.assembly_materials import BOLT, assembled, table_name
+from fea.study.assembly_table import AssemblyTable, changed, require_pins_in_contact, with_contact
 from fea.study.contact_table import PINS, ContactTable
 from fea.study.engine_presets import engine_preset, with_preset
 from fea.study.engine_table import EngineTable
@@ -155,7 +157,7 @@ class Study:
         The name of the shipped study or of the file.
     part_material
         [material.<part>] by the part's name: a bushing, a solid of a STEP file, or a pin.
-    rod, material, engine, speed, forces, mesh, analysis, contact, output
+    rod, material, engine, speed, forces, mesh, analysis, contact, assembly, output
         The tables of the study file, in engineering units.
     folder
         Where relative paths in the study start.
@@ -171,6 +173,7 @@ class Study:
     mesh: MeshTable = field(default_factory=MeshTable)
     analysis: AnalysisTable = field(default_factory=AnalysisTable)
     contact: ContactTable = field(default_factory=ContactTable)
+    assembly: AssemblyTable | None = None
     output: OutputTable = field(default_factory=OutputTable)
     folder: Path = field(default_factory=Path.cwd)
 
@@ -182,6 +185,8 @@ class Study:
         self.speed.speeds()
         if self.rod.mesh is not None:
             self._require_no_remeshing()
+        if self.assembly is not None:
+            self._require_parts(self.assembly)
         if self.output.directory is not None:
             located("output.directory", self.output.directory, self.folder)
         if self.output.animate is not None:
@@ -204,6 +209,16 @@ class Study:
         whole = symmetry in (Symmetry.AUTO, Symmetry.NONE)
         rule = "cannot be combined with rod.mesh: a mesh from a file is solved as a whole"
         require(whole, "analysis.symmetry", symmetry, rule, "Leave it out.")
+
+    def _require_parts(self, assembly: AssemblyTable) -> None:
+        """Refuse an assembly of a rod that has no parts, or whose pins do not touch it."""
+        rule = "cannot be combined with [assembly], whose parts must be solids of their own"
+        remedy = "Give the rod by dimensions or as a CAD file, or remove [assembly]."
+        path = None if self.rod.mesh is None else str(self.rod.mesh.path)
+        require(self.rod.mesh is None, "rod.mesh", path, rule, remedy)
+        require_pins_in_contact(self.analysis.pressure)
+        if self.rod.dimensions is not None:
+            assembly.require_dimensions(self.rod.dimensions)
 
     def require_loading(self) -> None:
         """Refuse a study in which nothing loads the rod, or nothing balances the load.
@@ -293,8 +308,24 @@ class Study:
         """
         return replace(self, rod=self.rod.with_dimensions(dimensions))
 
+    def with_assembly(self, **keys: Any) -> "Study":
+        """Return the study as an assembly, its pins in contact; keys of its own that are not given stay.
+
+        Parameters
+        ----------
+        **keys
+            Of the [assembly] table: ``bolt_preload_kN=35.0``.
+
+        Raises
+        ------
+        InvalidValue
+            A key is unknown, or breaks a rule.
+        """
+        analysis = replace(self.analysis, pressure=CONTACT)
+        return replace(self, assembly=changed(self.assembly, keys), analysis=analysis)
+
     def materials(self, parts: Iterable[str]) -> tuple[Material, ...]:
-        """Return the material of each part; parts without a table of their own get that of [material].
+        """Return the material of each part, from the table that `part_material_table` gives.
 
         Raises
         ------
@@ -302,10 +333,22 @@ class Study:
             A table names a part that the rod does not have.
         """
         names = list(parts)
-        for part in self.part_material.keys() - PINS:
+        known = {*names, *PINS}
+        if self.assembly is not None:
+            known |= {BOLT, *map(table_name, names)}
+        for part in self.part_material.keys() - known:
             remedy = f"The parts of this rod are: {', '.join(names)}."
-            require(part in names, f"[material.{part}]", None, "does not name a part of this rod", remedy)
-        return tuple(self.part_material.get(name, self.material).material() for name in names)
+            raise InvalidValue(f"[material.{part}]", None, "does not name a part of this rod", remedy)
+        return tuple(self.part_material_table(name).material() for name in names)
+
+    def part_material_table(self, part: str) -> MaterialTable:
+        """Return the table of a part's material: its own, or that of [material].
+
+        In an assembly, bushing and bearing shells without a table are of their usual materials.
+        """
+        if self.assembly is not None:
+            return assembled(self.part_material, part, self.material)
+        return self.part_material.get(part, self.material)
 
     @property
     def material_remarks(self) -> tuple[str, ...]:
@@ -328,7 +371,7 @@ class Study:
         """Return the tables that say something, with plain values, as a study file holds them."""
         parts = {part: entries_of(table.resolved()) for part, table in self.part_material.items()}
         tables = {"rod": self.rod.as_dict(), "material": entries_of(self.material.resolved()) | parts}
-        for name in ("engine", "speed", "forces", "mesh", "analysis", "contact", "output"):
+        for name in ("engine", "speed", "forces", "mesh", "analysis", "contact", "assembly", "output"):
             table = getattr(self, name)
             if name == "speed" and self.engine is not None and self.speed.rpm is None:
                 table = SpeedTable(self.engine_speeds(self.engine)[0])
@@ -351,6 +394,7 @@ TABLES: Mapping[str, type[Any]] = {
     "mesh": MeshTable,
     "analysis": AnalysisTable,
     "contact": ContactTable,
+    "assembly": AssemblyTable,
     "output": OutputTable,
 }
 
@@ -411,7 +455,7 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
             raise unknown_key(f"{name}.toml:", key, ["rod", *TABLES])
     remedy = 'Add one with dimensions or with preset = "leon-2001".'
     require("rod" in raw, "STUDY", name, "has no [rod] table", remedy)
-    raw, part_material = _parted(raw)
+    raw, part_material = _parted(with_contact(raw))
     if "engine" in raw:
         raw["engine"] = with_preset(raw["engine"])
     tables = {key: read_table(cls, key, raw[key]) for key, cls in TABLES.items() if key in raw}

@@ -16,6 +16,11 @@ _UNITS = {
     "bar": "bar",
     "GPa": "GPa",
     "MPa": "MPa",
+    "1_K": "1/K",
+    "kN": "kN",
+    "Nm": "N·m",
+    "um": "µm",
+    "C": "°C",
     "N": "N",
     "percent": "percent",
 }

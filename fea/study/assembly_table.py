@@ -1,0 +1,185 @@
+"""[assembly] of a study file: cap, bolts, bushing and bearing shells, of a rod as it is built."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from fea.choices import CONTACT, BoltGrade, Split, ThreadRolled
+from fea.study.metric_thread import Thread, parse_thread
+from fea.study.tables import entries_of, nearest, read_table
+from geometry.invalid import InvalidValue, require, require_number, require_positive
+from geometry.rod import Rod
+
+# Of joint planes: an oblique split of 30° to 60° is usual.
+LARGEST_SPLIT = 75.0
+# Of thread, head and joint; the extremes are coated and greased, and dry and rough.
+_LEAST_FRICTION, _LARGEST_FRICTION = 0.01, 1.0
+# Where linear expansion and unchanged moduli describe metals.
+_COLDEST, _HOTTEST = -60.0, 300.0
+_LARGEST_TIGHTENING_FACTOR = 4.0
+# Of machined steel on steel, 0.1 (oiled) to 0.2 (dry) in handbooks; serrated and fractured joints hold more.
+JOINT_FRICTION = 0.15
+_TIGHTENED = ("bolt_preload_kN", "bolt_torque_Nm", "bolt_stretch_mm")
+_POSITIVE = (
+    *_TIGHTENED,
+    "bolt_grip_mm",
+    "bolt_engaged_mm",
+    "bolt_head_mm",
+    "bolt_nut_mm",
+    "bolt_shank_mm",
+    "shell_thickness_mm",
+)
+_NOT_NEGATIVE = (
+    "bolt_free_thread_mm",
+    "bolt_embedding_um",
+    "bushing_interference_mm",
+    "shell_interference_mm",
+)
+
+
+@dataclass(frozen=True)
+class AssemblyTable:
+    """[assembly]: interferences are diametral; bolts are tightened by one of preload, torque and stretch.
+
+    `split` is the angle in degrees between the joint plane's normal and the rod. `bolt_grip_mm` reaches from
+    the seat of the head to that of the nut or, for a screw, to the first engaged thread; `bolt_head_mm` and
+    `bolt_nut_mm` are the outer diameters of the seats. What is left out is assumed
+    (`fea.assess.bolt_choice`).
+    """
+
+    split: Split | float = Split.STRAIGHT
+    bolt_preload_kN: float | None = None
+    bolt_torque_Nm: float | None = None
+    bolt_stretch_mm: float | None = None
+    thread_friction: float | None = None
+    head_friction: float | None = None
+    bolt_thread: str | None = None
+    bolt_grade: BoltGrade | float | None = None
+    bolt_thread_rolled: ThreadRolled | None = None
+    bolt_grip_mm: float | None = None
+    bolt_engaged_mm: float | None = None
+    bolt_head_mm: float | None = None
+    bolt_nut_mm: float | None = None
+    bolt_shank_mm: float | None = None
+    bolt_free_thread_mm: float | None = None
+    bolt_embedding_um: float | None = None
+    bolt_tightening_factor: float | None = None
+    bushing_interference_mm: float | None = None
+    shell_thickness_mm: float | None = None
+    shell_interference_mm: float | None = None
+    joint_friction: float | None = None
+    temperature_C: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse values that no assembly has, and keys that contradict each other."""
+        for key, value in self._given(_POSITIVE).items():
+            require_positive(f"assembly.{key}", value)
+        for key, value in self._given(_NOT_NEGATIVE).items():
+            require_number(f"assembly.{key}", value)
+            require(value >= 0, f"assembly.{key}", value, "must not be negative")
+        for key, value in self._given(("thread_friction", "head_friction", "joint_friction")).items():
+            self._within(key, value, _LEAST_FRICTION, _LARGEST_FRICTION)
+        self._within("bolt_tightening_factor", self.bolt_tightening_factor, 1.0, _LARGEST_TIGHTENING_FACTOR)
+        self._within("temperature_C", self.temperature_C, _COLDEST, _HOTTEST)
+        self._within("split", self.split_angle, -LARGEST_SPLIT, LARGEST_SPLIT)
+        self._require_one_of(_TIGHTENED)
+        self._require_one_of(("bolt_nut_mm", "bolt_engaged_mm"))
+        rule, remedy = "needs shell_thickness_mm", "Give the thickness of the shells."
+        alone = self.shell_thickness_mm is None and self.shell_interference_mm is not None
+        require(not alone, "assembly.shell_interference_mm", self.shell_interference_mm, rule, remedy)
+        _ = self.thread, self.grade
+
+    def _given(self, keys: tuple[str, ...]) -> dict[str, Any]:
+        return {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
+
+    def _within(self, key: str, value: float | None, least: float, most: float) -> None:
+        if value is not None:
+            require_number(f"assembly.{key}", value)
+            require(least <= value <= most, f"assembly.{key}", value, f"must be {least:g} to {most:g}")
+
+    def _require_one_of(self, keys: tuple[str, ...]) -> None:
+        given = list(self._given(keys))
+        if len(given) > 1:
+            rule = f"cannot be combined with {' and '.join(given[1:])}"
+            raise InvalidValue(f"assembly.{given[0]}", getattr(self, given[0]), rule, "Keep one of them.")
+
+    @property
+    def split_angle(self) -> float:
+        """Angle of the joint plane's normal from the rod's axis, degrees."""
+        return 0.0 if isinstance(self.split, Split) else float(self.split)
+
+    @property
+    def bushing_touches(self) -> bool:
+        """Whether the bushing is pressed in, and not bonded to the rod."""
+        return self.bushing_interference_mm is not None
+
+    @property
+    def friction(self) -> float:
+        """Friction between the parts, `JOINT_FRICTION` if it is not given."""
+        return JOINT_FRICTION if self.joint_friction is None else self.joint_friction
+
+    @property
+    def thread(self) -> Thread | None:
+        """The bolts' thread, if it is given."""
+        return None if self.bolt_thread is None else parse_thread("assembly.bolt_thread", self.bolt_thread)
+
+    @property
+    def grade(self) -> BoltGrade | None:
+        """The bolts' property class, if it is given; a study may say 10.9 without quotes."""
+        if self.bolt_grade is None:
+            return None
+        text = f"{self.bolt_grade:g}" if isinstance(self.bolt_grade, float) else str(self.bolt_grade)
+        if text not in list(BoltGrade):
+            remedy = (
+                f"{nearest(text, BoltGrade)} For others give yield_MPa and ultimate_MPa in [material.bolt]."
+            )
+            raise InvalidValue("assembly.bolt_grade", self.bolt_grade, "is not a property class", remedy)
+        return BoltGrade(text)
+
+    def require_dimensions(self, rod: Rod) -> None:
+        """Refuse a parametric rod that lacks what the assembly needs.
+
+        Raises
+        ------
+        InvalidValue
+            It has no bolt holes, or an interference is given for a bushing that it does not have.
+        """
+        rule = "is missing: [assembly] splits the big end, and bolts hold the cap"
+        remedy = "Give the diameter of the bolt holes, with cap_bolt_spacing_mm, cap_boss_length_mm and "
+        require(rod.cap_bolt > 0, "rod.cap_bolt_mm", None, rule, remedy + "cap_boss_fillet_mm, in [rod].")
+        value, rule = self.bushing_interference_mm, "needs a bushing in the small end"
+        remedy = "Give its wall thickness as rod.bushing_mm."
+        fits = value is None or rod.bushing > 0
+        require(fits, "assembly.bushing_interference_mm", value, rule, remedy)
+
+
+def require_pins_in_contact(pressure: str) -> None:
+    """Refuse a prescribed pressure on the bores of an assembly.
+
+    Raises
+    ------
+    InvalidValue
+        The pressure is not that of contact.
+    """
+    rule = "cannot be combined with [assembly], whose parts and pins press on each other by contact"
+    remedy = f'Leave it out, or use pressure = "{CONTACT}".'
+    require(pressure == CONTACT, "analysis.pressure", pressure, rule, remedy)
+
+
+def with_contact(raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the tables of a study with pins in contact, if it has an assembly and says nothing of them."""
+    analysis = raw.get("analysis", {})
+    if "assembly" not in raw or not isinstance(analysis, Mapping):
+        return dict(raw)
+    return {**raw, "analysis": {"pressure": CONTACT, **analysis}}
+
+
+def changed(table: AssemblyTable | None, keys: Mapping[str, object]) -> AssemblyTable:
+    """Return an assembly with some keys changed, given as in a study file.
+
+    One way of tightening the bolts replaces another.
+    """
+    own = {} if table is None else entries_of(table)
+    if keys.keys() & set(_TIGHTENED):
+        own = {key: value for key, value in own.items() if key not in _TIGHTENED}
+    return read_table(AssemblyTable, "assembly", {**own, **keys})
