@@ -18,10 +18,10 @@ _JOINT = (Surface.JOINT, Surface.JOINT_CAP)
 _NAMES = {
     Surface.JOINT: "outline of the joint",
     Surface.JOINT_CAP: "outline of the joint",
-    Surface.BUSHING_SEAT: "ends of the bushing's seat",
-    Surface.BUSHING_BACK: "ends of the bushing's seat",
-    Surface.SHELL_SEAT: "ends of the shells' seat",
-    Surface.SHELL_BACK: "ends of the shells' seat",
+    Surface.BUSHING_SEAT: "rim of the bushing's seat",
+    Surface.BUSHING_BACK: "rim of the bushing's seat",
+    Surface.SHELL_SEAT: "rim of the shells' seat",
+    Surface.SHELL_BACK: "rim of the shells' seat",
     Surface.BOLT_HEAD: "rim of the bolt head's seat",
     Surface.BOLT_THREAD: "rim of the nut's seat or run-out of the thread",
 }
