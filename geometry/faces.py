@@ -30,6 +30,9 @@ class FeatureKind(StrEnum):
     POCKET_FLOOR = "pocket_floor"  # the rounded edge of the floor
     WEB = "web"
     ROUND = "round"  # a concave radius of an imported solid
+    JOINT = "joint"  # between rod and cap
+    FIT = "fit"  # around a bushing, or the shells
+    BOLT_SEAT = "bolt_seat"  # under a head or a nut, or the wall of a thread
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,8 @@ class Feature:
     sweep
         Angle of the arc, rad; 0 where the faces are plane.
     thickness
-        Of the material behind the faces (ring at a bore, whole web), mm; infinite if it is not thin.
+        Of the material behind the faces (ring at a bore, whole web, bushing or shell) or across them (ring
+        at the joint), mm; infinite if it is not thin.
     """
 
     kind: FeatureKind

@@ -1,18 +1,24 @@
 """The rod as a tagged solid in an open gmsh session."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import gmsh
 
 from geometry import kernel
 from geometry.areas import check_areas
+from geometry.assembly import Assembly, BoltAxis, bolt_axes
+from geometry.assembly_rules import check
+from geometry.contact_areas import check_contacts
+from geometry.contacts import Interface, bodies, contact_features, interfaces, with_seats
 from geometry.errors import GeometryError
-from geometry.faces import Bore, Feature, faces_of, features, surfaces
+from geometry.faces import Bore, Face, Feature, faces_of, features, surfaces
 from geometry.intake import Intake
 from geometry.invalid import require
 from geometry.mass import MassProperties, joined
 from geometry.mirror import PLANE_AXIS, Mirror
 from geometry.outline import Outline
+from geometry.parting import parted
 from geometry.rod import Rod
 from geometry.segments import Line, Segment, mirrored
 from geometry.surfaces import Surface
@@ -26,7 +32,7 @@ class Part:
     Attributes
     ----------
     name
-        ``"rod"``, ``"bushing"``, or the name in the imported file.
+        ``"rod"``, ``"bushing"``, another of `geometry.parting`, or the name in the imported file.
     volumes
         gmsh's volume tags.
     mass
@@ -58,6 +64,10 @@ class Solid:
         Of the whole rod (also when a cell was drawn) for density 1: the mass is the volume, mm³.
     intake
         What was made of the file that it comes from; None for a rod drawn from dimensions.
+    bolts
+        Of the whole rod, also when a cell was drawn; empty for a rod without an assembly.
+    interfaces
+        Where parts touch without being joined.
     """
 
     mirror: Mirror
@@ -67,9 +77,16 @@ class Solid:
     features: tuple[Feature, ...]
     mass: MassProperties
     intake: Intake | None = None
+    bolts: tuple[BoltAxis, ...] = ()
+    interfaces: tuple[Interface, ...] = ()
+
+    @property
+    def bodies(self) -> list[list[int]]:
+        """Volume tags of each separate body; empty if all parts are joined."""
+        return bodies([part.volumes for part in self.parts], self.interfaces)
 
 
-def build(rod: Rod, mirror: Mirror = Mirror.QUARTER) -> Solid:
+def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None = None) -> Solid:
     """Draw a rod, or a cell of it, in a new model of the open session.
 
     Parameters
@@ -78,6 +95,8 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER) -> Solid:
         What to draw.
     mirror
         The cell: `NONE` the whole, `HALF` z ≥ 0, `QUARTER` y ≥ 0 and z ≥ 0.
+    assembly
+        What is separate; None for a rod in one piece, with its bushing bonded to it.
 
     Returns
     -------
@@ -86,11 +105,13 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER) -> Solid:
     Raises
     ------
     InvalidValue
-        The rod does not have the symmetry.
+        The rod does not have the symmetry, or the parts do not go together.
     GeometryError
         The CAD kernel failed.
     """
-    _require_symmetry(rod, mirror)
+    if assembly is not None:
+        check(rod, assembly)
+    _require_symmetry(rod.smallest_cell if assembly is None else assembly.smallest_cell(rod), mirror)
     gmsh.model.add("rod")
     body = _plan(rod, mirror)
     above = tools_above(rod)
@@ -99,13 +120,16 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER) -> Solid:
     with kernel.attempt("cut ring steps and web pockets"):
         body = kernel.cut(body, above)
     with kernel.attempt("separate the bushing from the rod (rod.bushing_mm)"):
-        bodies = bushed(rod, body)
+        volumes = bushed(rod, body)
     with kernel.attempt("drill and chamfer (rod.cap_bolt_mm, rod.oil_hole_mm, rod.…_chamfer_mm)"):
         cutters = [*holes(rod), *chamfers(rod, mirror)]
-        bodies = dict(zip(bodies, kernel.drilled(list(bodies.values()), cutters), strict=True))
+        volumes = dict(zip(volumes, kernel.drilled(list(volumes.values()), cutters), strict=True))
+    bolts = () if assembly is None else bolt_axes(rod, assembly)
+    if assembly is not None:
+        volumes = parted(rod, volumes, assembly, bolts, mirror)
     gmsh.model.occ.synchronize()
-    parts = tuple(Part(name, (tag,), whole_mass(tag, mirror)) for name, tag in bodies.items())
-    faces = faces_of(tuple(bodies.values()))
+    parts = tuple(Part(name, (tag,), whole_mass(tag, mirror)) for name, tag in volumes.items())
+    faces = faces_of(tuple(volumes.values()))
     found = features(rod, faces)
     check_areas(rod, mirror, found)
     bores = (
@@ -113,13 +137,31 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER) -> Solid:
         Bore(rod.length, rod.small_end_bore / 2, rod.pin_bearing_width, rod.pin_bearing_taper),
     )
     mass = joined([part.mass for part in parts])
-    return Solid(mirror, bores, parts, surfaces(bores, mirror, faces), found, mass)
+    solid = Solid(mirror, bores, parts, surfaces(bores, mirror, faces), found, mass)
+    return solid if assembly is None else _assembled(rod, assembly, solid, faces, bolts)
 
 
-def _require_symmetry(rod: Rod, mirror: Mirror) -> None:
+def _assembled(
+    rod: Rod, assembly: Assembly, solid: Solid, faces: Sequence[Face], bolts: tuple[BoltAxis, ...]
+) -> Solid:
+    """Name the faces where parts touch and bolts press."""
+    parts = solid.parts
+    found = interfaces([part.name for part in parts], [part.volumes for part in parts], assembly)
+    named = with_seats(solid.faces, faces, bolts)
+    check_contacts(rod, assembly, solid.mirror, found, named)
+    thickness = {
+        Surface.JOINT: rod.big_end_ring,
+        Surface.BUSHING_SEAT: rod.bushing,
+        Surface.SHELL_SEAT: assembly.shell,
+    }
+    small = contact_features(found, named, bolts, thickness)
+    return replace(solid, faces=named, features=(*solid.features, *small), bolts=bolts, interfaces=found)
+
+
+def _require_symmetry(smallest: Mirror, mirror: Mirror) -> None:
     cells = list(Mirror)
-    rule = f"the smallest mirror cell of this rod is {rod.smallest_cell}"
-    possible = cells.index(mirror) <= cells.index(rod.smallest_cell)
+    rule = f"the smallest mirror cell of this rod is {smallest}"
+    possible = cells.index(mirror) <= cells.index(smallest)
     require(possible, "symmetry", str(mirror), rule, "Choose that or a larger part.")
 
 

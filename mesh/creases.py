@@ -66,7 +66,9 @@ class Creases:
         return np.where(known[order][at] == asked, order[at], -1)
 
 
-def creases(surfaces: Mapping[Surface, Sequence[int]], mesh: TetMesh) -> Creases:
+def creases(
+    surfaces: Mapping[Surface, Sequence[int]], mesh: TetMesh, bodies: Sequence[Sequence[int]] = ()
+) -> Creases:
     """Find the creases of the open model, which has been meshed.
 
     Parameters
@@ -75,25 +77,35 @@ def creases(surfaces: Mapping[Surface, Sequence[int]], mesh: TetMesh) -> Creases
         gmsh's face tags per named surface: the outer faces, and those on mirror planes.
     mesh
         What was made of it; its nodes may be numbered differently.
+    bodies
+        gmsh's volume tags of each body, if there are several that only touch: the faces between them are
+        outer faces of both.
     """
     axis_of = {face: PLANE_AXIS.get(name, -1) for name, faces in surfaces.items() for face in faces}
     cut = {axis for axis in axis_of.values() if axis >= 0}
+    skins = [_skin(body, axis_of) for body in bodies] or [axis_of]
     rows, folds, labels = [], [], []
     between: list[tuple[str, str]] = []
-    for curve, faces in _shared(axis_of):
+    for own, curve, faces in ((skin, *pair) for skin in skins for pair in _shared(skin)):
         ends = _mesh_edges(curve, mesh.order)
-        fold = _fold(curve, ends.mean(axis=1), faces, axis_of)
+        fold = _fold(curve, ends.mean(axis=1), faces, own)
         sharp = fold > LEAST_FOLD
         if sharp.any():
             rows.append(ends[sharp])
             folds.append(fold[sharp])
             labels.append(np.full(np.count_nonzero(sharp), len(between)))
-            outer = [face for face in faces if axis_of[face] < 0]
+            outer = [face for face in faces if own[face] < 0]
             between.append((_in_words(outer[0], cut), _in_words(outer[-1], cut)))
     if not rows:
         return Creases(np.zeros((0, 2), int), np.zeros(0), np.zeros(0, int), ())
     nodes = _numbers(np.concatenate(rows), mesh)
     return Creases(nodes, np.concatenate(folds), np.concatenate(labels), tuple(between))
+
+
+def _skin(body: Sequence[int], axis_of: Mapping[int, int]) -> dict[int, int]:
+    """Axis of the mirror plane that each face of a body lies on, −1 for none."""
+    boundary = gmsh.model.getBoundary([(3, volume) for volume in body], combined=True, oriented=False)
+    return {face: axis_of.get(face, -1) for _, face in boundary}
 
 
 def _shared(axis_of: Mapping[int, int]) -> list[tuple[int, tuple[int, int]]]:

@@ -11,12 +11,22 @@ from mesh.size_field import SizeField
 
 # Number of second-order elements along an arc, around a bore or a small hole, across a web, along the rod.
 PER_ARC, PER_BORE, PER_HOLE, PER_WEB, PER_LENGTH = 4, 32, 12, 2, 28
+# Across the ring at its joint with the cap, and around the seat of a bolt; an element between a bushing or
+# shell and the rod is this many times as long as they are thick, as far as that is less than around a bore.
+PER_JOINT, PER_SEAT, PER_THICKNESS = 4, 14, 2.0
 # Around a bore that a pin touches, at least: sixteen on half of it give the largest pressure to half a
 # percent. For a mesh that is to be refined half as many do. The cost of a crank cycle grows with the square.
 PER_TOUCHED_BORE = 36
 
 # Refinements coarsen with the general size up to this factor: coarser curved elements cannot follow an arc.
 COARSEST = 2.4
+
+_PER_THICKNESS = {FeatureKind.WEB: PER_WEB, FeatureKind.JOINT: PER_JOINT}
+_PER_LENGTH = {
+    FeatureKind.BORE: PER_BORE,
+    FeatureKind.HOLE: PER_HOLE,
+    FeatureKind.BOLT_SEAT: PER_SEAT,
+}
 
 
 @dataclass(frozen=True)
@@ -64,13 +74,11 @@ def default_size(rod_length: float) -> float:
 
 def feature_size(feature: Feature) -> float:
     """Element size that resolves a feature at the default general size, mm."""
-    if feature.kind is FeatureKind.WEB:
-        return feature.thickness / PER_WEB
-    if feature.kind is FeatureKind.BORE:
-        return feature.arc_length / PER_BORE
-    if feature.kind is FeatureKind.HOLE:
-        return feature.arc_length / PER_HOLE
-    return feature.arc_length / PER_ARC
+    if feature.kind is FeatureKind.FIT:
+        return min(PER_THICKNESS * feature.thickness, feature.arc_length / PER_BORE)
+    if feature.kind in _PER_THICKNESS:
+        return feature.thickness / _PER_THICKNESS[feature.kind]
+    return feature.arc_length / _PER_LENGTH.get(feature.kind, PER_ARC)
 
 
 def refinements(
@@ -93,7 +101,9 @@ def refinements(
 
 def _width(feature: Feature) -> float:
     """Distance between the edges of the feature's faces, mm."""
-    if feature.kind not in (FeatureKind.WEB, FeatureKind.BORE):
+    if feature.kind is FeatureKind.JOINT:
+        return feature.thickness
+    if feature.kind not in (FeatureKind.WEB, FeatureKind.BORE, FeatureKind.FIT):
         return feature.arc_length
     boxes = [gmsh.model.getBoundingBox(2, face) for face in feature.faces]
     extents = sorted(max(box[i + 3] for box in boxes) - min(box[i] for box in boxes) for i in range(3))

@@ -17,6 +17,7 @@ from fea.rod.flaws import MaterialsOf, mass_error, mesh_flaws
 from fea.rod.omission import Omission
 from fea.study.rod_table import RodTable
 from geometry.arrays import Ints
+from geometry.assembly import Assembly, BoltAxis
 from geometry.intake import Intake
 from geometry.invalid import require
 from geometry.mirror import Mirror
@@ -27,9 +28,11 @@ from mesh.creases import Creases, creases
 from mesh.estimate import estimate
 from mesh.generate import tetrahedralise
 from mesh.mirror import MirroredMesh, reflect, unmirrored
+from mesh.numbering import numbered
 from mesh.quality import Quality
 from mesh.repair import Repair
 from mesh.repaired import repaired
+from mesh.separate import separated
 from mesh.size_field import SizeField
 from mesh.sizing import PER_ARC, PER_TOUCHED_BORE, Sizing, default_size, refinements
 from mesh.tetmesh import TetMesh
@@ -116,6 +119,9 @@ class MeshedRod:
         Size, quality and repairs.
     intake
         What was made of the CAD file; None for a rod drawn from dimensions.
+    bolts
+        Of the whole rod; empty without an assembly. Parts that only touch have nodes of their own in `cell`
+        and `mirrored`, not in `drawn`.
     """
 
     cell: TetMesh
@@ -128,6 +134,7 @@ class MeshedRod:
     meshing: Meshing
     intake: Intake | None = None
     creases: Creases | None = None
+    bolts: tuple[BoltAxis, ...] = ()
 
     @property
     def whole(self) -> TetMesh:
@@ -191,6 +198,8 @@ class MeshRequest:
         Factor on the default size.
     touched
         Whether pins touch the bores, which need smaller elements then.
+    assembly
+        What is separate in the rod; None for a rod in one piece.
     """
 
     size: float | None
@@ -199,6 +208,7 @@ class MeshRequest:
     wanted: Sequence[SizeField] = ()
     coarser: float = 1.0
     touched: bool = False
+    assembly: Assembly | None = None
 
     @property
     def per_touched_bore(self) -> int:
@@ -232,7 +242,7 @@ def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, cloc
     Raises
     ------
     InvalidValue
-        The rod has no dimensions, or not the requested symmetry.
+        The rod has no dimensions or not the requested symmetry, or its parts do not go together.
     GeometryError, MeshError
         No solid or no usable mesh could be made.
     """
@@ -245,7 +255,8 @@ def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, cloc
     solid, base = drawn.solid, drawn.mesh
     symmetry = _cell(request.symmetry, solid.mirror)
     with clock("mesh"):
-        cell = unmirrored(base)
+        bodies, origin = _separate(base, solid)
+        cell = unmirrored(bodies)
         for plane in solid.mirror.planes:
             if plane not in symmetry.planes:
                 cell = reflect(cell, plane)
@@ -256,13 +267,14 @@ def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, cloc
         cell=cell.mesh,
         mirrored=whole,
         drawn=base,
-        drawn_node=cell.source[whole.source],
+        drawn_node=origin[cell.source[whole.source]],
         creases=drawn.creases,
         bores=Bores.of(solid.bores),
         parts={part.name: part.mass.mass for part in solid.parts},
         symmetry=symmetry,
         meshing=drawn.meshing,
         intake=solid.intake,
+        bolts=solid.bolts,
     )
 
 
@@ -270,7 +282,7 @@ def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: C
     """Draw and mesh in a session of its own."""
     with session() as log:
         with clock("geometry"):
-            solid = rod.draw(clock.tell)
+            solid = rod.draw(clock.tell, request.assembly)
         with clock("mesh"):
             length = solid.bores[1].x
             size = request.size or request.coarser * default_size(length)
@@ -287,10 +299,19 @@ def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: C
                 log,
                 lambda cause: clock.tell(f"meshing again, because {cause}"),
             )
-            found = creases(solid.faces, made.mesh)
+            found = creases(solid.faces, made.mesh, solid.bodies)
     warnings = tuple(dict.fromkeys((*drawing, *made.warnings)))
     meshing = Meshing(size, made.quality, made.repair, warnings, follows_errors=request.follows_errors)
     return _Drawn(solid, made.mesh, meshing, found)
+
+
+def _separate(mesh: TetMesh, solid: Solid) -> tuple[TetMesh, Ints]:
+    """The mesh with nodes of its own for each body, and (n_nodes,) the drawn node behind each."""
+    if not solid.interfaces:
+        return mesh, np.arange(len(mesh.points))
+    doubled, origin = separated(mesh, {one.parts: one.sides for one in solid.interfaces})
+    ordered, order = numbered(doubled)
+    return ordered, origin[order]
 
 
 def _require_few(elements: float, size: float) -> None:

@@ -11,6 +11,7 @@ from fea.study.mesh_file import MeshFile, read_mesh_file
 from fea.study.paths import is_file, located
 from fea.study.tables import checked, nearest, unknown_key
 from fea.units import KG, KG_M2
+from geometry.assembly import Assembly
 from geometry.cad.file import FORMATS, CadFile, CadFormat, MissingCap, is_cad
 from geometry.dimensions import ShankSection, dimensions, options
 from geometry.invalid import InvalidValue, require, require_positive
@@ -69,18 +70,22 @@ class RodTable:
         """Whether a solid or a mesh is read from a file."""
         return self.cad is not None or self.mesh is not None
 
-    def draw(self, tell: Callable[[str], None] = lambda _stage: None) -> "Solid":
+    def draw(
+        self, tell: Callable[[str], None] = lambda _stage: None, assembly: Assembly | None = None
+    ) -> "Solid":
         """Draw the smallest mirror cell in the open gmsh session.
 
         Parameters
         ----------
         tell
             Told what is being done, where that takes long.
+        assembly
+            What is separate in it; None for a rod in one piece.
 
         Raises
         ------
         InvalidValue
-            Only mass properties are given, or the file cannot be read.
+            Only mass properties are given, the file cannot be read, or the parts do not go together.
         GeometryError
             No solid could be made, or its bores cannot be identified.
         """
@@ -89,7 +94,8 @@ class RodTable:
         from geometry.solid import build  # noqa: PLC0415 - dynamics alone need no gmsh
 
         rod = self.solid()
-        return build(rod, rod.smallest_cell)
+        cell = rod.smallest_cell if assembly is None else assembly.smallest_cell(rod)
+        return build(rod, cell, assembly)
 
     def solid(self) -> Rod:
         """Return the dimensions.

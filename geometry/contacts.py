@@ -1,0 +1,166 @@
+"""Where the parts of an assembled rod touch, and where its bolts press: by the faces that they share."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import gmsh
+import numpy as np
+
+from geometry.assembly import Assembly, BoltAxis
+from geometry.cad.edges import edge_points
+from geometry.faces import Face, Feature, FeatureKind
+from geometry.parting import BUSHING, CAP, LOWER_SHELL, ROD, UPPER_SHELL
+from geometry.surfaces import Surface
+
+_ABOVE, _SHELLS = (ROD, UPPER_SHELL), (UPPER_SHELL, LOWER_SHELL)
+_SLACK = 1e-6  # of the hole's radius
+
+
+@dataclass(frozen=True)
+class Interface:
+    """Where two parts touch without being joined.
+
+    Attributes
+    ----------
+    parts
+        Numbers of the two.
+    sides
+        The surfaces that the first's side and the second's are.
+    faces
+        gmsh's tags of the faces that they share.
+    """
+
+    parts: tuple[int, int]
+    sides: tuple[Surface, Surface]
+    faces: tuple[int, ...]
+
+
+def interfaces(
+    names: Sequence[str], volumes: Sequence[Sequence[int]], assembly: Assembly
+) -> tuple[Interface, ...]:
+    """Find them from the names and volumes of the parts; a bonded bushing has none."""
+    touching = {
+        frozenset(pair): sides
+        for pair in _pairs(names)
+        if (sides := _sides(names[pair[0]], names[pair[1]])) is not None
+    }
+    bonded = {} if assembly.bushing else {BUSHING}
+    owner = {volume: number for number, part in enumerate(volumes) for volume in part}
+    shared: dict[frozenset[int], list[int]] = {}
+    for _, face in gmsh.model.getEntities(2):
+        owners = frozenset(owner[int(tag)] for tag in gmsh.model.getAdjacencies(2, face)[0])
+        if len(owners) == 2 and not any(names[number] in bonded for number in owners):
+            shared.setdefault(owners, []).append(face)
+    return tuple(
+        Interface((one, other), touching[frozenset((one, other))], tuple(shared[frozenset((one, other))]))
+        for one, other in _pairs(names)
+        if frozenset((one, other)) in shared and frozenset((one, other)) in touching
+    )
+
+
+def bodies(volumes: Sequence[Sequence[int]], found: Sequence[Interface]) -> list[list[int]]:
+    """Volumes of the parts that are joined to each other; empty if all are.
+
+    Parts that share faces are joined, unless an interface lies between them.
+    """
+    if not found:
+        return []
+    apart = {frozenset(interface.parts) for interface in found}
+    faces = [
+        set(gmsh.model.getBoundary([(3, tag) for tag in part], combined=False, oriented=False))
+        for part in volumes
+    ]
+    groups: list[set[int]] = []
+    for number, own in enumerate(faces):
+        joined = [
+            group
+            for group in groups
+            if any(own & faces[other] and frozenset((number, other)) not in apart for other in group)
+        ]
+        groups = [group for group in groups if group not in joined] + [{number}.union(*joined)]
+    return [[tag for number in sorted(group) for tag in volumes[number]] for group in groups]
+
+
+def _pairs(names: Sequence[str]) -> list[tuple[int, int]]:
+    """Numbers of two parts each, that of the surface named first in an interface first."""
+    rank = {ROD: 0, CAP: 1, BUSHING: 2, UPPER_SHELL: 3, LOWER_SHELL: 4}
+    order = sorted(range(len(names)), key=lambda number: rank.get(names[number], len(rank)))
+    return [(one, other) for place, one in enumerate(order) for other in order[place + 1 :]]
+
+
+def _sides(one: str, other: str) -> tuple[Surface, Surface] | None:
+    """Surfaces of two parts, in the order of `_pairs`, that touch."""
+    if other == BUSHING:
+        return Surface.BUSHING_SEAT, Surface.BUSHING_BACK
+    if other in _SHELLS and one not in _SHELLS:
+        return Surface.SHELL_SEAT, Surface.SHELL_BACK
+    joint = (one in _ABOVE) != (other in _ABOVE)
+    return (Surface.JOINT, Surface.JOINT_CAP) if joint else None
+
+
+def with_seats(
+    named: Mapping[Surface, tuple[int, ...]], faces: Iterable[Face], bolts: Sequence[BoltAxis]
+) -> dict[Surface, tuple[int, ...]]:
+    """Name the faces that bolts press on, which are free so far."""
+    free = set(named.get(Surface.FREE, ()))
+    found: dict[int, Surface] = {}
+    for face in faces:
+        if face.tag in free:
+            seats = (_seat(face, bolt) for bolt in bolts)
+            if (surface := next(filter(None, seats), None)) is not None:
+                found[face.tag] = surface
+    tags = {surface: tuple(tag for tag in found if found[tag] is surface) for surface in set(found.values())}
+    rest = {surface: tuple(tag for tag in every if tag not in found) for surface, every in named.items()}
+    return rest | {surface: tags[surface] for surface in Surface if surface in tags}
+
+
+def _seat(face: Face, bolt: BoltAxis) -> Surface | None:
+    """What of a bolt presses on a face."""
+    slack = _SLACK * (bolt.hole_radius + abs(bolt.head))
+    away = edge_points(face.tag) - np.array(bolt.point)
+    along = away @ np.array(bolt.direction)
+    beside = np.linalg.norm(away - along[:, None] * np.array(bolt.direction), axis=1)
+    if face.shape == "Plane":
+        seats = [(Surface.BOLT_HEAD, bolt.head, bolt.head_radius)]
+        seats += [(Surface.BOLT_THREAD, bolt.grip_end, bolt.nut_radius)]
+        for surface, level, radius in seats:
+            if np.abs(along - level).max() < slack and beside.max() < radius + slack:
+                return surface
+    elif bolt.engaged and face.shape == "Cylinder" and beside.max() < bolt.hole_radius + slack:
+        inside = bolt.thread_end - slack < along.min() and along.max() < bolt.grip_end + slack
+        return Surface.BOLT_THREAD if inside else None
+    return None
+
+
+def contact_features(
+    found: Sequence[Interface],
+    named: Mapping[Surface, tuple[int, ...]],
+    bolts: Sequence[BoltAxis],
+    thickness: Mapping[Surface, float],
+) -> tuple[Feature, ...]:
+    """Return the faces between parts and under bolts, which need small elements.
+
+    Parameters
+    ----------
+    found, named, bolts
+        Interfaces, faces by their surfaces, and bolts.
+    thickness
+        By the first surface of an interface, mm: of the ring at the joint, of the bushing, of the shells.
+    """
+    made = [_feature(interface, thickness[interface.sides[0]]) for interface in found]
+    seats = {
+        Surface.BOLT_HEAD: [bolt.head_radius for bolt in bolts],
+        Surface.BOLT_THREAD: [bolt.nut_radius or bolt.hole_radius for bolt in bolts],
+    }
+    for surface, radii in seats.items():
+        if named.get(surface):
+            made.append(Feature(FeatureKind.BOLT_SEAT, named[surface], min(radii), 2 * math.pi))
+    return tuple(made)
+
+
+def _feature(interface: Interface, thickness: float) -> Feature:
+    if interface.sides[0] is Surface.JOINT:
+        return Feature(FeatureKind.JOINT, interface.faces, thickness=thickness)
+    radius = gmsh.model.getEntityProperties(2, interface.faces[0])[1][6]
+    return Feature(FeatureKind.FIT, interface.faces, float(radius), 2 * math.pi, thickness)

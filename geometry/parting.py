@@ -1,0 +1,113 @@
+"""The solid of a rod divided into the parts that it is assembled from, with the seats of its bolts."""
+
+import math
+from collections.abc import Sequence
+
+import gmsh
+
+from geometry import kernel
+from geometry.assembly import Assembly, BoltAxis
+from geometry.errors import GeometryError
+from geometry.mirror import Mirror
+from geometry.rod import Rod
+
+Entity = tuple[int, int]
+ROD, CAP, BUSHING, UPPER_SHELL, LOWER_SHELL = "rod", "cap", "bushing", "upper shell", "lower shell"
+
+
+def parted(
+    rod: Rod, bodies: dict[str, int], assembly: Assembly, bolts: Sequence[BoltAxis], mirror: Mirror
+) -> dict[str, int]:
+    """Divide the drawn bodies of a rod, or of a cell of it; parts that touch share their faces.
+
+    Parameters
+    ----------
+    rod
+        Its dimensions.
+    bodies
+        Volume tags of ``"rod"`` and, if there is one, ``"bushing"``; they are used up.
+    assembly
+        What is separate.
+    bolts
+        Of the whole rod; the borders of their seats become edges of the faces that they press on.
+    mirror
+        The cell that is drawn.
+
+    Returns
+    -------
+    dict
+        Volume tags by the names of the parts.
+
+    Raises
+    ------
+    GeometryError
+        The kernel failed, or a part would fall into pieces.
+    """
+    far = 3 * (rod.length + rod.big_end_radius)
+    tools: dict[str, Entity] = {}
+    if assembly.split is not None:
+        tools[CAP] = _half_space(assembly.normal, far)
+    if assembly.shell:
+        tools[UPPER_SHELL] = _core(rod.big_end_bore / 2 + assembly.shell, far, assembly.split or 0.0)
+    borders = [(2, disk) for bolt in bolts if _in_cell(bolt, mirror) for disk in seat_disks(bolt)]
+    solids = [(kernel.SOLID, tag) for tag in bodies.values()]
+    with kernel.attempt("divide the rod into its parts"):
+        _, pieces = gmsh.model.occ.fragment(solids, [*tools.values(), *borders])
+    became = dict(zip([*bodies, *tools], pieces, strict=False))
+    parts = _sorted(became)
+    kept = {(kernel.SOLID, tag) for tag in parts.values()}
+    loose = {piece for made in pieces for piece in made} - kept
+    gmsh.model.occ.remove(sorted(loose, reverse=True), recursive=True)
+    return parts
+
+
+def seat_disks(bolt: BoltAxis) -> list[int]:
+    """Draw disks whose borders are those of what a bolt presses on."""
+    levels = [(bolt.head, bolt.head_radius)]
+    if bolt.engaged:
+        levels += [(bolt.grip_end, bolt.hole_radius), (bolt.thread_end, bolt.hole_radius)]
+    else:
+        levels += [(bolt.grip_end, bolt.nut_radius)]
+    across = -bolt.direction[1], bolt.direction[0], 0.0  # the circles begin on the plane z = 0
+    return [
+        gmsh.model.occ.addDisk(*bolt.at(level), radius, radius, -1, list(bolt.direction), list(across))
+        for level, radius in levels
+    ]
+
+
+def _in_cell(bolt: BoltAxis, mirror: Mirror) -> bool:
+    return mirror is not Mirror.QUARTER or bolt.point[1] > 0
+
+
+def _half_space(normal: tuple[float, float], far: float) -> Entity:
+    """Draw all that lies on the cap's side of the joint plane."""
+    box = gmsh.model.occ.addBox(-far, -far, -far, far, 2 * far, 2 * far)
+    gmsh.model.occ.rotate([(kernel.SOLID, box)], 0, 0, 0, 0, 0, 1, math.atan2(normal[1], normal[0]))
+    return kernel.SOLID, box
+
+
+def _core(radius: float, far: float, split: float) -> Entity:
+    """Draw the cylinder inside the backs of the shells, with its seam in the joint plane."""
+    core = gmsh.model.occ.addCylinder(0, 0, -far / 2, 0, 0, far, radius)
+    gmsh.model.occ.rotate([(kernel.SOLID, core)], 0, 0, 0, 0, 0, 1, math.radians(split) + math.pi / 2)
+    return kernel.SOLID, core
+
+
+def _sorted(became: dict[str, list[Entity]]) -> dict[str, int]:
+    """Name the pieces of the rod by the tools that they lie in."""
+    lower, core = (set(became.get(tool, ())) for tool in (CAP, UPPER_SHELL))
+    found: dict[str, list[int]] = {}
+    for piece in became[ROD]:
+        shell = piece in core
+        below = LOWER_SHELL if shell else CAP
+        above = UPPER_SHELL if shell else ROD
+        found.setdefault(below if piece in lower else above, []).append(piece[1])
+    if BUSHING in became:
+        found[BUSHING] = [tag for _, tag in became[BUSHING]]
+    for name, tags in found.items():
+        if len(tags) != 1:
+            raise GeometryError(
+                f"the {name} would consist of {len(tags)} pieces. Change the split or the rod's dimensions"
+            )
+    order = [name for name in (ROD, CAP, BUSHING, UPPER_SHELL, LOWER_SHELL) if name in found]
+    return {name: found[name][0] for name in order}

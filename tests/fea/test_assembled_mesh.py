@@ -1,0 +1,134 @@
+"""The mesh of an assembled rod: parts with nodes of their own, whose facets match where they touch."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from assemblies import BOLTED, SCREWS
+
+from fea.choices import Symmetry
+from fea.machine.clock import Clock
+from fea.rod.discretise import MeshRequest, discretise
+from fea.solid.supports import components
+from fea.study.study import load_study
+from geometry.assembly import Assembly
+from geometry.mirror import PLANE_AXIS
+from geometry.surfaces import INTERFACES, Surface
+from mesh.numbering import scikit_fem_order
+from mesh.rims import rims
+from mesh.size_field import SizeField
+from mesh.tetmesh import FACET_TURN
+
+EVERY = Assembly(bushing=True, shell=1.5, bolt=SCREWS)
+
+
+def meshed(assembly=EVERY, **request):
+    study = load_study("leon-2001")
+    table = replace(study.rod, dimensions=BOLTED)
+    return discretise(table, study.materials, MeshRequest(size=14.0, assembly=assembly, **request), Clock())
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return meshed(order=2)
+
+
+def volumes(mesh):
+    a, b, c, d = mesh.points[mesh.tets[:, :4]].transpose(1, 0, 2)
+    size = ((b - a) * np.cross(c - a, d - a)).sum(axis=1) / 6
+    return np.bincount(mesh.part, size)
+
+
+def area(mesh, facets):
+    a, b, c = mesh.points[facets[:, :3]].transpose(1, 0, 2)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+
+
+def test_every_part_is_a_body_of_its_own(rod):
+    assert list(rod.parts) == ["rod", "cap", "bushing", "upper shell", "lower shell"]
+    for mesh in (rod.cell, rod.whole):
+        body = components(mesh)
+        of_part = [np.unique(body[mesh.tets[mesh.part == number]]) for number in range(5)]
+        assert sorted(np.concatenate(of_part).tolist()) == [0, 1, 2, 3, 4]
+    assert components(rod.drawn).max() == 0
+    assert len(rod.bolts) == 2
+
+
+def test_facets_match_row_by_row_on_the_whole_rod(rod):
+    for mesh in (rod.cell, rod.whole):
+        for one, other in INTERFACES:
+            near, far = mesh.facets[one], mesh.facets[other][:, FACET_TURN[6]]
+            np.testing.assert_array_equal(mesh.points[near], mesh.points[far])
+            assert not np.intersect1d(near, far).size
+
+
+def test_four_quarters_make_the_whole(rod):
+    assert volumes(rod.whole) == pytest.approx(4 * volumes(rod.cell), rel=1e-12)
+    for one, other in INTERFACES:
+        assert area(rod.whole, rod.whole.facets[one]) == pytest.approx(
+            4 * area(rod.cell, rod.cell.facets[other])
+        )
+    for plane in rod.symmetry.planes:
+        assert not rod.cell.points[rod.cell.facets[plane], PLANE_AXIS[plane]].any()
+    for mesh in (rod.cell, rod.whole):
+        np.testing.assert_array_equal(
+            scikit_fem_order(mesh.tets, len(mesh.points)), np.arange(len(mesh.points))
+        )
+    np.testing.assert_array_equal(np.abs(rod.whole.points), np.abs(rod.drawn.points[rod.drawn_node]))
+
+
+def test_a_larger_cell_is_the_same_mesh(rod):
+    half = meshed(order=2, symmetry=Symmetry.HALF)
+    assert len(half.cell.points) > len(rod.cell.points)
+    np.testing.assert_array_equal(np.unique(half.whole.points, axis=0), np.unique(rod.whole.points, axis=0))
+
+
+def test_sizes_wanted_on_what_was_drawn_refine_it(rod):
+    size = np.where(np.hypot(*rod.drawn.points[:, :2].T) < 27, 1.5, np.inf)
+    wanted = SizeField(rod.drawn.points, rod.drawn.tets[:, :4], np.minimum(size, 1e3))
+    finer = meshed(order=2, wanted=[wanted])
+    shells = [len(mesh.drawn.tets[mesh.drawn.part >= 3]) for mesh in (rod, finer)]
+    assert shells[1] > 2 * shells[0]
+
+
+def test_parts_do_not_multiply_the_elements():
+    one_piece, parts = (len(meshed(assembly, order=1).whole.tets) for assembly in (None, EVERY))
+    assert parts < 2 * one_piece
+
+
+def test_rims_are_found_with_their_length_on_both_sides(rod):
+    mesh = rod.whole
+    found = {rim.surface: rim for rim in rims(mesh) if rim.name != "rim of the joint at the bore"}
+    at_bore = [rim for rim in rims(mesh) if rim.name == "rim of the joint at the bore"]
+
+    def length(rim):
+        a, b = mesh.points[rim.edges].transpose(1, 0, 2)
+        return np.linalg.norm(a - b, axis=1).sum()
+
+    chord = 0.01  # the edges of elements of 14 mm are chords
+    bore, back = BOLTED.small_end_bore + 2 * BOLTED.bushing, BOLTED.big_end_bore + 2 * EVERY.shell
+    assert length(found[Surface.BUSHING_SEAT]) == pytest.approx(
+        2 * math.pi * bore + math.pi * BOLTED.oil_hole, rel=3 * chord
+    )
+    along_shells = 2 * math.pi * back
+    for side in (Surface.BUSHING_BACK, Surface.SHELL_BACK, Surface.JOINT_CAP):
+        opposite = next(one for one, other in INTERFACES if other is side)
+        assert length(found[side]) == pytest.approx(length(found[opposite]), rel=1e-12)
+    assert length(found[Surface.SHELL_SEAT]) > along_shells * (1 - chord)
+    head = 2 * math.pi * (SCREWS.head_diameter + BOLTED.cap_bolt)
+    assert length(found[Surface.BOLT_HEAD]) == pytest.approx(head, rel=5 * chord)
+    thread = 4 * math.pi * BOLTED.cap_bolt
+    assert length(found[Surface.BOLT_THREAD]) == pytest.approx(thread, rel=5 * chord)
+    assert [rim.surface for rim in at_bore] == [Surface.JOINT, Surface.JOINT_CAP]
+    straight = 2 * (BOLTED.big_end_width - 2 * BOLTED.big_end_chamfer)
+    assert [length(rim) for rim in at_bore] == pytest.approx([straight, straight], rel=1e-9)
+    of_cell = {(rim.name, rim.surface): rim for rim in rims(rod.cell)}
+    for rim in rims(mesh):  # none lies along a mirror plane
+        a, b = rod.cell.points[of_cell[rim.name, rim.surface].edges].transpose(1, 0, 2)
+        assert 4 * np.linalg.norm(a - b, axis=1).sum() == pytest.approx(length(rim), rel=1e-12)
+
+
+def test_a_crease_between_two_parts_belongs_to_either(rod):
+    edges = rod.cell_creases.find(rims(rod.cell)[0].edges)
+    assert (edges >= 0).all()
