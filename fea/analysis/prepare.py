@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from fea.analysis.assembling import Assembling
 from fea.analysis.fields import FieldRecovery
 from fea.analysis.meshing import mesh_loaded
 from fea.analysis.solve import PinModel
@@ -39,14 +40,23 @@ from geometry.invalid import InvalidValue, require
 from geometry.mass import MassProperties
 from geometry.rod import Rod
 from geometry.section import Section
-from geometry.surfaces import Surface
+from geometry.surfaces import INTERFACES, Surface
 from loads.bearing import Bonded
 
 if TYPE_CHECKING:
+    from fea.contact.assembled_rod import Putting
     from fea.contact.fits import Fits
     from fea.contact.rod_contact import RodContact
 
-_SURFACES = (Surface.FREE, Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
+# Surfaces of known traction.
+_SURFACES = (
+    Surface.FREE,
+    Surface.BIG_END_BORE,
+    Surface.SMALL_END_BORE,
+    *(side for sides in INTERFACES for side in sides),
+    Surface.BOLT_HEAD,
+    Surface.BOLT_THREAD,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +85,8 @@ class PreparedRod:
         Turns a load case into nodal forces on the cell, with the pins' pressure as prescribed.
     pin_table, pin_stiffness
         What the study says of the pins, and E, MPa, and ν of those whose material is given.
+    assembling, putting
+        What the rod is put together from, and how; None for a rod of one piece.
     fields
         Carries solutions to the whole rod.
     remarks
@@ -94,6 +106,8 @@ class PreparedRod:
     nodal_forces: NodalForces
     pin_table: ContactTable
     pin_stiffness: Mapping[str, tuple[float, float]]
+    assembling: Assembling | None
+    putting: "Putting | None"
     fields: FieldRecovery
     remarks: tuple[str, ...]
     clock: Clock
@@ -205,7 +219,11 @@ class PreparedRod:
         why = self.without_contact
         require(not why, "analysis.pressure", CONTACT, why, "Choose another --pressure.")
         with self.clock("contact"):
-            return RodContact(self.model, self.mesh.bores, self.inertia, self.fits)
+            if self.putting is None:
+                return RodContact(self.model, self.mesh.bores, self.inertia, self.fits)
+            from fea.contact.assembled_rod import AssembledRod  # noqa: PLC0415 - rods of one piece do without
+
+            return AssembledRod(self.model, self.mesh.bores, self.inertia, self.fits, self.putting)
 
     @cached_property
     def fits(self) -> "Fits":
@@ -332,6 +350,10 @@ def prepare(
 
         fits = Fits.of(study.contact, mesh.bores, study.pin_stiffness)
         sharp, said = fits.sharp, fits.remarks
+    assembling = Assembling.of(study)
+    putting = None if assembling is None else assembling.putting(study, mesh)
+    if assembling is not None:
+        said += assembling.remarks(study, tuple(mesh.parts))
     soft = soft_parts(materials, Element.P1 if cell.order == 1 else Element.P2)
     if soft and options.buckling:
         nu, most = max(m.poissons_ratio for m in materials), LIMITS["poissons_ratio_p2"]
@@ -364,6 +386,8 @@ def prepare(
         nodal_forces=forces,
         pin_table=study.contact,
         pin_stiffness=study.pin_stiffness,
+        assembling=assembling,
+        putting=putting,
         fields=fields,
         remarks=(*study.material_remarks, *study.rod.mass_remarks(body.properties), *said),
         clock=clock,

@@ -55,4 +55,8 @@ class PinModel:
             No pressure on a bore has the force of its pin.
         """
         forces = tuple(self.forces(case) for case in cases)
-        return Equilibrium(tuple(cases), forces, self.model.solve([case.forces for case in forces]))
+        solution = self.model.solve([case.forces for case in forces])
+        shifts = [case.shift for case in forces if case.shift is not None]
+        if shifts:
+            solution = solution.moved(shifts)
+        return Equilibrium(tuple(cases), forces, solution)

@@ -52,6 +52,11 @@ class Contact:
     residual: float
     imbalance: float
 
+    @property
+    def values(self) -> Floats:
+        """λ (n,): the pressures are the only unknowns."""
+        return self.pressure
+
 
 class ContactSystem:
     """Solves for several loads, each from the contact area of the one before.

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.contact.active_set import Contact, ContactSystem
-from fea.contact.fold import Fold
 from fea.contact.joined_system import Joined, JoinedSystem, Load
 from fea.contact.problem import ContactProblem
 from fea.contact.tied import Tied
@@ -93,13 +92,6 @@ class Touching:
         )
 
 
-def with_images(fold: Fold, cells: Ints) -> Ints:
-    """Unknowns of the cell, then their images across y = 0."""
-    if not fold.both_sides:
-        return cells
-    return np.concatenate([cells, fold.images_of(cells[~fold.on_y[cells]])])
-
-
 def _ones(problem: ContactProblem) -> dict[Parity, Floats]:
     """Moments of a unit gap between mating faces, on the cell."""
     even = np.zeros(problem.forces.shape[1])
@@ -164,7 +156,7 @@ class Assembled:
     def _numbers(self, items: Iterable[int]) -> Ints:
         """Unknowns of bores, faces and bolts, by their place among all of these."""
         cells = [np.arange(*self.problem.starts[[item, item + 1]]) for item in items]
-        return with_images(self.problem.fold, np.concatenate([*cells, np.zeros(0, dtype=np.int64)]))
+        return self.problem.fold.with_images(np.concatenate([*cells, np.zeros(0, dtype=np.int64)]))
 
     def _places(self, friction: float) -> Places:
         position = np.full(self.problem.fold.size + 1, -1)  # the last one stands for none

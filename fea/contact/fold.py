@@ -59,6 +59,12 @@ class Fold:
         number = np.where(off, len(off) + np.cumsum(off) - 1, np.arange(len(off)))
         return np.asarray(number[cells])
 
+    def with_images(self, cells: Ints) -> Ints:
+        """Unknowns of the cell, then their images across y = 0."""
+        if not self.both_sides:
+            return cells
+        return np.concatenate([cells, self.images_of(cells[~self.on_y[cells]])])
+
     def parts(self, values: Floats) -> dict[Parity, Floats]:
         """Values (n_cell, …) on the cell of each parity from those of the unknowns (n, …)."""
         if not self.both_sides:

@@ -20,7 +20,7 @@ from fea.solid.errors import ContactError
 from geometry.arrays import Floats
 
 # Changes of all places at once; then of single ones, until the step is given up.
-ALL_AT_ONCE, SINGLY = 25, 100
+ALL_AT_ONCE, SINGLY = 80, 200
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,14 @@
 """Contact of a rod with its two pins: from a load case to pressures and nodal forces."""
 
+from collections.abc import Sequence
+from typing import Protocol
+
 import numpy as np
 
-from fea.contact.active_set import Contact
+from fea.contact.bolt_pull import BoltPull
 from fea.contact.fits import Fits
 from fea.contact.interface import PinInBore
+from fea.contact.mating import MatingFaces
 from fea.contact.multipliers import Multipliers, radial
 from fea.contact.problem import ContactProblem
 from fea.machine.threads import one_blas_thread
@@ -22,6 +26,22 @@ from loads.cases import LoadCase, RodMotion
 _MOTIONS = (*EVEN_MOTIONS, *ODD_MOTIONS)
 
 
+class Solved(Protocol):
+    """A solution of the contact problem."""
+
+    @property
+    def values(self) -> Floats:
+        """λ (n,) of all unknowns of `ContactProblem`."""
+
+    @property
+    def residual(self) -> float:
+        """Largest violation of the laws of contact, relative to what it is the difference of."""
+
+    @property
+    def imbalance(self) -> float:
+        """Largest error of the resultants, relative to them."""
+
+
 class RodContact:
     """The contact problem of a meshed rod, whose compliance is computed once.
 
@@ -35,9 +55,20 @@ class RodContact:
         Of the same mesh.
     fits
         The pins.
+    faces, bolts
+        Where separate parts of the rod touch, and what holds them together (`fea.contact.assembled_rod`).
     """
 
-    def __init__(self, model: Model, bores: Bores, inertia: Inertia, fits: Fits) -> None:
+    def __init__(
+        self,
+        model: Model,
+        bores: Bores,
+        inertia: Inertia,
+        fits: Fits,
+        *,
+        faces: Sequence[MatingFaces] = (),
+        bolts: Sequence[BoltPull] = (),
+    ) -> None:
         mesh = model.mesh
         cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
         self._n_nodes, self._points, self._inertia = len(mesh.points), mesh.points, inertia
@@ -61,16 +92,18 @@ class RodContact:
             if cut_z
             else np.stack([resultants(mesh.points, forces.symmetric)[3:5] for forces in unit], axis=1)
         )
-        self.problem = ContactProblem(model, mesh, pins, loads, both_sides=True)
+        self.problem = ContactProblem(model, mesh, pins, loads, both_sides=True, faces=faces, bolts=bolts)
         # Place and bore of each unknown.
         nodes = np.concatenate([bore.multipliers.nodes for bore in pins])
         owner = np.repeat(np.arange(len(pins)), [bore.multipliers.size for bore in pins])
-        off = ~self.problem.fold.on_y if self.problem.fold.both_sides else np.zeros(len(nodes), dtype=bool)
+        fold, cells = self.problem.fold, np.arange(len(nodes))
+        off = ~fold.on_y[cells] if fold.both_sides else np.zeros(len(nodes), dtype=bool)
+        self._pins = fold.with_images(cells)
         images = mesh.points[nodes[off]] * [1.0, -1.0, 1.0]
         self._vertices = np.concatenate([mesh.points[nodes], images])
         self._owner = np.concatenate([owner, owner[off]])
 
-    def solutions(self, pin: Floats, crank: Floats, motions: Floats) -> list[Contact]:
+    def solutions(self, pin: Floats, crank: Floats, motions: Floats) -> Sequence[Solved]:
         """Solve k instants one after another.
 
         Parameters
@@ -89,9 +122,12 @@ class RodContact:
         with one_blas_thread():
             return [self._solved(*instant) for instant in instants]
 
-    def _solved(self, pin: Floats, crank: Floats, motion: Floats) -> Contact:
-        moments = None if self._tilting is None else -self._tilting @ motion
-        return self.problem.solve((pin, crank), motion, moments)
+    def _solved(self, pin: Floats, crank: Floats, motion: Floats) -> Solved:
+        return self.problem.solve((pin, crank), motion, self._tilted(motion))
+
+    def _tilted(self, motion: Floats) -> Floats | None:
+        """Moments (2,) that the pins must have on a rod that may tilt."""
+        return None if self._tilting is None else -self._tilting @ motion
 
     def __call__(self, case: LoadCase) -> CaseForces:
         """Nodal forces of everything that acts in a case.
@@ -99,13 +135,18 @@ class RodContact:
         Raises
         ------
         ContactError
-            No pressure on a bore has the force of its pin.
+            No state of contact carries the load: no pressure on a bore has the force of its pin, or separate
+            parts come apart.
         """
         pin = np.array([case.pin_axial, case.pin_transverse])
         crank = np.array([-case.crank_axial, case.crank_transverse])
         with one_blas_thread():
             found = self._solved(pin, crank, _weights(case.motion))
-        parts = self.problem.fold.parts(found.pressure)
+        return self._forces(case, found)
+
+    def _forces(self, case: LoadCase, found: Solved) -> CaseForces:
+        """Nodal forces of a solution and of the inertia of its case."""
+        parts = self.problem.fold.parts(found.values)
         forces = {parity: (self.problem.forces @ own).reshape(-1, 3) for parity, own in parts.items()}
         if case.motion is not None:
             inertial = self._inertia.forces(case.motion)
@@ -120,12 +161,13 @@ class RodContact:
             },
             scale=1.0,
             largest=case.largest_force,
-            touch=self.touch(found.pressure),
+            touch=self.touch(found.values),
             checks={"contact_gap": found.residual, "contact_balance": found.imbalance},
         )
 
-    def touch(self, pressure: Floats) -> dict[Surface, Touch]:
-        """Contact of each pin with its bore under pressures (n,) of the unknowns."""
+    def touch(self, values: Floats) -> dict[Surface, Touch]:
+        """Contact of each pin with its bore under the values (n,) of the unknowns."""
+        pressure = values[self._pins]
         x, y, z = self._vertices.T
         found = {}
         for number, bore in enumerate(self.problem.bores):
@@ -135,14 +177,21 @@ class RodContact:
         return found
 
     def traction(self, pressure: Floats) -> dict[Surface, Floats]:
-        """Traction (n_nodes, 3, k) on each bore of pressures (n_cell, k) on the cell, MPa."""
-        found = {}
+        """Traction (n_nodes, 3, k) on each surface of unknowns (n_cell, k) on the cell, MPa."""
+        found: dict[Surface, Floats] = {}
         for number, bore in enumerate(self.problem.bores):
             own = bore.multipliers
             nodes, values = own.at_nodes(pressure[self.problem.own(number)])
             traction = np.zeros((self._n_nodes, 3, pressure.shape[1]))
             traction[nodes] = values[:, None] * own.direction(self._points[nodes])[..., None]
             found[own.surface] = traction
+        first = len(self.problem.bores)
+        for number, faces in enumerate(self.problem.faces):
+            found |= faces.traction(pressure[self.problem.own(first + number)], self._points)
+        for number, bolt in enumerate(self.problem.bolts, first + len(self.problem.faces)):
+            for surface, unit in bolt.traction.items():
+                own_share = unit[..., None] * pressure[self.problem.own(number)]
+                found[surface] = found.get(surface, 0.0) + own_share
         return found
 
 

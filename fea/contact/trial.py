@@ -238,6 +238,10 @@ class Trial:
         elif singly:
             largest = max(values.max(initial=0.0) for values in self._violations)
             pins, normal, friction = (np.where(v == largest, v, 0.0) for v in self._violations)
+        elif pins.any():  # what the parts do under a wrong load of the pins says nothing
+            normal, friction = np.zeros_like(normal), np.zeros_like(friction)
+        elif normal.any():
+            friction = np.zeros_like(friction)
         guess = self.guess
         opened = guess.opened ^ (normal > 0)
         slipping = (guess.slipping ^ (friction > 0)) & ~opened

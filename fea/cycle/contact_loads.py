@@ -112,7 +112,7 @@ class ContactLoads:
         """
         motions = np.stack([acceleration[0], rate**2, acceleration[1], turning])
         solved = self._contact.solutions(pin, crank, motions)
-        parts = self._contact.problem.fold.parts(np.stack([each.pressure for each in solved], axis=1))
+        parts = self._contact.problem.fold.parts(np.stack([each.values for each in solved], axis=1))
         none = np.zeros((len(self._contact.problem.fold.on_y), pin.shape[1]))
         even, odd = (self._weighing[parity].T @ parts.get(parity, none) for parity in Parity)
         return Weights(

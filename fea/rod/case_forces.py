@@ -39,6 +39,8 @@ class CaseForces:
         the rod's length; None if mirror planes or a clamp exclude such a moment.
     touch
         Contact of the pins with the bores; empty where their pressure is prescribed.
+    shift
+        Rigid displacement of separate parts, on the cell, mm; None for a rod of one piece.
     checks
         Further values to be held against the limits of `fea.checks`, by name.
     """
@@ -49,6 +51,7 @@ class CaseForces:
     largest: float
     tilt: float | None = None
     touch: Mapping[Surface, Touch] = field(default_factory=dict)
+    shift: Split | None = None
     checks: Mapping[str, float] = field(default_factory=dict)
 
 

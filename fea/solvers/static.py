@@ -1,7 +1,7 @@
 """Solve K u = f for all loads at once, with one factorisation per parity, and check the solution."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -57,6 +57,14 @@ class Solution:
     residuals: dict[Parity, Residuals]
     pressure: dict[Parity, dict[int, Floats]] = field(default_factory=dict)
     condition: dict[Parity, float] = field(default_factory=dict)
+
+    def moved(self, shifts: Sequence[Split]) -> "Solution":
+        """Return the solution with a further displacement in each case, which causes no stress."""
+        displacement = {
+            parity: own + np.stack([shift.part(parity) for shift in shifts], axis=-1)
+            for parity, own in self.displacement.items()
+        }
+        return replace(self, displacement=displacement)
 
 
 class Model:

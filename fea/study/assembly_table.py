@@ -77,8 +77,9 @@ class AssemblyTable:
         for key, value in self._given(_NOT_NEGATIVE).items():
             require_number(f"assembly.{key}", value)
             require(value >= 0, f"assembly.{key}", value, "must not be negative")
-        for key, value in self._given(("thread_friction", "head_friction", "joint_friction")).items():
+        for key, value in self._given(("thread_friction", "head_friction")).items():
             self._within(key, value, _LEAST_FRICTION, _LARGEST_FRICTION)
+        self._within("joint_friction", self.joint_friction, 0.0, _LARGEST_FRICTION)
         self._within("bolt_tightening_factor", self.bolt_tightening_factor, 1.0, _LARGEST_TIGHTENING_FACTOR)
         self._within("temperature_C", self.temperature_C, _COLDEST, _HOTTEST)
         self._within("split", self.split_angle, -LARGEST_SPLIT, LARGEST_SPLIT)

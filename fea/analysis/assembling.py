@@ -1,0 +1,119 @@
+"""From [assembly] of a study to what is drawn, and to how the parts are put together."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fea.assess.bolt_choice import ChosenBolt, choose_bolt
+from fea.assess.bolt_seats import seats_of
+from fea.rod.discretise import MeshedRod
+from fea.study.assembly_materials import BOLT, assumed_materials, bolt_material, table_name
+from fea.study.assembly_table import AssemblyTable
+from fea.study.contact_table import PINS
+from fea.study.expansion import REFERENCE_TEMPERATURE, thermal_expansion
+from fea.study.material_table import MaterialTable
+from fea.study.study import Study
+from geometry.assembly import Assembly, BoltSeat
+from geometry.surfaces import Surface
+
+if TYPE_CHECKING:
+    from fea.contact.assembled_rod import Expansion, Putting
+
+# Of pins whose material is not given.
+_PIN_STEEL = MaterialTable(E_GPa=206.0, nu=0.3, density_kg_m3=7850.0, yield_MPa=400.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Assembling:
+    """The assembly of a study.
+
+    Attributes
+    ----------
+    table
+        [assembly].
+    bolt
+        Each of the cap's bolts.
+    geometry
+        What is separate.
+    """
+
+    table: AssemblyTable
+    bolt: ChosenBolt
+    geometry: Assembly
+
+    @classmethod
+    def of(cls, study: Study) -> "Assembling | None":
+        """Complete what a study says of its parts and bolts; None for a rod of one piece.
+
+        Raises
+        ------
+        InvalidValue
+            Bolts and rod do not go together.
+        """
+        table, rod = study.assembly, study.rod.dimensions
+        if table is None or rod is None:
+            return None
+        chosen = choose_bolt(table, seats_of(rod), study.part_material.get(BOLT), study.material.material())
+        bolt = chosen.bolt
+        return cls(
+            table=table,
+            bolt=chosen,
+            geometry=Assembly(
+                split=table.split_angle,
+                bushing=table.bushing_touches,
+                shell=table.shell_thickness_mm or 0.0,
+                bolt=BoltSeat(
+                    head_diameter=bolt.head_diameter,
+                    nut_diameter=bolt.nut_diameter,
+                    grip=bolt.grip,
+                    engaged=bolt.engaged,
+                ),
+            ),
+        )
+
+    def putting(self, study: Study, mesh: MeshedRod) -> "Putting":
+        """How the parts of the meshed rod are put together."""
+        from fea.contact.assembled_rod import Putting  # noqa: PLC0415 - rods of one piece do without
+
+        table, bolt = self.table, self.bolt.bolt
+        return Putting(
+            normal=self.geometry.normal,
+            bolts=mesh.bolts,
+            preload=bolt.preload,
+            stiffness=bolt.stiffness,
+            friction=table.friction,
+            interference={
+                Surface.BUSHING_SEAT: (table.bushing_interference_mm or 0.0) / 2,
+                Surface.SHELL_SEAT: (table.shell_interference_mm or 0.0) / 2,
+            },
+            expansion=self._expansion(study, tuple(mesh.parts)),
+        )
+
+    def remarks(self, study: Study, parts: tuple[str, ...]) -> tuple[str, ...]:
+        """What a reader must know of the assembly."""
+        assumed = list(assumed_materials(study.part_material, parts))
+        if self.table.joint_friction is None:
+            assumed.append(f"friction {self.table.friction:g} between the parts (assembly.joint_friction)")
+        said = [f"assembly: assumed are {', '.join(assumed)}"] if assumed else []
+        return (*said, *self.bolt.remarks)
+
+    def _expansion(self, study: Study, parts: tuple[str, ...]) -> "Expansion | None":
+        from fea.contact.assembled_rod import Expansion  # noqa: PLC0415 - see above
+
+        warm = self.table.temperature_C
+        if warm is None or warm == REFERENCE_TEMPERATURE:
+            return None
+        own = [
+            thermal_expansion(f"material.{table_name(part)}", study.part_material_table(part))
+            for part in parts
+        ]
+        pins = [
+            thermal_expansion(f"material.{pin}", study.part_material.get(pin, _PIN_STEEL)) for pin in PINS
+        ]
+        bolt = thermal_expansion(f"material.{BOLT}", bolt_material(study.part_material, self.table.grade))
+        return Expansion(
+            rise=warm - REFERENCE_TEMPERATURE,
+            parts=tuple(alpha for alpha, _ in own),
+            bolt=bolt[0],
+            piston_pin=pins[0][0],
+            crank_pin=pins[1][0],
+        )
