@@ -3,8 +3,8 @@
 1. The parts are put together without friction, while the bolts have their preload and the pins are absent.
 2. The bolts keep their length from then on. Bores are machined in this state, so that pins see them as round,
    and slip is counted from it.
-3. A uniform change of temperature follows, also without friction.
-4. Loads are steps from one state to the next, with friction.
+3. From then on there is friction: a uniform change of temperature is a first step.
+4. Loads are steps from one state to the next.
 """
 
 from collections.abc import Iterable, Sequence
@@ -186,16 +186,10 @@ class Assembled:
         return self._joined(values, gap, found)
 
     def _warmed(self, warming: Warming) -> Joined:
-        """Let parts, bolts and pins expand freely, and bring them together again."""
-        C, problem = self.problem.compliance, self.problem
+        """Let parts, bolts and pins expand, without any load."""
         self._made += self._expansion(warming)
-        own = np.concatenate([self.touching.normal, self.bolts])
-        found = ContactSystem(C[np.ix_(own, own)], self._P[own]).solve(
-            self._made[own], np.zeros(self._P.shape[1])
-        )
-        values = np.zeros(problem.fold.size)
-        values[own] = found.pressure
-        return self._joined(values, C @ values + self._made - self._P @ found.motion, found)
+        idle = Load(self._made, np.zeros(self.problem.rigid.shape[1]), np.zeros(self._P.shape[1]))
+        return self.step(idle, self.tightened)
 
     def _expansion(self, warming: Warming) -> Floats:
         """Moments (n,) of the gaps that free expansion opens."""

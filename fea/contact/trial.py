@@ -244,8 +244,11 @@ class Trial:
             friction = np.zeros_like(friction)
         guess = self.guess
         opened = guess.opened ^ (normal > 0)
-        slipping = (guess.slipping ^ (friction > 0)) & ~opened
         _, trial = self._tangential
+        # Where slip would turn round, there is none.
+        turns_round = guess.slipping & ((guess.direction * trial).sum(axis=1) < 0)
+        slipping = (guess.slipping ^ (friction > 0)) & ~opened & ~turns_round
+        slipping |= guess.opened & ~opened & self.places.rubbing & (np.hypot(*trial.T) > 0)
         length = np.hypot(*trial.T)
         ratio = np.divide(self._allowed, length, out=np.zeros_like(length), where=length > 0)
         return replace(
