@@ -80,7 +80,21 @@ class Revolution:
     sides: tuple[Side, ...]
 
 
-Body = Prism | Revolution
+@dataclass(frozen=True)
+class SideBySide:
+    """Prisms on one plane that share sides, so that a mesh of them has common nodes there.
+
+    Attributes
+    ----------
+    parts
+        Their levels begin alike, and one may end below another. A side that two of them share lies inside the
+        body, and its name is not used; where only the higher one has it, it is.
+    """
+
+    parts: tuple[Prism, ...]
+
+
+Body = Prism | Revolution | SideBySide
 
 
 def polygon(*corners: tuple[Point, Surface]) -> tuple[Side, ...]:
