@@ -30,13 +30,7 @@ def draw(body: Body) -> dict[Surface, tuple[int, ...]]:
     """
     gmsh.model.add("body")
     with attempt("sweep the outline"):
-        match body:
-            case Prism():
-                named = _prism(body)
-            case Revolution():
-                named = _revolution(body)
-            case SideBySide():
-                named = _side_by_side(body)
+        named = _side_by_side(body) if isinstance(body, SideBySide) else _swept(body)
     gmsh.model.occ.synchronize()
     for _, volume in gmsh.model.getEntities(SOLID):
         gmsh.model.mesh.setOutwardOrientation(volume)  # a swept face may point inwards
@@ -44,6 +38,10 @@ def draw(body: Body) -> dict[Surface, tuple[int, ...]]:
     for surface, tag in named:
         faces[surface] = (*faces.get(surface, ()), tag)
     return faces
+
+
+def _swept(body: Prism | Revolution) -> _Named:
+    return _prism(body) if isinstance(body, Prism) else _revolution(body)
 
 
 def _prism(body: Prism) -> _Named:
@@ -66,9 +64,9 @@ def _revolution(body: Revolution) -> _Named:
 
 
 def _side_by_side(body: SideBySide) -> _Named:
-    """Draw the prisms and join them: faces change their tags, but not their middles."""
+    """Draw the parts and join them: faces change their tags, but not their middles."""
     occ = gmsh.model.occ
-    middles = [(name, occ.getCenterOfMass(2, tag)) for part in body.parts for name, tag in _prism(part)]
+    middles = [(name, occ.getCenterOfMass(2, tag)) for part in body.parts for name, tag in _swept(part)]
     joined, _ = occ.fragment(occ.getEntities(SOLID), [])
     occ.synchronize()
     outer = gmsh.model.getBoundary(joined, combined=True, oriented=False)

@@ -82,16 +82,15 @@ class Revolution:
 
 @dataclass(frozen=True)
 class SideBySide:
-    """Prisms on one plane that share sides, so that a mesh of them has common nodes there.
+    """Bodies that touch, so that a mesh of them has common nodes where they do.
 
     Attributes
     ----------
     parts
-        Their levels begin alike, and one may end below another. A side that two of them share lies inside the
-        body, and its name is not used; where only the higher one has it, it is.
+        A face that two of them share lies inside the body, and its name is not used.
     """
 
-    parts: tuple[Prism, ...]
+    parts: tuple[Prism | Revolution, ...]
 
 
 Body = Prism | Revolution | SideBySide
