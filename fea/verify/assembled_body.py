@@ -67,7 +67,7 @@ class AssembledBody:
         """The parts put together."""
         return self.assembled.start
 
-    def step(self, weights: Sequence[float], state: Joined | None = None) -> Joined:
+    def step(self, weights: Sequence[float] | Floats, state: Joined | None = None) -> Joined:
         """Go on from a state, or from the start, to weights (n_loads,) of the loads."""
         load = self.assembled.load([], np.array(weights))
         return self.assembled.step(load, self.start if state is None else state)
@@ -89,7 +89,7 @@ class AssembledBody:
     def _on_cell(self, state: Joined) -> Floats:
         return self.problem.fold.parts(state.values)[Parity.SYMMETRIC]
 
-    def displacement(self, state: Joined, weights: Sequence[float] | None = None) -> Floats:
+    def displacement(self, state: Joined, weights: Sequence[float] | Floats | None = None) -> Floats:
         """Displacement (n_nodes, 3) of a state under weights (n_loads,) of the loads, mm."""
         applied = self._loads @ np.array(weights) if weights is not None else 0.0
         fixed, solve = self._model.restrained(Parity.SYMMETRIC)
@@ -97,7 +97,7 @@ class AssembledBody:
         bent = solve(forces[:, None]).reshape(-1, 3)
         return np.asarray(bent + self.assembled.displacement(state.part_motion)[Parity.SYMMETRIC])
 
-    def stress(self, state: Joined, weights: Sequence[float] | None = None) -> list[Floats]:
+    def stress(self, state: Joined, weights: Sequence[float] | Floats | None = None) -> list[Floats]:
         """Nodal stress (n_nodes, 6) of each part, MPa; NaN outside the part."""
         u = self.displacement(state, weights)[..., None]
         traction: dict[Surface, Floats] = {}
@@ -119,11 +119,7 @@ class AssembledBody:
         return PartRecovery(self.mesh, planes, tuple(s for s in self.mesh.facets if s not in planes))
 
 
-def pulled(
-    mesh: TetMesh, stiffness: float, axis: Sequence[float], *, share: float = 1.0, name: str = "bolt"
-) -> BoltPull:
-    """A bolt whose seats are all of `BOLT_HEAD` and `BOLT_THREAD`; `axis` leads from thread to head."""
+def pulled(mesh: TetMesh, stiffness: float, *, share: float) -> BoltPull:
+    """A bolt along x whose seats are all of `BOLT_THREAD`, at smaller x, and of `BOLT_HEAD`."""
     seats = {side: np.arange(len(mesh.facets[side])) for side in (Surface.BOLT_HEAD, Surface.BOLT_THREAD)}
-    return BoltPull.of(mesh, name, seats, np.array(axis), stiffness, share=share)
-
-
+    return BoltPull.of(mesh, "bolt", seats, np.array([1.0, 0.0, 0.0]), stiffness, share=share)

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.bodies.shape import Body, Prism, Side, SideBySide
+from geometry.bodies.shape import Body, Prism, Side, SideBySide, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body
@@ -20,14 +20,21 @@ from mesh.tetmesh import TetMesh
 Measure = Callable[[Floats], Floats]
 
 
-def height(places: Floats) -> Floats:
-    """Measure of parts that lie on top of each other."""
-    return places[..., 2]
+def along_x(places: Floats) -> Floats:
+    """Measure of parts that lie beside each other."""
+    return places[..., 0]
 
 
 def radius(places: Floats) -> Floats:
     """Measure of parts that lie around each other."""
-    return np.hypot(places[..., 0], places[..., 1])
+    return np.asarray(np.hypot(places[..., 0], places[..., 1]))
+
+
+def parted(mesh: TetMesh, splits: Sequence[float], measure: Measure) -> TetMesh:
+    """Number the parts of a mesh, which end where the measure reaches the `splits`."""
+    furthest = measure(mesh.points)[mesh.tets[:, :4]].max(axis=1)
+    part = np.searchsorted(np.asarray(splits) * (1 + 1e-9), furthest)
+    return replace(mesh, part=part.astype(np.int64))
 
 
 def apart(
@@ -39,27 +46,26 @@ def apart(
     *,
     fine: Mapping[Surface, Fine] | None = None,
 ) -> TetMesh:
-    """Mesh a body and take it apart.
+    """Mesh a body and take its parts apart.
 
     Parameters
     ----------
     body, size, fine
         As for `mesh.body.mesh_body`; faces of elements lie where the parts touch.
     splits, measure
-        The parts end where the measure reaches these values, part 0 at the first.
+        As for `parted`.
     interfaces
         As for `mesh.separate.separated`.
     """
-    mesh = mesh_body(body, size, fine=fine)
-    furthest = measure(mesh.points)[mesh.tets[:, :4]].max(axis=1)
-    part = np.searchsorted(np.asarray(splits) * (1 + 1e-9), furthest).astype(np.int64)
-    return numbered(separated(replace(mesh, part=part), interfaces)[0])[0]
+    mesh = parted(mesh_body(body, size, fine=fine), splits, measure)
+    return numbered(separated(mesh, interfaces)[0])[0]
 
 
-def rings(radii: Sequence[float], levels: tuple[float, ...], top: Surface = Surface.ROLLER) -> SideBySide:
+def rings(radii: Sequence[float], height: float) -> SideBySide:
     """Upper halves of rings around each other, with radii from the inside to the outside, mm.
 
-    They are cut at `Surface.SYMMETRY_Y`; the inside is `Surface.INNER`, the outside `Surface.OUTER`.
+    They are cut at `Surface.SYMMETRY_Y` and `Surface.SYMMETRY_Z`; the inside is `Surface.INNER`, the outside
+    `Surface.OUTER`, the top free.
     """
 
     def ring(inner: float, outer: float) -> Prism:
@@ -69,6 +75,38 @@ def rings(radii: Sequence[float], levels: tuple[float, ...], top: Surface = Surf
             Side(Line((-outer, 0.0), (-inner, 0.0)), Surface.SYMMETRY_Y),
             Side(Arc((0.0, 0.0), inner, math.pi, -math.pi), Surface.INNER),
         )
-        return Prism(sides, levels, top=top)
+        return Prism(sides, (0.0, height))
 
     return SideBySide(tuple(ring(*pair) for pair in pairwise(radii)))
+
+
+def bars(
+    ends: Sequence[float], width: tuple[float, float], height: float, below: Surface = Surface.FREE
+) -> SideBySide:
+    """Bars one after another along x, from `Surface.BOLT_THREAD` to `Surface.BOLT_HEAD`.
+
+    Parameters
+    ----------
+    ends
+        x where the first begins, where they touch and where the last ends, mm.
+    width
+        Least and greatest y, mm.
+    height
+        Greatest z, mm; they are cut at `Surface.SYMMETRY_Z`.
+    below
+        Name of the sides at the least y.
+    """
+    low, high = width
+
+    def bar(number: int, first: float, last: float) -> Prism:
+        start = Surface.BOLT_THREAD if number == 0 else Surface.FREE
+        end = Surface.BOLT_HEAD if number == len(ends) - 2 else Surface.FREE
+        corners = (
+            ((first, low), below),
+            ((last, low), end),
+            ((last, high), Surface.FREE),
+            ((first, high), start),
+        )
+        return Prism(polygon(*corners), (0.0, height))
+
+    return SideBySide(tuple(bar(number, *pair) for number, pair in enumerate(pairwise(ends))))
