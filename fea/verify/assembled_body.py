@@ -15,6 +15,7 @@ from fea.material import Material, of_parts
 from fea.solid.parity import Parity
 from fea.solvers.static import Model
 from fea.stress.part_recovery import PartRecovery
+from fea.stress.recovery import ElementStress
 from fea.verify.body import mirror_planes
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
@@ -112,6 +113,10 @@ class AssembledBody:
                 traction[surface] = traction.get(surface, 0.0) + weight * own[..., None]
         found = self._recovery.nodal_stress(u, self.materials, Parity.SYMMETRIC, traction)
         return [own[..., 0] for own in found]
+
+    def gauss_stress(self, displacement: Floats) -> Floats:
+        """Stress (n_elements, n_places, 6) at the integration points, of parts of one material, MPa."""
+        return ElementStress(self.mesh)(displacement[..., None], self.materials[0])[..., 0]
 
     @cached_property
     def _recovery(self) -> PartRecovery:

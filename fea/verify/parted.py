@@ -44,20 +44,21 @@ def apart(
     measure: Measure,
     interfaces: Interfaces,
     *,
+    order: int = 2,
     fine: Mapping[Surface, Fine] | None = None,
 ) -> TetMesh:
     """Mesh a body and take its parts apart.
 
     Parameters
     ----------
-    body, size, fine
+    body, size, order, fine
         As for `mesh.body.mesh_body`; faces of elements lie where the parts touch.
     splits, measure
         As for `parted`.
     interfaces
         As for `mesh.separate.separated`.
     """
-    mesh = parted(mesh_body(body, size, fine=fine), splits, measure)
+    mesh = parted(mesh_body(body, size, order=order, fine=fine), splits, measure)
     return numbered(separated(mesh, interfaces)[0])[0]
 
 
