@@ -177,13 +177,15 @@ class ContactSystem:
         overlap = max(-left.min(), np.abs(left[pressure > 0]).max(initial=0.0))
         size = _slack(left, gap) / TOLERANCE
         missing = np.linalg.norm((self._R.T @ pressure - force) / scale)
+        # Without resultants, as of a press fit alone, what the pressures are the balance of.
+        total = max(np.linalg.norm(force / scale), np.linalg.norm(np.abs(self._R.T) @ pressure / scale))
         return Contact(
             pressure=pressure,
             motion=motion,
             gap=left,
             changes=changes,
             residual=float(overlap / max(size, np.finfo(float).tiny)),
-            imbalance=float(missing / max(np.linalg.norm(force / scale), np.finfo(float).tiny)),
+            imbalance=float(missing / max(total, np.finfo(float).tiny)),
         )
 
     def _gap(self, pressure: Floats, motion: Floats, gap: Floats) -> Floats:

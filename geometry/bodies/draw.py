@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import gmsh
 
-from geometry.bodies.shape import Body, Curve, EllipticArc, Prism, Revolution, Side
+from geometry.bodies.shape import Body, Curve, EllipticArc, Prism, Revolution, Side, SideBySide
 from geometry.errors import GeometryError
 from geometry.kernel import SOLID, Place, Placing, attempt, in_plan, in_profile
 from geometry.segments import Arc, Line
@@ -30,7 +30,7 @@ def draw(body: Body) -> dict[Surface, tuple[int, ...]]:
     """
     gmsh.model.add("body")
     with attempt("sweep the outline"):
-        named = _prism(body) if isinstance(body, Prism) else _revolution(body)
+        named = _side_by_side(body) if isinstance(body, SideBySide) else _swept(body)
     gmsh.model.occ.synchronize()
     for _, volume in gmsh.model.getEntities(SOLID):
         gmsh.model.mesh.setOutwardOrientation(volume)  # a swept face may point inwards
@@ -38,6 +38,10 @@ def draw(body: Body) -> dict[Surface, tuple[int, ...]]:
     for surface, tag in named:
         faces[surface] = (*faces.get(surface, ()), tag)
     return faces
+
+
+def _swept(body: Prism | Revolution) -> _Named:
+    return _prism(body) if isinstance(body, Prism) else _revolution(body)
 
 
 def _prism(body: Prism) -> _Named:
@@ -57,6 +61,21 @@ def _revolution(body: Revolution) -> _Named:
     end, *lateral = _faces(swept)
     sweeping = [side for side in body.sides if not _on_axis(side.curve)]
     return [(Surface.SYMMETRY_Y, base), (Surface.SYMMETRY_X, end), *_by_side(sweeping, lateral)]
+
+
+def _side_by_side(body: SideBySide) -> _Named:
+    """Draw the parts and join them: faces change their tags, but not their middles."""
+    occ = gmsh.model.occ
+    middles = [(name, occ.getCenterOfMass(2, tag)) for part in body.parts for name, tag in _swept(part)]
+    joined, _ = occ.fragment(occ.getEntities(SOLID), [])
+    occ.synchronize()
+    outer = gmsh.model.getBoundary(joined, combined=True, oriented=False)
+
+    def named(tag: int) -> Surface:
+        middle = occ.getCenterOfMass(2, tag)
+        return min(middles, key=lambda own: math.dist(own[1], middle))[0]
+
+    return [(named(tag), tag) for _, tag in outer]
 
 
 def _faces(swept: Sequence[tuple[int, int]]) -> list[int]:

@@ -80,7 +80,20 @@ class Revolution:
     sides: tuple[Side, ...]
 
 
-Body = Prism | Revolution
+@dataclass(frozen=True)
+class SideBySide:
+    """Bodies that touch, so that a mesh of them has common nodes where they do.
+
+    Attributes
+    ----------
+    parts
+        A face that two of them share lies inside the body, and its name is not used.
+    """
+
+    parts: tuple[Prism | Revolution, ...]
+
+
+Body = Prism | Revolution | SideBySide
 
 
 def polygon(*corners: tuple[Point, Surface]) -> tuple[Side, ...]:

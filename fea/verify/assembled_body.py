@@ -1,0 +1,130 @@
+"""Separate parts that touch, with their bolts: the joined bodies of the benchmark cases."""
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from fea.choices import Support
+from fea.contact.assembled import Assembled, Warming
+from fea.contact.bolt_pull import BoltPull
+from fea.contact.joined_system import Joined
+from fea.contact.mating import MatingFaces
+from fea.contact.problem import ContactProblem
+from fea.material import Material, of_parts
+from fea.solid.parity import Parity
+from fea.solvers.static import Model
+from fea.stress.part_recovery import PartRecovery
+from fea.stress.recovery import ElementStress
+from fea.verify.body import mirror_planes
+from geometry.arrays import Floats
+from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
+
+
+class AssembledBody:
+    """Parts that only contact, bolts and mirror planes hold, under loads that balance.
+
+    Parameters
+    ----------
+    mesh, materials
+        The parts, without common nodes, and their materials.
+    faces, bolts
+        What holds them together.
+    loads
+        (n_nodes, 3, n_loads) nodal forces that are symmetric about the mirror planes, N.
+    friction, preload, warming
+        As for `Assembled`.
+    traction
+        Of each load, by the surface that it acts on, (n_nodes, 3), MPa.
+    """
+
+    def __init__(
+        self,
+        mesh: TetMesh,
+        materials: Sequence[Material],
+        faces: Sequence[MatingFaces],
+        bolts: Sequence[BoltPull],
+        loads: Floats,
+        *,
+        friction: float = 0.0,
+        preload: Sequence[float] = (),
+        warming: Warming | None = None,
+        traction: Sequence[dict[Surface, Floats]] = (),
+    ) -> None:
+        self.mesh, self.materials, self._traction = mesh, tuple(materials), traction
+        self._model = Model(mesh, of_parts(materials, mesh.part), Support.INERTIA_RELIEF)
+        self._loads = loads.reshape(mesh.points.size, -1)
+        cut = Surface.SYMMETRY_Y in mesh.facets
+        of_parity = {Parity.SYMMETRIC: self._loads, Parity.ANTISYMMETRIC: np.zeros_like(self._loads)}
+        self.problem = ContactProblem(
+            self._model, mesh, [], of_parity, both_sides=cut, faces=faces, bolts=bolts
+        )
+        nodes = [np.unique(mesh.tets[mesh.part == part]) for part in range(len(materials))]
+        self.assembled = Assembled(self.problem, nodes, friction, np.array(preload), warming)
+
+    @property
+    def start(self) -> Joined:
+        """The parts put together."""
+        return self.assembled.start
+
+    def step(self, weights: Sequence[float] | Floats, state: Joined | None = None) -> Joined:
+        """Go on from a state, or from the start, to weights (n_loads,) of the loads."""
+        load = self.assembled.load([], np.array(weights))
+        return self.assembled.step(load, self.start if state is None else state)
+
+    def stresses(self, state: Joined, face: int = 0) -> tuple[Floats, Floats, Floats]:
+        """Pressures (n,) at the vertices of one interface on the cell, and shear stresses along its tangents.
+
+        Those that do not exist are zero.
+        """
+        own = self.problem.faces[face]
+        values = self._on_cell(state)[self.problem.own(face)]
+        shear = (np.where(at >= 0, values[at], 0.0) for at in own.tangential)
+        return values[: own.pressing.size], *shear
+
+    def tension(self, state: Joined) -> Floats:
+        """Force (n_bolts,) of each bolt of the cell, N."""
+        return self._on_cell(state)[self.problem.starts[len(self.problem.faces)] :]
+
+    def _on_cell(self, state: Joined) -> Floats:
+        return self.problem.fold.parts(state.values)[Parity.SYMMETRIC]
+
+    def displacement(self, state: Joined, weights: Sequence[float] | Floats | None = None) -> Floats:
+        """Displacement (n_nodes, 3) of a state under weights (n_loads,) of the loads, mm."""
+        applied = self._loads @ np.array(weights) if weights is not None else 0.0
+        fixed, solve = self._model.restrained(Parity.SYMMETRIC)
+        forces = np.where(fixed, 0.0, self.problem.forces @ self._on_cell(state) + applied)
+        bent = solve(forces[:, None]).reshape(-1, 3)
+        return np.asarray(bent + self.assembled.displacement(state.part_motion)[Parity.SYMMETRIC])
+
+    def stress(self, state: Joined, weights: Sequence[float] | Floats | None = None) -> list[Floats]:
+        """Nodal stress (n_nodes, 6) of each part, MPa; NaN outside the part."""
+        u = self.displacement(state, weights)[..., None]
+        traction: dict[Surface, Floats] = {}
+        for number, face in enumerate(self.problem.faces):
+            values = self._on_cell(state)[self.problem.own(number)]
+            traction |= face.traction(values[:, None], self.mesh.points)
+        for bolt, force in zip(self.problem.bolts, self.tension(state), strict=True):
+            for surface, unit in bolt.traction.items():
+                traction[surface] = traction.get(surface, 0.0) + force * unit[..., None]
+        for weight, unit in zip(weights or (), self._traction, strict=False):
+            for surface, own in unit.items():
+                traction[surface] = traction.get(surface, 0.0) + weight * own[..., None]
+        found = self._recovery.nodal_stress(u, self.materials, Parity.SYMMETRIC, traction)
+        return [own[..., 0] for own in found]
+
+    def gauss_stress(self, displacement: Floats) -> Floats:
+        """Stress (n_elements, n_places, 6) at the integration points, of parts of one material, MPa."""
+        return ElementStress(self.mesh)(displacement[..., None], self.materials[0])[..., 0]
+
+    @cached_property
+    def _recovery(self) -> PartRecovery:
+        planes = mirror_planes(self.mesh)
+        return PartRecovery(self.mesh, planes, tuple(s for s in self.mesh.facets if s not in planes))
+
+
+def pulled(mesh: TetMesh, stiffness: float, *, share: float) -> BoltPull:
+    """A bolt along x whose seats are all of `BOLT_THREAD`, at smaller x, and of `BOLT_HEAD`."""
+    seats = {side: np.arange(len(mesh.facets[side])) for side in (Surface.BOLT_HEAD, Surface.BOLT_THREAD)}
+    return BoltPull.of(mesh, "bolt", seats, np.array([1.0, 0.0, 0.0]), stiffness, share=share)
