@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from fea.analysis.assembling import Assembling
 from fea.analysis.fields import FieldRecovery
 from fea.analysis.meshing import mesh_loaded
@@ -15,8 +17,8 @@ from fea.checks import LIMITS
 from fea.choices import CONTACT, Element, SolverName, Support
 from fea.cycle.bonded_loads import BondedLoads
 from fea.cycle.pressure_loads import PressureLoads
-from fea.cycle.superposition import CycleAnalysis
-from fea.cycle.unit_loads import UnitLoads
+from fea.cycle.superposition import CycleAnalysis, course
+from fea.cycle.unit_loads import Course, UnitLoads
 from fea.cycle.unit_solutions import unit_solutions
 from fea.machine.clock import Clock
 from fea.material import Material, Materials, of_parts
@@ -35,6 +37,7 @@ from fea.stress.section_balance import SectionBalance
 from fea.stress.sharp_edges import SharpEdges
 from fea.study.contact_table import ContactTable
 from fea.study.study import AnalysisTable, Study
+from fea.units import RPM
 from geometry.arrays import Floats
 from geometry.invalid import InvalidValue, require
 from geometry.mass import MassProperties
@@ -42,12 +45,15 @@ from geometry.rod import Rod
 from geometry.section import Section
 from geometry.surfaces import INTERFACES, Surface
 from loads.bearing import Bonded
+from loads.slider_crank import cycle_angles
 
 if TYPE_CHECKING:
     from fea.contact.assembled_rod import Putting
     from fea.contact.fits import Fits
     from fea.contact.rod_contact import RodContact
 
+# Speeds whose opening and slip the unit loads of an assembly span.
+MOST_COURSES = 5
 # Surfaces of known traction.
 _SURFACES = (
     Surface.FREE,
@@ -85,6 +91,8 @@ class PreparedRod:
         Turns a load case into nodal forces on the cell, with the pins' pressure as prescribed.
     pin_table, pin_stiffness
         What the study says of the pins, and E, MPa, and ν of those whose material is given.
+    speeds
+        Of the study, rpm; empty where forces are given.
     assembling, putting
         What the rod is put together from, and how; None for a rod of one piece.
     fields
@@ -106,6 +114,7 @@ class PreparedRod:
     nodal_forces: NodalForces
     pin_table: ContactTable
     pin_stiffness: Mapping[str, tuple[float, float]]
+    speeds: tuple[float, ...]
     assembling: Assembling | None
     putting: "Putting | None"
     fields: FieldRecovery
@@ -247,11 +256,23 @@ class PreparedRod:
         solver = SolverName(self.model.solver)  # the one that was chosen
         return AnalysisTable(support=self.options.support, solver=solver).without_contact
 
+    def _courses(self) -> list[Course]:
+        """The cycles of the study's speeds, or of some of many."""
+        engine, gas = self.engine.engine, self.engine.gas
+        some = np.linspace(0, len(self.speeds) - 1, min(len(self.speeds), MOST_COURSES)).round().astype(int)
+        chosen = [sorted(self.speeds)[number] for number in some]
+        return [course(engine, gas, self.mass, rpm * RPM, cycle_angles()) for rpm in chosen]
+
     def _unit_loads(self) -> UnitLoads:
         if self.options.in_contact:
+            from fea.contact.assembled_rod import AssembledRod  # noqa: PLC0415 - as below
+            from fea.cycle.assembled_loads import AssembledLoads  # noqa: PLC0415 - as below
             from fea.cycle.contact_loads import ContactLoads  # noqa: PLC0415 - prescribed pressures do without
 
-            return ContactLoads(self.contact, self.inertia)
+            contact = self.contact
+            if isinstance(contact, AssembledRod):
+                return AssembledLoads(contact, self.inertia, self._courses())
+            return ContactLoads(contact, self.inertia)
         mesh, support, prescribed = self.mesh, self.options.support, self.options.prescribed
         if isinstance(prescribed, Bonded):
             return BondedLoads(mesh.cell, mesh.bores, self.inertia, support)
@@ -386,6 +407,7 @@ def prepare(
         nodal_forces=forces,
         pin_table=study.contact,
         pin_stiffness=study.pin_stiffness,
+        speeds=tuple(rpm for rpm in study.speeds() if rpm is not None),
         assembling=assembling,
         putting=putting,
         fields=fields,

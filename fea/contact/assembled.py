@@ -168,6 +168,7 @@ class Assembled:
             tangential=position[np.concatenate([shear, none])],
             friction=np.full(len(normal) + len(self.bolts), friction),
             bolt=np.arange(len(normal) + len(self.bolts)) >= len(normal),
+            rubbing=np.asarray((np.concatenate([shear, none]) >= 0).any(axis=1)),
         )
 
     def _tightened(self) -> Joined:
@@ -224,6 +225,43 @@ class Assembled:
     def step(self, load: Load, state: Joined) -> Joined:
         """Go on from a state."""
         return self._system.step(load, state.gap, state.guess)
+
+    def between(self, load: Load, earlier: Joined, later: Joined, share: float) -> Joined:
+        """Find the state at a share of the way between two increments, whose slips it divides."""
+        gap = (1 - share) * earlier.gap + share * later.gap
+        guess = earlier.guess if share < 0.5 else later.guess
+        sticking = replace(guess, slipping=np.zeros_like(guess.slipping))
+        return self._system.step(load, gap, sticking, rubbing=False)
+
+    def slipped(self, gap: Floats) -> Floats:
+        """Values (n, …) of the unknowns, those of the pins zero, that gaps y_J (n_J, …) alone cause."""
+        found = np.zeros((self.problem.fold.size, *gap.shape[1:]))
+        found[self._tied.joined] = self._tied.S @ gap
+        return found
+
+    def tied_to(self, pressure: Floats) -> Floats:
+        """Values (n, …) of the unknowns under pressures (n_p, …) of the pins while everything sticks."""
+        found = np.zeros((self.problem.fold.size, *pressure.shape[1:]))
+        found[self.pins] = pressure
+        found[self._tied.joined] = -self._tied.B @ pressure
+        return found
+
+    def tied_loads(self) -> Floats:
+        """Values (n, n_loads) of the unknowns under unit loads, without pins, while everything sticks."""
+        found = np.zeros((self.problem.fold.size, self.problem.loaded.shape[1]))
+        joined = self._tied.joined
+        found[joined] = self._tied.V @ self._resultants - self._tied.S @ self.problem.loaded[joined]
+        return found
+
+    @property
+    def tied_start(self) -> Floats:
+        """Values (n,) of the unknowns at the engine's temperature without pins."""
+        return self.slipped(self.start.gap - self._made[self._tied.joined])
+
+    @property
+    def tied_compliance(self) -> Floats:
+        """A (n_p, n_p) of `fea.contact.tied`."""
+        return self._tied.A
 
     def load(self, forces: Sequence[Floats], weights: Floats, moments: Floats | None = None) -> Load:
         """What acts in a step; parameters as for `ContactProblem.solve`."""

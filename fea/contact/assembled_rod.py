@@ -25,6 +25,8 @@ from geometry.surfaces import INTERFACES, Surface
 from loads.cases import LoadCase
 from mesh.tetmesh import TetMesh
 
+# Cycles after which a course ends at the latest, and the change from one to the next below which it ends.
+MOST_CYCLES, SETTLED = 3, 1e-3
 # Distance from a mirror plane, over the hole's radius, within which a bolt's axis lies on it.
 _ON_PLANE = 1e-6
 
@@ -120,6 +122,47 @@ class AssembledRod(RodContact):
 
     def _step(self, forces: Sequence[Floats], motion: Floats, state: Joined) -> Joined:
         return self.assembled.step(self.assembled.load(forces, motion, self._tilted(motion)), state)
+
+    def solutions(self, pin: Floats, crank: Floats, motions: Floats) -> list[Joined]:
+        """States at k instants, each of them from that in which the parts were put together.
+
+        Parameters and errors are those of `RodContact.solutions`.
+        """
+        with one_blas_thread():
+            return [self._solved(*instant) for instant in zip(pin.T, crank.T, motions.T, strict=True)]
+
+    def course(self, pin: Floats, crank: Floats, motions: Floats) -> list[Joined]:
+        """States at the increments of a cycle, from its beginning to its end, once friction has settled.
+
+        Parameters
+        ----------
+        pin, crank, motions
+            (2, k), (2, k), (4, k) as for `solutions`, at the increments.
+        """
+        state, states = self.assembled.start, list[Joined]()
+        with one_blas_thread():
+            for _ in range(MOST_CYCLES):
+                before, states = states, []
+                for instant in zip(pin.T, crank.T, motions.T, strict=True):
+                    state = self._step(instant[:2], instant[2], state)
+                    states.append(state)
+                if before and self._unsettled(before, states) < SETTLED:
+                    break
+        return states
+
+    def _unsettled(self, before: Sequence[Joined], after: Sequence[Joined]) -> float:
+        """Largest change of a stress between parts from one cycle to the next, relative to the largest."""
+        own = self.assembled.touching.normal
+        earlier, later = (np.stack([state.values[own] for state in states]) for states in (before, after))
+        return float(np.abs(later - earlier).max() / np.abs(later).max())
+
+    def between(
+        self, instant: tuple[Floats, Floats, Floats], earlier: Joined, later: Joined, share: float
+    ) -> Joined:
+        """State at an instant (pin, crank, motions) at a share of the way between two increments."""
+        *forces, motion = instant
+        load = self.assembled.load(forces, motion, self._tilted(motion))
+        return self.assembled.between(load, earlier, later, share)
 
     def _forces(self, case: LoadCase, found: Solved) -> CaseForces:
         forces = super()._forces(case, found)

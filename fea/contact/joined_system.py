@@ -19,8 +19,9 @@ from fea.contact.trial import Guess, Offsets, Places, Trial
 from fea.solid.errors import ContactError
 from geometry.arrays import Floats
 
-# Changes of all places at once; then of single ones, until the step is given up.
-ALL_AT_ONCE, SINGLY = 80, 200
+# Changes of a state in a step, by how many places may be wrong for those to be changed too that depend on
+# them: of all at once near the solution, then of one kind after another, then of single places.
+_STAGES = ((20, 8), (80, 0), (200, -1))
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ class JoinedSystem:
         scale = np.abs(self._R).max(axis=0, initial=0.0)
         self._scale = np.where(scale > 0, scale, 1.0)
 
-    def step(self, load: Load, gap: Floats, guess: Guess) -> Joined:
+    def step(self, load: Load, gap: Floats, guess: Guess, *, rubbing: bool = True) -> Joined:
         """Find the state under a load.
 
         Parameters
@@ -104,6 +105,8 @@ class JoinedSystem:
             y_J (n_J,) at its beginning.
         guess
             Where to begin.
+        rubbing
+            Whether places may slip; otherwise `gap` holds their slip at the end.
 
         Raises
         ------
@@ -113,12 +116,16 @@ class JoinedSystem:
         offsets = self._offsets(load, gap)
         if offsets.forces.any() and not self._R[guess.touching].any():
             guess = replace(guess, touching=self._R @ offsets.forces > 0)
-        for change in range(1, ALL_AT_ONCE + SINGLY + 1):
-            trial = Trial.of(self._tied, self._R / self._scale, self._places, offsets, guess)
-            better = trial.better(singly=change > ALL_AT_ONCE)
-            if better is None:
-                return self._joined(trial, load, change)
-            guess = better
+        places = self._places if rubbing else self._places.sticking
+        change = 0
+        for most, few in _STAGES:
+            while change < most:
+                change += 1
+                trial = Trial.of(self._tied, self._R / self._scale, places, offsets, guess)
+                better = trial.better(few)
+                if better is None:
+                    return self._joined(trial, load, change)
+                guess = better
         message = (
             "contact and friction between the parts did not settle: choose a larger --size or another "
             "assembly.joint_friction"

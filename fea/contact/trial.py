@@ -31,17 +31,20 @@ class Places:
         (k,) coefficient μ.
     bolt
         (k,) which are bolts.
+    rubbing
+        (k,) where friction decides on slip; elsewhere slip is given or there is no shear stress.
     """
 
     normal: Ints
     tangential: Ints
     friction: Floats
     bolt: Mask
+    rubbing: Mask
 
     @property
-    def rubbing(self) -> Mask:
-        """Which places (k,) have friction."""
-        return np.asarray((self.tangential >= 0).any(axis=1))
+    def sticking(self) -> "Places":
+        """The same places, whose slip is given."""
+        return replace(self, rubbing=np.zeros_like(self.rubbing))
 
 
 @dataclass(frozen=True)
@@ -139,14 +142,15 @@ class Trial:
         active = np.flatnonzero(guess.touching)
         moving, law, give = _laws(places, guess, np.diag(tied.S))
         n_a, n_d, m = len(active), len(moving), R.shape[1]
-        B, unit = tied.B[:, active], 1 / np.sqrt(np.diag(tied.S)[moving])
+        B, S = tied.B[:, active], tied.S[:, moving]
+        unit = 1 / np.sqrt(np.diag(tied.S)[moving])
         press = 1 / np.sqrt(np.diag(tied.A)[active])
         matrix = np.zeros((n_a + n_d + m,) * 2)
         matrix[:n_a, :n_a] = press[:, None] * tied.A[np.ix_(active, active)] * press
         matrix[:n_a, n_a : n_a + n_d] = press[:, None] * B[moving].T * unit
         matrix[:n_a, n_a + n_d :] = -press[:, None] * R[active]
         matrix[n_a : n_a + n_d, :n_a] = -unit[:, None] * (law @ B) * press
-        matrix[n_a : n_a + n_d, n_a : n_a + n_d] = unit[:, None] * (law @ tied.S[:, moving] + give) * unit
+        matrix[n_a : n_a + n_d, n_a : n_a + n_d] = unit[:, None] * (law @ S + give) * unit
         matrix[n_a + n_d :, :n_a] = (press[:, None] * R[active]).T
         side = np.concatenate(
             [-press * offsets.pin_gap[active], -unit * (law @ offsets.stress), offsets.forces]
@@ -163,8 +167,11 @@ class Trial:
             pressure=pressure,
             motion=motion,
             moved=moved,
-            stress=offsets.stress - B @ pressure[active] + tied.S[:, moving] @ moved[moving],
-            pin_gap=tied.A @ pressure + tied.B.T @ moved + offsets.pin_gap - R @ motion,
+            stress=offsets.stress - B @ pressure[active] + S @ moved[moving],
+            pin_gap=tied.A[:, active] @ pressure[active]
+            + tied.B[moving].T @ moved[moving]
+            + offsets.pin_gap
+            - R @ motion,
         )
 
     @property
@@ -223,24 +230,25 @@ class Trial:
         worst = max(float(values.max(initial=0.0)) for values in (*self._violations, self._turned))
         return worst / self._size
 
-    def better(self, *, singly: bool) -> Guess | None:
+    def better(self, few: int) -> Guess | None:
         """Return the next guess, or None if this one obeys every law.
 
         Parameters
         ----------
-        singly
-            Whether to change only the place that is violated most.
+        few
+            How many places may be wrong for those to be changed too that depend on them; negative: only the
+            place that is violated most is changed.
         """
         pins, normal, friction = self._violations
         if not (pins.any() or normal.any() or friction.any()):
             if self._turned.max(initial=0.0) <= DIRECTION * self._size:
                 return None
-        elif singly:
+        elif few < 0:
             largest = max(values.max(initial=0.0) for values in self._violations)
             pins, normal, friction = (np.where(v == largest, v, 0.0) for v in self._violations)
-        elif pins.any():  # what the parts do under a wrong load of the pins says nothing
+        elif np.count_nonzero(pins) > few:  # what the parts do under a wrong load of the pins says nothing
             normal, friction = np.zeros_like(normal), np.zeros_like(friction)
-        elif normal.any():
+        elif np.count_nonzero(normal) > few:
             friction = np.zeros_like(friction)
         guess = self.guess
         opened = guess.opened ^ (normal > 0)

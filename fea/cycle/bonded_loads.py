@@ -6,7 +6,7 @@ import numpy as np
 
 from fea.choices import Support
 from fea.cycle.pressure_loads import StoredFields
-from fea.cycle.unit_loads import ALONE, Weights, inertial_fields
+from fea.cycle.unit_loads import ALONE, Course, Instants, Weights, inertial_fields
 from fea.rod.bores import Bores
 from fea.rod.touch import Touch
 from fea.solid.bonded_bore import BondedBore
@@ -36,6 +36,7 @@ class BondedLoads:
     together = ALONE
     series_error = 0.0
     jumps = False
+    remembers = False
 
     def __init__(self, mesh: TetMesh, bores: Bores, inertia: Inertia, support: Support) -> None:
         self._inertia = inertia
@@ -64,10 +65,9 @@ class BondedLoads:
             traction[surface][..., number] = bond.traction[axis]
         return StoredFields(tuple(loads), traction)
 
-    def weights(
-        self, pin: Floats, crank: Floats, acceleration: Floats, rate: Floats, turning: Floats
-    ) -> Weights:
+    def weights(self, instants: Instants, course: Course | None = None) -> Weights:  # noqa: ARG002
         """Weights of the unit loads at n instants, as `UnitLoads.weights`."""
+        pin, crank, acceleration, rate, turning = instants
         given = {Surface.SMALL_END_BORE: pin, Surface.BIG_END_BORE: crank}
         forces = [given[surface] for surface in self._bonds]
         even = [*(force[:1] for force in forces), acceleration[:1], rate[None] ** 2]

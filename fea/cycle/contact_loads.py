@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.contact.rod_contact import RodContact
-from fea.cycle.unit_loads import Together, Weights, inertial_fields
+from fea.cycle.unit_loads import Course, Instants, Together, Weights, inertial_fields
 from fea.rod.touch import Touch
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Parity
@@ -34,9 +34,9 @@ class ContactFields:
     contact
         The contact problem.
     patterns
-        (n_cell, n) pressures at the vertices, MPa.
+        (n_cell, n) unknowns of the contact problem on the cell in each unit load.
     inertial
-        Nodal forces (n_nodes, 3) of the inertia fields.
+        Nodal forces (n_nodes, 3) of the inertia fields, which belong to the last unit loads.
     """
 
     contact: RodContact
@@ -46,20 +46,20 @@ class ContactFields:
     @property
     def count(self) -> int:
         """Number of unit loads."""
-        return int(self.patterns.shape[1]) + len(self.inertial)
+        return int(self.patterns.shape[1])
 
     def forces(self, units: slice) -> list[Floats]:
-        """Nodal forces (n_nodes, 3) of some of them: of patterns, then of the inertia fields."""
+        """Nodal forces (n_nodes, 3) of some of them."""
         pressed = (self.contact.problem.forces @ self.patterns[:, units]).T
-        first, last = (max(end - self.patterns.shape[1], 0) for end in (units.start, units.stop))
-        return [*(column.reshape(-1, 3) for column in pressed), *self.inertial[first:last]]
+        found = [column.reshape(-1, 3) for column in pressed]
+        for number, own in enumerate(self.inertial, self.count - len(self.inertial) - units.start):
+            if 0 <= number < len(found):
+                found[number] = found[number] + own
+        return found
 
     def traction(self, units: slice) -> dict[Surface, Floats]:
-        """Traction (n_nodes, 3, n) of some of them on each bore."""
-        own = np.zeros((len(self.patterns), units.stop - units.start))
-        chosen = self.patterns[:, units]
-        own[:, : chosen.shape[1]] = chosen
-        return self.contact.traction(own)
+        """Traction (n_nodes, 3, n) of some of them on each surface."""
+        return self.contact.traction(self.patterns[:, units])
 
 
 class ContactLoads:
@@ -73,7 +73,7 @@ class ContactLoads:
         Inertia of the same mesh.
     """
 
-    series_error, jumps = 0.0, False
+    series_error, jumps, remembers = 0.0, False, False
 
     def __init__(self, contact: RodContact, inertia: Inertia) -> None:
         self._contact, self._inertia = contact, inertia
@@ -95,14 +95,16 @@ class ContactLoads:
     def fields(self) -> tuple[ContactFields, ContactFields]:
         """Return the even and the odd unit loads."""
         even, odd = (
-            ContactFields(self._contact, self._patterns[parity], tuple(inertial))
+            ContactFields(
+                self._contact,
+                np.hstack([self._patterns[parity], np.zeros((len(self._patterns[parity]), len(inertial)))]),
+                tuple(inertial),
+            )
             for parity, inertial in zip(Parity, inertial_fields(self._inertia), strict=True)
         )
         return even, odd
 
-    def weights(
-        self, pin: Floats, crank: Floats, acceleration: Floats, rate: Floats, turning: Floats
-    ) -> Weights:
+    def weights(self, instants: Instants, course: Course | None = None) -> Weights:  # noqa: ARG002
         """Weights of the unit loads at n instants, as `UnitLoads.weights`.
 
         Raises
@@ -110,7 +112,7 @@ class ContactLoads:
         ContactError
             No pressure on a bore has the force of its pin.
         """
-        motions = np.stack([acceleration[0], rate**2, acceleration[1], turning])
+        pin, crank, motions = instants.pin, instants.crank, instants.motions
         solved = self._contact.solutions(pin, crank, motions)
         parts = self._contact.problem.fold.parts(np.stack([each.values for each in solved], axis=1))
         none = np.zeros((len(self._contact.problem.fold.on_y), pin.shape[1]))

@@ -8,7 +8,7 @@ import numpy as np
 
 from fea.choices import Support
 from fea.cycle.series import coefficients, series, skewed
-from fea.cycle.unit_loads import ALONE, Weights, inertial_fields
+from fea.cycle.unit_loads import ALONE, Course, Instants, Weights, inertial_fields
 from fea.rod.bores import Bores
 from fea.rod.touch import Touch
 from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction, wrapped
@@ -140,6 +140,8 @@ class PressureLoads:
 
     together = ALONE
 
+    remembers = False
+
     def __init__(
         self, mesh: TetMesh, bores: Bores, inertia: Inertia, pressure: BorePressure, support: Support
     ) -> None:
@@ -177,10 +179,9 @@ class PressureLoads:
             loads = tuple(self._tilt.balanced(load) for load in loads)
         return StoredFields(loads, every)
 
-    def weights(
-        self, pin: Floats, crank: Floats, acceleration: Floats, rate: Floats, turning: Floats
-    ) -> Weights:
+    def weights(self, instants: Instants, course: Course | None = None) -> Weights:  # noqa: ARG002
         """Weights of the unit loads at n instants, as `UnitLoads.weights`."""
+        pin, crank, acceleration, rate, turning = instants
         forces = {Surface.SMALL_END_BORE: pin, Surface.BIG_END_BORE: crank}
         pressed = [bore.weights(forces[bore.surface]) for bore in self.bores]
         even = [*(weights.even for weights in pressed), acceleration[:1], rate[None] ** 2]

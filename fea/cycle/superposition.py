@@ -13,7 +13,7 @@ from fea.cycle.envelope import Envelope, envelope, with_cases
 from fea.cycle.multiaxial import worst_multiaxial
 from fea.cycle.series import TOLERANCE
 from fea.cycle.spots import Spot, distinct, spots
-from fea.cycle.unit_loads import UnitLoads, Weights
+from fea.cycle.unit_loads import Course, Instants, UnitLoads, Weights
 from fea.cycle.unit_solutions import UnitSolutions
 from fea.material import Material
 from fea.rod.discretise import MeshedRod
@@ -33,6 +33,8 @@ from loads.slider_crank import cycle_angles
 # Limit of the check ``superposition`` if the pressure jumps, where the series does not converge: the error
 # that counts as mesh-converged.
 AT_JUMPS = 0.05
+# Degrees of an increment of the cycle, where friction makes it depend on its course.
+INCREMENT = 6
 _AWAY = "the safety factors of the cycle also leave out places where the exact stress is infinite (singular)"
 
 
@@ -155,25 +157,21 @@ class CycleAnalysis:
 
     def weights(self, engine: Engine, gas: GasModel, speed: float, angles: Floats) -> Weights:
         """Weights of the unit solutions at crank angles (n_instants,), rad; speed in rad/s."""
-        c = cycle(engine, self.rod, gas, speed, angles)
-        return self.loads.weights(
-            np.stack([c.pin_axial, c.pin_transverse]),
-            np.stack([-c.crank_axial, c.crank_transverse]),
-            np.stack(origin_acceleration(engine, c.motion)),
-            -c.motion.rod_rate,
-            -c.motion.rod_acceleration,
-        )
+        every = instants(engine, gas, self.rod, speed, angles)
+        return self.loads.weights(every, course(engine, gas, self.rod, speed, angles))
 
     def case_weights(self, cases: Sequence[LoadCase]) -> Weights:
         """Weights (n_units, n_cases) of load cases."""
         still = RodMotion((0.0, 0.0), 0.0, 0.0)
         motions = [case.motion or still for case in cases]
         return self.loads.weights(
-            np.array([[case.pin_axial, case.pin_transverse] for case in cases]).T,
-            np.array([[-case.crank_axial, case.crank_transverse] for case in cases]).T,
-            np.array([motion.acceleration for motion in motions]).T,
-            np.array([motion.angular_velocity for motion in motions]),
-            np.array([motion.angular_acceleration for motion in motions]),
+            Instants(
+                np.array([[case.pin_axial, case.pin_transverse] for case in cases]).T,
+                np.array([[-case.crank_axial, case.crank_transverse] for case in cases]).T,
+                np.array([motion.acceleration for motion in motions]).T,
+                np.array([motion.angular_velocity for motion in motions]),
+                np.array([motion.angular_acceleration for motion in motions]),
+            )
         )
 
     def at(self, engine: Engine, gas: GasModel, speed: float, cases: Sequence[CaseResult]) -> CycleResult:
@@ -203,6 +201,8 @@ class CycleAnalysis:
         found = with_cases(found, cases)
         count = len(degrees)
         of_degrees, of_peaks = every.at(slice(count)), every.at(slice(count, None))
+        if self.loads.remembers and peaks:  # they were solved without what came before
+            of_peaks = self.case_weights([case.load for case in peaks])
         points, length = whole.mesh.points, self.mesh.bores.rod_length
         counts = self.counts[whole.source]
         worst = [node for node in distinct(points, np.where(counts, -found.usage, 0), length) if counts[node]]
@@ -240,6 +240,24 @@ class CycleAnalysis:
                 apart = np.abs(von_mises(tensors[..., k]) - direct)
                 worst = max(worst, float(np.nanmax(apart) / np.nanmax(direct)))
         return worst
+
+
+def instants(engine: Engine, gas: GasModel, rod: MassProperties, speed: float, angles: Floats) -> Instants:
+    """What acts on a rod at crank angles (n,), rad; speed in rad/s."""
+    c = cycle(engine, rod, gas, speed, angles)
+    return Instants(
+        np.stack([c.pin_axial, c.pin_transverse]),
+        np.stack([-c.crank_axial, c.crank_transverse]),
+        np.stack(origin_acceleration(engine, c.motion)),
+        -c.motion.rod_rate,
+        -c.motion.rod_acceleration,
+    )
+
+
+def course(engine: Engine, gas: GasModel, rod: MassProperties, speed: float, angles: Floats) -> Course:
+    """The cycle that crank angles (n,), rad, belong to; speed in rad/s."""
+    steps = cycle_angles()[::INCREMENT]
+    return Course(angles, steps, instants(engine, gas, rod, speed, steps))
 
 
 def _endurance(part: Ints, materials: Sequence[Material], regions: SurfaceRegions) -> Floats | None:

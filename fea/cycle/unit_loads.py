@@ -8,10 +8,55 @@ weights follow from the forces and the motion.
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
+import numpy as np
+
 from fea.rod.touch import Touch
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
+
+
+class Instants(NamedTuple):
+    """What acts on the rod at n instants.
+
+    Attributes
+    ----------
+    pin, crank
+        (2, n) forces on the rod along rod x and y, N.
+    acceleration
+        (2, n) of the rod frame's origin in rod axes, mm/s².
+    rate, turning
+        (n,) angular velocity and acceleration of the rod about +z, rad/s and rad/s².
+    """
+
+    pin: Floats
+    crank: Floats
+    acceleration: Floats
+    rate: Floats
+    turning: Floats
+
+    @property
+    def motions(self) -> Floats:
+        """Weights (4, n) of `EVEN_MOTIONS`, then of `ODD_MOTIONS`."""
+        return np.stack([self.acceleration[0], self.rate**2, self.acceleration[1], self.turning])
+
+
+class Course(NamedTuple):
+    """A whole cycle, which instants belong to.
+
+    Attributes
+    ----------
+    angles
+        (n,) crank angles of the instants, rad.
+    step_angles
+        (m,) those of its increments in their order, rad, from its beginning to its end.
+    steps
+        What acts at the increments.
+    """
+
+    angles: Floats
+    step_angles: Floats
+    steps: Instants
 
 
 class Weights(NamedTuple):
@@ -69,28 +114,28 @@ class UnitLoads(Protocol):
         Whether the pressure jumps at the ends of its arc.
     together
         Unit loads whose deviations are bounded together.
+    remembers
+        Whether friction makes an instant depend on those before it.
     """
 
     series_error: float
     jumps: bool
     together: Together
+    remembers: bool
 
     def fields(self) -> tuple[Fields, Fields]:
         """Return the even and the odd unit loads."""
 
-    def weights(
-        self, pin: Floats, crank: Floats, acceleration: Floats, rate: Floats, turning: Floats
-    ) -> Weights:
+    def weights(self, instants: Instants, course: Course | None = None) -> Weights:
         """Weights of the unit loads at n instants.
 
         Parameters
         ----------
-        pin, crank
-            (2, n) forces on the rod along rod x and y, N.
-        acceleration
-            (2, n) of the rod frame's origin in rod axes, mm/s².
-        rate, turning
-            (n,) angular velocity and acceleration of the rod about +z, rad/s and rad/s².
+        instants
+            What acts.
+        course
+            The cycle that they belong to, where friction makes them depend on it; by default each of them
+            follows on the rod as it was put together.
         """
 
     def touches(self, weights: Weights) -> tuple[Mapping[Surface, Touch], ...]:

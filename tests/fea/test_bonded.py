@@ -14,6 +14,7 @@ from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
 from fea.choices import Element, Support, Symmetry
 from fea.cycle.bonded_loads import BondedLoads
+from fea.cycle.unit_loads import Instants
 from fea.result import analyse
 from fea.rod.bores import Bores
 from fea.rod.case_forces import NodalForces, imbalance
@@ -107,7 +108,7 @@ def test_the_unit_loads_of_a_cycle_span_every_instant(cell, support):
     pin, crank = of_case[..., None]
     motion = case.motion
     rate, turning = np.array([motion.angular_velocity]), np.array([motion.angular_acceleration])
-    weights = loads.weights(pin, crank, np.array(motion.acceleration)[:, None], rate, turning)
+    weights = loads.weights(Instants(pin, crank, np.array(motion.acceleration)[:, None], rate, turning))
     parts = [
         np.tensordot(weight[:, 0], fields.forces(slice(None)), axes=1)
         for weight, fields in zip(weights, loads.fields(), strict=True)
