@@ -186,10 +186,19 @@ def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> li
         shells = [shell for shell in _connected(faces) if _is_tight(shell)]
         solids = [gmsh.model.occ.addVolume([gmsh.model.occ.addSurfaceLoop(shell)]) for shell in shells]
         gmsh.model.occ.synchronize()
+        _remove_replaced(faces)
     finally:
         gmsh.option.setNumber("Geometry.OCCSewFaces", 0)
         gmsh.option.setNumber("Geometry.Tolerance", usual)
     return [(kernel.SOLID, int(tag)) for tag in solids] or [(2, tag) for tag in faces]
+
+
+def _remove_replaced(faces: Sequence[int]) -> None:
+    """Remove the faces that the kernel has repaired copies of in a solid: they would be meshed beside it."""
+    loose = [(2, tag) for tag in faces if not gmsh.model.getAdjacencies(2, tag)[0].size]
+    if len(loose) < len(faces):
+        gmsh.model.occ.remove(loose)
+        gmsh.model.occ.synchronize()
 
 
 def _connected(faces: Sequence[int]) -> list[list[int]]:

@@ -3,8 +3,10 @@
 import math
 import re
 import zipfile
+from itertools import pairwise
 
 import gmsh
+import numpy as np
 import pytest
 from cad_files import freecad_document
 
@@ -13,6 +15,7 @@ from geometry.cad.file import CadFile, MissingCap
 from geometry.cad.formats import declared_unit
 from geometry.cad.imported import import_cad
 from geometry.errors import GeometryError
+from geometry.faces import FeatureKind
 from geometry.intake import Role
 from geometry.mirror import Mirror
 from geometry.session import session
@@ -211,6 +214,38 @@ def test_surfaces_that_close_volumes_become_solids(tmp_path, ending):
     path = written(tmp_path / f"open.{ending}", half_open)
     with session(), pytest.raises(GeometryError):
         import_cad(CadFile(path))
+
+
+def test_surfaces_beside_those_that_close_a_volume_are_not_meshed(tmp_path):
+    def shell_and_plane(occ):
+        rod(occ)
+        occ.addRectangle(0, 0, 60, 50, 50)
+        occ.remove(occ.getEntities(3))
+
+    path = written(tmp_path / "beside.igs", shell_and_plane)
+    with session():
+        import_cad(CadFile(path))
+        walls = set(gmsh.model.getBoundary(gmsh.model.getEntities(3), combined=False, oriented=False))
+        assert set(gmsh.model.getEntities(2)) == walls
+
+
+def test_a_round_in_strips_is_measured_as_one(tmp_path):
+    def notched(occ):
+        corner = [(65 - 5 * math.cos(a), 9 - 5 * math.sin(a)) for a in np.linspace(0, math.pi / 2, 9)]
+        points = [occ.addPoint(x, y, 10) for x, y in [*corner, (90, 4), (90, 34), (60, 34)]]
+        center = occ.addPoint(65, 9, 10)
+        arcs = [occ.addCircleArc(one, center, other) for one, other in pairwise(points[:9])]
+        lines = [occ.addLine(one, other) for one, other in pairwise([*points[8:], points[0]])]
+        pocket = occ.extrude([(2, occ.addPlaneSurface([occ.addCurveLoop([*arcs, *lines])]))], 0, 0, -8)
+        bar = [(3, occ.addBox(-40, -40, -10, 230, 80, 20))]
+        occ.cut(bar, [pocket[1], bore(occ, 0, BIG), bore(occ, LENGTH, SMALL)])
+        occ.remove(occ.getEntities(2), recursive=True)
+        occ.remove([(0, center)])
+
+    found = imported(written(tmp_path / "strips.step", notched)).features
+    rounds = [one for one in found if one.kind is FeatureKind.ROUND]
+    assert [(len(one.faces), one.radius) for one in rounds] == [(8, pytest.approx(5))]
+    assert rounds[0].sweep == pytest.approx(math.pi / 2, rel=1e-3)
 
 
 @pytest.mark.parametrize(("scale", "unit"), [(1e-3, "m"), (1 / 25.4, "in"), (1.0, "mm")])
