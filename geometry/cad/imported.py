@@ -58,22 +58,20 @@ def import_cad(
     """
     declared = declared_unit(file.path)
     unit = file.unit or declared
-    found, holes = _found(file, DECLARED[unit] / DECLARED[declared], tell)
+    found, holes = _found(file, unit, tell)
     if file.unit is None and (better := plausible_unit(holes[0].apart(holes[1]), unit)) != unit:
         unit = better
-        found, holes = _found(file, UNITS[unit] / DECLARED[declared], tell)
+        found, holes = _found(file, unit, tell)
     bores = tuple(FoundBore(2 * hole.radius, _vector(hole.center), hole.mean_width) for hole in holes)
     said = _assumed(file, declared, unit, found, holes[0].apart(holes[1]))
     intake = Intake(unit, tuple(found), (bores[0], bores[1]), tuple(said))
     return replace(_cut(file, found, holes, mirror, tell), intake=intake)
 
 
-def _found(
-    file: CadFile, scale: float, tell: Callable[[str], None]
-) -> tuple[list[Member], tuple[Hole, Hole]]:
-    """Read the file; return its solids and the bores."""
+def _found(file: CadFile, unit: str, tell: Callable[[str], None]) -> tuple[list[Member], tuple[Hole, Hole]]:
+    """Read the file, its numbers in a unit; return its solids and the bores."""
     tell(f"reading {file.path.name}")
-    solids = read_solids(file.path, scale)
+    solids = read_solids(file.path, unit)
     if len(solids) > 1:
         tell(f"looking for the rod among {len(solids)} solids")
     named = (file.big_end_bore, file.small_end_bore)

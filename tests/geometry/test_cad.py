@@ -267,6 +267,24 @@ def test_a_file_in_metres_is_the_same_as_one_in_millimetres(tmp_path):
     assert metres.mass.mass == pytest.approx(millimetres.mass.mass, rel=1e-9)
 
 
+@pytest.mark.parametrize(("declared", "unit"), [("$", None), (".MICRO.", None), (".CENTI.", "mm")])
+def test_the_same_numbers_in_millimetres_give_the_same_bits_whatever_the_file_declares(
+    tmp_path, declared, unit
+):
+    plain, told = written(tmp_path / "plain.step", rod), tmp_path / "told.step"
+    told.write_text(plain.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", f"SI_UNIT({declared},.METRE.)"))
+
+    def bits(path, unit=None):
+        with session():
+            solid = import_cad(CadFile(path, unit=unit))
+            gmsh.option.setNumber("Mesh.MeshSizeMax", 10)
+            gmsh.model.mesh.generate(2)
+            nodes = gmsh.model.mesh.getNodes()[1].tobytes()
+        return solid.intake.unit, solid.mass, solid.bores, nodes
+
+    assert bits(told, unit) == bits(plain)
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
