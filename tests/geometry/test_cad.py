@@ -352,7 +352,7 @@ def test_holes_that_are_no_bores_of_a_rod_are_refused(tmp_path):
     path = written(tmp_path / "bracket.step", bracket)
     with (
         session(),
-        pytest.raises(GeometryError, match="are not the bores of a rod: its centre of gravity lies"),
+        pytest.raises(GeometryError, match="are not the bores of a rod: the centre of gravity lies"),
     ):
         import_cad(CadFile(path))
     named = imported(path, big_end_bore=16.0, small_end_bore=10.0)
