@@ -14,6 +14,7 @@ from geometry.cad.cap import assumed_cap
 from geometry.cad.cylinders import ROUND, recognised
 from geometry.cad.file import CadFile, MissingCap
 from geometry.cad.formats import declared_unit, read_solids
+from geometry.cad.freecad import linked_files
 from geometry.cad.holes import Hole
 from geometry.cad.interior import Interior
 from geometry.cad.members import member, members
@@ -87,6 +88,13 @@ def _found(file: CadFile, unit: str, tell: Callable[[str], None]) -> tuple[list[
         cap = member(assumed_cap(_faces(tags), missing.wall), "assumed cap", Role.ASSUMED_CAP)
         tags.append(cap.tag)
         return [*found, cap], find_bores(tags, _faces(tags), named)
+    except GeometryError as error:
+        if linked := linked_files(file.path):
+            raise GeometryError(
+                f"{error}. Parts of {file.path.name} are links to other files, whose shapes it does not hold "
+                f"({', '.join(linked)}): read the file of the rod, or export the assembly as STEP"
+            ) from error
+        raise
 
 
 def _capped_first(bores: tuple[Hole, Hole], found: Sequence[Member]) -> tuple[Hole, Hole]:

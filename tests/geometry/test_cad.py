@@ -299,6 +299,20 @@ def test_a_damaged_archive_is_refused(tmp_path, content, message):
         import_cad(CadFile(path))
 
 
+def test_a_document_of_links_names_the_files_that_hold_its_parts(tmp_path):
+    shape = written(tmp_path / "screw.brep", lambda occ: occ.addCylinder(0, 0, 0, 0, 0, 20, 3))
+    text = freecad_document("a.brp").replace(
+        "</Properties>",
+        '<Property name="LinkedObject"><XLink file="parts/Rod.FCStd" name="Model"/></Property></Properties>',
+    )
+    path = tmp_path / "assembly.FCStd"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("Document.xml", text)
+        archive.write(shape, "a.brp")
+    with session(), pytest.raises(GeometryError, match=r"links to other files.*\(Rod.FCStd\): read the file"):
+        import_cad(CadFile(path))
+
+
 def test_a_placement_that_leads_nowhere_is_damage(tmp_path):
     written(tmp_path / "rod.brep", rod)
     placed = '<Property name="Placement"><PropertyPlacement Px="nan" Q3="1"/></Property></Properties>'
