@@ -74,6 +74,8 @@ def _opened() -> Iterator[GmshLog]:
             gmsh.initialize(readConfigFiles=False, interruptible=False)
             gmsh.option.setNumber("General.Terminal", 0)
             gmsh.option.setNumber("General.NumThreads", 1)  # with more its meshes differ from run to run
+            # For STEP files that are written; else the kernel takes that of the last one that it read.
+            gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
             gmsh.logger.start()
         _restore(handlers)
         yield log

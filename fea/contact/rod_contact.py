@@ -41,6 +41,10 @@ class Solved(Protocol):
     def imbalance(self) -> float:
         """Largest error of the resultants, relative to them."""
 
+    @property
+    def changes(self) -> int:
+        """How many contact areas or states were tried."""
+
 
 class RodContact:
     """The contact problem of a meshed rod, whose compliance is computed once.

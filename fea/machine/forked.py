@@ -121,14 +121,15 @@ def _heard(pipe: IO[bytes], listener: Callable[[str], None] | None) -> tuple[str
 
 def _death(status: int, seconds: float, what: str, told: str) -> BaseException:
     """Return the error of a copy that ended with a status after some seconds of processor time."""
+    during = f", while {told}" if told else ""
     if not os.WIFSIGNALED(status):
-        how = "it stopped without a message"
+        how = f"it stopped without a message{during}"
     elif os.WTERMSIG(status) in ENDS:
         return KeyboardInterrupt()
     elif os.WTERMSIG(status) == signal.SIGPROF:
-        how = f"it did not finish within {seconds:.3g} s of processor time{f', while {told}' if told else ''}"
+        how = f"it did not finish within {seconds:.3g} s of processor time{during}"
     else:
-        how = f"it crashed ({signal.Signals(os.WTERMSIG(status)).name})"
+        how = f"it crashed ({signal.Signals(os.WTERMSIG(status)).name}){during}"
     return GeometryError(f"{what}: {how}. The file may be damaged: export it again, with the rod alone")
 
 

@@ -14,10 +14,8 @@ from geometry.cad.interior import Interior
 from geometry.cad.openings import Opening, odd_openings
 from geometry.errors import GeometryError
 from geometry.faces import Face
+from geometry.frame import Balance
 
-# Largest distance of the centre of gravity from the line between the bores, and from its ends, over the
-# distance of the bores: 0.06 and 0 on rods.
-_ASIDE, _BEYOND = 0.3, 0.25
 _LISTED = 8  # holes in a message
 _ROUND = (
     f"Bores must be cylinders, to within {100 * ROUND:g} % of the radius: correct them in the CAD program"
@@ -141,19 +139,11 @@ def _texts(found: Sequence[Hole | Opening]) -> str:
 def _require_between(bores: tuple[Hole, Hole], middle: Floats) -> None:
     """Refuse bores with the centre of gravity far from the line between them."""
     big, small = bores
-    distance = big.apart(small)
-    between = small.center - big.center
-    along = (between - (between @ big.direction) * big.direction) / distance
-    away = middle - big.center
-    away -= (away @ big.direction) * big.direction
-    lengthwise = float(away @ along)
-    aside = float(np.linalg.norm(away - lengthwise * along))
-    beyond = max(-lengthwise, lengthwise - distance, 0.0)
-    if aside > _ASIDE * distance or beyond > _BEYOND * distance:
+    balance = Balance.of(big.direction, big.center, small.center, middle)
+    if not balance.is_that_of_a_rod:
         raise GeometryError(
-            f"the two largest parallel holes ({big.text()}; {small.text()}) are not the bores of a rod: its "
-            f"centre of gravity lies {aside:.4g} mm beside and {beyond:.4g} mm beyond the line between them, "
-            f"which is {distance:.4g} mm long. {_REMEDY}, or keep only the rod with rod.solids"
+            f"the two largest parallel holes ({big.text()}; {small.text()}) are not the bores of a rod: "
+            f"{balance.text()}. {_REMEDY}, or keep only the rod with rod.solids"
         )
 
 

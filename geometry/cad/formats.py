@@ -1,5 +1,6 @@
 """Read the solids of a CAD file into the open gmsh session."""
 
+import math
 import re
 import tempfile
 from codecs import BOM_UTF8
@@ -16,6 +17,7 @@ from geometry.cad.file import FORMATS, CadFormat
 from geometry.cad.freecad import Placement, shapes_of
 from geometry.cad.quiet import quiet
 from geometry.errors import GeometryError
+from geometry.length_unit import DECLARED
 
 _KINDS = ("points", "curves", "surfaces", "solids")
 _UNNAMED = "Open CASCADE STEP translator"  # stands for no name
@@ -23,6 +25,8 @@ _GMSH_FORMATS = {CadFormat.STEP: "step", CadFormat.IGES: "iges", CadFormat.BREP:
 # Largest gap between the edges of surfaces that are sewn together, over their extent.
 _SEWN = 1e-5
 _PREFIXES = {b"$": "m", b".CENTI.": "cm", b".DECI.": "dm", b".KILO.": "km", b".MICRO.": "µm"}
+# Units that the kernel can convert the numbers of a STEP file to, mm.
+_TARGETS = {"MM": 1.0, "M": 1000.0, "CM": 10.0, "KM": 1e6, "UM": 1e-3, "INCH": 25.4, "FT": 304.8}
 _START = 400  # bytes from which a format is recognised
 _REMEDY = {
     CadFormat.STEP: "it must begin with ISO-10303-21. Export the rod from CAD as STEP",
@@ -47,8 +51,15 @@ class NamedSolid(NamedTuple):
     name: str
 
 
-def read_solids(path: Path, scale: float = 1.0) -> list[NamedSolid]:
-    """Read the solids of a file into a new model; lengths in mm, as the file declares them, times `scale`.
+def read_solids(path: Path, unit: str | None = None) -> list[NamedSolid]:
+    """Read the solids of a file into a new model, lengths in mm.
+
+    Parameters
+    ----------
+    path
+        The file.
+    unit
+        Of the numbers in the file, of `DECLARED`; None for the one that it declares.
 
     Raises
     ------
@@ -63,12 +74,8 @@ def read_solids(path: Path, scale: float = 1.0) -> list[NamedSolid]:
             article = "an" if kind in (CadFormat.IGES, CadFormat.BREP) else "a"
             raise GeometryError(f"{path} is not {article} {kind} file: {_REMEDY[kind]}")
     gmsh.model.add(path.stem)
-    gmsh.option.setNumber("Geometry.OCCScaling", scale)
-    try:
-        with quiet():
-            found, kinds = _freecad(path) if kind is CadFormat.FREECAD else _imported(path, kind)
-    finally:
-        gmsh.option.setNumber("Geometry.OCCScaling", 1.0)
+    with quiet(), _in_millimetres(path, kind, unit):
+        found, kinds = _freecad(path) if kind is CadFormat.FREECAD else _imported(path, kind)
     if not found:
         held = ", only " + ", ".join(_KINDS[dim] for dim in sorted(kinds)) if kinds else ""
         remedy = "Export the rod as a solid body, in a STEP file"
@@ -100,6 +107,31 @@ def _right_way_round(solid: NamedSolid) -> NamedSolid:
     return NamedSolid(tags[0], solid.name)
 
 
+@contextmanager
+def _in_millimetres(path: Path, kind: CadFormat, unit: str | None) -> Iterator[None]:
+    """Let the kernel convert the numbers of a file from a unit, whatever the file declares.
+
+    Its STEP reader multiplies every number by one factor, the declared unit over another that is chosen so
+    that the factor is the one asked for, 1 for millimetres: numbers are not scaled up and down again, and two
+    files that differ in the declared unit alone give the same bits. Scaling afterwards rounds once more.
+    """
+    declared = declared_unit(path)
+    factor = DECLARED[unit or declared]
+    target, scale = "", factor / DECLARED[declared]
+    if kind is CadFormat.STEP:  # reading another format, the kernel does not know this option
+        wanted = DECLARED[declared] / factor
+        fitting = (name for name, length in _TARGETS.items() if math.isclose(length, wanted, rel_tol=1e-9))
+        exact = next(fitting, None)
+        target, scale = exact or "MM", scale if exact is None else 1.0
+    gmsh.option.setString("Geometry.OCCTargetUnit", target)
+    gmsh.option.setNumber("Geometry.OCCScaling", scale)
+    try:
+        yield
+    finally:
+        gmsh.option.setNumber("Geometry.OCCScaling", 1.0)
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+
+
 def _plain(name: str) -> str:
     """A name on one line, without characters that cannot be printed."""
     return " ".join("".join(letter if letter.isprintable() else " " for letter in name).split())
@@ -128,8 +160,6 @@ def _begins_as(kind: CadFormat, start: bytes) -> bool:
 
 def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
     """Let the kernel read a file."""
-    # Reading another format, the kernel does not know this option of its STEP reader.
-    gmsh.option.setString("Geometry.OCCTargetUnit", "MM" if kind is CadFormat.STEP else "")
     remedy = "The file may be damaged or cut short: export the rod again, as STEP"
     if kind is CadFormat.BREP and _is_cut_short(path.read_bytes()):
         raise GeometryError(f"{path.name} ends before its last line, which names its shape. {remedy}")
@@ -186,10 +216,19 @@ def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> li
         shells = [shell for shell in _connected(faces) if _is_tight(shell)]
         solids = [gmsh.model.occ.addVolume([gmsh.model.occ.addSurfaceLoop(shell)]) for shell in shells]
         gmsh.model.occ.synchronize()
+        _remove_replaced(faces)
     finally:
         gmsh.option.setNumber("Geometry.OCCSewFaces", 0)
         gmsh.option.setNumber("Geometry.Tolerance", usual)
     return [(kernel.SOLID, int(tag)) for tag in solids] or [(2, tag) for tag in faces]
+
+
+def _remove_replaced(faces: Sequence[int]) -> None:
+    """Remove the faces that the kernel has repaired copies of in a solid: they would be meshed beside it."""
+    loose = [(2, tag) for tag in faces if not gmsh.model.getAdjacencies(2, tag)[0].size]
+    if len(loose) < len(faces):
+        gmsh.model.occ.remove(loose)
+        gmsh.model.occ.synchronize()
 
 
 def _connected(faces: Sequence[int]) -> list[list[int]]:

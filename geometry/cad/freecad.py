@@ -100,6 +100,16 @@ def _read(path: Path, folder: Path) -> list[Shape]:
         return list(_unpacked(archive, objects, _results(objects, uses), folder))
 
 
+def linked_files(path: Path) -> list[str]:
+    """Names of other documents that a FreeCAD document takes parts from; none for a file of another kind."""
+    if path.suffix.lower() != ".fcstd":
+        return []
+    with zipfile.ZipFile(path) as archive:
+        root = ET.fromstring(_content(archive, "Document.xml", MOST_DESCRIPTION))  # noqa: S314 - as below
+    files = (link.get("file", "") for link in root.iter("XLink"))
+    return sorted({" ".join(Path(file).name.split()) for file in files if file})
+
+
 def _content(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
     """Unpack one member, which must not be larger than `most` bytes."""
     with archive.open(name) as member:

@@ -14,6 +14,7 @@ from geometry.cad.cap import assumed_cap
 from geometry.cad.cylinders import ROUND, recognised
 from geometry.cad.file import CadFile, MissingCap
 from geometry.cad.formats import declared_unit, read_solids
+from geometry.cad.freecad import linked_files
 from geometry.cad.holes import Hole
 from geometry.cad.interior import Interior
 from geometry.cad.members import member, members
@@ -58,22 +59,20 @@ def import_cad(
     """
     declared = declared_unit(file.path)
     unit = file.unit or declared
-    found, holes = _found(file, DECLARED[unit] / DECLARED[declared], tell)
+    found, holes = _found(file, unit, tell)
     if file.unit is None and (better := plausible_unit(holes[0].apart(holes[1]), unit)) != unit:
         unit = better
-        found, holes = _found(file, UNITS[unit] / DECLARED[declared], tell)
+        found, holes = _found(file, unit, tell)
     bores = tuple(FoundBore(2 * hole.radius, _vector(hole.center), hole.mean_width) for hole in holes)
     said = _assumed(file, declared, unit, found, holes[0].apart(holes[1]))
     intake = Intake(unit, tuple(found), (bores[0], bores[1]), tuple(said))
     return replace(_cut(file, found, holes, mirror, tell), intake=intake)
 
 
-def _found(
-    file: CadFile, scale: float, tell: Callable[[str], None]
-) -> tuple[list[Member], tuple[Hole, Hole]]:
-    """Read the file; return its solids and the bores."""
+def _found(file: CadFile, unit: str, tell: Callable[[str], None]) -> tuple[list[Member], tuple[Hole, Hole]]:
+    """Read the file, its numbers in a unit; return its solids and the bores."""
     tell(f"reading {file.path.name}")
-    solids = read_solids(file.path, scale)
+    solids = read_solids(file.path, unit)
     if len(solids) > 1:
         tell(f"looking for the rod among {len(solids)} solids")
     named = (file.big_end_bore, file.small_end_bore)
@@ -89,6 +88,13 @@ def _found(
         cap = member(assumed_cap(_faces(tags), missing.wall), "assumed cap", Role.ASSUMED_CAP)
         tags.append(cap.tag)
         return [*found, cap], find_bores(tags, _faces(tags), named)
+    except GeometryError as error:
+        if linked := linked_files(file.path):
+            raise GeometryError(
+                f"{error}. Parts of {file.path.name} are links to other files, whose shapes it does not hold "
+                f"({', '.join(linked)}): read the file of the rod, or export the assembly as STEP"
+            ) from error
+        raise
 
 
 def _capped_first(bores: tuple[Hole, Hole], found: Sequence[Member]) -> tuple[Hole, Hole]:

@@ -11,14 +11,12 @@ from geometry.cad.formats import NamedSolid
 from geometry.cad.holes import CLOSED, Hole
 from geometry.cad.walls import Walls, walls_of
 from geometry.errors import GeometryError
-from geometry.frame import rod_frame
+from geometry.frame import Balance, rod_frame
 from geometry.intake import Member, Role
 
 # A rod's distance of the bores is at least this part of its length, and its width along the pins and its
 # breadth at most these: 0.6 to 0.8, 0.1 to 0.4 and 0.3 to 0.6 on rods.
 _REACH, _WIDTH, _BREADTH = 0.4, 0.8, 1.1
-# Its centre of gravity lies beside the line between the bores by less than this part of their distance.
-_ASIDE = 0.2
 # Two bores, or two rods, of the same size differ by less, relatively.
 _ALIKE = 0.02
 # As many walls are tried for the small end if no solid is a rod, because holes in the shank may be larger.
@@ -117,14 +115,12 @@ def _is_rod(volume: int, big: Hole, small: Hole) -> bool:
     """Whether the proportions are those of a rod."""
     frame, distance = rod_frame(big.direction, small.center - big.center)
     length, breadth, width = np.ptp(solid_points(volume) @ frame.T, axis=0)
-    middle = np.array(gmsh.model.occ.getCenterOfMass(3, volume)) - big.center
-    along, aside, _ = frame @ middle
+    middle = np.array(gmsh.model.occ.getCenterOfMass(3, volume))
     return bool(
         distance >= _REACH * length
         and width <= _WIDTH * distance
         and breadth <= _BREADTH * length
-        and -_ASIDE * distance <= along <= (1 + _ASIDE) * distance
-        and abs(aside) <= _ASIDE * distance
+        and Balance.of(big.direction, big.center, small.center, middle).is_that_of_a_rod
     )
 
 

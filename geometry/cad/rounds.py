@@ -8,6 +8,7 @@ import numpy as np
 
 from geometry.arrays import Floats
 from geometry.cad.interior import Interior
+from geometry.cad.strips import whole_sweeps
 from geometry.faces import Face, Feature, FeatureKind
 
 # Sampling steps, in each parameter, over a face whose radius varies.
@@ -20,15 +21,14 @@ def concave_rounds(faces: Sequence[Face], interior: Interior, length: float) -> 
     These are cylinders, tori, and blends of varying radius, drafted corners and splines; the radius of the
     latter is the smallest one found from neighbouring normals.
     """
-    by_radius: dict[float, list[tuple[Face, float]]] = {}
-    for face in faces:
-        found = _round(face, interior)
-        if found is not None and found[0] < length / 4:
-            radius, sweep = found
-            by_radius.setdefault(round(radius, 4), []).append((face, sweep))
+    measured = {face.tag: _round(face, interior) for face in faces}
+    found = {tag: arc for tag, arc in measured.items() if arc is not None and arc[0] < length / 4}
+    sweeps = whole_sweeps(found)
+    by_radius: dict[float, list[int]] = {}
+    for tag, (radius, _) in found.items():
+        by_radius.setdefault(round(radius, 4), []).append(tag)
     for radius, alike in sorted(by_radius.items()):
-        tags = tuple(face.tag for face, _ in alike)
-        yield Feature(FeatureKind.ROUND, tags, radius, max(sweep for _, sweep in alike))
+        yield Feature(FeatureKind.ROUND, tuple(alike), radius, max(sweeps[tag] for tag in alike))
 
 
 def _round(face: Face, interior: Interior) -> tuple[float, float] | None:

@@ -7,6 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from geometry.arrays import Floats
+from geometry.frame import Balance
 from mesh.errors import MeshError
 from mesh.files.cylinder import fitted_axes, straightest
 from mesh.files.round_hole import RoundHole, round_holes
@@ -21,8 +22,6 @@ _DIRECTIONS, _ALIGNED, _ALIGNED_SINE = 6, math.cos(math.radians(8)), math.sin(ma
 _ANOTHER, _APART = 0.05, 0.05
 # Sums of radii within this factor are of the same holes, seen along directions a little apart.
 _SAME_SIZE = 0.97
-# The centre of gravity lies between the bores: no farther off their line than this part of the length.
-_OFF_LINE = 0.15
 # From this share of a turn on, an open wall may be half a bore; fillets are shorter.
 _HALF = 0.42
 
@@ -54,7 +53,7 @@ def find_bore_pair(skin: Skin, named: tuple[float | None, float | None] = (None,
     _require_only(best, every, named)
     if not any(named):
         _require_largest(best, every)
-        _require_weight_between(best, skin)
+        _require_between(best, skin)
     return _heavier_first(best, skin) if _alike(*best) and not any(named) else best
 
 
@@ -186,20 +185,14 @@ def _require_largest(pair: Pair, holes: Sequence[RoundHole]) -> None:
             )
 
 
-def _require_weight_between(pair: Pair, skin: Skin) -> None:
-    """Refuse bores whose line misses the centre of gravity, as bolt holes or parts of an assembly would."""
+def _require_between(pair: Pair, skin: Skin) -> None:
+    """Refuse bores with the centre of gravity far from the line between them."""
     big, small = pair
-    line = small.center - big.center
-    line = line - (line @ big.direction) * big.direction
-    length = float(np.linalg.norm(line))
-    arm = skin.center - big.center
-    along = float(arm @ line) / length
-    off = float(np.linalg.norm(arm - (arm @ big.direction) * big.direction - along / length * line))
-    if off > _OFF_LINE * length or not -0.1 * length < along < 1.1 * length:
-        x, y, z = skin.center
+    balance = Balance.of(big.direction, big.center, small.center, skin.center)
+    if not balance.is_that_of_a_rod:
         raise MeshError(
-            f"the two largest through-holes cannot be the bores, because the centre of gravity "
-            f"({x:.4g}, {y:.4g}, {z:.4g}) does not lie between them. {_listed(pair)}. {_REMEDY}"
+            f"the two largest through-holes cannot be the bores, because {balance.text()}. {_listed(pair)}. "
+            f"{_REMEDY}"
         )
 
 

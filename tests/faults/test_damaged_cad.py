@@ -10,7 +10,7 @@ from cad_files import CAD_ENDINGS, cad_file
 from contained import contained
 from mutated import mutated
 
-from fea.machine.forked import allow, apart
+from fea.machine.forked import allow, apart, say
 from geometry.errors import GeometryError
 from geometry.invalid import InvalidValue
 from geometry.presets import PRESETS
@@ -43,6 +43,11 @@ def _refuse():
     raise InvalidValue("rod.length_mm", 3.0, "is short")
 
 
+def _crashes_reading():
+    say("reading x.step")
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
 def _never_ends():
     allow(0.1)
     while True:
@@ -53,6 +58,7 @@ def _never_ends():
     ("death", "words"),
     [
         (lambda: os.kill(os.getpid(), signal.SIGSEGV), r"could not read x: it crashed \(SIGSEGV\)"),
+        (_crashes_reading, r"could not read x: it crashed \(SIGSEGV\), while reading x\.step"),
         (lambda: os._exit(3), "could not read x: it stopped without a message"),
         (_never_ends, r"could not read x: it did not finish within 0\.1\d* s of processor time"),
     ],

@@ -3,8 +3,10 @@
 import math
 import re
 import zipfile
+from itertools import pairwise
 
 import gmsh
+import numpy as np
 import pytest
 from cad_files import freecad_document
 
@@ -13,6 +15,7 @@ from geometry.cad.file import CadFile, MissingCap
 from geometry.cad.formats import declared_unit
 from geometry.cad.imported import import_cad
 from geometry.errors import GeometryError
+from geometry.faces import FeatureKind
 from geometry.intake import Role
 from geometry.mirror import Mirror
 from geometry.session import session
@@ -213,6 +216,38 @@ def test_surfaces_that_close_volumes_become_solids(tmp_path, ending):
         import_cad(CadFile(path))
 
 
+def test_surfaces_beside_those_that_close_a_volume_are_not_meshed(tmp_path):
+    def shell_and_plane(occ):
+        rod(occ)
+        occ.addRectangle(0, 0, 60, 50, 50)
+        occ.remove(occ.getEntities(3))
+
+    path = written(tmp_path / "beside.igs", shell_and_plane)
+    with session():
+        import_cad(CadFile(path))
+        walls = set(gmsh.model.getBoundary(gmsh.model.getEntities(3), combined=False, oriented=False))
+        assert set(gmsh.model.getEntities(2)) == walls
+
+
+def test_a_round_in_strips_is_measured_as_one(tmp_path):
+    def notched(occ):
+        corner = [(65 - 5 * math.cos(a), 9 - 5 * math.sin(a)) for a in np.linspace(0, math.pi / 2, 9)]
+        points = [occ.addPoint(x, y, 10) for x, y in [*corner, (90, 4), (90, 34), (60, 34)]]
+        center = occ.addPoint(65, 9, 10)
+        arcs = [occ.addCircleArc(one, center, other) for one, other in pairwise(points[:9])]
+        lines = [occ.addLine(one, other) for one, other in pairwise([*points[8:], points[0]])]
+        pocket = occ.extrude([(2, occ.addPlaneSurface([occ.addCurveLoop([*arcs, *lines])]))], 0, 0, -8)
+        bar = [(3, occ.addBox(-40, -40, -10, 230, 80, 20))]
+        occ.cut(bar, [pocket[1], bore(occ, 0, BIG), bore(occ, LENGTH, SMALL)])
+        occ.remove(occ.getEntities(2), recursive=True)
+        occ.remove([(0, center)])
+
+    found = imported(written(tmp_path / "strips.step", notched)).features
+    rounds = [one for one in found if one.kind is FeatureKind.ROUND]
+    assert [(len(one.faces), one.radius) for one in rounds] == [(8, pytest.approx(5))]
+    assert rounds[0].sweep == pytest.approx(math.pi / 2, rel=1e-3)
+
+
 @pytest.mark.parametrize(("scale", "unit"), [(1e-3, "m"), (1 / 25.4, "in"), (1.0, "mm")])
 def test_a_wrong_unit_is_told_by_the_rods_length(tmp_path, scale, unit):
     path = written(tmp_path / "rod.step", rod, scale)
@@ -232,6 +267,24 @@ def test_a_file_in_metres_is_the_same_as_one_in_millimetres(tmp_path):
     assert metres.mass.mass == pytest.approx(millimetres.mass.mass, rel=1e-9)
 
 
+@pytest.mark.parametrize(("declared", "unit"), [("$", None), (".MICRO.", None), (".CENTI.", "mm")])
+def test_the_same_numbers_in_millimetres_give_the_same_bits_whatever_the_file_declares(
+    tmp_path, declared, unit
+):
+    plain, told = written(tmp_path / "plain.step", rod), tmp_path / "told.step"
+    told.write_text(plain.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", f"SI_UNIT({declared},.METRE.)"))
+
+    def bits(path, unit=None):
+        with session():
+            solid = import_cad(CadFile(path, unit=unit))
+            gmsh.option.setNumber("Mesh.MeshSizeMax", 10)
+            gmsh.model.mesh.generate(2)
+            nodes = gmsh.model.mesh.getNodes()[1].tobytes()
+        return solid.intake.unit, solid.mass, solid.bores, nodes
+
+    assert bits(told, unit) == bits(plain)
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
@@ -243,6 +296,20 @@ def test_a_damaged_archive_is_refused(tmp_path, content, message):
     path = tmp_path / "rod.FCStd"
     path.write_bytes(content)
     with session(), pytest.raises(GeometryError, match=message):
+        import_cad(CadFile(path))
+
+
+def test_a_document_of_links_names_the_files_that_hold_its_parts(tmp_path):
+    shape = written(tmp_path / "screw.brep", lambda occ: occ.addCylinder(0, 0, 0, 0, 0, 20, 3))
+    text = freecad_document("a.brp").replace(
+        "</Properties>",
+        '<Property name="LinkedObject"><XLink file="parts/Rod.FCStd" name="Model"/></Property></Properties>',
+    )
+    path = tmp_path / "assembly.FCStd"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("Document.xml", text)
+        archive.write(shape, "a.brp")
+    with session(), pytest.raises(GeometryError, match=r"links to other files.*\(Rod.FCStd\): read the file"):
         import_cad(CadFile(path))
 
 
@@ -299,7 +366,7 @@ def test_holes_that_are_no_bores_of_a_rod_are_refused(tmp_path):
     path = written(tmp_path / "bracket.step", bracket)
     with (
         session(),
-        pytest.raises(GeometryError, match="are not the bores of a rod: its centre of gravity lies"),
+        pytest.raises(GeometryError, match="are not the bores of a rod: the centre of gravity lies"),
     ):
         import_cad(CadFile(path))
     named = imported(path, big_end_bore=16.0, small_end_bore=10.0)
