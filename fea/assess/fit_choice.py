@@ -103,7 +103,7 @@ def _chosen(
         interference=warmed(given, 2 * radii.seat, alpha[part], alpha[ROD], expansions.warming),
     )
     key, what = f"assembly.{part}_interference_mm", "bearing shells" if part == SHELL else part
-    said = (*judge_fit(key, given, what, fit, inner, outer), *judge_seat(what, fit))
+    said = (*judge_fit(what, fit, inner, outer, key=key, given=given), *judge_seat(what, fit))
     if expansions.warming:
         change = (
             f"{what}: interference {given:.3g} mm, at the assembly's temperature {fit.interference:.3g} mm"

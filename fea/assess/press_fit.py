@@ -85,22 +85,20 @@ def ring_of(inner: float, outer: float, material: Material) -> Ring:
 
 
 def judge_fit(
-    key: str, given: float, what: str, fit: PressFit, inner: Material, outer: Material
+    what: str, fit: PressFit, inner: Material, outer: Material, *, key: str, given: float
 ) -> tuple[str, ...]:
     """Judge an interference before it is solved.
 
     Parameters
     ----------
-    key
-        The study's key of the interference.
-    given
-        Its value; that of the fit differs at another temperature.
     what
         The inner part, in words.
     fit
         The fit.
     inner, outer
         Materials of the rings.
+    key, given
+        The study's key of the interference, and its value; that of the fit differs at another temperature.
 
     Raises
     ------
