@@ -1,12 +1,22 @@
 """From [assembly] of a study to what is drawn, and to how the parts are put together."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fea.assess.bolt_choice import ChosenBolt, choose_bolt
 from fea.assess.bolt_seats import seats_of
+from fea.assess.expansions import ROD, Expansions
+from fea.assess.fit_choice import ChosenFit, choose_fits, radii_of
 from fea.rod.discretise import MeshedRod
-from fea.study.assembly_materials import BOLT, assumed_materials, bolt_material, table_name
+from fea.study.assembly_materials import (
+    BOLT,
+    BUSHING,
+    SHELL,
+    assumed_materials,
+    bolt_material,
+    table_name,
+)
 from fea.study.assembly_table import AssemblyTable
 from fea.study.contact_table import PINS
 from fea.study.expansion import REFERENCE_TEMPERATURE, thermal_expansion
@@ -34,11 +44,17 @@ class Assembling:
         Each of the cap's bolts.
     geometry
         What is separate.
+    fits
+        Press fits by the inner part, as Lamé estimates them.
+    expansions
+        Of the parts, at the assembly's temperature.
     """
 
     table: AssemblyTable
     bolt: ChosenBolt
     geometry: Assembly
+    fits: Mapping[str, ChosenFit]
+    expansions: Expansions
 
     @classmethod
     def of(cls, study: Study) -> "Assembling | None":
@@ -54,9 +70,13 @@ class Assembling:
             return None
         chosen = choose_bolt(table, seats_of(rod), study.part_material.get(BOLT), study.material.material())
         bolt = chosen.bolt
+        materials = _materials(study, table)
+        expansions = Expansions.of(table, materials)
         return cls(
             table=table,
             bolt=chosen,
+            fits=choose_fits(table, radii_of(rod, table.shell_thickness_mm or 0.0), materials, expansions),
+            expansions=expansions,
             geometry=Assembly(
                 split=table.split_angle,
                 bushing=table.bushing_touches,
@@ -94,7 +114,8 @@ class Assembling:
         if self.table.joint_friction is None:
             assumed.append(f"friction {self.table.friction:g} between the parts (assembly.joint_friction)")
         said = [f"assembly: assumed are {', '.join(assumed)}"] if assumed else []
-        return (*said, *self.bolt.remarks)
+        fits = (remark for fit in self.fits.values() for remark in fit.remarks)
+        return (*said, *self.bolt.remarks, *self.expansions.remarks, *fits)
 
     def _expansion(self, study: Study, parts: tuple[str, ...]) -> "Expansion | None":
         from fea.contact.assembled_rod import Expansion  # noqa: PLC0415 - see above
@@ -117,3 +138,13 @@ class Assembling:
             piston_pin=pins[0][0],
             crank_pin=pins[1][0],
         )
+
+
+def _materials(study: Study, table: AssemblyTable) -> dict[str, MaterialTable]:
+    """Tables of rod, bolts and what is fitted into the rod, by part."""
+    found = {ROD: study.part_material_table(ROD), BOLT: bolt_material(study.part_material, table.grade)}
+    if table.bushing_touches:
+        found[BUSHING] = study.part_material_table(BUSHING)
+    if table.shell_thickness_mm is not None:
+        found[SHELL] = study.part_material_table(SHELL)
+    return found

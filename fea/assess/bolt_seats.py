@@ -1,10 +1,12 @@
 """Where the bolts of a cap sit: the room that a rod has for them."""
 
-import math
 from dataclasses import dataclass
 
 from geometry.bosses import bosses
 from geometry.rod import Rod
+
+# Of the room on the end of a boss, what a seat may take, as in `geometry.assembly_rules`.
+_ROOM = 0.98
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,6 @@ def seats_of(rod: Rod) -> BoltSeats:
         hole=rod.cap_bolt,
         length=2 * boss.half_length,
         cap=boss.half_length,
-        room=min(outside, across, boss.bolt_at - boss.seat if boss.seat else math.inf),
+        room=_ROOM * min(outside, across, boss.bolt_at - boss.seat),
         outer=2 * min(outside, across, boss.bolt_at - rod.big_end_bore / 2),
     )

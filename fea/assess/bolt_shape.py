@@ -18,6 +18,8 @@ _ENGAGED, _LEAST_ENGAGED = 1.25, 0.8
 # Least seat over the hole, and least shank, of waisted bolts, over d.
 _LEAST_SEAT, _LEAST_SHANK = 1.1, 0.6
 _ALIKE = 1e-6
+# Least length of hole behind the thread over its diameter, as in `geometry.assembly_rules`.
+_PLAIN = 0.05
 
 
 @dataclass(frozen=True)
@@ -132,7 +134,9 @@ def _screwed(table: AssemblyTable, seats: BoltSeats, thread: Thread, assumed: As
     if table.bolt_engaged_mm is not None:
         rule = f"must be at most {left:.4g} mm, what the grip of {grip:.4g} mm leaves of the hole"
         require(wanted <= left * (1 + _ALIKE), "assembly.bolt_engaged_mm", wanted, rule, remedy)
-    engaged, least = min(wanted, left), _LEAST_ENGAGED * thread.diameter
+    # A thread that nearly reaches the end of the hole reaches it.
+    near = table.bolt_engaged_mm is None and left - wanted < _PLAIN * seats.hole
+    engaged, least = left if near else wanted, _LEAST_ENGAGED * thread.diameter
     rule = f"leaves {engaged:.4g} mm of engaged thread, less than {_LEAST_ENGAGED:g} d: it would strip"
     remedy = f"Engage at least {least:.4g} mm."
     require(engaged >= least * (1 - _ALIKE), key, grip, rule, remedy)

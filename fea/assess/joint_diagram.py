@@ -1,4 +1,4 @@
-"""Forces in a bolted joint under an axial load (VDI 2230-1:2015, section 3.2.1, steps R2 to R6 and R12).
+"""Forces in a bolted joint under an axial load (VDI 2230-1:2015, section 3.2.1, steps R3 to R5).
 
 Compliances in mm/N, forces in N, lengths in mm. A load that pulls the parts apart is positive.
 """
@@ -24,14 +24,6 @@ def opening_load(preload: float, factor: float) -> float:
     return preload / (1 - factor)
 
 
-def measured_load_factor(bolt_change: float, clamp_change: float) -> float:
-    """Φ from the changes of a bolt's force and of the force between the parts, as a model gives them.
-
-    The load is what the bolt gains and the joint loses.
-    """
-    return bolt_change / (bolt_change - clamp_change)
-
-
 def embedding_loss(embedding: float, bolt: float, parts: float) -> float:
     """F_Z = f_Z/(δ_S + δ_P): preload that embedding by f_Z takes (R4/1)."""
     return embedding / (bolt + parts)
@@ -40,11 +32,6 @@ def embedding_loss(embedding: float, bolt: float, parts: float) -> float:
 def thermal_slack(grip: float, bolt_expansion: float, parts_expansion: float, warming: float) -> float:
     """l_K (α_S − α_P) ΔT: by how much more a bolt expands than the parts; over δ_S + δ_P, ΔF_Vth (R4/2)."""
     return grip * (bolt_expansion - parts_expansion) * warming
-
-
-def slip_reserve(clamp: float, shear: float, friction: float) -> float:
-    """S_G = μ_T F_KR/F_Q: clamping force over what the shear F_Q needs (R12); infinite without it."""
-    return float("inf") if shear == 0 else friction * clamp / abs(shear)
 
 
 # f_Z, µm, of thread, each seat of head or nut, each inner joint, by the roughness R_z up to µm (VDI 2230-1,

@@ -10,7 +10,7 @@ from typing import Any
 
 from fea.choices import CONTACT, CONVERGED_PERCENT, Assembly, Element, Fatigue, SolverName, Support, Symmetry
 from fea.material import Material
-from fea.study.assembly_materials import BOLT, assembled, table_name
+from fea.study.assembly_materials import BOLT, assembled, bolt_material, table_name
 from fea.study.assembly_table import AssemblyTable, changed, require_pins_in_contact, with_contact
 from fea.study.contact_table import PINS, ContactTable
 from fea.study.engine_presets import engine_preset, with_preset
@@ -181,7 +181,10 @@ class Study:
         """Check every value before anything is computed."""
         self.material.material()
         for part, table in self.part_material.items():
-            table.stiffness() if part in PINS else table.material()
+            if part == BOLT and self.assembly is not None:
+                bolt_material(self.part_material, self.assembly.grade).material()
+            else:
+                table.stiffness() if part in PINS else table.material()
         self.speed.speeds()
         if self.rod.mesh is not None:
             self._require_no_remeshing()

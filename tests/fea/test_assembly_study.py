@@ -1,0 +1,239 @@
+"""[assembly] of a study: what is read, completed, written again, and refused."""
+
+import dataclasses
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from fea.analysis.assembling import Assembling
+from fea.assess.bolt_choice import choose_bolt
+from fea.assess.bolt_seats import BoltSeats, seats_of
+from fea.choices import BoltGrade, ThreadRolled
+from fea.study.flags import Flags
+from fea.study.material_table import MaterialTable
+from fea.study.study import load_study, parse_study
+from geometry.invalid import InvalidValue
+
+ROD = (
+    '[rod]\npreset = "leon-2001"\nbushing_mm = 1.5\ncap_bolt_mm = 9.0\ncap_bolt_spacing_mm = 72.0\n'
+    "cap_boss_length_mm = 40.0\ncap_boss_fillet_mm = 4.0\n"
+)
+SEATS = BoltSeats(hole=9.0, length=40.0, cap=20.0, room=8.0, outer=18.0)
+
+
+def read(text, rod=ROD):
+    return parse_study(rod + text, "test", Path.cwd())
+
+
+def assembling(text):
+    found = Assembling.of(read(text))
+    assert found is not None
+    return found
+
+
+def bolt(text="", seats=SEATS):
+    study = read(f"[assembly]\n{text}")
+    own = study.part_material.get("bolt")
+    return choose_bolt(study.assembly, seats, own, study.material.material())
+
+
+def test_an_assembly_puts_the_pins_in_contact_unless_it_is_told_otherwise():
+    assert read("[assembly]\n").analysis.in_contact
+    assert read("[assembly]\n[analysis]\ncycle = true\n").analysis.in_contact
+    assert not read("").analysis.in_contact
+    with pytest.raises(InvalidValue, match=r'analysis\.pressure.*\[assembly\].*pressure = "contact"'):
+        read('[assembly]\n[analysis]\npressure = "cosine-180"\n')
+    with pytest.raises(InvalidValue, match=r"analysis\.pressure"):
+        Flags(pressure="webster").applied(read("[assembly]\n"))
+
+
+def test_a_resolved_study_runs_again_and_gives_the_same():
+    text = "[assembly]\nsplit = 0.0\nbolt_grade = 12.9\nbolt_torque_Nm = 55.0\n[material.bolt]\n"
+    text += "preset = 'bolt-12.9'\n"
+    study = read(text)
+    again = parse_study(study.text(), "test", Path.cwd())
+    assert again == dataclasses.replace(study, part_material=again.part_material, material=again.material)
+    assert again.text() == study.text()
+    assert "assembly" in tomllib.loads(study.text())
+    assert "assembly" not in tomllib.loads(load_study().text())
+
+
+def test_with_assembly_one_way_of_tightening_replaces_another():
+    study = read("").with_assembly(bolt_torque_Nm=50.0, joint_friction=0.2)
+    assert study.analysis.in_contact
+    table = study.with_assembly(bolt_preload_kN=30.0).assembly
+    assert (table.bolt_preload_kN, table.bolt_torque_Nm, table.joint_friction) == (30.0, None, 0.2)
+    with pytest.raises(InvalidValue, match="unknown key"):
+        study.with_assembly(bolts=2)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "bolt_preload_kN = 3.0\nbolt_torque_Nm = 3.0",
+            r"bolt_preload_kN = 3: cannot be combined with bolt_torque",
+        ),
+        ("bolt_preload_kN = 0.0", "must be positive"),
+        ("bolt_nut_mm = 13.0\nbolt_engaged_mm = 9.0", "cannot be combined with bolt_engaged_mm"),
+        ("thread_friction = 0.0", r"must be 0\.01 to 1"),
+        ("joint_friction = -0.1", "must be 0 to 1"),
+        ("temperature_C = 1200.0", "must be -60 to 300"),
+        ("split = 80.0", "must be -75 to 75"),
+        ('split = "cracked"', "Choose from straight or give a number"),
+        ("bolt_grade = 11.9", r"is not a property class.*\[material\.bolt\]"),
+        ('bolt_thread = "3/8-24"', r'is not a metric thread.*"M9x1"'),
+        ("shell_interference_mm = 0.03", "needs shell_thickness_mm"),
+        ("bolt_tightening_factor = 0.9", "must be 1 to 4"),
+        ("bushing_interference_mm = -0.01", "must not be negative"),
+    ],
+)
+def test_values_that_no_assembly_has_are_refused(text, said):
+    with pytest.raises(InvalidValue, match=said):
+        read(f"[assembly]\n{text}\n")
+
+
+def test_a_rod_without_bolt_holes_bushing_or_parts_is_refused():
+    plain = '[rod]\npreset = "leon-2001"\n'
+    with pytest.raises(InvalidValue, match=r"rod\.cap_bolt_mm is missing.*cap_bolt_spacing_mm"):
+        read("[assembly]\n", plain)
+    with pytest.raises(InvalidValue, match=r"bushing_interference_mm.*rod\.bushing_mm"):
+        read("[assembly]\nbushing_interference_mm = 0.03\n", ROD.replace("bushing_mm = 1.5\n", ""))
+
+
+def test_materials_of_the_parts_are_their_own_or_usual_ones():
+    study = read("[assembly]\n[material.shell]\npreset = 'leon-2001'\n")
+    parts = ("rod", "cap", "bushing", "upper shell", "lower shell")
+    rod, cap, bushing, *shells = study.materials(parts)
+    assert rod == cap == study.material.material()
+    assert bushing == MaterialTable(preset="cusn8p").material()
+    assert shells == [MaterialTable(preset="leon-2001").material()] * 2
+    assert read("").materials(("rod", "bushing"))[1] == study.material.material()
+    with pytest.raises(InvalidValue, match=r"\[material\.shell\] does not name a part"):
+        study.materials(("rod", "cap"))
+
+
+def test_what_is_left_out_is_assumed_and_said():
+    found = bolt()
+    assert (found.bolt.thread.name, found.bolt.rolled) == ("M9x1", ThreadRolled.BEFORE)
+    assert found.bolt.grip == SEATS.length
+    # 90 % of the yield strength of class 10.9, by hand: 0.9 · 940 · 51.04 / √(1 + 3 · 0.2746²).
+    assert found.bolt.preload == pytest.approx(39.0e3, rel=1e-3)
+    said = found.remarks[0]
+    for key in ("thread", "grip_mm", "head_mm", "nut_mm", "shank_mm", "grade", "preload_kN", "thread_rolled"):
+        assert f"bolt_{key}" in said
+    assert all("assumed" not in line for line in found.remarks[1:])
+    assert "90% of the yield strength" in found.remarks[1]
+    assert any("embedding is not deducted" in line for line in found.remarks)
+
+
+def test_torque_stretch_and_preload_agree():
+    by_force = bolt("bolt_preload_kN = 30.0")
+    by_torque = bolt(f"bolt_torque_Nm = {by_force.torque / 1e3!r}")
+    by_stretch = bolt(f"bolt_stretch_mm = {30e3 * by_force.compliance.between_ends!r}")
+    assert by_torque.bolt.preload == pytest.approx(30e3, rel=1e-12)
+    assert by_stretch.bolt.preload == pytest.approx(30e3, rel=1e-12)
+    assert "by stretching" in " ".join(by_stretch.remarks)
+
+
+def test_strengths_are_those_of_the_material_or_of_the_grade():
+    assert bolt('bolt_grade = "12.9"').bolt.yield_strength == 1100.0
+    own = "[material.bolt]\nyield_MPa = 1300.0\nultimate_MPa = 1450.0\n"
+    found = bolt("bolt_grade = 12.9\n" + own).bolt
+    assert (found.yield_strength, found.ultimate_strength) == (1300.0, 1450.0)
+    assert found.proof == pytest.approx(0.88 * 1300.0)
+    assert read("[assembly]\nbolt_grade = 8.8\n").assembly.grade is BoltGrade.G8_8
+    with pytest.raises(InvalidValue, match=r"material\.bolt\.ultimate_MPa"):
+        bolt("[material.bolt]\nyield_MPa = 1300.0\nultimate_MPa = 1200.0\n")
+
+
+def test_embedding_that_is_given_is_taken_from_the_preload():
+    plain, embedded = bolt("bolt_preload_kN = 30.0"), bolt("bolt_preload_kN = 30.0\nbolt_embedding_um = 11.0")
+    compliance = plain.compliance.total + plain.parts_compliance
+    assert plain.bolt.preload - embedded.bolt.preload == pytest.approx(0.011 / compliance)
+    assert embedded.bolt.assembly_preload == 30e3
+    with pytest.raises(InvalidValue, match="all of the preload"):
+        bolt("bolt_preload_kN = 1.0\nbolt_embedding_um = 500.0")
+
+
+def test_tightening_is_judged():
+    assert any("exceeds the proof load" in line for line in bolt("bolt_stretch_mm = 0.195").remarks)
+    assert any("tightening yields them" in line for line in bolt("bolt_preload_kN = 45.0").remarks)
+    with pytest.raises(
+        InvalidValue, match=r"bolt_preload_kN = 50: breaks the bolt.*ultimate strength is 1040"
+    ):
+        bolt("bolt_preload_kN = 50.0")
+    # 39 kN on π/4 (10² − 9²) mm².
+    assert any("2613 MPa under head or nut" in line for line in bolt("bolt_head_mm = 10.0").remarks)
+
+
+@pytest.mark.parametrize(
+    ("text", "engaged", "grip"),
+    [
+        ("bolt_grip_mm = 28.0", 11.25, 28.0),
+        ("bolt_engaged_mm = 10.0", 10.0, 30.0),
+        ("bolt_grip_mm = 28.6", 11.4, 28.6),  # what would be left of the hole, 0.15 mm, is used
+        ("bolt_grip_mm = 40.0", 0.0, 40.0),
+    ],
+)
+def test_a_grip_shorter_than_the_bosses_is_that_of_a_screw(text, engaged, grip):
+    found = bolt(text).bolt
+    assert (found.engaged, found.grip) == (pytest.approx(engaged), pytest.approx(grip))
+    assert (found.nut_diameter == 0) == (engaged > 0)
+
+
+def test_a_hole_that_does_not_go_through_takes_a_screw():
+    blind = dataclasses.replace(SEATS, through=False)
+    assert bolt(seats=blind).bolt.engaged == pytest.approx(11.25)
+    with pytest.raises(InvalidValue, match=r"bolt_nut_mm.*does not go through"):
+        bolt("bolt_nut_mm = 13.0", blind)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('bolt_thread = "M10x1"', "must not be thicker than its hole, 9 mm"),
+        ("bolt_grip_mm = 18.0", "must reach beyond the joint, 20 mm"),
+        ("bolt_grip_mm = 38.0", r"2 mm of engaged thread, less than 0\.8 d"),
+        ("bolt_grip_mm = 50.0", "must be the distance of the seats, 40 mm"),
+        ("bolt_grip_mm = 30.0\nbolt_engaged_mm = 12.0", "must be at most 10 mm"),
+        ("bolt_head_mm = 9.5", r"must be 9\.9 to 16 mm"),
+        ("bolt_head_mm = 17.0", r"must be 9\.9 to 16 mm"),
+        ("bolt_shank_mm = 4.0", r"must be at least 5\.4 mm"),
+        ("bolt_free_thread_mm = 41.0", "must be at most the grip, 40 mm"),
+    ],
+)
+def test_bolts_that_do_not_fit_are_refused(text, said):
+    with pytest.raises(InvalidValue, match=said):
+        bolt(text)
+
+
+def test_a_rod_without_room_for_a_seat_is_refused_with_what_to_do():
+    with pytest.raises(InvalidValue, match=r"bolt_head_mm needs at least 9\.9 mm.*cap_bolt_spacing_mm"):
+        bolt(seats=dataclasses.replace(SEATS, room=4.0))
+
+
+def test_the_seats_of_a_rod_given_by_dimensions_are_ones_that_can_be_drawn():
+    from geometry.assembly_rules import check
+
+    for spacing in (70.5, 72.0, 78.0):
+        study = read("[assembly]\n", ROD.replace("72.0", f"{spacing}"))
+        seats = seats_of(study.rod.dimensions)
+        assert (seats.hole, seats.length, seats.cap) == (9.0, 40.0, 20.0)
+        check(study.rod.dimensions, Assembling.of(study).geometry)
+
+
+def test_fits_and_temperature_are_judged_and_said():
+    fits = "bushing_interference_mm = 0.04\nshell_thickness_mm = 1.5\nshell_interference_mm = 0.03\n"
+    cold, warm = assembling("[assembly]\n" + fits), assembling("[assembly]\ntemperature_C = 120.0\n" + fits)
+    # Bronze in steel, 27 mm, 100 K: 6.5e-6 · 27 · 100; the shells are steel, as the rod.
+    assert warm.fits["bushing"].interference == pytest.approx(0.04 + 0.01755)
+    assert warm.fits["shell"].interference == cold.fits["shell"].interference == 0.03
+    said = " ".join(warm.remarks(read("[assembly]\n"), ("rod", "bushing")))
+    assert "+100 K from 20 °C" in said
+    assert "copper alloy for the bushing" in said
+    assert "0.0576 mm" in said
+    assert "K from" not in " ".join(cold.remarks(read("[assembly]\n"), ("rod", "bushing")))
+    with pytest.raises(InvalidValue, match="makes the bushing yield through its wall"):
+        assembling("[assembly]\nbushing_interference_mm = 0.2\n")

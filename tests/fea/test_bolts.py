@@ -1,0 +1,244 @@
+"""Bolts after VDI 2230: published tables, closed forms, and what must hold for any bolt."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from fea.assess.bolt_compliance import bolt_compliance
+from fea.assess.bolt_result import BoltResult, JointResult
+from fea.assess.bolt_strength import endurance_after, endurance_before, working_stress
+from fea.assess.bolt_tightening import Lever, allowed_preload, tightening_stress
+from fea.assess.clamped_parts import ClampedParts
+from fea.assess.joint_diagram import (
+    bolt_force,
+    clamp_force,
+    embedding_loss,
+    expected_embedding,
+    load_factor,
+    opening_load,
+    thermal_slack,
+)
+from fea.choices import BoltGrade, ThreadRolled
+from fea.rod.bolt import Bolt
+from fea.study.bolt_grades import bolt_strength
+from fea.study.metric_thread import Thread, parse_thread, thread_in_hole
+from geometry.invalid import InvalidValue
+
+# Seat of a hexagon bolt (ISO 4014) and medium hole (ISO 273) by nominal diameter, mm.
+SEATS = {8: (11.63, 9.0), 10: (14.63, 11.0), 12: (16.63, 13.5), 16: (22.49, 17.5), 24: (33.61, 26.0)}
+# Fine threads of VDI 2230, tables A3 and A4, reprinted in a fastener catalogue: preload in kN, torque in N·m,
+# by friction, for classes 8.8, 10.9 and 12.9 at 90 % of the yield strength.
+TABLE = {
+    ("M8x1", 0.10): ((20.7, 30.4, 35.6), (22.8, 33.5, 39.2)),
+    ("M8x1", 0.14): ((19.7, 28.9, 33.9), (29.2, 42.8, 50.1)),
+    ("M10x1.25", 0.12): ((31.6, 46.4, 54.3), (51, 75, 87)),
+    ("M12x1.25", 0.12): ((48.0, 70.5, 82.5), (90, 133, 155)),
+    ("M16x1.5", 0.14): ((85.5, 125.5, 146.9), (244, 359, 420)),
+    ("M24x2", 0.12): ((209, 297, 348), (769, 1095, 1282)),
+}
+GRADES = (BoltGrade.G8_8, BoltGrade.G10_9, BoltGrade.G12_9)
+THREADS = st.builds(lambda d, share: Thread(d, share * d), st.floats(3, 64), st.floats(0.04, 0.18))
+FRICTIONS = st.floats(0.02, 0.4)
+FORCES = st.floats(10.0, 1e6)
+
+
+def bolt(**changes):
+    thread = parse_thread("key", "M9x1")
+    usual = {
+        "thread": thread,
+        "preload": 35e3,
+        "stiffness": 2.2e5,
+        "head_diameter": 13.0,
+        "nut_diameter": 12.5,
+        "engaged": 0.0,
+        "grip": 40.0,
+        "hole": 9.0,
+        "shank_diameter": 9.0,
+        "proof": 830.0,
+        "yield_strength": 940.0,
+        "ultimate_strength": 1040.0,
+        "thread_friction": 0.12,
+        "head_friction": 0.12,
+        "rolled": ThreadRolled.BEFORE,
+        "assembly_preload": 35e3,
+    }
+    return Bolt(**{**usual, **changes})
+
+
+@pytest.mark.parametrize(
+    ("name", "pitch", "root", "area"),
+    # d2, d3 and A_S of ISO 724 and ISO 898-1, tables 4 and 6.
+    [
+        ("M8", 7.188, 6.466, 36.6),
+        ("M12x1.25", 11.188, 10.466, 92.1),
+        ("M10x1", 9.350, 8.773, 64.5),
+        ("M 24 X 2", 22.701, 21.546, 384.0),
+    ],
+)
+def test_basic_dimensions_are_those_of_the_standard(name, pitch, root, area):
+    thread = parse_thread("key", name)
+    assert thread.pitch_diameter == pytest.approx(pitch, abs=6e-4)
+    assert thread.root_diameter == pytest.approx(root, abs=6e-4)
+    assert thread.stress_area == pytest.approx(area, rel=1.5e-3)
+
+
+@pytest.mark.parametrize("name", ["M8.5", "8x1", "M8x", "M8x5", "M800x6", "M0x1", "", "M8x1x40"])
+def test_what_is_no_thread_is_refused(name):
+    with pytest.raises(InvalidValue, match=r"assembly\.bolt_thread"):
+        parse_thread("assembly.bolt_thread", name)
+
+
+def test_the_thread_of_a_hole_is_the_largest_that_goes_through():
+    assert [thread_in_hole(hole).name for hole in (3.0, 8.9, 9.0, 13.0)] == [
+        "M3x0.35",
+        "M8x1",
+        "M9x1",
+        "M12x1.25",
+    ]
+    assert thread_in_hole(2.9) is None
+
+
+@pytest.mark.parametrize(("case", "published"), TABLE.items())
+def test_preload_and_torque_are_those_of_the_guideline(case, published):
+    (name, friction), thread = case, parse_thread("key", case[0])
+    lever = Lever(thread, sum(SEATS[int(thread.diameter)]) / 2, friction, friction)
+    for grade, force, torque in zip(GRADES, *published, strict=True):
+        strength = bolt_strength(grade, thread.diameter)
+        allowed = allowed_preload(thread, thread.stress_diameter, friction, strength.yield_strength)
+        # Printed to two or three digits; seats and areas of the tables are rounded, too.
+        assert allowed == pytest.approx(force * 1e3, rel=4e-3), name
+        assert lever.torque(allowed) == pytest.approx(torque * 1e3, rel=7e-3), name
+
+
+@given(THREADS, FRICTIONS, FRICTIONS, FORCES)
+def test_torque_and_preload_are_inverse_and_grow_together(thread, turning, under, force):
+    lever = Lever(thread, 1.4 * thread.diameter, turning, under)
+    assert lever.preload(lever.torque(force)) == pytest.approx(force, rel=1e-12)
+    assert lever.torque(force) < lever.torque(1.01 * force)
+    assert Lever(thread, 1.4 * thread.diameter, 1.01 * turning, under).torque(force) > lever.torque(force)
+
+
+@given(THREADS, FRICTIONS, st.floats(300, 1500))
+def test_the_allowed_preload_uses_its_share_of_the_yield_strength(thread, friction, strength):
+    diameter = thread.stress_diameter
+    force = allowed_preload(thread, diameter, friction, strength, 0.8)
+    assert tightening_stress(force, thread, diameter, friction) == pytest.approx(0.8 * strength, rel=1e-12)
+    assert allowed_preload(thread, diameter, 1.01 * friction, strength, 0.8) < force
+
+
+def test_a_shank_of_the_core_only_is_a_chain_of_cylinders():
+    thread, E = parse_thread("key", "M10"), 205e3
+    found = bolt_compliance(
+        thread, grip=50.0, free_thread=20.0, shank_area=40.0, modulus=E, counter_modulus=70e3, nut=False
+    )
+    area, root = math.pi / 4 * 10.0**2, thread.root_area
+    parts = (5 / area, 30 / 40.0, 20 / root, 5 / root, 3.3 / area * E / 70e3)
+    assert found.total * E == pytest.approx(sum(parts), rel=1e-12)
+    assert found.between_ends * E == pytest.approx(sum(parts[:4]), rel=1e-12)
+
+
+@pytest.mark.parametrize("nut", [True, False])
+@given(
+    grip=st.floats(5, 200), seat=st.floats(10.5, 20), outer=st.floats(9.5, 200), modulus=st.floats(5e4, 2e5)
+)
+def test_clamped_parts_are_the_integral_over_cones_and_sleeve(nut, grip, seat, outer, modulus):
+    parts = ClampedParts(grip, seat, 9.0, outer, modulus, nut)
+    slope = parts.slope
+
+    def over_area(z):  # z from the seat of the head; from both seats with a nut
+        reach = min(seat + 2 * slope * z, max(outer, seat)) if outer > seat else outer
+        return 4 / (math.pi * (reach**2 - 81.0))
+
+    length = grip / 2 if nut else grip
+    kink = (outer - seat) / (2 * slope)
+    expected = quad(over_area, 0, length, points=[kink] if 0 < kink < length else None, epsrel=1e-10)[0]
+    assert parts.compliance * modulus == pytest.approx(expected * (2 if nut else 1), rel=1e-7)
+
+
+def test_the_cone_of_a_worked_proportion():
+    # l_K = d_W = D_A/2: tan φ = 0.362 + 0.032 ln(1/2) + 0.153 ln 2, or 0.348 + 0.193 ln 2 for a screw.
+    assert ClampedParts(15, 15, 9, 30, 2e5).slope == pytest.approx(0.44587, abs=1e-5)
+    assert ClampedParts(15, 15, 9, 30, 2e5, nut=False).slope == pytest.approx(0.48178, abs=1e-5)
+
+
+@given(st.floats(1e-7, 1e-4), st.floats(1e-7, 1e-4), st.floats(1e2, 1e5), st.floats(0, 3))
+def test_the_joint_diagram_balances_and_opens_once(bolt_part, parts, preload, share):
+    factor = load_factor(bolt_part, parts)
+    load = share * opening_load(preload, factor)
+    force, clamp = bolt_force(preload, factor, load), clamp_force(preload, factor, load)
+    assert force - clamp == pytest.approx(load, rel=1e-9, abs=1e-6 * preload)
+    # While it is closed, bolt and parts move together.
+    if share < 1:
+        assert (force - preload) * bolt_part == pytest.approx((preload - clamp) * parts, rel=1e-6, abs=1e-9)
+    assert (clamp == 0) == (share >= 1) or share == pytest.approx(1)
+
+
+def test_embedding_and_warming_cost_preload():
+    # Thread, two seats, one joint at R_z up to 40 µm: 3 + 2·3 + 2 µm (VDI 2230, table 5).
+    assert expected_embedding() == pytest.approx(11e-3)
+    assert expected_embedding(8.0, joints=2) == pytest.approx(11e-3)
+    assert embedding_loss(0.011, 4e-6, 1e-6) == pytest.approx(2200.0)
+    # A steel bolt in aluminium tightens as it warms: 40 mm · (11.5 − 23.5)e-6 · 100 K.
+    assert thermal_slack(40.0, 11.5e-6, 23.5e-6, 100.0) == pytest.approx(-0.048)
+
+
+def test_endurance_of_threads():
+    # VDI 2230: 48.9 MPa for M12 and 54.2 for M8, printed to a tenth.
+    assert endurance_before(12.0) == pytest.approx(48.9, abs=0.05)
+    assert endurance_before(8.0) == pytest.approx(54.2, abs=0.05)
+    assert endurance_after(8.0, 0.7, 1.0) == pytest.approx(1.3 * endurance_before(8.0))
+    assert endurance_after(8.0, 0.1, 1.0) == pytest.approx(1.7 * endurance_before(8.0))
+    assert endurance_after(8.0, 2.0, 1.0) == endurance_before(8.0)
+
+
+def test_a_bolt_over_a_cycle():
+    forces = 35e3 + 4e3 * np.sin(np.linspace(0, 2 * np.pi, 721))
+    found = BoltResult.of(bolt(), forces)
+    area = bolt().thread.stress_area
+    assert (found.largest_at, found.least_at) == (180, 540)
+    assert found.force_amplitude == pytest.approx(4e3)
+    assert found.amplitude == pytest.approx(4e3 / area)
+    assert found.fatigue_safety == pytest.approx(0.85 * (150 / 9 + 45) / (4e3 / area))
+    assert found.proof_use == pytest.approx(39e3 / (830 * area))
+    assert found.seat_pressure == pytest.approx(39e3 / (math.pi / 4 * (12.5**2 - 81)))
+    # Half of the elastic torsion stays in service: τ/σ = 2 d2/d_S (P/(π d2) + 1.155 μ).
+    d2, ds = bolt().thread.pitch_diameter, bolt().thread.stress_diameter
+    shear = 35e3 / area * 2 * d2 / ds * (1 / (math.pi * d2) + 1.155 * 0.12)
+    assert found.working_safety == pytest.approx(940 / math.hypot(39e3 / area, math.sqrt(3) / 2 * shear))
+    stretched = BoltResult.of(bolt(), forces, turned=False)
+    assert stretched.tightening_use == pytest.approx(35e3 / area / 940)
+    assert stretched.working_safety > found.working_safety
+    assert BoltResult.of(bolt(), forces[:1]).fatigue_safety == math.inf
+    waisted = BoltResult.of(bolt(shank_diameter=7.0), forces)
+    assert waisted.working_safety < found.working_safety
+    assert waisted.amplitude == found.amplitude  # the thread is where bolts break
+    rolled_after = BoltResult.of(bolt(rolled=ThreadRolled.AFTER), forces)
+    assert rolled_after.fatigue_safety > found.fatigue_safety
+
+
+@given(FORCES, FORCES)
+def test_working_stress_grows_with_the_force(force, more):
+    assert working_stress(bolt(), force) < working_stress(bolt(), force + more)
+    assert working_stress(bolt(), force, torsion=False) < working_stress(bolt(), force)
+
+
+def test_a_joint_over_load_cases():
+    load = np.array([0.0, 20e3, -10e3])
+    bolts, clamp = 70e3 + 0.2 * load, 70e3 - 0.8 * load
+    shear = np.array([0.0, 3e3, -5e3])
+    found = JointResult.of(bolts, clamp, shear, assembled=(70e3, 70e3), friction=0.15)
+    assert (found.least_at, found.least_clamp) == (1, pytest.approx(54e3))
+    assert found.load_factor == pytest.approx(0.2)
+    assert found.slip_reserve == pytest.approx(min(0.15 * 54e3 / 3e3, 0.15 * 78e3 / 5e3))
+    scattered = JointResult.of(
+        bolts, clamp, shear, assembled=(70e3, 70e3), friction=0.15, tightening_factor=1.4
+    )
+    assert scattered.least_clamp == pytest.approx(54e3 - 20e3)
+    calm = JointResult.of(bolts[:1], clamp[:1], shear[:1], assembled=(70e3, 70e3), friction=0.15)
+    assert (calm.slip_reserve, calm.load_factor) == (math.inf, None)
+    open_ = JointResult.of(bolts, clamp * [1, 0, 1], shear, assembled=(70e3, 70e3), friction=0.15)
+    assert (open_.least_clamp, open_.load_factor, open_.slip_reserve) == (0.0, None, 0.0)
