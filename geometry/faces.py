@@ -109,7 +109,7 @@ class Face:
 def faces_of(volumes: Sequence[int]) -> tuple[Face, ...]:
     """Describe the outer faces of volumes of the current model."""
     boundary = gmsh.model.getBoundary([(3, tag) for tag in volumes], combined=True, oriented=False)
-    return tuple(_face(tag) for _, tag in boundary)
+    return tuple(face_of(tag) for _, tag in boundary)
 
 
 @dataclass(frozen=True)
@@ -199,7 +199,8 @@ def features(rod: Rod, faces: Sequence[Face]) -> tuple[Feature, ...]:
     return tuple(feature for feature in found if feature.faces)
 
 
-def _face(tag: int) -> Face:
+def face_of(tag: int) -> Face:
+    """Describe a face of the current model."""
     x0, y0, z0, x1, y1, z1 = gmsh.model.getBoundingBox(2, tag)
     _, values = gmsh.model.getEntityProperties(2, tag)
     return Face(tag, gmsh.model.getType(2, tag), (x0, y0, z0), (x1, y1, z1), tuple(map(float, values)))

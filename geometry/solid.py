@@ -126,7 +126,7 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None =
         volumes = dict(zip(volumes, kernel.drilled(list(volumes.values()), cutters), strict=True))
     bolts = () if assembly is None else bolt_axes(rod, assembly)
     if assembly is not None:
-        volumes = parted(rod, volumes, assembly, bolts, mirror)
+        volumes = parted(rod, volumes, assembly, bolts)
     gmsh.model.occ.synchronize()
     parts = tuple(Part(name, (tag,), whole_mass(tag, mirror)) for name, tag in volumes.items())
     faces = faces_of(tuple(volumes.values()))
