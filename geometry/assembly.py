@@ -13,7 +13,8 @@ Vector = tuple[float, float, float]
 class BoltSeat:
     """Where each of the two cap bolts presses on cap and rod.
 
-    It has either a nut or a thread in the rod, from where the grip ends.
+    It has either a nut or a thread in the rod, from where the grip ends. For a rod from a file, lengths of 0
+    are taken from there.
 
     Attributes
     ----------

@@ -33,6 +33,8 @@ from geometry.parting import CAP, ROD, seat_disks
 from geometry.solid import Solid
 from geometry.surfaces import Surface
 
+# Thickness of the ring at the joint over the bore's radius, at most.
+_RING = 0.35
 # Bolts and nuts reach this many radii of the bore from its centre.
 _NEAR = 3.5
 
@@ -113,8 +115,8 @@ def _bolts(
     holes = bolt_holes(cells[ROD], cells[CAP], faces, joint, bore)
     said = []
     if any(hole.head is None for hole in holes):
-        wanted = None if assembly.bolt is None else assembly.bolt.head_diameter / 2
-        cells[CAP][0], faced = spot_faced(cells[CAP][0], holes, wanted)
+        given = 0.0 if assembly.bolt is None else assembly.bolt.head_diameter
+        cells[CAP][0], faced = spot_faced(cells[CAP][0], holes, given / 2 or None)
         depth = max(hole.cap_end - new.cap_end for hole, new in zip(holes, faced, strict=True))
         said = [f"the cap has no plane seats for the bolts' heads: they are cut, up to {depth:.3g} mm deep"]
         holes = faced
@@ -145,7 +147,8 @@ def _named_faces(solid: Solid, assembly: Assembly, joint: Joint | None) -> Solid
     ]
     free = [face for face in faces if face.tag in named[Surface.FREE]]
     rounds = concave_rounds(free, Interior(volumes), bores[1].x)
-    across = {} if joint is None else {Surface.JOINT: joint.area / (2 * bores[0].width)}
+    ring = _RING * bores[0].radius
+    across = {} if joint is None else {Surface.JOINT: min(joint.area / (2 * bores[0].width), ring)}
     small = contact_features(touching, named, solid.bolts, across | _walls(touching, bores))
     return replace(solid, faces=named, features=(*features, *rounds, *small), interfaces=touching)
 

@@ -10,7 +10,7 @@ from geometry.cad.holes import place_text
 from geometry.cad.seats import Seat
 from geometry.cad.spot_face import USUAL
 from geometry.errors import GeometryError
-from geometry.invalid import InvalidValue, require
+from geometry.invalid import require
 
 # Largest and least part of the room for a seat that is used.
 _ROOM, _WIDER = 0.98, 1.1
@@ -23,13 +23,15 @@ _ENGAGED, _PLAIN = 1.5, 0.05
 # the cap's.
 _ALIKE = 0.97
 
+# Relative difference of lengths that are meant to be the same.
+_SAME_GRIP = 1e-3
 # Of coordinates, which the kernel turned and moved.
 _DIGITS = 12
 
 
 @dataclass(frozen=True)
 class FoundSeats:
-    """What a bolt presses on, and what was assumed about it, in words.
+    """What a bolt presses on.
 
     Attributes
     ----------
@@ -37,15 +39,12 @@ class FoundSeats:
         mm; 0 without a nut.
     grip_end, engaged
         As of `BoltAxis`.
-    assumed
-        In words.
     """
 
     head_radius: float
     nut_radius: float
     grip_end: float
     engaged: float
-    assumed: tuple[str, ...] = ()
 
 
 def found_bolts(
@@ -60,7 +59,7 @@ def found_bolts(
     fasteners
         Of the file; those of one hole stand for all.
     given
-        What the user says of the bolts; None for what the file says.
+        What the user says of the bolts, where a length of 0 says nothing; the file tells the rest.
 
     Raises
     ------
@@ -76,12 +75,11 @@ def found_bolts(
         )
     pattern = next((hole for hole in holes if any(one.is_in(hole) for one in fasteners)), holes[0])
     own = [one for one in fasteners if one.is_in(pattern)]
-    assumed: dict[str, None] = {}
+    clues = _Clues(pattern, own, given or BoltSeat(head_diameter=0.0, grip=0.0))
     bolts = []
     for hole in holes:
         head = _required(hole)
-        found = _given(hole, given) if given is not None else _told(hole, pattern, own)
-        assumed |= dict.fromkeys(found.assumed)
+        found = clues.seats(hole, head)
         x, y, z = (hole.point.round(_DIGITS) + 0.0).tolist()
         u, v, w = (hole.direction.round(_DIGITS) + 0.0).tolist()
         bolts.append(
@@ -97,7 +95,7 @@ def found_bolts(
                 thread_radius=hole.rod_radius,
             )
         )
-    return tuple(bolts), tuple(assumed)
+    return tuple(bolts), tuple(clues.assumed)
 
 
 def _required(hole: BoltHole) -> Seat:
@@ -110,76 +108,121 @@ def _required(hole: BoltHole) -> Seat:
     return hole.head
 
 
-def _given(hole: BoltHole, seat: BoltSeat) -> FoundSeats:
-    head = _required(hole)
-    _require_room("assembly.bolt_head_mm", seat.head_diameter, head, "head")
-    end = head.level - seat.grip
-    low, high = hole.rod_wall
-    if seat.nut_diameter:
-        key = "assembly.bolt_nut_mm"
-        if hole.nut is None:
+class _Clues:
+    """What the user and the fasteners of one hole tell about all bolts.
+
+    Parameters
+    ----------
+    pattern
+        The hole that the fasteners are in.
+    fasteners, given
+        As for `found_bolts`.
+
+    Attributes
+    ----------
+    assumed
+        What neither tells, in words.
+    """
+
+    def __init__(self, pattern: BoltHole, fasteners: Sequence[Fastener], given: BoltSeat) -> None:
+        self._pattern, self._fasteners, self._given = pattern, fasteners, given
+        self.assumed: dict[str, None] = {}
+
+    def seats(self, hole: BoltHole, head: Seat) -> FoundSeats:
+        """What the bolt in a hole presses on."""
+        radius, given = self._head(hole, head), self._given
+        nut = None if given.engaged else self._nut(hole, head)
+        if nut is not None and hole.nut is not None:
+            return FoundSeats(radius, nut, -hole.nut.level, 0.0)
+        first, last = self._thread(hole, head)
+        return FoundSeats(radius, 0.0, first, first - last)
+
+    def _assume(self, text: str) -> None:
+        self.assumed[text] = None
+
+    def _contact(self, level: float) -> float | None:
+        """Radius of a fastener's plane face at a position along its hole."""
+        radii = (one.contact(self._pattern, level) for one in self._fasteners)
+        return next((radius for radius in radii if radius is not None), None)
+
+    def _head(self, hole: BoltHole, head: Seat) -> float:
+        """Radius of the head's seat."""
+        if diameter := self._given.head_diameter:
+            _require_room("assembly.bolt_head_mm", diameter, head, "head")
+            return diameter / 2
+        shown = None if self._pattern.head is None else self._contact(self._pattern.head.level)
+        radius = _fitted(USUAL * hole.radius if shown is None else shown, head)
+        if shown is None:
+            self._assume(
+                f"the bolts' heads, which the file does not show, press on {2 * radius:.4g} mm in diameter "
+                "(assembly.bolt_head_mm)"
+            )
+        return radius
+
+    def _nut(self, hole: BoltHole, head: Seat) -> float | None:
+        """Radius of the nut's seat; None for a screw."""
+        given, key = self._given, "assembly.bolt_nut_mm"
+        if hole.nut is None or self._pattern.nut is None:
             rule = "the rod's holes have no plane seats around their ends for nuts"
-            raise InvalidValue(key, seat.nut_diameter, rule, "Give assembly.bolt_engaged_mm.")
-        _require_room(key, seat.nut_diameter, hole.nut, "nut")
-        level = -hole.nut.level
-        rule = f"the seats of head and nut are {head.level - level:.5g} mm apart in the file"
-        fits = abs(end - level) < 1e-3 * seat.grip
-        require(fits, "assembly.bolt_grip_mm", seat.grip, rule, "Leave it out, or correct it.")
-        return FoundSeats(seat.head_diameter / 2, seat.nut_diameter / 2, level, 0.0)
-    first = min(high, 0.0)
-    rule = (
-        f"the thread must begin in the rod's hole, {head.level - first:.5g} to {head.level - low:.5g} mm "
-        "from the head's seat"
-    )
-    slack = 1e-6 * hole.radius
-    require(low < end <= first + slack, "assembly.bolt_grip_mm", seat.grip, rule)
-    rule = f"the thread must end in the rod's hole, {end - low:.4g} mm beyond the grip"
-    require(seat.engaged <= end - low + slack, "assembly.bolt_engaged_mm", seat.engaged, rule)
-    return FoundSeats(seat.head_diameter / 2, 0.0, end, min(seat.engaged, end - low))
+            remedy = "Give assembly.bolt_engaged_mm."
+            require(not given.nut_diameter, key, given.nut_diameter, rule, remedy)
+            return None
+        between = head.level + hole.nut.level
+        fits = abs(given.grip - between) < _SAME_GRIP * between
+        if given.nut_diameter:
+            _require_room(key, given.nut_diameter, hole.nut, "nut")
+            rule = f"the seats of head and nut are {between:.5g} mm apart in the file"
+            require(not given.grip or fits, "assembly.bolt_grip_mm", given.grip, rule, "Leave it out.")
+            return given.nut_diameter / 2
+        if given.grip and not fits:
+            return None
+        shown = self._contact(-self._pattern.nut.level)
+        if shown is not None:
+            return _fitted(shown, hole.nut)
+        if self._fasteners or hole.rod_radius < _ALIKE * hole.radius:
+            return None
+        radius = _fitted(USUAL * hole.radius, hole.nut)
+        self._assume(
+            f"the bolts have nuts on seats of {2 * radius:.4g} mm in diameter, because the rod's holes have "
+            "plane ends (assembly.bolt_nut_mm or assembly.bolt_engaged_mm)"
+        )
+        return radius
+
+    def _thread(self, hole: BoltHole, head: Seat) -> tuple[float, float]:
+        """Positions of the first and the last thread that engage."""
+        given, (low, high) = self._given, hole.rod_wall
+        top = min(high, -2 * _PLAIN * hole.radius)
+        first = head.level - given.grip if given.grip else top
+        rule = (
+            f"the thread must begin in the rod's hole, {head.level - top:.5g} to {head.level - low:.5g} mm "
+            "from the head's seat"
+        )
+        require(low < first <= top + _SAME_GRIP * hole.radius, "assembly.bolt_grip_mm", given.grip, rule)
+        if given.engaged:
+            rule = f"the thread must end in the rod's hole, {first - low:.4g} mm beyond the grip"
+            fits = given.engaged <= (first - low) * (1 + _SAME_GRIP)
+            require(fits, "assembly.bolt_engaged_mm", given.engaged, rule)
+            return first, max(first - given.engaged, low)
+        if self._fasteners:
+            last = max(low, min(one.end(self._pattern) for one in self._fasteners))
+            if last < first:
+                return first, last
+            raise GeometryError(
+                f"the bolt in the hole at {place_text(hole.point)} has no nut and ends before a thread in "
+                "the rod. Correct the CAD file, or give assembly.bolt_grip_mm and bolt_engaged_mm"
+            )
+        last = max(low, first - 2 * _ENGAGED * hole.radius)
+        self._assume(
+            f"the bolts' threads engage over {first - last:.4g} mm from {-first:.3g} mm behind the joint "
+            "(assembly.bolt_grip_mm, assembly.bolt_engaged_mm)"
+        )
+        return first, last
 
 
 def _require_room(key: str, diameter: float, seat: Seat, what: str) -> None:
     least, most = 2 * seat.inner, 2 * seat.outer
     rule = f"the plane seat of the {what} in the file reaches from {least:.4g} to {most:.4g} mm in diameter"
     require(least < diameter <= most, key, diameter, rule)
-
-
-def _told(hole: BoltHole, pattern: BoltHole, fasteners: Sequence[Fastener]) -> FoundSeats:
-    """What the file's fasteners tell, or usual proportions."""
-    head, assumed = _required(hole), []
-    radius = next((r for one in fasteners if (r := one.contact(pattern, _required(pattern).level))), None)
-    if radius is None:
-        radius = USUAL * hole.radius
-        assumed.append(
-            f"the bolts' heads, which the file does not show, press on {2 * _fitted(radius, head):.4g} mm in "
-            "diameter (assembly.bolt_head_mm)"
-        )
-    radius = _fitted(radius, head)
-    if hole.nut is not None and pattern.nut is not None:
-        level = -pattern.nut.level
-        nut = next((r for one in fasteners if (r := one.contact(pattern, level))), None)
-        if nut is not None:
-            return FoundSeats(radius, _fitted(nut, hole.nut), -hole.nut.level, 0.0, tuple(assumed))
-        if not fasteners and hole.rod_radius > _ALIKE * hole.radius:
-            nut = _fitted(USUAL * hole.radius, hole.nut)
-            assumed.append(f"nuts on seats of {2 * nut:.4g} mm, because the rod's holes have seats for them")
-            return FoundSeats(radius, nut, -hole.nut.level, 0.0, tuple(assumed))
-    low, high = hole.rod_wall
-    first = min(high, -2 * _PLAIN * hole.radius)
-    if fasteners:
-        last = max(low, min(one.end(pattern) for one in fasteners))
-    else:
-        last = max(low, first - 2 * _ENGAGED * hole.radius)
-        assumed.append(
-            f"the bolts' threads engage over {first - last:.4g} mm from {-first:.3g} mm behind the joint "
-            "(assembly.bolt_engaged_mm)"
-        )
-    if last >= first:
-        raise GeometryError(
-            f"the bolt in the hole at {place_text(hole.point)} does not reach into the rod and has no nut. "
-            "Correct the CAD file, or give assembly.bolt_head_mm, bolt_grip_mm and bolt_engaged_mm"
-        )
-    return FoundSeats(radius, 0.0, first, first - last, tuple(assumed))
 
 
 def _fitted(radius: float, seat: Seat) -> float:
