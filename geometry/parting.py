@@ -66,6 +66,8 @@ def divided(
     borders
         Faces whose edges become edges of the bodies' faces; they are used up.
     """
+    if normal is None and radius is None and not borders:
+        return bodies
     tools: dict[str, Entity] = {}
     if normal is not None:
         tools[CAP] = _half_space(normal, far)

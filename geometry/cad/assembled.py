@@ -47,7 +47,7 @@ def assembled(
     *,
     mirror: Mirror | None,
     tell: Callable[[str], None],
-) -> tuple[Solid, tuple[str, ...]]:
+) -> tuple[Solid, tuple[str, ...], tuple[str, ...]]:
     """Place the solids of a file, take out the bolts, and let the other parts touch.
 
     Parameters
@@ -63,8 +63,8 @@ def assembled(
 
     Returns
     -------
-    Solid, tuple of str
-        The solid, and what was found and assumed of the assembly, in words.
+    Solid, tuple of str, tuple of str
+        The solid; what was found and what was assumed of the assembly, in words.
 
     Raises
     ------
@@ -95,7 +95,8 @@ def assembled(
     disks = [(2, disk) for bolt in bolts for disk in seat_disks(bolt)]
     parts = parts_of(sharing(pieces, names, disks), names, mirror)
     solid = Solid(mirror, bores, parts, {}, (), joined([part.mass for part in parts]), bolts=bolts)
-    return _named_faces(solid, assembly, joint), (*text_of(joint, bolts), *assumed)
+    solid = _named_faces(solid, assembly, joint)
+    return solid, text_of(solid, joint), assumed
 
 
 def _faces(volumes: Sequence[int]) -> list[Face]:

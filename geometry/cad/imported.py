@@ -78,10 +78,9 @@ def import_cad(
     said = _assumed(file, declared, unit, found, holes[0].apart(holes[1]), bonded=assembly is None)
     if assembly is None:
         solid = _cut(file, found, holes, mirror, tell)
-    else:
-        solid, more = assembled(file, found, holes, assembly, mirror=mirror, tell=tell)
-        said += more
-    return replace(solid, intake=Intake(unit, tuple(found), (bores[0], bores[1]), tuple(said)))
+        return replace(solid, intake=Intake(unit, tuple(found), (bores[0], bores[1]), tuple(said)))
+    solid, text, more = assembled(file, found, holes, assembly, mirror=mirror, tell=tell)
+    return replace(solid, intake=Intake(unit, tuple(found), (bores[0], bores[1]), (*said, *more), text))
 
 
 def _found(

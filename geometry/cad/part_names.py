@@ -7,8 +7,9 @@ import gmsh
 
 from geometry import kernel
 from geometry.assembly import Assembly
+from geometry.cad.cylinders import recognised
 from geometry.errors import GeometryError
-from geometry.faces import Bore
+from geometry.faces import Bore, faces_of
 from geometry.intake import Member, Role
 from geometry.invalid import InvalidValue, require
 from geometry.parting import BUSHING, CAP, LOWER_SHELL, ROD, UPPER_SHELL, divided
@@ -27,7 +28,7 @@ def named_parts(kept: Sequence[Member], bores: tuple[Bore, Bore], assembly: Asse
     own = [name for name in (UPPER_SHELL, LOWER_SHELL) if name in volumes]
     if own:
         rule = f"the file has bearing shells of its own ({', '.join(own)})"
-        thick = _thickness(volumes[own[0]], bores[0])
+        thick = _thickness(volumes[own[0]])
         fits = not assembly.shell or math.isclose(assembly.shell, thick, rel_tol=0.02)
         remedy = f"Leave it out, or give their thickness, {thick:.4g} mm."
         require(fits, "assembly.shell_thickness_mm", assembly.shell, rule, remedy)
@@ -76,8 +77,7 @@ def _name(one: Member, bores: tuple[Bore, Bore]) -> str:
     )
 
 
-def _thickness(shell: Sequence[int], bore: Bore) -> float:
-    """Of a half shell around a bore, from its volume per length, mm."""
-    low, high = (gmsh.model.getBoundingBox(3, shell[0])[i] for i in (2, 5))
-    area = 2 * gmsh.model.occ.getMass(3, shell[0]) / (high - low)  # of the full annulus
-    return float(math.sqrt(bore.radius**2 + area / math.pi) - bore.radius)
+def _thickness(shell: Sequence[int]) -> float:
+    """Of a half shell, from the radii of its cylinders, mm."""
+    radii = [face.values[6] for face in map(recognised, faces_of(shell)) if face.shape == "Cylinder"]
+    return max(radii, default=0.0) - min(radii, default=0.0)
