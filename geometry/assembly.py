@@ -13,7 +13,8 @@ Vector = tuple[float, float, float]
 class BoltSeat:
     """Where each of the two cap bolts presses on cap and rod.
 
-    It has either a nut or a thread in the rod, from where the grip ends.
+    It has either a nut or a thread in the rod, from where the grip ends. For a rod from a file, lengths of 0
+    are taken from there.
 
     Attributes
     ----------
@@ -78,7 +79,7 @@ class BoltAxis:
     direction
         Unit vector from the rod to the cap.
     hole_radius
-        mm.
+        Of the hole in the cap, mm.
     head
         Position of the head's seat, mm; positive.
     grip_end
@@ -87,6 +88,8 @@ class BoltAxis:
         Length of the thread in the rod, away from the cap, mm; 0 for a bolt with a nut.
     head_radius, nut_radius
         Outer radii of the seats, mm; 0 where there is no nut.
+    thread_radius
+        Of the hole in the rod, mm, where it may be narrower than in the cap.
     """
 
     point: Vector
@@ -97,6 +100,7 @@ class BoltAxis:
     engaged: float
     head_radius: float
     nut_radius: float
+    thread_radius: float
 
     def at(self, position: float) -> Vector:
         """Return the point of the axis at a position, mm."""
@@ -131,6 +135,7 @@ def bolt_axes(rod: Dimensions, assembly: Assembly) -> tuple[BoltAxis, ...]:
             engaged=seat.engaged,
             head_radius=seat.head_diameter / 2,
             nut_radius=seat.nut_diameter / 2,
+            thread_radius=rod.cap_bolt / 2,
         )
         for side in (1, -1)
     )

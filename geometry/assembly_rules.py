@@ -60,12 +60,19 @@ def _split(rod: Dimensions, assembly: Assembly) -> None:
         f"rod's axis: at most {most:.3g}°",
         "Turn the plane less, or reduce rod.big_end_fillet_mm or rod.shank_depth_big_end_mm.",
     )
-    if split and rod.cap_bolt:
-        raise InvalidValue(
+    bosses = Outline(rod).bosses
+    if split and bosses is not None:
+        x, y = bosses.fillets()[1].end
+        boss = math.degrees(math.atan2(y, x))
+        most = boss - fillet - _CLEAR_OF_SHANK
+        require(
+            abs(split) <= most,
             "assembly.split",
             split,
-            "bosses of cap bolts given by dimensions lie beside a straight split",
-            'Choose split = "straight", remove rod.cap_bolt_mm, or give the rod as a CAD file.',
+            f"the bosses turn with the joint, and one would hit the shank: its fillet ends {boss:.3g}° from "
+            f"the joint's normal, that of the shank begins at {fillet:.3g}°, so at most {max(most, 0):.3g}°",
+            "Turn the joint less, shorten rod.cap_boss_length_mm, or reduce rod.big_end_fillet_mm or "
+            "rod.shank_depth_big_end_mm.",
         )
 
 

@@ -14,7 +14,8 @@ from geometry.parting import BUSHING, CAP, LOWER_SHELL, ROD, UPPER_SHELL
 from geometry.surfaces import Surface
 
 _ABOVE, _SHELLS = (ROD, UPPER_SHELL), (UPPER_SHELL, LOWER_SHELL)
-_SLACK = 1e-6  # of the hole's radius
+# Of the hole's radius: planes and cylinders of CAD programs are not exact.
+_SLACK = 1e-4
 
 
 @dataclass(frozen=True)
@@ -117,7 +118,7 @@ def with_seats(
 
 def _seat(face: Face, bolt: BoltAxis) -> Surface | None:
     """What of a bolt presses on a face."""
-    slack = _SLACK * (bolt.hole_radius + abs(bolt.head))
+    slack = _SLACK * bolt.hole_radius
     away = edge_points(face.tag) - np.array(bolt.point)
     along = away @ np.array(bolt.direction)
     beside = np.linalg.norm(away - along[:, None] * np.array(bolt.direction), axis=1)
@@ -127,7 +128,7 @@ def _seat(face: Face, bolt: BoltAxis) -> Surface | None:
         for surface, level, radius in seats:
             if np.abs(along - level).max() < slack and beside.max() < radius + slack:
                 return surface
-    elif bolt.engaged and face.shape == "Cylinder" and beside.max() < bolt.hole_radius + slack:
+    elif bolt.engaged and face.shape == "Cylinder" and beside.max() < bolt.thread_radius + slack:
         inside = bolt.thread_end - slack < along.min() and along.max() < bolt.grip_end + slack
         return Surface.BOLT_THREAD if inside else None
     return None
@@ -151,7 +152,7 @@ def contact_features(
     made = [_feature(interface, thickness[interface.sides[0]]) for interface in found]
     seats = {
         Surface.BOLT_HEAD: [bolt.head_radius for bolt in bolts],
-        Surface.BOLT_THREAD: [bolt.nut_radius or bolt.hole_radius for bolt in bolts],
+        Surface.BOLT_THREAD: [bolt.nut_radius or bolt.thread_radius for bolt in bolts],
     }
     for surface, radii in seats.items():
         if named.get(surface):

@@ -93,9 +93,11 @@ class Face:
         """Whether it is a cylinder about an axis parallel to z, but for a tilt, rad."""
         return self.shape == "Cylinder" and abs(self.values[5]) > 1 - 1e-9 - tilt**2
 
-    def lengthwise(self, radius: float, slack: float) -> bool:
-        """Whether it is a cylinder of this radius along x."""
-        along = self.shape == "Cylinder" and abs(self.values[3]) > 1 - 1e-9
+    def lengthwise(self, radius: float, slack: float, turn: float = 0.0) -> bool:
+        """Whether it is a cylinder of this radius along x, turned about z by an angle, rad."""
+        if self.shape != "Cylinder":
+            return False
+        along = abs(self.values[3] * math.cos(turn) + self.values[4] * math.sin(turn)) > 1 - 1e-9
         return along and abs(self.values[6] - radius) < slack
 
     def about(self, x: float, y: float, radius: float, slack: float) -> bool:
@@ -109,7 +111,7 @@ class Face:
 def faces_of(volumes: Sequence[int]) -> tuple[Face, ...]:
     """Describe the outer faces of volumes of the current model."""
     boundary = gmsh.model.getBoundary([(3, tag) for tag in volumes], combined=True, oriented=False)
-    return tuple(_face(tag) for _, tag in boundary)
+    return tuple(face_of(tag) for _, tag in boundary)
 
 
 @dataclass(frozen=True)
@@ -166,8 +168,11 @@ def surfaces(
     return found
 
 
-def features(rod: Rod, faces: Sequence[Face]) -> tuple[Feature, ...]:
-    """Find the faces that need small elements; kinds that the rod lacks are absent."""
+def features(rod: Rod, faces: Sequence[Face], turn: float = 0.0) -> tuple[Feature, ...]:
+    """Find the faces that need small elements; kinds that the rod lacks are absent.
+
+    Bosses and bolts are turned about the big end's axis by `turn`, rad.
+    """
     slack = _SLACK * rod.length
     outline = Outline(rod)
 
@@ -180,11 +185,14 @@ def features(rod: Rod, faces: Sequence[Face]) -> tuple[Feature, ...]:
         cylinders(FeatureKind.BORE, outline.bores[1], 2 * math.pi, rod.bushing or rod.small_end_ring),
         *(cylinders(FeatureKind.RING_FILLET, arc, abs(arc.sweep)) for arc in outline.fillets),
     ]
-    for diameter in filter(None, (rod.cap_bolt, rod.oil_hole)):
-        tags = tuple(face.tag for face in faces if face.lengthwise(diameter / 2, slack))
-        found.append(Feature(FeatureKind.HOLE, tags, diameter / 2, 2 * math.pi))
+    for diameter, angle in ((rod.cap_bolt, turn), (rod.oil_hole, 0.0)):
+        if diameter:
+            tags = tuple(face.tag for face in faces if face.lengthwise(diameter / 2, slack, angle))
+            found.append(Feature(FeatureKind.HOLE, tags, diameter / 2, 2 * math.pi))
     if outline.bosses is not None:
-        arcs = outline.bosses.fillets()
+        arcs = list(outline.bosses.fillets())
+        if turn:
+            arcs = [one.turned(turn) for arc in arcs for one in (arc, arc.mirrored())]
         found += [cylinders(FeatureKind.BOSS_FILLET, arc, abs(arc.sweep)) for arc in arcs]
     for step in ring_steps(rod):
         tags = tuple(face.tag for face in faces if _torus(face, step.center, step.foot, step.radius, slack))
@@ -199,7 +207,8 @@ def features(rod: Rod, faces: Sequence[Face]) -> tuple[Feature, ...]:
     return tuple(feature for feature in found if feature.faces)
 
 
-def _face(tag: int) -> Face:
+def face_of(tag: int) -> Face:
+    """Describe a face of the current model."""
     x0, y0, z0, x1, y1, z1 = gmsh.model.getBoundingBox(2, tag)
     _, values = gmsh.model.getEntityProperties(2, tag)
     return Face(tag, gmsh.model.getType(2, tag), (x0, y0, z0), (x1, y1, z1), tuple(map(float, values)))

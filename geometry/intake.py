@@ -70,9 +70,12 @@ class Intake:
         Of the big and the small end.
     assumed
         What was assumed or left out, for the user.
+    assembly
+        The joint, bolts and interfaces that were found, if it is taken for an assembly.
     """
 
     unit: str
     members: tuple[Member, ...]
     bores: tuple[FoundBore, FoundBore]
     assumed: tuple[str, ...]
+    assembly: tuple[str, ...] = ()

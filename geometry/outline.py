@@ -9,15 +9,24 @@ import numpy as np
 from geometry.arrays import Floats
 from geometry.bosses import Bosses, bosses
 from geometry.dimensions import Dimensions
-from geometry.segments import Arc, Line, Segment
+from geometry.segments import Arc, Line, Segment, mirrored
 from geometry.tangency import Edge, fillet_center, foot, shank_edge
 
 
 @dataclass(frozen=True)
 class Outline:
-    """The upper half (y ≥ 0) of the outline and of the bores of a rod."""
+    """The upper half (y ≥ 0) of the outline and of the bores of a rod, and its whole loop.
+
+    Attributes
+    ----------
+    rod
+        Its dimensions.
+    turn
+        Angle by which an oblique split turns the bosses about the big end's axis, rad.
+    """
 
     rod: Dimensions
+    turn: float = 0.0
 
     @cached_property
     def edge(self) -> Edge:
@@ -46,7 +55,7 @@ class Outline:
         if self.bosses is None:
             return math.pi
         boss, shank = self.bosses.fillets()[1].end, self.fillets[0].start
-        return (math.atan2(boss[1], boss[0]) + math.atan2(shank[1], shank[0])) / 2
+        return (math.atan2(boss[1], boss[0]) - abs(self.turn) + math.atan2(shank[1], shank[0])) / 2
 
     @cached_property
     def upper(self) -> tuple[Segment, ...]:
@@ -69,6 +78,31 @@ class Outline:
             Line(big.end, small.start),
             small,
             Arc.towards(pin, rod.small_end_radius, small.center, right, anticlockwise=False),
+        )
+
+    @cached_property
+    def whole(self) -> tuple[Segment, ...]:
+        """The closed outline, clockwise."""
+        if self.bosses is None or not self.turn:
+            return (*self.upper, *mirrored(self.upper))
+        origin, ring, boss = (0.0, 0.0), self.rod.big_end_radius, self.bosses
+        big, *shank = self.upper[-4:]
+        above = tuple(piece.turned(self.turn) for piece in boss.outline())
+        below = tuple(piece.turned(self.turn) for piece in mirrored(boss.outline()))
+
+        def along_ring(first: Segment, last: Segment) -> Arc:
+            """Join the ends of two pieces that touch the ring."""
+            return Arc.towards(origin, ring, first.end, last.start, anticlockwise=False)
+
+        over, under = (big, *shank), mirrored((big, *shank))
+        return (
+            along_ring(below[-1], above[0]),
+            *above,
+            along_ring(above[-1], big),
+            *over,
+            *under,
+            along_ring(under[-1], below[0]),
+            *below,
         )
 
     @cached_property

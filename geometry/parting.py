@@ -8,17 +8,14 @@ import gmsh
 from geometry import kernel
 from geometry.assembly import Assembly, BoltAxis
 from geometry.errors import GeometryError
-from geometry.mirror import Mirror
 from geometry.rod import Rod
 
 Entity = tuple[int, int]
 ROD, CAP, BUSHING, UPPER_SHELL, LOWER_SHELL = "rod", "cap", "bushing", "upper shell", "lower shell"
 
 
-def parted(
-    rod: Rod, bodies: dict[str, int], assembly: Assembly, bolts: Sequence[BoltAxis], mirror: Mirror
-) -> dict[str, int]:
-    """Divide the drawn bodies of a rod, or of a cell of it; parts that touch share their faces.
+def parted(rod: Rod, bodies: dict[str, int], assembly: Assembly, bolts: Sequence[BoltAxis]) -> dict[str, int]:
+    """Divide the drawn bodies of a rod given by dimensions, or of a cell of it.
 
     Parameters
     ----------
@@ -30,29 +27,55 @@ def parted(
         What is separate.
     bolts
         Of the whole rod; the borders of their seats become edges of the faces that they press on.
-    mirror
-        The cell that is drawn.
 
     Returns
     -------
     dict
-        Volume tags by the names of the parts.
+        Volume tags by the names of the parts, which share the faces where they touch.
 
     Raises
     ------
     GeometryError
         The kernel failed, or a part would fall into pieces.
     """
-    far = 3 * (rod.length + rod.big_end_radius)
+    normal = None if assembly.split is None else assembly.normal
+    radius = rod.big_end_bore / 2 + assembly.shell if assembly.shell else None
+    borders = [disk for bolt in bolts for disk in seat_disks(bolt)]
+    return divided(bodies, normal, radius, 3 * (rod.length + rod.big_end_radius), borders)
+
+
+def divided(
+    bodies: dict[str, int],
+    normal: tuple[float, float] | None,
+    radius: float | None,
+    far: float,
+    borders: Sequence[int] = (),
+) -> dict[str, int]:
+    """Divide bodies at a joint plane through the big end's centre and at the backs of bearing shells.
+
+    Parameters
+    ----------
+    bodies
+        As for `parted`, which says what is returned and raised.
+    normal
+        Of the joint plane (x, y), towards the rod; None without one.
+    radius
+        Of the shells' backs, mm; None without shells.
+    far
+        A length beyond the rod, mm.
+    borders
+        Faces whose edges become edges of the bodies' faces; they are used up.
+    """
+    if normal is None and radius is None and not borders:
+        return bodies
     tools: dict[str, Entity] = {}
-    if assembly.split is not None:
-        tools[CAP] = _half_space(assembly.normal, far)
-    if assembly.shell:
-        tools[UPPER_SHELL] = _core(rod.big_end_bore / 2 + assembly.shell, far, assembly.split or 0.0)
-    borders = [(2, disk) for bolt in bolts if _in_cell(bolt, mirror) for disk in seat_disks(bolt)]
+    if normal is not None:
+        tools[CAP] = _half_space(normal, far)
+    if radius is not None:
+        tools[UPPER_SHELL] = _core(radius, far, normal or (1.0, 0.0))
     solids = [(kernel.SOLID, tag) for tag in bodies.values()]
     with kernel.attempt("divide the rod into its parts"):
-        _, pieces = gmsh.model.occ.fragment(solids, [*tools.values(), *borders])
+        _, pieces = gmsh.model.occ.fragment(solids, [*tools.values(), *((2, border) for border in borders)])
     became = dict(zip([*bodies, *tools], pieces, strict=False))
     parts = _sorted(became)
     kept = {(kernel.SOLID, tag) for tag in parts.values()}
@@ -65,7 +88,7 @@ def seat_disks(bolt: BoltAxis) -> list[int]:
     """Draw disks whose borders are those of what a bolt presses on."""
     levels = [(bolt.head, bolt.head_radius)]
     if bolt.engaged:
-        levels += [(bolt.grip_end, bolt.hole_radius), (bolt.thread_end, bolt.hole_radius)]
+        levels += [(end, bolt.thread_radius) for end in (bolt.grip_end, bolt.thread_end)]
     else:
         levels += [(bolt.grip_end, bolt.nut_radius)]
     across = -bolt.direction[1], bolt.direction[0], 0.0  # the circles begin on the plane z = 0
@@ -75,10 +98,6 @@ def seat_disks(bolt: BoltAxis) -> list[int]:
     ]
 
 
-def _in_cell(bolt: BoltAxis, mirror: Mirror) -> bool:
-    return mirror is not Mirror.QUARTER or bolt.point[1] > 0
-
-
 def _half_space(normal: tuple[float, float], far: float) -> Entity:
     """Draw all that lies on the cap's side of the joint plane."""
     box = gmsh.model.occ.addBox(-far, -far, -far, far, 2 * far, 2 * far)
@@ -86,10 +105,11 @@ def _half_space(normal: tuple[float, float], far: float) -> Entity:
     return kernel.SOLID, box
 
 
-def _core(radius: float, far: float, split: float) -> Entity:
+def _core(radius: float, far: float, normal: tuple[float, float]) -> Entity:
     """Draw the cylinder inside the backs of the shells, with its seam in the joint plane."""
     core = gmsh.model.occ.addCylinder(0, 0, -far / 2, 0, 0, far, radius)
-    gmsh.model.occ.rotate([(kernel.SOLID, core)], 0, 0, 0, 0, 0, 1, math.radians(split) + math.pi / 2)
+    turn = math.atan2(normal[1], normal[0]) + math.pi / 2
+    gmsh.model.occ.rotate([(kernel.SOLID, core)], 0, 0, 0, 0, 0, 1, turn)
     return kernel.SOLID, core
 
 

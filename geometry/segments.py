@@ -27,6 +27,10 @@ class Line:
         """Reflect about y = 0 and turn round, so that a mirrored chain runs on."""
         return Line(_flip(self.end), _flip(self.start))
 
+    def turned(self, angle: float) -> "Line":
+        """Turn it about the origin, anticlockwise by an angle, rad."""
+        return Line(_turn(self.start, angle), _turn(self.end, angle))
+
     def height(self, x: Floats) -> Floats:
         """Return the ordinates at `x`; −∞ beyond the ends and where the piece is vertical."""
         (x0, y0), (x1, y1) = self.start, self.end
@@ -85,6 +89,10 @@ class Arc:
         """Reflect about y = 0 and turn round, so that a mirrored chain runs on."""
         return Arc(_flip(self.center), self.radius, -(self.begin + self.sweep), self.sweep)
 
+    def turned(self, angle: float) -> "Arc":
+        """Turn it about the origin, anticlockwise by an angle, rad."""
+        return Arc(_turn(self.center, angle), self.radius, self.begin + angle, self.sweep)
+
     def height(self, x: Floats) -> Floats:
         """Return the ordinates at `x`, −∞ beyond the ends, of a piece that runs towards +x.
 
@@ -111,6 +119,11 @@ def mirrored(chain: tuple[Segment, ...]) -> tuple[Segment, ...]:
 def _within(x: Floats, a: float, b: float) -> npt.NDArray[np.bool_]:
     slack = 1e-12 * (abs(a) + abs(b))
     return (x >= min(a, b) - slack) & (x <= max(a, b) + slack)
+
+
+def _turn(point: Point, angle: float) -> Point:
+    (x, y), c, s = point, math.cos(angle), math.sin(angle)
+    return c * x - s * y, s * x + c * y
 
 
 def _flip(point: Point) -> Point:

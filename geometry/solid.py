@@ -1,5 +1,6 @@
 """The rod as a tagged solid in an open gmsh session."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -20,7 +21,7 @@ from geometry.mirror import PLANE_AXIS, Mirror
 from geometry.outline import Outline
 from geometry.parting import parted
 from geometry.rod import Rod
-from geometry.segments import Line, Segment, mirrored
+from geometry.segments import Line, Segment
 from geometry.surfaces import Surface
 from geometry.tools import bushed, chamfers, holes, tools_above
 
@@ -113,8 +114,9 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None =
         check(rod, assembly)
     _require_symmetry(rod.smallest_cell if assembly is None else assembly.smallest_cell(rod), mirror)
     gmsh.model.add("rod")
-    body = _plan(rod, mirror)
-    above = tools_above(rod)
+    turn = 0.0 if assembly is None else math.radians(assembly.split or 0.0)
+    body = _plan(rod, mirror, turn)
+    above = tools_above(rod, turn)
     if mirror is Mirror.NONE:
         above += [kernel.turned_over(tool) for tool in above]
     with kernel.attempt("cut ring steps and web pockets"):
@@ -122,15 +124,15 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None =
     with kernel.attempt("separate the bushing from the rod (rod.bushing_mm)"):
         volumes = bushed(rod, body)
     with kernel.attempt("drill and chamfer (rod.cap_bolt_mm, rod.oil_hole_mm, rod.…_chamfer_mm)"):
-        cutters = [*holes(rod), *chamfers(rod, mirror)]
+        cutters = [*holes(rod, turn), *chamfers(rod, mirror)]
         volumes = dict(zip(volumes, kernel.drilled(list(volumes.values()), cutters), strict=True))
     bolts = () if assembly is None else bolt_axes(rod, assembly)
     if assembly is not None:
-        volumes = parted(rod, volumes, assembly, bolts, mirror)
+        volumes = parted(rod, volumes, assembly, bolts)
     gmsh.model.occ.synchronize()
     parts = tuple(Part(name, (tag,), whole_mass(tag, mirror)) for name, tag in volumes.items())
     faces = faces_of(tuple(volumes.values()))
-    found = features(rod, faces)
+    found = features(rod, faces, turn)
     check_areas(rod, mirror, found)
     bores = (
         Bore(0.0, rod.big_end_bore / 2, rod.crank_bearing_width),
@@ -165,16 +167,15 @@ def _require_symmetry(smallest: Mirror, mirror: Mirror) -> None:
     require(possible, "symmetry", str(mirror), rule, "Choose that or a larger part.")
 
 
-def _plan(rod: Rod, mirror: Mirror) -> int:
+def _plan(rod: Rod, mirror: Mirror, turn: float) -> int:
     """Extrude the outline with its bores from the lowest to the highest face."""
     top = max(rod.big_end_width, rod.small_end_width) / 2
-    outline = Outline(rod)
+    outline = Outline(rod, turn)
     with kernel.attempt("extrude the rod's outline"):
         if mirror is Mirror.QUARTER:
             return kernel.prism(_upper_loop(outline), (), 0.0, top)
         holes = [(bore, bore.mirrored()) for bore in outline.bores]
-        loop = (*outline.upper, *mirrored(outline.upper))
-        return kernel.prism(loop, holes, 0.0 if mirror is Mirror.HALF else -top, top)
+        return kernel.prism(outline.whole, holes, 0.0 if mirror is Mirror.HALF else -top, top)
 
 
 def _upper_loop(outline: Outline) -> tuple[Segment, ...]:

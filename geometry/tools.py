@@ -13,15 +13,18 @@ from geometry.slant import space_beside
 from geometry.step import RingStep, ring_steps
 
 
-def tools_above(rod: Rod) -> list[int]:
-    """Draw the volumes cut away above z = 0; below it, their mirror images are cut."""
+def tools_above(rod: Rod, turn: float = 0.0) -> list[int]:
+    """Draw the volumes cut away above z = 0; below it, their mirror images are cut.
+
+    Bosses are turned by `turn`, rad.
+    """
     tools = []
     big, small = ring_steps(rod)
     top = max(big.ring, small.ring)
     if top > rod.shank_width / 2:
         # Their common part is what lies above both rings' faces: no seam where they meet on the shank.
         with kernel.attempt("draw the ring steps"):
-            around = _above(big, top, rod, Outline(rod).shank_sector)
+            around = _above(big, top, rod, Outline(rod, turn).shank_sector)
             tools.append(kernel.common(around, _above(small, top, rod)))
     if rod.has_pockets:
         with kernel.attempt("round the pocket floor (rod.pocket_floor_radius_mm)"):
@@ -32,14 +35,17 @@ def tools_above(rod: Rod) -> list[int]:
     return tools
 
 
-def holes(rod: Rod) -> list[int]:
-    """Draw the holes that lie on the plane z = 0."""
+def holes(rod: Rod, turn: float = 0.0) -> list[int]:
+    """Draw the holes that lie on the plane z = 0; those of bolts are turned by `turn`, rad."""
     occ, tools = gmsh.model.occ, []
     if rod.oil_hole:
         tools.append(occ.addCylinder(rod.length, 0, 0, 2 * rod.small_end_radius, 0, 0, rod.oil_hole / 2))
     if rod.cap_bolt:
         length, at = 2 * rod.cap_boss_length, rod.cap_bolt_spacing / 2
-        tools += [occ.addCylinder(-length / 2, y, 0, length, 0, 0, rod.cap_bolt / 2) for y in (at, -at)]
+        bolts = [occ.addCylinder(-length / 2, y, 0, length, 0, 0, rod.cap_bolt / 2) for y in (at, -at)]
+        if turn:
+            occ.rotate([(kernel.SOLID, bolt) for bolt in bolts], 0, 0, 0, 0, 0, 1, turn)
+        tools += bolts
     return tools
 
 

@@ -12,6 +12,7 @@ from fea.assess.column import Plane
 from fea.material import of_parts
 from fea.rod.bores import Bores
 from fea.rod.discretise import MeshedRod
+from fea.rod.listing import found_assembly
 from fea.solid.inertia import inertia
 from fea.study.study import Study
 from fea.units import KG, KG_M2
@@ -86,6 +87,8 @@ class RodReport:
         Of a solid from a file: the unit of its lengths, and its solids.
     assumed
         What was assumed or left out.
+    assembly
+        Of a file with a cap of its own: the joint, bolts and interfaces found.
     """
 
     study: str
@@ -104,6 +107,7 @@ class RodReport:
     unit: str | None = None
     solids: tuple[SolidFigures, ...] | None = None
     assumed: tuple[str, ...] = ()
+    assembly: tuple[str, ...] = ()
 
 
 def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
@@ -147,6 +151,7 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
         unit=None if mesh.intake is None else mesh.intake.unit,
         solids=None if mesh.intake is None else _solids(mesh.intake, materials[0].density),
         assumed=(*study.material_remarks, *(() if mesh.intake is None else mesh.intake.assumed)),
+        assembly=() if mesh.intake is None else found_assembly(study.rod, mesh.intake),
     )
     return report, mesh.whole
 

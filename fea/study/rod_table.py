@@ -90,7 +90,7 @@ class RodTable:
             No solid could be made, or its bores cannot be identified.
         """
         if self.cad is not None:
-            return _imported(self.cad, tell)
+            return _imported(self.cad, tell, assembly)
         from geometry.solid import build  # noqa: PLC0415 - dynamics alone need no gmsh
 
         rod = self.solid()
@@ -179,11 +179,11 @@ class RodTable:
         return entries
 
 
-def _imported(cad: CadFile, tell: Callable[[str], None]) -> "Solid":
+def _imported(cad: CadFile, tell: Callable[[str], None], assembly: Assembly | None) -> "Solid":
     from geometry.cad.imported import import_cad  # noqa: PLC0415 - dynamics alone need no gmsh
 
     try:
-        return import_cad(cad, tell=tell)
+        return import_cad(cad, tell=tell, assembly=assembly)
     except OSError as error:
         reason = error.strerror or str(error)
         rule = f"cannot be read ({reason})"

@@ -16,9 +16,9 @@ def edge_points(face: int) -> Floats:
     return _along(gmsh.model.getBoundary([(2, face)], combined=False, oriented=False))
 
 
-def loop_points(curves: Iterable[int]) -> Floats:
-    """Points (n, 3) along curves that form a closed loop, where one begins only once."""
-    return _along([(1, int(curve)) for curve in curves], _PLACES[:-1])
+def loop_points(curves: Iterable[int], count: int = _PLACES.size - 1) -> Floats:
+    """Points (n, 3) along curves that form a closed loop, `count` on each, where one begins only once."""
+    return _along([(1, int(curve)) for curve in curves], np.linspace(0.0, 1.0, count + 1)[:-1])
 
 
 def solid_points(volume: int) -> Floats:

@@ -9,30 +9,36 @@ import numpy as np
 
 from geometry import kernel
 from geometry.arrays import Floats
+from geometry.assembly import Assembly
+from geometry.cad.assembled import assembled
 from geometry.cad.bores import HalfOpenError, find_bores
 from geometry.cad.cap import assumed_cap
-from geometry.cad.cylinders import ROUND, recognised
+from geometry.cad.cylinders import recognised
 from geometry.cad.file import CadFile, MissingCap
 from geometry.cad.formats import declared_unit, read_solids
 from geometry.cad.freecad import linked_files
 from geometry.cad.holes import Hole
 from geometry.cad.interior import Interior
+from geometry.cad.joining import joined_parts
 from geometry.cad.members import member, members
+from geometry.cad.placing import placed
 from geometry.cad.rounds import concave_rounds
 from geometry.cad.symmetry import cut_to, smallest_cell
 from geometry.errors import GeometryError
-from geometry.faces import Bore, Face, Feature, FeatureKind, faces_of, surfaces
-from geometry.frame import rod_frame
+from geometry.faces import Face, Feature, FeatureKind, faces_of, surfaces
 from geometry.intake import FoundBore, Intake, Member, Role
 from geometry.length_unit import DECLARED, UNITS, is_usual, plausible_unit, usual_units
 from geometry.mass import joined
 from geometry.mirror import Mirror
-from geometry.solid import Part, Solid, whole_mass
+from geometry.solid import Solid
 from geometry.surfaces import Surface
 
 
 def import_cad(
-    file: CadFile, mirror: Mirror | None = None, tell: Callable[[str], None] = lambda _stage: None
+    file: CadFile,
+    mirror: Mirror | None = None,
+    tell: Callable[[str], None] = lambda _stage: None,
+    assembly: Assembly | None = None,
 ) -> Solid:
     """Read the rod of a file into a new model of the open session and place it in the rod's frame.
 
@@ -44,16 +50,22 @@ def import_cad(
         The cell to keep; None for the smallest that the solid's symmetry allows.
     tell
         Told what is being done.
+    assembly
+        What is separate; None for solids that are bonded to each other where they touch.
 
     Returns
     -------
     Solid
-        One part per solid that is kept, under its name in the file; touching parts share their faces.
+        One part per solid that is kept, under its name in the file or, in an assembly, under those of
+        `geometry.parting`; touching parts share their faces.
 
     Raises
     ------
     GeometryError
-        No rod in the file, bores that cannot be identified, or a mirror plane that the solid lacks.
+        No rod in the file, bores that cannot be identified, a mirror plane that the solid lacks, or solids
+        that do not make an assembly.
+    InvalidValue
+        What the assembly says does not fit the file.
     OSError
         The file cannot be read.
     """
@@ -64,9 +76,12 @@ def import_cad(
         unit = better
         found, holes = _found(file, unit, tell)
     bores = tuple(FoundBore(2 * hole.radius, _vector(hole.center), hole.mean_width) for hole in holes)
-    said = _assumed(file, declared, unit, found, holes[0].apart(holes[1]))
-    intake = Intake(unit, tuple(found), (bores[0], bores[1]), tuple(said))
-    return replace(_cut(file, found, holes, mirror, tell), intake=intake)
+    said = _assumed(file, declared, unit, found, holes[0].apart(holes[1]), bonded=assembly is None)
+    if assembly is None:
+        solid = _cut(file, found, holes, mirror, tell)
+        return replace(solid, intake=Intake(unit, tuple(found), (bores[0], bores[1]), tuple(said)))
+    solid, text, more = assembled(file, found, holes, assembly, mirror=mirror, tell=tell)
+    return replace(solid, intake=Intake(unit, tuple(found), (bores[0], bores[1]), (*said, *more), text))
 
 
 def _found(file: CadFile, unit: str, tell: Callable[[str], None]) -> tuple[list[Member], tuple[Hole, Hole]]:
@@ -112,7 +127,9 @@ def _faces(volumes: Sequence[int]) -> list[Face]:
     return [recognised(face) for face in faces_of(volumes)]
 
 
-def _assumed(file: CadFile, declared: str, unit: str, found: Sequence[Member], length: float) -> list[str]:
+def _assumed(
+    file: CadFile, declared: str, unit: str, found: Sequence[Member], length: float, *, bonded: bool
+) -> list[str]:
     """What the user must know was assumed."""
     said = []
     if file.unit is None and unit != declared:
@@ -132,9 +149,11 @@ def _assumed(file: CadFile, declared: str, unit: str, found: Sequence[Member], l
             "the cap is missing: a ring of the section at the joint is assumed, without bolts (rod.cap)"
         )
     kept = [f"{one.name} ({one.role})" if one.name != one.role else one.name for one in found if one.kept]
-    if len(kept) > 1:
+    if len(kept) > 1 and bonded:
         said.append(f"{', '.join(kept)}: bonded to each other where they touch")
-    left = [f"{one.name} ({one.role})" for one in found if not one.kept]
+    left = [
+        f"{one.name} ({one.role})" for one in found if not one.kept and (bonded or one.role is not Role.BOLT)
+    ]
     if left and not file.solids:
         said.append(f"left out of {file.path.name}: {', '.join(left)} (rod.solids)")
     return said
@@ -155,7 +174,7 @@ def _cut(
         gmsh.model.occ.synchronize()
     volumes = [one.tag for one in kept]
     tell("looking for mirror planes")
-    bores = _place(volumes, *holes)
+    bores = placed(volumes, *holes)
     length = bores[1].x
     smallest = smallest_cell(volumes, length)
     mirror = smallest if mirror is None else mirror
@@ -165,7 +184,7 @@ def _cut(
             f'Use symmetry = "{smallest}" or "auto"'
         )
     names = [one.name for one in kept] if len(kept) > 1 else ["rod"]
-    parts = _parts(cut_to(volumes, mirror, length), names, mirror)
+    parts = joined_parts(cut_to(volumes, mirror, length), names, mirror)
     volumes = [tag for part in parts for tag in part.volumes]
     faces = _faces(volumes)
     mass = joined([part.mass for part in parts])
@@ -177,87 +196,6 @@ def _cut(
     free = [face for face in faces if face.tag in named[Surface.FREE]]
     rounds = concave_rounds(free, Interior(volumes), length)
     return Solid(mirror, bores, parts, named, (*features, *rounds), mass)
-
-
-def _place(volumes: Sequence[int], big: Hole, small: Hole) -> tuple[Bore, Bore]:
-    """Move the solid so that the big-end bore is the origin, x leads to the small end, z along the pins."""
-    from scipy.spatial.transform import Rotation  # noqa: PLC0415 - only imported solids need it
-
-    frame, length = rod_frame(big.direction, small.center - big.center)
-    turn = Rotation.from_matrix(frame).as_rotvec()
-    angle = float(np.linalg.norm(turn))
-    solids = [(kernel.SOLID, tag) for tag in volumes]
-    with kernel.attempt("place the solid in the rod's frame"):
-        gmsh.model.occ.translate(solids, *(-big.center))
-        if angle > 1e-12:
-            gmsh.model.occ.rotate(solids, 0, 0, 0, *(turn / angle), angle)
-        gmsh.model.occ.synchronize()
-    return (
-        Bore(0.0, big.radius, big.mean_width, slack=_slack(big)),
-        Bore(length, small.radius, small.mean_width, small.taper(frame[0]), slack=_slack(small)),
-    )
-
-
-def _slack(hole: Hole) -> float:
-    """By how much the faces of a bore may differ from its cylinder, mm; 0 where all are the same cylinder."""
-    exact = hole.deviation < 1e-6 * hole.radius and not hole.fitted
-    return 0.0 if exact else 2 * (hole.deviation + ROUND * hole.radius)
-
-
-def _parts(cells: Sequence[Sequence[int]], names: Sequence[str], mirror: Mirror) -> tuple[Part, ...]:
-    """Let touching parts share their faces, and compute the mass properties of each."""
-    cells = [list(cell) for cell in cells]
-    if sum(map(len, cells)) > 1:
-        every = [(kernel.SOLID, tag) for cell in cells for tag in cell]
-        with kernel.attempt("join the parts at their common faces"):
-            _, pieces = gmsh.model.occ.fragment(every, [])
-        became = {entity[1]: [tag for _, tag in made] for entity, made in zip(every, pieces, strict=True)}
-        cells = [[piece for tag in cell for piece in became[tag]] for cell in cells]
-        every_piece = [piece for cell in cells for piece in cell]
-        if len(set(every_piece)) < len(every_piece):
-            raise GeometryError(
-                f"the solids {', '.join(names)} overlap; they may only touch. Correct them in the CAD "
-                "program, or keep only some of them with rod.solids"
-            )
-    gmsh.model.occ.synchronize()
-    _require_joined(cells, names)
-    return tuple(
-        Part(name, tuple(cell), joined([whole_mass(tag, mirror) for tag in cell]))
-        for name, cell in zip(_distinct(names), cells, strict=True)
-    )
-
-
-def _require_joined(cells: Sequence[Sequence[int]], names: Sequence[str]) -> None:
-    """Refuse parts that share no face with the others: they would be loose."""
-    faces = [
-        set(gmsh.model.getBoundary([(kernel.SOLID, tag) for tag in cell], combined=False, oriented=False))
-        for cell in cells
-    ]
-    joined, loose = [0], list(range(1, len(cells)))
-    while touching := [one for one in loose if any(faces[one] & faces[other] for other in joined)]:
-        joined += touching
-        loose = [one for one in loose if one not in touching]
-    if loose:
-        gap, one, other = min(
-            (gmsh.model.occ.getDistance(kernel.SOLID, a, kernel.SOLID, b)[0], one, other)
-            for one in loose
-            for other in joined
-            for a in cells[one]
-            for b in cells[other]
-        )
-        raise GeometryError(
-            f"the solids {names[one]} and {names[other]} do not touch (gap {gap:.3g} mm), so they cannot be "
-            "bonded to each other. Close the gap in the CAD program, or keep only solids that touch with "
-            "rod.solids"
-        )
-
-
-def _distinct(names: Sequence[str]) -> list[str]:
-    """Number the names that occur more than once."""
-    return [
-        name if names.count(name) == 1 else f"{name} {names[:place].count(name) + 1}"
-        for place, name in enumerate(names)
-    ]
 
 
 def _vector(values: Floats) -> tuple[float, float, float]:

@@ -21,6 +21,10 @@ BOLTED = replace(
     oil_hole=4.0,
     big_end_chamfer=0.5,
 )
+# With bosses that are short enough to be turned.
+STUBBY = replace(
+    BOLTED, cap_boss_length=24.0, cap_boss_fillet=3.0, big_end_fillet=12.0, cap_bolt_spacing=82.0
+)
 NUTS = BoltSeat(head_diameter=14.0, nut_diameter=13.0, grip=40.0)
 SCREWS = BoltSeat(head_diameter=14.0, grip=24.0, engaged=12.0)
 
@@ -47,7 +51,7 @@ def random_assembly(seed: int) -> tuple[Rod, Assembly] | InvalidValue:
     thread = {"grip": length * draw.uniform(0.5, 0.8), "engaged": length * draw.uniform(0.1, 0.3)}
     nut = {"grip": length, "nut_diameter": head * draw.uniform(0.8, 1.1)}
     bolt = BoltSeat(head_diameter=head, **(nut if draw.random() < 0.5 else thread))
-    oblique = not rod.cap_bolt and draw.random() < 0.5
+    oblique = draw.random() < 0.4
     return rod, Assembly(
         split=float(draw.uniform(-60, 60)) if oblique else 0.0,
         bushing=bool(rod.bushing) and draw.random() < 0.8,

@@ -50,6 +50,8 @@ def _found(figures: RodReport) -> list[str]:
             size = " x ".join(f"{length:.4g}" for length in solid.size_mm)
             kept = "" if solid.kept else ", left out"
             lines.append(f"  {solid.name}: {solid.role}{kept}; {size} mm, {solid.mass_kg:.4g} kg")
+    if figures.assembly:
+        lines += ["as an assembly ([assembly] in a study):", *(f"  {text}" for text in figures.assembly)]
     return [*lines, *figures.assumed]
 
 

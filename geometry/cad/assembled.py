@@ -1,0 +1,166 @@
+"""An imported assembly, divided into the parts that touch: rod, cap, bushing, bearing shells, and bolts."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import gmsh
+
+from geometry import kernel
+from geometry.assembly import Assembly, BoltAxis
+from geometry.cad.assembly_text import text_of
+from geometry.cad.bolt_holes import bolt_holes
+from geometry.cad.cylinders import recognised
+from geometry.cad.fasteners import Fastener, removed
+from geometry.cad.file import CadFile
+from geometry.cad.found_bolts import found_bolts
+from geometry.cad.holes import Hole
+from geometry.cad.interior import Interior
+from geometry.cad.joining import parts_of, sharing
+from geometry.cad.joint import Joint, joint_of
+from geometry.cad.part_names import named_parts
+from geometry.cad.placing import placed
+from geometry.cad.rounds import concave_rounds
+from geometry.cad.spot_face import spot_faced
+from geometry.cad.symmetry import cut_to, smallest_cell
+from geometry.contacts import Interface, contact_features, interfaces, with_seats
+from geometry.errors import GeometryError
+from geometry.faces import Bore, Face, Feature, FeatureKind, face_of, faces_of, surfaces
+from geometry.intake import Member, Role
+from geometry.mass import joined
+from geometry.mirror import Mirror
+from geometry.parting import CAP, ROD, seat_disks
+from geometry.solid import Solid
+from geometry.surfaces import Surface
+
+# Thickness of the ring at the joint over the bore's radius, at most.
+_RING = 0.35
+# Bolts and nuts reach this many radii of the bore from its centre.
+_NEAR = 3.5
+
+
+def assembled(
+    file: CadFile,
+    found: Sequence[Member],
+    holes: tuple[Hole, Hole],
+    assembly: Assembly,
+    *,
+    mirror: Mirror | None,
+    tell: Callable[[str], None],
+) -> tuple[Solid, tuple[str, ...], tuple[str, ...]]:
+    """Place the solids of a file, take out the bolts, and let the other parts touch.
+
+    Parameters
+    ----------
+    file, mirror, tell
+        As for `geometry.cad.imported.import_cad`.
+    found
+        Its solids.
+    holes
+        The bores of the big and the small end.
+    assembly
+        What is separate. The file's own cap, shells, bushing and bolts are taken where it has them.
+
+    Returns
+    -------
+    Solid, tuple of str, tuple of str
+        The solid; what was found and what was assumed of the assembly, in words.
+
+    Raises
+    ------
+    InvalidValue
+        What the assembly says does not fit the file.
+    GeometryError
+        The solids do not make an assembled rod.
+    """
+    kept = [one for one in found if one.kept]
+    small = [one for one in found if not one.kept and one.role in (Role.BOLT, Role.OTHER)]
+    small = [one for one in small if max(one.size) < _NEAR * holes[0].radius]
+    gone = [one.tag for one in found if not one.kept and one not in small]
+    if gone:
+        gmsh.model.occ.remove([(kernel.SOLID, tag) for tag in gone], recursive=True)
+        gmsh.model.occ.synchronize()
+    bores = placed([one.tag for one in (*kept, *small)], *holes)
+    fasteners = removed([one.tag for one in small])
+    tell("dividing the assembly into its parts")
+    volumes = named_parts(kept, bores, assembly)
+    names = list(volumes)
+    cells = dict(zip(names, sharing(list(volumes.values()), names), strict=True))
+    joint = joint_of(cells[ROD], cells[CAP], bores[0].radius) if CAP in cells else None
+    bolts, assumed = _bolts(cells, joint, fasteners, assembly, bores[0].radius)
+    mirror = _mirror(file, [tag for cell in cells.values() for tag in cell], mirror, bores[1].x)
+    every = [tag for cell in cells.values() for tag in cell]
+    cut = iter(cut_to(every, mirror, bores[1].x))
+    pieces = [[tag for _ in cell for tag in next(cut)] for cell in cells.values()]
+    disks = [(2, disk) for bolt in bolts for disk in seat_disks(bolt)]
+    parts = parts_of(sharing(pieces, names, disks), names, mirror)
+    solid = Solid(mirror, bores, parts, {}, (), joined([part.mass for part in parts]), bolts=bolts)
+    solid = _named_faces(solid, assembly, joint)
+    return solid, text_of(solid, joint), assumed
+
+
+def _faces(volumes: Sequence[int]) -> list[Face]:
+    return [recognised(face) for face in faces_of(volumes)]
+
+
+def _bolts(
+    cells: dict[str, list[int]],
+    joint: Joint | None,
+    fasteners: Sequence[Fastener],
+    assembly: Assembly,
+    bore: float,
+) -> tuple[tuple[BoltAxis, ...], tuple[str, ...]]:
+    if joint is None:
+        return (), ()
+    faces = _faces(cells[ROD]), _faces(cells[CAP])
+    holes = bolt_holes(cells[ROD], cells[CAP], faces, joint, bore)
+    said = []
+    if any(hole.head is None for hole in holes):
+        given = 0.0 if assembly.bolt is None else assembly.bolt.head_diameter
+        cells[CAP][0], faced = spot_faced(cells[CAP][0], holes, given / 2 or None)
+        depth = max(hole.cap_end - new.cap_end for hole, new in zip(holes, faced, strict=True))
+        said = [f"the cap has no plane seats for the bolts' heads: they are cut, up to {depth:.3g} mm deep"]
+        holes = faced
+    bolts, assumed = found_bolts(holes, fasteners, assembly.bolt)
+    return bolts, (*said, *assumed)
+
+
+def _mirror(file: CadFile, volumes: Sequence[int], asked: Mirror | None, length: float) -> Mirror:
+    smallest = smallest_cell(volumes, length)
+    if asked is not None and len(asked.planes) > len(smallest.planes):
+        raise GeometryError(
+            f"{file.path.name}: the solids do not have {asked} symmetry. "
+            f'Use symmetry = "{smallest}" or "auto"'
+        )
+    return smallest if asked is None else asked
+
+
+def _named_faces(solid: Solid, assembly: Assembly, joint: Joint | None) -> Solid:
+    """Find surfaces, interfaces and features."""
+    parts, bores = solid.parts, solid.bores
+    volumes = [tag for part in parts for tag in part.volumes]
+    faces = _faces(volumes)
+    touching = interfaces([part.name for part in parts], [part.volumes for part in parts], assembly)
+    named = with_seats(surfaces(bores, solid.mirror, faces), faces, solid.bolts)
+    features = [
+        Feature(FeatureKind.BORE, named[surface], bore.radius, 2 * math.pi)
+        for surface, bore in zip((Surface.BIG_END_BORE, Surface.SMALL_END_BORE), bores, strict=True)
+    ]
+    free = [face for face in faces if face.tag in named[Surface.FREE]]
+    rounds = concave_rounds(free, Interior(volumes), bores[1].x)
+    ring = _RING * bores[0].radius
+    across = {} if joint is None else {Surface.JOINT: min(joint.area / (2 * bores[0].width), ring)}
+    small = contact_features(touching, named, solid.bolts, across | _walls(touching, bores))
+    return replace(solid, faces=named, features=(*features, *rounds, *small), interfaces=touching)
+
+
+def _walls(touching: Sequence[Interface], bores: tuple[Bore, Bore]) -> dict[Surface, float]:
+    """Thickness of bushing and shells by their seats, mm."""
+    found = {}
+    for surface, bore in ((Surface.SHELL_SEAT, bores[0]), (Surface.BUSHING_SEAT, bores[1])):
+        every = [face for one in touching if one.sides[0] is surface for face in one.faces]
+        shapes = [recognised(face_of(face)) for face in every]
+        radii = [face.values[6] for face in shapes if face.shape == "Cylinder"]
+        if every:
+            found[surface] = max(max(radii, default=1.05 * bore.radius) - bore.radius, 0.01 * bore.radius)
+    return found

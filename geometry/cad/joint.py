@@ -1,0 +1,124 @@
+"""The joint of rod and cap of an imported assembly: a set of faces near a plane."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import gmsh
+import numpy as np
+
+from geometry import kernel
+from geometry.arrays import Floats
+from geometry.cad.edges import edge_points
+from geometry.errors import GeometryError
+
+# A plane lies farther from the big end's centre than this part of the bore's radius only by mistake; faces
+# of serrations and fractures lie within this part of it from their mean plane.
+_OFF, _ROUGH = 0.5, 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """The mean plane of the faces that rod and cap share.
+
+    Attributes
+    ----------
+    normal
+        Unit vector (3,) from the cap to the rod.
+    offset
+        Distance of the plane from the big end's centre along the normal, mm.
+    area
+        Of the faces, mm².
+    flatness
+        Distance of the two planes parallel to it that enclose the faces' edges, mm.
+    faces
+        How many there are.
+    """
+
+    normal: Floats
+    offset: float
+    area: float
+    flatness: float
+    faces: int
+
+    @property
+    def angle(self) -> float:
+        """Of the normal in the plane of motion from +x, degrees."""
+        return float(np.degrees(np.arctan2(self.normal[1], self.normal[0]))) + 0.0
+
+    def text(self) -> str:
+        """Say where it is."""
+        plane = "plane" if self.flatness < 1e-3 else f"within {self.flatness:.3g} mm of a plane"
+        turned = "straight" if abs(self.angle) < 0.05 else f"oblique by {self.angle:.4g}°"
+        off = f", {self.offset:+.3g} mm from the big end's centre" if abs(self.offset) > 5e-4 else ""
+        return f"joint: {turned}{off}, {self.area:.4g} mm² on {self.faces} faces, {plane}"
+
+
+def joint_of(rod: Sequence[int], cap: Sequence[int], radius: float) -> Joint:
+    """Find the joint of a rod and a cap, which share faces, in the rod's frame.
+
+    Parameters
+    ----------
+    rod, cap
+        Volume tags; bearing shells are no part of them.
+    radius
+        Of the big end's bore, mm.
+
+    Raises
+    ------
+    GeometryError
+        They share no face, or the faces are no joint through the bore.
+    """
+    faces = sorted(_boundary(rod) & _boundary(cap))
+    if not faces:
+        gap = min(gmsh.model.occ.getDistance(kernel.SOLID, a, kernel.SOLID, b)[0] for a in rod for b in cap)
+        raise GeometryError(
+            f"rod and cap do not touch (gap {gap:.3g} mm), so there is no joint. Close the gap in the CAD "
+            "program"
+        )
+    points = np.concatenate([edge_points(face) for face in faces])
+    areas = np.array([gmsh.model.occ.getMass(2, face) for face in faces])
+    normal = _normal(faces, points, areas)
+    away = np.mean([gmsh.model.occ.getCenterOfMass(3, tag) for tag in cap], axis=0) - points.mean(axis=0)
+    normal = -normal if normal @ away > 0 else normal
+    height = points @ normal
+    middles = np.array([gmsh.model.occ.getCenterOfMass(2, face) for face in faces])
+    joint = Joint(
+        normal + 0.0,
+        float(areas @ (middles @ normal) / areas.sum()),
+        float(areas.sum()),
+        float(np.ptp(height)),
+        len(faces),
+    )
+    _require_joint(joint, radius)
+    return joint
+
+
+def _boundary(volumes: Sequence[int]) -> set[int]:
+    found = gmsh.model.getBoundary([(3, tag) for tag in volumes], combined=False, oriented=False)
+    return {tag for _, tag in found}
+
+
+def _normal(faces: Sequence[int], points: Floats, areas: Floats) -> Floats:
+    """Mean normal (3,) of faces that roughly lie in a plane, whichever way each is oriented."""
+    rough = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
+    total = np.zeros(3)
+    for face, area in zip(faces, areas, strict=True):
+        low, high = gmsh.model.getParametrizationBounds(2, face)
+        shares = np.linspace(0.1, 0.9, 5)
+        u, v = (a + (b - a) * shares for a, b in zip(low, high, strict=True))
+        normals = np.reshape(
+            gmsh.model.getNormal(face, np.stack(np.meshgrid(u, v), axis=-1).ravel()), (-1, 3)
+        )
+        mean = normals.mean(axis=0)
+        total += area * mean * np.sign(mean @ rough)
+    return np.asarray(total / np.linalg.norm(total))
+
+
+def _require_joint(joint: Joint, radius: float) -> None:
+    if abs(joint.normal[2]) > 1e-3 or joint.flatness > _ROUGH * radius or abs(joint.offset) > _OFF * radius:
+        raise GeometryError(
+            f"the faces that rod and cap share are no joint across the big end: their mean normal is "
+            f"({', '.join(f'{value:.3g}' for value in joint.normal)}) in the rod's frame (x to the small "
+            f"end, z along the pins), {joint.offset:.3g} mm from the bore's centre, and they lie within "
+            f"{joint.flatness:.3g} mm of a plane. Name the solids that belong to the rod with rod.solids"
+        )
