@@ -16,6 +16,7 @@ from fea.machine.clock import Clock
 from fea.output.columns_csv import write_columns
 from fea.output.errors import PictureError
 from fea.output.picture_name import picture_name
+from fea.output.report.name import REPORT
 from fea.output.text import write_text
 from fea.output.vtu import write_vtu
 from fea.rod.load_cases import EngineLoading
@@ -106,6 +107,13 @@ def _pictures(run: Outcome) -> Iterator[RunFiles]:
         yield RunFiles(names, lambda folder: take_pictures(folder, run.summary, results))
 
 
+def _report(run: Outcome) -> Iterator[RunFiles]:
+    if run.study.output.report:
+        from fea.output.report.write import write_report  # noqa: PLC0415 - only a report needs it
+
+        yield _one(REPORT, lambda path: write_report(path, run))
+
+
 WRITERS = (
     Writer("write", _case_fields),
     Writer("write", _study),
@@ -116,6 +124,7 @@ WRITERS = (
     Writer("plot", _stress_history),
     Writer("plot", _bores),
     Writer("picture", _pictures),
+    Writer("report", _report),
 )
 
 
