@@ -70,7 +70,7 @@ class Result(Outcome):
         found = self.cases[case]
         return pv.wrap(vtk_grid(self.mesh, found.point_data(), found.cell_data(self.materials)))
 
-    def write(self, folder: str | Path, *, screenshot: bool = False) -> Path:
+    def write(self, folder: str | Path, *, screenshot: bool = False, report: bool = False) -> Path:
         """Write what `fea run` leaves into a folder, all or nothing, and return it.
 
         Parameters
@@ -79,6 +79,9 @@ class Result(Outcome):
             New, or holding nothing but an earlier run, which is replaced.
         screenshot
             Whether to draw each result as a picture as well.
+        report
+            Whether to write `report.html` as well. It turns the crank if the result was analysed with
+            ``report=True``.
 
         Raises
         ------
@@ -89,7 +92,7 @@ class Result(Outcome):
         PictureError
             This machine cannot draw; the folder is as it was before.
         """
-        output = replace(self.study.output, screenshot=screenshot)
+        output = replace(self.study.output, screenshot=screenshot, report=report)
         drawn = replace(self, study=replace(self.study, output=output))
         with run_folder(Path(folder)) as place:
             _, complaint = drawn.write_into(place, Clock())
@@ -186,7 +189,8 @@ def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisF
     **flags
         Those of ``fea run`` that ask for figures, by their Python names: ``rpm`` (a number), ``size``,
         ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``assembly``, ``cycle``,
-        ``fatigue``, ``buckling``, ``tolerance``, ``min_safety``.
+        ``fatigue``, ``buckling``, ``tolerance``, ``min_safety``; and ``report``, which keeps what a report
+        needs to show every crank angle.
 
     Raises
     ------

@@ -81,6 +81,28 @@ class Motion:
     peak: float
     strength: Floats
 
+    def stress(self, angle: float) -> Floats:
+        """Stress (n, 6) of the surface nodes at a crank angle, rad, linear between instants; MPa."""
+        x, y, z = self.sign.T
+        one = np.ones_like(x)
+        turned = np.stack([one, one, one, x * y, y * z, x * z], axis=1)
+        return np.asarray(turned * self._combined("stress", angle))
+
+    def displacement(self, angle: float) -> Floats:
+        """Displacement (n, 3) of the surface nodes at a crank angle, rad, linear between instants; mm."""
+        return np.asarray(self.sign * self._combined("displacement", angle))
+
+    def _combined(self, name: str, angle: float) -> Floats:
+        even = self._of(self.even, name, angle)[self.row]
+        if self.odd is None:
+            return even
+        return np.asarray(even + self.sign[:, 1:2] * self._of(self.odd, name, angle)[self.row])
+
+    def _of(self, parity: ParityMotion, name: str, angle: float) -> Floats:
+        modes: Floats = getattr(parity, name)
+        course = [np.interp(angle, self.angles, own) for own in parity.courses[: modes.shape[2]]]
+        return np.asarray(modes @ np.array(course))
+
 
 def motion(rod: PreparedRod, rpm: float, peak: float) -> Motion:
     """Work out the modes of a rod's surface at a speed.

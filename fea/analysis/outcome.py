@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from fea.analysis.adapt import Adapted
 from fea.analysis.buckling import BucklingReport, buckling_report
 from fea.analysis.figures import EnvelopeFigures, Summary
+from fea.analysis.instants import Instants
 from fea.analysis.motion import Motion, motion
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
@@ -44,6 +45,8 @@ class Outcome:
         Column formulas, and modes of the solid where they were asked for; None as `speed`.
     motion
         The surface over the whole crank cycle, where a report with the cycle was asked for.
+    instants
+        Fields over the crank cycle, where they were asked for.
     """
 
     study: Study
@@ -55,6 +58,7 @@ class Outcome:
     speed: SpeedResult | None
     buckling: BucklingReport | None
     motion: Motion | None = None
+    instants: Instants | None = None
 
     @property
     def rpm(self) -> float | None:
@@ -87,7 +91,12 @@ def outcome(study: Study, adapted: Adapted, result: SpeedResult) -> Outcome:
     buckling = buckling_report(adapted.rod, result)
     summary = speed_summary(adapted, result, buckling)
     found = outcome_of(study, adapted.rod, summary, result, buckling)
-    return replace(found, motion=_motion(adapted.rod, summary)) if study.output.report else found
+    if study.output.report:
+        found = replace(found, motion=_motion(adapted.rod, summary))
+    step = study.output.pvd_step_deg
+    if step is not None and summary.rpm is not None:
+        found = replace(found, instants=Instants(adapted.rod, summary.rpm, step))
+    return found
 
 
 def _motion(rod: PreparedRod, summary: Summary) -> Motion | None:

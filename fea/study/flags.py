@@ -151,13 +151,13 @@ class AnalysisFlags(TypedDict, total=False):
     buckling: bool
     tolerance: float
     min_safety: float
+    report: bool
 
 
 class RunFlags(AnalysisFlags, total=False):
     """All flags of ``fea run``, as Python values."""
 
     screenshot: bool
-    report: bool
     pvd_step: float
     animate: str | Path
     out: str | Path

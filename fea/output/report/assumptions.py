@@ -63,8 +63,8 @@ def _loads(run: Reported) -> str:
         return "The force on the piston pin is given; the rod is at rest, without inertia forces."
     said = (
         f"The crank turns at a constant {summary.rpm:g} rpm; crank, block and piston are rigid. Forces "
-        "follow from the exact slider-crank motion with the mass properties of the meshed rod and a piston of "
-        f"{figure(engine.piston_mass_kg)} kg (with rings and pin). The gas pressure is {_gas(engine)}. "
+        "follow from the exact slider-crank motion with the mass properties of the meshed rod and a piston "
+        f"of {figure(engine.piston_mass_kg)} kg (with rings and pin). The gas pressure is {_gas(engine)}. "
     )
     said += "Friction of the piston is left out. " if engine.friction == 0 else (
         f"The piston rubs on the cylinder with a coefficient of friction of {figure(engine.friction)}. "
@@ -192,7 +192,7 @@ def _limits(run: Reported) -> Iterator[str]:
     if run.summary.envelope is None:
         yield "Fatigue: only the peaks of the cycle were solved; nothing is said about the life of the rod."
     else:
-        yield "A finite life: the fatigue factors are against an unlimited one, and predict no cycles."
+        yield "A finite life: the fatigue factors hold for an unlimited one and predict no number of cycles."
     if run.summary.buckling.modes is None:
         yield "Buckling of the solid: the shank is judged as a column, by formulas."
     if any(case.singular_max_von_mises_MPa is not None for case in run.summary.results.values()):

@@ -13,7 +13,7 @@ _TITLES = {
     "rod": "Rod", "material": "Material", "engine": "Engine and gas", "speed": "Speed",
     "forces": "Given forces", "mesh": "Mesh", "analysis": "Analysis", "contact": "Pins in contact",
 }  # fmt: skip
-_GIVEN, _DEFAULT = "the study", "default of the program"
+_GIVEN, _DEFAULT = "the study", "the program's default"
 
 
 class Input(NamedTuple):
@@ -31,6 +31,12 @@ class InputTable(NamedTuple):
     title: str
     remark: str
     rows: tuple[Input, ...]
+
+    @property
+    def origin(self) -> str:
+        """Where all of them come from; empty where they differ."""
+        origins = {row.origin for row in self.rows}
+        return origins.pop() if len(origins) == 1 else ""
 
 
 def input_tables(study: Study) -> list[InputTable]:

@@ -71,8 +71,15 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    found.filters["sentence"] = _sentence
     found.filters["proper"] = lambda text: str(text).replace("-", "−")
     return found
+
+
+def _sentence(text: str) -> str:
+    """A sentence begins with a capital letter, unless its first word is the name of a key."""
+    first = text.partition(" ")[0]
+    return text if "_" in first or not text else f"{text[0].upper()}{text[1:]}"
 
 
 def _text(name: str) -> str:

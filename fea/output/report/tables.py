@@ -89,8 +89,9 @@ def case_table(summary: Summary) -> Table:
 
 def head_table(summary: Summary) -> Table:
     """Return what a reader looks at first of the load cases."""
-    full = case_table(summary)
-    return Table(full.caption, full.head[:6], tuple(row[:6] for row in full.rows), full.marked)
+    full, order = case_table(summary), (0, 5, 2, 3, 1, 4)
+    rows = tuple(tuple(row[k] for k in order) for row in full.rows)
+    return Table(full.caption, tuple(full.head[k] for k in order), rows, full.marked)
 
 
 def load_table(summary: Summary) -> Table:

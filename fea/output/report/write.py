@@ -21,6 +21,7 @@ from fea.output.report.reported import Reported
 from fea.output.text import write_text
 from fea.rod.load_cases import EngineLoading
 
+_NOT_KEPT = "the cycle was analysed without what it needs (analyse(…, report=True) keeps that)"
 # Of a still picture: as many as bands, lines and their soft edges need.
 _COLOURS = 128
 
@@ -57,6 +58,7 @@ def reported(run: Outcome) -> Reported:
         contact=cycle.contact_columns() if cycle is not None and cycle.touches else None,
         bores=drawn_bores(run.mesh, run.summary.rod.length_mm),
         motion=run.motion,
+        without_motion="" if cycle is None or run.motion is not None else _NOT_KEPT,
     )
 
 

@@ -172,7 +172,7 @@ class Viewer {
     const from = this.camera.state(), place = this.placeOf(changes.spot);
     const normal = unit(Array.from(this.surface.nodeNormals.subarray(3 * changes.spot, 3 * changes.spot + 3)));
     this.camera.look(this.towards(normal, place));
-    this.glide(from, { ...this.camera.state(), middle: place, half: 0.16 * this.camera.extent });
+    this.glide(from, { ...this.camera.state(), middle: place, half: 0.11 * this.camera.extent });
     this.canvas.scrollIntoView({ block: "nearest" });
   }
 
@@ -263,7 +263,7 @@ class Viewer {
       : `, crank angle ${shown.angle.toFixed(header.kind === "case" ? 1 : 0)}°`;
     if (slider) {
       slider.value = Math.round(shown.angle);
-      part("angle-now").textContent = `${Math.round(shown.angle)}°`;
+      part("angle-now").textContent = header.kind === "envelope" ? "–" : `${Math.round(shown.angle)}°`;
       slider.setAttribute("aria-valuetext", `${Math.round(shown.angle)} degrees`);
       if (header.kind !== "envelope") this.charts.at(shown.angle);
     }
@@ -320,10 +320,11 @@ class Viewer {
       span.hidden = k >= labels.length;
       if (span.hidden) return;
       const [x, y] = this.camera.seen(labels[k].at);
-      span.hidden = x < 0.02 || x > 0.98 || y < 0.02 || y > 0.98;
+      span.hidden = x < -0.1 || x > 1.1 || y < -0.1 || y > 1.1;
       span.textContent = labels[k].text;
-      span.style.left = `${100 * x}%`;
-      span.style.top = `${100 * y}%`;
+      const aside = Math.min(0.2, 34 / Math.max(1, this.canvas.clientWidth));
+      span.style.left = `${100 * Math.min(1 - aside, Math.max(aside, x))}%`;
+      span.style.top = `${100 * Math.min(0.97, Math.max(0.03, y))}%`;
     });
   }
 
