@@ -51,10 +51,8 @@ def missing(name):
 class Browser:
     """A session with a page in it."""
 
-    def __init__(self, socket_url, session):
-        from websockets.sync.client import connect
-
-        self._socket = connect(socket_url, max_size=None, open_timeout=PATIENCE)
+    def __init__(self, socket, session):
+        self._socket = socket
         self._number, self.events = 0, []
         if session:
             self.call("session.new", capabilities={})
@@ -138,10 +136,15 @@ class Browser:
 @contextmanager
 def browser(name, *, webgl=True, dark=False):
     """A browser of a kind, as long as the block lasts."""
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as home:
-        start = {"chromium": _chromium, "firefox": _firefox}[name]
-        with start(Path(home), webgl, dark) as (url, session):
-            yield Browser(url, session)
+    from websockets.sync.client import connect
+
+    start = {"chromium": _chromium, "firefox": _firefox}[name]
+    with (
+        tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as home,
+        start(Path(home), webgl, dark) as (url, session),
+        connect(url, max_size=None, open_timeout=PATIENCE) as socket,
+    ):
+        yield Browser(socket, session)
 
 
 @contextmanager
