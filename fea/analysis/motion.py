@@ -104,7 +104,7 @@ class Motion:
         return np.asarray(modes @ np.array(course))
 
 
-def motion(rod: PreparedRod, rpm: float, peak: float) -> Motion:
+def motion(rod: PreparedRod, rpm: float, peak: float, weights: Weights | None = None) -> Motion:
     """Work out the modes of a rod's surface at a speed.
 
     Parameters
@@ -115,6 +115,8 @@ def motion(rod: PreparedRod, rpm: float, peak: float) -> Motion:
         Engine speed.
     peak
         Largest von Mises stress of the cycle, MPa, to which tolerances are relative.
+    weights
+        Of the unit loads at every degree, if they are known already.
 
     Raises
     ------
@@ -122,7 +124,8 @@ def motion(rod: PreparedRod, rpm: float, peak: float) -> Motion:
         There is no engine.
     """
     analysis, whole, angles = rod.cycle, rod.mesh.mirrored, cycle_angles()
-    weights = analysis.weights(rod.engine.engine, rod.engine.gas, rpm * RPM, angles)
+    if weights is None:
+        weights = analysis.weights(rod.engine.engine, rod.engine.gas, rpm * RPM, angles)
     nodes = np.unique(np.concatenate([own.ravel() for own in whole.mesh.facets.values()]))
     cell, row = np.unique(whole.source[nodes], return_inverse=True)
     part = _parts(analysis.units.parts, rod, cell, weights)

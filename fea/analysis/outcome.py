@@ -92,19 +92,20 @@ def outcome(study: Study, adapted: Adapted, result: SpeedResult) -> Outcome:
     summary = speed_summary(adapted, result, buckling)
     found = outcome_of(study, adapted.rod, summary, result, buckling)
     if study.output.report:
-        found = replace(found, motion=_motion(adapted.rod, summary))
+        found = replace(found, motion=_motion(adapted.rod, summary, result.cycle))
     step = study.output.pvd_step_deg
     if step is not None and summary.rpm is not None:
         found = replace(found, instants=Instants(adapted.rod, summary.rpm, step))
     return found
 
 
-def _motion(rod: PreparedRod, summary: Summary) -> Motion | None:
+def _motion(rod: PreparedRod, summary: Summary, cycle: CycleResult | None) -> Motion | None:
     """The modes of the cycle, where it was analysed."""
-    if summary.rpm is None or not isinstance(summary.envelope, EnvelopeFigures):
+    envelope = summary.envelope
+    if summary.rpm is None or cycle is None or not isinstance(envelope, EnvelopeFigures):
         return None
     with rod.clock("report"):
-        return motion(rod, summary.rpm, summary.envelope.max_von_mises_MPa)
+        return motion(rod, summary.rpm, envelope.max_von_mises_MPa, cycle.weights)
 
 
 def outcome_of(

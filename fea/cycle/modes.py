@@ -17,8 +17,8 @@ from geometry.arrays import Floats, Reals
 
 # Numbers of fields that are tried; the last is beyond what any cycle needs.
 _COUNTS = (4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96, 128, 160, 192, 256, 384, 512)
-# Instants from one at which the error is looked at to the next, and nodes that are looked at together.
-_EVERY, _NODES = 3, 4000
+# The error is looked at every so many instants, first at every so many nodes; so many nodes at a time.
+_EVERY, _SOME, _NODES = 3, 5, 4000
 
 
 @dataclass(frozen=True)
@@ -65,24 +65,32 @@ def modes(units: Reals, weights: Floats, tolerance: float) -> Modes:
     count, error = _enough(units, weights, loads, courses, tolerance)
     size = np.abs(courses[:count]).max(axis=1)
     own = loads[:, :count] * size
-    stress = np.asarray(product(np.asarray(units), own), np.float64)
+    stress = np.asarray(product(flat.reshape(units.shape), own), np.float64)
     return Modes(stress, courses[:count] / size[:, None], own, error)
 
 
 def _enough(
     units: Reals, weights: Floats, loads: Floats, courses: Floats, tolerance: float
 ) -> tuple[int, float]:
-    """The smallest number of fields with an error within the tolerance, by bisection, and its error."""
+    """The smallest number of fields with an error within the tolerance, and that error.
+
+    It is found by bisection over some of the nodes, and confirmed at all of them.
+    """
     counts = [*(count for count in _COUNTS if count < len(courses)), len(courses)]
-    low, high = 0, len(counts) - 1
-    errors = {high: 0.0}
+
+    def error(number: int, nodes: Reals) -> float:
+        count = counts[number]
+        return _largest(nodes, (weights - loads[:, :count] @ courses[:count])[:, ::_EVERY])
+
+    some, low, high = units[::_SOME], 0, len(counts) - 1
     while low < high:
         middle = (low + high) // 2
-        count = counts[middle]
-        missing = (weights - loads[:, :count] @ courses[:count])[:, ::_EVERY]
-        errors[middle] = _largest(units, missing)
-        low, high = (low, middle) if errors[middle] <= tolerance else (middle + 1, high)
-    return counts[low], errors[low]
+        low, high = (low, middle) if error(middle, some) <= tolerance else (middle + 1, high)
+    for number in range(low, len(counts) - 1):
+        found = error(number, units)
+        if found <= tolerance:
+            return counts[number], found
+    return counts[-1], 0.0
 
 
 def _largest(units: Reals, weights: Floats) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from fea.analysis.figures import LoadFigures
 from fea.analysis.motion import Motion, ParityMotion
 from fea.output.pictures.scale import exaggeration
+from fea.output.pictures.shown import VON_MISES
 from fea.output.report.coding import LEVELS, Packer, corner_steps
 from fea.output.report.legends import case_fields, envelope_fields, instant_fields
 from fea.output.report.loads import bore_loads, cycle_loads, pressure_kind
@@ -80,6 +81,7 @@ def _case(
 ) -> dict[str, Any]:
     own = {key: np.asarray(values)[surface.nodes] for key, values in data.items()}
     figures, loads = run.summary.results[name], run.summary.loads[name]
+    singular = figures.singular_max_von_mises_MPa is not None
     stress = np.stack([own[f"principal_{k}"] for k in (1, 2, 3)], axis=1)
     packer.values(f"{name}.stress", stress, surface.parents, levels=_levels(stress, _STRESS))
     moved = own["displacement"]
@@ -94,7 +96,10 @@ def _case(
         "angle": loads.crank_deg,
         "forces": _forces(loads),
         "touch": bore_loads(figures.contact),
-        "fields": case_fields(own, figures.max_von_mises_MPa),
+        "fields": [
+            field | ({"away": list(figures.at_mm)} if singular and field["name"] == VON_MISES else {})
+            for field in case_fields(own, figures.max_von_mises_MPa)
+        ],
     }
 
 

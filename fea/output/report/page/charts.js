@@ -21,4 +21,5 @@ class Charts {
   }
 }
 
-const signed = (value) => (value + 0 === 0 ? 0 : value).toLocaleString("en", { maximumSignificantDigits: 4 }).replace("-", "−");
+const signed = (value) => (value + 0 === 0 ? 0 : value).toLocaleString("en", { maximumSignificantDigits: 4, useGrouping: false }).replace("-", "−");
+const tenths = (value) => (Math.round(10 * value) / 10 + 0).toFixed(1).replace("-", "−");

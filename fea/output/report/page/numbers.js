@@ -59,11 +59,14 @@ class Numbers {
     });
   }
 
-  // Columns as whole multiples of `step`.
+  // Columns as whole multiples of `step`; of those that are mostly zero, only the others, with their rows.
   steps(name, parents) {
     const entry = this.entries.get(name);
-    const columns = Array.from({ length: entry.columns }, (_, k) =>
-      Int16Array.from(this.column(entry, k, parents), (q) => q - 32768));
+    const columns = Array.from({ length: entry.columns }, (_, k) => {
+      const values = Int16Array.from(this.column(entry, k, parents), (q) => q - 32768);
+      const rows = Int32Array.from(values.keys()).filter((i) => values[i] !== 0);
+      return 3 * rows.length > values.length ? { values } : { rows, values: Int16Array.from(rows, (i) => values[i]) };
+    });
     return { columns, step: entry.step };
   }
 }

@@ -161,8 +161,9 @@ function superpose({ columns, step }, courses, angle, rows, components, out) {
   for (let k = 0; k * components < columns.length; k++) {
     const weight = step * ((1 - share) * courses[k][before] + share * courses[k][after]);
     for (let c = 0; c < components; c++) {
-      const mode = columns[k * components + c], start = c * rows;
-      for (let i = 0; i < rows; i++) out[start + i] += weight * mode[i];
+      const { values, rows: own } = columns[k * components + c], start = c * rows;
+      if (own) for (let i = 0; i < own.length; i++) out[start + own[i]] += weight * values[i];
+      else for (let i = 0; i < rows; i++) out[start + i] += weight * values[i];
     }
   }
 }

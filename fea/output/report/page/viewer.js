@@ -241,7 +241,7 @@ class Viewer {
     const found = share && this.valueAt(share);
     note.hidden = !found;
     if (!found) return;
-    const place = found.place.map((value) => value.toFixed(1).replace("-", "−")).join(", ");
+    const place = found.place.map(tenths).join(", ");
     note.textContent = `${this.said(found.value)} at ${place} mm`;
     note.style.left = `${100 * Math.min(0.72, share[0])}%`;
     note.style.top = `${100 * Math.max(0.08, share[1])}%`;
@@ -267,18 +267,20 @@ class Viewer {
       slider.setAttribute("aria-valuetext", `${Math.round(shown.angle)} degrees`);
       if (header.kind !== "envelope") this.charts.at(shown.angle);
     }
-    const worst = this.worst(field);
-    const place = this.surface.place(worst).map((value) => value.toFixed(1).replace("-", "−")).join(", ");
+    const worst = this.worst(field), place = this.surface.place(worst).map(tenths).join(", ");
+    const away = field.away ? " (away from places where the elastic stress is infinite)" : "";
     const most = field.low ? "least" : field.name === "principal_3" ? "lowest" : "largest";
     const size = header.kind === "envelope" || shown.scale === 0 ? "not deformed" : `deformation × ${shown.scale}`;
     const text = `${header.title}${angle}: ${field.label}, ${most} ${this.said(this.values[worst])} at ` +
-      `x, y, z = ${place} mm; ${size}.`;
+      `x, y, z = ${place} mm${away}; ${size}.`;
     const caption = part("caption");
     if (!this.playing) caption.textContent = text;
     this.canvas.setAttribute("aria-label", `The rod in three dimensions. ${text}`);
   }
 
+  // The node of the worst value: where the stress is infinite in theory, that of the peak that counts.
   worst(field) {
+    if (field.away) return this.surface.nearest(field.away);
     const down = field.low || field.name === "principal_3";
     let best = 0;
     for (let i = 1; i < this.values.length; i++) {
