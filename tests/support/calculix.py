@@ -4,7 +4,6 @@ A bolt is a node of its own whose displacement is, by an equation, the mean appr
 force on it is the force of the bolt, and a spring its stiffness.
 """
 
-
 import subprocess
 from dataclasses import dataclass, field
 
@@ -51,7 +50,19 @@ class Found:
     shortened: list = field(default_factory=list)
 
 
-def solve(folder, mesh, moduli, pairs, held, loads, bolts=(), *, stiffness=STIFFNESS, lines=(), pressed="SURFACE TO SURFACE"):
+def solve(
+    folder,
+    mesh,
+    moduli,
+    pairs,
+    held,
+    loads,
+    bolts=(),
+    *,
+    stiffness=STIFFNESS,
+    lines=(),
+    pressed="SURFACE TO SURFACE",
+):
     """Solve the loads one after another, as steps of one deck in `folder`.
 
     Parameters
@@ -125,11 +136,18 @@ def _bolt(node, element, bolt, held):
 
 def _step(load, first):
     yield from ("*STEP, INC=200", "*STATIC", "1.,1.,1e-6,1.", "*CLOAD, OP=NEW")
-    for node, axis in np.argwhere(np.abs(load.forces) > 1e-12 * np.abs(load.forces).max(initial=0.0)).tolist():
+    for node, axis in np.argwhere(
+        np.abs(load.forces) > 1e-12 * np.abs(load.forces).max(initial=0.0)
+    ).tolist():
         yield f"{node + 1},{axis + 1},{load.forces[node, axis]:.12e}"
     for number, tension in enumerate(load.tension):
         yield f"{first + number},1,{tension:.12e}"
-    yield from ("*NODE FILE, FREQUENCY=999", "U", "*EL FILE, FREQUENCY=999", "S", "*CONTACT FILE, FREQUENCY=999", "CDIS,CSTR")
+    yield from (
+        "*NODE FILE, FREQUENCY=999",
+        "U",
+        "*EL FILE, FREQUENCY=999",
+        "S",
+        "*CONTACT FILE, FREQUENCY=999",
+        "CDIS,CSTR",
+    )
     yield "*END STEP"
-
-

@@ -132,9 +132,13 @@ class DirectContact:
             u = self.flat(state.u)
         first = not np.any(u)
         for count in range(1, ROUNDS + 1):
-            residual, tangent, found = self._linearised(u, load, state, tension, locked, overlap, all_touch=first and count == 1)
+            residual, tangent, found = self._linearised(
+                u, load, state, tension, locked, overlap, all_touch=first and count == 1
+            )
             step = np.zeros_like(u)
-            step[self.free] = pypardiso.spsolve(tangent[self.free][:, self.free].tocsr(), -residual[self.free])
+            step[self.free] = pypardiso.spsolve(
+                tangent[self.free][:, self.free].tocsr(), -residual[self.free]
+            )
             u = u + step
             scale = np.abs(u).max()
             if np.abs(step).max() <= SETTLED * scale and count > 1:
@@ -154,7 +158,11 @@ class DirectContact:
             residual = residual - own.normal.T @ pressure
             tangent.append(rows.T @ sparse.diags(spring[active]) @ rows)
             pressures.append(pressure)
-            slide = np.stack([row @ u for row in own.tangents], axis=1) if own.tangents else np.zeros((len(gap), 2))
+            slide = (
+                np.stack([row @ u for row in own.tangents], axis=1)
+                if own.tangents
+                else np.zeros((len(gap), 2))
+            )
             shear = np.zeros_like(slide)
             if own.touching.friction and state is not None:
                 shear, derivative = _coulomb(own, state, number, slide, pressure, active, spring)

@@ -204,6 +204,9 @@ def _limits(run: Reported) -> Iterator[str]:
 
 def _joint(run: Reported) -> Iterator[str]:
     """What is not modelled of the big end's joint and of what is pressed into the bores."""
+    if run.study.assembly is not None:
+        yield "Settling and creep of the bolted joint, and the threads and heads of its bolts."
+        return
     bushing = "bushing" in run.study.part_material
     fits = "the fit of the bushing, which is bonded in place" if bushing else "bushings"
     yield (

@@ -30,7 +30,9 @@ def sheared(size: float, order: int) -> AssembledBody:
     ends = ((0.0, LENGTHS[0]), LENGTHS)
     blocks = tuple(
         Prism(
-            polygon(*(((x, y), Surface.FREE) for x, y in zip((a, b, b, a), (0, 0, WIDTH, WIDTH), strict=True))),
+            polygon(
+                *(((x, y), Surface.FREE) for x, y in zip((a, b, b, a), (0, 0, WIDTH, WIDTH), strict=True))
+            ),
             (0.0, HEIGHT),
             bottom=Surface.FREE,
         )
