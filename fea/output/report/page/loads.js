@@ -24,8 +24,9 @@ class Loads {
     };
   }
 
-  // Solids for the painter, and where to write how large the forces are.
-  drawn(result, angle, camera, tint) {
+  // Solids for the painter, and where to write how large the forces are. `touching` are the contact pressures
+  // of the nodes and their places, where they are known.
+  drawn(result, angle, camera, tint, touching) {
     const acting = this.acting(result, angle);
     if (!acting) return { solids: [], labels: [] };
     const length = this.bores[1].x, solids = [], labels = [];
@@ -39,7 +40,7 @@ class Loads {
         const tip = plus([bore.x, 0, z], direction, reach + 0.05 * length);
         labels.push({ at: tip, text: `${(size / 1000).toFixed(1)} kN` });
       }
-      const arc = this.arc(k, force, acting.touch);
+      const arc = this.arc(k, force, acting.touch, touching);
       if (arc) {
         for (const face of [bore.low - 0.003 * length, bore.high + 0.003 * length]) {
           solids.push({ ...pressed(bore, face, arc), tint: [...tint.map((c) => c * 0.9), 0.75] });
@@ -50,20 +51,40 @@ class Loads {
   }
 
   // Middle and width, rad, height in radii and shape of the pressure on a bore.
-  arc(k, force, touch) {
-    const size = Math.hypot(...force);
+  arc(k, force, touch, touching) {
+    const size = Math.hypot(...force), middle = Math.atan2(force[1], force[0]);
     if (this.pressure.kind === "contact") {
       if (!touch || touch[k][2] <= 0) return null;
-      const [at, width, pressure] = touch[k];
-      return { middle: rad(at), width: rad(width), height: (HEIGHT * pressure) / this.hardest, shape: "cosine" };
+      const height = (HEIGHT * touch[k][2]) / this.hardest;
+      if (touching) return { middle: 0, width: 2 * Math.PI, height, share: around(this.bores[k], touching) };
+      // Over the cycle only the extent and the largest pressure are known.
+      return { middle, width: rad(touch[k][1]), height: height / 3, share: () => 1 };
     }
     if (size <= 1e-3 * this.largest) return null;
-    const middle = Math.atan2(force[1], force[0]), height = (HEIGHT * size) / this.largest;
-    if (this.pressure.kind === "bonded") return { middle, width: 2 * Math.PI, height: height / 2, shape: "uniform" };
+    const height = (HEIGHT * size) / this.largest;
+    if (this.pressure.kind === "bonded") return { middle, width: 2 * Math.PI, height: height / 2, share: () => 1 };
     const outwards = k === 1 ? force[0] > 0 : force[0] < 0;
     const { shape, deg } = outwards ? this.pressure.tension : this.pressure.compression;
-    return { middle, width: rad(deg), height, shape };
+    const share = shape === "cosine" ? (away) => Math.cos((Math.PI * away) / rad(deg)) : () => 1;
+    return { middle, width: rad(deg), height, share };
   }
+}
+
+// The mean pressure along a bore in each direction, as a share of the largest.
+function around(bore, { values, positions }) {
+  const count = 60, sums = new Float64Array(count), weights = new Float64Array(count);
+  for (let i = 0; i < values.length; i++) {
+    const x = positions[3 * i] - bore.x, y = positions[3 * i + 1];
+    if (Math.abs(Math.hypot(x, y) / bore.radius - 1) > 0.01) continue;
+    const k = Math.round(((Math.atan2(y, x) / (2 * Math.PI) + 1) % 1) * count) % count;
+    sums[k] += values[i];
+    weights[k]++;
+  }
+  const means = Array.from(sums, (sum, k) => sum / Math.max(1, weights[k])), largest = Math.max(...means, 1e-9);
+  return (away) => {
+    const place = ((away / (2 * Math.PI) + 1) % 1) * count, k = Math.floor(place);
+    return ((1 - place + k) * means[k % count] + (place - k) * means[(k + 1) % count]) / largest;
+  };
 }
 
 const rad = (degrees) => (degrees * Math.PI) / 180;
@@ -99,13 +120,12 @@ function arrow(from, direction, length, radius) {
 }
 
 // What presses on a bore, as a ring whose height is the pressure, seen from either side.
-function pressed(bore, z, { middle, width, height, shape }) {
-  const places = [], normals = [], pieces = 48;
+function pressed(bore, z, { middle, width, height, share }) {
+  const places = [], normals = [], pieces = 72;
   const at = (k) => {
     const away = width * (k / pieces - 0.5);
-    const share = shape === "cosine" ? Math.cos((Math.PI * away) / width) : 1;
     const [c, s] = [Math.cos(middle + away), Math.sin(middle + away)];
-    const inner = bore.radius * (1 - height * Math.max(0.02, share));
+    const inner = bore.radius * (1 - height * Math.max(0.005, share(away)));
     return [[bore.x + bore.radius * c, bore.radius * s, z], [bore.x + inner * c, inner * s, z]];
   };
   for (let k = 0; k < pieces; k++) {

@@ -131,7 +131,7 @@ class Viewer {
     const { result, shown, camera } = this;
     const tint = colour("--load");
     const { solids, labels } = shown.loads
-      ? this.loads.drawn(result.header, shown.angle, camera, tint)
+      ? this.loads.drawn(result.header, shown.angle, camera, tint, this.touching)
       : { solids: [], labels: [] };
     this.painter.load(solids);
     this.painter.draw(camera, { field: this.field, scale: this.scale, mesh: shown.mesh, ink: [0.1, 0.1, 0.12] });
@@ -139,6 +139,11 @@ class Viewer {
     this.label(labels);
     this.markSpot();
     this.painted = (this.painted ?? 0) + 1;
+  }
+
+  get touching() {
+    const { contact } = this.result;
+    return contact ? { values: contact, positions: this.surface.positions } : null;
   }
 
   get scale() {
