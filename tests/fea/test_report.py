@@ -22,6 +22,7 @@ from fea.output.report.coding import HOLE, Packer, corner_steps
 from fea.output.report.left import reported_left
 from fea.output.report.opening import open_report
 from fea.output.report.page import page
+from fea.output.report.scene import scene
 from fea.output.report.surface import Surface
 from fea.output.report.wording import figure, named
 from fea.output.report.write import reported
@@ -151,6 +152,17 @@ def test_a_surface_that_is_too_large_keeps_its_vertices():
     assert len(corners.nodes) == whole.facets.max() + 1
 
 
+def test_a_page_that_would_be_too_large_keeps_the_corners(monkeypatch):
+    _, result, _, _ = reported_rod()
+    run = reported(result)
+    whole = scene(run)
+    monkeypatch.setattr("fea.output.report.scene._LARGEST_CYCLE", len(whole.numbers) - 1)
+    small = scene(run)
+    assert whole.complete
+    assert not small.complete
+    assert len(small.numbers) < 0.5 * len(whole.numbers)
+
+
 def test_the_page_asks_for_nothing_and_may_not(text):
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)[1]
     assert "default-src &#39;none&#39;" in policy
@@ -216,16 +228,26 @@ def test_fea_report_solves_the_cycle_again(written):
         report_run(written / "nowhere")
 
 
-def test_a_run_whose_study_was_changed_has_no_slider(written, tmp_path):
-    study = (written / "study.toml").read_text()
-    (written / "study.toml").write_text(study.replace("piston_mass_kg = 1.3345", "piston_mass_kg = 1.0"))
-    try:
-        report_run(written)
-        text = (written / "report.html").read_text(encoding="utf-8")
-    finally:
-        (written / "study.toml").write_text(study)
+def test_a_run_that_cannot_be_solved_again_has_no_slider(written, monkeypatch):
+    def refuse(_run, _study):
+        raise InvalidValue("RUN", "run", "was loaded with other forces")
+
+    monkeypatch.setattr("fea.runs.report_run.prepared_again", refuse)
+    report_run(written)
+    text = (written / "report.html").read_text(encoding="utf-8")
     assert "There is no crank-angle slider: the cycle could not be solved again" in text
+    assert "was loaded with other forces" in text
     assert 'data-part="play"' not in text
+
+
+def test_a_cycle_that_comes_out_otherwise_is_not_shown(written, monkeypatch):
+    rod, result, _, _ = reported_rod()
+    other = replace(result.motion, even=replace(result.motion.even, stress=1.1 * result.motion.even.stress))
+    monkeypatch.setattr("fea.runs.report_run.prepared_again", lambda _run, _study: rod)
+    monkeypatch.setattr("fea.runs.report_run.motion", lambda *_: other)
+    report_run(written)
+    text = (written / "report.html").read_text(encoding="utf-8")
+    assert "solved again, it differs from the run by 9" in text or "it differs from the run by 1" in text
 
 
 def test_a_run_without_fields_has_a_report_without_the_rod():
