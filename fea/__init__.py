@@ -66,7 +66,8 @@ def run(
     **flags
         Those of ``fea run`` by their Python names: ``rpm`` (a number, a list or text), ``size``,
         ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``tolerance``, ``min_safety``,
-        ``assembly``, ``screenshot``, ``cycle``, ``fatigue``, ``buckling``, ``animate``, ``out``.
+        ``assembly``, ``screenshot``, ``report``, ``pvd_step``, ``cycle``, ``fatigue``, ``buckling``,
+        ``animate``, ``out``.
 
     Returns
     -------

@@ -63,6 +63,8 @@ _COMMANDS = {
     "export": "Write a run for another program: a CalculiX deck, or mesh and results.\n\n"
     "- `fea export results/leon-2001-6000rpm rod.inp`: then `ccx -i rod` solves the same load cases\n"
     "- `fea export results/leon-2001-6000rpm rod.msh`: mesh and results for gmsh (also .med, .xdmf, .vtk, …)",
+    "report": "Write the report of an earlier run: one file with everything, the rod in 3-D included.\n\n"
+    "- `fea report results/leon-2001-6000rpm`: then `fea view results/leon-2001-6000rpm/report.html`",
     "init": "Write a study file with comments, ready to edit.\n\n"
     "It explains every key and runs as it is: `fea run study.toml`.\n\n"
     "- `fea init --engine toyota-2jz 2jz.toml`: the study of a real engine, with the source of each figure",

@@ -1,6 +1,5 @@
 """The Python interface to an analysis: `analyse` computes, a `Result` shows and writes what was found."""
 
-import base64
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,9 +15,7 @@ from fea.machine.clock import Clock
 from fea.output.errors import PictureError
 from fea.output.folder import run_folder
 from fea.output.json_file import as_dict, json_text
-from fea.output.picture_name import picture_name
 from fea.output.run_files import write_files
-from fea.output.terminal.figures import bar, factor, number, place
 from fea.output.text import write_text
 from fea.output.vtu import vtk_grid, write_vtu
 from fea.study.flags import AnalysisFlags, python_flags
@@ -27,8 +24,6 @@ from geometry.invalid import require
 
 if TYPE_CHECKING:
     import pyvista
-
-_COLUMNS = ("case", "crank angle, °", "von Mises, MPa", "±, %", "at x, y, z, mm", "safety factor")
 
 
 class Result(Outcome):
@@ -70,7 +65,7 @@ class Result(Outcome):
         found = self.cases[case]
         return pv.wrap(vtk_grid(self.mesh, found.point_data(), found.cell_data(self.materials)))
 
-    def write(self, folder: str | Path, *, screenshot: bool = False) -> Path:
+    def write(self, folder: str | Path, *, screenshot: bool = False, report: bool = False) -> Path:
         """Write what `fea run` leaves into a folder, all or nothing, and return it.
 
         Parameters
@@ -79,6 +74,9 @@ class Result(Outcome):
             New, or holding nothing but an earlier run, which is replaced.
         screenshot
             Whether to draw each result as a picture as well.
+        report
+            Whether to write `report.html` as well. It turns the crank if the result was analysed with
+            ``report=True``.
 
         Raises
         ------
@@ -89,7 +87,7 @@ class Result(Outcome):
         PictureError
             This machine cannot draw; the folder is as it was before.
         """
-        output = replace(self.study.output, screenshot=screenshot)
+        output = replace(self.study.output, screenshot=screenshot, report=report)
         drawn = replace(self, study=replace(self.study, output=output))
         with run_folder(Path(folder)) as place:
             _, complaint = drawn.write_into(place, Clock())
@@ -137,43 +135,19 @@ class Result(Outcome):
         return f"<{self.summary.title}: {self.summary.survival.text}{trusted}>"
 
     def _repr_html_(self) -> str:
-        """Return a table of the load cases and a picture of the worst one, for a notebook."""
-        from html import escape  # noqa: PLC0415 - only a notebook needs it
+        """Return the head of a report for a notebook: the answer, the load cases, a picture of the worst."""
+        from fea.output.report.page import head  # noqa: PLC0415 - only a notebook needs it
+        from fea.output.report.write import reported, still  # noqa: PLC0415
 
-        heading = "".join(f"<th>{escape(name)}</th>" for name in _COLUMNS)
-        rows = "".join(self._html_row(name) for name in self.summary.results)
-        table = f"<table><thead><tr>{heading}</tr></thead><tbody>{rows}</tbody></table>"
-        return f"<p><b>{escape(repr(self).strip('<>'))}</b></p>{table}{self._html_picture()}"
-
-    def _html_row(self, name: str) -> str:
-        found, angle = self.summary.results[name], self.summary.loads[name].crank_deg
-        cells = (
-            name,
-            number(angle, ".0f"),
-            number(found.max_von_mises_MPa, ".1f"),
-            bar(found.error_percent),
-            place(found.at_mm),
-            factor(found.min_safety_factor),
-        )
-        return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
-
-    def _html_picture(self) -> str:
-        """The worst case as an embedded picture; nothing where this machine cannot draw."""
+        run = reported(self)
         worst = self.summary.worst_case
         if worst not in self.cases:
-            return ""
-        from fea.output.pictures.picture import take_pictures  # noqa: PLC0415 - only a notebook needs it
-
-        case, file = self.cases[worst], f"{worst}.vtu"
+            return head(run)
+        case = self.cases[worst]
         with TemporaryDirectory() as scratch:
             place = Path(scratch)
-            write_vtu(place / file, self.mesh, case.point_data(), case.cell_data(self.materials))
-            try:
-                take_pictures(place, self.summary, [file])
-            except PictureError:
-                return ""
-            data = base64.b64encode((place / picture_name(file)).read_bytes()).decode()
-        return f'<img src="data:image/png;base64,{data}" alt="{worst}" style="max-width: 100%">'
+            write_vtu(place / f"{worst}.vtu", self.mesh, case.point_data(), case.cell_data(self.materials))
+            return head(replace(run, picture=still(place, run)))
 
 
 def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisFlags]) -> Result:
@@ -186,7 +160,8 @@ def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisF
     **flags
         Those of ``fea run`` that ask for figures, by their Python names: ``rpm`` (a number), ``size``,
         ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``assembly``, ``cycle``,
-        ``fatigue``, ``buckling``, ``tolerance``, ``min_safety``.
+        ``fatigue``, ``buckling``, ``tolerance``, ``min_safety``; and ``report``, which keeps what a report
+        needs to show every crank angle.
 
     Raises
     ------

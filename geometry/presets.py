@@ -95,3 +95,15 @@ engine, 0.569 kg at 7850 kg/m³ with its centre of gravity 47.8 mm from the cran
 """
 
 PRESETS = MappingProxyType({"leon-2001": LEON_2001, "forsa-g10": FORSA_G10, "molina-2000cc": MOLINA_2000CC})
+
+# What is published of each, and what is ours.
+ORIGINS = MappingProxyType(
+    {
+        "leon-2001": "León 2001 (thesis, UNAM). Published are length, mass, centre of gravity, and area and "
+        "second moment of the shank's section; there is no drawing, so that bores, widths, rings and "
+        "radii are assumed.",
+        "forsa-g10": "Columba 2022 (thesis, ESPE Latacunga). Published are length, mass, centre of gravity "
+        "and moment of inertia; every other dimension is assumed.",
+        "molina-2000cc": "Molina et al. 2024. Only the length is published; all else is assumed.",
+    }
+)

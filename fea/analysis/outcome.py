@@ -5,7 +5,9 @@ from dataclasses import dataclass, replace
 
 from fea.analysis.adapt import Adapted
 from fea.analysis.buckling import BucklingReport, buckling_report
-from fea.analysis.figures import Summary
+from fea.analysis.figures import EnvelopeFigures, Summary
+from fea.analysis.instants import Instants
+from fea.analysis.motion import Motion, motion
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
 from fea.analysis.summary import speed_summary
@@ -41,6 +43,10 @@ class Outcome:
         Fields and checks; None at a speed of many whose figures alone were worked out.
     buckling
         Column formulas, and modes of the solid where they were asked for; None as `speed`.
+    motion
+        The surface over the whole crank cycle, where a report with the cycle was asked for.
+    instants
+        Fields over the crank cycle, where they were asked for.
     """
 
     study: Study
@@ -51,6 +57,8 @@ class Outcome:
     loading: Loading
     speed: SpeedResult | None
     buckling: BucklingReport | None
+    motion: Motion | None = None
+    instants: Instants | None = None
 
     @property
     def rpm(self) -> float | None:
@@ -82,7 +90,22 @@ def outcome(study: Study, adapted: Adapted, result: SpeedResult) -> Outcome:
     """Gather all that is found at one speed that was solved on the adapted mesh of a study."""
     buckling = buckling_report(adapted.rod, result)
     summary = speed_summary(adapted, result, buckling)
-    return outcome_of(study, adapted.rod, summary, result, buckling)
+    found = outcome_of(study, adapted.rod, summary, result, buckling)
+    if study.output.report:
+        found = replace(found, motion=_motion(adapted.rod, summary, result.cycle))
+    step = study.output.pvd_step_deg
+    if step is not None and summary.rpm is not None:
+        found = replace(found, instants=Instants(adapted.rod, summary.rpm, step))
+    return found
+
+
+def _motion(rod: PreparedRod, summary: Summary, cycle: CycleResult | None) -> Motion | None:
+    """The modes of the cycle, where it was analysed."""
+    envelope = summary.envelope
+    if summary.rpm is None or cycle is None or not isinstance(envelope, EnvelopeFigures):
+        return None
+    with rod.clock("report"):
+        return motion(rod, summary.rpm, envelope.max_von_mises_MPa, cycle.weights)
 
 
 def outcome_of(

@@ -71,6 +71,8 @@ class CycleResult:
         Contact of the pins with the bores at every degree; empty where their pressure is prescribed.
     regions
         Of the surface of the whole rod.
+    weights
+        Of the unit loads at every degree.
     """
 
     angles: Floats
@@ -83,6 +85,7 @@ class CycleResult:
     jumps: bool
     counts: Mask
     regions: SurfaceRegions
+    weights: Weights
     remarks: tuple[str, ...] = ()
     multiaxial: Spot | None = None
     touches: tuple[Mapping[Surface, Touch], ...] = ()
@@ -226,6 +229,7 @@ class CycleAnalysis:
             jumps=self.loads.jumps,
             counts=counts,
             regions=regions,
+            weights=of_degrees,
             remarks=fatigue_remarks(self.materials, self.fatigue),
             multiaxial=multiaxial,
             touches=self.loads.touches(of_degrees),

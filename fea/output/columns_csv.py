@@ -1,5 +1,6 @@
-"""Columns over the crank cycle as CSV."""
+"""Columns over the crank cycle as CSV, and back."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -29,6 +30,20 @@ def write_columns(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
     """
     values = np.broadcast_arrays(*(np.atleast_1d(np.asarray(column, float)) for column in columns.values()))
     write_text(path, ",".join(columns) + "\n" + _rows(np.stack(values, axis=1)))
+
+
+def read_columns(path: Path) -> dict[str, Floats]:
+    """Read columns (n,) by their names; what does not apply is NaN.
+
+    Raises
+    ------
+    OSError, ValueError
+        There is no such file, or it is not such a table.
+    """
+    head, *rows = path.read_text(encoding="utf-8").splitlines()
+    names = head.split(",")
+    values = [[float(cell) if cell else math.nan for cell in row.split(",")] for row in rows]
+    return dict(zip(names, np.array(values).reshape(-1, len(names)).T, strict=True))
 
 
 def _rows(values: Floats) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 from fea.analysis.summary_file import SCHEMA, SUMMARY
 from fea.output.picture_name import picture_name
+from fea.output.report.name import REPORT
 
 # Of any version.
 _SCHEMA = SCHEMA.rpartition("/")[0] + "/"
@@ -31,11 +32,11 @@ def is_earlier_run(directory: Path) -> bool:
 
 
 def _is_run(folder: Path) -> bool:
-    """Return whether a directory holds the files that its summary names, their pictures, and nothing else."""
+    """Return whether a directory holds only what its summary names, pictures of that and a report."""
     files = _manifest(folder).get("files")
     if not isinstance(files, list):
         return False
-    own = {*files, *(picture_name(str(name)) for name in files if str(name).endswith(".vtu"))}
+    own = {*files, REPORT, *(picture_name(str(name)) for name in files if str(name).endswith(".vtu"))}
     return all(entry.name in own and _is_file(entry) for entry in folder.iterdir())
 
 

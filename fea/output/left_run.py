@@ -65,17 +65,18 @@ def read_run(folder: Path) -> LeftRun:
     InvalidValue
         It is not such a folder, or its fields are missing or damaged.
     """
-    summary = _summary(folder)
+    summary = left_summary(folder)
     names = list(summary.get("results", {}))
     missing = [name for name in names if not (folder / f"{name}.vtu").is_file()]
     rule = f"has no fields of {', '.join(missing)}: of many speeds only the worst ones keep theirs"
     require(bool(names) and not missing, "RUN", str(folder), rule, "Run this speed alone, and export that.")
-    found = {name: _read_vtu(folder / f"{name}.vtu") for name in names}
+    found = {name: read_vtu(folder / f"{name}.vtu") for name in names}
     mesh, _ = found[names[0]]
     return LeftRun(folder, summary, mesh, {name: fields for name, (_, fields) in found.items()})
 
 
-def _summary(folder: Path) -> dict[str, Any]:
+def left_summary(folder: Path) -> dict[str, Any]:
+    """Read the summary of a run; errors as for `read_run`, whether it has fields or not."""
     remedy = "Name the folder that fea run has written, such as results/leon-2001-6000rpm."
     require(folder.is_dir(), "RUN", str(folder), "is not a directory", remedy)
     speeds = sorted(place.parent.name for place in folder.glob(f"*/{SUMMARY}"))
@@ -91,7 +92,8 @@ def _summary(folder: Path) -> dict[str, Any]:
     return dict(summary)
 
 
-def _read_vtu(path: Path) -> tuple[TetMesh, Fields]:
+def read_vtu(path: Path) -> tuple[TetMesh, Fields]:
+    """Read the mesh and the arrays of a result file; errors as for `read_run`."""
     from meshio.vtu import read  # noqa: PLC0415 - only an export needs it
 
     try:

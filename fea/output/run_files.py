@@ -16,11 +16,14 @@ from fea.machine.clock import Clock
 from fea.output.columns_csv import write_columns
 from fea.output.errors import PictureError
 from fea.output.picture_name import picture_name
+from fea.output.pvd import write_pvd
+from fea.output.report.name import REPORT
 from fea.output.text import write_text
 from fea.output.vtu import write_vtu
 from fea.rod.load_cases import EngineLoading
 
 ENVELOPE, BUCKLING = "envelope.vtu", "buckling.vtu"
+CASES, CYCLE = "cases.pvd", "cycle.pvd"
 
 
 class RunFiles(NamedTuple):
@@ -49,6 +52,31 @@ def _case_fields(run: Outcome) -> Iterator[RunFiles]:
 
 def _write_case(run: Outcome, case: CaseResult, path: Path) -> None:
     write_vtu(path, run.mesh, case.point_data(), case.cell_data(run.materials))
+
+
+def _case_collection(run: Outcome) -> Iterator[RunFiles]:
+    if run.cases:
+        angles = [load.crank_deg for load in run.summary.loads.values()]
+        known = None not in angles and len(set(angles)) == len(angles)
+        times = {
+            f"{name}.vtu": float(angle if known and angle is not None else number)
+            for number, (name, angle) in enumerate(zip(run.cases, angles, strict=True))
+        }
+        yield _one(CASES, lambda path: write_pvd(path, times))
+
+
+def _instants(run: Outcome) -> Iterator[RunFiles]:
+    """The fields over the cycle, worked out as they are written: they rarely fit into memory."""
+    if run.instants is not None:
+        instants = run.instants
+        times = {f"cycle-{degrees:03g}.vtu": degrees for degrees in instants.degrees}
+
+        def write(folder: Path) -> None:
+            for name, data in zip(times, instants.fields(), strict=True):
+                write_vtu(folder / name, run.mesh, data)
+
+        yield RunFiles(tuple(times), write)
+        yield _one(CYCLE, lambda path: write_pvd(path, times))
 
 
 def _study(run: Outcome) -> Iterator[RunFiles]:
@@ -106,8 +134,17 @@ def _pictures(run: Outcome) -> Iterator[RunFiles]:
         yield RunFiles(names, lambda folder: take_pictures(folder, run.summary, results))
 
 
+def _report(run: Outcome) -> Iterator[RunFiles]:
+    if run.study.output.report:
+        from fea.output.report.write import write_report  # noqa: PLC0415 - only a report needs it
+
+        yield _one(REPORT, lambda path: write_report(path, run))
+
+
 WRITERS = (
     Writer("write", _case_fields),
+    Writer("write", _case_collection),
+    Writer("write", _instants),
     Writer("write", _study),
     Writer("write", _forces),
     Writer("write", _envelope),
@@ -116,6 +153,7 @@ WRITERS = (
     Writer("plot", _stress_history),
     Writer("plot", _bores),
     Writer("picture", _pictures),
+    Writer("report", _report),
 )
 
 

@@ -1,29 +1,25 @@
 """The job behind `fea export`: a run in the format of another program."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.prepare import PreparedRod
 from fea.output.inp import Step, write_deck
 from fea.output.left_run import LeftRun, read_run
 from fea.output.mesh_formats import FORMATS, write_mesh
 from fea.output.target import require_target
-from fea.rod.given import PART, meshed_rod
+from fea.runs.repeated import prepared_again, require_same_loads
 from fea.solid.supports import clamped, determinate_restraints
-from fea.study.contact_table import PINS
-from fea.study.study import Study, load_study
-from geometry.invalid import InvalidValue, require
+from fea.study.study import load_study
+from geometry.invalid import require
 from geometry.surfaces import Surface
 from loads.cases import LoadCase
 from mesh.errors import MeshError
 from mesh.files.given import named_mesh
 
 SUFFIXES = (".inp", *FORMATS)
-# Largest relative difference between the forces of a run and those worked out again for its deck.
-_SAME_FORCES = 1e-6
 
 
 @dataclass(frozen=True)
@@ -90,10 +86,9 @@ def _results(run: LeftRun, file: Path) -> Exported:
 
 def _deck(run: LeftRun, file: Path) -> Exported:
     study = load_study(run.study)
-    rod = _prepared(run, study)
+    rod = prepared_again(run, study)
     rpm = study.speeds()[0]
-    cases = {case.name: case for case in rod.loading.at(rod.mass, rpm).cases}
-    _require_same_loads(run, cases)
+    cases = require_same_loads(run, rod.loading.at(rod.mass, rpm).cases)
     steps = [_step(run, rod, case) for case in cases.values()]
     materials = dict(zip(rod.mesh.parts, rod.materials, strict=True))
     heading = [f"{run.summary['study']}{'' if rpm is None else f' at {rpm:g} rpm'}: one step per load case"]
@@ -114,40 +109,6 @@ def _deck_notes(rod: PreparedRod) -> list[str]:
             "lack, so that results of the deck differ there"
         )
     return notes
-
-
-def _prepared(run: LeftRun, study: Study) -> PreparedRod:
-    """The run's own mesh, ready to be loaded as the run was."""
-    dimensions = study.rod.dimensions
-    known = (None, None) if dimensions is None else (dimensions.big_end_bore, dimensions.small_end_bore)
-    mesh, bores = named_mesh(run.mesh, known)
-    names = _part_names(study, 1 if mesh.part is None else int(mesh.part.max()) + 1)
-    return prepare(study, mesh=meshed_rod(mesh, bores, names))
-
-
-def _part_names(study: Study, count: int) -> Sequence[str]:
-    """Names of the parts in the order of their numbers."""
-    if count == 1:
-        return [next(iter(sorted(study.part_material.keys() - PINS)), PART)]
-    if study.rod.cad is None:
-        return ["rod", "bushing"]
-    from fea.analysis.study_forces import drawn_solid  # noqa: PLC0415 - only several parts need their solid
-
-    return [part.name for part in drawn_solid(study.rod).parts]
-
-
-def _require_same_loads(run: LeftRun, cases: dict[str, LoadCase]) -> None:
-    """Refuse a deck whose loads are not those of the run."""
-    remedy = "Repeat the run: fea run study.toml."
-    told = run.summary["loads"]
-    rule = f"holds the cases {', '.join(told)}, but its study gives {', '.join(cases)}"
-    require(set(told) == set(cases), "RUN", str(run.folder), rule, remedy)
-    for name, case in cases.items():
-        then = np.array([told[name][key] for key in ("pin_axial_N", "crank_axial_N")])
-        now = np.array([case.pin_axial, case.crank_axial])
-        if np.abs(then - now).max() > _SAME_FORCES * case.largest_force:
-            rule = f"was loaded with {then[0]:.6g} N at the pin in {name}, but its study gives {now[0]:.6g} N"
-            raise InvalidValue("RUN", str(run.folder), rule, remedy)
 
 
 def _step(run: LeftRun, rod: PreparedRod, case: LoadCase) -> Step:

@@ -68,6 +68,12 @@ class Flags:
     screenshot: bool = False
     """Save a .png picture of each load case next to its .vtu file."""
 
+    report: bool = False
+    """Save report.html: the whole analysis in one file, with the rod in 3-D, for any browser, offline."""
+
+    pvd_step: float | None = None
+    """Save the fields of the cycle every so many degrees, for ParaView to play; needs --cycle."""
+
     animate: Path | None = None
     """Write an animation of the cycle to this file (.gif; .mp4 with imageio-ffmpeg); needs --cycle."""
 
@@ -99,6 +105,8 @@ class Flags:
             },
             "output": {
                 "screenshot": self.screenshot or None,
+                "report": self.report or None,
+                "pvd_step_deg": number("output.pvd_step_deg", self.pvd_step),
                 "directory": absolute("--out", self.out),
                 "animate": absolute("--animate", self.animate),
             },
@@ -143,12 +151,14 @@ class AnalysisFlags(TypedDict, total=False):
     buckling: bool
     tolerance: float
     min_safety: float
+    report: bool
 
 
 class RunFlags(AnalysisFlags, total=False):
     """All flags of ``fea run``, as Python values."""
 
     screenshot: bool
+    pvd_step: float
     animate: str | Path
     out: str | Path
 

@@ -30,6 +30,7 @@ _NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")
 # Faster than any piston engine; model aircraft engines reach about 40 000 rpm.
 LARGEST_RPM = 50_000.0
 DEFAULT_RPM = 6000.0
+LARGEST_STEP = 360.0  # degrees, of the cycle's fields for ParaView
 LARGEST_STUDY = 2**18  # bytes; the longest list of speeds takes a tenth
 DEFAULT_STUDY = "leon-2001"
 
@@ -144,7 +145,16 @@ class OutputTable:
 
     directory: str | None = None
     screenshot: bool = False
+    report: bool = False
+    pvd_step_deg: float | None = None
     animate: str | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a step that is not one over the cycle."""
+        if self.pvd_step_deg is not None:
+            name, rule = "output.pvd_step_deg", f"must lie between 1 and {LARGEST_STEP:g}"
+            require_number(name, self.pvd_step_deg)
+            require(1 <= self.pvd_step_deg <= LARGEST_STEP, name, self.pvd_step_deg, rule)
 
 
 @dataclass(frozen=True)
@@ -192,6 +202,9 @@ class Study:
             self._require_parts(self.assembly)
         if self.output.directory is not None:
             located("output.directory", self.output.directory, self.folder)
+        if self.output.pvd_step_deg is not None:
+            step, rule = self.output.pvd_step_deg, "has no effect without the crank cycle"
+            require(self.analysis.cycle, "output.pvd_step_deg", step, rule, "Add --cycle.")
         if self.output.animate is not None:
             located("output.animate", self.output.animate, self.folder)
         if self.forces is not None:

@@ -53,7 +53,7 @@ def test_a_run_prints_json_only_and_leaves_what_is_promised(run):
     cases = {"tension", "compression", "side", "bending", "gas"}
     assert set(summary["results"]) == set(summary["loads"]) == cases
     assert {path.name for path in place.iterdir()} == {
-        "summary.json", "study.toml", "loads.csv", *(f"{case}.vtu" for case in cases),
+        "summary.json", "study.toml", "loads.csv", "cases.pvd", *(f"{case}.vtu" for case in cases),
     }  # fmt: skip
     assert {item["what"] for item in summary["left_out"]} >= {"elements at z < 0"}
     assert all(check["pass"] for check in summary["checks"].values())
@@ -142,6 +142,10 @@ def test_a_low_safety_factor_is_exit_6(tmp_path):
         (("run", "--out", "occupied"), 2, "occupied"),
         (("run", "--threads", "0"), 2, "--threads"),
         (("view", "missing.vtu"), 2, "missing.vtu"),
+        (("view", "missing.html"), 2, "is not a file"),
+        (("view", "missing.html", "--field", "mean"), 2, "which shows every field"),
+        (("report", "occupied"), 2, "summary.json"),
+        (("run", "--pvd-step", "10"), 2, "Add --cycle"),
         (("view", "missing.vtu", "--out", "study.toml"), 2, "--out = 'study.toml': must end in .png"),
         (("frobnicate",), 2, "frobnicate"),
         (("init", "occupied/mine.txt"), 2, "exists"),

@@ -91,7 +91,8 @@ def test_a_grid_has_the_arrays_of_the_file(result):
 
 def test_a_notebook_shows_every_case_and_the_worst_one_as_a_picture(result):
     html = result._repr_html_()
-    assert all(f"<td>{name}</td>" in html for name in result.cases)
+    assert all(f'<th scope="row">{name}</th>' in html for name in result.cases)
+    assert "The rod does not survive" in html
     assert "data:image/png;base64," in html
     assert repr(result).startswith("<leon-2001 at 6000 rpm: fails by fatigue, safety factor 0.")
 

@@ -1,12 +1,15 @@
 """The colour bands of a picture: equal bands between round limits."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-import pyvista
 
 from fea.output.pictures.scale import band_limits
+
+if TYPE_CHECKING:
+    import pyvista
 
 Colours = npt.NDArray[np.uint8]
 
@@ -59,8 +62,10 @@ class Bands:
         middles = np.convolve(limits, [0.5, 0.5], mode="valid")
         return cls(tuple(limits), _between(DIVERGING, 0.5 + 0.5 * middles / np.abs(limits).max()))
 
-    def table(self) -> pyvista.LookupTable:
+    def table(self) -> "pyvista.LookupTable":
         """Return the colours for VTK."""
+        import pyvista  # noqa: PLC0415 - a report has colours without VTK
+
         opaque = np.column_stack([self.colours, np.full(len(self.colours), 255, np.uint8)])
         return pyvista.LookupTable(values=opaque, scalar_range=(self.limits[0], self.limits[-1]))
 

@@ -244,7 +244,16 @@ def _files(folder: Path, summary: Summary) -> list[str]:
     for name in summary.files or ():
         kinds.setdefault(Path(name).suffix, []).append(name)
     order = sorted(kinds, key=lambda kind: (_FIRST.index(kind) if kind in _FIRST else len(_FIRST), kind))
-    return [f"Written to {near(folder)}/", *(f"  {'  '.join(kinds[kind])}" for kind in order)]
+    return [f"Written to {near(folder)}/", *(f"  {'  '.join(_shortened(kinds[kind]))}" for kind in order)]
+
+
+def _shortened(names: list[str]) -> list[str]:
+    """Name the first and the last of the files that follow the crank angle."""
+    numbered = [name for name in names if name.startswith("cycle-")]
+    if len(numbered) < 4:
+        return names
+    rest = [name for name in names if name not in numbered]
+    return [*rest, f"{numbered[0]} … {numbered[-1]} ({len(numbered)} files)"]
 
 
 def _next(folder: Path, summary: Summary) -> str:

@@ -1,0 +1,215 @@
+"""What a run assumes and what its model leaves out, in words: each is said where it applies to this run."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from fea.choices import CONTACT, Element, Finish, Support
+from fea.material import Material
+from fea.output.report.reported import Reported
+from fea.output.report.wording import figure, listed
+from fea.study.contact_table import PINS
+from fea.study.engine_table import EngineTable
+from loads.bearing import Arc, Bonded, BorePressure, Shape, parse_pin_load
+
+_PARTS = {"quarter": "A quarter", "half": "A half"}
+
+
+class Statement(NamedTuple):
+    """A heading and what is said under it."""
+
+    title: str
+    text: str
+
+
+def assumptions(run: Reported) -> list[Statement]:
+    """Return what the run assumes."""
+    found = [
+        Statement("Material", _material(run)),
+        Statement("Loads", _loads(run)),
+        Statement("Pins and bores", _pins(run)),
+        Statement("Support", _support(run)),
+        Statement("Model", _model(run)),
+        Statement("Strength", _strength(run)),
+    ]
+    return [statement for statement in found if statement.text]
+
+
+def _material(run: Reported) -> str:
+    tables = {name: table for name, table in run.study.part_material.items() if name not in PINS}
+    main = run.study.material.material()
+    said = f"Linear elastic, isotropic and homogeneous: {_constants(main)}."
+    for name, table in tables.items():
+        said += f" Part {name}: {_constants(table.material())}."
+    largest = max(case.max_von_mises_MPa for case in run.summary.results.values())
+    least = min(case.min_safety_factor for case in run.summary.results.values())
+    if least < 1:
+        said += (
+            f" Stresses above the yield strength, here up to {figure(largest)} MPa, are those of an elastic "
+            "rod: they show that the rod yields, not what happens then."
+        )
+    return said
+
+
+def _constants(material: Material) -> str:
+    return (
+        f"E = {figure(material.youngs_modulus / 1000)} GPa, ν = {figure(material.poissons_ratio)}, "
+        f"{figure(material.density * 1e12)} kg/m³, yield strength {figure(material.yield_strength)} MPa"
+    )
+
+
+def _loads(run: Reported) -> str:
+    engine, summary = run.study.engine, run.summary
+    if engine is None or summary.rpm is None:
+        return "The force on the piston pin is given; the rod is at rest, without inertia forces."
+    said = (
+        f"The crank turns at a constant {summary.rpm:g} rpm; crank, block and piston are rigid. Forces "
+        "follow from the exact slider-crank motion with the mass properties of the meshed rod and a piston "
+        f"of {figure(engine.piston_mass_kg)} kg (with rings and pin). The gas pressure is {_gas(engine)}. "
+    )
+    said += "Friction of the piston is left out. " if engine.friction == 0 else (
+        f"The piston rubs on the cylinder with a coefficient of friction of {figure(engine.friction)}. "
+    )  # fmt: skip
+    said += (
+        "Each load case is one instant: pressure on both bores and the inertia of the rod as a body force "
+        "act together."
+    )
+    if "gas" in summary.results:
+        said += " In the case gas the highest gas pressure acts while nothing moves, as at low speed."
+    return said
+
+
+def _gas(engine: EngineTable) -> str:
+    kinds = {
+        "none": "zero",
+        "boyle": "that of isothermal compression and expansion (Boyle)",
+        "motored": "that of adiabatic compression and expansion without combustion",
+        "otto": "that of an ideal Otto cycle",
+    }
+    name = engine.gas.replace("\\", "/").rpartition("/")[2]
+    return kinds.get(engine.gas, f"the trace {name}, the same in every cycle")
+
+
+def _pins(run: Reported) -> str:
+    name = run.study.analysis.pressure
+    if name == CONTACT:
+        return (
+            "The pressure on the bores comes from frictionless contact with the pins, without an oil film. "
+            "The piston's bosses carry the pin with half a cosine of pressure, constant along their length."
+        )
+    load = parse_pin_load(name)
+    if isinstance(load, Bonded):
+        return (
+            "Each pin is bonded to its bore: its force is a uniform traction over the whole bore, so that it "
+            "pulls one half as hard as it presses on the other."
+        )
+    return (
+        f"{_pressure(load)} It is constant along the pin and centred on the force; the pins' stiffness, "
+        f"clearance and oil film do not enter.{_pin_model(run)}"
+    )
+
+
+def _pressure(load: BorePressure) -> str:
+    if load.tension == load.compression:
+        return f"Each pin presses on its bore with {_arc(load.tension)}."
+    return (
+        f"Each pin presses on its bore with {_arc(load.tension)} where it pulls the rod, and with "
+        f"{_arc(load.compression)} where it pushes."
+    )
+
+
+def _arc(arc: Arc) -> str:
+    degrees = f"{arc.angle * 180 / 3.141592653589793:.0f}°"
+    kind = "half a cosine of pressure" if arc.shape is Shape.COSINE else "a uniform pressure"
+    return f"{kind} over {degrees}"
+
+
+def _pin_model(run: Reported) -> str:
+    found = run.summary.pin_model
+    if found is None:
+        return ""
+    factors = listed([f"{value:.2f} with {name}" for name, value in found.min_safety_factors.items()])
+    verdict = "depends" if found.matters else "does not depend"
+    return f" The smallest safety factor against yielding {verdict} on this choice: {factors}."
+
+
+def _support(run: Reported) -> str:
+    if run.study.analysis.support is Support.CLAMPED:
+        return (
+            "The bore of the big end is clamped, which replaces the crank pin. Stresses at the border of the "
+            "clamped surface are singular and not judged."
+        )
+    return (
+        "Nothing is clamped (inertia relief): the loads of each case balance exactly, and displacements are "
+        "given relative to the line between the bores' centres."
+    )
+
+
+def _model(run: Reported) -> str:
+    model, said = run.summary.model, ""
+    kind = "second-order (ten-node)" if model.element == Element.P2 else "first-order (four-node)"
+    said += f"{model.elements} {kind} tetrahedra with {model.nodes} nodes. "
+    if model.symmetry in _PARTS:
+        said += (
+            f"{_PARTS[model.symmetry]} of the rod was solved and mirrored, exactly, as the rod is symmetric. "
+        )
+    if run.study.rod.from_file:
+        said += "Parts that touch are bonded. "
+    return said + "Displacements and strains are small, so that the equations are linear."
+
+
+def _strength(run: Reported) -> str:
+    said = "The safety factor against yielding is the yield strength over the von Mises stress."
+    if run.summary.envelope is None:
+        return said
+    return (
+        f"{said} Fatigue is judged by mean and amplitude of the signed von Mises stress over the cycle, with "
+        f"the correction of {run.summary.envelope.fatigue_criterion.capitalize()}, for an unlimited life; "
+        "Crossland's factor is the second opinion for stresses whose directions turn."
+    )
+
+
+def limits(run: Reported) -> list[str]:
+    """Return what the model leaves out: what a reviewer must judge by other means."""
+    return list(_limits(run))
+
+
+def _limits(run: Reported) -> Iterator[str]:
+    yield from _joint(run)
+    yield "Plastic deformation: beyond the yield strength the stresses are not those of the real rod."
+    yield "Temperature: the material has the same constants everywhere, and nothing expands."
+    residual = "Residual stresses of forging, machining or fracture splitting"
+    if run.study.material.surface is Finish.SHOT_PEENED:
+        residual += " (shot peening enters through the factor of the surface alone)"
+    yield f"{residual}."
+    yield "Vibration of the rod and of the crank train, and variation from one engine cycle to the next."
+    if run.study.analysis.pressure != CONTACT:
+        yield (
+            "The bending and ovalisation of the pins, clearances, and the oil film, which change the stress "
+            "in the bores."
+        )
+    else:
+        yield "Friction and oil film between pins and bores."
+    if run.summary.envelope is None:
+        yield "Fatigue: only the peaks of the cycle were solved; nothing is said about the life of the rod."
+    else:
+        yield "A finite life: the fatigue factors hold for an unlimited one and predict no number of cycles."
+    if run.summary.buckling.modes is None:
+        yield "Buckling of the solid: the shank is judged as a column, by formulas."
+    if any(case.singular_max_von_mises_MPa is not None for case in run.summary.results.values()):
+        yield (
+            "The stress at sharp inner edges, at the border of a clamped surface or the end of a bore that a "
+            "bending pin presses on, infinite in theory: the figures are those of the rest of the rod."
+        )
+
+
+def _joint(run: Reported) -> Iterator[str]:
+    """What is not modelled of the big end's joint and of what is pressed into the bores."""
+    if run.study.assembly is not None:
+        yield "Settling and creep of the bolted joint, and the threads and heads of its bolts."
+        return
+    bushing = "bushing" in run.study.part_material
+    fits = "the fit of the bushing, which is bonded in place" if bushing else "bushings"
+    yield (
+        "The joint of the big end: cap and rod are one piece, without bolts and their preload. So are the "
+        f"fits: neither bearing shells nor {fits} press on the bores."
+    )

@@ -1,0 +1,125 @@
+"""The page: one HTML file that runs what it holds and fetches nothing."""
+
+import base64
+import hashlib
+import json
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from fea.output.report.answer import answer
+from fea.output.report.reported import Reported
+from fea.output.report.scene import Scene, scene
+from fea.output.report.sections import Section, sections
+from fea.output.report.tables import head_table
+
+# In this order, as one script: each uses what stands before it.
+_SCRIPTS = (
+    "vectors.js", "numbers.js", "surface.js", "results.js", "camera.js", "painter.js", "loads.js", "pick.js",
+    "hands.js", "charts.js", "viewer.js", "start.js",
+)  # fmt: skip
+_PAGE = files("fea") / "output" / "report" / "page"
+
+
+def page(run: Reported) -> str:
+    """Return the report of a run."""
+    drawn, parts = scene(run), sections(run)
+    style, script = _text("report.css"), _script()
+    return (
+        _environment()
+        .get_template("report.html.jinja")
+        .render(
+            **_head(run),
+            sections=parts,
+            scene=drawn,
+            header=None if drawn is None else _json(_with_charts(drawn, parts)),
+            numbers="" if drawn is None else Markup(drawn.numbers),  # noqa: S704 - base64
+            scales=() if drawn is None else _scales(drawn.header["exaggeration"]),
+            policy=_policy(style, script if drawn is not None else ""),
+            style=Markup(style),  # noqa: S704 - our own
+            script=Markup(script),  # noqa: S704 - our own
+            without_motion=run.without_motion,
+        )
+    )
+
+
+def head(run: Reported) -> str:
+    """Return the head of the report alone, for a notebook: the answer, the load cases and a picture."""
+    return _environment().get_template("notebook.html.jinja").render(**_head(run))
+
+
+def _head(run: Reported) -> dict[str, Any]:
+    picture = None if run.picture is None else base64.b64encode(run.picture).decode()
+    return {
+        "title": run.summary.title,
+        "answer": answer(run.summary),
+        "cases": head_table(run.summary),
+        "picture": picture,
+        "worst": run.summary.worst_case,
+    }
+
+
+@cache
+def _environment() -> Environment:
+    found = Environment(
+        loader=PackageLoader("fea.output.report", "page"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    found.filters["sentence"] = _sentence
+    found.filters["proper"] = lambda text: str(text).replace("-", "−")
+    return found
+
+
+def _sentence(text: str) -> str:
+    """A sentence begins with a capital letter, unless its first word is the name of a key."""
+    first = text.partition(" ")[0]
+    return text if "_" in first or not text else f"{text[0].upper()}{text[1:]}"
+
+
+def _text(name: str) -> str:
+    return (_PAGE / name).read_text(encoding="utf-8")
+
+
+def _script() -> str:
+    body = "\n".join(_text(name) for name in _SCRIPTS)
+    return f'(() => {{\n"use strict";\n{body}}})();\n'
+
+
+def _policy(style: str, script: str) -> str:
+    """What the page may do: run its own script and style, show pictures that it holds, and nothing else."""
+    scripts = f"'{_hash(script)}'" if script else "'none'"
+    return (
+        f"default-src 'none'; script-src {scripts}; style-src '{_hash(style)}'; img-src data:; "
+        "connect-src 'none'; base-uri 'none'; form-action 'none'"
+    )
+
+
+def _hash(text: str) -> str:
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
+
+
+def _json(value: object) -> Markup:
+    """JSON that cannot end the element that holds it."""
+    text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return Markup(text.replace("<", "\\u003c").replace("&", "\\u0026"))  # noqa: S704 - escaped here
+
+
+def _with_charts(drawn: Scene, parts: list[Section]) -> dict[str, Any]:
+    """The header of the scene; the charts only where there is a slider that moves along them."""
+    turns = any(result["kind"] == "cycle" for result in drawn.header["results"])
+    charts = [chart.moving() for part in parts for chart in part.charts] if turns else []
+    return {**drawn.header, "charts": charts}
+
+
+def _scales(usual: float) -> list[tuple[float, str]]:
+    """Magnifications of the displacements to choose from."""
+    found = {0.0: "none", 1.0: "true size", usual / 2: "", usual: "", 2 * usual: ""}
+    return [
+        (scale, words or f"× {scale:g}") for scale, words in found.items() if scale in {0, 1} or scale > 1
+    ]

@@ -1,0 +1,25 @@
+// The lines over the plots that show the crank angle of the slider, and the values there.
+
+class Charts {
+  constructor(described) {
+    this.charts = described.map((chart) => {
+      const figure = document.getElementById(chart.id);
+      return { ...chart, line: figure.querySelector(".now"), said: figure.querySelector(".now-value") };
+    });
+  }
+
+  at(angle) {
+    for (const { left, width, line, said, series, unit } of this.charts) {
+      const x = left + (width * angle) / 720;
+      line.setAttribute("x1", x);
+      line.setAttribute("x2", x);
+      line.classList.add("shown");
+      const degree = Math.round(angle);
+      const values = series.map((values) => `${signed(values[degree])} ${unit}`);
+      said.textContent = ` ${degree}°: ${values.join(" · ")}`;
+    }
+  }
+}
+
+const signed = (value) => (value + 0 === 0 ? 0 : value).toLocaleString("en", { maximumSignificantDigits: 4, useGrouping: false }).replace("-", "−");
+const tenths = (value) => (Math.round(10 * value) / 10 + 0).toFixed(1).replace("-", "−");

@@ -1,0 +1,30 @@
+// Unpack the numbers and start; where that is not possible, say so and keep the still picture.
+
+async function start() {
+  const root = document.getElementById("viewer");
+  if (!root) return null;
+  const why = document.getElementById("no-viewer");
+  try {
+    if (!("DecompressionStream" in window)) throw new Error("this browser cannot unpack the numbers (no DecompressionStream)");
+    const header = JSON.parse(document.getElementById("scene").textContent);
+    const numbers = new Numbers(await unpacked(document.getElementById("numbers").textContent), header.arrays);
+    root.hidden = false;
+    const viewer = new Viewer(root, header, numbers);
+    why.hidden = true;
+    document.getElementById("still")?.classList.add("for-print");
+    return viewer;
+  } catch (error) {
+    root.hidden = true;
+    why.hidden = false;
+    const reason = error.message === "no WebGL 2" ? "this browser or this computer offers no WebGL 2" : error.message;
+    why.querySelector(".reason").textContent = reason;
+    return null;
+  }
+}
+
+addEventListener("beforeprint", () => {
+  for (const details of document.querySelectorAll("details")) details.open = true;
+});
+
+// For scripts and tests: the viewer, or null where there is none.
+window.feaReport = start();

@@ -1,0 +1,209 @@
+"""The rod in three dimensions: a header that a page reads as JSON, and its packed numbers."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fea.analysis.figures import LoadFigures
+from fea.analysis.motion import Motion, ParityMotion
+from fea.output.pictures.scale import exaggeration
+from fea.output.pictures.shown import VON_MISES
+from fea.output.report.coding import LEVELS, Packer, corner_steps
+from fea.output.report.legends import case_fields, envelope_fields, instant_fields
+from fea.output.report.loads import bore_loads, cycle_loads, pressure_kind
+from fea.output.report.reported import Array, Reported
+from fea.output.report.spots import hot_spots
+from fea.output.report.surface import Surface
+from geometry.arrays import Floats, Ints
+from mesh.tetmesh import TetMesh
+
+# Steps from nothing to the peak: of stress in a load case, of displacement, and of a mode of the cycle.
+_STRESS, _DISPLACEMENT, _MODE = 2**14, 2**13, 10**4
+_MOVED = 2**13
+# Letters of the packed numbers: with text, still picture and script the page stays within 3 MB, and within 6
+# MB with the cycle.
+_LARGEST, _LARGEST_CYCLE = 2_400_000, 5_300_000
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a page needs to draw the rod.
+
+    Attributes
+    ----------
+    header
+        For JSON: results, legends, loads, and how the numbers are packed.
+    numbers
+        In base64 (`fea.output.report.coding`).
+    complete
+        Whether it holds the nodes between the elements' corners, too.
+    """
+
+    header: Mapping[str, Any]
+    numbers: str
+    complete: bool
+
+
+def scene(run: Reported) -> Scene | None:
+    """Return the rod of a run with its load cases, and its cycle; None where the run has no fields.
+
+    Nodes between the corners of elements are left out where the page would become too large with them.
+    """
+    if run.mesh is None or not run.cases:
+        return None
+    found = _scene(run, run.mesh, Surface.of(run.mesh))
+    largest = _LARGEST if run.motion is None else _LARGEST_CYCLE
+    if len(found.numbers) <= largest or found.header["order"] == 1:
+        return found
+    return _scene(run, run.mesh, Surface.of(run.mesh, most=0))
+
+
+def _scene(run: Reported, mesh: TetMesh, surface: Surface) -> Scene:
+    packer = Packer()
+    packer.integers("corners", corner_steps(surface.facets))
+    packer.values("positions", mesh.points[surface.nodes], surface.parents)
+    results = [_case(run, name, data, surface, packer) for name, data in run.cases.items()]
+    if run.envelope is not None and run.cycle is not None:
+        results.append(_envelope(run.envelope, run.cycle.max_von_mises_MPa, surface, packer))
+        if run.motion is not None:
+            results.append(_cycle(run, run.envelope, run.motion, surface, packer))
+    header = {
+        "order": surface.order,
+        "vertices": int(surface.facets.max()) + 1,
+        "nodes": len(surface.nodes),
+        "exaggeration": _exaggeration(run, mesh),
+        "bores": [bore._asdict() for bore in run.bores],
+        "pressure": pressure_kind(run.study.analysis.pressure),
+        "results": results,
+        "spots": hot_spots(run),
+        "first": {"result": run.summary.worst_case, "field": "von_mises"},
+        "arrays": packer.entries,
+    }
+    return Scene(header, packer.text(), surface.order == mesh.order)
+
+
+def _exaggeration(run: Reported, mesh: TetMesh) -> float:
+    """A magnification of the displacements that suits every load case."""
+    largest = max(float(np.linalg.norm(data["displacement"], axis=1).max()) for data in run.cases.values())
+    return exaggeration(float(np.ptp(mesh.points, axis=0).max()), largest)
+
+
+def _case(
+    run: Reported, name: str, data: Mapping[str, Array], surface: Surface, packer: Packer
+) -> dict[str, Any]:
+    own = {key: np.asarray(values)[surface.nodes] for key, values in data.items()}
+    figures, loads = run.summary.results[name], run.summary.loads[name]
+    singular = figures.singular_max_von_mises_MPa is not None
+    stress = np.stack([own[f"principal_{k}"] for k in (1, 2, 3)], axis=1)
+    packer.values(f"{name}.stress", stress, surface.parents, levels=_levels(stress, _STRESS))
+    moved = own["displacement"]
+    packer.values(f"{name}.displacement", moved, surface.parents, levels=_levels(moved, _DISPLACEMENT))
+    packer.values(f"{name}.strength", _strength(own), surface.parents)
+    if "contact_pressure" in own:
+        packer.values(f"{name}.contact_pressure", own["contact_pressure"], surface.parents)
+    return {
+        "id": name,
+        "kind": "case",
+        "title": name.capitalize(),
+        "angle": loads.crank_deg,
+        "forces": _forces(loads),
+        "touch": bore_loads(figures.contact),
+        "fields": [
+            field | ({"away": list(figures.at_mm)} if singular and field["name"] == VON_MISES else {})
+            for field in case_fields(own, figures.max_von_mises_MPa)
+        ],
+    }
+
+
+def _strength(own: Mapping[str, Array]) -> Floats:
+    """Yield strength (n,), MPa, from stress and safety factor; without stress, that of the others."""
+    from fea.assess.safety import CAP  # noqa: PLC0415
+
+    free = own["safety_factor"] < CAP
+    strength = np.where(free, own["safety_factor"] * own["von_mises"], np.nan)
+    usual = float(np.nanmedian(strength)) if free.any() else 0.0
+    # Rounding would make constants look like noise.
+    return np.array([float(f"{value:.7g}") for value in np.where(free, strength, usual)])
+
+
+def _forces(loads: LoadFigures) -> list[list[float]]:
+    """Forces [x, y] on the rod at the big and at the small end, N."""
+    crank, pin = (-loads.crank_axial_N, loads.crank_transverse_N), (loads.pin_axial_N, loads.pin_transverse_N)
+    return [[round(value, 1) + 0.0 for value in force] for force in (crank, pin)]
+
+
+def _levels(values: Floats, steps: int) -> int:
+    """Number of levels with which the largest size has so many steps."""
+    largest = float(np.abs(values).max()) or 1.0
+    return max(1, min(LEVELS, round(float(np.ptp(values)) / largest * steps)))
+
+
+def _envelope(data: Mapping[str, Array], peak: float, surface: Surface, packer: Packer) -> dict[str, Any]:
+    own = {key: np.asarray(values)[surface.nodes] for key, values in data.items()}
+    fields = [field for field in envelope_fields(own, peak) if field["name"] != "endurance_limit"]
+    for field in fields:
+        values = own[field["name"]].astype(float)
+        if field["low"]:  # one over a factor is what stress is proportional to; negative: not judged
+            values = np.where(values > 0, 1 / np.where(values > 0, values, 1.0), np.nan)
+        levels = _levels(values[np.isfinite(values)], _STRESS) if np.isfinite(values).any() else 1
+        packer.values(f"envelope.{field['name']}", values, surface.parents, levels=levels)
+    return {
+        "id": "envelope",
+        "kind": "envelope",
+        "title": "Worst of the cycle",
+        "angle": None,
+        "fields": fields,
+    }
+
+
+def _cycle(
+    run: Reported, extremes: Mapping[str, Array], found: Motion, surface: Surface, packer: Packer
+) -> dict[str, Any]:
+    at = np.searchsorted(found.nodes, surface.nodes)
+    order, parents = surface.rows(found.row[at])
+    number = np.empty(int(order.max()) + 1, np.int64)
+    number[order] = np.arange(len(order))
+    packer.integers("cycle.row", corner_steps(number[found.row[at]]))
+    packer.integers("cycle.sign", (found.sign[at] < 0) @ np.array([1, 2, 4]))
+    packer.values("cycle.strength", found.strength[order], parents)
+    displaced = 0.0
+    modes = []
+    for name, own in (("even", found.even), ("odd", found.odd)):
+        if own is not None:
+            _pack_parity(packer, name, own, (order, parents), found.peak)
+            displaced += float(_largest_displacement(own))
+            modes.append(own.stress.shape[2])
+    return {
+        "id": "cycle",
+        "kind": "cycle",
+        "title": "Crank cycle",
+        "angle": None,
+        "instants": len(found.angles),
+        "modes": modes,
+        "error": float(f"{found.error:.3g}"),
+        "loads": cycle_loads(run),
+        "fields": instant_fields(found.peak, extremes, displaced),
+    }
+
+
+def _pack_parity(packer: Packer, name: str, own: ParityMotion, rows: tuple[Ints, Ints], peak: float) -> None:
+    """Modes as columns, a component of stress after the other, and their courses."""
+    order, parents = rows
+    columns = np.moveaxis(own.stress[order], 1, 2)
+    packer.steps(f"{name}.stress", columns, parents, max(peak / _MODE, float(np.abs(columns).max()) / 2**14))
+    moved = np.moveaxis(own.displacement[order], 1, 2)
+    largest = float(np.abs(moved).max()) or 1.0
+    packer.steps(f"{name}.displacement", moved, parents, largest / _MOVED)
+    instants = np.arange(own.courses.shape[1])
+    packer.values(f"{name}.courses", own.courses.T, np.stack([instants - 1] * 2, axis=1))
+
+
+def _largest_displacement(own: ParityMotion) -> float:
+    """A close upper bound of the largest displacement of one parity, mm."""
+    moving = own.courses[: own.displacement.shape[2]]
+    sizes = np.linalg.norm(own.displacement, axis=1)
+    some = moving[:, ::15]
+    far = np.argsort(-sizes.sum(axis=1))[:200]
+    return float(np.linalg.norm(own.displacement[far] @ some, axis=1).max())

@@ -1,0 +1,174 @@
+"""The sections of a report, in the order of the page: each has a template, and is left out where it is empty.
+
+A further result (an assembly's bolts, a sweep) is a further function of `SECTIONS`.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fea.analysis.figures import Summary
+from fea.output.report.assumptions import assumptions, limits
+from fea.output.report.charts import Chart, Heading, chart, force_charts
+from fea.output.report.inputs import input_tables
+from fea.output.report.reported import Reported
+from fea.output.report.tables import (
+    Table,
+    buckling_tables,
+    case_table,
+    check_table,
+    contact_table,
+    convergence_tables,
+    cycle_table,
+    endurance_table,
+    load_table,
+)
+from fea.output.report.wording import figure
+from fea.output.terminal.buckling import buckling_lines
+from fea.output.terminal.figures import factor
+from fea.output.terminal.sharp_edges import sharp_edge_lines
+
+_SIGN = (
+    "The sign of the von Mises stress is that of the mean stress where the curve is largest; elsewhere it is "
+    "the same where the deviatoric stress points the same way."
+)
+_BARS = (
+    "In 95 of 100 cases the true peak lies within the error bar of the computed one; the bar holds for the "
+    "peak stress, and so for the safety factor."
+)
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section: its id and title, its template, what that needs, and its name in the contents."""
+
+    id: str
+    title: str
+    template: str
+    content: Mapping[str, Any]
+    short: str = ""
+
+    @property
+    def name(self) -> str:
+        """Its name in the contents."""
+        return self.short or self.title
+
+    @property
+    def charts(self) -> tuple[Chart, ...]:
+        """The charts in it."""
+        return tuple(self.content.get("charts", ()))
+
+
+def sections(run: Reported) -> list[Section]:
+    """Return the sections that a run has."""
+    return [section for make in SECTIONS for section in make(run)]
+
+
+def _assumed(run: Reported) -> Iterator[Section]:
+    content = {"statements": assumptions(run), "notes": run.summary.notes}
+    yield Section("assumptions", "Assumptions", "statements.html.jinja", content)
+
+
+def _left_out(run: Reported) -> Iterator[Section]:
+    content = {"limits": limits(run), "omissions": run.summary.left_out}
+    yield Section("limits", "What the model leaves out", "limits.html.jinja", content, "Left out")
+
+
+def _inputs(run: Reported) -> Iterator[Section]:
+    yield Section("inputs", "Inputs", "inputs.html.jinja", {"tables": input_tables(run.study)})
+
+
+def _loads(run: Reported) -> Iterator[Section]:
+    charts = [] if run.forces is None else force_charts(run.forces, marks(run.summary))
+    text = ["Crank angles count from top dead centre; at 360° the engine fires."] if charts else []
+    yield _tables("loads", "Loads", [load_table(run.summary)], text, charts)
+
+
+def _results(run: Reported) -> Iterator[Section]:
+    contact = contact_table(run.summary)
+    tables = [case_table(run.summary), *([contact] if contact else [])]
+    yield _tables("results", "Results", tables, sharp_edge_lines(run.summary))
+
+
+def _cycle(run: Reported) -> Iterator[Section]:
+    found = run.cycle
+    if found is None:
+        return
+    degrees = np.linspace(0.0, 720.0, found.instants)
+    histories = {
+        f"place {chr(ord('A') + k)}": np.array(spot.history_MPa, float) for k, spot in enumerate(found.spots)
+    }
+    heading = Heading("chart-history", "Signed von Mises stress at the worst places", "MPa")
+    drawn = chart(heading, degrees, histories, marks(run.summary))
+    endurance = endurance_table(found)
+    at = "" if found.crank_deg is None else f" at {figure(found.crank_deg, 3)}°"
+    least = f"The least factor against yielding over the cycle is {factor(found.min_safety_factor)}{at}."
+    text = [least, _SIGN]
+    tables = [cycle_table(found), *([endurance] if endurance else [])]
+    yield _tables("fatigue", "Cycle and fatigue", tables, text, [drawn])
+
+
+def _buckling(run: Reported) -> Iterator[Section]:
+    tables = buckling_tables(run.summary)
+    if tables:
+        yield _tables("buckling", "Buckling", tables, buckling_lines(run.summary.buckling))
+
+
+def _convergence(run: Reported) -> Iterator[Section]:
+    text = [_BARS]
+    if run.summary.model.mesh_from_file:
+        text.append("The mesh comes from a file and was not refined.")
+    yield _tables("convergence", "Convergence", convergence_tables(run.summary), text)
+
+
+def _checks(run: Reported) -> Iterator[Section]:
+    yield _tables("checks", "Checks", [check_table(run.summary)])
+
+
+def _repeat(run: Reported) -> Iterator[Section]:
+    summary = run.summary
+    content = {
+        "study": study_text(run),
+        "environment": summary.environment,
+        "model": summary.model,
+        "total_s": summary.total_s,
+        "memory": summary.peak_memory_MiB,
+    }
+    yield Section("repeat", "Versions, and how to repeat this run", "repeat.html.jinja", content, "Repeat")
+
+
+SECTIONS: tuple[Callable[[Reported], Iterator[Section]], ...] = (
+    _assumed, _left_out, _inputs, _loads, _results, _cycle, _buckling, _convergence, _checks, _repeat,
+)  # fmt: skip
+
+
+def marks(summary: Summary) -> dict[str, float]:
+    """Return the crank angle, degrees, of each load case that is an instant of the cycle."""
+    return {
+        name: load.crank_deg
+        for name, load in summary.loads.items()
+        if load.crank_deg is not None and name != "gas"
+    }
+
+
+def study_text(run: Reported) -> str:
+    """Return the study as a file; files are named without the folders of this machine."""
+    text, study = run.study.text(), run.study
+    named = [study.engine.gas] if study.engine is not None else []
+    named += [str(file.path) for file in (study.rod.cad, study.rod.mesh) if file is not None]
+    for path in named:
+        text = text.replace(path, path.replace("\\", "/").rpartition("/")[2])
+    return text
+
+
+def _tables(
+    name: str,
+    title: str,
+    tables: Sequence[Table],
+    text: Sequence[str] = (),
+    charts: Sequence[Chart] = (),
+) -> Section:
+    content = {"tables": tables, "text": text, "charts": charts}
+    return Section(name, title, "tables.html.jinja", content)

@@ -1,0 +1,250 @@
+"""The tables of a report: cells are text, so that the page only lays them out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from fea.analysis.figures import BoreFigures, CycleFigures, EnvelopeFigures, PlaneFigures, Summary
+from fea.assess.verdict import Verdict
+from fea.output.report.wording import figure
+from fea.output.terminal.figures import UNKNOWN, bar, factor, kilo, number, place
+
+_CHECKS = {
+    "finite": "Load cases with values that are not finite",
+    "inverted_elements": "Elements turned inside out",
+    "flattest_element": "Flattest element: one over its mean ratio",
+    "mesh_mass": "Mass of the mesh against that of the solid",
+    "small_strain": "Largest strain, for linear elasticity",
+    "small_displacement": "Largest displacement over the length of the rod",
+    "bore_pressure_scale": "Correction of a bore's pressure to give the force",
+    "backward_error": "Backward error of the solver",
+    "energy_balance": "Work of the loads against strain energy",
+    "imbalance": "Residual force at a node",
+    "section_balance": "Stress over mid-shank sections against the forces beyond",
+    "condition": "Condition number of the stiffness",
+    "poissons_ratio_p1": "Largest Poisson's ratio of displacement elements",
+    "poissons_ratio_p2": "Largest Poisson's ratio of displacement elements",
+    "force_balance": "Balance of forces",
+    "moment_balance": "Balance of moments",
+    "tilt": "Moment out of the plane of motion",
+    "reactions": "Reactions at the restraints of inertia relief",
+    "superposition": "Superposed against directly solved peak cases",
+    "contact_gap": "Overlap of pin and bore, or gap under pressure",
+    "contact_balance": "Contact pressures against the forces of the pins",
+    "buckling": "Residual of the buckling modes",
+}
+_PLANES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: the first cell of each row is its heading.
+
+    Attributes
+    ----------
+    caption
+        What it shows.
+    head
+        Headings of the columns.
+    rows
+        Cells as text.
+    marked
+        Numbers of rows that stand out.
+    text
+        Numbers of columns that hold words and not figures.
+    """
+
+    caption: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    marked: tuple[int, ...] = ()
+    text: tuple[int, ...] = (0,)
+
+
+def case_table(summary: Summary) -> Table:
+    """Return the load cases with what they do to the rod; the worst is marked."""
+    rows: list[tuple[str, ...]] = []
+    marked: list[int] = []
+    for name, result in summary.results.items():
+        if name == summary.worst_case:
+            marked.append(len(rows))
+        load = summary.loads[name]
+        rows.append(
+            (
+                name, number(load.crank_deg, ".1f"), number(result.max_von_mises_MPa, ".1f"),
+                bar(result.error_percent), place(result.at_mm), factor(result.min_safety_factor),
+                number(result.max_principal_MPa, ".0f"), number(result.min_principal_MPa, ".0f"),
+                number(result.max_displacement_mm, ".3f"),
+            )
+        )  # fmt: skip
+        rows += [
+            (f"{name}, sharp edge {edge.name}", "", number(edge.structural_von_mises_MPa, ".1f"),
+             bar(edge.error_percent),
+             place(edge.at_mm), factor(edge.safety_factor), "", "", "")
+            for edge in result.sharp_edges or ()
+        ]  # fmt: skip
+    head = ("load case", "crank angle, °", "von Mises, MPa", "±, %", "at x, y, z, mm", "safety factor",
+            "largest principal, MPa", "least principal, MPa", "displacement, mm")  # fmt: skip
+    return _signed(Table("Peak stresses of the load cases", head, tuple(rows), tuple(marked)))
+
+
+def head_table(summary: Summary) -> Table:
+    """Return what a reader looks at first of the load cases."""
+    full, order = case_table(summary), (0, 5, 2, 3, 1, 4)
+    rows = tuple(tuple(row[k] for k in order) for row in full.rows)
+    return Table(full.caption, tuple(full.head[k] for k in order), rows, full.marked)
+
+
+def load_table(summary: Summary) -> Table:
+    """Return the forces of the load cases."""
+    rows = [
+        (
+            name, number(load.crank_deg, ".1f"), *(kilo(force) for force in (
+                load.gas_N, load.pin_axial_N, load.pin_transverse_N, load.crank_axial_N,
+                load.crank_transverse_N, load.wall_N)), number(load.torque_Nm, ".0f"),
+        )
+        for name, load in summary.loads.items()
+    ]  # fmt: skip
+    head = ("load case", "crank angle, °", "gas, kN", "pin along, kN", "pin across, kN", "crank along, kN",
+            "crank across, kN", "wall, kN", "torque, N·m")  # fmt: skip
+    caption = "Forces of the load cases; forces on the rod along it are positive in tension"
+    return _signed(Table(caption, head, tuple(rows)))
+
+
+def check_table(summary: Summary) -> Table:
+    """Return every check with its limit."""
+    rows: list[tuple[str, ...]] = []
+    marked: list[int] = []
+    for name, check in summary.checks.items():
+        if not check.passed:
+            marked.append(len(rows))
+        words = _CHECKS.get(name.removesuffix("_p1"), _CHECKS.get(name, name.replace("_", " ")))
+        rows.append(
+            (words, figure(check.value, 3), figure(check.limit, 3), "passed" if check.passed else "FAILED")
+        )
+    caption = "Checks: each value must not exceed its limit; relative, unless it is a count or a ratio"
+    return Table(caption, ("check", "value", "limit", "verdict"), tuple(rows), tuple(marked), (0, 3))
+
+
+def convergence_tables(summary: Summary) -> list[Table]:
+    """Return the error bars and verdicts of the load cases, and the passes of the refinement."""
+    cases = tuple(
+        (name, bar(case.error_percent), number(case.energy_error_percent, ".1f"), case.verdict or UNKNOWN)
+        for name, case in summary.results.items()
+    )
+    loose = tuple(k for k, row in enumerate(cases) if row[3] not in {Verdict.CONVERGED, UNKNOWN})
+    bars = ("load case", "error bar of the peak, %", "error in the energy norm, %", "verdict")
+    found = [Table("Error bars", bars, cases, loose, (0, 3))]
+    if summary.passes:
+        passes = tuple(
+            (str(k), str(one.elements), str(one.nodes), bar(one.error_percent), f"{one.seconds:.1f}")
+            for k, one in enumerate(summary.passes, start=1)
+        )
+        head = ("pass", "elements", "nodes", "largest error bar, %", "time, s")
+        found.append(Table("Refinement of the mesh", head, passes))
+    return found
+
+
+def cycle_table(found: EnvelopeFigures) -> Table:
+    """Return the worst places of the cycle; the letters are those of the plot and of the buttons."""
+    rows = [
+        (
+            f"place {chr(ord('A') + k)}", place(spot.at_mm), number(spot.max_von_mises_MPa, ".1f"),
+            number(spot.crank_deg, ".0f"), number(spot.mean_MPa, ".0f"), number(spot.amplitude_MPa, ".0f"),
+            number(spot.stress_ratio, ".2f"), factor(spot.safety_factor), factor(spot.fatigue_safety_factor),
+            factor(spot.crossland_safety_factor),
+        )
+        for k, spot in enumerate(found.spots)
+    ]  # fmt: skip
+    head = ("place", "at x, y, z, mm", "von Mises, MPa", "at crank angle, °", "mean, MPa", "amplitude, MPa",
+            "R", "yielding", "fatigue", "Crossland")  # fmt: skip
+    caption = "The worst places of the whole cycle: stress history and safety factors"
+    return _signed(Table(caption, head, tuple(rows)))
+
+
+def endurance_table(found: CycleFigures) -> Table | None:
+    """Return the endurance limit of each region of every part, with its factors."""
+    rows = []
+    for part, limit in (found.endurance or {}).items():
+        for region, skin in limit.regions.items():
+            finish = f"{skin.finish}{', assumed' if skin.assumed else ''}"
+            rows.append(
+                (
+                    f"{part}, {region}", figure(limit.specimen_MPa), figure(limit.size_factor, 3),
+                    figure(limit.load_factor, 3), figure(limit.reliability_factor, 3), finish,
+                    figure(skin.surface_factor, 3), figure(skin.endurance_MPa),
+                )
+            )  # fmt: skip
+    if not rows:
+        return None
+    estimated = any(limit.estimated for limit in (found.endurance or {}).values())
+    head = (
+        "part, region",
+        "of specimens, MPa",
+        "size",
+        "load",
+        "reliability",
+        "finish",
+        "surface",
+        "limit, MPa",
+    )
+    said = "Endurance limit: that of polished specimens times its factors"
+    said += "; the limit of the specimens is estimated from the ultimate strength" if estimated else ""
+    return Table(said, head, tuple(rows), text=(0, 5))
+
+
+def buckling_tables(summary: Summary) -> list[Table]:
+    """Return the column formulas, and the buckling modes of the solid."""
+    column, found = summary.buckling.column, []
+    if column.case is not None:
+        rows = tuple(
+            (
+                _PLANES.get(name, name), number(plane.slenderness, ".1f"),
+                *(number(load / 1000, ".1f") for load in _critical(plane)),
+                *(factor(load / column.force_N) for load in _critical(plane)),
+            )
+            for name, plane in column.planes.items()
+        )  # fmt: skip
+        head = ("bending", "slenderness", "Euler, kN", "Johnson, kN", "Rankine, kN", "factor, Euler",
+                "factor, Johnson", "factor, Rankine")  # fmt: skip
+        caption = f"The shank as a column under {column.force_N / 1000:.1f} kN ({column.case})"
+        found.append(Table(caption, head, rows))
+    modes = tuple(
+        (f"{case}, mode {k}", f"{mode.factor:.2f}", mode.moves)
+        for case, own in (summary.buckling.modes or {}).items()
+        for k, mode in enumerate(own, start=1)
+    )
+    if modes:
+        kinds = ("load case", "factor on the load", "the rod moves")
+        found.append(Table("Buckling modes of the solid", kinds, modes, text=(0, 2)))
+    return found
+
+
+def _critical(plane: PlaneFigures) -> tuple[float, float, float]:
+    return plane.euler_N, plane.johnson_N, plane.rankine_N
+
+
+def contact_table(summary: Summary) -> Table | None:
+    """Return the contact on the bores in every load case."""
+    rows = [
+        (f"{name}, {bore.replace('_bore', '').replace('_', ' ')}", *_contact(figures))
+        for name, case in summary.results.items()
+        for bore, figures in (case.contact or {}).items()
+    ]
+    head = ("load case, bore", "pressure, MPa", "at, °", "at z, mm", "arc, °", "widest, µm", "at, °",
+            "narrowest, µm", "at, °")  # fmt: skip
+    caption = "Contact with the pins: largest pressure, change of the bores' diameters; 0° is along the rod"
+    return _signed(Table(caption, head, tuple(rows))) if rows else None
+
+
+def _contact(found: BoreFigures) -> Sequence[str]:
+    return (
+        number(found.max_pressure_MPa, ".1f"), number(found.at_deg, ".0f"), number(found.at_z_mm, ".1f"),
+        number(found.arc_deg, ".0f"), number(1e3 * found.widest_mm, "+.0f"), number(found.widest_deg, ".0f"),
+        number(1e3 * found.narrowest_mm, "+.0f"), number(found.narrowest_deg, ".0f"),
+    )  # fmt: skip
+
+
+def _signed(table: Table) -> Table:
+    """Return a table whose figures have a proper minus."""
+    rows = tuple((row[0], *(cell.replace("-", "−") for cell in row[1:])) for row in table.rows)
+    return Table(table.caption, table.head, rows, table.marked, table.text)

@@ -1,0 +1,318 @@
+"""The report without a browser: its numbers, its words, and what it may do."""
+
+import base64
+import json
+import re
+import zlib
+from contextlib import nullcontext
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from reports import HOSTILE, SIZE, reported_rod
+
+from fea.analysis.summary_file import SUMMARY
+from fea.output.earlier import is_earlier_run
+from fea.output.errors import PictureError
+from fea.output.report.assumptions import limits
+from fea.output.report.charts import Heading, chart
+from fea.output.report.coding import HOLE, Packer, corner_steps
+from fea.output.report.left import reported_left
+from fea.output.report.opening import open_report
+from fea.output.report.page import page
+from fea.output.report.scene import scene
+from fea.output.report.surface import Surface
+from fea.output.report.wording import figure, named
+from fea.output.report.write import reported
+from fea.runs.report_run import report_run
+from fea.stress.stress import von_mises
+from fea.study.study import load_study
+from fea.units import DEG
+from geometry.invalid import InvalidValue
+from mesh.files.faces import boundary_facets
+
+
+@pytest.fixture(scope="module", autouse=True)
+def undrawn():
+    """A machine that cannot draw: a picture takes seconds, and others look at it."""
+
+    def refuse(_pictures):
+        raise PictureError("no picture")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fea.output.report.write.draw_pictures", refuse)
+        patch.setattr("fea.runs.report_run.ready_to_draw", nullcontext)
+        yield
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    _, result, _, _ = reported_rod()
+    return result.write(tmp_path_factory.mktemp("report") / "run", report=True)
+
+
+@pytest.fixture(scope="module")
+def text(written):
+    return (written / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_modes_give_the_directly_solved_cycle():
+    _, result, degrees, (stress, moved) = reported_rod()
+    found = result.motion
+    peak = max(np.nanmax(von_mises(stress[..., k])) for k in range(len(degrees)))
+    for k, angle in enumerate(degrees):
+        apart = von_mises(found.stress(angle * DEG)) - von_mises(stress[found.nodes][..., k])
+        assert np.abs(apart).max() < 1.5e-3 * peak  # the rest of 2e-3 is for the 16 bits of the page
+        away = found.displacement(angle * DEG) - moved[found.nodes][..., k]
+        assert np.abs(away).max() < 2e-3 * np.abs(moved).max()
+    assert found.error < 1e-3
+    assert found.even.stress.shape[2] + found.odd.stress.shape[2] < 40
+
+
+def unpacked(packer, parents):
+    """Decode what a packer holds, as the page does."""
+    data, found, offset = zlib.decompress(base64.b64decode(packer.text())), {}, 0
+    for entry in packer.entries:
+        count, columns = entry["count"], []
+        for _ in range(entry["columns"]):
+            low, high = (np.frombuffer(data, np.uint8, count, offset + k * count).astype(int) for k in (0, 1))
+            zigzag, q = low | high << 8, np.zeros(count, int)
+            for i, (first, second) in enumerate(parents):
+                predicted = 0 if first < 0 else (q[first] + q[second]) >> 1
+                q[i] = (predicted + ((zigzag[i] >> 1) ^ -(zigzag[i] & 1))) & 0xFFFF
+            columns.append(q)
+            offset += 2 * count
+        q = np.stack(columns, axis=1)
+        if entry["kind"] == "values":
+            found[entry["name"]] = np.where(q == HOLE, np.nan, entry["low"] + entry["step"] * q)
+        else:
+            found[entry["name"]] = (q - 2**15) * entry["step"]
+    return found
+
+
+@given(
+    st.lists(st.one_of(st.floats(-1e9, 1e9), st.just(float("nan"))), min_size=1, max_size=30),
+    st.integers(1, 2**16 - 2),
+    st.randoms(),
+)
+def test_packed_numbers_come_back_within_half_a_step(values, levels, random):
+    parents = np.array(
+        [[random.randint(-1, i - 1), random.randint(0, max(i - 1, 0))] for i in range(len(values))]
+    )
+    packer, given_ = Packer(), np.array(values)
+    packer.values("a", given_, parents, levels=levels)
+    found = unpacked(packer, parents)["a"][:, 0]
+    known = given_[np.isfinite(given_)]
+    assert np.array_equal(np.isnan(found), np.isnan(given_))
+    if known.size:
+        half = np.ptp(known) / levels / 2
+        assert (
+            np.abs(found - given_)[np.isfinite(given_)].max()
+            <= half * (1 + 1e-6) + 1e-9 * np.abs(known).max()
+        )
+
+
+@given(st.lists(st.integers(-30_000, 30_000), min_size=1, max_size=30), st.floats(1e-6, 1e6))
+def test_multiples_of_a_step_come_back(steps, step):
+    parents = np.array([[i - 1, max(i - 2, 0)] for i in range(len(steps))])
+    packer = Packer()
+    packer.steps("a", step * np.array(steps, float), parents, step)
+    assert unpacked(packer, parents)["a"][:, 0] == pytest.approx(step * np.array(steps))
+
+
+def test_the_surface_is_rebuilt_from_its_corners():
+    _, result, _, _ = reported_rod()
+    surface = Surface.of(result.mesh)
+    facets = boundary_facets(result.mesh.tets)
+    assert set(surface.nodes) == set(np.unique(facets))
+    assert {tuple(sorted(row)) for row in surface.nodes[surface.facets]} == {
+        tuple(sorted(r)) for r in facets[:, :3]
+    }
+    own = np.arange(len(surface.nodes))
+    assert (surface.parents < own[:, None]).all()
+    assert (surface.parents[1:] >= 0).all()
+    steps, found, following = corner_steps(surface.facets), [], 0
+    for step in steps:
+        found.append(following - step)
+        following += step == 0
+    assert np.array_equal(np.reshape(found, (-1, 3)), surface.facets)
+    middle = result.mesh.points[surface.nodes[surface.parents]].mean(axis=1)  # of the ends of its edge
+    between = np.arange(len(own)) > surface.facets.max()
+    apart = np.linalg.norm(middle - result.mesh.points[surface.nodes], axis=1)[between]
+    assert apart.max() < 0.2 * SIZE
+
+
+def test_a_surface_that_is_too_large_keeps_its_vertices():
+    _, result, _, _ = reported_rod()
+    whole, corners = Surface.of(result.mesh), Surface.of(result.mesh, most=100)
+    assert (whole.order, corners.order) == (2, 1)
+    assert np.array_equal(whole.facets, corners.facets)
+    assert len(corners.nodes) == whole.facets.max() + 1
+
+
+def test_a_page_that_would_be_too_large_keeps_the_corners(monkeypatch):
+    _, result, _, _ = reported_rod()
+    run = reported(result)
+    whole = scene(run)
+    monkeypatch.setattr("fea.output.report.scene._LARGEST_CYCLE", len(whole.numbers) - 1)
+    small = scene(run)
+    assert whole.complete
+    assert not small.complete
+    assert len(small.numbers) < 0.5 * len(whole.numbers)
+
+
+def test_the_page_asks_for_nothing_and_may_not(text):
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)[1]
+    assert "default-src &#39;none&#39;" in policy
+    assert "connect-src &#39;none&#39;" in policy
+    assert "unsafe" not in policy
+    assert not re.findall(r'(?:src|href)="(?!#|data:)', text.replace(HOSTILE, ""))
+    assert not re.search(
+        r"\bstyle=|\bon\w+=\"(?!window)", re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
+    )
+    assert "http:" not in text.replace("http://www.w3.org", "")
+    assert "https:" not in text
+
+
+def test_a_hostile_name_is_text(text):
+    assert HOSTILE not in text
+    assert "&lt;/script&gt;&lt;img" in text
+    scene = json.loads(re.search(r'id="scene">(.*?)</script>', text, re.DOTALL)[1])
+    assert {result["id"] for result in scene["results"]} >= {"tension", "envelope", "cycle"}
+
+
+def test_the_report_is_small_and_says_what_the_run_found(written, text):
+    summary = json.loads((written / SUMMARY).read_text())
+    assert "report.html" in summary["files"]
+    assert len(text) < 2e6
+    for said in (
+        "The rod does not survive",
+        "inertia relief",
+        "León 2001",
+        "half a cosine of pressure over 180°",
+    ):
+        assert said in text, said
+    assert f"{summary['results']['tension']['max_von_mises_MPa']:.1f}" in text
+    for check in summary["checks"]:
+        assert text.count("passed") >= len(summary["checks"]), check
+    assert "fea run study.toml --report" in text
+
+
+def test_a_report_of_a_run_on_disk_says_the_same(written, tmp_path, text):
+    again, left = reported_left(written)
+    _, result, _, _ = reported_rod()
+    there = reported(result)
+    assert left is not None
+    assert again.summary.survival.text == there.summary.survival.text
+    assert again.bores == tuple(pytest.approx(bore, abs=0.02) for bore in there.bores)
+    assert list(again.forces["pin_axial_N"]) == pytest.approx(
+        list(there.forces["pin_axial_N"]), rel=1e-5, abs=1
+    )
+    plain = re.sub(r"<script.*", "", text, flags=re.DOTALL)
+    without = page(replace(again, motion=result.motion, picture=None))
+    shown = [re.findall(r">([^<>]+)<", part.partition('id="limits"')[0]) for part in (plain, without)]
+    assert shown[0] == shown[1]
+
+
+def test_fea_report_solves_the_cycle_again(written):
+    (written / "report.html").unlink()
+    assert report_run(written) == [written / "report.html"]
+    text = (written / "report.html").read_text(encoding="utf-8")
+    scene = json.loads(re.search(r'id="scene">(.*?)</script>', text, re.DOTALL)[1])
+    assert scene["results"][-1]["kind"] == "cycle"
+    assert scene["results"][-1]["error"] < 1e-3
+    assert is_earlier_run(written)
+    with pytest.raises(InvalidValue, match="not a directory"):
+        report_run(written / "nowhere")
+
+
+def test_a_run_that_cannot_be_solved_again_has_no_slider(written, monkeypatch):
+    def refuse(_run, _study):
+        raise InvalidValue("RUN", "run", "was loaded with other forces")
+
+    monkeypatch.setattr("fea.runs.report_run.prepared_again", refuse)
+    report_run(written)
+    text = (written / "report.html").read_text(encoding="utf-8")
+    assert "There is no crank-angle slider: the cycle could not be solved again" in text
+    assert "was loaded with other forces" in text
+    assert 'data-part="play"' not in text
+
+
+def test_a_cycle_that_comes_out_otherwise_is_not_shown(written, monkeypatch):
+    rod, result, _, _ = reported_rod()
+    other = replace(result.motion, even=replace(result.motion.even, stress=1.1 * result.motion.even.stress))
+    monkeypatch.setattr("fea.runs.report_run.prepared_again", lambda _run, _study: rod)
+    monkeypatch.setattr("fea.runs.report_run.motion", lambda *_: other)
+    report_run(written)
+    text = (written / "report.html").read_text(encoding="utf-8")
+    assert "solved again, it differs from the run by 9" in text or "it differs from the run by 1" in text
+
+
+def test_a_run_without_fields_has_a_report_without_the_rod():
+    _, result, _, _ = reported_rod()
+    text = page(reported(replace(result, speed=None, motion=None)))
+    assert "This run has no fields to draw" in text
+    assert "<canvas" not in text
+    assert "script-src &#39;none&#39;" in text
+
+
+def test_only_reports_are_opened(written, tmp_path, monkeypatch):
+    opened = []
+    monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) or True)
+    open_report(written / "report.html")
+    assert opened == [(written / "report.html").as_uri()]
+    (tmp_path / "other.html").write_text("<html></html>")
+    with pytest.raises(InvalidValue, match="not a report of fea"):
+        open_report(tmp_path / "other.html")
+
+
+def test_a_failed_check_stands_first():
+    _, result, _, _ = reported_rod()
+    checks = dict(result.checks)
+    checks["mesh_mass"] = replace(checks["mesh_mass"], value=1.0)
+    doubtful = replace(result, summary=replace(result.summary, trusted=False, checks=checks))
+    text = page(reported(doubtful))
+    assert text.index("Not to be trusted: the check “mesh mass” failed") < text.index("<table>")
+    assert "FAILED" in text
+
+
+def test_the_limits_are_those_of_the_run():
+    _, result, _, _ = reported_rod()
+    run = reported(result)
+    assert any("finite life" in limit for limit in limits(run))
+    without = replace(run, summary=replace(run.summary, envelope=None))
+    assert any("nothing is said about the life" in limit for limit in limits(without))
+    contact = replace(run.study.analysis, pressure="contact")
+    assert any(
+        "oil film between pins" in limit
+        for limit in limits(replace(run, study=replace(run.study, analysis=contact)))
+    )
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=50))
+def test_charts_stay_within_their_frame(values):
+    degrees = np.linspace(0, 720, len(values))
+    drawn = chart(Heading("a", "b", "kN"), degrees, {"": np.array(values)}, {"tension": 3.0, "side": 5.0})
+    heights = [float(point.split(",")[1]) for point in drawn.lines[0].split()]
+    assert min(heights) >= 25.9
+    assert max(heights) <= 198.1
+    assert {row for _, row, _ in drawn.marks} == {0, 1}  # names of neighbours do not touch
+
+
+def test_words_of_keys_and_figures():
+    assert named("piston_mass_kg") == ("piston mass", "kg")
+    assert named("density_kg_m3") == ("density", "kg/m³")
+    assert figure(-4.129e-16, 3) == "−4.13·10⁻¹⁶"
+    assert figure(None) == "–"
+
+
+def test_the_engine_of_the_library_names_its_sources():
+    from fea.output.report.inputs import input_tables
+
+    tables = input_tables(load_study("leon-2001").with_engine("toyota-2jz"))
+    (engine,) = (table for table in tables if table.title.startswith("Engine"))
+    origins = {row.name: row.origin for row in engine.rows}
+    assert origins["bore"].startswith("Toyota Supra repair manual")
+    assert origins["piston mass"].startswith("assumed: ")

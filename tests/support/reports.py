@@ -1,0 +1,37 @@
+"""A coarse run with its cycle and a report, under a name that would run a script if it could."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from fea.analysis.adapt import adapt_mesh
+from fea.analysis.outcome import outcome
+from fea.machine.clock import Clock
+from fea.result import result_of
+from fea.study.flags import Flags
+from fea.study.study import load_study
+
+HOSTILE = '</script><img src="x" onerror="window.hacked = 1">'
+RPM = 6000.0
+SIZE = 14.0
+
+
+@cache
+def reported_rod():
+    """The prepared rod, its result, 20 angles of the cycle in degrees, and what is solved for at each."""
+    study = replace(load_study("leon-2001"), name=HOSTILE)
+    study = Flags(rpm="6000", size=SIZE, cycle=True, report=True).applied(study)
+    adapted = adapt_mesh(study, [RPM], Clock())
+    result = result_of(outcome(study, adapted, adapted.at(RPM)))
+    degrees = np.sort(np.random.default_rng(20).integers(0, 721, 20))
+    return adapted.rod, result, degrees, solved_at(adapted.rod, degrees)
+
+
+def solved_at(rod, degrees):
+    """Stress (n_nodes, 6, n) and displacement (n_nodes, 3, n) of the whole rod, directly solved."""
+    angles = np.radians(np.asarray(degrees, float))
+    cases = [rod.engine.instant(rod.mass, RPM, angle) for angle in angles]
+    fields = rod.fields(rod.pins.equilibrium(cases))
+    stress = np.stack([own.stresses[0] for own in fields], axis=-1)
+    return stress, np.stack([own.displacement for own in fields], axis=-1)
