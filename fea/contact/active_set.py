@@ -113,7 +113,7 @@ class ContactSystem:
 
     def _exchanged(self, gap: Floats, force: Floats) -> Contact:
         """Exchange single places, from pressures that have the resultants."""
-        pressure = self._balancing(force)
+        pressure = balanced(self._R / self._scale, force / self._scale)
         active = pressure > 0
         for change in range(MOST_CHANGES + 1, MOST_CHANGES + 1000 + 50 * len(gap)):
             solved, motion = self._touching(active, gap, force)
@@ -136,18 +136,6 @@ class ContactSystem:
             "or another --pressure"
         )
         raise ContactError(message)
-
-    def _balancing(self, force: Floats) -> Floats:
-        """Pressures (n,) with the resultants, in as few places as there are resultants."""
-        scale = self._scale
-        pressure, missing = nnls(self._R.T / scale[:, None], force / scale)
-        if missing > BALANCE * np.linalg.norm(force / scale):
-            message = (
-                "no contact pressure on the bores has the resultants of the pin forces: a bore is open on "
-                "the side that its pin pulls at. Close it, or choose another --pressure"
-            )
-            raise ContactError(message)
-        return np.asarray(pressure)
 
     def _touching(self, active: Mask, gap: Floats, force: Floats) -> tuple[Floats, Floats]:
         """Pressures (n,) and motions (m,) that close the gap in the active places and balance the load."""
@@ -190,6 +178,31 @@ class ContactSystem:
 
     def _gap(self, pressure: Floats, motion: Floats, gap: Floats) -> Floats:
         return np.asarray(self._C @ pressure + gap - self._R @ motion)
+
+
+def balanced(rigid: Floats, force: Floats) -> Floats:
+    """Pressures (n,) that have resultants (m,), in as few places as there are resultants.
+
+    Parameters
+    ----------
+    rigid
+        R (n, m), its columns of size one.
+    force
+        F (m,) in the same units.
+
+    Raises
+    ------
+    ContactError
+        There are none.
+    """
+    pressure, missing = nnls(rigid.T, force)
+    if missing > BALANCE * np.linalg.norm(force):
+        message = (
+            "no contact pressure on the bores has the resultants of the pin forces: a bore is open on "
+            "the side that its pin pulls at. Close it, or choose another --pressure"
+        )
+        raise ContactError(message)
+    return np.asarray(pressure)
 
 
 def _little(pressure: Floats) -> float:

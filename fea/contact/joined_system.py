@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fea.contact.active_set import BALANCE, balanced
 from fea.contact.tied import Tied
 from fea.contact.trial import Guess, Offsets, Places, Trial
 from fea.solid.errors import ContactError
@@ -116,16 +117,19 @@ class JoinedSystem:
         offsets = self._offsets(load, gap)
         if offsets.forces.any() and not self._R[guess.touching].any():
             guess = replace(guess, touching=self._R @ offsets.forces > 0)
-        places = self._places if rubbing else self._places.sticking
+        places, R = self._places if rubbing else self._places.sticking, self._R / self._scale
         change = 0
         for most, few in _STAGES:
             while change < most:
                 change += 1
-                trial = Trial.of(self._tied, self._R / self._scale, places, offsets, guess)
+                trial = Trial.of(self._tied, R, places, offsets, guess)
                 better = trial.better(few)
-                if better is None:
+                if better is None and trial.imbalance <= BALANCE:
                     return self._joined(trial, load, change)
-                guess = better
+                # Too few places of the pins may touch for their forces.
+                guess = better or replace(
+                    trial.guess, touching=guess.touching | (balanced(R, offsets.forces) > 0)
+                )
         message = (
             "contact and friction between the parts did not settle: choose a larger --size or another "
             "assembly.joint_friction"
@@ -134,6 +138,10 @@ class JoinedSystem:
 
     def _offsets(self, load: Load, gap: Floats) -> Offsets:
         tied = self._tied
+        gap = gap.copy()
+        gap[self._places.normal] = (
+            0.0  # what is open now follows from the load, not from what was open before
+        )
         left = gap - load.gap[tied.joined]
         return Offsets(
             stress=tied.S @ left + tied.V @ load.parts,
@@ -147,15 +155,12 @@ class JoinedSystem:
         values = np.zeros(len(load.gap))
         values[tied.pins], values[tied.joined] = np.maximum(trial.pressure, 0.0), trial.stress
         loose = (trial.motion / self._scale)[len(load.pins) :]
-        forces = trial.offsets.forces
-        missing = np.linalg.norm((self._R / self._scale).T @ trial.pressure - forces)
-        size = np.linalg.norm(forces)
         return Joined(
             values=values,
             gap=trial.gap,
             guess=trial.guess,
             part_motion=tied.motions(trial.gap - load.gap[tied.joined], trial.pressure, load.parts, loose),
             residual=trial.residual,
-            imbalance=float(missing / size) if size > 0 else 0.0,
+            imbalance=trial.imbalance,
             changes=changes,
         )

@@ -41,6 +41,10 @@ class Places:
     bolt: Mask
     rubbing: Mask
 
+    def stiffness(self, diagonal: Floats) -> Floats:
+        """Stiffness (k,) against slip in either direction, from the diagonal (n_J,) of `Tied.S`."""
+        return np.asarray(np.where(self.tangential >= 0, diagonal[self.tangential], 0.0).max(axis=1))
+
     @property
     def sticking(self) -> "Places":
         """The same places, whose slip is given."""
@@ -127,6 +131,7 @@ class Trial:
     moved: Floats
     stress: Floats
     pin_gap: Floats
+    _R: Floats
 
     @classmethod
     def of(cls, tied: Tied, R: Floats, places: Places, offsets: Offsets, guess: Guess) -> "Trial":
@@ -172,6 +177,7 @@ class Trial:
             + tied.B[moving].T @ moved[moving]
             + offsets.pin_gap
             - R @ motion,
+            _R=R,
         )
 
     @property
@@ -189,9 +195,8 @@ class Trial:
     def _tangential(self) -> tuple[Floats, Floats]:
         """Shear stress (k, 2), and the same less the slip that the stiffness turns into a stress."""
         own, at = self.places.tangential >= 0, self.places.tangential
-        shear = np.where(own, self.stress[at], 0.0)
-        slip = np.where(own, (np.diag(self.tied.S) * self.moved)[at], 0.0)
-        return shear, shear - slip
+        shear, slip = (np.where(own, values[at], 0.0) for values in (self.stress, self.moved))
+        return shear, shear - self.places.stiffness(np.diag(self.tied.S))[:, None] * slip
 
     @cached_property
     def _size(self) -> float:
@@ -229,6 +234,13 @@ class Trial:
         """Largest violation of contact or friction, relative to the largest stress."""
         worst = max(float(values.max(initial=0.0)) for values in (*self._violations, self._turned))
         return worst / self._size
+
+    @cached_property
+    def imbalance(self) -> float:
+        """Error of the resultants of the pins, relative to them."""
+        forces = self.offsets.forces
+        size = float(np.linalg.norm(forces))
+        return float(np.linalg.norm(self._R.T @ self.pressure - forces)) / size if size > 0 else 0.0
 
     def better(self, few: int) -> Guess | None:
         """Return the next guess, or None if this one obeys every law.
@@ -277,7 +289,7 @@ def _laws(places: Places, guess: Guess, stiff: Floats) -> tuple[Ints, sparse.csr
     ndarray, csr_array, ndarray
         (n,) positions in `Tied.joined`; L (n, n_J) and K (n, n).
     """
-    tangential = places.tangential
+    tangential, against = places.tangential, places.stiffness(stiff)
     opened, slips = np.flatnonzero(guess.opened), np.flatnonzero(guess.slipping & ~guess.opened)
     free = tangential[opened].ravel()
     unloaded = np.concatenate([places.normal[opened], free[free >= 0]])
@@ -301,7 +313,7 @@ def _laws(places: Places, guess: Guess, stiff: Floats) -> tuple[Ints, sparse.csr
             rows.append(row[both, one])
             columns.append(slid[both, other])
             values.append(_TWO[one, other] - turn[both, one, other])
-            give[row[both, one], row[both, other]] = turn[both, one, other] * stiff[slid[both, other]]
+            give[row[both, one], row[both, other]] = turn[both, one, other] * against[slips[both]]
     entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
     return moving, sparse.csr_array(entries, shape=(len(moving), len(stiff))), give
 

@@ -1,0 +1,127 @@
+"""Small dense problems of parts, friction and pins, against their laws and the solver for pins alone."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fea.contact.active_set import ContactSystem
+from fea.contact.joined_system import JoinedSystem, Load
+from fea.contact.tied import Tied
+from fea.contact.trial import Guess, Places
+
+PINS, PLACES = 14, 9
+SEEDS = st.integers(0, 10**6)
+
+
+class Problem:
+    """Pins that press on parts which touch at places with two shear stresses each, or none."""
+
+    def __init__(self, seed, friction):
+        self.rng = np.random.default_rng(seed)
+        shears = 2 * PLACES if friction else 0
+        self.n = PINS + PLACES + shears
+        root = self.rng.normal(size=(self.n, 2 * self.n))
+        self.C = root @ root.T / self.n + np.eye(self.n)
+        self.pins, self.normal = np.arange(PINS), np.arange(PINS, PINS + PLACES)
+        self.R = np.zeros((self.n, 2))
+        self.R[:PINS] = self.rng.normal(size=(PINS, 2))
+        self.P = self.rng.normal(size=(self.n, 3))
+        self.mu = np.full(PLACES, friction)
+        shear = PLACES + np.arange(2 * PLACES).reshape(PLACES, 2)
+        self.places = Places(
+            normal=np.arange(PLACES),
+            tangential=shear if friction else np.full((PLACES, 2), -1),
+            friction=self.mu,
+            bolt=np.zeros(PLACES, dtype=bool),
+            rubbing=np.full(PLACES, bool(friction)),
+        )
+        self.tied = Tied.of(self.C, self.P, self.pins)
+        self.system = JoinedSystem(self.tied, self.R, self.places)
+        self.gap = self.rng.normal(size=self.n)
+        self.gap[self.normal] -= 5.0  # a press fit
+
+    def load(self, size=0.3):
+        """Forces that some pressures of the pins and stresses between the parts have."""
+        inner = np.abs(self.rng.normal(size=self.n))
+        return Load(
+            self.gap + size * self.rng.normal(size=self.n),
+            size * self.R.T @ np.where(np.arange(self.n) < PINS, inner, 0.0),
+            size * self.P.T @ inner,
+        )
+
+    def start(self):
+        return np.zeros(self.n - PINS), Guess.closed(PINS, PLACES)
+
+
+@settings(max_examples=60, deadline=None)
+@given(SEEDS)
+def test_without_friction_it_is_the_problem_of_pins(seed):
+    problem = Problem(seed, 0.0)
+    load = problem.load()
+    found = problem.system.step(load, *problem.start())
+    every = ContactSystem(problem.C, np.hstack([problem.R, problem.P]))
+    direct = every.solve(load.gap, np.concatenate([load.pins, load.parts]))
+    np.testing.assert_allclose(found.values, direct.pressure, atol=1e-8 * np.abs(direct.pressure).max())
+    np.testing.assert_allclose(found.part_motion, direct.motion[2:], atol=1e-8 * np.abs(direct.motion).max())
+
+
+@settings(max_examples=60, deadline=None)
+@given(SEEDS, st.floats(0.05, 1.0))
+def test_every_law_holds_along_a_path(seed, friction):
+    problem = Problem(seed, friction)
+    gap, guess = problem.start()
+    for _ in range(4):
+        load, before = problem.load(), gap
+        found = problem.system.step(load, gap, guess)
+        gap, guess = found.gap, found.guess
+        values, size = found.values, np.abs(found.values).max()
+        # Gaps of all unknowns, from the problem as it was before anything was condensed.
+        open_gap = problem.C @ values + load.gap - problem.P @ found.part_motion
+        np.testing.assert_allclose(open_gap[PINS:], gap, atol=1e-8 * np.abs(open_gap).max())
+        np.testing.assert_allclose(problem.P.T @ values, load.parts, atol=1e-8 * size)
+        np.testing.assert_allclose(problem.R.T @ values, load.pins, atol=1e-8 * size)
+        pressure, opened = values[problem.normal], gap[:PLACES]
+        assert pressure.min() >= -1e-9 * size
+        assert opened.min() >= -1e-9 * np.abs(open_gap).max()
+        assert np.abs(pressure * opened).max() < 1e-9 * size * np.abs(open_gap).max()
+        shear = values[problem.places.tangential + PINS]
+        slip = (gap - before)[problem.places.tangential]
+        limit = friction * np.maximum(pressure, 0.0)
+        assert (np.hypot(*shear.T) <= limit + 1e-8 * size).all()
+        slides = (np.hypot(*slip.T) > 1e-4 * np.abs(gap).max()) & (opened <= 0)
+        against = -limit[slides, None] * slip[slides] / np.hypot(*slip[slides].T)[:, None]
+        np.testing.assert_allclose(shear[slides], against, atol=1e-5 * size)
+
+
+def test_without_friction_the_path_does_not_matter():
+    problem = Problem(7, 0.0)
+    loads = [problem.load() for _ in range(3)]
+    gap, guess = problem.start()
+    for load in loads:
+        found = problem.system.step(load, gap, guess)
+        gap, guess = found.gap, found.guess
+    alone = problem.system.step(loads[-1], *problem.start())
+    np.testing.assert_allclose(found.values, alone.values, atol=1e-10 * np.abs(alone.values).max())
+
+
+def test_with_friction_it_does():
+    problem = Problem(7, 0.3)
+    loads = [problem.load(1.0) for _ in range(3)]
+    gap, guess = problem.start()
+    for load in loads:
+        found = problem.system.step(load, gap, guess)
+        gap, guess = found.gap, found.guess
+    alone = problem.system.step(loads[-1], *problem.start())
+    assert np.abs(found.values - alone.values).max() > 1e-3 * np.abs(alone.values).max()
+
+
+def test_given_slip_is_kept():
+    problem = Problem(3, 0.2)
+    gap, guess = problem.start()
+    gap[problem.places.tangential] = problem.rng.normal(size=(PLACES, 2))
+    found = problem.system.step(problem.load(), gap, guess, rubbing=False)
+    closed = ~found.guess.opened
+    assert closed.any()
+    given_slip = gap[problem.places.tangential[closed]]
+    assert found.gap[problem.places.tangential[closed]] == pytest.approx(given_slip)
