@@ -169,6 +169,8 @@ def test_tightening_is_judged():
         InvalidValue, match=r"bolt_preload_kN = 50: breaks the bolt.*ultimate strength is 1040"
     ):
         bolt("bolt_preload_kN = 50.0")
+    scattered = bolt("bolt_preload_kN = 32.0\nbolt_tightening_factor = 1.6").remarks
+    assert any("may leave only 20 kN" in line for line in scattered)
     # 39 kN on π/4 (10² − 9²) mm².
     assert any("2613 MPa under head or nut" in line for line in bolt("bolt_head_mm = 10.0").remarks)
 
