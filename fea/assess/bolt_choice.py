@@ -4,7 +4,12 @@ from dataclasses import dataclass
 
 from fea.assess.assumed import Assumed
 from fea.assess.bolt_compliance import BoltCompliance, bolt_compliance
-from fea.assess.bolt_remarks import embedding_remark, seat_remarks, tightening_remarks
+from fea.assess.bolt_remarks import (
+    embedding_remark,
+    scatter_remarks,
+    seat_remarks,
+    tightening_remarks,
+)
 from fea.assess.bolt_seats import BoltSeats
 from fea.assess.bolt_shape import BoltShape, bolt_shape
 from fea.assess.bolt_tightening import UTILISATION, Lever, allowed_preload
@@ -119,6 +124,7 @@ def choose_bolt(
     said = (
         *tightening_remarks(bolt, table, torque),
         *seat_remarks(bolt, clamped),
+        *scatter_remarks(bolt, table.bolt_tightening_factor),
         embedding_remark(table.bolt_embedding_um, loss, expected),
     )
     return ChosenBolt(bolt, compliance, parts, torque, tuple(assumed), said)

@@ -63,6 +63,18 @@ def seat_remarks(bolt: Bolt, clamped: Material) -> tuple[str, ...]:
     return (said,)
 
 
+def scatter_remarks(bolt: Bolt, factor: float | None) -> tuple[str, ...]:
+    """Say how small the preload may be, F_Mmax/α_A (VDI 2230-1, step R6), where α_A is given."""
+    if factor is None or factor == 1:
+        return ()
+    least = bolt.assembly_preload / factor
+    said = (
+        f"bolts: tightening with a factor of {factor:g} may leave only {least / KN:.3g} kN; "
+        f"the figures are those of {bolt.assembly_preload / KN:.3g} kN"
+    )
+    return (said,)
+
+
 def embedding_remark(given: float | None, loss: float, expected: float) -> str:
     """Say what embedding takes of the preload: by a given amount, µm, or about; losses in N."""
     if given is not None:

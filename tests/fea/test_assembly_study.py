@@ -1,18 +1,23 @@
 """[assembly] of a study: what is read, completed, written again, and refused."""
 
 import dataclasses
+import re
 import tomllib
 from pathlib import Path
 
 import pytest
+from jsonschema import Draft202012Validator
 
 from fea.analysis.assembling import Assembling
 from fea.assess.bolt_choice import choose_bolt
 from fea.assess.bolt_seats import BoltSeats, seats_of
 from fea.choices import BoltGrade, ThreadRolled
+from fea.study.assembly_table import AssemblyTable
 from fea.study.flags import Flags
 from fea.study.material_table import MaterialTable
+from fea.study.schema import study_schema
 from fea.study.study import load_study, parse_study
+from fea.study.template import template
 from geometry.invalid import InvalidValue
 
 ROD = (
@@ -164,6 +169,8 @@ def test_tightening_is_judged():
         InvalidValue, match=r"bolt_preload_kN = 50: breaks the bolt.*ultimate strength is 1040"
     ):
         bolt("bolt_preload_kN = 50.0")
+    scattered = bolt("bolt_preload_kN = 32.0\nbolt_tightening_factor = 1.6").remarks
+    assert any("may leave only 20 kN" in line for line in scattered)
     # 39 kN on π/4 (10² − 9²) mm².
     assert any("2613 MPa under head or nut" in line for line in bolt("bolt_head_mm = 10.0").remarks)
 
@@ -237,3 +244,18 @@ def test_fits_and_temperature_are_judged_and_said():
     assert "K from" not in " ".join(cold.remarks(read("[assembly]\n"), ("rod", "bushing")))
     with pytest.raises(InvalidValue, match="makes the bushing yield through its wall"):
         assembling("[assembly]\nbushing_interference_mm = 0.2\n")
+
+
+@pytest.mark.parametrize("key", [field.name for field in dataclasses.fields(AssemblyTable)])
+def test_the_examples_of_the_template_are_ones_that_work(key):
+    from geometry.assembly_rules import check
+
+    needed = {"shell_interference_mm": "shell_thickness_mm", "bushing_interference_mm": "bushing_mm"}
+    holes = ("cap_bolt_mm", "cap_bolt_spacing_mm", "cap_boss_length_mm", "cap_boss_fillet_mm")
+    text = template().replace("\n# [assembly]", "\n[assembly]").replace('pressure = "cosine-180"', "")
+    for shown in {key, needed.get(key, key), *holes}:
+        text, found = re.subn(rf"(?m)^# ({shown} = )", r"\1", text)
+        assert found == 1, shown
+    study = parse_study(text, "template", Path.cwd())
+    check(study.rod.dimensions, Assembling.of(study).geometry)
+    Draft202012Validator(study_schema()).validate(tomllib.loads(text))
