@@ -190,7 +190,9 @@ class Assembled:
         """Let parts, bolts and pins expand, without any load."""
         self._made += self._expansion(warming)
         idle = Load(self._made, np.zeros(self.problem.rigid.shape[1]), np.zeros(self._P.shape[1]))
-        return self.step(idle, self.tightened)
+        found = self.step(idle, self.tightened)
+        absent = np.zeros_like(found.guess.touching)  # the pins of the next step are elsewhere
+        return replace(found, guess=replace(found.guess, touching=absent))
 
     def _expansion(self, warming: Warming) -> Floats:
         """Moments (n,) of the gaps that free expansion opens."""

@@ -18,7 +18,7 @@ from fea.contact.active_set import BALANCE, balanced
 from fea.contact.tied import Tied
 from fea.contact.trial import Guess, Offsets, Places, Trial
 from fea.solid.errors import ContactError
-from geometry.arrays import Floats
+from geometry.arrays import Floats, Mask
 
 # Changes of a state in a step, by how many places may be wrong for those to be changed too that depend on
 # them: of all at once near the solution, then of one kind after another, then of single places.
@@ -127,14 +127,31 @@ class JoinedSystem:
                 if better is None and trial.imbalance <= BALANCE:
                     return self._joined(trial, load, change)
                 # Too few places of the pins may touch for their forces.
-                guess = better or replace(
-                    trial.guess, touching=guess.touching | (balanced(R, offsets.forces) > 0)
-                )
+                guess = better or replace(guess, touching=guess.touching | self._balancing(R, offsets.forces))
         message = (
             "contact and friction between the parts did not settle: choose a larger --size or another "
             "assembly.joint_friction"
         )
         raise ContactError(message)
+
+    def _balancing(self, R: Floats, forces: Floats) -> Mask:
+        """Which pressures (n_p,) of the pins can have the resultants along R together.
+
+        Raises
+        ------
+        ContactError
+            None can, because a bore is open or because a part slides away.
+        """
+        try:
+            return balanced(R, forces) > 0
+        except ContactError as error:
+            if not len(self._loose):
+                raise
+            message = (
+                "a part slides away, because nothing but friction holds it: give assembly.joint_friction, or "
+                "shells that centre the cap"
+            )
+            raise ContactError(message) from error
 
     def _offsets(self, load: Load, gap: Floats) -> Offsets:
         tied = self._tied
