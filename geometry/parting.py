@@ -80,7 +80,9 @@ def divided(
     parts = _sorted(became)
     kept = {(kernel.SOLID, tag) for tag in parts.values()}
     loose = {piece for made in pieces for piece in made} - kept
-    gmsh.model.occ.remove(sorted(loose, reverse=True), recursive=True)
+    for dimension in (kernel.SOLID, 2):  # solids take their faces with them
+        left = set(gmsh.model.occ.getEntities(dimension)) & loose
+        gmsh.model.occ.remove(sorted(left), recursive=True)
     return parts
 
 

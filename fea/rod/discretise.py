@@ -42,9 +42,9 @@ from mesh.tetmesh import TetMesh
 _MESHING, _PER_ELEMENT = 120.0, 1.5e-4
 # Estimated number of elements of the drawn cell that gmsh makes within that time.
 _MOST_ELEMENTS = 1e7
-# Part of gmsh's warning about distorted elements. They are repaired afterwards, and the mesh quality measures
-# what remains.
-_MENDED = "worst distortion"
+# Parts of warnings of gmsh that a reader need not know: of distorted elements, which are repaired afterwards
+# (the mesh quality measures what remains), and of borders of bolt seats that lie over the holes.
+_HARMLESS = ("worst distortion", "AlertFaceBuilderUnusedEdges")
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Meshing:
             elements = "1 element has" if count == 1 else f"{count} elements have"
             why = "because curved edges would have distorted the shape"
             notes.append(f"{elements} straight edges, {why}")
-        warnings = (warning for warning in self.warnings if _MENDED not in warning)
+        warnings = (warning for warning in self.warnings if not any(known in warning for known in _HARMLESS))
         return (*notes, *(f"gmsh: {warning}" for warning in warnings))
 
 
