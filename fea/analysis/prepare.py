@@ -46,6 +46,7 @@ from geometry.section import Section
 from geometry.surfaces import INTERFACES, Surface
 from loads.bearing import Bonded
 from loads.slider_crank import cycle_angles
+from loads.cases import assembled
 
 if TYPE_CHECKING:
     from fea.contact.assembled_rod import Putting
@@ -233,6 +234,19 @@ class PreparedRod:
             from fea.contact.assembled_rod import AssembledRod  # noqa: PLC0415 - rods of one piece do without
 
             return AssembledRod(self.model, self.mesh.bores, self.inertia, self.fits, self.putting)
+
+    @cached_property
+    def made(self) -> Floats | None:
+        """Displacement (n_nodes, 3) at which the bores were made round, mm; None for a rod of one piece."""
+        if self.putting is None:
+            return None
+        from fea.contact.assembled_rod import AssembledRod  # noqa: PLC0415 - rods of one piece do without
+
+        if not isinstance(self.contact, AssembledRod):
+            raise TypeError("separate parts are in contact")
+        forces = self.contact.assembly(warm=False)
+        found = PinModel(lambda _: forces, self.model).equilibrium([assembled()])
+        return np.asarray(self.fields.displacement(found.solution)[..., 0])
 
     @cached_property
     def fits(self) -> "Fits":

@@ -17,6 +17,7 @@ from fea.rod.omission import Omission
 from fea.solid.parity import Parity
 from fea.solvers.static import Solution
 from fea.units import RPM
+from loads.cases import assembled
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +75,8 @@ def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
     """
     with rod.clock("loads"):
         loads = rod.loading.at(rod.mass, rpm)
+    if rod.putting is not None:
+        loads = replace(loads, cases=(*loads.cases, assembled()))
     found = rod.pins.equilibrium(loads.cases)
     with rod.clock("stress"):
         cases = judge(rod, found)
@@ -117,6 +120,9 @@ def judge(rod: PreparedRod, found: Equilibrium) -> dict[str, CaseResult]:
             materials=rod.materials,
             error=fields.error,
             contact_pressure=fields.contact_pressure,
+            gap=fields.gap,
+            assembly=forces.assembly,
+            made=rod.made,
             touch=forces.touch,
             sharp=rod.sharp_places,
         )

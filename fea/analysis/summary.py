@@ -170,7 +170,7 @@ def case_figures(
 def _bore(case: CaseResult, surface: Surface, rod_length: float) -> BoreFigures:
     touch = case.touch[surface]
     x = rod_length if surface is Surface.SMALL_END_BORE else 0.0
-    shape = bore_shape(case.mesh, surface, x, case.displacement)
+    shape = bore_shape(case.mesh, surface, x, case.distortion)
     return BoreFigures(
         max_pressure_MPa=touch.pressure,
         at_deg=touch.angle / DEG,
