@@ -49,7 +49,7 @@ from loads.slider_crank import cycle_angles
 from loads.cases import assembled
 
 if TYPE_CHECKING:
-    from fea.contact.assembled_rod import Putting
+    from fea.contact.assembled_rod import AssembledRod, Putting
     from fea.contact.fits import Fits
     from fea.contact.rod_contact import RodContact
 
@@ -189,7 +189,7 @@ class PreparedRod:
             There is no engine.
         """
         cases = [self.engine.instant(self.mass, rpm, angle) for angle in angles]
-        return self.fields.displacement(self.pins.equilibrium(cases).solution)
+        return self.fields.displacement(self.pins.equilibrium(cases))
 
     @cached_property
     def cycle(self) -> CycleAnalysis:
@@ -240,13 +240,9 @@ class PreparedRod:
         """Displacement (n_nodes, 3) at which the bores were made round, mm; None for a rod of one piece."""
         if self.putting is None:
             return None
-        from fea.contact.assembled_rod import AssembledRod  # noqa: PLC0415 - rods of one piece do without
-
-        if not isinstance(self.contact, AssembledRod):
-            raise TypeError("separate parts are in contact")
-        forces = self.contact.assembly(warm=False)
+        forces = self.held_together.assembly(warm=False)
         found = PinModel(lambda _: forces, self.model).equilibrium([assembled()])
-        return np.asarray(self.fields.displacement(found.solution)[..., 0])
+        return np.asarray(self.fields.displacement(found)[..., 0])
 
     @cached_property
     def fits(self) -> "Fits":
@@ -260,6 +256,21 @@ class PreparedRod:
         from fea.contact.fits import Fits  # noqa: PLC0415 - prescribed pressures do without
 
         return Fits.of(self.pin_table, self.mesh.bores, self.pin_stiffness)
+
+    @cached_property
+    def held_together(self) -> "AssembledRod":
+        """The contact of an assembly: `contact`, of a rod of separate parts.
+
+        Raises
+        ------
+        TypeError
+            The rod is of one piece.
+        """
+        from fea.contact.assembled_rod import AssembledRod  # noqa: PLC0415 - rods of one piece do without
+
+        if not isinstance(self.contact, AssembledRod):
+            raise TypeError("the rod is of one piece")
+        return self.contact
 
     @property
     def without_contact(self) -> str:

@@ -116,10 +116,10 @@ class AssembledRod(RodContact):
         held = body[mesh.tets[0, 0]]  # the first part, to which the others are moved
         parts = [np.flatnonzero(body == number) for number in np.unique(body) if number != held]
         preload = np.full(len(self.bolt_axes), putting.preload)
+        warming = _warming(mesh, bores, fits, putting)
+        self._growth = None if warming is None else Split(warming.displacement.reshape(-1, 3), None)
         with one_blas_thread():
-            self.assembled = Assembled(
-                self.problem, parts, putting.friction, preload, _warming(mesh, bores, fits, putting)
-            )
+            self.assembled = Assembled(self.problem, parts, putting.friction, preload, warming)
         at = np.array([bolt.point for bolt in self.bolt_axes]).reshape(-1, 3)
         self.states = AssemblyStates(self.assembled, putting.friction, at, bores.big_radius)
 
@@ -207,6 +207,7 @@ class AssembledRod(RodContact):
         return replace(
             forces,
             shift=shift,
+            growth=self._growth,
             largest=max(case.largest_force, state.bolt_force),
             assembly=state,
             pressure=pressure_at_nodes(self.problem, found.values),

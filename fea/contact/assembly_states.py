@@ -70,8 +70,11 @@ class AssemblyStates:
     @cached_property
     def _position(self) -> Ints:
         """Of the normal gaps (k,) among those of all interfaces."""
-        joined = np.setdiff1d(np.arange(self._assembled.problem.fold.size), self._assembled.pins)
-        return np.searchsorted(joined, self._assembled.touching.normal)
+        return np.searchsorted(self._joined, self._assembled.touching.normal)
+
+    @cached_property
+    def _joined(self) -> Ints:
+        return np.setdiff1d(np.arange(self._assembled.problem.fold.size), self._assembled.pins)
 
     def _face(self, number: int, found: Joined) -> FaceState:
         touching = self._assembled.touching
@@ -90,10 +93,19 @@ class AssemblyStates:
             opening=float(gap[widest]),
             opening_at=_place(touching.place[own[widest]]) if gap[widest] > 0 else None,
             slipping_share=_share(area[~opened], slipping[~opened]),
+            slip=float(self._slip(own, found).max()),
             shear=float(np.linalg.norm(self._shear(own, found))) if plane else 0.0,
             friction=self._friction * force,
             edge_pressure=float(pressure[edge].min()) if edge.any() else None,
         )
+
+    def _slip(self, own: Ints, found: Joined) -> Floats:
+        """Slip (k,) of places that touch, mm."""
+        touching = self._assembled.touching
+        at = touching.shear[own]
+        moments = found.gap[np.searchsorted(self._joined, np.maximum(at, self._joined[0]))]
+        slip = np.hypot(*np.where(at >= 0, moments, 0.0).T) / touching.area[own]
+        return np.asarray(np.where(found.guess.opened[own], 0.0, slip))
 
     def _shear(self, own: Ints, found: Joined) -> Floats:
         """Resultant (2,) along the tangents of a plane interface, N.

@@ -5,6 +5,9 @@ from dataclasses import dataclass
 
 from geometry.surfaces import Surface
 
+# Shear, over what friction can carry, that is none.
+_ROUNDING = 1e-6
+
 Place = tuple[float, float, float]
 
 
@@ -47,6 +50,8 @@ class FaceState:
         Where that is; None where nothing has opened.
     slipping_share
         Of the area that touches, where friction is used up.
+    slip
+        Largest, since the parts were put together, mm.
     shear
         Resultant of the shear stresses on a plane joint, N; 0 on a cylindrical seat.
     friction
@@ -64,6 +69,7 @@ class FaceState:
     opening: float
     opening_at: Place | None
     slipping_share: float
+    slip: float
     shear: float
     friction: float
     edge_pressure: float | None = None
@@ -76,7 +82,7 @@ class FaceState:
     @property
     def slip_reserve(self) -> float | None:
         """What friction can carry over the shear; None without either (VDI 2230-1, step R12)."""
-        return self.friction / self.shear if self.shear > 0 and self.friction > 0 else None
+        return self.friction / self.shear if self.shear > _ROUNDING * self.friction > 0 else None
 
 
 @dataclass(frozen=True)

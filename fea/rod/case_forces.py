@@ -42,6 +42,8 @@ class CaseForces:
         Contact of the pins with the bores; empty where their pressure is prescribed.
     shift
         Rigid displacement of separate parts, on the cell, mm; None for a rod of one piece.
+    growth
+        Free thermal expansion of such a rod, on the cell, mm, which causes no stress; None without it.
     checks
         Further values to be held against the limits of `fea.checks`, by name.
     assembly
@@ -57,6 +59,7 @@ class CaseForces:
     tilt: float | None = None
     touch: Mapping[Surface, Touch] = field(default_factory=dict)
     shift: Split | None = None
+    growth: Split | None = None
     checks: Mapping[str, float] = field(default_factory=dict)
     assembly: AssemblyState | None = None
     pressure: Split | None = None

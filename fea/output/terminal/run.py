@@ -13,6 +13,7 @@ from fea.assess.verdict import Verdict
 from fea.choices import CONTACT, Support
 from fea.output.picture_name import picture_name
 from fea.output.target import near
+from fea.output.terminal.assembly import assembly_lines, assembly_tables
 from fea.output.terminal.buckling import buckling_lines
 from fea.output.terminal.endurance import endurance_lines
 from fea.output.terminal.figures import UNKNOWN, bar, factor, kilo, number, place
@@ -91,12 +92,16 @@ def _console() -> Console:
 def _print_run(console: Console, folder: Path, summary: Summary) -> None:
     console.print(_headline(summary), markup=False, style="bold", soft_wrap=True)
     console.print(case_table(summary, console))
+    if summary.assembly is not None:
+        for table in assembly_tables(summary.assembly):
+            console.print(table)
     buckling = buckling_lines(summary.buckling)
     for line in (
         *_doubts(summary),
         *sharp_edge_lines(summary),
         *_pin_model(summary),
         *_contact(summary),
+        *assembly_lines(summary.assembly),
         *_cycle(summary),
         *buckling,
         _model(summary),
