@@ -88,6 +88,7 @@ def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
         *loads.notes,
         *rod.mesh.notes,
         *_pressure_notes(rod),
+        *_rim_notes(rod),
     )
     return SpeedResult(
         rpm=rpm,
@@ -139,6 +140,12 @@ def _solution_left_out(rod: PreparedRod, solution: Solution) -> tuple[Omission, 
         why = f"ν is at most {LIMITS['poissons_ratio_p2']} everywhere"
         spared.append(Omission("pressure unknowns", why))
     return tuple(spared)
+
+
+def _rim_notes(rod: PreparedRod) -> list[str]:
+    """Where the stress of parts that touch is left out."""
+    places = [f"{rim.name} ({rim.radius:.2g} mm)" for rim in rod.fields.errors.rims]
+    return [f"stress: the figures leave out the places near the {', '.join(places)}"] if places else []
 
 
 def _pressure_notes(rod: PreparedRod) -> list[str]:

@@ -170,15 +170,16 @@ def _unsettled(summary: Summary) -> list[str]:
         for case, result in results.items()
         if result.singular_max_von_mises_MPa and _unjudged(summary, result)
     }
-    return [*lines, _diverging(singular)] if singular else lines
+    return [*lines, _diverging(singular, parts=summary.assembly is not None)] if singular else lines
 
 
-def _diverging(singular: Mapping[str, str]) -> str:
+def _diverging(singular: Mapping[str, str], *, parts: bool) -> str:
     """Return what is wrong at the singular places, by the largest stress there of each case."""
     found = ", ".join(f"{case} {stress}" for case, stress in singular.items())
+    rim = ", or the rim of a place where parts touch" if parts else ""
     return (
         f"Diverging: {found} MPa near a sharp re-entrant edge, the border of a clamped surface or the end of "
-        "a bore that a bending pin presses on, where the exact stress is infinite (singular) and finer "
+        f"a bore that a bending pin presses on{rim}, where the exact stress is infinite (singular) and finer "
         "elements give ever higher values; the figures above and their ± are of the rest of the rod"
     )
 
