@@ -52,7 +52,7 @@ def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
     part = np.zeros(len(mesh.points), dtype=np.int64)
     if mesh.part is not None:
         part[mesh.tets] = mesh.part[:, None]
-    volume = np.bincount(part[mesh.tets[:, 0]], _volumes(mesh))
+    volume = np.asarray(np.bincount(part[mesh.tets[:, 0]], _volumes(mesh)), dtype=np.float64)
     masks: dict[str, RimMask] = {}
     for rim in found:
         radius = min(largest, _SHARE * _measure(mesh, rim, found, part, volume))
