@@ -40,15 +40,19 @@ class BoltsFigures:
         Φ_K of a central load, for comparison with those of the load cases.
     max_force_N, min_force_N
         Of any bolt over the load cases.
-    max_case
-        Where the largest force is.
-    amplitude_N, mean_N
-        Of the bolt with the largest amplitude: over the load cases, or over the whole cycle where
-        it was worked out.
-    working_stress_MPa, yield_safety_factor
-        At the largest force, with half the torsion of tightening (step R8), and the yield strength over it.
+    max_case, max_crank_deg
+        Where the largest force is: the load case, or None where it is at another crank angle of the cycle.
+    amplitude_N
+        Of the bolt with the largest amplitude: over the load cases with that of assembly alone, or over the
+        whole cycle where it was worked out.
+    tightening_use, proof_use
+        Stress at the end of tightening over the yield strength (R7), and largest force over the proof load.
+    yield_safety_factor
+        Against yielding at the largest force, with half the torsion of tightening (R8).
     alternating_stress_MPa, endurance_MPa, fatigue_safety_factor
-        In the thread (step R9); the factor is None where the force does not change.
+        In the thread (R9); the factor is None where the force does not change.
+    seat_pressure_MPa
+        Largest under head or nut (R10).
     by_case
         Every bolt by load case.
     """
@@ -58,15 +62,17 @@ class BoltsFigures:
     proof_load_N: float
     vdi_load_factor: float
     max_force_N: float
-    max_case: str
+    max_case: str | None
+    max_crank_deg: float | None
     min_force_N: float
-    mean_N: float
     amplitude_N: float
-    working_stress_MPa: float
+    tightening_use: float
+    proof_use: float
     yield_safety_factor: float
     alternating_stress_MPa: float
     endurance_MPa: float
     fatigue_safety_factor: float | None
+    seat_pressure_MPa: float
     by_case: Mapping[str, tuple[BoltCaseFigures, ...]]
 
 
@@ -135,6 +141,21 @@ class OnsetFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class JointCycleFigures:
+    """The joint over the whole crank cycle: extremes and their crank angles, and how long it is open.
+
+    `open_percent` is the share of the cycle in which the joint is open at the edge of the bore.
+    """
+
+    min_clamp_force_N: float
+    min_clamp_crank_deg: float
+    max_opening_um: float
+    max_opening_crank_deg: float
+    open_percent: float
+    min_slip_reserve: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
 class JointFigures:
     """``joint``.
 
@@ -148,12 +169,15 @@ class JointFigures:
         When rod and cap come apart.
     by_case
         By load case.
+    cycle
+        Where the whole crank cycle was worked out.
     """
 
     friction: float
     opens: WhereKnown[OnsetFigures] = None
     separates: WhereKnown[OnsetFigures] = None
     by_case: Mapping[str, JointCaseFigures]
+    cycle: WhereKnown[JointCycleFigures] = None
 
 
 @dataclass(frozen=True, kw_only=True)

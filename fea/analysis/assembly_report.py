@@ -3,11 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import fields
 
+import numpy as np
+
 from fea.analysis.assembly_figures import (
     AssemblyFigures,
     FaceCaseFigures,
     FitFigures,
     JointCaseFigures,
+    JointCycleFigures,
     JointFigures,
     OvalityFigures,
 )
@@ -17,6 +20,7 @@ from fea.analysis.figure_types import vector
 from fea.analysis.prepare import PreparedRod
 from fea.assess.bore_shape import bore_shape
 from fea.assess.case_result import CaseResult
+from fea.cycle.superposition import CycleResult
 from fea.rod.assembly_state import AssemblyState, FaceState
 from fea.study.expansion import REFERENCE_TEMPERATURE
 from fea.units import DEG, UM
@@ -27,8 +31,20 @@ from loads.cases import ASSEMBLY
 FITS = {Surface.BUSHING_SEAT: "bushing", Surface.SHELL_SEAT: "shells"}
 
 
-def assembly_figures(rod: PreparedRod, cases: Mapping[str, CaseResult]) -> AssemblyFigures | None:
-    """Return the figures of bolts, joint and fits; None for a rod of one piece."""
+def assembly_figures(
+    rod: PreparedRod, cases: Mapping[str, CaseResult], cycle: CycleResult | None = None
+) -> AssemblyFigures | None:
+    """Return the figures of bolts, joint and fits; None for a rod of one piece.
+
+    Parameters
+    ----------
+    rod
+        The rod.
+    cases
+        By name; `ASSEMBLY` is one of them.
+    cycle
+        The whole crank cycle, if it was worked out.
+    """
     if rod.assembling is None or rod.putting is None:
         return None
     table = rod.assembling.table
@@ -36,8 +52,8 @@ def assembly_figures(rod: PreparedRod, cases: Mapping[str, CaseResult]) -> Assem
     onsets = Onsets(rod, {name: case.load for name, case in cases.items()}, states)
     return AssemblyFigures(
         temperature_C=REFERENCE_TEMPERATURE if table.temperature_C is None else table.temperature_C,
-        bolts=bolts_figures(rod.assembling, states),
-        joint=_joint(rod.putting.friction, states, onsets),
+        bolts=bolts_figures(rod.assembling, states, cycle),
+        joint=_joint(rod.putting.friction, states, onsets, cycle),
         fits={
             name: FitFigures(
                 interference_mm=2 * rod.putting.interference.get(seat, 0.0),
@@ -57,7 +73,9 @@ def assembly_figures(rod: PreparedRod, cases: Mapping[str, CaseResult]) -> Assem
     )
 
 
-def _joint(friction: float, states: Mapping[str, AssemblyState], onsets: Onsets) -> JointFigures:
+def _joint(
+    friction: float, states: Mapping[str, AssemblyState], onsets: Onsets, cycle: CycleResult | None
+) -> JointFigures:
     assembled = states[ASSEMBLY]
     by_case = {}
     for name, state in states.items():
@@ -71,7 +89,26 @@ def _joint(friction: float, states: Mapping[str, AssemblyState], onsets: Onsets)
             slip_reserve=joint.slip_reserve,
         )
     return JointFigures(
-        friction=friction, opens=onsets.opens(), separates=onsets.separates(), by_case=by_case
+        friction=friction,
+        opens=onsets.opens(),
+        separates=onsets.separates(),
+        by_case=by_case,
+        cycle=None if cycle is None else _joint_cycle(cycle),
+    )
+
+
+def _joint_cycle(cycle: CycleResult) -> JointCycleFigures:
+    joint, angle = [state.joint for state in cycle.states], cycle.angles / DEG
+    clamp, opening = np.array([own.force for own in joint]), np.array([own.opening for own in joint])
+    least, widest = int(clamp.argmin()), int(opening.argmax())
+    reserves = [own.slip_reserve for own in joint if own.slip_reserve is not None]
+    return JointCycleFigures(
+        min_clamp_force_N=float(clamp[least]),
+        min_clamp_crank_deg=float(angle[least]),
+        max_opening_um=float(opening[widest]) / UM,
+        max_opening_crank_deg=float(angle[widest]),
+        open_percent=100 * float(np.mean([own.edge_pressure == 0 for own in joint])),
+        min_slip_reserve=min(reserves, default=None),
     )
 
 

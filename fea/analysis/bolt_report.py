@@ -1,19 +1,27 @@
 """The bolts of a cap over the load cases, judged by VDI 2230."""
 
 from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
 
 from fea.analysis.assembling import Assembling
 from fea.analysis.assembly_figures import BoltCaseFigures, BoltsFigures
 from fea.analysis.figure_types import vector
-from fea.assess.bolt_strength import alternating_stress, endurance, working_stress
+from fea.assess.bolt_result import BoltResult
+from fea.cycle.assembly_history import bolt_forces
+from fea.cycle.superposition import CycleResult
 from fea.rod.assembly_state import AssemblyState
+from fea.units import DEG
 from loads.cases import ASSEMBLY
 
 # Share of the clamping force below which the load on the joint is too small for a ratio.
 _LITTLE = 0.01
 
 
-def bolts_figures(assembling: Assembling, states: Mapping[str, AssemblyState]) -> BoltsFigures:
+def bolts_figures(
+    assembling: Assembling, states: Mapping[str, AssemblyState], cycle: CycleResult | None = None
+) -> BoltsFigures:
     """Judge the bolts.
 
     Parameters
@@ -22,33 +30,42 @@ def bolts_figures(assembling: Assembling, states: Mapping[str, AssemblyState]) -
         The bolts of the study.
     states
         By load case; `ASSEMBLY` is one of them.
+    cycle
+        The whole crank cycle, if it was worked out: its amplitude counts then.
     """
     chosen, bolt = assembling.bolt, assembling.bolt.bolt
-    forces = {case: [one.force for one in state.bolts] for case, state in states.items()}
-    hardest = max(forces, key=lambda case: max(forces[case]))
-    histories = list(zip(*forces.values(), strict=True))
-    largest, least = max(((max(own), min(own)) for own in histories), key=lambda ends: ends[0] - ends[1])
-    worst = max(forces[hardest])
-    stress = working_stress(bolt, worst, torsion=assembling.table.bolt_stretch_mm is None)
-    alternating = alternating_stress(bolt.thread.stress_area, largest, least)
-    limit = endurance(bolt, (largest + least) / 2)
+    cases, forces = list(states), bolt_forces(list(states.values()))
+    over_time = forces if cycle is None else bolt_forces(cycle.states)
+    judged = partial(BoltResult.of, bolt, turned=assembling.table.bolt_stretch_mm is None)
+    hardest = max(map(judged, np.concatenate([forces, over_time], axis=1)), key=lambda one: one.largest_force)
+    tired = max(map(judged, over_time), key=lambda one: one.amplitude)
+    at = hardest.largest_at
+    case = cases[at] if at < len(cases) else None
+    angle = _angle(cycle, at - len(cases)) if case is None else None
+    fatigue = tired.fatigue_safety
     return BoltsFigures(
         thread=bolt.thread.name,
         preload_N=bolt.preload,
         proof_load_N=bolt.proof_load,
         vdi_load_factor=chosen.load_factor,
-        max_force_N=worst,
-        max_case=hardest,
-        min_force_N=min(min(own) for own in histories),
-        mean_N=(largest + least) / 2,
-        amplitude_N=(largest - least) / 2,
-        working_stress_MPa=stress,
-        yield_safety_factor=bolt.yield_strength / stress,
-        alternating_stress_MPa=alternating,
-        endurance_MPa=limit,
-        fatigue_safety_factor=limit / alternating if alternating > 0 else None,
+        max_force_N=hardest.largest_force,
+        max_case=case,
+        max_crank_deg=angle,
+        min_force_N=float(min(forces.min(), over_time.min())),
+        amplitude_N=tired.force_amplitude,
+        tightening_use=hardest.tightening_use,
+        proof_use=hardest.proof_use,
+        yield_safety_factor=hardest.working_safety,
+        alternating_stress_MPa=tired.amplitude,
+        endurance_MPa=tired.endurance,
+        fatigue_safety_factor=fatigue if np.isfinite(fatigue) else None,
+        seat_pressure_MPa=hardest.seat_pressure,
         by_case={case: _by_bolt(state, states[ASSEMBLY]) for case, state in states.items()},
     )
+
+
+def _angle(cycle: CycleResult | None, at: int) -> float | None:
+    return None if cycle is None else float(cycle.angles[at]) / DEG
 
 
 def _by_bolt(state: AssemblyState, assembled: AssemblyState) -> tuple[BoltCaseFigures, ...]:

@@ -15,6 +15,7 @@ from fea.material import Material
 from fea.rod.case_forces import CaseForces
 from fea.solid.datum import referred_to_bores
 from fea.solid.parity import Parity, Split
+from fea.solvers.static import Solution
 from fea.stress.part_recovery import PartRecovery
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
@@ -69,10 +70,13 @@ class FieldRecovery:
     errors: CaseErrors
     rod_length: float | None
 
-    def displacement(self, found: Equilibrium) -> Floats:
+    def displaced(self, found: Equilibrium) -> Floats:
         """Displacement (n_nodes, 3, n_cases) of the whole rod, mm, with its thermal expansion."""
         growth = [case.growth for case in found.forces if case.growth is not None]
-        solution = found.solution.moved(growth) if growth else found.solution
+        return self.displacement(found.solution.moved(growth) if growth else found.solution)
+
+    def displacement(self, solution: Solution) -> Floats:
+        """Displacement (n_nodes, 3, n_cases) of the whole rod, mm."""
         even, odd = (solution.displacement.get(parity) for parity in Parity)
         displacement = self.mirrored.vector(np.asarray(even), odd)
         if self.rod_length is None:
@@ -104,7 +108,7 @@ class FieldRecovery:
     def __call__(self, found: Equilibrium) -> list[CaseFields]:
         """Recover the fields of each load case."""
         solution, stress = found.solution, self._on_cell(found)
-        displacement, tensors = self.displacement(found), self._on_whole(stress)
+        displacement, tensors = self.displaced(found), self._on_whole(stress)
         errors = self.errors(solution.displacement, stress, solution.pressure)
         return [
             CaseFields(

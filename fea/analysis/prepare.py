@@ -45,8 +45,8 @@ from geometry.rod import Rod
 from geometry.section import Section
 from geometry.surfaces import INTERFACES, Surface
 from loads.bearing import Bonded
-from loads.slider_crank import cycle_angles
 from loads.cases import assembled
+from loads.slider_crank import cycle_angles
 
 if TYPE_CHECKING:
     from fea.contact.assembled_rod import AssembledRod, Putting
@@ -189,7 +189,7 @@ class PreparedRod:
             There is no engine.
         """
         cases = [self.engine.instant(self.mass, rpm, angle) for angle in angles]
-        return self.fields.displacement(self.pins.equilibrium(cases))
+        return self.fields.displaced(self.pins.equilibrium(cases))
 
     @cached_property
     def cycle(self) -> CycleAnalysis:
@@ -242,7 +242,7 @@ class PreparedRod:
             return None
         forces = self.held_together.assembly(warm=False)
         found = PinModel(lambda _: forces, self.model).equilibrium([assembled()])
-        return np.asarray(self.fields.displacement(found)[..., 0])
+        return np.asarray(self.fields.displaced(found)[..., 0])
 
     @cached_property
     def fits(self) -> "Fits":

@@ -77,7 +77,7 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
         },
         envelope=None if result.cycle is None else envelope_figures(result.cycle, rod),
         buckling=buckling.figures,
-        assembly=assembly_figures(rod, result.cases),
+        assembly=assembly_figures(rod, result.cases, result.cycle),
         pin_model=pin_model_figures(adapted.pin_factors(result), rod, result.loads.cases, least),
         checks={**result.checks, **buckling.checks},
         notes=result.notes,

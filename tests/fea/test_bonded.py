@@ -125,7 +125,7 @@ def test_displacements_are_those_of_scikit_fem():
     flags = Flags(size=24.0, element=Element.P1, pressure="bonded", symmetry=Symmetry.QUARTER)
     rod = prepare(flags.applied(load_study("leon-2001-as-published")))
     found = rod.pins.equilibrium(rod.loading.at(rod.mass, None).cases)
-    ours = rod.fields.displacement(found)[..., 0]
+    ours = rod.fields.displacement(found.solution)[..., 0]
     mesh, force, steel = rod.mesh.whole, (-45914.89, 10321.14), rod.materials[0]
     cells = basis(mesh)
     bore = cells.boundary("small_end_bore")

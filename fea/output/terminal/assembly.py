@@ -64,9 +64,10 @@ def _ends(forces: list[float]) -> str:
 
 
 def _bolts(bolts: BoltsFigures) -> str:
-    force = f"at most {bolts.max_force_N / KN:.1f} kN ({bolts.max_case})"
-    factors = [one.load_factor for one in bolts.by_case[bolts.max_case] if one.load_factor is not None]
-    carried = f", load factor Φ {max(factors):.2g}" if factors else ""
+    where = bolts.max_case or f"{number(bolts.max_crank_deg, '.0f')}°"
+    force = f"at most {bolts.max_force_N / KN:.1f} kN ({where})"
+    hardest = max((one for case in bolts.by_case.values() for one in case), key=lambda one: one.force_N)
+    carried = "" if hardest.load_factor is None else f", load factor Φ {hardest.load_factor:.2g}"
     fatigue = bolts.fatigue_safety_factor
     against = "" if fatigue is None else f", {factor(fatigue)} against fatigue"
     return (
@@ -85,6 +86,13 @@ def _joint(found: AssemblyFigures) -> Iterator[str]:
         said.append(f"comes apart {_when(joint.separates)}")
     if said:
         yield f"Joint: {'; '.join(said)}."
+    if joint.cycle is not None:
+        own = joint.cycle
+        yield (
+            f"Joint over the cycle: clamped by at least {own.min_clamp_force_N / KN:.1f} kN "
+            f"({own.min_clamp_crank_deg:.0f}°), gap at most {own.max_opening_um:.0f} µm "
+            f"({own.max_opening_crank_deg:.0f}°), open at the bore in {own.open_percent:.0f} % of it."
+        )
 
 
 def _fits(found: AssemblyFigures) -> Iterator[str]:
