@@ -30,7 +30,7 @@ class LoadCase:
     Attributes
     ----------
     name
-        ``tension``, ``compression``, ``side``, ``bending``, ``gas`` or ``given``.
+        ``tension``, ``compression``, ``side``, ``bending``, ``gas``, ``given`` or ``assembly``.
     crank_angle
         rad, with firing TDC at 2π; None for a case that does not come from a crank cycle.
     pin_axial, crank_axial
@@ -61,6 +61,22 @@ class LoadCase:
         """The larger of the forces at pin and crank, N."""
         pin = math.hypot(self.pin_axial, self.pin_transverse)
         return max(pin, math.hypot(self.crank_axial, self.crank_transverse))
+
+
+# Nothing but bolts and fits.
+ASSEMBLY = "assembly"
+
+
+def assembled() -> LoadCase:
+    """Make the case of a rod that is put together and at rest: nothing acts on it but its bolts and fits."""
+    return LoadCase(
+        name=ASSEMBLY,
+        crank_angle=None,
+        pin_axial=0.0,
+        pin_transverse=0.0,
+        crank_axial=0.0,
+        crank_transverse=0.0,
+    )
 
 
 def given(pin_axial: float, pin_transverse: float = 0.0) -> LoadCase:

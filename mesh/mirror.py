@@ -55,6 +55,10 @@ class MirroredMesh:
         sign = sign.reshape(*sign.shape, *([1] * (symmetric.ndim - 2)))
         return np.asarray(sign * self._combine(symmetric, antisymmetric))
 
+    def scalar(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:
+        """Extend a scalar field (n_cell, …) from the cell to the whole mesh."""
+        return self._combine(symmetric, antisymmetric)
+
     def _combine(self, symmetric: Floats, antisymmetric: Floats | None) -> Floats:
         if antisymmetric is None:
             return np.asarray(symmetric[self.source])

@@ -72,7 +72,7 @@ def rims(mesh: TetMesh) -> tuple[Rim, ...]:
 def _sides(facets: Ints) -> tuple[Ints, Ints]:
     """Ends (n, 2), the lower number first, and middles (n, 0 or 1) of the sides of facets."""
     ends = np.sort(facets[:, FACET_EDGES].reshape(-1, 2), axis=1)
-    return ends, facets[:, 3:].reshape(len(ends), -1)
+    return ends, facets[:, 3:].reshape(len(ends), (facets.shape[1] - 3) // 3)
 
 
 def _border(facets: Ints) -> tuple[Ints, Ints]:

@@ -14,7 +14,7 @@ from fea.assess.case_error import CaseError, CaseErrors
 from fea.material import Material
 from fea.rod.case_forces import CaseForces
 from fea.solid.datum import referred_to_bores
-from fea.solid.parity import Parity
+from fea.solid.parity import Parity, Split
 from fea.solvers.static import Solution
 from fea.stress.part_recovery import PartRecovery
 from geometry.arrays import Floats
@@ -35,13 +35,17 @@ class CaseFields:
     error
         Estimated errors of the stresses.
     contact_pressure
-        (n_nodes,) of the pins in contact, MPa, 0 off the bores; None where their pressure is prescribed.
+        (n_nodes,) of the pins in contact and between separate parts, MPa, 0 elsewhere; None where the pins'
+        pressure is prescribed.
+    gap
+        (n_nodes,) between separate parts, mm, 0 elsewhere; None for a rod of one piece.
     """
 
     displacement: Floats
     stresses: tuple[Floats, ...]
     error: CaseError
     contact_pressure: Floats | None = None
+    gap: Floats | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +69,11 @@ class FieldRecovery:
     recovery: PartRecovery
     errors: CaseErrors
     rod_length: float | None
+
+    def displaced(self, found: Equilibrium) -> Floats:
+        """Displacement (n_nodes, 3, n_cases) of the whole rod, mm, with its thermal expansion."""
+        growth = [case.growth for case in found.forces if case.growth is not None]
+        return self.displacement(found.solution.moved(growth) if growth else found.solution)
 
     def displacement(self, solution: Solution) -> Floats:
         """Displacement (n_nodes, 3, n_cases) of the whole rod, mm."""
@@ -99,7 +108,7 @@ class FieldRecovery:
     def __call__(self, found: Equilibrium) -> list[CaseFields]:
         """Recover the fields of each load case."""
         solution, stress = found.solution, self._on_cell(found)
-        displacement, tensors = self.displacement(solution), self._on_whole(stress)
+        displacement, tensors = self.displaced(found), self._on_whole(stress)
         errors = self.errors(solution.displacement, stress, solution.pressure)
         return [
             CaseFields(
@@ -107,16 +116,22 @@ class FieldRecovery:
                 tuple(tensor[..., index] for tensor in tensors),
                 error,
                 self._contact_pressure(found.forces[index]),
+                self._scalar(found.forces[index].gap),
             )
             for index, error in enumerate(errors)
         ]
 
     def _contact_pressure(self, forces: CaseForces) -> Floats | None:
+        if forces.pressure is not None:
+            return self._scalar(forces.pressure)
         if not forces.touch:
             return None
         tractions = forces.traction.values()
         whole = [self.mirrored.vector(own.symmetric, own.antisymmetric) for own in tractions]
         return np.asarray(np.linalg.norm(np.sum(whole, axis=0), axis=1))
+
+    def _scalar(self, field: Split | None) -> Floats | None:
+        return None if field is None else self.mirrored.scalar(field.symmetric, field.antisymmetric)
 
 
 def _traction(forces: Sequence[CaseForces], parity: Parity) -> dict[Surface, Floats]:

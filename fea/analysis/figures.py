@@ -5,16 +5,12 @@ A field that is None is written as ``null``; one declared as `WhereKnown` is lef
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar
 
+from fea.analysis.assembly_figures import AssemblyFigures
+from fea.analysis.figure_types import Vector, WhereKnown
 from fea.analysis.summary_file import SCHEMA
 from fea.checks import Check
 from fea.rod.omission import Omission
-
-Vector = tuple[float, float, float]
-Known = TypeVar("Known")
-ONLY_WHERE_KNOWN = "only where known"
-WhereKnown = Annotated[Known | None, ONLY_WHERE_KNOWN]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -416,6 +412,8 @@ class Summary:
         By load case.
     passes
         Where the mesh was refined.
+    assembly
+        Of a rod of separate parts: bolts, joint and fits.
     envelope
         With the whole crank cycle.
     critical_speeds_rpm
@@ -439,6 +437,7 @@ class Summary:
     model: ModelFigures
     results: Mapping[str, CaseFigures]
     passes: WhereKnown[tuple[PassFigures, ...]] = None
+    assembly: WhereKnown[AssemblyFigures] = None
     envelope: WhereKnown[CycleFigures | EnvelopeFigures] = None
     buckling: BucklingFigures
     pin_model: WhereKnown[PinModelFigures] = None
@@ -467,9 +466,3 @@ class Summary:
     def min_safety_factor(self) -> float:
         """The smallest safety factor of the load cases."""
         return self.results[self.worst_case].min_safety_factor
-
-
-def vector(values: Any) -> Vector:
-    """Return three coordinates as plain numbers."""
-    x, y, z = (float(value) for value in values)
-    return x, y, z

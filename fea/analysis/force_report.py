@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.figures import WhereKnown
+from fea.analysis.figure_types import WhereKnown
 from fea.analysis.force_table import columns
 from fea.units import BAR, DEG, N_M, RPM
 from geometry.arrays import Floats

@@ -45,10 +45,11 @@ from geometry.rod import Rod
 from geometry.section import Section
 from geometry.surfaces import INTERFACES, Surface
 from loads.bearing import Bonded
+from loads.cases import assembled
 from loads.slider_crank import cycle_angles
 
 if TYPE_CHECKING:
-    from fea.contact.assembled_rod import Putting
+    from fea.contact.assembled_rod import AssembledRod, Putting
     from fea.contact.fits import Fits
     from fea.contact.rod_contact import RodContact
 
@@ -188,7 +189,7 @@ class PreparedRod:
             There is no engine.
         """
         cases = [self.engine.instant(self.mass, rpm, angle) for angle in angles]
-        return self.fields.displacement(self.pins.equilibrium(cases).solution)
+        return self.fields.displaced(self.pins.equilibrium(cases))
 
     @cached_property
     def cycle(self) -> CycleAnalysis:
@@ -235,6 +236,15 @@ class PreparedRod:
             return AssembledRod(self.model, self.mesh.bores, self.inertia, self.fits, self.putting)
 
     @cached_property
+    def made(self) -> Floats | None:
+        """Displacement (n_nodes, 3) at which the bores were made round, mm; None for a rod of one piece."""
+        if self.putting is None:
+            return None
+        forces = self.held_together.assembly(warm=False)
+        found = PinModel(lambda _: forces, self.model).equilibrium([assembled()])
+        return np.asarray(self.fields.displaced(found)[..., 0])
+
+    @cached_property
     def fits(self) -> "Fits":
         """The pins: what the study says of them, and what is assumed.
 
@@ -246,6 +256,21 @@ class PreparedRod:
         from fea.contact.fits import Fits  # noqa: PLC0415 - prescribed pressures do without
 
         return Fits.of(self.pin_table, self.mesh.bores, self.pin_stiffness)
+
+    @cached_property
+    def held_together(self) -> "AssembledRod":
+        """The contact of an assembly: `contact`, of a rod of separate parts.
+
+        Raises
+        ------
+        TypeError
+            The rod is of one piece.
+        """
+        from fea.contact.assembled_rod import AssembledRod  # noqa: PLC0415 - rods of one piece do without
+
+        if not isinstance(self.contact, AssembledRod):
+            raise TypeError("the rod is of one piece")
+        return self.contact
 
     @property
     def without_contact(self) -> str:

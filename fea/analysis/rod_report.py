@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.analysis.figures import QualityFigures, Vector
+from fea.analysis.figure_types import Vector
+from fea.analysis.figures import QualityFigures
 from fea.analysis.meshing import mesh_study
 from fea.analysis.summary import quality_figures
 from fea.assess.column import Plane

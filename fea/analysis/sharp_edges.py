@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from string import ascii_uppercase
 
-from fea.analysis.figures import SharpEdgeFigures, vector
+from fea.analysis.figure_types import vector
+from fea.analysis.figures import SharpEdgeFigures
 from fea.assess.case_result import CaseResult
 from fea.assess.sharp_place import SharpPlace, worst_of_edges
 from fea.units import DEG

@@ -17,6 +17,7 @@ from fea.rod.omission import Omission
 from fea.solid.parity import Parity
 from fea.solvers.static import Solution
 from fea.units import RPM
+from loads.cases import assembled
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +75,8 @@ def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
     """
     with rod.clock("loads"):
         loads = rod.loading.at(rod.mass, rpm)
+    if rod.putting is not None:
+        loads = replace(loads, cases=(*loads.cases, assembled()))
     found = rod.pins.equilibrium(loads.cases)
     with rod.clock("stress"):
         cases = judge(rod, found)
@@ -85,6 +88,7 @@ def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
         *loads.notes,
         *rod.mesh.notes,
         *_pressure_notes(rod),
+        *_rim_notes(rod),
     )
     return SpeedResult(
         rpm=rpm,
@@ -117,6 +121,9 @@ def judge(rod: PreparedRod, found: Equilibrium) -> dict[str, CaseResult]:
             materials=rod.materials,
             error=fields.error,
             contact_pressure=fields.contact_pressure,
+            gap=fields.gap,
+            assembly=forces.assembly,
+            made=rod.made,
             touch=forces.touch,
             sharp=rod.sharp_places,
         )
@@ -133,6 +140,12 @@ def _solution_left_out(rod: PreparedRod, solution: Solution) -> tuple[Omission, 
         why = f"ν is at most {LIMITS['poissons_ratio_p2']} everywhere"
         spared.append(Omission("pressure unknowns", why))
     return tuple(spared)
+
+
+def _rim_notes(rod: PreparedRod) -> list[str]:
+    """Where the stress of parts that touch is left out."""
+    places = [f"{rim.name} ({rim.radius:.2g} mm)" for rim in rod.fields.errors.rims]
+    return [f"stress: the figures leave out the places near the {', '.join(places)}"] if places else []
 
 
 def _pressure_notes(rod: PreparedRod) -> list[str]:

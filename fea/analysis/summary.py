@@ -8,8 +8,11 @@ from importlib.metadata import version
 import numpy as np
 
 from fea.analysis.adapt import Adapted
+from fea.analysis.assembly_figures import AssemblyFigures
+from fea.analysis.assembly_report import assembly_figures
 from fea.analysis.buckling import BucklingReport
 from fea.analysis.endurance import endurance_figures
+from fea.analysis.figure_types import vector
 from fea.analysis.figures import (
     BoreFigures,
     BucklingFigures,
@@ -27,7 +30,6 @@ from fea.analysis.figures import (
     SharpEdgeFigures,
     SpotFigures,
     Summary,
-    vector,
 )
 from fea.analysis.pin_model import pin_model_figures
 from fea.analysis.prepare import PreparedRod
@@ -75,6 +77,7 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
         },
         envelope=None if result.cycle is None else envelope_figures(result.cycle, rod),
         buckling=buckling.figures,
+        assembly=assembly_figures(rod, result.cases, result.cycle),
         pin_model=pin_model_figures(adapted.pin_factors(result), rod, result.loads.cases, least),
         checks={**result.checks, **buckling.checks},
         notes=result.notes,
@@ -91,6 +94,7 @@ def summary_of(
     results: Mapping[str, CaseFigures],
     envelope: CycleFigures | None,
     buckling: BucklingFigures,
+    assembly: AssemblyFigures | None = None,
     pin_model: PinModelFigures | None = None,
     checks: Mapping[str, Check],
     notes: Sequence[str],
@@ -114,6 +118,7 @@ def summary_of(
         passes=tuple(passes) or None,
         envelope=envelope,
         buckling=buckling,
+        assembly=assembly,
         pin_model=pin_model,
         checks=checks,
         notes=tuple(notes),
@@ -170,7 +175,7 @@ def case_figures(
 def _bore(case: CaseResult, surface: Surface, rod_length: float) -> BoreFigures:
     touch = case.touch[surface]
     x = rod_length if surface is Surface.SMALL_END_BORE else 0.0
-    shape = bore_shape(case.mesh, surface, x, case.displacement)
+    shape = bore_shape(case.mesh, surface, x, case.distortion)
     return BoreFigures(
         max_pressure_MPa=touch.pressure,
         at_deg=touch.angle / DEG,

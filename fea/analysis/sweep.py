@@ -7,6 +7,7 @@ import numpy as np
 
 from fea.analysis.buckling import column_figures
 from fea.analysis.endurance import endurance_figures
+from fea.analysis.figure_types import vector
 from fea.analysis.figures import (
     BucklingFigures,
     CaseFigures,
@@ -14,7 +15,6 @@ from fea.analysis.figures import (
     PassFigures,
     PlaceFigures,
     Summary,
-    vector,
 )
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult

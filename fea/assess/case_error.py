@@ -9,7 +9,8 @@ from fea.material import Material
 from fea.rod.discretise import MeshedRod
 from fea.solid.parity import Parity
 from fea.stress.error_estimate import ErrorEstimate, ErrorEstimator
-from fea.stress.singular import masked_nodes
+from fea.stress.rim_mask import rim_masks
+from fea.stress.singular import mask_radius, near_rims, nodes_near, singular_nodes
 from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
 
@@ -58,6 +59,8 @@ class CaseErrors:
     ----------
     masked
         Nodes of the cell near stress singularities, where the exact stress is infinite.
+    rims
+        Of parts that touch, near which the nodes are among them.
     """
 
     def __init__(self, mesh: MeshedRod, materials: Sequence[Material], held: tuple[Surface, ...]) -> None:
@@ -65,9 +68,12 @@ class CaseErrors:
         self._estimator = ErrorEstimator(mesh.cell, materials)
         whole = mesh.mirrored
         creases = mesh.cell_creases
-        self.masked = masked_nodes(mesh.cell, held, creases)
-        self._masked = self.masked[whole.source]
-        self._sharp = masked_nodes(mesh.cell, (), creases)[whole.source] if held else self._masked
+        radius = mask_radius(mesh.cell)
+        sharp = nodes_near(mesh.cell, singular_nodes(mesh.cell, (), creases), radius)
+        of_held = nodes_near(mesh.cell, singular_nodes(mesh.cell, held, creases), radius) if held else sharp
+        self.rims = rim_masks(mesh.cell, radius)
+        self.masked = of_held | near_rims(mesh.cell, self.rims)
+        self._masked, self._sharp = self.masked[whole.source], sharp[whole.source]
         beyond = whole.sign[:, 1] < 0
         self._node_side = beyond.astype(int)
         self._element_side = beyond[whole.mesh.tets].any(axis=1).astype(int)

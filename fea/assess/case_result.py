@@ -14,6 +14,7 @@ from fea.assess.sharp_place import SharpPlace, mattering
 from fea.assess.sharp_places import SharpPlaces
 from fea.assess.verdict import Peak, Verdict, peak
 from fea.material import Material
+from fea.rod.assembly_state import AssemblyState
 from fea.rod.touch import Touch
 from fea.stress.stress import principal, von_mises
 from geometry.arrays import Floats, Mask
@@ -50,7 +51,14 @@ class CaseResult:
     von_mises_error
         (n_nodes,) estimated error of `von_mises`, MPa.
     contact_pressure
-        (n_nodes,) of the pins in contact, MPa, 0 off the bores; None where their pressure is prescribed.
+        (n_nodes,) of the pins in contact and between separate parts, MPa, 0 elsewhere; None where the pins'
+        pressure is prescribed.
+    gap
+        (n_nodes,) between separate parts, mm, 0 elsewhere; None for a rod of one piece.
+    assembly
+        Bolts and interfaces of a rod of separate parts.
+    made
+        (n_nodes, 3) displacement at which the bores of such a rod were made round, mm.
     touch
         Where the pins touch the bores; empty where their pressure is prescribed.
     sharp
@@ -68,6 +76,9 @@ class CaseResult:
     error: CaseError
     von_mises_error: Floats
     contact_pressure: Floats | None = None
+    gap: Floats | None = None
+    assembly: AssemblyState | None = None
+    made: Floats | None = None
     touch: Mapping[Surface, Touch] = field(default_factory=dict)
     sharp: tuple[SharpPlace, ...] = ()
 
@@ -120,6 +131,11 @@ class CaseResult:
         return float(np.linalg.norm(self.displacement, axis=1).max())
 
     @property
+    def distortion(self) -> Floats:
+        """Displacement (n_nodes, 3) since the bores were made, mm."""
+        return self.displacement if self.made is None else self.displacement - self.made
+
+    @property
     def counts(self) -> Mask:
         """Nodes (n_nodes,) that count for the figures: those away from singular places, if there are any."""
         masked = self.error.masked
@@ -136,7 +152,8 @@ class CaseResult:
             "principal_3": self.principal[:, 2],
             "safety_factor": self.safety_factor,
         }
-        return found if self.contact_pressure is None else found | {"contact_pressure": self.contact_pressure}
+        contact = {"contact_pressure": self.contact_pressure, "gap": self.gap}
+        return found | {name: values for name, values in contact.items() if values is not None}
 
     def cell_data(self, materials: Sequence[Material]) -> dict[str, npt.NDArray[Any]]:
         """Arrays of the elements, by their names in the VTU file: the worst nodal value of each element."""
@@ -189,6 +206,9 @@ def case_result(
     materials: Sequence[Material],
     error: CaseError,
     contact_pressure: Floats | None = None,
+    gap: Floats | None = None,
+    assembly: AssemblyState | None = None,
+    made: Floats | None = None,
     touch: Mapping[Surface, Touch] | None = None,
     sharp: SharpPlaces | None = None,
 ) -> CaseResult:
@@ -218,6 +238,9 @@ def case_result(
         error=error,
         von_mises_error=off,
         contact_pressure=contact_pressure,
+        gap=gap,
+        assembly=assembly,
+        made=made,
         touch=touch or {},
     )
     if sharp is None:

@@ -6,12 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.contact.assembled import Assembled, Warming
+from fea.contact.assembly_states import AssemblyStates
 from fea.contact.bolt_pull import BoltPull
 from fea.contact.fits import Fits
+from fea.contact.interface_fields import gap_at_nodes, pressure_at_nodes
 from fea.contact.joined_system import Joined
 from fea.contact.mating import MatingFaces
 from fea.contact.multipliers import Direction, radial
-from fea.contact.rod_contact import RodContact, Solved
+from fea.contact.rod_contact import RodContact, Solved, weights
 from fea.machine.threads import one_blas_thread
 from fea.rod.bores import Bores
 from fea.rod.case_forces import CaseForces
@@ -22,7 +24,7 @@ from fea.solvers.static import Model
 from geometry.arrays import Floats, Ints
 from geometry.assembly import BoltAxis
 from geometry.surfaces import INTERFACES, Surface
-from loads.cases import LoadCase
+from loads.cases import ASSEMBLY, LoadCase, assembled
 from mesh.tetmesh import TetMesh
 
 # Cycles after which a course ends at the latest, and the change from one to the next below which it ends.
@@ -85,6 +87,8 @@ class AssembledRod(RodContact):
     ----------
     assembled
         The parts put together.
+    states
+        Sums up steps of them.
 
     Raises
     ------
@@ -112,10 +116,12 @@ class AssembledRod(RodContact):
         held = body[mesh.tets[0, 0]]  # the first part, to which the others are moved
         parts = [np.flatnonzero(body == number) for number in np.unique(body) if number != held]
         preload = np.full(len(self.bolt_axes), putting.preload)
+        warming = _warming(mesh, bores, fits, putting)
+        self._growth = None if warming is None else Split(warming.displacement.reshape(-1, 3), None)
         with one_blas_thread():
-            self.assembled = Assembled(
-                self.problem, parts, putting.friction, preload, _warming(mesh, bores, fits, putting)
-            )
+            self.assembled = Assembled(self.problem, parts, putting.friction, preload, warming)
+        at = np.array([bolt.point for bolt in self.bolt_axes]).reshape(-1, 3)
+        self.states = AssemblyStates(self.assembled, putting.friction, at, bores.big_radius)
 
     def _solved(self, pin: Floats, crank: Floats, motion: Floats) -> Joined:
         return self._step((pin, crank), motion, self.assembled.start)
@@ -164,14 +170,49 @@ class AssembledRod(RodContact):
         load = self.assembled.load(forces, motion, self._tilted(motion))
         return self.assembled.between(load, earlier, later, share)
 
+    def __call__(self, case: LoadCase) -> CaseForces:
+        """Nodal forces of everything that acts in a case; see `RodContact`."""
+        return self.assembly() if case.name == ASSEMBLY else super().__call__(case)
+
+    def scaled(self, case: LoadCase, factor: float) -> Joined:
+        """Find the state under a multiple of everything that acts in a case.
+
+        Raises
+        ------
+        ContactError
+            No state of contact carries it.
+        """
+        pin = factor * np.array([case.pin_axial, case.pin_transverse])
+        crank = factor * np.array([-case.crank_axial, case.crank_transverse])
+        with one_blas_thread():
+            return self._solved(pin, crank, factor * weights(case.motion))
+
+    def assembly(self, *, warm: bool = True) -> CaseForces:
+        """Nodal forces of bolts and fits alone.
+
+        Parameters
+        ----------
+        warm
+            Whether at the engine's temperature, or where the parts were put together and their bores made.
+        """
+        found = self.assembled.start if warm else self.assembled.tightened
+        return replace(self._forces(assembled(), found), touch={})
+
     def _forces(self, case: LoadCase, found: Solved) -> CaseForces:
         forces = super()._forces(case, found)
         if not isinstance(found, Joined):
             raise TypeError("the parts of an assembly are solved step by step")
-        moved = self.assembled.displacement(found.part_motion)
+        state, moved = self.states(found), self.assembled.displacement(found.part_motion)
         shift = Split(moved[Parity.SYMMETRIC], moved.get(Parity.ANTISYMMETRIC))
-        clamped = sum(found.values[self.assembled.bolts])
-        return replace(forces, shift=shift, largest=max(case.largest_force, clamped))
+        return replace(
+            forces,
+            shift=shift,
+            growth=self._growth,
+            largest=max(case.largest_force, state.bolt_force),
+            assembly=state,
+            pressure=pressure_at_nodes(self.problem, found.values),
+            gap=gap_at_nodes(self.problem, self.assembled.touching.normal, self.states.gap(found)),
+        )
 
 
 def _direction(surface: Surface, bores: Bores, normal: tuple[float, float]) -> Direction:

@@ -145,7 +145,7 @@ class RodContact:
         pin = np.array([case.pin_axial, case.pin_transverse])
         crank = np.array([-case.crank_axial, case.crank_transverse])
         with one_blas_thread():
-            found = self._solved(pin, crank, _weights(case.motion))
+            found = self._solved(pin, crank, weights(case.motion))
         return self._forces(case, found)
 
     def _forces(self, case: LoadCase, found: Solved) -> CaseForces:
@@ -199,7 +199,7 @@ class RodContact:
         return found
 
 
-def _weights(motion: RodMotion | None) -> Floats:
+def weights(motion: RodMotion | None) -> Floats:
     """Weights (4,) of the unit motions."""
     if motion is None:
         return np.zeros(len(_MOTIONS))

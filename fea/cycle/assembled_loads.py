@@ -15,6 +15,7 @@ from fea.contact.joined_system import Joined
 from fea.cycle.contact_loads import ContactFields
 from fea.cycle.unit_loads import Course, Instants, Together, Weights, inertial_fields
 from fea.machine.threads import one_blas_thread
+from fea.rod.assembly_state import AssemblyState
 from fea.rod.touch import Touch
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Parity
@@ -148,6 +149,10 @@ class AssembledLoads:
             steps = course.steps
             self._courses[key] = self._contact.course(steps.pin, steps.crank, steps.motions)
         return self._courses[key]
+
+    def states(self, instants: Instants, course: Course) -> tuple[AssemblyState, ...]:
+        """Bolts and interfaces at each instant of a cycle, as `UnitLoads.states`."""
+        return tuple(self._contact.states(state) for state in self._solved(instants, course))
 
     def touches(self, weights: Weights) -> tuple[Mapping[Surface, Touch], ...]:
         """Contact of the pins with the bores at each instant."""

@@ -7,6 +7,7 @@ import numpy as np
 from fea.choices import Support
 from fea.cycle.pressure_loads import StoredFields
 from fea.cycle.unit_loads import ALONE, Course, Instants, Weights, inertial_fields
+from fea.rod.assembly_state import AssemblyState
 from fea.rod.bores import Bores
 from fea.rod.touch import Touch
 from fea.solid.bonded_bore import BondedBore
@@ -73,6 +74,10 @@ class BondedLoads:
         even = [*(force[:1] for force in forces), acceleration[:1], rate[None] ** 2]
         odd = [*(force[1:] for force in forces), acceleration[1:], turning[None]]
         return Weights(np.concatenate(even), np.concatenate(odd))
+
+    def states(self, instants: Instants, course: Course) -> tuple[AssemblyState, ...]:  # noqa: ARG002
+        """Return nothing: the rod is of one piece."""
+        return ()
 
     def touches(self, weights: Weights) -> tuple[Mapping[Surface, Touch], ...]:  # noqa: ARG002
         """Nothing: the load on the bores is prescribed."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from fea.contact.rod_contact import RodContact
 from fea.cycle.unit_loads import Course, Instants, Together, Weights, inertial_fields
+from fea.rod.assembly_state import AssemblyState
 from fea.rod.touch import Touch
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Parity
@@ -120,6 +121,10 @@ class ContactLoads:
         return Weights(
             np.concatenate([even, motions[:_INERTIAL]]), np.concatenate([odd, motions[_INERTIAL:]])
         )
+
+    def states(self, instants: Instants, course: Course) -> tuple[AssemblyState, ...]:  # noqa: ARG002
+        """Return nothing: the rod is of one piece."""
+        return ()
 
     def touches(self, weights: Weights) -> tuple[Mapping[Surface, Touch], ...]:
         """Contact of the pins with the bores at each instant."""

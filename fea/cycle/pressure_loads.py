@@ -9,6 +9,7 @@ import numpy as np
 from fea.choices import Support
 from fea.cycle.series import coefficients, series, skewed
 from fea.cycle.unit_loads import ALONE, Course, Instants, Weights, inertial_fields
+from fea.rod.assembly_state import AssemblyState
 from fea.rod.bores import Bores
 from fea.rod.touch import Touch
 from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction, wrapped
@@ -187,6 +188,10 @@ class PressureLoads:
         even = [*(weights.even for weights in pressed), acceleration[:1], rate[None] ** 2]
         odd = [*(weights.odd for weights in pressed), acceleration[1:], turning[None]]
         return Weights(np.concatenate(even), np.concatenate(odd))
+
+    def states(self, instants: Instants, course: Course) -> tuple[AssemblyState, ...]:  # noqa: ARG002
+        """Return nothing: the rod is of one piece."""
+        return ()
 
     def touches(self, weights: Weights) -> tuple[Mapping[Surface, Touch], ...]:  # noqa: ARG002
         """Nothing: the pins' pressure is prescribed."""

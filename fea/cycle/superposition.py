@@ -9,6 +9,7 @@ from fea.assess.case_result import CaseResult
 from fea.assess.remarks import fatigue_remarks
 from fea.checks import LIMITS, Check
 from fea.choices import Fatigue
+from fea.cycle.assembly_history import assembly_columns
 from fea.cycle.envelope import Envelope, envelope, with_cases
 from fea.cycle.multiaxial import worst_multiaxial
 from fea.cycle.series import TOLERANCE
@@ -16,6 +17,7 @@ from fea.cycle.spots import Spot, distinct, spots
 from fea.cycle.unit_loads import Course, Instants, UnitLoads, Weights
 from fea.cycle.unit_solutions import UnitSolutions
 from fea.material import Material
+from fea.rod.assembly_state import AssemblyState
 from fea.rod.discretise import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
 from fea.rod.touch import Touch
@@ -69,6 +71,8 @@ class CycleResult:
         (n_nodes,) nodes that count: those that are not near a stress singularity.
     touches
         Contact of the pins with the bores at every degree; empty where their pressure is prescribed.
+    states
+        Bolts and interfaces at every degree; empty for a rod of one piece.
     regions
         Of the surface of the whole rod.
     weights
@@ -89,6 +93,7 @@ class CycleResult:
     remarks: tuple[str, ...] = ()
     multiaxial: Spot | None = None
     touches: tuple[Mapping[Surface, Touch], ...] = ()
+    states: tuple[AssemblyState, ...] = ()
 
     def checks(self) -> dict[str, Check]:
         """Compare the superposition with the directly solved cases."""
@@ -104,7 +109,7 @@ class CycleResult:
             columns[f"{end}_at_deg"] = np.array([touch.angle for touch in own]) / DEG
             columns[f"{end}_z_mm"] = np.array([touch.z for touch in own])
             columns[f"{end}_arc_deg"] = np.array([touch.arc for touch in own]) / DEG
-        return columns
+        return columns | assembly_columns(self.states)
 
     def notes(self) -> tuple[str, ...]:
         """Return the notes about the cycle for the user."""
@@ -233,6 +238,10 @@ class CycleAnalysis:
             remarks=fatigue_remarks(self.materials, self.fatigue),
             multiaxial=multiaxial,
             touches=self.loads.touches(of_degrees),
+            states=self.loads.states(
+                instants(engine, gas, self.rod, speed, degrees),
+                course(engine, gas, self.rod, speed, degrees),
+            ),
         )
 
     def _difference(self, weights: Weights, peaks: Sequence[CaseResult]) -> float:

@@ -10,6 +10,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from fea.rod.assembly_state import AssemblyState
 from fea.rod.touch import Touch
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia
 from geometry.arrays import Floats, Ints, Mask
@@ -137,6 +138,9 @@ class UnitLoads(Protocol):
             The cycle that they belong to, where friction makes them depend on it; by default each of them
             follows on the rod as it was put together.
         """
+
+    def states(self, instants: Instants, course: Course) -> tuple[AssemblyState, ...]:
+        """Bolts and interfaces of a rod of separate parts at each instant of a cycle; empty for one piece."""
 
     def touches(self, weights: Weights) -> tuple[Mapping[Surface, Touch], ...]:
         """Contact of the pins with the bores at each instant; empty where their pressure is prescribed."""

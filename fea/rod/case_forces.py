@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fea.choices import Support
+from fea.rod.assembly_state import AssemblyState
 from fea.rod.bores import Bores
 from fea.rod.pin_loads import pin_loads
 from fea.rod.touch import Touch
@@ -41,8 +42,14 @@ class CaseForces:
         Contact of the pins with the bores; empty where their pressure is prescribed.
     shift
         Rigid displacement of separate parts, on the cell, mm; None for a rod of one piece.
+    growth
+        Free thermal expansion of such a rod, on the cell, mm, which causes no stress; None without it.
     checks
         Further values to be held against the limits of `fea.checks`, by name.
+    assembly
+        Bolts and interfaces of a rod of separate parts.
+    pressure, gap
+        (n_nodes,) contact pressure, MPa, and gap between separate parts, mm; None for a rod of one piece.
     """
 
     forces: Split
@@ -52,7 +59,11 @@ class CaseForces:
     tilt: float | None = None
     touch: Mapping[Surface, Touch] = field(default_factory=dict)
     shift: Split | None = None
+    growth: Split | None = None
     checks: Mapping[str, float] = field(default_factory=dict)
+    assembly: AssemblyState | None = None
+    pressure: Split | None = None
+    gap: Split | None = None
 
 
 class NodalForces:

@@ -2,12 +2,16 @@
 
 At the border of a clamped surface and along sharp re-entrant edges the exact stress is infinite (Williams
 1952); the computed stress grows with every refinement and is meaningless. Such places are masked: every node
-within a radius that does not depend on the element size, so that the peak outside converges.
+within a radius that does not depend on the element size, so that the peak outside converges. So are the rims
+of interfaces and bolt seats (`fea.stress.rim_mask`).
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from fea.stress.boundary_skin import facet_normals, shared_edges, skin
+from fea.stress.rim_mask import RimMask, rim_masks
 from geometry.arrays import Ints, Mask
 from geometry.mirror import PLANE_AXIS
 from geometry.surfaces import Surface
@@ -75,7 +79,7 @@ def _is_flat(mesh: TetMesh) -> bool:
 
 
 def masked_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creases | None = None) -> Mask:
-    """Whether each node is near a singular place: within `RADIUS`, or in an element that touches it.
+    """Whether each node is near a singular place, or near a rim of parts that touch: see `nodes_near`.
 
     Parameters
     ----------
@@ -87,7 +91,25 @@ def masked_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creases
     ndarray
         (n_nodes,).
     """
-    singular = singular_nodes(mesh, held, creases)
+    near = nodes_near(mesh, singular_nodes(mesh, held, creases), mask_radius(mesh))
+    return near | near_rims(mesh, rim_masks(mesh, mask_radius(mesh)))
+
+
+def near_rims(mesh: TetMesh, masks: Sequence[RimMask]) -> Mask:
+    """Whether each node (n_nodes,) is near a rim of parts that touch."""
+    near = np.zeros(len(mesh.points), dtype=bool)
+    for rim in masks:
+        near |= nodes_near(mesh, rim.nodes, rim.radius)
+    return near
+
+
+def mask_radius(mesh: TetMesh) -> float:
+    """Radius of the mask, mm; that of rims may be smaller."""
+    return RADIUS * float(np.ptp(mesh.points, axis=0).max())
+
+
+def nodes_near(mesh: TetMesh, singular: Ints, radius: float) -> Mask:
+    """Whether each node (n_nodes,) is within a radius, mm, of some nodes, or in an element that has one."""
     near = np.zeros(len(mesh.points), dtype=bool)
     if not singular.size:
         return near
@@ -96,5 +118,4 @@ def masked_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creases
     from scipy.spatial import KDTree  # noqa: PLC0415 - only a body with sharp edges needs it
 
     distance, _ = KDTree(mesh.points[singular]).query(mesh.points)
-    radius = RADIUS * float(np.ptp(mesh.points, axis=0).max())
     return np.asarray(near | (distance <= radius))

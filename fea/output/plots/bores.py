@@ -31,7 +31,7 @@ def plot_bores(path: Path, cases: Mapping[str, CaseResult], rod_length: float, t
     figure = Figure(figsize=(10, 10), layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(2, 2, subplot_kw={"projection": "polar"})
-    touched = {case: found for case, found in cases.items() if found.contact_pressure is not None}
+    touched = {case: found for case, found in cases.items() if found.touch}
     for column, (surface, name) in enumerate(_BORES):
         x = rod_length if surface is Surface.SMALL_END_BORE else 0.0
         above, below = panels[:, column]
@@ -40,7 +40,7 @@ def plot_bores(path: Path, cases: Mapping[str, CaseResult], rod_length: float, t
             colour, pressure = f"C{number}", pressures[..., number]
             above.plot(angle, pressure.mean(axis=1), color=colour, label=case, lw=1.4)
             above.plot(angle, pressure.max(axis=1), color=colour, lw=0.7, ls=":")
-            shape = bore_shape(found.mesh, surface, x, found.displacement)
+            shape = bore_shape(found.mesh, surface, x, found.distortion)
             turned = np.concatenate([shape.direction, shape.direction[1:] + np.pi])
             change = 1e3 * np.concatenate([shape.change, shape.change[1:]])
             below.plot(turned, change, color=colour, lw=1.4)

@@ -13,6 +13,7 @@ from fea.assess.verdict import Verdict
 from fea.choices import CONTACT, Support
 from fea.output.picture_name import picture_name
 from fea.output.target import near
+from fea.output.terminal.assembly import assembly_lines, assembly_tables
 from fea.output.terminal.buckling import buckling_lines
 from fea.output.terminal.endurance import endurance_lines
 from fea.output.terminal.figures import UNKNOWN, bar, factor, kilo, number, place
@@ -91,12 +92,16 @@ def _console() -> Console:
 def _print_run(console: Console, folder: Path, summary: Summary) -> None:
     console.print(_headline(summary), markup=False, style="bold", soft_wrap=True)
     console.print(case_table(summary, console))
+    if summary.assembly is not None:
+        for table in assembly_tables(summary.assembly):
+            console.print(table)
     buckling = buckling_lines(summary.buckling)
     for line in (
         *_doubts(summary),
         *sharp_edge_lines(summary),
         *_pin_model(summary),
         *_contact(summary),
+        *assembly_lines(summary.assembly),
         *_cycle(summary),
         *buckling,
         _model(summary),
@@ -165,15 +170,16 @@ def _unsettled(summary: Summary) -> list[str]:
         for case, result in results.items()
         if result.singular_max_von_mises_MPa and _unjudged(summary, result)
     }
-    return [*lines, _diverging(singular)] if singular else lines
+    return [*lines, _diverging(singular, parts=summary.assembly is not None)] if singular else lines
 
 
-def _diverging(singular: Mapping[str, str]) -> str:
+def _diverging(singular: Mapping[str, str], *, parts: bool) -> str:
     """Return what is wrong at the singular places, by the largest stress there of each case."""
     found = ", ".join(f"{case} {stress}" for case, stress in singular.items())
+    rim = ", or the rim of a place where parts touch" if parts else ""
     return (
         f"Diverging: {found} MPa near a sharp re-entrant edge, the border of a clamped surface or the end of "
-        "a bore that a bending pin presses on, where the exact stress is infinite (singular) and finer "
+        f"a bore that a bending pin presses on{rim}, where the exact stress is infinite (singular) and finer "
         "elements give ever higher values; the figures above and their ± are of the rest of the rod"
     )
 

@@ -1,0 +1,119 @@
+"""What a run says of bolts, joint and fits."""
+
+from collections.abc import Iterator
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from fea.analysis.assembly_figures import AssemblyFigures, BoltsFigures, FaceCaseFigures, OnsetFigures
+from fea.output.terminal.figures import factor, number
+from fea.units import KN
+from loads.cases import ASSEMBLY
+
+_JOINT = ("bolts\nkN", "clamped\nkN", "open\n%", "gap\nµm", "slips\n%", "slip\nµm", "reserve\nslip")
+_FIT = ("mean\nMPa", "least\nMPa", "largest\nMPa", "lifted\n%", "slips\n%")
+
+
+def assembly_tables(found: AssemblyFigures) -> list[Table]:
+    """Return bolts and joint by load case, then each fit."""
+    joint = _table("joint", _JOINT)
+    for case, own in found.joint.by_case.items():
+        joint.add_row(
+            case,
+            _ends([bolt.force_N / KN for bolt in found.bolts.by_case[case]]),
+            number(own.clamp_force_N / KN, ".1f"),
+            number(own.open_percent, ".0f"),
+            number(own.opening_um, ".1f"),
+            number(own.slipping_percent, ".0f"),
+            number(own.slip_um, ".1f"),
+            number(own.slip_reserve, ".3g"),
+        )
+    tables = [joint]
+    for name, fit in found.fits.items():
+        tables.append(_table(name, _FIT))
+        for case, face in fit.by_case.items():
+            tables[-1].add_row(case, *_fit(face))
+    return tables
+
+
+def _table(name: str, titles: tuple[str, ...]) -> Table:
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, show_edge=False)
+    table.add_column(name, no_wrap=True)
+    for title in titles:
+        table.add_column(title, justify="right", no_wrap=True)
+    return table
+
+
+def assembly_lines(found: AssemblyFigures | None) -> list[str]:
+    """Return how the bolts stand, and when the joint opens and the fits lift off."""
+    if found is None:
+        return []
+    return [_bolts(found.bolts), *_joint(found), *_fits(found), *_ovality(found)]
+
+
+def _fit(fit: FaceCaseFigures) -> tuple[str, ...]:
+    pressures = (fit.mean_pressure_MPa, fit.min_pressure_MPa, fit.max_pressure_MPa)
+    shares = (fit.open_percent, fit.slipping_percent)
+    return (*(number(value, ".1f") for value in pressures), *(number(value, ".0f") for value in shares))
+
+
+def _ends(forces: list[float]) -> str:
+    """The forces of a case's bolts, or one where they are the same to a tenth."""
+    said = sorted({number(force, ".1f") for force in forces}, key=float)
+    return said[0] if len(said) == 1 else f"{said[0]}…{said[-1]}"
+
+
+def _bolts(bolts: BoltsFigures) -> str:
+    where = bolts.max_case or f"{number(bolts.max_crank_deg, '.0f')}°"
+    force = f"at most {bolts.max_force_N / KN:.1f} kN ({where})"
+    hardest = max((one for case in bolts.by_case.values() for one in case), key=lambda one: one.force_N)
+    carried = "" if hardest.load_factor is None else f", load factor Φ {hardest.load_factor:.2g}"
+    fatigue = bolts.fatigue_safety_factor
+    against = "" if fatigue is None else f", {factor(fatigue)} against fatigue"
+    return (
+        f"Bolts, {bolts.thread}: {force}{carried} (VDI 2230: {bolts.vdi_load_factor:.2g}), amplitude "
+        f"{bolts.amplitude_N / KN:.2g} kN; safety factor {factor(bolts.yield_safety_factor)} against yielding"
+        f"{against}."
+    )
+
+
+def _joint(found: AssemblyFigures) -> Iterator[str]:
+    joint = found.joint
+    said = []
+    if joint.opens is not None:
+        said.append(f"opens at the bore {_when(joint.opens)}")
+    if joint.separates is not None:
+        said.append(f"comes apart {_when(joint.separates)}")
+    if said:
+        yield f"Joint: {'; '.join(said)}."
+    if joint.cycle is not None:
+        own = joint.cycle
+        yield (
+            f"Joint over the cycle: clamped by at least {own.min_clamp_force_N / KN:.1f} kN "
+            f"({own.min_clamp_crank_deg:.0f}°), gap at most {own.max_opening_um:.0f} µm "
+            f"({own.max_opening_crank_deg:.0f}°), open at the bore in {own.open_percent:.0f} % of it."
+        )
+
+
+def _fits(found: AssemblyFigures) -> Iterator[str]:
+    for name, fit in found.fits.items():
+        if fit.lifts_off is not None:
+            verb = "lift" if name.endswith("s") else "lifts"
+            yield f"{name.capitalize()}: {verb} off the seat {_when(fit.lifts_off)}."
+
+
+def _when(onset: OnsetFigures) -> str:
+    if onset.load_factor is None:
+        return f"beyond {onset.largest_factor:g} times the load of {onset.case}"
+    if onset.load_factor == 0:
+        return "without any load"
+    return f"at {onset.load_factor:.2g} times the load of {onset.case}"
+
+
+def _ovality(found: AssemblyFigures) -> Iterator[str]:
+    for bore, cases in found.ovality.items():
+        assembled = cases[ASSEMBLY].ovality_mm
+        worst = max(cases, key=lambda case: cases[case].ovality_mm)
+        most = cases[worst].ovality_mm
+        warm = f", {1e3 * assembled:.0f} µm when warm" if 1e3 * assembled >= 1 else ""
+        yield f"Ovality, {bore.replace('_', ' ')}: {1e3 * most:.0f} µm ({worst}), round as made{warm}."

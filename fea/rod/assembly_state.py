@@ -1,0 +1,121 @@
+"""The state of an assembled rod under load: forces of its bolts, and what its interfaces do."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from geometry.surfaces import Surface
+
+# Shear, over what friction can carry, that is none.
+_ROUNDING = 1e-6
+
+Place = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class BoltState:
+    """A bolt, or a pair of them that are images about z = 0.
+
+    Attributes
+    ----------
+    at
+        Where its axis meets the joint, mm.
+    force
+        Of each, N.
+    count
+        One, or two for a pair.
+    """
+
+    at: Place
+    force: float
+    count: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaceState:
+    """An interface between two parts.
+
+    Attributes
+    ----------
+    area
+        mm².
+    force
+        Sum of pressure times area, N: of a plane joint, the force that clamps it.
+    least, largest
+        Of the pressures at the vertices, MPa; 0 where the parts have parted.
+    open_share
+        Of the area.
+    opening
+        Largest gap, mm.
+    opening_at
+        Where that is; None where nothing has opened.
+    slipping_share
+        Of the area that touches, where friction is used up.
+    slip
+        Largest, since the parts were put together, mm.
+    shear
+        Resultant of the shear stresses on a plane joint, N; 0 on a cylindrical seat.
+    friction
+        What friction can carry, N.
+    edge_pressure
+        Of the joint: the least pressure at the edge of the bore, MPa; 0 where it has opened there. None for
+        other interfaces.
+    """
+
+    area: float
+    force: float
+    least: float
+    largest: float
+    open_share: float
+    opening: float
+    opening_at: Place | None
+    slipping_share: float
+    slip: float
+    shear: float
+    friction: float
+    edge_pressure: float | None = None
+
+    @property
+    def mean(self) -> float:
+        """Mean pressure, MPa."""
+        return self.force / self.area
+
+    @property
+    def slip_reserve(self) -> float | None:
+        """What friction can carry over the shear; None without either (VDI 2230-1, step R12)."""
+        return self.friction / self.shear if self.shear > _ROUNDING * self.friction > 0 else None
+
+
+@dataclass(frozen=True)
+class AssemblyState:
+    """Bolts and interfaces under one load.
+
+    Attributes
+    ----------
+    bolts
+        All bolts, once each.
+    faces
+        Interfaces by their first surface.
+    """
+
+    bolts: tuple[BoltState, ...]
+    faces: Mapping[Surface, FaceState]
+
+    @property
+    def bolt_force(self) -> float:
+        """Sum of all bolt forces, N."""
+        return sum(bolt.count * bolt.force for bolt in self.bolts)
+
+    @property
+    def joint(self) -> FaceState:
+        """The joint between rod and cap."""
+        return self.faces[Surface.JOINT]
+
+    def separating(self, assembled: "AssemblyState") -> float:
+        """Load on the joint beside its bolts, N: what bolts gain and the joint loses.
+
+        Parameters
+        ----------
+        assembled
+            The state without load.
+        """
+        return self.bolt_force - assembled.bolt_force - (self.joint.force - assembled.joint.force)
