@@ -4,7 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fea.analysis.file_assembly import asked_of_file, found_in_file, joint_angle, seats_in_file
+from fea.analysis.file_assembly import (
+    asked_of_file,
+    found_in_file,
+    joint_angle,
+    radii_in_file,
+    seats_in_file,
+)
 from fea.assess.bolt_choice import ChosenBolt, choose_bolt
 from fea.assess.bolt_seats import seats_of
 from fea.assess.expansions import ROD, Expansions
@@ -91,11 +97,11 @@ class Assembling:
         if table is None:
             return None
         if rod is not None:
-            seats = seats_of(rod)
+            seats, radii = seats_of(rod), radii_of(rod, table.shell_thickness_mm or 0.0)
         elif mesh is not None and mesh.bolts:
             first = mesh.bolts[0]
             seats, split = seats_in_file(first, mesh.bores), joint_angle(first)
-            table = found_in_file(table, first)
+            table, radii = found_in_file(table, first), radii_in_file(mesh)
         else:
             return None
         chosen = choose_bolt(table, seats, study.part_material.get(BOLT), study.material.material())
@@ -105,7 +111,7 @@ class Assembling:
         return cls(
             table=table,
             bolt=chosen,
-            fits=choose_fits(table, radii_of(rod, table.shell_thickness_mm or 0.0), materials, expansions),
+            fits=choose_fits(table, radii, materials, expansions),
             expansions=expansions,
             geometry=Assembly(
                 split=table.split_angle if split is None else split,

@@ -3,10 +3,20 @@
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from fea.assess.bolt_seats import BoltSeats
+from fea.assess.fit_choice import FitRadii
 from fea.rod.bores import Bores
+from fea.rod.discretise import MeshedRod
+from fea.study.assembly_materials import BUSHING, SHELL
 from fea.study.assembly_table import AssemblyTable
 from geometry.assembly import Assembly, BoltAxis, BoltSeat
+from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
+
+# Directions in which a ring's thickness is looked at.
+_SECTORS = 24
 
 
 def asked_of_file(table: AssemblyTable) -> Assembly:
@@ -52,3 +62,25 @@ def joint_angle(bolt: BoltAxis) -> float:
     """Angle of the normal of the joint from the rod's axis, degrees: bolts are square to the joint."""
     x, y, _ = bolt.direction
     return math.degrees(math.atan2(0.0 - y, -x))
+
+
+def radii_in_file(mesh: MeshedRod) -> dict[str, FitRadii]:
+    """Radii of the fits, by the inner part; the ring reaches out as far as it does at its thinnest."""
+    big, small = mesh.bores.big_radius, mesh.bores.small_radius
+    return {
+        BUSHING: _radii(mesh.whole, Surface.BUSHING_SEAT, mesh.bores.rod_length, small),
+        SHELL: _radii(mesh.whole, Surface.SHELL_SEAT, 0.0, big),
+    }
+
+
+def _radii(mesh: TetMesh, surface: Surface, x: float, bore: float) -> FitRadii:
+    free = mesh.points[np.unique(mesh.facets[Surface.FREE])] - [x, 0.0, 0.0]
+    radius, angle = np.hypot(free[:, 0], free[:, 1]), np.arctan2(free[:, 1], free[:, 0])
+    sector = ((angle / math.pi + 1) / 2 * _SECTORS).astype(int) % _SECTORS
+    outermost = np.zeros(_SECTORS)
+    np.maximum.at(outermost, sector, radius)
+    outer = float(outermost[outermost > bore].min())
+    if surface not in mesh.facets:
+        return FitRadii(bore, bore, outer)
+    seat = mesh.points[np.unique(mesh.facets[surface])] - [x, 0.0, 0.0]
+    return FitRadii(bore, float(np.hypot(seat[:, 0], seat[:, 1]).max()), outer)
