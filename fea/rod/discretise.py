@@ -42,9 +42,9 @@ from mesh.tetmesh import TetMesh
 _MESHING, _PER_ELEMENT = 120.0, 1.5e-4
 # Estimated number of elements of the drawn cell that gmsh makes within that time.
 _MOST_ELEMENTS = 1e7
-# Part of gmsh's warning about distorted elements. They are repaired afterwards, and the mesh quality measures
-# what remains.
-_MENDED = "worst distortion"
+# Parts of gmsh's warnings that need not concern a reader: distorted elements are repaired afterwards, and the
+# mesh quality measures what remains; edges that no face needs are left where holes lie on a mirror plane.
+_HARMLESS = ("worst distortion", "BOPAlgo_AlertFaceBuilderUnusedEdges")
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Meshing:
             elements = "1 element has" if count == 1 else f"{count} elements have"
             why = "because curved edges would have distorted the shape"
             notes.append(f"{elements} straight edges, {why}")
-        warnings = (warning for warning in self.warnings if _MENDED not in warning)
+        warnings = (text for text in self.warnings if not any(known in text for known in _HARMLESS))
         return (*notes, *(f"gmsh: {warning}" for warning in warnings))
 
 
