@@ -1,7 +1,7 @@
 """The solid of a rod divided into the parts that it is assembled from, with the seats of its bolts."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import gmsh
 
@@ -79,11 +79,16 @@ def divided(
     became = dict(zip([*bodies, *tools], pieces, strict=False))
     parts = _sorted(became)
     kept = {(kernel.SOLID, tag) for tag in parts.values()}
-    loose = {piece for made in pieces for piece in made} - kept
-    for dimension in (kernel.SOLID, 2):  # solids take their faces with them
-        left = set(gmsh.model.occ.getEntities(dimension)) & loose
-        gmsh.model.occ.remove(sorted(left), recursive=True)
+    remove_all({piece for made in pieces for piece in made} - kept)
     return parts
+
+
+def remove_all(entities: Collection[Entity]) -> None:
+    """Remove volumes and faces with what bounds them, as far as nothing else needs it."""
+    occ = gmsh.model.occ
+    occ.remove([entity for entity in sorted(entities) if entity[0] == kernel.SOLID], recursive=True)
+    left = set(occ.getEntities(2))  # faces of the volumes are gone with them
+    occ.remove(sorted(left.intersection(entities)), recursive=True)
 
 
 def seat_disks(bolt: BoltAxis) -> list[int]:

@@ -4,6 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from fea.analysis.file_assembly import (
+    asked_of_file,
+    found_in_file,
+    joint_angle,
+    radii_in_file,
+    seats_in_file,
+)
 from fea.assess.bolt_choice import ChosenBolt, choose_bolt
 from fea.assess.bolt_seats import seats_of
 from fea.assess.expansions import ROD, Expansions
@@ -32,6 +39,20 @@ if TYPE_CHECKING:
 _PIN_STEEL = MaterialTable(E_GPa=206.0, nu=0.3, density_kg_m3=7850.0, yield_MPa=400.0)
 
 
+def drawn_assembly(study: Study) -> Assembly | None:
+    """What is separate in the rod of a study; None for a rod of one piece.
+
+    Raises
+    ------
+    InvalidValue
+        Bolts and rod do not go together.
+    """
+    if study.assembly is not None and study.rod.cad is not None:
+        return asked_of_file(study.assembly)
+    found = Assembling.of(study)
+    return None if found is None else found.geometry
+
+
 @dataclass(frozen=True, kw_only=True)
 class Assembling:
     """The assembly of a study.
@@ -57,28 +78,43 @@ class Assembling:
     expansions: Expansions
 
     @classmethod
-    def of(cls, study: Study) -> "Assembling | None":
+    def of(cls, study: Study, mesh: MeshedRod | None = None) -> "Assembling | None":
         """Complete what a study says of its parts and bolts; None for a rod of one piece.
+
+        Parameters
+        ----------
+        study
+            What is asked.
+        mesh
+            Of a rod from a file, which tells where the bolts are; not needed for one given by dimensions.
 
         Raises
         ------
         InvalidValue
             Bolts and rod do not go together.
         """
-        table, rod = study.assembly, study.rod.dimensions
-        if table is None or rod is None:
+        table, rod, split = study.assembly, study.rod.dimensions, None
+        if table is None:
             return None
-        chosen = choose_bolt(table, seats_of(rod), study.part_material.get(BOLT), study.material.material())
+        if rod is not None:
+            seats, radii = seats_of(rod), radii_of(rod, table.shell_thickness_mm or 0.0)
+        elif mesh is not None and mesh.bolts:
+            first = mesh.bolts[0]
+            seats, split = seats_in_file(first, mesh.bores), joint_angle(first)
+            table, radii = found_in_file(table, first), radii_in_file(mesh)
+        else:
+            return None
+        chosen = choose_bolt(table, seats, study.part_material.get(BOLT), study.material.material())
         bolt = chosen.bolt
         materials = _materials(study, table)
         expansions = Expansions.of(table, materials)
         return cls(
             table=table,
             bolt=chosen,
-            fits=choose_fits(table, radii_of(rod, table.shell_thickness_mm or 0.0), materials, expansions),
+            fits=choose_fits(table, radii, materials, expansions),
             expansions=expansions,
             geometry=Assembly(
-                split=table.split_angle,
+                split=table.split_angle if split is None else split,
                 bushing=table.bushing_touches,
                 shell=table.shell_thickness_mm or 0.0,
                 bolt=BoltSeat(

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from fea.analysis.assembling import Assembling
+from fea.analysis.assembling import drawn_assembly
 from fea.machine.clock import Clock
 from fea.rod.discretise import MeshedRod, MeshRequest, discretise
 from fea.rod.load_cases import EngineLoading
@@ -39,7 +39,6 @@ def mesh_study(
     GeometryError, MeshError
         No solid or no usable mesh came out.
     """
-    assembling = Assembling.of(study)
     request = MeshRequest(
         size=study.mesh.size_mm,
         order=study.mesh.element.order,
@@ -47,7 +46,7 @@ def mesh_study(
         wanted=wanted,
         coarser=coarser,
         touched=study.analysis.in_contact,
-        assembly=None if assembling is None else assembling.geometry,
+        assembly=drawn_assembly(study),
     )
     if study.rod.mesh is not None:
         from fea.rod.given import given_rod  # noqa: PLC0415 - it loads scikit-fem, which meshing does without

@@ -396,7 +396,7 @@ def prepare(
 
         fits = Fits.of(study.contact, mesh.bores, study.pin_stiffness)
         sharp, said = fits.sharp, fits.remarks
-    assembling = Assembling.of(study)
+    assembling = Assembling.of(study, mesh)
     putting = None if assembling is None else assembling.putting(study, mesh)
     if assembling is not None:
         said += assembling.remarks(study, tuple(mesh.parts))

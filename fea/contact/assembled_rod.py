@@ -249,6 +249,7 @@ def _pulls(mesh: TetMesh, bolts: Sequence[BoltAxis], stiffness: float) -> list[B
             np.array(bolt.direction),
             stiffness,
             share=0.5 if halved and abs(bolt.point[2]) <= _on(bolt) else 1.0,
+            point=np.array(bolt.point),
         )
         for number, bolt in enumerate(bolts)
     ]

@@ -1,6 +1,6 @@
 """A bolt as one unknown: its force, which presses under the head and at the other end of the grip."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,8 +44,13 @@ class BoltPull:
         stiffness: float,
         *,
         share: float,
+        point: Floats | None = None,
     ) -> "BoltPull":
-        """Spread the force of a bolt over its seats, as a uniform traction along its axis.
+        """Spread the force of a bolt over its seats, as a traction along its axis.
+
+        The traction is uniform but for a small linear part, which leads its resultant through the axis: the
+        centroids of meshed annuli lie beside it, on either end by another distance, and a pair of forces
+        that do not oppose each other would be a moment.
 
         Parameters
         ----------
@@ -59,6 +64,8 @@ class BoltPull:
             (3,) unit direction from the thread to the head.
         stiffness, share
             See the class.
+        point
+            (3,) on the axis, mm; without it the traction is uniform.
         """
         n_nodes = len(mesh.points)
         forces, traction = np.zeros(3 * n_nodes), {}
@@ -67,12 +74,36 @@ class BoltPull:
             own = TetMesh(mesh.points, mesh.tets, {surface: facets})
             pull = sign * axis
             pressed = Multipliers.of(own, surface, _constant(pull))
-            stress = share / pressed.areas.sum()
-            forces += stress * np.asarray(pressed.forces(n_nodes).sum(axis=1)).ravel()
+            across = np.zeros((0, 3)) if point is None else _levers(axis, halved=share < 1)
+            origin = np.zeros(3) if point is None else point
+            spread = share * _through(pressed, across, origin)
+            led = replace(pressed, direction=_linear(pull, across, origin, spread))
+            forces += np.asarray(led.forces(n_nodes).sum(axis=1)).ravel()
+            nodes = np.unique(facets)
             traction[surface] = np.zeros((n_nodes, 3))
-            traction[surface][np.unique(facets)] = stress * pull
+            traction[surface][nodes] = led.direction(mesh.points[nodes])
         return cls(name, forces, share, stiffness, traction)
 
 
 def _constant(vector: Floats) -> Direction:
     return lambda places: np.broadcast_to(vector, places.shape)
+
+
+def _levers(axis: Floats, *, halved: bool) -> Floats:
+    """Unit vectors (n, 3) across an axis in which the cell holds the whole seat: not z if z = 0 halves it."""
+    in_plane = np.cross([0.0, 0.0, 1.0], axis)
+    return np.array([in_plane] if halved else [in_plane, np.cross(axis, in_plane)])
+
+
+def _through(pressed: Multipliers, across: Floats, origin: Floats) -> Floats:
+    """Coefficients (1 + n,) of the traction 1, (x − origin) · across of resultant 1 through the origin."""
+    basis = np.concatenate(
+        [np.ones((1, *pressed.areas.shape)), np.einsum("nk,fqk->nfq", across, pressed.places - origin)]
+    )
+    moments = np.einsum("ifq,jfq,fq->ij", basis, basis, pressed.areas)
+    return np.asarray(np.linalg.solve(moments, np.eye(len(basis))[0]))
+
+
+def _linear(pull: Floats, across: Floats, origin: Floats, spread: Floats) -> Direction:
+    """Traction along `pull` with these coefficients."""
+    return lambda places: (spread[0] + (places - origin) @ (spread[1:] @ across))[..., None] * pull

@@ -42,9 +42,9 @@ from mesh.tetmesh import TetMesh
 _MESHING, _PER_ELEMENT = 120.0, 1.5e-4
 # Estimated number of elements of the drawn cell that gmsh makes within that time.
 _MOST_ELEMENTS = 1e7
-# Parts of warnings of gmsh that a reader need not know: of distorted elements, which are repaired afterwards
-# (the mesh quality measures what remains), and of borders of bolt seats that lie over the holes.
-_HARMLESS = ("worst distortion", "AlertFaceBuilderUnusedEdges")
+# Parts of gmsh's warnings that need not concern a reader: distorted elements are repaired afterwards, and the
+# mesh quality measures what remains; edges that no face needs are left where holes lie on a mirror plane.
+_HARMLESS = ("worst distortion", "BOPAlgo_AlertFaceBuilderUnusedEdges")
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Meshing:
             elements = "1 element has" if count == 1 else f"{count} elements have"
             why = "because curved edges would have distorted the shape"
             notes.append(f"{elements} straight edges, {why}")
-        warnings = (warning for warning in self.warnings if not any(known in warning for known in _HARMLESS))
+        warnings = (text for text in self.warnings if not any(known in text for known in _HARMLESS))
         return (*notes, *(f"gmsh: {warning}" for warning in warnings))
 
 

@@ -8,6 +8,7 @@ from geometry import kernel
 from geometry.errors import GeometryError
 from geometry.mass import joined
 from geometry.mirror import Mirror
+from geometry.parting import remove_all
 from geometry.solid import Part, whole_mass
 
 Entity = tuple[int, int]
@@ -67,8 +68,7 @@ def sharing(
                 f"the solids {', '.join(names)} overlap; they may only touch. Correct them in the CAD "
                 "program, or keep only some of them with rod.solids"
             )
-        loose = {piece for made in pieces[len(every) :] for piece in made}
-        gmsh.model.occ.remove(sorted(loose), recursive=True)
+        remove_all({piece for made in pieces[len(every) :] for piece in made})
     gmsh.model.occ.synchronize()
     _require_joined(volumes, names)
     return volumes
