@@ -100,10 +100,11 @@ class AssemblyStates:
         )
 
     def _slip(self, own: Ints, found: Joined) -> Floats:
-        """Slip (k,) of places that touch, mm."""
+        """Slip (k,) of places that touch since the parts were put together, mm."""
         touching = self._assembled.touching
         at = touching.shear[own]
-        moments = found.gap[np.searchsorted(self._joined, np.maximum(at, self._joined[0]))]
+        slipped = found.gap - self._assembled.tightened.gap
+        moments = slipped[np.searchsorted(self._joined, np.maximum(at, self._joined[0]))]
         slip = np.hypot(*np.where(at >= 0, moments, 0.0).T) / touching.area[own]
         return np.asarray(np.where(found.guess.opened[own], 0.0, slip))
 
