@@ -116,6 +116,13 @@ def _bores(run: Outcome) -> Iterator[RunFiles]:
         yield _one("bores.png", lambda path: plot_bores(path, run.cases, length, run.summary.title))
 
 
+def _joint(run: Outcome) -> Iterator[RunFiles]:
+    if any(case.assembly for case in run.cases.values()):
+        from fea.output.plots.joint import plot_joint  # noqa: PLC0415 - only a plot needs it
+
+        yield _one("joint.png", lambda path: plot_joint(path, run.cases, run.summary.title, run.cycle))
+
+
 def _contact_history(run: Outcome) -> Iterator[RunFiles]:
     if run.cycle is not None and run.cycle.touches:
         columns = run.cycle.contact_columns()
@@ -152,6 +159,7 @@ WRITERS = (
     Writer("write", _contact_history),
     Writer("plot", _stress_history),
     Writer("plot", _bores),
+    Writer("plot", _joint),
     Writer("picture", _pictures),
     Writer("report", _report),
 )

@@ -1,0 +1,185 @@
+"""A picture of the joint: the big end with its opening exaggerated, pressures on the joint, bolt forces."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fea.assess.case_result import CaseResult
+from fea.cycle.assembly_history import bolt_forces
+from fea.cycle.superposition import CycleResult
+from fea.output.plots.saving import save
+from fea.rod.assembly_state import AssemblyState
+from fea.units import DEG, KN
+from geometry.arrays import Floats, Ints
+from geometry.surfaces import Surface
+from loads.cases import ASSEMBLY
+from mesh.tetmesh import TetMesh
+
+# Share of the big end's size as which the largest gap is drawn, and the most by which it is exaggerated.
+_SHOWN, _MOST = 0.05, 500.0
+# Facets whose normal deviates from the view by less (cosine) are drawn.
+_FACING = 0.02
+# Share of the largest gap from which the joint is drawn as open.
+_OPEN = 0.01
+# Half of what is drawn, over the largest distance of the joint from the bore's axis.
+_AROUND = 1.45
+
+
+def plot_joint(path: Path, cases: Mapping[str, CaseResult], title: str, cycle: CycleResult | None) -> None:
+    """Draw the joint of a rod of separate parts.
+
+    Parameters
+    ----------
+    path
+        The picture.
+    cases
+        By name; that of assembly alone is one of them.
+    title
+        Of the picture.
+    cycle
+        The whole crank cycle, if it was worked out.
+
+    Raises
+    ------
+    PictureError
+        The file could not be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only a plot needs it
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    states = {name: case.assembly for name, case in cases.items() if case.assembly is not None}
+    worst = max(states, key=lambda name: (states[name].joint.opening, -states[name].joint.force))
+    figure = Figure(figsize=(12, 7.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = figure.subplot_mosaic(
+        [["view", "worst"], ["view", "alone"], ["view", "forces"]], width_ratios=[1.05, 1]
+    )
+    _draw_view(figure, panels["view"], cases[worst], cases[ASSEMBLY], worst)
+    largest = max(cases[name].assembly.joint.largest for name in (worst, ASSEMBLY))  # type: ignore[union-attr]
+    for panel, name in (("worst", worst), ("alone", ASSEMBLY)):
+        _draw_pressure(figure, panels[panel], cases[name], largest, name)
+    _draw_forces(panels["forces"], states, cycle)
+    figure.suptitle(title, fontsize=11)
+    save(figure, path, 100)
+
+
+def _draw_view(figure: Any, axes: Any, case: CaseResult, alone: CaseResult, name: str) -> None:
+    """Draw the big end from the side, moved from where it was as assembled, with its stress."""
+    mesh, state = case.mesh, case.assembly
+    moved = case.displacement - alone.displacement
+    facets, reach = _facing(mesh), _reach(mesh)
+    moved = moved - moved[np.unique(mesh.facets[Surface.JOINT])].mean(axis=0)
+    gap = 0.0 if state is None else state.joint.opening
+    size = gap or float(np.abs(moved[np.unique(facets)]).max())
+    factor = _rounded(min(_SHOWN * reach / size, _MOST)) if size > 0 else 1.0
+    points = mesh.points + factor * moved
+    near = case.counts & (np.abs(mesh.points[:, :2]).max(axis=1) < _AROUND * reach)
+    limit = float(case.von_mises[near if near.any() else case.counts].max())
+    drawn = axes.tripcolor(
+        points[:, 1],
+        points[:, 0],
+        facets,
+        case.von_mises,
+        shading="gouraud",
+        cmap="viridis",
+        vmin=0,
+        vmax=limit,
+    )
+    figure.colorbar(drawn, ax=axes, shrink=0.6, label="von Mises stress, MPa", location="bottom", pad=0.01)
+    around = _AROUND * reach
+    for side in (Surface.JOINT, Surface.JOINT_CAP):
+        ends = mesh.facets[side][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+        front = mesh.points[ends, 2].min(axis=1) > mesh.points[ends, 2].max() * (1 - 1e-6)
+        at = points[ends[front]]
+        axes.plot(at[..., 1].T, at[..., 0].T, color="k", lw=1.2)
+    for bolt in () if state is None else state.bolts:
+        axes.annotate(
+            f"{bolt.force / KN:.1f} kN",
+            (bolt.at[1], bolt.at[0]),
+            (bolt.at[1], bolt.at[0] - 0.8 * around),
+            ha="center",
+            fontsize=9,
+            arrowprops={"arrowstyle": "-", "ls": "-.", "lw": 0.8, "color": "0.3"},
+        )
+    axes.set(xlim=(-around, around), ylim=(-around, around), aspect="equal", xlabel="y, mm", ylabel="x, mm")
+    opened = f"; gap at most {1e3 * gap:.0f} µm" if gap > 0 else ""
+    axes.set_title(f"{name}: moved since assembly, × {factor:g}{opened}", fontsize=10)
+
+
+def _draw_pressure(figure: Any, axes: Any, case: CaseResult, largest: float, name: str) -> None:
+    """Draw the pressure on the joint's plane, and where it is open."""
+    mesh = case.mesh
+    facets = mesh.facets[Surface.JOINT][:, :3]
+    across, z = _on_plane(mesh, facets), mesh.points[:, 2]
+    pressure = np.zeros(len(z)) if case.contact_pressure is None else case.contact_pressure
+    drawn = axes.tripcolor(
+        across, z, facets, pressure, shading="gouraud", cmap="magma_r", vmin=0, vmax=largest
+    )
+    opened = np.zeros(len(z)) if case.gap is None else case.gap
+    if opened[facets].max() > 0:
+        axes.tricontourf(
+            across,
+            z,
+            facets,
+            opened,
+            levels=[_OPEN * opened.max(), opened.max()],
+            colors="none",
+            hatches=["////"],
+        )
+    figure.colorbar(drawn, ax=axes, label="MPa")
+    axes.set(aspect="equal", xlabel="" if name != ASSEMBLY else "along the joint, mm", ylabel="z, mm")
+    hatched = " (hatched: open)" if opened[facets].max() > 0 else ""
+    axes.set_title(f"{name}: pressure on the joint{hatched}", fontsize=10)
+
+
+def _draw_forces(axes: Any, states: Mapping[str, AssemblyState], cycle: CycleResult | None) -> None:
+    """Draw the force of each bolt, over the crank angle or by load case."""
+    if cycle is not None and cycle.states:
+        for number, force in enumerate(bolt_forces(cycle.states), 1):
+            axes.plot(cycle.angles / DEG, force / KN, label=f"bolt {number}", lw=1.4)
+        axes.set(xlabel="crank angle, °", ylabel="bolt force, kN", xlim=(0, 720), xticks=range(0, 721, 90))
+    else:
+        forces, place = bolt_forces(list(states.values())), np.arange(len(states))
+        width = 0.8 / len(forces)
+        for number, force in enumerate(forces):
+            axes.bar(place + (number + 0.5) * width - 0.4, force / KN, width, label=f"bolt {number + 1}")
+        axes.set_xticks(place, list(states))
+        low, high = forces.min() / KN, forces.max() / KN
+        axes.set(ylabel="bolt force, kN", ylim=(max(low - 0.5 * (high - low) - 1, 0), high + 1))
+    axes.legend(frameon=False, fontsize=8)
+
+
+def _facing(mesh: TetMesh) -> Ints:
+    """Facets (n, 3) of the outside that face the viewer, the nearest last."""
+    corners = [
+        facets[:, :3]
+        for surface, facets in mesh.facets.items()
+        if surface not in {Surface.JOINT, Surface.JOINT_CAP}
+    ]
+    every = np.concatenate(corners)
+    a, b, c = mesh.points[every].transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a)
+    facing = np.abs(normal[:, 2]) > _FACING * np.linalg.norm(normal, axis=1)
+    high = mesh.points[every, 2].mean(axis=1)
+    chosen = np.flatnonzero(facing & (high > 0))
+    return np.asarray(every[chosen[np.argsort(high[chosen], kind="stable")]])
+
+
+def _reach(mesh: TetMesh) -> float:
+    """Largest distance of the joint from the big end's axis, mm."""
+    return float(np.hypot(*mesh.points[np.unique(mesh.facets[Surface.JOINT]), :2].T).max())
+
+
+def _on_plane(mesh: TetMesh, facets: Ints) -> Floats:
+    """Coordinate (n_nodes,) along the joint's plane, square to z."""
+    at = mesh.points[np.unique(facets), :2]
+    along = np.linalg.svd(at - at.mean(axis=0), full_matrices=False)[2][0]
+    along = along if along[1] >= 0 else -along
+    return np.asarray(mesh.points[:, :2] @ along)
+
+
+def _rounded(value: float) -> float:
+    """One significant digit."""
+    return float(f"{value:.0e}")
