@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fea.study.study import parse_study
+from fea.study.study import load_study, parse_study
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -88,6 +88,15 @@ def test_the_keys_of_a_rod_from_cad_are_what_the_readme_says(tmp_path):
     assert study.rod.as_dict().keys() == {"step", "solids", "unit", "cap", "big_end_bore_mm"}
 
 
+def test_the_assembly_of_the_readme_is_the_shipped_one(tmp_path):
+    (table,) = (block for block in blocks("toml") if "[assembly]" in block)
+    told, shipped = parse_study(table, "readme", tmp_path), load_study("leon-2001-bolted")
+    assert told.rod == shipped.rod
+    own, other = vars(told.assembly), vars(shipped.assembly)
+    assert {key for key in own if own[key] != other[key]} == {"joint_friction", "temperature_C"}
+    assert told.assembly.friction == shipped.assembly.friction
+
+
 @pytest.mark.parametrize("code", blocks("python"))
 def test_the_python_of_the_readme_runs(code, tmp_path):
     done = subprocess.run(
@@ -102,5 +111,6 @@ def test_the_files_the_readme_names_exist():
         assert (ROOT / "".join(name)).exists(), name
 
 
-def test_the_picture_is_small():
-    assert (ROOT / "results" / "leon-2001-6000rpm.png").stat().st_size < 300_000
+def test_the_pictures_are_small():
+    for name in ("leon-2001-6000rpm.png", "leon-2001-bolted-joint.png"):
+        assert (ROOT / "results" / name).stat().st_size < 300_000
