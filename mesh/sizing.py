@@ -11,9 +11,9 @@ from mesh.size_field import SizeField
 
 # Number of second-order elements along an arc, around a bore or a small hole, across a web, along the rod.
 PER_ARC, PER_BORE, PER_HOLE, PER_WEB, PER_LENGTH = 4, 32, 12, 2, 28
-# Across the ring at its joint with the cap, and around the seat of a bolt; an element between a bushing or
-# shell and the rod is this many times as long as they are thick, as far as that is less than around a bore.
-PER_JOINT, PER_SEAT, PER_THICKNESS = 4, 14, 2.0
+# Across the ring at its joint with the cap, and around the seat of a bolt. An element between a bushing or
+# shell and the rod is this many times as long as they are thick, but at least this part of one around a bore.
+PER_JOINT, PER_SEAT, PER_THICKNESS, LEAST_FIT = 4, 14, 3.0, 0.4
 # Around a bore that a pin touches, at least: sixteen on half of it give the largest pressure to half a
 # percent. For a mesh that is to be refined half as many do. The cost of a crank cycle grows with the square.
 PER_TOUCHED_BORE = 36
@@ -75,7 +75,8 @@ def default_size(rod_length: float) -> float:
 def feature_size(feature: Feature) -> float:
     """Element size that resolves a feature at the default general size, mm."""
     if feature.kind is FeatureKind.FIT:
-        return min(PER_THICKNESS * feature.thickness, feature.arc_length / PER_BORE)
+        around = feature.arc_length / PER_BORE
+        return min(max(PER_THICKNESS * feature.thickness, LEAST_FIT * around), around)
     if feature.kind in _PER_THICKNESS:
         return feature.thickness / _PER_THICKNESS[feature.kind]
     return feature.arc_length / _PER_LENGTH.get(feature.kind, PER_ARC)

@@ -1,6 +1,7 @@
 """Which solids of a file are the rod and what belongs to it, and which are left out."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import islice
 
 import gmsh
@@ -21,6 +22,15 @@ _REACH, _WIDTH, _BREADTH = 0.4, 0.8, 1.1
 _ALIKE = 0.02
 # As many walls are tried for the small end if no solid is a rod, because holes in the shank may be larger.
 _TRIED = 3
+# What the user may say that a solid is.
+ROLES = {
+    "rod": Role.ROD,
+    "cap": Role.CAP,
+    "bushing": Role.BUSHING,
+    "shell": Role.BUSHING,
+    "bolt": Role.BOLT,
+    "nut": Role.BOLT,
+}
 # A bushing or shell is at most this much longer than the bore, and its hole has at least this part of the
 # bore's diameter (0.8 to 0.95); a pin is longer, or its hole smaller (0.3 to 0.65).
 _OVERHANG, _THIN = 1.25, 0.75
@@ -45,7 +55,9 @@ def members(
     solids
         Of the open model.
     chosen
-        Names of those to keep; empty: the rod and what belongs to it, or all of them if none is a rod.
+        Names of those to keep, with what they are before them where that is not to be found out
+        (``"cap: Deckel"``, one of `ROLES`; bolts and nuts are not kept); empty: the rod and what belongs to
+        it, or all of them if none is a rod.
     named
         Diameters of the big-end and the small-end bore, mm, if the user has given them.
 
@@ -58,11 +70,33 @@ def members(
         return [member(solids[0].tag, "rod", Role.ROD)]
     names = _names(solids)
     said = {solid.tag: {solid.name, names[solid.tag]} for solid in solids}
-    for name in chosen:
+    roles = dict(_split(text, set().union(*said.values())) for text in chosen)
+    for name in roles:
         if not any(name in both for both in said.values()):
             listed = ", ".join(names.values())
             raise GeometryError(f"rod.solids names {name!r}, but the solids of the file are: {listed}")
-    wanted = {tag for tag, both in said.items() if not both.isdisjoint(chosen)}
+    keep = {name for name, role in roles.items() if role is not Role.BOLT}
+    wanted = {tag for tag, both in said.items() if not both.isdisjoint(keep)}
+    return [_as_said(one, said[one.tag], roles) for one in _told_apart(names, wanted, named)]
+
+
+def _split(text: str, known: set[str]) -> tuple[str, Role | None]:
+    """Name of a solid, and its role where that stands before it."""
+    role, colon, name = text.partition(":")
+    if text in known or not colon or role.strip().lower() not in ROLES:
+        return text, None
+    return name.strip(), ROLES[role.strip().lower()]
+
+
+def _as_said(one: Member, names: set[str], roles: Mapping[str, Role | None]) -> Member:
+    role = next((roles[name] for name in names if name in roles), None)
+    return one if role is None else replace(one, role=role, kept=role is not Role.BOLT)
+
+
+def _told_apart(
+    names: Mapping[int, str], wanted: set[int], named: tuple[float | None, float | None]
+) -> list[Member]:
+    """Tell solids apart by their shapes; empty `wanted`: keep the rod and what belongs to it."""
     walls = {tag: walls_of(tag) for tag in names}
     alike = _rods(walls, named) or _rods(walls) or _rods(walls, tried=_TRIED)
     rods = {tag: bores for tag, bores in alike.items() if not wanted or tag in wanted}

@@ -72,8 +72,8 @@ def _name(one: Member, bores: tuple[Bore, Bore]) -> str:
             return BUSHING
         return UPPER_SHELL if x > 0 else LOWER_SHELL
     raise GeometryError(
-        f"it is not clear what {one.name} is in the assembly (taken for: {one.role}). Keep the rod, the cap, "
-        "the bushing and the bearing shells with rod.solids; bolts are found by their holes"
+        f"it is not clear what {one.name} is in the assembly (taken for: {one.role}). Say it in "
+        'rod.solids, as "cap: NAME" (rod, cap, bushing, shell, bolt or nut), or keep other solids'
     )
 
 

@@ -175,6 +175,22 @@ def test_heads_without_seats_get_them_cut(folder):
     assert area[Surface.BOLT_HEAD] == pytest.approx(2 * math.pi * (radius**2 - 4.5**2), rel=1e-6)
 
 
+def test_solids_may_be_named_by_the_user(nuts):
+    with session():
+        told = import_cad(CadFile(nuts), assembly=TOUCHING).intake.members
+    by_role = {str(one.role): one.name for one in told}
+    kept = [one.name for one in told if one.kept]
+    bolts = [one.name for one in told if not one.kept]
+    unclear = refused(GeometryError, nuts, TOUCHING, solids=(*kept, bolts[1]))
+    assert f"it is not clear what {bolts[1]} is in the assembly" in str(unclear)
+    said = (f"rod: {by_role['rod']}", f"cap: {by_role['cap']}", *(f"nut: {name}" for name in bolts))
+    solid, _ = opened(nuts, Assembly(), solids=said)
+    assert [part.name for part in solid.parts] == ["rod", "cap"]
+    assert [axis.nut_radius for axis in solid.bolts] == pytest.approx([6.5, 6.5])
+    wrong = refused(GeometryError, nuts, TOUCHING, solids=("cap: lid",))
+    assert "rod.solids names 'lid', but the solids of the file are" in str(wrong)
+
+
 def refused(error, path, assembly, **said):
     with pytest.raises(error) as caught:
         opened(path, assembly, **said)
