@@ -322,7 +322,8 @@ class SurvivalFigures:
     required_safety_factor
         1, or ``--min-safety``.
     mode, case, place
-        Of the governing factor: ``yielding``, ``fatigue`` or ``buckling``; the load case, None for the cycle;
+        Of the governing factor: ``yielding``, ``fatigue`` or ``buckling``, of the rod or, by name, of its
+        bolts, or slip or separation of the joint; the load case, None for the cycle;
         ``sharp edge A`` where the factor is that of the structural stress there.
     safety_factor, assured_safety_factor
         The governing factor, and what remains of it if the stress is higher by its error bar.

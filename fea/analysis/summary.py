@@ -106,7 +106,7 @@ def summary_of(
         rpm=rpm,
         trusted=all(item.passed for item in checks.values()),
         survival=survival(
-            factors(results, buckling, envelope),
+            factors(results, buckling, envelope, assembly),
             rod.options.min_safety,
             given_mesh=bool(rod.mesh.meshing.given),
         ),

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import ceil, inf, isinf, log10
 
+from fea.analysis.assembly_figures import AssemblyFigures
 from fea.analysis.figures import BucklingFigures, CaseFigures, CycleFigures, SurvivalFigures
 
 # A factor that differs from the required one by less, in percent, is not decided by any practical mesh.
@@ -13,7 +14,17 @@ _CLOSEST_PERCENT = 0.5
 _AIM = 0.9
 # Below this a factor has two significant digits, not two decimals.
 _SMALL = 0.095
-_FAILS = {"yielding": "yields", "fatigue": "fails by fatigue", "buckling": "buckles"}
+# A joint that slides has a reserve of 1, as friction carries no more: what rounding may add to it.
+_SLIDING = 1e-3
+_FAILS = {
+    "yielding": "yields",
+    "fatigue": "fails by fatigue",
+    "buckling": "buckles",
+    "yielding of the bolts": "the bolts yield",
+    "fatigue of the bolts": "the bolts fail by fatigue",
+    "slip of the joint": "the joint slips",
+    "separation of the joint": "cap and rod come apart",
+}
 
 
 class Answer(StrEnum):
@@ -31,7 +42,7 @@ class Factor:
     Attributes
     ----------
     mode
-        The mode of failure: ``yielding``, ``fatigue`` or ``buckling``.
+        The mode of failure: ``yielding``, ``fatigue`` or ``buckling``, or one of bolts or joint.
     case
         The load case; empty for the whole cycle.
     value
@@ -78,12 +89,15 @@ class Factor:
 
 
 def factors(
-    results: Mapping[str, CaseFigures], buckling: BucklingFigures, envelope: CycleFigures | None
+    results: Mapping[str, CaseFigures],
+    buckling: BucklingFigures,
+    envelope: CycleFigures | None,
+    assembly: AssemblyFigures | None = None,
 ) -> list[Factor]:
-    """Return the safety factors of a run: of its load cases, of the whole cycle, against buckling.
+    """Return the safety factors of a run: of load cases, of the whole cycle, against buckling, of bolts.
 
     At a sharp edge the structural stress counts. The bar of the whole cycle is the largest of its load cases;
-    fatigue and buckling have none.
+    fatigue, buckling, bolts and joint have none.
     """
     found = [
         Factor("yielding", name, case.min_safety_factor, case.error_percent) for name, case in results.items()
@@ -100,6 +114,25 @@ def factors(
             found.append(Factor("fatigue", "", envelope.min_fatigue_safety_factor))
     if buckling.min_safety_factor is not None:
         found.append(Factor("buckling", "", buckling.min_safety_factor))
+    return found if assembly is None else [*found, *_of_assembly(assembly)]
+
+
+def _of_assembly(assembly: AssemblyFigures) -> list[Factor]:
+    """Return the factors of bolts, against slip along the joint, and on the load that parts it."""
+    bolts, joint = assembly.bolts, assembly.joint
+    found = [Factor("yielding of the bolts", bolts.max_case or "", bolts.yield_safety_factor)]
+    if bolts.fatigue_safety_factor is not None:
+        found.append(Factor("fatigue of the bolts", "", bolts.fatigue_safety_factor))
+    reserves = {name: case.slip_reserve for name, case in joint.by_case.items()}
+    reserves |= {} if joint.cycle is None else {"": joint.cycle.min_slip_reserve}
+    found += [
+        Factor("slip of the joint", name, reserve - _SLIDING)
+        for name, reserve in reserves.items()
+        if reserve is not None
+    ]
+    parts = joint.separates
+    if parts is not None and parts.load_factor is not None:
+        found.append(Factor("separation of the joint", parts.case, parts.load_factor))
     return found
 
 

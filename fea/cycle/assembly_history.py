@@ -29,7 +29,6 @@ def assembly_columns(states: Sequence[AssemblyState]) -> dict[str, Floats]:
         "joint_shear_N": np.array([own.shear for own in joint]),
         "joint_open_percent": np.array([100 * own.open_share for own in joint]),
         "joint_opening_um": np.array([own.opening / UM for own in joint]),
-        "joint_slipping_percent": np.array([100 * own.slipping_share for own in joint]),
     }
     for seat, name in _FITS.items():
         if seat in states[0].faces:
