@@ -102,5 +102,10 @@ def test_the_files_the_readme_names_exist():
         assert (ROOT / "".join(name)).exists(), name
 
 
-def test_the_picture_is_small():
-    assert (ROOT / "results" / "leon-2001-6000rpm.png").stat().st_size < 300_000
+@pytest.mark.parametrize(
+    ("name", "most"),
+    [("leon-2001-6000rpm.png", 300_000), ("report.png", 300_000), ("leon-2001-6000rpm.html", 1_500_000)],
+)
+def test_what_the_first_screen_shows_is_small(name, most):
+    assert f"results/{name}" in README.partition("## How it works")[0]
+    assert (ROOT / "results" / name).stat().st_size < most

@@ -2,12 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
-
-from PIL import Image
 
 from fea.analysis.force_table import force_columns
 from fea.analysis.outcome import Outcome
@@ -22,8 +19,6 @@ from fea.output.text import write_text
 from fea.rod.load_cases import EngineLoading
 
 _NOT_KEPT = "the cycle was analysed without what it needs (analyse(…, report=True) keeps that)"
-# Of a still picture: as many as bands, lines and their soft edges need.
-_COLOURS = 128
 
 
 def write_report(path: Path, run: Outcome) -> None:
@@ -67,7 +62,7 @@ def still(folder: Path, run: Reported) -> bytes | None:
     result = f"{run.summary.worst_case}.vtu"
     there = folder / picture_name(result)
     if there.is_file():
-        return _small(there)
+        return there.read_bytes()
     if not (folder / result).is_file():
         return None
     with TemporaryDirectory() as scratch:
@@ -76,16 +71,4 @@ def still(folder: Path, run: Reported) -> bytes | None:
             draw_pictures([replace(described_by(run.summary, folder / result), png=png)])
         except PictureError:
             return None
-        return _small(png)
-
-
-def _small(png: Path) -> bytes | None:
-    """A picture with fewer colours; None if it is none."""
-    try:
-        with Image.open(png) as image:
-            few = image.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
-    except OSError:
-        return None
-    out = BytesIO()
-    few.save(out, format="PNG", optimize=True)
-    return out.getvalue()
+        return png.read_bytes()
