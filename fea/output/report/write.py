@@ -1,6 +1,8 @@
 """Write the report of a run, beside the files that it has left."""
 
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,6 +17,7 @@ from fea.output.pictures.picture import draw_pictures
 from fea.output.report.bores import drawn_bores
 from fea.output.report.page import page
 from fea.output.report.reported import Reported
+from fea.output.report.scene import scene
 from fea.output.text import write_text
 from fea.rod.load_cases import EngineLoading
 
@@ -34,7 +37,11 @@ def leave(path: Path, run: Reported) -> None:
     StorageError
         The disk, a permission or the file system refused.
     """
-    write_text(path, page(replace(run, picture=still(path.parent, run))))
+    with ThreadPoolExecutor(1) as beside:  # another process draws meanwhile
+        picture = beside.submit(copy_context().run, still, path.parent, run)
+        drawn = scene(run)
+        text = page(replace(run, picture=picture.result()), drawn)
+    write_text(path, text)
 
 
 def reported(run: Outcome) -> Reported:
