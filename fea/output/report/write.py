@@ -60,7 +60,7 @@ def reported(run: Outcome) -> Reported:
         contact=cycle.contact_columns() if cycle is not None and cycle.touches else None,
         bores=drawn_bores(run.mesh, run.summary.rod.length_mm),
         motion=run.motion,
-        without_motion="" if cycle is None or run.motion is not None else _NOT_KEPT,
+        without_motion="" if cycle is None or run.motion is not None else run.without_motion or _NOT_KEPT,
     )
 
 
