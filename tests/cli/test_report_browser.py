@@ -202,6 +202,7 @@ def test_without_webgl_it_says_so_and_shows_a_picture(shown, report):
         shown.open(report)
         assert shown.run("window.feaReport") is None
         note = shown.run("document.getElementById('no-viewer').innerText")
+        assert shown.run("document.getElementById('no-viewer').checkVisibility()")
         assert "no WebGL 2" in note
         assert "picture shows the worst load case" in note
         assert shown.run("document.querySelector('#still img').naturalWidth") > 1000

@@ -8,6 +8,7 @@ import numpy as np
 
 from fea.analysis.figures import LoadFigures
 from fea.analysis.motion import Motion, ParityMotion
+from fea.choices import Support
 from fea.output.pictures.scale import exaggeration
 from fea.output.pictures.shown import VON_MISES
 from fea.output.report.coding import LEVELS, Packer, corner_steps
@@ -76,6 +77,7 @@ def _scene(run: Reported, mesh: TetMesh, surface: Surface) -> Scene:
         "exaggeration": _exaggeration(run, mesh),
         "bores": [bore._asdict() for bore in run.bores],
         "pressure": pressure_kind(run.study.analysis.pressure),
+        "clamped": run.study.analysis.support is Support.CLAMPED,
         "results": results,
         "spots": hot_spots(run),
         "first": {"result": run.summary.worst_case, "field": "von_mises"},
