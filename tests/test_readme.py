@@ -111,6 +111,14 @@ def test_the_files_the_readme_names_exist():
         assert (ROOT / "".join(name)).exists(), name
 
 
-def test_the_pictures_are_small():
-    for name in ("leon-2001-6000rpm.png", "leon-2001-bolted-joint.png"):
-        assert (ROOT / "results" / name).stat().st_size < 300_000
+@pytest.mark.parametrize(
+    ("name", "most"),
+    [("leon-2001-6000rpm.png", 300_000), ("report.png", 300_000), ("leon-2001-6000rpm.html", 1_500_000)],
+)
+def test_what_the_first_screen_shows_is_small(name, most):
+    assert f"results/{name}" in README.partition("## How it works")[0]
+    assert (ROOT / "results" / name).stat().st_size < most
+
+
+def test_the_picture_of_the_joint_is_small():
+    assert (ROOT / "results" / "leon-2001-bolted-joint.png").stat().st_size < 300_000

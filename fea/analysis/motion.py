@@ -1,7 +1,8 @@
 """The surface of a rod over the whole crank cycle: what a report superposes in the browser."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,9 @@ TOLERANCE = 5e-4
 _MOVING = 24
 # Unit loads whose forces are held at once.
 _FORCES = 32
+# Largest differences from directly solved load cases: of the stress, relative to the peak, that of a
+# superposition of pressures that jump; and of the displacement, relative to the largest of the case.
+_ALIKE, _ALIKE_MOVED = 0.05, 0.02
 # Instants from one to the next at which parts that meet at a node are compared.
 _EVERY = 15
 
@@ -36,7 +40,8 @@ class ParityMotion:
     stress
         (n_rows, 6, n_modes), MPa.
     displacement
-        (n_rows, 3, n_moving), mm, relative to the bores; of the first modes.
+        (n_rows, 3, n_moving), mm, relative to the bores; of the first modes. None are left where displacement
+        is more than what the unit loads cause, as in parts that slide on each other.
     courses
         (n_modes, n_instants).
     """
@@ -80,6 +85,19 @@ class Motion:
     error: float
     peak: float
     strength: Floats
+
+    @property
+    def moves(self) -> bool:
+        """Whether displacement is known."""
+        return bool(self.even.displacement.shape[2])
+
+    def still(self) -> "Motion":
+        """Return the motion without displacement."""
+        even, odd = (
+            None if own is None else replace(own, displacement=own.displacement[..., :0])
+            for own in (self.even, self.odd)
+        )
+        return replace(self, even=even or self.even, odd=odd)
 
     def stress(self, angle: float) -> Floats:
         """Stress (n, 6) of the surface nodes at a crank angle, rad, linear between instants; MPa."""
@@ -233,3 +251,31 @@ def _of_cell(rod: PreparedRod, cell: Ints) -> Ints:
     # A node of the cell comes before its images.
     own[whole.source[::-1]] = np.arange(len(whole.source))[::-1]
     return own[cell]
+
+
+class Known(NamedTuple):
+    """A directly solved instant: crank angle, rad, von Mises stress (n_nodes,), displacement (n_nodes, 3)."""
+
+    angle: float
+    von_mises: Floats
+    displacement: Floats
+
+
+def agreeing(found: Motion, cases: Iterable[Known]) -> tuple[Motion | None, str]:
+    """Compare a motion with directly solved instants.
+
+    Returns
+    -------
+    motion, reason
+        The motion as it is; without displacement where that differs; or None and why where the stress does.
+    """
+    stress, moved = 0.0, 0.0
+    for case in cases:
+        apart = von_mises(found.stress(case.angle)) - case.von_mises[found.nodes]
+        stress = max(stress, float(np.abs(apart).max()) / found.peak)
+        away = found.displacement(case.angle) - case.displacement[found.nodes]
+        largest = float(np.abs(case.displacement).max())
+        moved = max(moved, float(np.abs(away).max()) / largest if largest else 0.0)
+    if stress > _ALIKE:
+        return None, f"its stress differs from the load cases by {100 * stress:.2g} % of the peak"
+    return (found if moved <= _ALIKE_MOVED else found.still()), ""

@@ -7,7 +7,7 @@ from fea.analysis.adapt import Adapted
 from fea.analysis.buckling import BucklingReport, buckling_report
 from fea.analysis.figures import EnvelopeFigures, Summary
 from fea.analysis.instants import Instants
-from fea.analysis.motion import Motion, motion
+from fea.analysis.motion import Known, Motion, agreeing, motion
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
 from fea.analysis.summary import speed_summary
@@ -45,6 +45,8 @@ class Outcome:
         Column formulas, and modes of the solid where they were asked for; None as `speed`.
     motion
         The surface over the whole crank cycle, where a report with the cycle was asked for.
+    without_motion
+        Why there is none although it was asked for; empty otherwise.
     instants
         Fields over the crank cycle, where they were asked for.
     """
@@ -58,6 +60,7 @@ class Outcome:
     speed: SpeedResult | None
     buckling: BucklingReport | None
     motion: Motion | None = None
+    without_motion: str = ""
     instants: Instants | None = None
 
     @property
@@ -92,20 +95,26 @@ def outcome(study: Study, adapted: Adapted, result: SpeedResult) -> Outcome:
     summary = speed_summary(adapted, result, buckling)
     found = outcome_of(study, adapted.rod, summary, result, buckling)
     if study.output.report:
-        found = replace(found, motion=_motion(adapted.rod, summary, result.cycle))
+        moving, why = _motion(adapted.rod, summary, result)
+        found = replace(found, motion=moving, without_motion=why)
     step = study.output.pvd_step_deg
     if step is not None and summary.rpm is not None:
         found = replace(found, instants=Instants(adapted.rod, summary.rpm, step))
     return found
 
 
-def _motion(rod: PreparedRod, summary: Summary, cycle: CycleResult | None) -> Motion | None:
-    """The modes of the cycle, where it was analysed."""
-    envelope = summary.envelope
+def _motion(rod: PreparedRod, summary: Summary, result: SpeedResult) -> tuple[Motion | None, str]:
+    """The modes of the cycle, where it was analysed; and why there are none."""
+    envelope, cycle = summary.envelope, result.cycle
     if summary.rpm is None or cycle is None or not isinstance(envelope, EnvelopeFigures):
-        return None
+        return None, ""
+    peaks = [
+        Known(case.load.crank_angle, case.von_mises, case.displacement)
+        for case in result.cases.values()
+        if case.load.crank_angle is not None and case.load.motion is not None
+    ]
     with rod.clock("report"):
-        return motion(rod, summary.rpm, envelope.max_von_mises_MPa, cycle.weights)
+        return agreeing(motion(rod, summary.rpm, envelope.max_von_mises_MPa, cycle.weights), peaks)
 
 
 def outcome_of(

@@ -1,13 +1,11 @@
 """The job behind `fea report`: the report of a run that is on disk."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from fea.analysis.figures import EnvelopeFigures
-from fea.analysis.motion import Motion, motion
+from fea.analysis.motion import Known, agreeing, motion
 from fea.analysis.summary_file import SUMMARY
 from fea.machine.clock import Clock
 from fea.output.left_run import LeftRun
@@ -15,10 +13,10 @@ from fea.output.pictures.child import ready_to_draw
 from fea.output.report.left import reported_left
 from fea.output.report.name import REPORT
 from fea.output.report.reported import Reported
+from fea.output.report.sections import marks
 from fea.output.report.write import leave
 from fea.runs.repeated import prepared_again, require_same_loads
 from fea.solid.errors import ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError
-from fea.stress.stress import von_mises
 from fea.units import DEG
 from geometry.invalid import InvalidValue, require
 from mesh.errors import MeshError
@@ -27,9 +25,6 @@ from mesh.errors import MeshError
 _REFUSALS = (
     InvalidValue, MeshError, ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError,
 )  # fmt: skip
-# Largest difference from the stress of the run's load cases, relative to the peak: that of the superposition,
-# with room for pressures that jump.
-_ALIKE = 0.05
 
 
 def report_run(folder: Path, listener: Callable[[str], None] | None = None) -> list[Path]:
@@ -82,19 +77,11 @@ def _with_motion(run: Reported, left: LeftRun, cycle: EnvelopeFigures, clock: Cl
             found = motion(rod, run.summary.rpm or 0.0, cycle.max_von_mises_MPa)
     except _REFUSALS as error:
         return replace(run, without_motion=f"the cycle could not be solved again: {error}")
-    apart = _apart(found, run)
-    if apart > _ALIKE:
-        why = f"solved again, it differs from the run by {100 * apart:.2g} % of the peak"
-        return replace(run, without_motion=why)
-    return replace(run, motion=found)
+    same, why = agreeing(found, _known(run))
+    return replace(run, motion=same, without_motion=f"solved again, {why}" if why else "")
 
 
-def _apart(found: Motion, run: Reported) -> float:
-    """Largest difference from the load cases of the run, relative to the peak."""
-    worst = 0.0
-    for name, data in run.cases.items():
-        angle = run.summary.loads[name].crank_deg
-        if angle is not None and name != "gas":
-            again = von_mises(found.stress(angle * DEG))
-            worst = max(worst, float(np.abs(again - data["von_mises"][found.nodes]).max()))
-    return worst / found.peak
+def _known(run: Reported) -> Iterator[Known]:
+    """The load cases of the run that are instants of the cycle."""
+    for name, angle in marks(run.summary).items():
+        yield Known(angle * DEG, run.cases[name]["von_mises"], run.cases[name]["displacement"])

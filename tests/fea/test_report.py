@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reports import HOSTILE, SIZE, reported_rod
 
+from fea.analysis.motion import Known, agreeing
 from fea.analysis.summary_file import SUMMARY
 from fea.output.earlier import is_earlier_run
 from fea.output.errors import PictureError
@@ -25,7 +26,7 @@ from fea.output.report.page import page
 from fea.output.report.scene import scene
 from fea.output.report.surface import Surface
 from fea.output.report.wording import figure, named
-from fea.output.report.write import reported
+from fea.output.report.write import reported, still
 from fea.runs.report_run import report_run
 from fea.stress.stress import von_mises
 from fea.study.study import load_study
@@ -69,6 +70,24 @@ def test_the_modes_give_the_directly_solved_cycle():
         assert np.abs(away).max() < 2e-3 * np.abs(moved).max()
     assert found.error < 1e-3
     assert found.even.stress.shape[2] + found.odd.stress.shape[2] < 40
+
+
+def test_a_motion_is_compared_with_what_is_solved():
+    _, result, degrees, (stress, moved) = reported_rod()
+    right = result.motion
+    known = [
+        Known(angle * DEG, von_mises(stress[..., k]), moved[..., k]) for k, angle in enumerate(degrees[:3])
+    ]
+    assert agreeing(right, known) == (right, "")
+    slid = replace(right, even=replace(right.even, displacement=1.1 * right.even.displacement))
+    without, why = agreeing(slid, known)
+    assert not why
+    assert not without.moves
+    assert not without.displacement(0.0).any()
+    header = scene(replace(reported(result), motion=without)).header
+    assert "displacement" not in {field["name"] for field in header["results"][-1]["fields"]}
+    wrong = replace(right, even=replace(right.even, stress=1.1 * right.even.stress))
+    assert agreeing(wrong, known)[0] is None
 
 
 def unpacked(packer, parents):
@@ -211,7 +230,8 @@ def test_a_report_of_a_run_on_disk_says_the_same(written, tmp_path, text):
         list(there.forces["pin_axial_N"]), rel=1e-5, abs=1
     )
     plain = re.sub(r"<script.*", "", text, flags=re.DOTALL)
-    without = page(replace(again, motion=result.motion, picture=None))
+    run = replace(again, motion=result.motion, picture=None)
+    without = page(run, scene(run))
     shown = [re.findall(r">([^<>]+)<", part.partition('id="limits"')[0]) for part in (plain, without)]
     assert shown[0] == shown[1]
 
@@ -247,15 +267,32 @@ def test_a_cycle_that_comes_out_otherwise_is_not_shown(written, monkeypatch):
     monkeypatch.setattr("fea.runs.report_run.motion", lambda *_: other)
     report_run(written)
     text = (written / "report.html").read_text(encoding="utf-8")
-    assert "solved again, it differs from the run by 9" in text or "it differs from the run by 1" in text
+    assert "solved again, its stress differs from the load cases by " in text
 
 
 def test_a_run_without_fields_has_a_report_without_the_rod():
     _, result, _, _ = reported_rod()
-    text = page(reported(replace(result, speed=None, motion=None)))
+    text = page(reported(replace(result, speed=None, motion=None)), None)
+    assert scene(reported(replace(result, speed=None, motion=None))) is None
     assert "This run has no fields to draw" in text
     assert "<canvas" not in text
     assert "script-src &#39;none&#39;" in text
+
+
+def test_the_still_picture_is_that_of_the_worst_case(written, monkeypatch):
+    _, result, _, _ = reported_rod()
+    drawn = []
+
+    def draw(pictures):
+        drawn.extend(pictures)
+        pictures[0].png.write_bytes(b"PNG")
+
+    monkeypatch.setattr("fea.output.report.write.draw_pictures", draw)
+    run = reported(result)
+    assert still(written, run) == b"PNG"
+    assert drawn[0].vtu == written / f"{result.summary.worst_case}.vtu"
+    (written / f"{result.summary.worst_case}.png").write_bytes(b"there already")
+    assert still(written, run) == b"there already"
 
 
 def test_only_reports_are_opened(written, tmp_path, monkeypatch):
@@ -273,7 +310,7 @@ def test_a_failed_check_stands_first():
     checks = dict(result.checks)
     checks["mesh_mass"] = replace(checks["mesh_mass"], value=1.0)
     doubtful = replace(result, summary=replace(result.summary, trusted=False, checks=checks))
-    text = page(reported(doubtful))
+    text = page(reported(doubtful), None)
     assert text.index("Not to be trusted: the check “mesh mass” failed") < text.index("<table>")
     assert "FAILED" in text
 

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from fea.output.report.answer import answer
 from fea.output.report.reported import Reported
-from fea.output.report.scene import Scene, scene
+from fea.output.report.scene import Scene
 from fea.output.report.sections import Section, sections
 from fea.output.report.tables import head_table
 
@@ -24,9 +24,9 @@ _SCRIPTS = (
 _PAGE = files("fea") / "output" / "report" / "page"
 
 
-def page(run: Reported) -> str:
-    """Return the report of a run."""
-    drawn, parts = scene(run), sections(run)
+def page(run: Reported, drawn: Scene | None) -> str:
+    """Return the report of a run, with its rod in three dimensions if there is one."""
+    parts = sections(run)
     style, script = _text("report.css"), _script()
     return (
         _environment()

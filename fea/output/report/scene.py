@@ -8,6 +8,7 @@ import numpy as np
 
 from fea.analysis.figures import LoadFigures
 from fea.analysis.motion import Motion, ParityMotion
+from fea.choices import Support
 from fea.output.pictures.scale import exaggeration
 from fea.output.pictures.shown import VON_MISES
 from fea.output.report.coding import LEVELS, Packer, corner_steps
@@ -76,6 +77,7 @@ def _scene(run: Reported, mesh: TetMesh, surface: Surface) -> Scene:
         "exaggeration": _exaggeration(run, mesh),
         "bores": [bore._asdict() for bore in run.bores],
         "pressure": pressure_kind(run.study.analysis.pressure),
+        "clamped": run.study.analysis.support is Support.CLAMPED,
         "results": results,
         "spots": hot_spots(run),
         "first": {"result": run.summary.worst_case, "field": "von_mises"},
@@ -173,7 +175,7 @@ def _cycle(
     for name, own in (("even", found.even), ("odd", found.odd)):
         if own is not None:
             _pack_parity(packer, name, own, (order, parents), found.peak)
-            displaced += float(_largest_displacement(own))
+            displaced += _largest_displacement(own) if found.moves else 0.0
             modes.append(own.stress.shape[2])
     return {
         "id": "cycle",
@@ -184,7 +186,12 @@ def _cycle(
         "modes": modes,
         "error": float(f"{found.error:.3g}"),
         "loads": cycle_loads(run),
-        "fields": instant_fields(found.peak, extremes, displaced),
+        "moves": found.moves,
+        "fields": [
+            own
+            for own in instant_fields(found.peak, extremes, displaced)
+            if found.moves or own["name"] != "displacement"
+        ],
     }
 
 
@@ -194,7 +201,7 @@ def _pack_parity(packer: Packer, name: str, own: ParityMotion, rows: tuple[Ints,
     columns = np.moveaxis(own.stress[order], 1, 2)
     packer.steps(f"{name}.stress", columns, parents, max(peak / _MODE, float(np.abs(columns).max()) / 2**14))
     moved = np.moveaxis(own.displacement[order], 1, 2)
-    largest = float(np.abs(moved).max()) or 1.0
+    largest = float(np.abs(moved).max(initial=0.0)) or 1.0
     packer.steps(f"{name}.displacement", moved, parents, largest / _MOVED)
     instants = np.arange(own.courses.shape[1])
     packer.values(f"{name}.courses", own.courses.T, np.stack([instants - 1] * 2, axis=1))

@@ -38,6 +38,7 @@ _BARS = (
     "In 95 of 100 cases the true peak lies within the error bar of the computed one; the bar holds for the "
     "peak stress, and so for the safety factor."
 )
+_PROCESSORS = ("x86_64", "AMD64", "aarch64", "arm64")
 
 
 @dataclass(frozen=True)
@@ -132,6 +133,7 @@ def _repeat(run: Reported) -> Iterator[Section]:
     content = {
         "study": study_text(run),
         "environment": summary.environment,
+        "system": _system(summary.environment.platform),
         "model": summary.model,
         "total_s": summary.total_s,
         "memory": summary.peak_memory_MiB,
@@ -151,6 +153,12 @@ def marks(summary: Summary) -> dict[str, float]:
         for name, load in summary.loads.items()
         if load.crank_deg is not None and name != "gas"
     }
+
+
+def _system(platform: str) -> str:
+    """The operating system and the processor: the rest is of no use to who reads a report."""
+    processor = next((name for name in _PROCESSORS if name.lower() in platform.lower()), "")
+    return " on ".join(part for part in (platform.partition("-")[0], processor) if part)
 
 
 def study_text(run: Reported) -> str:

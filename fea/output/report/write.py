@@ -1,13 +1,12 @@
 """Write the report of a run, beside the files that it has left."""
 
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from dataclasses import replace
-from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
-
-from PIL import Image
 
 from fea.analysis.force_table import force_columns
 from fea.analysis.outcome import Outcome
@@ -18,12 +17,11 @@ from fea.output.pictures.picture import draw_pictures
 from fea.output.report.bores import drawn_bores
 from fea.output.report.page import page
 from fea.output.report.reported import Reported
+from fea.output.report.scene import scene
 from fea.output.text import write_text
 from fea.rod.load_cases import EngineLoading
 
 _NOT_KEPT = "the cycle was analysed without what it needs (analyse(…, report=True) keeps that)"
-# Of a still picture: as many as bands, lines and their soft edges need.
-_COLOURS = 128
 
 
 def write_report(path: Path, run: Outcome) -> None:
@@ -39,7 +37,11 @@ def leave(path: Path, run: Reported) -> None:
     StorageError
         The disk, a permission or the file system refused.
     """
-    write_text(path, page(replace(run, picture=still(path.parent, run))))
+    with ThreadPoolExecutor(1) as beside:  # another process draws meanwhile
+        picture = beside.submit(copy_context().run, still, path.parent, run)
+        drawn = scene(run)
+        text = page(replace(run, picture=picture.result()), drawn)
+    write_text(path, text)
 
 
 def reported(run: Outcome) -> Reported:
@@ -58,7 +60,7 @@ def reported(run: Outcome) -> Reported:
         contact=cycle.contact_columns() if cycle is not None and cycle.touches else None,
         bores=drawn_bores(run.mesh, run.summary.rod.length_mm),
         motion=run.motion,
-        without_motion="" if cycle is None or run.motion is not None else _NOT_KEPT,
+        without_motion="" if cycle is None or run.motion is not None else run.without_motion or _NOT_KEPT,
     )
 
 
@@ -67,7 +69,7 @@ def still(folder: Path, run: Reported) -> bytes | None:
     result = f"{run.summary.worst_case}.vtu"
     there = folder / picture_name(result)
     if there.is_file():
-        return _small(there)
+        return there.read_bytes()
     if not (folder / result).is_file():
         return None
     with TemporaryDirectory() as scratch:
@@ -76,16 +78,4 @@ def still(folder: Path, run: Reported) -> bytes | None:
             draw_pictures([replace(described_by(run.summary, folder / result), png=png)])
         except PictureError:
             return None
-        return _small(png)
-
-
-def _small(png: Path) -> bytes | None:
-    """A picture with fewer colours; None if it is none."""
-    try:
-        with Image.open(png) as image:
-            few = image.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
-    except OSError:
-        return None
-    out = BytesIO()
-    few.save(out, format="PNG", optimize=True)
-    return out.getvalue()
+        return png.read_bytes()

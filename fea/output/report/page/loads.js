@@ -6,6 +6,7 @@ class Loads {
   constructor(header) {
     this.bores = header.bores;
     this.pressure = header.pressure;
+    this.clamped = header.clamped;
     const sizes = header.results.flatMap((result) => resultForces(result)).map((force) => Math.hypot(...force));
     this.largest = Math.max(...sizes, 1e-9);
     const touches = header.results.flatMap((result) => result.touch ?? []).map((touch) => touch[2]);
@@ -52,6 +53,7 @@ class Loads {
 
   // Middle and width, rad, height in radii and shape of the pressure on a bore.
   arc(k, force, touch, touching) {
+    if (k === 0 && this.clamped) return null;
     const size = Math.hypot(...force), middle = Math.atan2(force[1], force[0]);
     if (this.pressure.kind === "contact") {
       if (!touch || touch[k][2] <= 0) return null;

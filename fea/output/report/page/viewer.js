@@ -141,13 +141,19 @@ class Viewer {
     this.painted = (this.painted ?? 0) + 1;
   }
 
+  // Whether the result has no displacement.
+  get still() {
+    const { kind, moves } = this.result.header;
+    return kind === "envelope" || moves === false;
+  }
+
   get touching() {
     const { contact } = this.result;
     return contact ? { values: contact, positions: this.surface.positions } : null;
   }
 
   get scale() {
-    return this.result.header.kind === "envelope" ? 0 : this.shown.scale;
+    return this.still ? 0 : this.shown.scale;
   }
 
   resize() {
@@ -262,7 +268,7 @@ class Viewer {
     }
     select.value = field.name;
     part("scale").value = String(shown.scale);
-    part("scale").disabled = header.kind === "envelope";
+    part("scale").disabled = this.still;
     const slider = part("angle");
     const angle = header.kind === "envelope" ? "" : header.kind === "case" && header.angle === null ? ""
       : `, crank angle ${shown.angle.toFixed(header.kind === "case" ? 1 : 0)}°`;
@@ -275,7 +281,7 @@ class Viewer {
     const worst = this.worst(field), place = this.surface.place(worst).map(tenths).join(", ");
     const away = field.away ? " (away from places where the elastic stress is infinite)" : "";
     const most = field.low ? "least" : field.name === "principal_3" ? "lowest" : "largest";
-    const size = header.kind === "envelope" || shown.scale === 0 ? "not deformed" : `deformation × ${shown.scale}`;
+    const size = this.still || shown.scale === 0 ? "not deformed" : `deformation × ${shown.scale}`;
     const text = `${header.title}${angle}: ${field.label}, ${most} ${this.said(this.values[worst])} at ` +
       `x, y, z = ${place} mm${away}; ${size}.`;
     const caption = part("caption");
