@@ -85,9 +85,6 @@ class AssemblyTable:
         self._within("split", self.split_angle, -LARGEST_SPLIT, LARGEST_SPLIT)
         self._require_one_of(_TIGHTENED)
         self._require_one_of(("bolt_nut_mm", "bolt_engaged_mm"))
-        rule, remedy = "needs shell_thickness_mm", "Give the thickness of the shells."
-        alone = self.shell_thickness_mm is None and self.shell_interference_mm is not None
-        require(not alone, "assembly.shell_interference_mm", self.shell_interference_mm, rule, remedy)
         _ = self.thread, self.grade
 
     def _given(self, keys: tuple[str, ...]) -> dict[str, Any]:
@@ -143,7 +140,7 @@ class AssemblyTable:
         Raises
         ------
         InvalidValue
-            It has no bolt holes, or an interference is given for a bushing that it does not have.
+            It has no bolt holes, or an interference is given for a bushing or shells that it does not have.
         """
         rule = "is missing: [assembly] splits the big end, and bolts hold the cap"
         remedy = "Give the diameter of the bolt holes, with cap_bolt_spacing_mm, cap_boss_length_mm and "
@@ -152,6 +149,9 @@ class AssemblyTable:
         remedy = "Give its wall thickness as rod.bushing_mm."
         fits = value is None or rod.bushing > 0
         require(fits, "assembly.bushing_interference_mm", value, rule, remedy)
+        rule, remedy = "needs shell_thickness_mm", "Give the thickness of the shells."
+        alone = self.shell_thickness_mm is None and self.shell_interference_mm is not None
+        require(not alone, "assembly.shell_interference_mm", self.shell_interference_mm, rule, remedy)
 
 
 def require_pins_in_contact(pressure: str) -> None:
