@@ -17,8 +17,12 @@ from fea.contact.joined_system import Joined, JoinedSystem, Load
 from fea.contact.problem import ContactProblem
 from fea.contact.tied import Tied
 from fea.contact.trial import Guess, Places
+from fea.solid.errors import UnsettledError
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints
+
+# How often a step that does not settle is halved.
+HALVINGS = 3
 
 
 @dataclass(frozen=True)
@@ -188,7 +192,7 @@ class Assembled:
 
     def _warmed(self, warming: Warming) -> Joined:
         """Let parts, bolts and pins expand, without any load."""
-        self._made += self._expansion(warming)
+        self._made = self._made + self._expansion(warming)
         idle = Load(self._made, np.zeros(self.problem.rigid.shape[1]), np.zeros(self._P.shape[1]))
         found = self.step(idle, self.tightened)
         absent = np.zeros_like(found.guess.touching)  # the pins of the next step are elsewhere
@@ -215,6 +219,7 @@ class Assembled:
         gap[places[~opened]] = 0.0
         guess = Guess.closed(len(self.pins), len(places))
         return Joined(
+            load=Load(self._made, np.zeros(self.problem.rigid.shape[1]), np.zeros(self._P.shape[1])),
             values=values,
             gap=gap[self._tied.joined],
             guess=replace(guess, opened=opened),
@@ -225,15 +230,33 @@ class Assembled:
         )
 
     def step(self, load: Load, state: Joined) -> Joined:
-        """Go on from a state."""
-        return self._system.step(load, state.gap, state.guess)
+        """Go on from a state, in smaller steps where a larger one does not settle.
+
+        Raises
+        ------
+        ContactError
+            No state of contact between the parts carries the load.
+        """
+        return self._divided(load, state, HALVINGS)
+
+    def _divided(self, load: Load, state: Joined, halvings: int) -> Joined:
+        try:
+            return self._system.step(load, state.gap, state.guess)
+        except UnsettledError:
+            if not halvings:
+                raise
+        middle = self._divided(state.load.halfway(load), state, halvings - 1)
+        return self._divided(load, middle, halvings - 1)
 
     def between(self, load: Load, earlier: Joined, later: Joined, share: float) -> Joined:
         """Find the state at a share of the way between two increments, whose slips it divides."""
         gap = (1 - share) * earlier.gap + share * later.gap
         guess = earlier.guess if share < 0.5 else later.guess
         sticking = replace(guess, slipping=np.zeros_like(guess.slipping))
-        return self._system.step(load, gap, sticking, rubbing=False)
+        try:
+            return self._system.step(load, gap, sticking, rubbing=False)
+        except UnsettledError:
+            return self.step(load, earlier)
 
     def slipped(self, gap: Floats) -> Floats:
         """Values (n, …) of the unknowns, those of the pins zero, that gaps y_J (n_J, …) alone cause."""

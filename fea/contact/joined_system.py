@@ -10,19 +10,19 @@ Curnier 1991; Hüeber, Stadler & Wohlmuth 2008), whose unknowns are the pressure
 the gaps of what opens or slips: few, as long as the parts hold together.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
 from fea.contact.active_set import BALANCE, balanced
 from fea.contact.tied import Tied
 from fea.contact.trial import Guess, Offsets, Places, Trial
-from fea.solid.errors import ContactError
+from fea.solid.errors import ContactError, UnsettledError
 from geometry.arrays import Floats, Mask
 
 # Changes of a state in a step, by how many places may be wrong for those to be changed too that depend on
 # them: of all at once near the solution, then of one kind after another, then of single places.
-_STAGES = ((20, 8), (80, 0), (200, -1))
+_STAGES = ((20, 8), (60, 0), (90, -1))
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,10 @@ class Load:
     pins: Floats
     parts: Floats
 
+    def halfway(self, other: "Load") -> "Load":
+        """Return the load between this one and another."""
+        return Load(*((one + two) / 2 for one, two in zip(astuple(self), astuple(other), strict=True)))
+
 
 @dataclass(frozen=True)
 class Joined:
@@ -50,6 +54,8 @@ class Joined:
 
     Attributes
     ----------
+    load
+        At the end.
     values
         λ (n,): pressures and shear stresses, MPa, and bolt forces, N.
     gap
@@ -66,6 +72,7 @@ class Joined:
         How many states were tried.
     """
 
+    load: Load
     values: Floats
     gap: Floats
     guess: Guess
@@ -112,7 +119,9 @@ class JoinedSystem:
         Raises
         ------
         ContactError
-            No pressure of the pins has their forces, or no state obeys contact and friction.
+            No pressure of the pins has their forces.
+        UnsettledError
+            No state was found that obeys contact and friction.
         """
         offsets = self._offsets(load, gap)
         if offsets.forces.any() and not self._R[guess.touching].any():
@@ -132,7 +141,7 @@ class JoinedSystem:
             "contact and friction between the parts did not settle: choose a larger --size or another "
             "assembly.joint_friction"
         )
-        raise ContactError(message)
+        raise UnsettledError(message)
 
     def _balancing(self, R: Floats, forces: Floats) -> Mask:
         """Which pressures (n_p,) of the pins can have the resultants along R together.
@@ -173,6 +182,7 @@ class JoinedSystem:
         values[tied.pins], values[tied.joined] = np.maximum(trial.pressure, 0.0), trial.stress
         loose = (trial.motion / self._scale)[len(load.pins) :]
         return Joined(
+            load=load,
             values=values,
             gap=trial.gap,
             guess=trial.guess,

@@ -19,3 +19,7 @@ class StagnationError(RuntimeError):
 
 class ContactError(RuntimeError):
     """No contact pressure balances the load."""
+
+
+class UnsettledError(ContactError):
+    """A step of parts in contact did not settle; a smaller one may."""
