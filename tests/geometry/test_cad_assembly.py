@@ -6,7 +6,7 @@ from dataclasses import replace
 import gmsh
 import numpy as np
 import pytest
-from assemblies import BOLTED, NUTS, SCREWS
+from assemblies import NUTS, SCREWS, SIMPLE
 from assembly_files import write_assembly
 
 from geometry.assembly import Assembly, BoltSeat
@@ -19,10 +19,7 @@ from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Surface
 
-# Faces of pockets and steps take the longest to read and tell nothing here.
-PLAIN = replace(
-    BOLTED, shank_section="rectangular", shank_width=30.0, bushing=0.0, oil_hole=0.0, big_end_chamfer=0.0
-)
+PLAIN = replace(SIMPLE, bushing=0.0, oil_hole=0.0, big_end_chamfer=0.0)
 BUSHED = replace(PLAIN, bushing=1.5)
 EVERY = Assembly(bushing=True, shell=1.5, bolt=NUTS)
 TOUCHING = Assembly(bushing=True)
