@@ -17,6 +17,8 @@ _PARALLEL, _COAXIAL = 2e-3, 0.1
 # Largest radius of a bolt's hole over that of the bore, and distance of its wall from the joint over the
 # hole's radius: chamfers and counterbores for dowels may lie between.
 _LARGEST, _NEAR = 0.35, 4.0
+# Length of a lip over its radius, at most.
+_LIP = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +101,16 @@ def _groups(volumes: Sequence[int], faces: Sequence[Face], direction: Floats, bo
         for group in wall_groups(faces)
         if np.linalg.norm(np.cross(group[0].direction, direction)) < _PARALLEL
     ]
-    hollow = [hollow_wall(interior, group) for group in walls if group]
-    return [wall for wall in hollow if wall is not None]
+    narrowest = [_narrowest(interior, group) for group in walls]
+    return [wall for wall in narrowest if wall is not None]
+
+
+def _narrowest(interior: Interior, group: Sequence[Hole]) -> Hole | None:
+    """Return the narrowest hollow wall that is no lip: heads may be sunk deep into wider ones."""
+    longer = [wall for wall in group if wall.width > _LIP * wall.radius]
+    return next(
+        (wall for wall in sorted(longer, key=lambda wall: wall.radius) if hollow_wall(interior, [wall])), None
+    )
 
 
 def _axes_apart(one: Hole, other: Hole, direction: Floats) -> float:

@@ -114,7 +114,7 @@ def test_an_oblique_cap_of_a_file_is_found_with_its_angle(folder):
         for side in (1, -1):
             start = side * 35.0 * np.array([-normal[1], normal[0], 0.0])
             tools.append((3, occ.addCylinder(*start - 60 * normal, *(80 * normal), 3.5)))
-            tools.append((3, occ.addCylinder(*start - 60 * normal, *(38 * normal), 7.0)))  # for the head
+            tools.append((3, occ.addCylinder(*start - 60 * normal, *(52 * normal), 7.0)))  # for the head
         occ.cut(volumes, tools)
         occ.synchronize()
         gmsh.write(str(path))
@@ -123,7 +123,7 @@ def test_an_oblique_cap_of_a_file_is_found_with_its_angle(folder):
     first = found.bolts[0]
     assert first.direction == pytest.approx(tuple(-normal), abs=1e-9)
     assert first.point == pytest.approx((-35.0 * normal[1], 35.0 * normal[0], 0.0), abs=1e-9)
-    assert (first.head, first.head_radius) == pytest.approx((22.0, 5.25), abs=1e-9)
+    assert (first.head, first.head_radius) == pytest.approx((8.0, 5.25), abs=1e-9)
     assert first.engaged == pytest.approx(1.5 * 7.0)
     assert area[Surface.BOLT_THREAD] == pytest.approx(2 * math.pi * 7.0 * first.engaged, rel=1e-6)
     assert "joint: oblique by 30°" in found.intake.assembly[0]
