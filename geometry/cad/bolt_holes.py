@@ -83,14 +83,21 @@ def bolt_holes(
     in_rod, in_cap = (
         _groups(volumes, own, direction, bore) for volumes, own in zip((rod, cap), faces, strict=True)
     )
+    material = Interior(cap)
     found = []
     for near in in_cap:
         for far in in_rod:
             if _axes_apart(near, far, direction) < _COAXIAL * near.radius:
                 hole = _hole(near, far, direction, origin, faces)
-                if hole is not None:
+                if hole is not None and _is_open(hole, material):
                     found.append(hole)
     return sorted(found, key=lambda hole: (-round(float(hole.point[1]), 6), -float(hole.point[2])))
+
+
+def _is_open(hole: BoltHole, material: Interior) -> bool:
+    """Whether a hole leads out of the cap; those of dowels do not."""
+    beyond = [hole.point + (hole.cap_end + step * hole.radius) * hole.direction for step in (0.2, 0.6, 1.0)]
+    return not any(material.contains(point) for point in beyond)
 
 
 def _groups(volumes: Sequence[int], faces: Sequence[Face], direction: Floats, bore: float) -> list[Hole]:

@@ -218,6 +218,35 @@ def test_a_cap_without_holes_for_bolts(folder):
     assert "no hole for a bolt runs through the joint" in str(refused(GeometryError, path, Assembly()))
 
 
+def test_holes_of_different_sizes(folder):
+    path = folder / "dowels.step"
+    with session():
+        solid = build(replace(PLAIN, big_end_width=60.0), Mirror.NONE, Assembly())
+        occ = gmsh.model.occ
+        tools = [(3, occ.addCylinder(-60, y, 18, 120, 0, 0, 3.0)) for y in (36.3, -36.3)]
+        occ.cut([(3, part.volumes[0]) for part in solid.parts], tools)
+        occ.synchronize()
+        gmsh.write(str(path))
+    said = str(refused(GeometryError, path, Assembly()))
+    assert "the holes through the joint differ in size" in said
+    assert "6 mm at (0, 36.3, 18); 9 mm at (0, 36.3, 0)" in said
+
+
+def test_holes_of_dowels_are_no_bolts(folder):
+    path = folder / "dowels.step"
+    with session():
+        solid = build(replace(PLAIN, big_end_width=60.0), Mirror.NONE, Assembly())
+        occ = gmsh.model.occ
+        tools = [(3, occ.addCylinder(-8, y, 18, 16, 0, 0, 3.0)) for y in (36.3, -36.3)]
+        occ.cut([(3, part.volumes[0]) for part in solid.parts], tools)
+        occ.synchronize()
+        gmsh.write(str(path))
+    solid, _ = opened(path, Assembly())
+    assert [axis.point for axis in solid.bolts] == [
+        pytest.approx((0.0, side * 36.3, 0.0), abs=1e-9) for side in (1, -1)
+    ]
+
+
 def test_a_cap_that_does_not_touch(folder):
     path = folder / "gap.step"
     with session():
