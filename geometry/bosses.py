@@ -1,4 +1,4 @@
-"""Bolt bosses of the big-end cap: lugs on both sides of the ring; cap and rod are modelled as one piece."""
+"""Bolt bosses of the big-end cap: lugs on both sides of the ring, drawn in one piece with rod and cap."""
 
 import math
 from dataclasses import dataclass

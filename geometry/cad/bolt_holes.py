@@ -17,6 +17,8 @@ _PARALLEL, _COAXIAL = 2e-3, 0.1
 # Largest radius of a bolt's hole over that of the bore, and distance of its wall from the joint over the
 # hole's radius: chamfers and counterbores for dowels may lie between.
 _LARGEST, _NEAR = 0.35, 4.0
+# Length of a lip over its radius, at most.
+_LIP = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,14 +83,21 @@ def bolt_holes(
     in_rod, in_cap = (
         _groups(volumes, own, direction, bore) for volumes, own in zip((rod, cap), faces, strict=True)
     )
+    material = Interior(cap)
     found = []
     for near in in_cap:
         for far in in_rod:
             if _axes_apart(near, far, direction) < _COAXIAL * near.radius:
                 hole = _hole(near, far, direction, origin, faces)
-                if hole is not None:
+                if hole is not None and _is_open(hole, material):
                     found.append(hole)
     return sorted(found, key=lambda hole: (-round(float(hole.point[1]), 6), -float(hole.point[2])))
+
+
+def _is_open(hole: BoltHole, material: Interior) -> bool:
+    """Whether a hole leads out of the cap; those of dowels do not."""
+    beyond = [hole.point + (hole.cap_end + step * hole.radius) * hole.direction for step in (0.2, 0.6, 1.0)]
+    return not any(material.contains(point) for point in beyond)
 
 
 def _groups(volumes: Sequence[int], faces: Sequence[Face], direction: Floats, bore: float) -> list[Hole]:
@@ -99,8 +108,16 @@ def _groups(volumes: Sequence[int], faces: Sequence[Face], direction: Floats, bo
         for group in wall_groups(faces)
         if np.linalg.norm(np.cross(group[0].direction, direction)) < _PARALLEL
     ]
-    hollow = [hollow_wall(interior, group) for group in walls if group]
-    return [wall for wall in hollow if wall is not None]
+    narrowest = [_narrowest(interior, group) for group in walls]
+    return [wall for wall in narrowest if wall is not None]
+
+
+def _narrowest(interior: Interior, group: Sequence[Hole]) -> Hole | None:
+    """Return the narrowest hollow wall that is no lip: heads may be sunk deep into wider ones."""
+    longer = [wall for wall in group if wall.width > _LIP * wall.radius]
+    return next(
+        (wall for wall in sorted(longer, key=lambda wall: wall.radius) if hollow_wall(interior, [wall])), None
+    )
 
 
 def _axes_apart(one: Hole, other: Hole, direction: Floats) -> float:

@@ -23,6 +23,8 @@ _ENGAGED, _PLAIN = 1.5, 0.05
 # the cap's.
 _ALIKE = 0.97
 
+# Ratio of the sizes of bolts that count as alike.
+_SAME_SIZE = 1.01
 # Relative difference of lengths that are meant to be the same.
 _SAME_GRIP = 1e-3
 # Of coordinates, which the kernel turned and moved.
@@ -73,6 +75,7 @@ def found_bolts(
             "no hole for a bolt runs through the joint of rod and cap: a round hole square to the joint must "
             "lead through the cap and go on in the rod. Correct the CAD file"
         )
+    _require_alike(holes)
     pattern = next((hole for hole in holes if any(one.is_in(hole) for one in fasteners)), holes[0])
     own = [one for one in fasteners if one.is_in(pattern)]
     clues = _Clues(pattern, own, given or BoltSeat(head_diameter=0.0, grip=0.0))
@@ -95,7 +98,27 @@ def found_bolts(
                 thread_radius=hole.rod_radius,
             )
         )
-    return tuple(bolts), tuple(clues.assumed)
+    return tuple(bolts), (*clues.assumed, *_unequal(bolts))
+
+
+def _require_alike(holes: Sequence[BoltHole]) -> None:
+    """Refuse holes of different sizes: the bolts of a cap are alike."""
+    sizes = [hole.radius for hole in holes]
+    if max(sizes) > _SAME_SIZE * min(sizes):
+        listed = "; ".join(f"{2 * hole.radius:.4g} mm at {place_text(hole.point)}" for hole in holes)
+        raise GeometryError(
+            f"the holes through the joint differ in size, but the bolts of a cap must be alike: {listed}. "
+            "Close those that are not for bolts in the CAD program"
+        )
+
+
+def _unequal(bolts: Sequence[BoltAxis]) -> list[str]:
+    """Say that the bolts are not equally long, if they are not."""
+    grips = [bolt.grip for bolt in bolts]
+    if max(grips) <= _SAME_SIZE * min(grips):
+        return []
+    listed = ", ".join(f"{grip:.4g}" for grip in grips)
+    return [f"the bolts have different grips ({listed} mm); each is taken to be as stiff as the first"]
 
 
 def _required(hole: BoltHole) -> Seat:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from assemblies import BOLTED, NUTS
+from assemblies import NUTS, SIMPLE
 from assembly_files import write_assembly
 
 from fea.analysis.assembling import Assembling
@@ -17,9 +17,7 @@ from fea.study.study import load_study
 from geometry.assembly import Assembly
 from geometry.surfaces import Surface
 
-PLAIN = replace(
-    BOLTED, shank_section="rectangular", shank_width=30.0, bushing=0.0, oil_hole=0.0, big_end_chamfer=0.0
-)
+PLAIN = replace(SIMPLE, bushing=0.0, oil_hole=0.0, big_end_chamfer=0.0)
 COARSE = Flags(size=14.0)
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import gmsh
 import numpy as np
 import pytest
-from assemblies import BOLTED, NUTS, SCREWS
+from assemblies import NUTS, SCREWS, SIMPLE
 from assembly_files import write_assembly
 
 from geometry.assembly import Assembly, BoltSeat
@@ -19,10 +19,7 @@ from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Surface
 
-# Faces of pockets and steps take the longest to read and tell nothing here.
-PLAIN = replace(
-    BOLTED, shank_section="rectangular", shank_width=30.0, bushing=0.0, oil_hole=0.0, big_end_chamfer=0.0
-)
+PLAIN = replace(SIMPLE, bushing=0.0, oil_hole=0.0, big_end_chamfer=0.0)
 BUSHED = replace(PLAIN, bushing=1.5)
 EVERY = Assembly(bushing=True, shell=1.5, bolt=NUTS)
 TOUCHING = Assembly(bushing=True)
@@ -117,7 +114,7 @@ def test_an_oblique_cap_of_a_file_is_found_with_its_angle(folder):
         for side in (1, -1):
             start = side * 35.0 * np.array([-normal[1], normal[0], 0.0])
             tools.append((3, occ.addCylinder(*start - 60 * normal, *(80 * normal), 3.5)))
-            tools.append((3, occ.addCylinder(*start - 60 * normal, *(38 * normal), 7.0)))  # for the head
+            tools.append((3, occ.addCylinder(*start - 60 * normal, *(52 * normal), 7.0)))  # for the head
         occ.cut(volumes, tools)
         occ.synchronize()
         gmsh.write(str(path))
@@ -126,7 +123,7 @@ def test_an_oblique_cap_of_a_file_is_found_with_its_angle(folder):
     first = found.bolts[0]
     assert first.direction == pytest.approx(tuple(-normal), abs=1e-9)
     assert first.point == pytest.approx((-35.0 * normal[1], 35.0 * normal[0], 0.0), abs=1e-9)
-    assert (first.head, first.head_radius) == pytest.approx((22.0, 5.25), abs=1e-9)
+    assert (first.head, first.head_radius) == pytest.approx((8.0, 5.25), abs=1e-9)
     assert first.engaged == pytest.approx(1.5 * 7.0)
     assert area[Surface.BOLT_THREAD] == pytest.approx(2 * math.pi * 7.0 * first.engaged, rel=1e-6)
     assert "joint: oblique by 30°" in found.intake.assembly[0]
@@ -219,6 +216,35 @@ def test_two_different_rods_in_the_file(folder):
 def test_a_cap_without_holes_for_bolts(folder):
     path = write_assembly(replace(PLAIN, cap_bolt=0.0), Assembly(), folder / "ring.step")
     assert "no hole for a bolt runs through the joint" in str(refused(GeometryError, path, Assembly()))
+
+
+def test_holes_of_different_sizes(folder):
+    path = folder / "dowels.step"
+    with session():
+        solid = build(replace(PLAIN, big_end_width=60.0), Mirror.NONE, Assembly())
+        occ = gmsh.model.occ
+        tools = [(3, occ.addCylinder(-60, y, 18, 120, 0, 0, 3.0)) for y in (36.3, -36.3)]
+        occ.cut([(3, part.volumes[0]) for part in solid.parts], tools)
+        occ.synchronize()
+        gmsh.write(str(path))
+    said = str(refused(GeometryError, path, Assembly()))
+    assert "the holes through the joint differ in size" in said
+    assert "6 mm at (0, 36.3, 18); 9 mm at (0, 36.3, 0)" in said
+
+
+def test_holes_of_dowels_are_no_bolts(folder):
+    path = folder / "dowels.step"
+    with session():
+        solid = build(replace(PLAIN, big_end_width=60.0), Mirror.NONE, Assembly())
+        occ = gmsh.model.occ
+        tools = [(3, occ.addCylinder(-8, y, 18, 16, 0, 0, 3.0)) for y in (36.3, -36.3)]
+        occ.cut([(3, part.volumes[0]) for part in solid.parts], tools)
+        occ.synchronize()
+        gmsh.write(str(path))
+    solid, _ = opened(path, Assembly())
+    assert [axis.point for axis in solid.bolts] == [
+        pytest.approx((0.0, side * 36.3, 0.0), abs=1e-9) for side in (1, -1)
+    ]
 
 
 def test_a_cap_that_does_not_touch(folder):

@@ -21,6 +21,8 @@ BOLTED = replace(
     oil_hole=4.0,
     big_end_chamfer=0.5,
 )
+# Without pockets and steps, whose many faces and small elements tell nothing of its parts.
+SIMPLE = replace(BOLTED, shank_section="rectangular", shank_width=30.0)
 # With bosses that are short enough to be turned.
 STUBBY = replace(
     BOLTED, cap_boss_length=24.0, cap_boss_fillet=3.0, big_end_fillet=12.0, cap_bolt_spacing=82.0
