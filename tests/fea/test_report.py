@@ -354,7 +354,9 @@ def test_an_assembled_rod_shows_its_bolts_and_its_joint():
     )
     bolts = BoltsFigures(
         thread="M8 10.9", preload_N=30_000.0, proof_load_N=33_700.0, vdi_load_factor=0.18,
-        max_force_N=31_200.0, max_case="tension", max_crank_deg=None, min_force_N=30_000.0, amplitude_N=600.0, tightening_use=0.9,
+
+        max_force_N=31_200.0,
+        max_case="tension", max_crank_deg=None, min_force_N=30_000.0, amplitude_N=600.0, tightening_use=0.9,
         proof_use=0.93, yield_safety_factor=1.17, alternating_stress_MPa=16.4, endurance_MPa=53.0,
         fatigue_safety_factor=3.23, seat_pressure_MPa=310.0, by_case={"tension": (bolt, bolt)},
     )  # fmt: skip
