@@ -87,7 +87,8 @@ def test_no_thread_imports_while_a_fork_reads_a_cad_file(monkeypatch, step):
     monkeypatch.setattr(runs, "imported_meanwhile", imported_meanwhile)
     monkeypatch.setattr(runs, "adaptive_mesh", meshed)
     study = SimpleNamespace(
-        rod=SimpleNamespace(from_file=step is not None), output=SimpleNamespace(screenshot=False)
+        rod=SimpleNamespace(from_file=step is not None),
+        output=SimpleNamespace(screenshot=False, report=False),
     )
     with pytest.raises(InterruptedError):
         runs.run_study(study, ahead=("json",))

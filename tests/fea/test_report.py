@@ -13,6 +13,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reports import HOSTILE, SIZE, reported_rod
 
+from fea.analysis.assembly_figures import (
+    AssemblyFigures,
+    BoltCaseFigures,
+    BoltsFigures,
+    FaceCaseFigures,
+    FitFigures,
+    JointCaseFigures,
+    JointFigures,
+)
 from fea.analysis.motion import Known, agreeing
 from fea.analysis.summary_file import SUMMARY
 from fea.output.earlier import is_earlier_run
@@ -326,6 +335,44 @@ def test_the_limits_are_those_of_the_run():
         "oil film between pins" in limit
         for limit in limits(replace(run, study=replace(run.study, analysis=contact)))
     )
+
+
+def test_an_assembled_rod_shows_its_bolts_and_its_joint():
+    _, result, _, _ = reported_rod()
+    bolt = BoltCaseFigures(at_mm=(0.0, 36.0, 0.0), force_N=31_200.0, change_N=1200.0, load_factor=0.2)
+    face = {
+        "mean_pressure_MPa": 40.0, "min_pressure_MPa": 0.0, "max_pressure_MPa": 90.0, "open_percent": 3.0,
+        "opening_um": 4.2, "opening_at_mm": (0.0, 25.0, 0.0), "slipping_percent": 1.0, "slip_um": 0.5,
+    }  # fmt: skip
+    joint = JointCaseFigures(
+        **face,
+        clamp_force_N=45_000.0,
+        separating_N=9e3,
+        edge_pressure_MPa=0.0,
+        shear_N=0.0,
+        slip_reserve=None,
+    )
+    bolts = BoltsFigures(
+        thread="M8 10.9", preload_N=30_000.0, proof_load_N=33_700.0, vdi_load_factor=0.18,
+
+        max_force_N=31_200.0,
+        max_case="tension", max_crank_deg=None, min_force_N=30_000.0, amplitude_N=600.0, tightening_use=0.9,
+        proof_use=0.93, yield_safety_factor=1.17, alternating_stress_MPa=16.4, endurance_MPa=53.0,
+        fatigue_safety_factor=3.23, seat_pressure_MPa=310.0, by_case={"tension": (bolt, bolt)},
+    )  # fmt: skip
+    found = AssemblyFigures(
+        temperature_C=20.0,
+        bolts=bolts,
+        joint=JointFigures(friction=0.15, by_case={"tension": joint}),
+        fits={"bushing": FitFigures(interference_mm=0.04, by_case={"tension": FaceCaseFigures(**face)})},
+        ovality={},
+    )
+    run = reported(replace(result, summary=replace(result.summary, assembly=found)))
+    text = page(run, None)
+    said_of = ("Bolts, joint and fits", "Bolts, M8 10.9, by VDI 2230", "31.2 to 31.2", "Fit of the bushing")
+    for said in (*said_of, "40 µm of interference", "a preload of 30 kN", "Settling and creep of the bolted"):
+        assert said in text, said
+    assert "cap and rod are one piece" not in text
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=50))

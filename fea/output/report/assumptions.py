@@ -27,6 +27,7 @@ def assumptions(run: Reported) -> list[Statement]:
         Statement("Material", _material(run)),
         Statement("Loads", _loads(run)),
         Statement("Pins and bores", _pins(run)),
+        Statement("Joint and fits", _assembled(run)),
         Statement("Support", _support(run)),
         Statement("Model", _model(run)),
         Statement("Strength", _strength(run)),
@@ -132,6 +133,18 @@ def _pin_model(run: Reported) -> str:
     return f" The smallest safety factor against yielding {verdict} on this choice: {factors}."
 
 
+def _assembled(run: Reported) -> str:
+    found = run.summary.assembly
+    if found is None:
+        return ""
+    friction, preload = found.joint.friction, found.bolts.preload_N / 1000
+    return (
+        f"Rod, cap and what is pressed in are parts of their own, which touch with Coulomb friction "
+        f"({friction:g} in the joint), open and slip; each bolt is a spring between its seats with "
+        f"a preload of {figure(preload)} kN. Temperature {figure(found.temperature_C)} °C."
+    )
+
+
 def _support(run: Reported) -> str:
     if run.study.analysis.support is Support.CLAMPED:
         return (
@@ -176,7 +189,10 @@ def limits(run: Reported) -> list[str]:
 def _limits(run: Reported) -> Iterator[str]:
     yield from _joint(run)
     yield "Plastic deformation: beyond the yield strength the stresses are not those of the real rod."
-    yield "Temperature: the material has the same constants everywhere, and nothing expands."
+    if run.summary.assembly is None:
+        yield "Temperature: the material has the same constants everywhere, and nothing expands."
+    else:
+        yield "Differences of temperature within the rod, and how strengths and stiffness depend on it."
     residual = "Residual stresses of forging, machining or fracture splitting"
     if run.study.material.surface is Finish.SHOT_PEENED:
         residual += " (shot peening enters through the factor of the surface alone)"
@@ -204,7 +220,7 @@ def _limits(run: Reported) -> Iterator[str]:
 
 def _joint(run: Reported) -> Iterator[str]:
     """What is not modelled of the big end's joint and of what is pressed into the bores."""
-    if run.study.assembly is not None:
+    if run.summary.assembly is not None:
         yield "Settling and creep of the bolted joint, and the threads and heads of its bolts."
         return
     bushing = "bushing" in run.study.part_material

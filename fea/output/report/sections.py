@@ -93,6 +93,16 @@ def _results(run: Reported) -> Iterator[Section]:
     yield _tables("results", "Results", tables, sharp_edge_lines(run.summary))
 
 
+def _assembly(run: Reported) -> Iterator[Section]:
+    found = run.summary.assembly
+    if found is not None:
+        from fea.output.report.assembly_tables import assembly_tables  # noqa: PLC0415 - rods of one piece do without
+        from fea.output.terminal.assembly import assembly_lines  # noqa: PLC0415
+
+        tables, lines = assembly_tables(found), assembly_lines(found)
+        yield _tables("assembly", "Bolts, joint and fits", tables, lines)
+
+
 def _cycle(run: Reported) -> Iterator[Section]:
     found = run.cycle
     if found is None:
@@ -142,7 +152,8 @@ def _repeat(run: Reported) -> Iterator[Section]:
 
 
 SECTIONS: tuple[Callable[[Reported], Iterator[Section]], ...] = (
-    _assumed, _left_out, _inputs, _loads, _results, _cycle, _buckling, _convergence, _checks, _repeat,
+    _assumed, _left_out, _inputs, _loads, _results, _assembly, _cycle, _buckling, _convergence,
+    _checks, _repeat,
 )  # fmt: skip
 
 
