@@ -24,7 +24,8 @@ class Touching:
     """Two named surfaces whose facets match.
 
     `normal` leads from places (3, …) to unit vectors (3, …) out of the first part into the second; `tangents`
-    are two such functions, for friction. `overlap` is the interference of the parts as made, mm.
+    are two such functions, for friction. Shear along them is odd about the mirror planes x, y or z = 0 with
+    the numbers `odd`, and zero there. `overlap` is the interference of the parts as made, mm.
     """
 
     first: str
@@ -33,6 +34,7 @@ class Touching:
     overlap: float = 0.0
     friction: float = 0.0
     tangents: tuple = ()
+    odd: tuple = (None, None)
 
 
 @dataclass(frozen=True)
@@ -210,6 +212,9 @@ def _interface(mesh, nodes, element, touching):
     (own, weight, first), (other, _, second) = sides
     order = _matched(mesh.p[:, own], mesh.p[:, other])
     rows = [there[order] - here for here, there in zip(first, second, strict=True)]
+    for number, axis in enumerate(touching.odd[: len(rows) - 1], 1):
+        if axis is not None:
+            rows[number] = sparse.diags((np.abs(mesh.p[axis, own]) > 1e-9).astype(float)) @ rows[number]
     return _Interface(touching, nodes[own], weight, rows[0], rows[1:])
 
 
