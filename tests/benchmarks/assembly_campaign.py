@@ -25,7 +25,6 @@ from rod_studies import random_study
 
 from fea.analysis.prepare import prepare
 from fea.choices import CONTACT, PinModel
-from fea.contact.joined_system import ALL_AT_ONCE
 from fea.solid.errors import ContactError
 from fea.study.assembly_table import AssemblyTable
 from fea.study.contact_table import ContactTable
@@ -37,6 +36,8 @@ from mesh.sizing import default_size
 
 # After this long a rod counts as one that does not end, s.
 PATIENCE = 900.0
+# More states than these are tried only where places change a few at a time.
+MANY = 20
 
 
 class Outcome(NamedTuple):
@@ -47,7 +48,7 @@ class Outcome(NamedTuple):
     residual: float = 0.0
     imbalance: float = 0.0
     most_changes: int = 0
-    singly: int = 0
+    long: int = 0
     seconds: float = 0.0
     refused: str = ""
 
@@ -119,7 +120,7 @@ def outcome(seed: int) -> Outcome | None:
         residual=max(each.residual for each in [*found, contact.assembled.start]),
         imbalance=max(each.imbalance for each in found),
         most_changes=max(changes),
-        singly=sum(count > ALL_AT_ONCE for count in changes),
+        long=sum(count > MANY for count in changes),
         seconds=time.perf_counter() - start,
     )
 
@@ -144,7 +145,7 @@ def report_text(found: list[Outcome], endless: list[int], command: str) -> str:
         "load cases solved": f"{5 * len(solved)}",
         "largest violation of contact or friction, relative": f"{max(e.residual for e in solved):.1e}",
         "largest error of a pin's resultant, relative": f"{max(e.imbalance for e in solved):.1e}",
-        "load cases in which places changed one by one": f"{sum(e.singly for e in solved)}",
+        "load cases of more than 20 states": f"{sum(e.long for e in solved)}",
         "most states tried in a load case": f"{max(e.most_changes for e in solved)}",
         "unknowns, median and most": f"{statistics.median(unknowns):.0f}, {max(unknowns)}",
         "seconds per rod, median and longest": f"{statistics.median(times):.1f}, {max(times):.1f}",
@@ -154,8 +155,9 @@ def report_text(found: list[Outcome], endless: list[int], command: str) -> str:
     lines = [
         "# Random assembled rods",
         "",
-        f"Made by `{command}`: {len(found) + len(endless)} random rods with cap and bolts, of which {len(solved)}",
-        f"were put together and solved in five load cases, and {len(refused)} refused.",
+        f"Made by `{command}`: {len(found) + len(endless)} random rods with cap and bolts,",
+        f"of which {len(solved)} were put together and solved in five load cases,",
+        f"and {len(refused)} refused.",
         "",
         "| over all rods | |",
         "| --- | ---: |",

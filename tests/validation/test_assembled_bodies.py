@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 from direct_contact import DirectContact, Screw, Touching
 
-from fea.solid.traction import traction_forces
-from fea.verify.assembled_body import AssembledBody
 from fea.verify.body import STEEL, held
 from fea.verify.cases import bolted_joint, loaded_pin
 from fea.verify.cases.bolted_joint import EDGE, PRELOAD, STIFFNESS
@@ -53,7 +51,7 @@ def test_a_joint_that_opens_from_its_edge_is_that_of_a_penalty(block, unit):
     load, pull = unit
     touching = [Touching("joint", "joint_cap", along_x)]
     screw = Screw(pull, STIFFNESS / 2)
-    direct = DirectContact(block.mesh, [MODULI] * 2, touching, supported(block.mesh), [screw])
+    direct = DirectContact(block.mesh, [MODULI] * 2, touching, supported(block.mesh), screws=[screw])
     tight = direct.solve(0 * load, tension=[PRELOAD / 2])
     for times in (1.5, 2.0):
         other = direct.solve(times * EDGE.target * load, state=tight, locked=tight)
@@ -66,8 +64,8 @@ def test_a_joint_that_opens_from_its_edge_is_that_of_a_penalty(block, unit):
 
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
 def test_a_joint_that_opens_from_its_edge_is_that_of_calculix(block, unit, tmp_path):
-    # Contact there ends within a facet, here at vertices: with elements of 4 mm on a joint of 16 mm that makes
-    # 0.6 % of the bolt's force, of which the opening has added a tenth.
+    # Contact there ends within a facet, here at vertices: with elements of 4 mm on a joint of 16 mm that
+    # makes 0.6 % of the bolt's force.
     load, pull = unit
     mesh, fixed = block.mesh, supported(block.mesh)
     pairs, half = [calculix.Pair("joint_cap", "joint")], STIFFNESS / 2

@@ -56,7 +56,7 @@ AGAIN = Goal(
 
 
 def drawn(size: float) -> TetMesh:
-    """A plate, the strip and the other plate, from the lowest to the highest: a slice that is `size` thick."""
+    """A plate, the strip on it and the other plate: a slice that is `size` thick."""
 
     def bar(low: float, high: float, below: Surface, above: Surface, ends: tuple[Surface, Surface]) -> Prism:
         start, end = ends

@@ -13,7 +13,7 @@ import numpy as np
 
 from fea.contact.mating import MatingFaces
 from fea.material import Material
-from fea.solid.traction import traction_forces
+from fea.solid.traction import Traction, traction_forces
 from fea.verify.assembled_body import AssembledBody
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import nodes_of
@@ -69,10 +69,13 @@ def loaded(size: float, friction: float = FRICTION) -> AssembledBody:
     areas = {Surface.LOADED: 2 * math.pi * RADIUS**2, Surface.CLAMPED: -4 * OUTSIDE * HALF}
     pull = np.zeros_like(mesh.points)
     for surface, area in areas.items():
-        stress = np.array([1 / area, 0.0, 0.0])
-        pull += traction_forces(mesh, surface, lambda places, _, s=stress: np.broadcast_to(s, places.shape))
+        pull += traction_forces(mesh, surface, _along_x(1 / area))
     face = MatingFaces.of(mesh, SIDES, outwards, friction=friction > 0)
     return AssembledBody(mesh, (PIN, SHEET), [face], [], pull[..., None], friction=friction)
+
+
+def _along_x(size: float) -> Traction:
+    return lambda places, _: np.broadcast_to([size, 0.0, 0.0], places.shape)
 
 
 class Hole(NamedTuple):
