@@ -36,7 +36,7 @@ def supported(mesh):
 
 @pytest.fixture(scope="module")
 def block():
-    return bolted_joint.block(4.0)
+    return bolted_joint.block(5.0)
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,7 @@ def test_a_joint_that_opens_from_its_edge_is_that_of_a_penalty(block, unit):
 
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
 def test_a_joint_that_opens_from_its_edge_is_that_of_calculix(block, unit, tmp_path):
-    # Contact there ends within a facet, here at vertices: with elements of 4 mm on a joint of 16 mm that
+    # Contact there ends within a facet, here at vertices: with elements of 5 mm on a joint of 16 mm that
     # makes 0.6 % of the bolt's force.
     load, pull = unit
     mesh, fixed = block.mesh, supported(block.mesh)
