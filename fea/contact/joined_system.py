@@ -133,7 +133,8 @@ class JoinedSystem:
                 change += 1
                 trial = Trial.of(self._tied, R, places, offsets, guess)
                 better = trial.better(few)
-                if better is None and trial.imbalance <= BALANCE:
+                # Without pins, nothing balances what rounding leaves of loads that balance.
+                if better is None and (trial.imbalance <= BALANCE or not len(self._R)):
                     return self._joined(trial, load, change)
                 # Too few places of the pins may touch for their forces.
                 guess = better or replace(guess, touching=guess.touching | self._balancing(R, offsets.forces))

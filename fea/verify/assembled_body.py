@@ -35,8 +35,6 @@ class AssembledBody:
         (n_nodes, 3, n_loads) nodal forces that are symmetric about the mirror planes, N.
     friction, preload, warming
         As for `Assembled`.
-    traction
-        Of each load, by the surface that it acts on, (n_nodes, 3), MPa.
     """
 
     def __init__(
@@ -50,9 +48,8 @@ class AssembledBody:
         friction: float = 0.0,
         preload: Sequence[float] = (),
         warming: Warming | None = None,
-        traction: Sequence[dict[Surface, Floats]] = (),
     ) -> None:
-        self.mesh, self.materials, self._traction = mesh, tuple(materials), traction
+        self.mesh, self.materials = mesh, tuple(materials)
         self._model = Model(mesh, of_parts(materials, mesh.part), Support.INERTIA_RELIEF)
         self._loads = loads.reshape(mesh.points.size, -1)
         cut = Surface.SYMMETRY_Y in mesh.facets
@@ -80,8 +77,8 @@ class AssembledBody:
         """
         own = self.problem.faces[face]
         values = self._on_cell(state)[self.problem.own(face)]
-        shear = (np.where(at >= 0, values[at], 0.0) for at in own.tangential)
-        return values[: own.pressing.size], *shear
+        along, around = (np.where(at >= 0, values[at], 0.0) for at in own.tangential)
+        return values[: own.pressing.size], along, around
 
     def tension(self, state: Joined) -> Floats:
         """Force (n_bolts,) of each bolt of the cell, N."""
@@ -99,7 +96,10 @@ class AssembledBody:
         return np.asarray(bent + self.assembled.displacement(state.part_motion)[Parity.SYMMETRIC])
 
     def stress(self, state: Joined, weights: Sequence[float] | Floats | None = None) -> list[Floats]:
-        """Nodal stress (n_nodes, 6) of each part, MPa; NaN outside the part."""
+        """Nodal stress (n_nodes, 6) of each part, MPa; NaN outside the part.
+
+        On the surfaces that the loads act on it is that of free ones.
+        """
         u = self.displacement(state, weights)[..., None]
         traction: dict[Surface, Floats] = {}
         for number, face in enumerate(self.problem.faces):
@@ -108,9 +108,6 @@ class AssembledBody:
         for bolt, force in zip(self.problem.bolts, self.tension(state), strict=True):
             for surface, unit in bolt.traction.items():
                 traction[surface] = traction.get(surface, 0.0) + force * unit[..., None]
-        for weight, unit in zip(weights or (), self._traction, strict=False):
-            for surface, own in unit.items():
-                traction[surface] = traction.get(surface, 0.0) + weight * own[..., None]
         found = self._recovery.nodal_stress(u, self.materials, Parity.SYMMETRIC, traction)
         return [own[..., 0] for own in found]
 

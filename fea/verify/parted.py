@@ -33,7 +33,7 @@ def radius(places: Floats) -> Floats:
 def parted(mesh: TetMesh, splits: Sequence[float], measure: Measure) -> TetMesh:
     """Number the parts of a mesh, which end where the measure reaches the `splits`."""
     furthest = measure(mesh.points)[mesh.tets[:, :4]].max(axis=1)
-    part = np.searchsorted(np.asarray(splits) * (1 + 1e-9), furthest)
+    part = np.searchsorted(np.asarray(splits) + 1e-9 * float(np.abs(splits).max()), furthest)
     return replace(mesh, part=part.astype(np.int64))
 
 

@@ -50,7 +50,7 @@ class Found:
     shortened: list = field(default_factory=list)
 
 
-def solve(
+def solve(  # noqa: PLR0917
     folder,
     mesh,
     moduli,

@@ -13,6 +13,8 @@ from skfem import Basis, BilinearForm, ElementTetP1, ElementTetP2, ElementVector
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from fea import to_skfem
+from geometry.surfaces import Surface
+from mesh.tetmesh import FACET_TURN
 
 ROUNDS = 80
 # What rounding leaves of a step of Newton's method, relative to the displacement.
@@ -24,7 +26,8 @@ class Touching:
     """Two named surfaces whose facets match.
 
     `normal` leads from places (3, …) to unit vectors (3, …) out of the first part into the second; `tangents`
-    are two such functions, for friction. `overlap` is the interference of the parts as made, mm.
+    are two such functions, for friction. Shear along them is odd about the mirror planes x, y or z = 0 with
+    the numbers `odd`, and zero there. `overlap` is the interference of the parts as made, mm.
     """
 
     first: str
@@ -33,6 +36,7 @@ class Touching:
     overlap: float = 0.0
     friction: float = 0.0
     tangents: tuple = ()
+    odd: tuple = (None, None)
 
 
 @dataclass(frozen=True)
@@ -86,7 +90,7 @@ class DirectContact:
         MPa per mm of overlap.
     """
 
-    def __init__(self, mesh, moduli, touching, held, screws=(), penalty=1e9):
+    def __init__(self, mesh, moduli, touching, held, *, screws=(), penalty=1e9):
         self.mesh, self.screws, self.penalty = mesh, screws, penalty
         skfem, nodes = to_skfem(mesh)
         assert len(nodes) == len(mesh.points)
@@ -99,7 +103,7 @@ class DirectContact:
         for number, (E, nu) in enumerate(moduli):
             basis = Basis(skfem, element, intorder=4, elements=np.flatnonzero(part == number))
             self.K = self.K + linear_elasticity(*lame_parameters(E, nu)).assemble(basis)
-        self.interfaces = [_interface(skfem, nodes, element, own) for own in touching]
+        self.interfaces = [_interface(mesh, skfem, nodes, element, own) for own in touching]
         self.free = np.sort(self.dof[~held])
         self.pulls = [self.flat(screw.pull) for screw in screws]
 
@@ -115,7 +119,7 @@ class DirectContact:
         pressure = tuple(own[:, 0] for own in none)
         return State(np.zeros(self.dof.shape), pressure, tuple(none), tuple(none), np.zeros(len(self.screws)))
 
-    def solve(self, forces, state=None, tension=None, locked=None, overlap=True):
+    def solve(self, forces, *, state=None, tension=None, locked=None):
         """Solve for nodal forces (n_nodes, 3).
 
         Parameters
@@ -133,7 +137,7 @@ class DirectContact:
         first = not np.any(u)
         for count in range(1, ROUNDS + 1):
             residual, tangent, found = self._linearised(
-                u, load, state, tension, locked, overlap, all_touch=first and count == 1
+                u, load, state, tension, locked, all_touch=first and count == 1
             )
             step = np.zeros_like(u)
             step[self.free] = pypardiso.spsolve(
@@ -142,16 +146,16 @@ class DirectContact:
             u = u + step
             scale = np.abs(u).max()
             if np.abs(step).max() <= SETTLED * scale and count > 1:
-                _, _, found = self._linearised(u, load, state, tension, locked, overlap, all_touch=False)
+                _, _, found = self._linearised(u, load, state, tension, locked, all_touch=False)
                 return replace(found, rounds=count)
         raise AssertionError(f"the penalised contact did not settle: {np.abs(step).max()} of {scale}")
 
-    def _linearised(self, u, load, state, tension, locked, overlap, *, all_touch):
+    def _linearised(self, u, load, state, tension, locked, *, all_touch):
         residual, tangent = self.K @ u - load, [self.K]
         pressures, shears, slides, forces = [], [], [], []
         for number, own in enumerate(self.interfaces):
             spring = self.penalty / own.weight
-            gap = own.normal @ u - (own.touching.overlap if overlap else 0.0) * own.weight
+            gap = own.normal @ u - own.touching.overlap * own.weight
             active = (gap < 0) | all_touch
             pressure = np.where(active, -spring * gap, 0.0)
             rows = own.normal[active]
@@ -184,8 +188,8 @@ class DirectContact:
         return residual, sum(tangent[1:], tangent[0]), found
 
 
-def _coulomb(own, state, number, slide, pressure, active, spring):
-    """Shears (n, 2) by a return to the cone of Coulomb from those of the state before, and minus their slope."""
+def _coulomb(own, state, number, slide, pressure, active, spring):  # noqa: PLR0917
+    """Shears (n, 2), returned to Coulomb's cone from those of the state before, and minus their slope."""
     trial = state.shear[number] - spring[:, None] * (slide - state.slide[number])
     size, most = np.linalg.norm(trial, axis=1), own.touching.friction * pressure
     slips = size > most
@@ -204,12 +208,21 @@ def _coulomb(own, state, number, slide, pressure, active, spring):
     return shear, slope
 
 
-def _interface(mesh, nodes, element, touching):
+def _interface(mesh, skfem, nodes, element, touching):
     """Moments of both sides, vertex by vertex of the first."""
-    sides = [_side(mesh, element, name, touching) for name in (touching.first, touching.second)]
+    sides = [_side(skfem, element, name, touching) for name in (touching.first, touching.second)]
     (own, weight, first), (other, _, second) = sides
-    order = _matched(mesh.p[:, own], mesh.p[:, other])
+    ahead, opposite = (mesh.facets[Surface(name)] for name in (touching.first, touching.second))
+    # Row k of the second side is the facet of row k of the first, turned over.
+    twin = np.empty(len(mesh.points), int)
+    twin[ahead] = opposite[:, FACET_TURN[opposite.shape[1]]]
+    place = np.empty(len(mesh.points), int)
+    place[nodes[other]] = np.arange(len(other))
+    order = place[twin[nodes[own]]]
     rows = [there[order] - here for here, there in zip(first, second, strict=True)]
+    for number, axis in enumerate(touching.odd[: len(rows) - 1], 1):
+        if axis is not None:
+            rows[number] = sparse.diags((np.abs(skfem.p[axis, own]) > 1e-9).astype(float)) @ rows[number]
     return _Interface(touching, nodes[own], weight, rows[0], rows[1:])
 
 
@@ -225,11 +238,3 @@ def _side(mesh, element, name, touching):
 
     weight = LinearForm(lambda q, w: q).assemble(p)[vertices]
     return vertices, weight, [moments(d) for d in (touching.normal, *touching.tangents)]
-
-
-def _matched(places, others):
-    """For each of the places (3, n), which of the others is the same."""
-    away = np.abs(places.T[:, None] - others.T[None]).max(axis=2)
-    order = away.argmin(axis=1)
-    assert away.min(axis=1).max() < 1e-7
-    return order

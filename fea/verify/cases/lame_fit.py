@@ -104,7 +104,7 @@ def waves(mesh: TetMesh) -> Floats:
     def pressing(order: int, size: float) -> Callable[[Floats, Floats], Floats]:
         def stress(places: Floats, normals: Floats) -> Floats:
             angle = np.arctan2(places[..., 1:2], places[..., :1])
-            return -size * np.cos(order * angle) * normals
+            return np.asarray(-size * np.cos(order * angle) * normals)
 
         return stress
 

@@ -1,0 +1,110 @@
+"""What a rod in parts costs over the static run of the rod in one piece.
+
+    python tests/benchmarks/assembly_cost.py [--rounds 5] [--report FILE.md]
+
+Every run is a process of its own that draws, meshes, solves and recovers; runs that are compared take turns,
+and the medians are of their ratios. *Static* has five load cases with half-cosine pressures on the rod in one
+piece, with elements of the same size. The assembly has a cap, bolts, a pressed-in bushing and bearing shells,
+with friction.
+"""
+
+import argparse
+import dataclasses
+import json
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+
+# By name: the mode, and how many static runs it may cost.
+RUNS = {"five cases": ("assembled", 3.0), "721 angles": ("cycle", 8.0)}
+
+
+def work(mode: str, size: float | None) -> dict[str, float]:
+    """Run one of the modes; seconds without the imports, and the peak memory of the process."""
+    from assembled_rods import study
+
+    from fea.analysis.prepare import prepare
+    from fea.analysis.speed import solve_speed, with_cycle
+    from fea.contact.assembled_rod import AssembledRod  # noqa: F401 - loaded before the clock starts
+    from fea.machine.peak_memory import peak_memory
+    from fea.study.study import MeshTable
+    from mesh.sizing import default_size
+
+    asked = study()
+    asked = dataclasses.replace(asked, mesh=MeshTable(size_mm=size or default_size(asked.rod.length)))
+    if mode == "static":
+        plain = dataclasses.replace(asked.analysis, pressure="cosine-180")
+        asked = dataclasses.replace(asked, assembly=None, analysis=plain)
+    if mode == "cycle":
+        asked = dataclasses.replace(asked, analysis=dataclasses.replace(asked.analysis, cycle=True))
+    start = time.perf_counter()
+    rod = prepare(asked)
+    result = solve_speed(rod, asked.speed.speeds()[0])
+    if mode == "cycle":
+        result = with_cycle(rod, result)
+    seconds = time.perf_counter() - start
+    return {
+        "seconds": seconds,
+        "MiB": peak_memory(),
+        "nodes": len(rod.mesh.whole.points),
+        "unknowns": 0 if mode == "static" else rod.contact.problem.fold.size,
+        "failed": sum(not check.passed for check in result.checks.values()),
+    }
+
+
+def measured(mode: str, size: float | None) -> dict[str, float]:
+    """Run a mode in a process of its own."""
+    command = [sys.executable, __file__, "--worker", mode, *([] if size is None else ["--size", str(size)])]
+    found: dict[str, float] = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
+    return found
+
+
+def main() -> None:
+    """Measure every mode against the static run."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--worker")
+    parser.add_argument("--size", type=float)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--report", type=Path)
+    arguments = parser.parse_args()
+    if arguments.worker:
+        print(json.dumps(work(arguments.worker, arguments.size)))
+        return
+    command = " ".join(["python tests/benchmarks/assembly_cost.py", *sys.argv[1:]])
+    lines = [
+        "# What a rod in parts costs",
+        "",
+        f"Made by `{command}`: León's rod with cap, bolts, bushing and shells.",
+        "Ratios to the static run of the rod in one piece, median (least … largest) of",
+        f"{arguments.rounds} pairs that took turns.",
+        "",
+        "| run | time / static | goal | memory / static | static s | its nodes | nodes | unknowns | failed |",
+        "| --- | --- | --- | --- | ---: | ---: | ---: | ---: | ---: |",
+    ]
+    for name, (mode, goal) in RUNS.items():
+        pairs = [
+            (measured("static", arguments.size), measured(mode, arguments.size))
+            for _ in range(arguments.rounds)
+        ]
+        times = [other["seconds"] / one["seconds"] for one, other in pairs]
+        memory = statistics.median(other["MiB"] / one["MiB"] for one, other in pairs)
+        seconds = statistics.median(one["seconds"] for one, _ in pairs)
+        spread = f"{statistics.median(times):.2f} ({min(times):.2f} … {max(times):.2f})"
+        one, other = pairs[0]
+        lines.append(
+            f"| {name} | {spread} | {goal:g} | {memory:.2f} | {seconds:.2f} | {one['nodes']} "
+            f"| {other['nodes']} | {other['unknowns']} | {other['failed']} |"
+        )
+        print(lines[-1], file=sys.stderr, flush=True)
+    text = "\n".join([*lines, ""])
+    print(text)
+    if arguments.report:
+        arguments.report.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
