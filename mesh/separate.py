@@ -4,8 +4,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import Ints
 from geometry.surfaces import Surface
@@ -59,6 +57,9 @@ def _bodies(mesh: TetMesh, interfaces: Interfaces) -> Ints:
     _, first, second = _inner(mesh)
     touching = np.unique(np.sort(np.stack([_part(mesh)[first], _part(mesh)[second]], axis=1), axis=1), axis=0)
     joined = [pair for pair in touching.tolist() if frozenset(pair) not in apart]
+    from scipy import sparse  # noqa: PLC0415 - a rod of one piece does without
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+
     count = int(_part(mesh).max()) + 1
     rows, columns = np.array(joined, dtype=int).reshape(-1, 2).T
     links = sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
