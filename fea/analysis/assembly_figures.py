@@ -216,6 +216,8 @@ class AssemblyFigures:
 
     Attributes
     ----------
+    parts
+        Their names, in the order of the numbers in the array ``part`` of the VTU files.
     temperature_C
         Of rod, bolts and pins.
     bolts, joint
@@ -226,6 +228,7 @@ class AssemblyFigures:
         By bore and load case.
     """
 
+    parts: tuple[str, ...]
     temperature_C: float
     bolts: BoltsFigures
     joint: JointFigures

@@ -51,6 +51,7 @@ def assembly_figures(
     states = {name: case.assembly for name, case in cases.items() if case.assembly is not None}
     onsets = Onsets(rod, {name: case.load for name, case in cases.items()}, states)
     return AssemblyFigures(
+        parts=tuple(rod.mesh.parts),
         temperature_C=REFERENCE_TEMPERATURE if table.temperature_C is None else table.temperature_C,
         bolts=bolts_figures(rod.assembling, states, cycle),
         joint=_joint(rod.putting.friction, states, onsets, cycle),

@@ -123,7 +123,6 @@ def judge(rod: PreparedRod, found: Equilibrium) -> dict[str, CaseResult]:
             contact_pressure=fields.contact_pressure,
             gap=fields.gap,
             assembly=forces.assembly,
-            parts=() if forces.assembly is None else tuple(rod.mesh.parts),
             made=rod.made,
             touch=forces.touch,
             sharp=rod.sharp_places,

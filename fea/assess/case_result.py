@@ -55,8 +55,8 @@ class CaseResult:
         pressure is prescribed.
     gap
         (n_nodes,) between separate parts, mm, 0 elsewhere; None for a rod of one piece.
-    assembly, parts
-        Bolts and interfaces of a rod of separate parts, and the names of these by their numbers.
+    assembly
+        Bolts and interfaces of a rod of separate parts.
     made
         (n_nodes, 3) displacement at which the bores of such a rod were made round, mm.
     touch
@@ -78,7 +78,6 @@ class CaseResult:
     contact_pressure: Floats | None = None
     gap: Floats | None = None
     assembly: AssemblyState | None = None
-    parts: tuple[str, ...] = ()
     made: Floats | None = None
     touch: Mapping[Surface, Touch] = field(default_factory=dict)
     sharp: tuple[SharpPlace, ...] = ()
@@ -209,7 +208,6 @@ def case_result(
     contact_pressure: Floats | None = None,
     gap: Floats | None = None,
     assembly: AssemblyState | None = None,
-    parts: tuple[str, ...] = (),
     made: Floats | None = None,
     touch: Mapping[Surface, Touch] | None = None,
     sharp: SharpPlaces | None = None,
@@ -242,7 +240,6 @@ def case_result(
         contact_pressure=contact_pressure,
         gap=gap,
         assembly=assembly,
-        parts=parts,
         made=made,
         touch=touch or {},
     )

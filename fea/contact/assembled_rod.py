@@ -198,6 +198,12 @@ class AssembledRod(RodContact):
         found = self.assembled.start if warm else self.assembled.tightened
         return replace(self._forces(assembled(), found), touch={})
 
+    def _pressing(self, found: Joined) -> Floats:
+        """Unknowns (n,) with pressures of exactly zero where parts have parted."""
+        values = found.values.copy()
+        values[self.assembled.touching.normal] = self.states.pressure(found)
+        return values
+
     def _forces(self, case: LoadCase, found: Solved) -> CaseForces:
         forces = super()._forces(case, found)
         if not isinstance(found, Joined):
@@ -210,7 +216,7 @@ class AssembledRod(RodContact):
             growth=self._growth,
             largest=max(case.largest_force, state.bolt_force),
             assembly=state,
-            pressure=pressure_at_nodes(self.problem, found.values),
+            pressure=pressure_at_nodes(self.problem, self._pressing(found)),
             gap=gap_at_nodes(self.problem, self.assembled.touching.normal, self.states.gap(found)),
         )
 

@@ -56,7 +56,8 @@ class AssemblyStates:
 
     def pressure(self, found: Joined) -> Floats:
         """Pressure (k,) at each place of `Assembled.touching`, MPa."""
-        return np.maximum(found.values[self._assembled.touching.normal], 0.0)
+        closed = ~found.guess.opened[: len(self._position)]
+        return np.where(closed, np.maximum(found.values[self._assembled.touching.normal], 0.0), 0.0)
 
     def gap(self, found: Joined) -> Floats:
         """Mean gap (k,) about each place of `Assembled.touching`, mm; 0 where it is closed."""

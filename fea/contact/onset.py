@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 from scipy.optimize import brentq
 
-# Largest multiple that is tried, relative error of the multiple, and most states that are tried.
-LARGEST, WITHIN, _MOST = 8.0, 0.02, 12
+# Least and largest multiple that are tried, relative error of the multiple, and most steps to it.
+LEAST, LARGEST, WITHIN, _MOST = 1 / 1024, 8.0, 0.02, 12
 
 
 def onset(left: Callable[[float], float]) -> float | None:
@@ -23,10 +23,14 @@ def onset(left: Callable[[float], float]) -> float | None:
     """
     if left(0.0) <= 0:
         return 0.0
-    low, high = 0.0, 1.0
+    high = 1.0
     while left(high) > 0:
         if high >= LARGEST:
             return None
-        low, high = high, 2 * high
-    found = brentq(left, low, high, xtol=WITHIN * high / 2, rtol=WITHIN, maxiter=_MOST, disp=False)
-    return float(found)
+        high *= 2
+    low = high / 2
+    while left(low) <= 0:
+        if low <= LEAST:
+            return low
+        low, high = low / 2, low
+    return float(brentq(left, low, high, xtol=WITHIN * low / 4, maxiter=_MOST, disp=False))

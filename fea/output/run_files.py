@@ -51,7 +51,7 @@ def _case_fields(run: Outcome) -> Iterator[RunFiles]:
 
 
 def _write_case(run: Outcome, case: CaseResult, path: Path) -> None:
-    write_vtu(path, run.mesh, case.point_data(), case.cell_data(run.materials), case.parts)
+    write_vtu(path, run.mesh, case.point_data(), case.cell_data(run.materials))
 
 
 def _case_collection(run: Outcome) -> Iterator[RunFiles]:

@@ -1,6 +1,6 @@
 """Results as a VTU file, for ParaView, PyVista and meshio."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,6 @@ def write_vtu(
     mesh: TetMesh,
     point_data: Mapping[str, Array],
     cell_data: Mapping[str, Array] | None = None,
-    parts: Sequence[str] = (),
 ) -> None:
     """Write a mesh and its results; the same input gives the same bytes.
 
@@ -42,9 +41,6 @@ def write_vtu(
         Each keeps its precision.
     cell_data
         Arrays (n_elements,) or (n_elements, n_components) by name.
-    parts
-        Names of the numbers in the array ``part``: each is written as ``part: name`` with its number into the
-        field data, as meshio cannot read files with text in it.
 
     Raises
     ------
@@ -56,8 +52,6 @@ def write_vtu(
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter  # noqa: PLC0415 - only writing needs VTK
 
     grid = vtk_grid(mesh, point_data, cell_data or {})
-    for number, name in enumerate(parts):
-        grid.GetFieldData().AddArray(_array(f"part: {name}", np.array([number], dtype=np.int32), 1))
     errors: list[str] = []
     writer = vtkXMLUnstructuredGridWriter()
     for source in (writer, writer.GetExecutive()):  # VTK does not print errors that are observed
