@@ -418,7 +418,8 @@ class Summary:
     envelope
         With the whole crank cycle.
     critical_speeds_rpm
-        Of several speeds with their cycles: the lowest speed from which each safety factor is below 1.
+        Of several speeds: with their cycles the lowest speed from which each safety factor is below 1; of an
+        assembled rod that from which its joint opens at the bore (``joint_opening``).
     pin_model
         Where the pins' pressure is prescribed: how far the answer depends on it.
     files

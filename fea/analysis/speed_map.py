@@ -36,6 +36,8 @@ _CASE_COLUMNS = (
     "column_safety_factor",
     "buckling_factor",
 )
+# Of such a table of an assembled rod: the largest force of a bolt, and the joint.
+_ASSEMBLY_COLUMNS = ("bolt_N", "joint_clamp_N", "joint_open_percent", "joint_opening_um", "slip_reserve")
 MODES = {
     "yield": "yield_safety_factor",
     "fatigue": "fatigue_safety_factor",
@@ -74,9 +76,8 @@ def first_below(factor: Floats) -> int | None:
 
 def speed_map(summaries: Sequence[Summary]) -> SpeedMap | None:
     """Gather the worst of the cycle at several speeds; None where no cycle was worked out."""
-    critical = next(
-        (item.critical_speeds_rpm for item in summaries if item.critical_speeds_rpm is not None), None
-    )
+    known = [item for item in summaries if item.critical_speeds_rpm is not None and item.envelope is not None]
+    critical = known[0].critical_speeds_rpm if known else None
     if critical is None:
         return None
     values = np.array(sorted(map(_row, summaries)), dtype=np.float64)
@@ -105,7 +106,8 @@ def _row(summary: Summary) -> list[float]:
 
 def case_rows(summaries: Sequence[Summary]) -> list[list[str]]:
     """Return the extremes of every run as rows of text: a heading, then one row per speed and load case."""
-    rows = [["rpm", "case", *_CASE_COLUMNS]]
+    assembled = any(summary.assembly is not None for summary in summaries)
+    rows = [["rpm", "case", *_CASE_COLUMNS, *(_ASSEMBLY_COLUMNS if assembled else ())]]
     for summary in summaries:
         for name, result in summary.results.items():
             load = summary.loads[name]
@@ -116,8 +118,23 @@ def case_rows(summaries: Sequence[Summary]) -> list[list[str]]:
                 result.max_von_mises_MPa,
                 result.min_safety_factor,
                 *summary.buckling.of_case(name),
+                *(_of_assembly(summary, name) if assembled else ()),
             )
             rows.append(
                 [f"{summary.rpm:g}", name, *("" if value is None else f"{value:.7g}" for value in values)]
             )
     return rows
+
+
+def _of_assembly(summary: Summary, case: str) -> tuple[float | None, ...]:
+    """Return what bolts and joint do in a case, in the order of `_ASSEMBLY_COLUMNS`."""
+    if summary.assembly is None:
+        return (None,) * len(_ASSEMBLY_COLUMNS)
+    joint = summary.assembly.joint.by_case[case]
+    return (
+        max(bolt.force_N for bolt in summary.assembly.bolts.by_case[case]),
+        joint.clamp_force_N,
+        joint.open_percent,
+        joint.opening_um,
+        joint.slip_reserve,
+    )

@@ -16,6 +16,7 @@ from fea.analysis.figures import (
     PlaceFigures,
     Summary,
 )
+from fea.analysis.opening_speed import opening_speeds
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
 from fea.analysis.speed_map import first_below
@@ -63,7 +64,8 @@ class SpeedSweep:
     Attributes
     ----------
     critical
-        Lowest speed, rpm, from which each factor is below 1, to a tenth; None where there is none.
+        Lowest speed, rpm, from which each factor is below 1, to a tenth, and that from which a joint opens;
+        None where there is none.
     """
 
     def __init__(self, rod: PreparedRod, speeds: Sequence[float]) -> None:
@@ -73,6 +75,7 @@ class SpeedSweep:
         self._search = SpeedSearch(rod.cycle, loading.engine, loading.gas, sorted(speeds))
         self._found = dict(zip(sorted(speeds), side_by_side(self._search.at, sorted(speeds)), strict=True))
         self.critical = {name: self._critical(mode) for name, mode in _MODES.items()}
+        self.critical |= opening_speeds(rod, speeds)
 
     @property
     def worst(self) -> set[float]:

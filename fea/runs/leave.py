@@ -3,12 +3,13 @@
 import csv
 import dataclasses
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from fea.analysis.adapt import Adapted, adapt_mesh
 from fea.analysis.figures import Summary
+from fea.analysis.opening_speed import opening_speeds
 from fea.analysis.outcome import outcome, outcome_of
 from fea.analysis.speed import SpeedResult
 from fea.analysis.speed_map import case_rows, speed_map
@@ -90,10 +91,11 @@ def _leave_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: 
     if study.analysis.cycle:
         with clock("map"):
             sweep = SpeedSweep(prepared.rod, [place.rpm for place in places if place.rpm is not None])
+    critical = _critical(prepared, sweep, places)
     if sweep is not None and len(places) > MOST_FULL_RUNS and not shown:
         reports = _leave_worst(study, prepared, sweep, places, clock)
     else:
-        reports = [_leave_one(study, prepared, sweep, place, clock)[0] for place in places]
+        reports = [_leave_one(study, prepared, critical, place, clock)[0] for place in places]
     above, summaries = places[0].folder.parent, [report.summary for report in reports]
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(case_rows(summaries))
@@ -109,12 +111,21 @@ def _leave_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: 
     return reports
 
 
+def _critical(
+    prepared: Adapted, sweep: SpeedSweep | None, places: Sequence[Place]
+) -> Mapping[str, float | None] | None:
+    """Return the speeds from which the rod fails or its joint opens, as far as they are known."""
+    if sweep is not None:
+        return sweep.critical
+    return opening_speeds(prepared.rod, [place.rpm for place in places if place.rpm is not None]) or None
+
+
 def _leave_worst(
     study: Study, prepared: Adapted, sweep: SpeedSweep, places: Sequence[Place], clock: Clock
 ) -> list[RunReport]:
     """Leave full runs at the worst of many speeds, and at the others their figures."""
     full = {
-        place.rpm: _leave_one(study, prepared, sweep, place, clock)
+        place.rpm: _leave_one(study, prepared, sweep.critical, place, clock)
         for place in places
         if place.rpm is not None and place.rpm in sweep.worst
     }
@@ -134,13 +145,17 @@ def _leave_worst(
 
 
 def _leave_one(
-    study: Study, prepared: Adapted, sweep: SpeedSweep | None, place: Place, clock: Clock
+    study: Study,
+    prepared: Adapted,
+    critical: Mapping[str, float | None] | None,
+    place: Place,
+    clock: Clock,
 ) -> tuple[RunReport, SpeedResult]:
     """Write the run of one speed of several; return what it left, and what was found at that speed."""
     solved = prepared.at(place.rpm)
     found = result_of(outcome(study, prepared, solved))
-    if sweep is not None:
-        summary = dataclasses.replace(found.summary, critical_speeds_rpm=sweep.critical)
+    if critical is not None:
+        summary = dataclasses.replace(found.summary, critical_speeds_rpm=critical)
         found = dataclasses.replace(found, summary=summary)
     return _leave(found, prepared, place, clock, shared_files=_shared(study)), solved
 

@@ -9,7 +9,8 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.analysis.figures import Summary
-from fea.analysis.speed_map import rounded, speed_map
+from fea.analysis.opening_speed import JOINT_OPENING
+from fea.analysis.speed_map import MODES, rounded, speed_map
 from fea.analysis.survival import Answer
 from fea.assess.verdict import Verdict
 from fea.output.notes import gathered
@@ -94,15 +95,23 @@ def _sweep_doubts(summaries: Sequence[Summary]) -> list[str]:
 
 
 def _critical(summaries: Sequence[Summary]) -> list[str]:
-    """Return from which speed the rod fails, where the whole cycle was worked out."""
-    found = speed_map(summaries)
+    """Return from which speed the joint opens and, with the whole cycle, from which the rod fails."""
+    opening, found = _opening(summaries[0]), speed_map(summaries)
     if found is None:
-        return []
+        return opening
     said = [
         f"{mode} {'at no speed' if rpm is None else f'from {rounded(rpm)} rpm'}"
         for mode, rpm in found.critical.items()
-        if not np.isnan(found.columns[f"{mode}_safety_factor"]).all()
+        if mode in MODES and not np.isnan(found.columns[f"{mode}_safety_factor"]).all()
     ]
     line = f"Whole cycle, safety factor below 1: {', '.join(said)} (cycle_map.csv, cycle_map.png)."
     envelope = summaries[0].envelope
-    return [line, *([] if envelope is None else endurance_lines(envelope))]
+    return [*opening, line, *([] if envelope is None else endurance_lines(envelope))]
+
+
+def _opening(summary: Summary) -> list[str]:
+    critical = summary.critical_speeds_rpm or {}
+    if JOINT_OPENING not in critical:
+        return []
+    rpm = critical[JOINT_OPENING]
+    return [f"The joint opens at the bore {'at no speed' if rpm is None else f'from {rounded(rpm)} rpm'}."]
