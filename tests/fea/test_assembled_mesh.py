@@ -11,6 +11,8 @@ from fea.choices import Symmetry
 from fea.machine.clock import Clock
 from fea.rod.discretise import MeshRequest, discretise
 from fea.solid.supports import components
+from fea.stress.rim_mask import rim_masks
+from fea.stress.singular import mask_radius, masked_nodes
 from fea.study.study import load_study
 from geometry.assembly import Assembly
 from geometry.mirror import PLANE_AXIS
@@ -132,3 +134,24 @@ def test_rims_are_found_with_their_length_on_both_sides(rod):
 def test_a_crease_between_two_parts_belongs_to_either(rod):
     edges = rod.cell_creases.find(rims(rod.cell)[0].edges)
     assert (edges >= 0).all()
+
+
+def test_rims_are_left_out_of_peaks_but_no_thin_part_with_them(rod):
+    cell = rod.cell
+    found = {mask.name: mask for mask in rim_masks(cell, mask_radius(cell))}
+    assert found.keys() == {rim.name for rim in rims(cell)}
+    assert found["rim of the bushing's seat"].radius < 0.3 * 1.5
+    assert found["rim of the shells' seat"].radius < 0.3 * 1.5
+    assert max(mask.radius for mask in found.values()) <= mask_radius(cell)
+    masked = masked_nodes(cell, (), rod.cell_creases)
+    for rim in rims(cell):
+        assert masked[rim.nodes].all()
+    for number in range(len(rod.parts)):
+        own = np.unique(cell.tets[cell.part == number])
+        assert 0.5 < (~masked[own]).mean() < 1
+    assert masked_nodes(rod.whole, (), None).mean() == pytest.approx(masked.mean(), rel=0.2)
+
+
+def test_a_mesh_of_one_piece_has_no_rims():
+    mesh = meshed(assembly=None, order=1).cell
+    assert rim_masks(mesh, mask_radius(mesh)) == ()

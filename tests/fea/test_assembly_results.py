@@ -24,6 +24,7 @@ from fea.study.study import parse_study
 from geometry.surfaces import Surface
 from loads.cases import ASSEMBLY
 from loads.cases import given as pulled
+from mesh.tetmesh import FACET_TURN
 
 PRELOAD = 30e3
 ROD = (
@@ -115,6 +116,9 @@ def test_pressures_and_gaps_are_written_on_both_sides(pulled_rod, tmp_path):
         values, area = on_faces(mesh, mesh.facets[side], pressure)
         sums.append(values @ np.linalg.norm(area, axis=1))
         assert gap[mesh.facets[side][:, :3]].max() == pytest.approx(joint.opening, rel=1e-6)
+    moved = written.point_data["displacement"][:, 0]
+    one, other = mesh.facets[Surface.JOINT], mesh.facets[Surface.JOINT_CAP][:, FACET_TURN[6]]
+    assert (moved[one] - moved[other]).max() == pytest.approx(joint.opening, rel=0.3)
     assert sums == pytest.approx([joint.force, joint.force], rel=0.02)
     vertices = np.unique(mesh.facets[Surface.JOINT][:, :3])
     rim = np.intersect1d(vertices, mesh.facets[Surface.BIG_END_BORE])
