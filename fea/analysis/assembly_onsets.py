@@ -4,9 +4,10 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from fea.analysis.assembly_figures import OnsetFigures
+from fea.analysis.assembly_figures import AssemblyFigures, OnsetFigures
 from fea.analysis.prepare import PreparedRod
 from fea.rod.assembly_state import AssemblyState
+from fea.rod.omission import Omission
 from fea.solid.errors import ContactError
 from geometry.surfaces import Surface
 from loads.cases import ASSEMBLY, LoadCase
@@ -72,3 +73,16 @@ class Onsets:
         except ContactError:
             return None
         return OnsetFigures(case=case, load_factor=factor, largest_factor=LARGEST)
+
+
+def onsets_left_out(found: AssemblyFigures | None) -> tuple[Omission, ...]:
+    """Say which onsets were not found, and why."""
+    if found is None:
+        return ()
+    sought = {"opens": found.joint.opens, "comes apart": found.joint.separates}
+    what = [f"the joint {verb}" for verb, onset in sought.items() if onset is None]
+    what += [f"the seat of the {name} opens" for name, fit in found.fits.items() if fit.lifts_off is None]
+    if not what:
+        return ()
+    why = f"it takes a contact problem of at most {MOST_UNKNOWNS} unknowns, and states that settle"
+    return (Omission(f"load at which {', '.join(what)}", why),)

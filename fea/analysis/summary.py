@@ -9,6 +9,7 @@ import numpy as np
 
 from fea.analysis.adapt import Adapted
 from fea.analysis.assembly_figures import AssemblyFigures
+from fea.analysis.assembly_onsets import onsets_left_out
 from fea.analysis.assembly_report import assembly_figures
 from fea.analysis.buckling import BucklingReport
 from fea.analysis.endurance import endurance_figures
@@ -66,6 +67,7 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
     rod, passes = adapted.rod, adapted.passes
     tolerance, least = rod.options.tolerance_percent, min(c.min_safety_factor for c in result.cases.values())
     edges = sharp_edge_figures(result.cases, rod.options.min_safety)
+    assembly = assembly_figures(rod, result.cases, result.cycle)
     return summary_of(
         rod,
         passes,
@@ -77,11 +79,11 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
         },
         envelope=None if result.cycle is None else envelope_figures(result.cycle, rod),
         buckling=buckling.figures,
-        assembly=assembly_figures(rod, result.cases, result.cycle),
+        assembly=assembly,
         pin_model=pin_model_figures(adapted.pin_factors(result), rod, result.loads.cases, least),
         checks={**result.checks, **buckling.checks},
         notes=result.notes,
-        left_out=(*result.left_out, *buckling.left_out),
+        left_out=(*result.left_out, *buckling.left_out, *onsets_left_out(assembly)),
     )
 
 
