@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from geometry.bodies.draw import draw
-from geometry.bodies.shape import EllipticArc, Prism, Revolution, Side, block
+from geometry.bodies.shape import EllipticArc, Prism, Revolution, Side, SideBySide, block
 from geometry.segments import Arc, Line
 from geometry.session import session
 from geometry.surfaces import Surface
@@ -43,6 +43,37 @@ def test_a_prism_names_its_faces(levels):
         Surface.INNER: math.pi,
         Surface.CLAMPED: RING,
         Surface.LOADED: RING,
+    }
+    assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_bodies_side_by_side_share_a_face_that_has_no_name():
+    def box(first, last, height, end):
+        low, high = (first, 0.0), (last, 1.0)
+        corners = (low, (last, 0.0), high, (first, 1.0))
+        names = (Surface.SYMMETRY_Y, end, Surface.FREE, Surface.LOADED)
+        return Prism(
+            tuple(
+                Side(Line(a, b), name)
+                for a, b, name in zip(corners, corners[1:] + corners[:1], names, strict=True)
+            ),
+            height,
+            top=Surface.OUTER,
+        )
+
+    found = areas(
+        SideBySide(
+            (box(0.0, 2.0, (0.0, 1.0), Surface.INNER), box(2.0, 5.0, (0.0, 1.0, 3.0), Surface.CLAMPED))
+        )
+    )
+    # Above the first box, the side of the higher one that it does not touch.
+    expected = {
+        Surface.SYMMETRY_Y: 2.0 + 9.0,
+        Surface.CLAMPED: 3.0,
+        Surface.FREE: 2.0 + 9.0,
+        Surface.LOADED: 1.0 + 2.0,
+        Surface.SYMMETRY_Z: 5.0,
+        Surface.OUTER: 5.0,
     }
     assert found == pytest.approx(expected, rel=1e-9)
 

@@ -7,10 +7,19 @@ import numpy as np
 import pytest
 from direct_contact import DirectContact, Screw, Touching
 
+from fea.solid.traction import traction_forces
+from fea.solvers.prescribed import displacement
+from fea.stress.recovery import ElementStress
+from fea.verify.assembled_body import AssembledBody, pulled
 from fea.verify.body import STEEL, held
 from fea.verify.cases import bolted_joint, loaded_pin
-from fea.verify.cases.bolted_joint import EDGE, PRELOAD, STIFFNESS
+from fea.verify.cases.bolted_joint import EDGE, PRELOAD, SIDES, STIFFNESS
+from fea.verify.parted import along_x as measure
+from fea.verify.parted import bars, parted
 from geometry.surfaces import Surface
+from mesh.body import mesh_body
+from mesh.numbering import numbered
+from mesh.separate import separated
 
 MODULI = (STEEL.youngs_modulus, STEEL.poissons_ratio)
 
@@ -118,3 +127,40 @@ def test_the_stresses_of_a_pin_in_friction_are_those_of_a_penalty():
     pressure, *shear = body.stresses(body.step([loaded_pin.FORCE]))
     assert np.abs(pressure - other.pressure[0]).max() < 2e-3 * pressure.max()
     assert np.abs(np.stack(shear, axis=1) + other.shear[0]).max() < 2e-3 * pressure.max()
+
+
+def test_a_joint_tied_by_a_huge_preload_leaves_the_stresses_of_a_solid_block():
+    # Bending and shear pass through the joint by pressure and friction. Its stresses are linear over each
+    # facet, those of the solid are not: that is felt at the joint, and not at the distance of its width.
+    ends, half = (0.0, 30.0, 60.0), bolted_joint.HALF_WIDTH
+    solid = mesh_body(bars(ends, (-half, half), half), 4.0)
+    mesh = numbered(separated(parted(solid, ends[1:-1], measure), {(0, 1): SIDES})[0])[0]
+    area, moment = 4 * half * half, 2 * half * (2 * half) ** 3 / 12
+
+    def bent(body):
+        def clamped(places, _):
+            bending = ends[-1] * places[..., 1] / moment
+            return np.stack([bending, np.full_like(bending, -1 / area), 0 * bending], axis=-1)
+
+        def sheared(places, _):
+            return np.broadcast_to([0.0, 1 / area, 0.0], places.shape)
+
+        seats = ((Surface.BOLT_THREAD, clamped), (Surface.BOLT_HEAD, sheared))
+        return sum(traction_forces(body, surface, stress) for surface, stress in seats)
+
+    joint = bolted_joint.joint(mesh, friction=True)
+    bolt = pulled(mesh, 1e-3, share=0.5)
+    preload, force = 1e6, 1e3
+    body = AssembledBody(
+        mesh, (STEEL, STEEL), [joint], [bolt], bent(mesh)[..., None], friction=0.5, preload=[preload]
+    )
+    loaded = body.displacement(body.step([force]), [force]) - body.displacement(body.start)
+    fixed = held(solid, {})
+    for place, axes in (((0, -half, 0), (0, 1)), ((0, half, 0), (0,))):
+        fixed[np.linalg.norm(solid.points - place, axis=1).argmin(), axes] = True
+    whole = displacement(solid, STEEL, force * bent(solid), fixed)
+    stress, exact = body.gauss_stress(loaded), ElementStress(solid)(whole, STEEL)[..., 0]
+    middles = solid.points[solid.tets[:, :4], 0].mean(axis=1)
+    np.testing.assert_allclose(mesh.points[mesh.tets[:, :4], 0].mean(axis=1), middles)
+    far = np.abs(middles - ends[1]) > 2 * half
+    assert np.abs(stress - exact)[far].max() < 1e-3 * np.abs(exact).max()
