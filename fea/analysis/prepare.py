@@ -17,8 +17,8 @@ from fea.checks import LIMITS
 from fea.choices import CONTACT, Element, SolverName, Support
 from fea.cycle.bonded_loads import BondedLoads
 from fea.cycle.pressure_loads import PressureLoads
-from fea.cycle.superposition import CycleAnalysis, course
-from fea.cycle.unit_loads import Course, UnitLoads
+from fea.cycle.superposition import CycleAnalysis, course, of_cases
+from fea.cycle.unit_loads import UnitLoads
 from fea.cycle.unit_solutions import unit_solutions
 from fea.machine.clock import Clock
 from fea.material import Material, Materials, of_parts
@@ -281,22 +281,29 @@ class PreparedRod:
         solver = SolverName(self.model.solver)  # the one that was chosen
         return AnalysisTable(support=self.options.support, solver=solver).without_contact
 
-    def _courses(self) -> list[Course]:
-        """The cycles of the study's speeds, or of some of many."""
-        engine, gas = self.engine.engine, self.engine.gas
+    @property
+    def _spanned_speeds(self) -> list[float]:
+        """The study's speeds, rpm, or some of many."""
         some = np.linspace(0, len(self.speeds) - 1, min(len(self.speeds), MOST_COURSES)).round().astype(int)
-        chosen = [sorted(self.speeds)[number] for number in some]
-        return [course(engine, gas, self.mass, rpm * RPM, cycle_angles()) for rpm in chosen]
+        return [sorted(self.speeds)[number] for number in some]
+
+    def _assembled_loads(self, contact: "AssembledRod") -> UnitLoads:
+        from fea.cycle.assembled_loads import AssembledLoads  # noqa: PLC0415 - rods of one piece do without
+
+        engine, gas = self.engine.engine, self.engine.gas
+        speeds = self._spanned_speeds
+        courses = [course(engine, gas, self.mass, rpm * RPM, cycle_angles()) for rpm in speeds]
+        alone = [of_cases(self.loading.at(self.mass, rpm).cases) for rpm in speeds]
+        return AssembledLoads(contact, self.inertia, courses, alone)
 
     def _unit_loads(self) -> UnitLoads:
         if self.options.in_contact:
             from fea.contact.assembled_rod import AssembledRod  # noqa: PLC0415 - as below
-            from fea.cycle.assembled_loads import AssembledLoads  # noqa: PLC0415 - as below
             from fea.cycle.contact_loads import ContactLoads  # noqa: PLC0415 - prescribed pressures do without
 
             contact = self.contact
             if isinstance(contact, AssembledRod):
-                return AssembledLoads(contact, self.inertia, self._courses())
+                return self._assembled_loads(contact)
             return ContactLoads(contact, self.inertia)
         mesh, support, prescribed = self.mesh, self.options.support, self.options.prescribed
         if isinstance(prescribed, Bonded):

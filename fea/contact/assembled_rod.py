@@ -110,6 +110,7 @@ class AssembledRod(RodContact):
             if sides[0] in mesh.facets
         ]
         self.bolt_axes = _of_cell(mesh, putting.bolts)
+        self._known: dict[bytes, Joined] = {}  # load cases are asked for again where the cycle is checked
         bolts = _pulls(mesh, self.bolt_axes, putting.stiffness)
         super().__init__(model, bores, inertia, fits, faces=faces, bolts=bolts)
         body = components(mesh)
@@ -124,7 +125,10 @@ class AssembledRod(RodContact):
         self.states = AssemblyStates(self.assembled, putting.friction, at, bores.big_radius)
 
     def _solved(self, pin: Floats, crank: Floats, motion: Floats) -> Joined:
-        return self._step((pin, crank), motion, self.assembled.start)
+        key = b"".join(own.tobytes() for own in (pin, crank, motion))
+        if key not in self._known:
+            self._known[key] = self._step((pin, crank), motion, self.assembled.start)
+        return self._known[key]
 
     def _step(self, forces: Sequence[Floats], motion: Floats, state: Joined) -> Joined:
         return self.assembled.step(self.assembled.load(forces, motion, self._tilted(motion)), state)

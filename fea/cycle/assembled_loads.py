@@ -40,8 +40,8 @@ class AssembledLoads:
         The contact problem.
     inertia
         Inertia of the same mesh.
-    courses
-        Cycles whose opening and slip the unit loads shall span.
+    courses, alone
+        Cycles and load cases whose opening and slip the unit loads shall span.
 
     Attributes
     ----------
@@ -51,12 +51,16 @@ class AssembledLoads:
 
     series_error, jumps, remembers = 0.0, False, True
 
-    def __init__(self, contact: AssembledRod, inertia: Inertia, courses: Sequence[Course]) -> None:
+    def __init__(
+        self, contact: AssembledRod, inertia: Inertia, courses: Sequence[Course], alone: Sequence[Instants]
+    ) -> None:
         self._contact, self._inertia = contact, inertia
         self._fold, self._assembled = contact.problem.fold, contact.assembled
         self._courses: dict[bytes, list[Joined]] = {}
         self._pinned = {parity: self._of_pins(parity) for parity in self._fold.parities()}
         states = [state for course in courses for state in self._course(course)]
+        for cases in alone:
+            states += contact.solutions(cases.pin, cases.crank, cases.motions)
         slips = np.stack([state.gap for state in states], axis=1) - self._assembled.start.gap[:, None]
         self._slips = self._principal(self._fold.parts(self._assembled.slipped(slips)))
         self._inertial = self._fold.parts(self._assembled.tied_loads())

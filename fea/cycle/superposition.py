@@ -170,17 +170,7 @@ class CycleAnalysis:
 
     def case_weights(self, cases: Sequence[LoadCase]) -> Weights:
         """Weights (n_units, n_cases) of load cases."""
-        still = RodMotion((0.0, 0.0), 0.0, 0.0)
-        motions = [case.motion or still for case in cases]
-        return self.loads.weights(
-            Instants(
-                np.array([[case.pin_axial, case.pin_transverse] for case in cases]).T,
-                np.array([[-case.crank_axial, case.crank_transverse] for case in cases]).T,
-                np.array([motion.acceleration for motion in motions]).T,
-                np.array([motion.angular_velocity for motion in motions]),
-                np.array([motion.angular_acceleration for motion in motions]),
-            )
-        )
+        return self.loads.weights(of_cases(cases))
 
     def at(self, engine: Engine, gas: GasModel, speed: float, cases: Sequence[CaseResult]) -> CycleResult:
         """Compute the cycle at one speed.
@@ -264,6 +254,19 @@ def instants(engine: Engine, gas: GasModel, rod: MassProperties, speed: float, a
         np.stack(origin_acceleration(engine, c.motion)),
         -c.motion.rod_rate,
         -c.motion.rod_acceleration,
+    )
+
+
+def of_cases(cases: Sequence[LoadCase]) -> Instants:
+    """What acts on a rod in load cases."""
+    still = RodMotion((0.0, 0.0), 0.0, 0.0)
+    motions = [case.motion or still for case in cases]
+    return Instants(
+        np.array([[case.pin_axial, case.pin_transverse] for case in cases]).T,
+        np.array([[-case.crank_axial, case.crank_transverse] for case in cases]).T,
+        np.array([motion.acceleration for motion in motions]).T,
+        np.array([motion.angular_velocity for motion in motions]),
+        np.array([motion.angular_acceleration for motion in motions]),
     )
 
 
