@@ -1,0 +1,161 @@
+"""Damage over a duty: the cycles of several speeds, summed at every node of a rod.
+
+Every node gets the damage of its largest range at each speed. Where one range dominates, that is all the
+damage there is (the powers of the S–N line make a range of 0.8 count for a thirtieth); where the gas does
+little, both revolutions of a cycle count alike. So all ranges of the histories are counted at the nodes of the
+largest damage, and the worst of those is the rod's.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fea.assess.fatigue import criterion_strength, reversed_amplitude
+from fea.assess.life_line import LifeLine
+from fea.assess.rainflow import rainflow
+from fea.cycle.envelope import carried
+from fea.cycle.path import path
+from fea.cycle.screened import extremes
+from fea.cycle.spots import spots
+from fea.cycle.superposition import CycleAnalysis
+from fea.cycle.unit_loads import Weights
+from geometry.arrays import Floats, Ints
+
+# Nodes at which every range is counted, of those whose damage is at least this part of the largest: a cycle has
+# a few ranges of any size.
+COUNTED, LEAST = 16, 0.2
+
+
+@dataclass(frozen=True)
+class DutyEntry:
+    """The crank cycle at one entry of a duty.
+
+    Attributes
+    ----------
+    weights
+        Of the unit solutions, at instants in the order of time.
+    rate
+        Cycles per hour of the duty.
+    """
+
+    weights: Weights
+    rate: float
+
+
+@dataclass(frozen=True)
+class WorstLife:
+    """The place of the largest damage.
+
+    Attributes
+    ----------
+    node, part
+        Node on the whole rod; number of its part.
+    line
+        Its S–N line.
+    amplitude, rate, entry
+        (n_cycles,) of the cycles counted there: fully reversed amplitude, MPa, number per hour, and entry of
+        the duty.
+    single
+        Damage per hour of the largest range of every entry alone.
+    """
+
+    node: int
+    part: int
+    line: LifeLine
+    amplitude: Floats
+    rate: Floats
+    entry: Ints
+    single: float
+
+    def damage(self, strength: float = 1.0, stress: float = 1.0) -> Floats:
+        """Damage per hour (n_cycles,), with all strengths and all stresses multiplied by factors."""
+        line = self.line.stronger(strength)
+        return np.asarray(line.damage(stress * self.amplitude[:, None], self.rate)[:, 0])
+
+
+@dataclass(frozen=True)
+class DutyDamage:
+    """What a duty does to a rod.
+
+    Attributes
+    ----------
+    per_hour
+        (n_nodes,) damage per hour on the whole rod; NaN in parts without an S–N line.
+    worst
+        The place of the largest.
+    """
+
+    per_hour: Floats
+    worst: WorstLife
+
+
+def duty_damage(analysis: CycleAnalysis, entries: Sequence[DutyEntry]) -> DutyDamage | None:
+    """Sum the damage of the entries of a duty; None if no part's life is known.
+
+    Parts without an S–N line, or without the strengths that the mean-stress correction needs, are left out.
+
+    Raises
+    ------
+    InvalidValue
+        See `LifeLine.of`.
+    """
+    whole = analysis.mesh.mirrored
+    parts = {
+        number: damage
+        for number in range(len(analysis.materials))
+        if (damage := _of_part(analysis, entries, number)) is not None
+    }
+    if not parts:
+        return None
+    per_part, numbers = np.stack(list(parts.values())), np.array(list(parts))
+    total = np.fmax.reduce(per_part)
+    counts = analysis.counts[whole.source] & ~np.isnan(total)
+    if not counts.any():
+        counts = ~np.isnan(total)
+    owner = numbers[np.where(np.isnan(per_part), -np.inf, per_part).argmax(axis=0)]
+    once = np.flatnonzero(counts & (whole.sign[:, 2] > 0))  # an image across z = 0 has the same history
+    order = once[np.argsort(-total[once], kind="stable")][:COUNTED]
+    order = order[total[order] >= LEAST * total[order[0]]]
+    found = [_counted(analysis, entries, node, int(owner[node]), total[node]) for node in order]
+    image = 2 * whole.source + (whole.sign[:, 1] < 0)
+    for place in found:
+        total[image == image[place.node]] = place.damage().sum()
+    return DutyDamage(total, max(found, key=lambda place: float(place.damage().sum())))
+
+
+def _of_part(analysis: CycleAnalysis, entries: Sequence[DutyEntry], number: int) -> Floats | None:
+    """Damage per hour (n_nodes,) of the largest ranges in a part, NaN elsewhere; None if it is not known."""
+    part, units, material = analysis.units.parts[number], analysis.units, analysis.materials[number]
+    line = LifeLine.of(material, analysis.regions.at(part.nodes).factors(material))
+    if line is None or criterion_strength(analysis.fatigue, material) is None:
+        return None
+    amplitudes = []
+    for entry in entries:
+        sides = extremes(part, path(entry.weights, units.together), units.sides)
+        amplitudes.append(
+            [reversed_amplitude(analysis.fatigue, of.mean, of.amplitude, material) for of in sides]
+        )
+    rate = np.array([entry.rate for entry in entries])
+    damage = [line.damage(np.stack(of_side), rate).sum(axis=0) for of_side in zip(*amplitudes, strict=True)]
+    return carried(part, damage, analysis.mesh.mirrored)
+
+
+def _counted(
+    analysis: CycleAnalysis, entries: Sequence[DutyEntry], node: int, number: int, single: float
+) -> WorstLife:
+    """Count every range of the histories of a node, as of a part."""
+    material, whole = analysis.materials[number], analysis.mesh.mirrored
+    source = whole.source[[node]]
+    line = LifeLine.of(material, analysis.regions.at(source).factors(material))
+    if line is None:
+        raise ValueError("only parts with an S–N line have worst places")
+    amplitudes, rates, numbers = [], [], []
+    for index, entry in enumerate(entries):
+        (spot,) = spots([(node, number)], analysis.units, entry.weights, whole)
+        mean, amplitude = rainflow(spot.signed)
+        amplitudes.append(reversed_amplitude(analysis.fatigue, mean, amplitude, material))
+        rates.append(np.full(len(mean), entry.rate))
+        numbers.append(np.full(len(mean), index))
+    cycles = (np.concatenate(of) for of in (amplitudes, rates, numbers))
+    return WorstLife(node, number, line, *cycles, single=float(single))

@@ -1,0 +1,31 @@
+"""The life over a duty as lines: hours with their band, and the share of every speed."""
+
+from fea.analysis.figures import DutyFigures, LifeFigures
+from fea.output.terminal.figures import number, place
+
+
+def life_lines(life: LifeFigures | None) -> list[str]:
+    """Return the lines; none without a life."""
+    if life is None:
+        return []
+    low, high = (hours_text(hours) for hours in life.band_hours)
+    band = f"{low} to {high}" if low != high else low
+    times = "" if life.duties is None else f" ({number(life.duties, '.3g')} times the duty)"
+    said = f"Life over the duty: {hours_text(life.hours)}{times} at ({place(life.at_mm)}) mm in {life.part}"
+    lines = [f"{said}; {band} within ±{life.band_percent:.3g} % of {life.band_of}."]
+    if not life.endless:
+        shares = ", ".join(_share(entry) for entry in life.duty)
+        lines.append(
+            f"Damage there: {shares}; {number(life.largest_range_percent, '.4g')} % by one range a cycle."
+        )
+    return lines
+
+
+def hours_text(hours: float | None) -> str:
+    """Return hours with three digits, or that there is no end."""
+    return "no end" if hours is None else f"{number(hours, '.3g')} h"
+
+
+def _share(entry: DutyFigures) -> str:
+    gas = "" if entry.gas is None else f" ({entry.gas})"
+    return f"{number(entry.damage_percent, '.3g')} % at {entry.rpm:g} rpm{gas}"
