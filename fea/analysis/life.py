@@ -53,7 +53,7 @@ class Life:
         return () if self.figures is None else (_LEFT_OUT,)
 
     def point_data(self) -> dict[str, Floats]:
-        """Return the array of the envelope's VTU file: 0 where nothing is damaged, −1 where it is not judged."""
+        """Return the array of the envelope's VTU file: 0 without damage, −1 where it is not judged."""
         if self.damage is None:
             return {}
         return {"damage_per_hour": np.nan_to_num(self.damage, nan=_NOT_JUDGED)}
@@ -102,7 +102,7 @@ def _figures(rod: PreparedRod, duty: DutyTable, found: DutyDamage) -> LifeFigure
         hours=hours,
         band_hours=(low, high),
         band_percent=100 * _BAND * SCATTER,
-        band_of=f"fatigue strength, {_BAND} standard deviations to either side of the mean",
+        band_of=f"strengths {_BAND} standard deviations below and above the mean",
         endless=hours is None,
         duties=None if hours is None or duty.hours is None else hours / sum(duty.hours),
         at_mm=vector(mesh.points[worst.node]),
@@ -162,6 +162,6 @@ def _notes(duty: DutyTable, found: DutyDamage, figures: LifeFigures) -> Iterator
             "of the strength alone, not of the error of the mesh or of the loads"
         )
     if float(worst.line.cycles(worst.amplitude[:, None]).min()) < 1e3 and figures.hours is not None:
-        yield "life: some cycles would break the rod within 1000, where stress is not elastic: hours are rough"
+        yield "life: some cycles break the rod within 1000, where stress is not elastic: the hours are rough"
     if duty.gas is not None:
         yield "life: each entry of [duty] has its own gas; the runs of the speeds have that of [engine]"

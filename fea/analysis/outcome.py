@@ -94,7 +94,7 @@ class Outcome:
         return None if self.speed is None else self.speed.cycle
 
     def envelope_data(self) -> dict[str, Any]:
-        """Arrays at the nodes of the cycle's envelope, with the damage of the duty; none without the cycle."""
+        """Arrays at the nodes of the envelope, with the damage of the duty; none without the cycle."""
         if self.cycle is None:
             return {}
         return self.cycle.envelope.point_data() | ({} if self.life is None else self.life.point_data())

@@ -73,10 +73,11 @@ def criterion_strength(criterion: Fatigue, material: Material) -> float | None:
 
 
 def reversed_amplitude(criterion: Fatigue, mean: Floats, amplitude: Floats, material: Material) -> Floats:
-    """Amplitude, MPa, of the fully reversed stress that is as damaging; infinite where the mean breaks the part.
+    """Amplitude, MPa, of the fully reversed stress that does the same damage.
 
-    σ_ar of σ_a/σ_ar + σ_m/S = 1 (Goodman, Soderberg) or σ_a/σ_ar + (σ_m/S)² = 1 (Gerber): it exceeds S_e where
-    the factor of `fatigue_factor` is below 1. A compressive mean stress gives no benefit.
+    σ_ar of σ_a/σ_ar + σ_m/S = 1 (Goodman, Soderberg) or σ_a/σ_ar + (σ_m/S)² = 1 (Gerber). It exceeds S_e
+    where the factor of `fatigue_factor` is below 1, and is infinite where σ_m ≥ S. A compressive mean stress
+    gives no benefit.
 
     Parameters
     ----------

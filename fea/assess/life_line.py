@@ -1,15 +1,14 @@
 """The S–N line of a part, and Palmgren–Miner's sum of the damage of its stress cycles.
 
 Basquin's line of specimens, lowered by Marin's factors: those of loading and reliability lower all of it;
-those of size and surface lower the endurance limit, at the knee, and not the strength at 10³ cycles (Budynas &
-Nisbett, Shigley's Mechanical Engineering Design, 9th ed., section 6-8; Juvinall & Marshek, Fundamentals of
-Machine Component Design, section 8.6), with a straight line between them on logarithmic scales. The knee is
-where the line of specimens meets their endurance limit.
+those of size and surface lower the endurance limit, at the knee, and not the strength at 10³ cycles, with a
+straight line between them on logarithmic scales (Budynas & Nisbett, Shigley's Mechanical Engineering Design,
+9th ed., section 6-8). The knee is where the line of specimens meets their endurance limit.
 
 Steel whose cycles all stay below its endurance limit lasts for ever. Once larger cycles have damaged it, the
-smaller ones damage it too: below the knee the line then falls with the slope 2k − 1 instead of k (Haibach, LBF
-TM 50/70, 1970). Other metals have no endurance limit (Sonsino, Int. J. Fatigue 29, 2007, 2246): that slope
-always holds for them.
+smaller ones damage it too: below the knee the line then falls with the slope 2k − 1 instead of k (Haibach,
+LBF TM 50/70, 1970). Other metals have no endurance limit (Sonsino, Int. J. Fatigue 29, 2007, 2246): for them
+that slope always holds.
 """
 
 from dataclasses import dataclass, replace
@@ -66,9 +65,7 @@ class LifeLine:
         require(polished < most, "material.endurance_MPa", polished, rule, "Check the line and the limit.")
         limits = limit * np.asarray(surface, np.float64)
         best = float(limits.max(initial=0.0))
-        rule = (
-            f"raises the endurance limit above the {most * whole:.4g} MPa that the part bears for 1000 cycles"
-        )
+        rule = f"raises the endurance limit above the {most * whole:.4g} MPa borne for {SHORT:g} cycles"
         require(best < most * whole, "material.surface", best / limit, rule, "Give a smaller factor.")
         lowered = Basquin(specimen.coefficient * whole, specimen.exponent)
         return cls(lowered, knee, limits, is_steel(material.youngs_modulus))

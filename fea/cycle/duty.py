@@ -1,9 +1,9 @@
 """Damage over a duty: the cycles of several speeds, summed at every node of a rod.
 
-Every node gets the damage of its largest range at each speed. Where one range dominates, that is all the
-damage there is (the powers of the S–N line make a range of 0.8 count for a thirtieth); where the gas does
-little, both revolutions of a cycle count alike. So all ranges of the histories are counted at the nodes of the
-largest damage, and the worst of those is the rod's.
+Every node gets the damage of its largest range at each speed. Where one range dominates, that is nearly all:
+by the powers of the S–N line a range of 0.8 counts for a thirtieth. Where the gas does little, both
+revolutions of a cycle count alike. So every range of the histories is counted at the nodes of the largest
+damage, and the worst of those is the rod's.
 """
 
 from collections.abc import Sequence
@@ -22,8 +22,8 @@ from fea.cycle.superposition import CycleAnalysis
 from fea.cycle.unit_loads import Weights
 from geometry.arrays import Floats, Ints
 
-# Nodes at which every range is counted, of those whose damage is at least this part of the largest: a cycle has
-# a few ranges of any size.
+# Nodes at which every range is counted: so many, if their damage is at least this part of the largest, as a
+# cycle has a few ranges of any size.
 COUNTED, LEAST = 16, 0.2
 
 
@@ -157,5 +157,12 @@ def _counted(
         amplitudes.append(reversed_amplitude(analysis.fatigue, mean, amplitude, material))
         rates.append(np.full(len(mean), entry.rate))
         numbers.append(np.full(len(mean), index))
-    cycles = (np.concatenate(of) for of in (amplitudes, rates, numbers))
-    return WorstLife(node, number, line, *cycles, single=float(single))
+    return WorstLife(
+        node,
+        number,
+        line,
+        amplitude=np.concatenate(amplitudes),
+        rate=np.concatenate(rates),
+        entry=np.concatenate(numbers),
+        single=float(single),
+    )

@@ -16,7 +16,7 @@ _ROUNDING_PERCENT = 0.1
 class DutyTable:
     """[duty]: speeds with the hours at each, or with their shares of the time.
 
-    `gas` names what `gas` in [engine] names, for each speed; without it, the engine's gas acts at all of them.
+    `gas` is what `gas` in [engine] is, for each speed; without it, the engine's gas acts at all of them.
     """
 
     rpm: tuple[float, ...]

@@ -3,6 +3,7 @@
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from fea.choices import PressureReference, PressureUnit
 from fea.study.engine_presets import EnginePreset, engine_preset
@@ -74,7 +75,7 @@ class EngineTable:
 
     def with_gas(self, gas: str) -> "EngineTable":
         """Return the table with another gas; keys that say how a file is to be read stay for files only."""
-        unused = {} if _is_file(gas) else dict.fromkeys(TraceKeys.of(self).given)
+        unused: dict[str, Any] = {} if _is_file(gas) else dict.fromkeys(TraceKeys.of(self).given)
         return dataclasses.replace(self, gas=gas, **unused)
 
     def engine(self, rod_length: float) -> Engine:

@@ -1,9 +1,9 @@
 """Materials by name, in the units of a study file, each with its source.
 
 The endurance limit is that of polished specimens under fully reversed stress; for a metal whose S-N curve has
-no knee, it holds at the number of cycles given. σ_f′ and b of the S-N line σ_a = σ_f′ (2N)^b are those of
-polished specimens, too; a material without them has no published line that fits its other figures. All are published figures of one heat or typical values: a
-design needs figures of its own material.
+no knee, it holds at the number of cycles given. σ_f′ and b are of the S-N line σ_a = σ_f′ (2N)^b of such
+specimens; a material without them has no published line that fits its other figures. All are published
+figures of one heat or typical values: a design needs figures of its own material.
 """
 
 MATERIALS: dict[str, dict[str, float]] = {
@@ -114,9 +114,8 @@ SOURCES: dict[str, str] = {
     ),
     "forged-steel-2005": (
         "Forged steel of a production connecting rod, Shenoy & Fatemi, SAE 2005-01-0987; endurance limit at "
-        "10⁶ cycles, S-N line from strain-controlled tests of specimens cut from rods. The figures could not be "
-        "checked against the paper, but limit and line agree: σ_f′ (2·10⁶)^b = 423 MPa. Check them before you "
-        "rely on them."
+        "10⁶ cycles, S-N line of specimens cut from rods. The figures could not be checked against the paper, "
+        "but limit and line agree: σ_f′ (2·10⁶)^b = 423 MPa. Check them before you rely on them."
     ),
     "c70-2005": (
         "C-70, the steel of fracture-split rods, from the same paper; endurance limit at 10⁶ cycles and S-N "

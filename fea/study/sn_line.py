@@ -41,7 +41,7 @@ def sn_line(
 
 
 def fitted(cycles: tuple[float, ...], amplitudes: tuple[float, ...]) -> Basquin:
-    """Fit Basquin's line to tests that broke, with the logarithm of life as the dependent variable (ASTM E739).
+    """Fit Basquin's line to specimens that broke, the logarithm of life being dependent (ASTM E739).
 
     Raises
     ------

@@ -424,7 +424,7 @@ class Study:
         return tables
 
     def _constants(self, material: MaterialTable) -> dict[str, Any]:
-        """Return what counts of a material: the S–N line for a life over a duty only, or where it is given."""
+        """Return what counts of a material: an S–N line only where it is given, or there is a duty."""
         unused = [key for key in SN_KEYS if self.duty is None and getattr(material, key) is None]
         return {key: value for key, value in entries_of(material.resolved()).items() if key not in unused}
 

@@ -12,12 +12,11 @@ def life_lines(life: LifeFigures | None) -> list[str]:
     band = f"{low} to {high}" if low != high else low
     times = "" if life.duties is None else f" ({number(life.duties, '.3g')} times the duty)"
     said = f"Life over the duty: {hours_text(life.hours)}{times} at ({place(life.at_mm)}) mm in {life.part}"
-    lines = [f"{said}; {band} within ±{life.band_percent:.3g} % of {life.band_of}."]
+    lines = [f"{said}; {band} with {life.band_of} (±{life.band_percent:.3g} %)."]
     if not life.endless:
         shares = ", ".join(_share(entry) for entry in life.duty)
-        lines.append(
-            f"Damage there: {shares}; {number(life.largest_range_percent, '.4g')} % by one range a cycle."
-        )
+        single = number(life.largest_range_percent, ".4g")
+        lines.append(f"Damage there: {shares}; {single} % of it by the largest range of each cycle.")
     return lines
 
 
