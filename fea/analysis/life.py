@@ -95,6 +95,7 @@ def _figures(rod: PreparedRod, duty: DutyTable, found: DutyDamage) -> LifeFigure
     damage = worst.damage()
     total = float(damage.sum())
     by_entry = np.bincount(worst.entry, damage, len(duty.rpm))
+    largest = sum(float(damage[worst.entry == number].max(initial=0.0)) for number in range(len(duty.rpm)))
     reliability = rod.materials[worst.part].marin.reliability
     low, high = (_hours(worst.damage((1 + sign * _BAND * SCATTER) / reliability)) for sign in (-1, 1))
     hours = _hours(damage)
@@ -108,7 +109,7 @@ def _figures(rod: PreparedRod, duty: DutyTable, found: DutyDamage) -> LifeFigure
         at_mm=vector(mesh.points[worst.node]),
         part=list(rod.mesh.parts)[worst.part],
         damage_per_hour=total,
-        largest_range_percent=100 * worst.single / total if total else None,
+        largest_range_percent=100 * largest / total if total else None,
         duty=tuple(
             DutyFigures(
                 rpm=rpm,

@@ -56,8 +56,6 @@ class WorstLife:
     amplitude, rate, entry
         (n_cycles,) of the cycles counted there: fully reversed amplitude, MPa, number per hour, and entry of
         the duty.
-    single
-        Damage per hour of the largest range of every entry alone.
     """
 
     node: int
@@ -66,7 +64,6 @@ class WorstLife:
     amplitude: Floats
     rate: Floats
     entry: Ints
-    single: float
 
     def damage(self, strength: float = 1.0, stress: float = 1.0) -> Floats:
         """Damage per hour (n_cycles,), with all strengths and all stresses multiplied by factors."""
@@ -94,6 +91,7 @@ def duty_damage(analysis: CycleAnalysis, entries: Sequence[DutyEntry]) -> DutyDa
     """Sum the damage of the entries of a duty; None if no part's life is known.
 
     Parts without an S–N line, or without the strengths that the mean-stress correction needs, are left out.
+    Where nothing is damaged, the worst place is the one nearest to its endurance limit.
 
     Raises
     ------
@@ -102,30 +100,36 @@ def duty_damage(analysis: CycleAnalysis, entries: Sequence[DutyEntry]) -> DutyDa
     """
     whole = analysis.mesh.mirrored
     parts = {
-        number: damage
+        number: found
         for number in range(len(analysis.materials))
-        if (damage := _of_part(analysis, entries, number)) is not None
+        if (found := _of_part(analysis, entries, number)) is not None
     }
     if not parts:
         return None
-    per_part, numbers = np.stack(list(parts.values())), np.array(list(parts))
-    total = np.fmax.reduce(per_part)
+    numbers, damages = np.array(list(parts)), np.stack([damage for damage, _ in parts.values()])
+    usages = np.stack([usage for _, usage in parts.values()])
+    total, usage = np.fmax.reduce(damages), np.fmax.reduce(usages)
     counts = analysis.counts[whole.source] & ~np.isnan(total)
     if not counts.any():
         counts = ~np.isnan(total)
-    owner = numbers[np.where(np.isnan(per_part), -np.inf, per_part).argmax(axis=0)]
+    owner = numbers[np.nan_to_num(np.where(total > 0, damages, usages), nan=-1.0).argmax(axis=0)]
     once = np.flatnonzero(counts & (whole.sign[:, 2] > 0))  # an image across z = 0 has the same history
-    order = once[np.argsort(-total[once], kind="stable")][:COUNTED]
+    order = once[np.lexsort((-usage[once], -total[once]))][:COUNTED]
     order = order[total[order] >= LEAST * total[order[0]]]
-    found = [_counted(analysis, entries, node, int(owner[node]), total[node]) for node in order]
+    found = [_counted(analysis, entries, node, int(owner[node])) for node in order]
     image = 2 * whole.source + (whole.sign[:, 1] < 0)
     for place in found:
         total[image == image[place.node]] = place.damage().sum()
     return DutyDamage(total, max(found, key=lambda place: float(place.damage().sum())))
 
 
-def _of_part(analysis: CycleAnalysis, entries: Sequence[DutyEntry], number: int) -> Floats | None:
-    """Damage per hour (n_nodes,) of the largest ranges in a part, NaN elsewhere; None if it is not known."""
+def _of_part(
+    analysis: CycleAnalysis, entries: Sequence[DutyEntry], number: int
+) -> tuple[Floats, Floats] | None:
+    """Damage per hour by the largest ranges in a part, and the largest of them over the endurance limit.
+
+    Each (n_nodes,) on the whole rod, NaN outside the part; None if its life is not known.
+    """
     part, units, material = analysis.units.parts[number], analysis.units, analysis.materials[number]
     line = LifeLine.of(material, analysis.regions.at(part.nodes).factors(material))
     if line is None or criterion_strength(analysis.fatigue, material) is None:
@@ -136,14 +140,14 @@ def _of_part(analysis: CycleAnalysis, entries: Sequence[DutyEntry], number: int)
         amplitudes.append(
             [reversed_amplitude(analysis.fatigue, of.mean, of.amplitude, material) for of in sides]
         )
-    rate = np.array([entry.rate for entry in entries])
-    damage = [line.damage(np.stack(of_side), rate).sum(axis=0) for of_side in zip(*amplitudes, strict=True)]
-    return carried(part, damage, analysis.mesh.mirrored)
+    rate, whole = np.array([entry.rate for entry in entries]), analysis.mesh.mirrored
+    sides_of = [np.stack(of_side) for of_side in zip(*amplitudes, strict=True)]
+    damage = [line.damage(amplitude, rate).sum(axis=0) for amplitude in sides_of]
+    usage = [(amplitude / line.limit).max(axis=0) for amplitude in sides_of]
+    return carried(part, damage, whole), carried(part, usage, whole)
 
 
-def _counted(
-    analysis: CycleAnalysis, entries: Sequence[DutyEntry], node: int, number: int, single: float
-) -> WorstLife:
+def _counted(analysis: CycleAnalysis, entries: Sequence[DutyEntry], node: int, number: int) -> WorstLife:
     """Count every range of the histories of a node, as of a part."""
     material, whole = analysis.materials[number], analysis.mesh.mirrored
     source = whole.source[[node]]
@@ -164,5 +168,4 @@ def _counted(
         amplitude=np.concatenate(amplitudes),
         rate=np.concatenate(rates),
         entry=np.concatenate(numbers),
-        single=float(single),
     )

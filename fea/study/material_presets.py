@@ -114,8 +114,8 @@ SOURCES: dict[str, str] = {
     ),
     "forged-steel-2005": (
         "Forged steel of a production connecting rod, Shenoy & Fatemi, SAE 2005-01-0987; endurance limit at "
-        "10⁶ cycles, S-N line of specimens cut from rods. The figures could not be checked against the paper, "
-        "but limit and line agree: σ_f′ (2·10⁶)^b = 423 MPa. Check them before you rely on them."
+        "10⁶ cycles, S-N line of specimens cut from rods. The figures could not be checked against the "
+        "paper, but limit and line agree: σ_f′ (2·10⁶)^b = 423 MPa. Check them before you rely on them."
     ),
     "c70-2005": (
         "C-70, the steel of fracture-split rods, from the same paper; endurance limit at 10⁶ cycles and S-N "

@@ -12,6 +12,10 @@ def life_lines(life: LifeFigures | None) -> list[str]:
     band = f"{low} to {high}" if low != high else low
     times = "" if life.duties is None else f" ({number(life.duties, '.3g')} times the duty)"
     said = f"Life over the duty: {hours_text(life.hours)}{times} at ({place(life.at_mm)}) mm in {life.part}"
+    if life.endless:
+        largest = max(entry.reversed_amplitude_MPa for entry in life.duty)
+        limit = f"the endurance limit is {number(life.endurance_MPa, '.4g')} MPa"
+        said += f", where the largest reversed amplitude is {number(largest, '.4g')} MPa and {limit}"
     lines = [f"{said}; {band} with {life.band_of} (±{life.band_percent:.3g} %)."]
     if not life.endless:
         shares = ", ".join(_share(entry) for entry in life.duty)
