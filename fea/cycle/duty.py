@@ -6,7 +6,7 @@ revolutions of a cycle count alike. So every range of the histories is counted a
 damage, and the worst of those is the rod's.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,29 +98,34 @@ def duty_damage(analysis: CycleAnalysis, entries: Sequence[DutyEntry]) -> DutyDa
     InvalidValue
         See `LifeLine.of`.
     """
-    whole = analysis.mesh.mirrored
     parts = {
-        number: found
+        number: of_part
         for number in range(len(analysis.materials))
-        if (found := _of_part(analysis, entries, number)) is not None
+        if (of_part := _of_part(analysis, entries, number)) is not None
     }
     if not parts:
         return None
-    numbers, damages = np.array(list(parts)), np.stack([damage for damage, _ in parts.values()])
-    usages = np.stack([usage for _, usage in parts.values()])
-    total, usage = np.fmax.reduce(damages), np.fmax.reduce(usages)
-    counts = analysis.counts[whole.source] & ~np.isnan(total)
-    if not counts.any():
-        counts = ~np.isnan(total)
-    owner = numbers[np.nan_to_num(np.where(total > 0, damages, usages), nan=-1.0).argmax(axis=0)]
-    once = np.flatnonzero(counts & (whole.sign[:, 2] > 0))  # an image across z = 0 has the same history
-    order = once[np.lexsort((-usage[once], -total[once]))][:COUNTED]
-    order = order[total[order] >= LEAST * total[order[0]]]
+    total, order, owner = _ranked(analysis, parts)
     found = [_counted(analysis, entries, node, int(owner[node])) for node in order]
-    image = 2 * whole.source + (whole.sign[:, 1] < 0)
+    whole = analysis.mesh.mirrored
+    image = 2 * whole.source + (whole.sign[:, 1] < 0)  # one across z = 0 has the same history
     for place in found:
         total[image == image[place.node]] = place.damage().sum()
     return DutyDamage(total, max(found, key=lambda place: float(place.damage().sum())))
+
+
+def _ranked(analysis: CycleAnalysis, parts: Mapping[int, tuple[Floats, Floats]]) -> tuple[Floats, Ints, Ints]:
+    """Damage per hour (n_nodes,) of all parts, the first nodes by it, and the part (n_nodes,) it is of."""
+    damages, usages = (np.stack(of_parts) for of_parts in zip(*parts.values(), strict=True))
+    total, usage = np.fmax.reduce(damages), np.fmax.reduce(usages)
+    known, whole = ~np.isnan(total), analysis.mesh.mirrored
+    counts = analysis.counts[whole.source] & known
+    counts = counts if counts.any() else known
+    once = np.flatnonzero(counts & (whole.sign[:, 2] > 0))
+    order = once[np.lexsort((-usage[once], -total[once]))][:COUNTED]
+    ranking = np.nan_to_num(np.where(total > 0, damages, usages), nan=-1.0)
+    owner = np.array(list(parts))[ranking.argmax(axis=0)]
+    return total, order[total[order] >= LEAST * total[order[0]]], owner
 
 
 def _of_part(
