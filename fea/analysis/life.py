@@ -10,7 +10,7 @@ from fea.analysis.prepare import PreparedRod
 from fea.assess.fatigue import criterion_strength
 from fea.cycle.duty import DutyDamage, DutyEntry, duty_damage
 from fea.material import Material
-from fea.rod.load_cases import EngineLoading
+from fea.rod.duty_loads import DutyLoads
 from fea.rod.omission import Omission
 from fea.study.duty_table import DutyTable
 from fea.study.endurance import SCATTER
@@ -59,30 +59,27 @@ class Life:
         return {"damage_per_hour": np.nan_to_num(self.damage, nan=_NOT_JUDGED)}
 
 
-def life_of(rod: PreparedRod, duty: DutyTable) -> Life:
+def life_of(rod: PreparedRod, duty: DutyLoads) -> Life:
     """Return the life of a rod over a duty.
 
     Raises
     ------
     InvalidValue
-        A gas of the duty is not one, or the S–N line of a material does not fit its endurance limit.
+        The S–N line of a material does not fit its endurance limit.
     """
     unknown = tuple(_unknown(rod))
     entries = list(_entries(rod, duty))
     found = duty_damage(rod.cycle, entries)
     if found is None:
         return Life(None, unknown)
-    figures = _figures(rod, duty, found)
-    return Life(figures, (*unknown, *_notes(duty, found, figures)), found.per_hour)
+    figures = _figures(rod, duty.table, found)
+    return Life(figures, (*unknown, *_notes(duty.table, found, figures)), found.per_hour)
 
 
-def _entries(rod: PreparedRod, duty: DutyTable) -> Iterator[DutyEntry]:
+def _entries(rod: PreparedRod, duty: DutyLoads) -> Iterator[DutyEntry]:
     """The cycle of every entry at every degree and at its peaks, as `CycleAnalysis.at` takes its extremes."""
-    for number, (rpm, share) in enumerate(zip(duty.rpm, duty.shares, strict=True)):
-        loading = rod.engine
-        if duty.gas is not None:
-            table = loading.table.with_gas(duty.gas[number])
-            loading = EngineLoading(loading.engine, table.gas_model(loading.engine), table)
+    table = duty.table
+    for rpm, share, loading in zip(table.rpm, table.shares, duty.loadings, strict=True):
         cases = loading.at(rod.mass, rpm).cases
         peaks = [case.crank_angle or 0.0 for case in cases if case.motion is not None]
         angles = np.sort(np.concatenate([cycle_angles(), peaks]))

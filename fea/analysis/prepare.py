@@ -12,6 +12,7 @@ from fea.analysis.fields import FieldRecovery
 from fea.analysis.meshing import mesh_loaded
 from fea.analysis.solve import PinModel
 from fea.assess.case_error import CaseErrors
+from fea.assess.life_line import require_lines
 from fea.assess.sharp_places import SharpPlaces
 from fea.checks import LIMITS
 from fea.choices import CONTACT, Element, SolverName, Support
@@ -24,6 +25,7 @@ from fea.machine.clock import Clock
 from fea.material import Material, Materials, of_parts
 from fea.rod.case_forces import NodalForces
 from fea.rod.discretise import MeshedRod
+from fea.rod.duty_loads import DutyLoads
 from fea.rod.load_cases import EngineLoading, GivenForces, Loading
 from fea.rod.shank import part_at, shank
 from fea.rod.surface_regions import SurfaceRegions
@@ -36,7 +38,6 @@ from fea.stress.part_recovery import PartRecovery
 from fea.stress.section_balance import SectionBalance
 from fea.stress.sharp_edges import SharpEdges
 from fea.study.contact_table import ContactTable
-from fea.study.duty_table import DutyTable
 from fea.study.study import AnalysisTable, Study
 from fea.units import RPM
 from geometry.arrays import Floats
@@ -120,7 +121,7 @@ class PreparedRod:
     pin_table: ContactTable
     pin_stiffness: Mapping[str, tuple[float, float]]
     speeds: tuple[float, ...]
-    duty: DutyTable | None
+    duty: DutyLoads | None
     assembling: Assembling | None
     putting: "Putting | None"
     fields: FieldRecovery
@@ -405,6 +406,10 @@ def prepare(
     else:
         loading = EngineLoading.of(study.require_engine(), mesh.bores.rod_length)
     materials = study.materials(mesh.parts)
+    duty = None
+    if study.duty is not None and isinstance(loading, EngineLoading):
+        duty = DutyLoads.of(study.duty, loading)
+        require_lines(materials)
     sharp: tuple[Surface, ...] = ()
     said: tuple[str, ...] = ()
     if options.in_contact:
@@ -449,7 +454,7 @@ def prepare(
         pin_table=study.contact,
         pin_stiffness=study.pin_stiffness,
         speeds=_speeds(study),
-        duty=study.duty,
+        duty=duty,
         assembling=assembling,
         putting=putting,
         fields=fields,

@@ -11,6 +11,7 @@ LBF TM 50/70, 1970). Other metals have no endurance limit (Sonsino, Int. J. Fati
 that slope always holds.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -101,3 +102,15 @@ class LifeLine:
         """
         counted = (amplitude > self.limit).any(axis=0) if self.endless else np.True_
         return np.where(counted, rate[:, None] / self.cycles(amplitude), 0.0)
+
+
+def require_lines(materials: Iterable[Material]) -> None:
+    """Refuse S–N lines that do not fit their material, before anything is computed.
+
+    Raises
+    ------
+    InvalidValue
+        See `LifeLine.of`.
+    """
+    for material in materials:
+        LifeLine.of(material, np.array([skin.factor for skin in material.marin.surfaces.values()]))

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from fea import load_study
-from fea.analysis.life import life_of
+from fea.analysis.life import life_of as life_of_loads
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed, with_cycle
 from fea.assess.fatigue import reversed_amplitude
 from fea.assess.life_line import LifeLine
 from fea.choices import Fatigue, Finish
 from fea.cycle.duty import COUNTED
+from fea.rod.duty_loads import DutyLoads
 from fea.study.duty_table import DutyTable
 from fea.study.material_table import MaterialTable
 from fea.study.study import MeshTable, Study, parse_study
@@ -26,6 +27,10 @@ FORGED = MaterialTable(preset="forged-steel-2005", surface=Finish.MACHINED)
 def study(name="leon-2001", **tables):
     base = replace(load_study(name), material=FORGED, mesh=MeshTable(size_mm=14.0))
     return replace(base, analysis=replace(base.analysis, cycle=True), **tables)
+
+
+def life_of(rod, duty):
+    return life_of_loads(rod, DutyLoads.of(duty, rod.engine))
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,12 @@
 """The life over a duty as lines: hours with their band, and the share of every speed."""
 
+from collections.abc import Sequence
+
 from fea.analysis.figures import DutyFigures, LifeFigures
 from fea.output.terminal.figures import number, place
+
+# Entries with less of the damage are not listed.
+_LEAST_PERCENT = 1.0
 
 
 def life_lines(life: LifeFigures | None) -> list[str]:
@@ -18,15 +23,23 @@ def life_lines(life: LifeFigures | None) -> list[str]:
         said += f", where the largest reversed amplitude is {number(largest, '.4g')} MPa and {limit}"
     lines = [f"{said}; {band} with {life.band_of} (±{life.band_percent:.3g} %)."]
     if not life.endless:
-        shares = ", ".join(_share(entry) for entry in life.duty)
         single = number(life.largest_range_percent, ".4g")
-        lines.append(f"Damage there: {shares}; {single} % of it by the largest range of each cycle.")
+        lines.append(f"Damage there: {_shares(life.duty)}; {single} % by the largest range of each cycle.")
     return lines
 
 
 def hours_text(hours: float | None) -> str:
     """Return hours with three digits, or that there is no end."""
     return "no end" if hours is None else f"{number(hours, '.3g')} h"
+
+
+def _shares(duty: Sequence[DutyFigures]) -> str:
+    """Return the shares of the damage that matter, the largest first."""
+    by_damage = sorted(duty, key=lambda entry: -(entry.damage_percent or 0.0))
+    said = [_share(entry) for entry in by_damage if (entry.damage_percent or 0.0) >= _LEAST_PERCENT]
+    others = len(duty) - len(said)
+    rest = f"less than {_LEAST_PERCENT:g} % at each of {others} others" if others else ""
+    return ", ".join(filter(None, (*said, rest)))
 
 
 def _share(entry: DutyFigures) -> str:
