@@ -73,7 +73,9 @@ def life_of(rod: PreparedRod, duty: DutyLoads) -> Life:
     if found is None:
         return Life(None, unknown)
     figures = _figures(rod, duty.table, found)
-    return Life(figures, (*unknown, *_notes(duty.table, found, figures)), found.per_hour)
+    away = ["life: places where the exact stress is infinite (singular) are left out"]
+    away = away if rod.cycle.masked.any() else []
+    return Life(figures, (*unknown, *_notes(duty.table, found, figures), *away), found.per_hour)
 
 
 def _entries(rod: PreparedRod, duty: DutyLoads) -> Iterator[DutyEntry]:

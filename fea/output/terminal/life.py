@@ -38,7 +38,7 @@ def _shares(duty: Sequence[DutyFigures]) -> str:
     by_damage = sorted(duty, key=lambda entry: -(entry.damage_percent or 0.0))
     said = [_share(entry) for entry in by_damage if (entry.damage_percent or 0.0) >= _LEAST_PERCENT]
     others = len(duty) - len(said)
-    rest = f"less than {_LEAST_PERCENT:g} % at each of {others} others" if others else ""
+    rest = f"less than {_LEAST_PERCENT:g} % at each of the rest ({others})" if others else ""
     return ", ".join(filter(None, (*said, rest)))
 
 
