@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fea import load_study
+from fea.analysis import adapt
 from fea.analysis.life import life_of as life_of_loads
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed, with_cycle
@@ -13,6 +14,7 @@ from fea.assess.fatigue import reversed_amplitude
 from fea.assess.life_line import LifeLine
 from fea.choices import Fatigue, Finish
 from fea.cycle.duty import COUNTED
+from fea.machine.clock import Clock
 from fea.rod.duty_loads import DutyLoads
 from fea.study.duty_table import DutyTable
 from fea.study.material_table import MaterialTable
@@ -130,6 +132,22 @@ def test_a_material_without_a_line_gets_factors_only_and_is_told():
     assert "safety factors" in life.notes[0]
 
 
+def test_the_mesh_is_refined_for_the_speeds_of_the_duty(monkeypatch):
+    class Met(Exception):  # noqa: N818 - stops the refinement
+        pass
+
+    def solved(_rod, speeds, _tolerance, **_):
+        raise Met(*speeds)
+
+    monkeypatch.setattr(adapt, "prepare", lambda *_, **__: None)
+    monkeypatch.setattr(adapt, "_solved", solved)
+    refined = study(duty=DUTY)
+    refined = replace(refined, analysis=replace(refined.analysis, tolerance_percent=5.0))
+    with pytest.raises(Met) as met:
+        adapt.adapt_mesh(refined, (1000.0, 6000.0), Clock(), mesh=object())
+    assert set(met.value.args) == {1000.0, *SPEEDS}
+
+
 TEXT = """
 [rod]
 preset = "leon-2001"
@@ -182,5 +200,5 @@ def test_duties_that_make_no_sense_are_refused(tmp_path, old, new, named):
 
 def test_a_duty_needs_an_engine():
     forces = load_study("leon-2001-as-published")
-    with pytest.raises(InvalidValue, match="duty"):
+    with pytest.raises(InvalidValue, match=r"duty.rpm.*\[forces\]"):
         Study(forces.name, forces.rod, forces=forces.forces, duty=DUTY)
