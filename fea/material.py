@@ -55,6 +55,30 @@ class Marin:
 
 
 @dataclass(frozen=True)
+class Basquin:
+    """S–N line of polished specimens under fully reversed stress: σ_a = σ_f′ (2N)^b (Basquin 1910).
+
+    Attributes
+    ----------
+    coefficient
+        σ_f′, MPa.
+    exponent
+        b, negative.
+    """
+
+    coefficient: float
+    exponent: float
+
+    def amplitude(self, cycles: float) -> float:
+        """Stress amplitude, MPa, that breaks a specimen after N cycles."""
+        return float(self.coefficient * (2 * cycles) ** self.exponent)
+
+    def cycles(self, amplitude: float) -> float:
+        """Cycles N that a specimen lasts at a stress amplitude, MPa."""
+        return float((amplitude / self.coefficient) ** (1 / self.exponent) / 2)
+
+
+@dataclass(frozen=True)
 class Material:
     """An isotropic linear elastic material.
 
@@ -77,6 +101,8 @@ class Material:
         Whether S_e was estimated from S_u instead of tests.
     marin
         The factors between the limits of specimens and those of the part.
+    basquin
+        The S–N line of polished specimens, if known: none of the factors is contained in it.
     """
 
     youngs_modulus: float
@@ -88,6 +114,7 @@ class Material:
     torsion_limit: float | None = None
     endurance_estimated: bool = False
     marin: Marin = Marin()
+    basquin: Basquin | None = None
 
     def __post_init__(self) -> None:
         """Refuse constants that no isotropic solid can have."""

@@ -61,7 +61,7 @@ class Result(Outcome):
         names = [*self.cases, *(["envelope"] if self.cycle is not None else [])]
         require(case in names, "case", case, f"must be one of {', '.join(names)}")
         if case == "envelope" and self.cycle is not None:
-            return pv.wrap(vtk_grid(self.mesh, self.cycle.envelope.point_data(), {}))
+            return pv.wrap(vtk_grid(self.mesh, self.envelope_data(), {}))
         found = self.cases[case]
         return pv.wrap(vtk_grid(self.mesh, found.point_data(), found.cell_data(self.materials)))
 

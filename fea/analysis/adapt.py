@@ -91,7 +91,7 @@ def adapt_mesh(
     study
         What is asked; `Study.tolerance_percent` is the tolerance, for every load case.
     speeds
-        rpm; None for given forces.
+        rpm; None for given forces. Those of the study's duty are met too.
     clock
         Times the stages, over all passes.
     listener
@@ -108,7 +108,8 @@ def adapt_mesh(
     tolerance = study.tolerance_percent
     if tolerance is None:
         return Adapted(prepare(study, clock, mesh=mesh))
-    deciding = _deciding(speeds)
+    of_duty = () if study.duty is None else study.duty.speeds
+    deciding = _deciding(tuple(dict.fromkeys((*speeds, *of_duty))))
     passes: list[PassFigures] = []
     fields: list[SizeField] = []
     first: PreparedRod | None = None

@@ -254,6 +254,64 @@ class EnvelopeFigures(CycleFigures):
 
 
 @dataclass(frozen=True, kw_only=True)
+class DutyFigures:
+    """An entry of the duty: its share of the time, and of the damage at the worst place.
+
+    `reversed_amplitude_MPa` is that of its largest range there, corrected for its mean stress. `gas` is there
+    where the duty names it.
+    """
+
+    rpm: float
+    gas: WhereKnown[str] = None
+    time_percent: float
+    damage_percent: float | None
+    reversed_amplitude_MPa: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class LifeFigures:
+    """``life``: hours of the duty until the worst place fails, by Palmgren–Miner's sum.
+
+    Attributes
+    ----------
+    hours
+        At the reliability of the study, or for the mean of all rods; None if nothing is damaged (`endless`).
+    band_hours
+        At the worst place, of rods whose strength against fatigue is below and above the mean by
+        `band_percent` of it; None for no end.
+    band_percent, band_of
+        Two standard deviations of the endurance limit of steels (see `fea.study.endurance`), in words too.
+    duties
+        How many times the hours of the duty that is, where the duty has hours.
+    at_mm, part
+        The worst place.
+    damage_per_hour
+        There, over all cycles.
+    largest_range_percent
+        Share of that damage which the largest range of every entry does alone.
+    duty
+        By entry.
+    knee_cycles, endurance_MPa, fatigue_criterion
+        Where the S–N line bends, the endurance limit at the worst place, and the mean-stress correction.
+    """
+
+    hours: float | None
+    band_hours: tuple[float | None, float | None]
+    band_percent: float
+    band_of: str
+    endless: bool
+    duties: WhereKnown[float] = None
+    at_mm: Vector
+    part: str
+    damage_per_hour: float
+    largest_range_percent: float | None
+    duty: tuple[DutyFigures, ...]
+    knee_cycles: float
+    endurance_MPa: float
+    fatigue_criterion: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class PlaneFigures:
     """The column formulas for bending in one plane; the factor is None where nothing compresses the rod."""
 
@@ -417,6 +475,8 @@ class Summary:
         Of a rod of separate parts: bolts, joint and fits.
     envelope
         With the whole crank cycle.
+    life
+        Over the duty of the study, the same at each of its speeds; None if it has none, or no S–N line.
     critical_speeds_rpm
         Of several speeds: with their cycles the lowest speed from which each safety factor is below 1; of an
         assembled rod that from which its joint opens at the bore (``joint_opening``).
@@ -441,6 +501,7 @@ class Summary:
     passes: WhereKnown[tuple[PassFigures, ...]] = None
     assembly: WhereKnown[AssemblyFigures] = None
     envelope: WhereKnown[CycleFigures | EnvelopeFigures] = None
+    life: WhereKnown[LifeFigures] = None
     buckling: BucklingFigures
     pin_model: WhereKnown[PinModelFigures] = None
     checks: Mapping[str, Check]

@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from fea.analysis.adapt import Adapted
 from fea.analysis.buckling import BucklingReport, buckling_report
 from fea.analysis.figures import EnvelopeFigures, Summary
 from fea.analysis.instants import Instants
+from fea.analysis.life import Life
 from fea.analysis.motion import Known, Motion, agreeing, motion
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
@@ -49,6 +51,8 @@ class Outcome:
         Why there is none although it was asked for; empty otherwise.
     instants
         Fields over the crank cycle, where they were asked for.
+    life
+        Life over the duty of the study, where it has one.
     """
 
     study: Study
@@ -62,6 +66,7 @@ class Outcome:
     motion: Motion | None = None
     without_motion: str = ""
     instants: Instants | None = None
+    life: Life | None = None
 
     @property
     def rpm(self) -> float | None:
@@ -87,6 +92,12 @@ class Outcome:
     def cycle(self) -> CycleResult | None:
         """The whole crank cycle, where it was asked for."""
         return None if self.speed is None else self.speed.cycle
+
+    def envelope_data(self) -> dict[str, Any]:
+        """Arrays at the nodes of the envelope, with the damage of the duty; none without the cycle."""
+        if self.cycle is None:
+            return {}
+        return self.cycle.envelope.point_data() | ({} if self.life is None else self.life.point_data())
 
 
 def outcome(study: Study, adapted: Adapted, result: SpeedResult) -> Outcome:
@@ -134,6 +145,7 @@ def outcome_of(
         loading=rod.loading,
         speed=speed,
         buckling=buckling,
+        life=rod.life,
     )
 
 

@@ -12,6 +12,7 @@ from fea.analysis.fields import FieldRecovery
 from fea.analysis.meshing import mesh_loaded
 from fea.analysis.solve import PinModel
 from fea.assess.case_error import CaseErrors
+from fea.assess.life_line import require_lines
 from fea.assess.sharp_places import SharpPlaces
 from fea.checks import LIMITS
 from fea.choices import CONTACT, Element, SolverName, Support
@@ -24,6 +25,7 @@ from fea.machine.clock import Clock
 from fea.material import Material, Materials, of_parts
 from fea.rod.case_forces import NodalForces
 from fea.rod.discretise import MeshedRod
+from fea.rod.duty_loads import DutyLoads
 from fea.rod.load_cases import EngineLoading, GivenForces, Loading
 from fea.rod.shank import part_at, shank
 from fea.rod.surface_regions import SurfaceRegions
@@ -49,6 +51,7 @@ from loads.cases import assembled
 from loads.slider_crank import cycle_angles
 
 if TYPE_CHECKING:
+    from fea.analysis.life import Life
     from fea.contact.assembled_rod import AssembledRod, Putting
     from fea.contact.fits import Fits
     from fea.contact.rod_contact import RodContact
@@ -93,7 +96,9 @@ class PreparedRod:
     pin_table, pin_stiffness
         What the study says of the pins, and E, MPa, and ν of those whose material is given.
     speeds
-        Of the study, rpm; empty where forces are given.
+        Of the study and of its duty, rpm; empty where forces are given.
+    duty
+        How long the engine runs at which speeds; None where the study does not say.
     assembling, putting
         What the rod is put together from, and how; None for a rod of one piece.
     fields
@@ -116,6 +121,7 @@ class PreparedRod:
     pin_table: ContactTable
     pin_stiffness: Mapping[str, tuple[float, float]]
     speeds: tuple[float, ...]
+    duty: DutyLoads | None
     assembling: Assembling | None
     putting: "Putting | None"
     fields: FieldRecovery
@@ -209,6 +215,17 @@ class PreparedRod:
             masked=masked,
             regions=SurfaceRegions.of(mesh.cell, mesh.bores),
         )
+
+    @cached_property
+    def life(self) -> "Life | None":
+        """Life over the duty, worked out when first asked for; None where the study has none."""
+        if self.duty is None:
+            return None
+        from fea.analysis.life import life_of  # noqa: PLC0415 - only a duty needs it
+
+        _ = self.cycle  # timed by itself
+        with self.clock("life"):
+            return life_of(self, self.duty)
 
     @property
     def pins(self) -> PinModel:
@@ -396,6 +413,10 @@ def prepare(
     else:
         loading = EngineLoading.of(study.require_engine(), mesh.bores.rod_length)
     materials = study.materials(mesh.parts)
+    duty = None
+    if study.duty is not None and isinstance(loading, EngineLoading):
+        duty = DutyLoads.of(study.duty, loading)
+        require_lines(materials)
     sharp: tuple[Surface, ...] = ()
     said: tuple[str, ...] = ()
     if options.in_contact:
@@ -439,13 +460,20 @@ def prepare(
         nodal_forces=forces,
         pin_table=study.contact,
         pin_stiffness=study.pin_stiffness,
-        speeds=tuple(rpm for rpm in study.speeds() if rpm is not None),
+        speeds=_speeds(study),
+        duty=duty,
         assembling=assembling,
         putting=putting,
         fields=fields,
         remarks=(*study.material_remarks, *study.rod.mass_remarks(body.properties), *said),
         clock=clock,
     )
+
+
+def _speeds(study: Study) -> tuple[float, ...]:
+    """Return the speeds of a study, rpm, each once: those that are run, then those of its duty alone."""
+    own = [rpm for rpm in study.speeds() if rpm is not None]
+    return tuple(dict.fromkeys((*own, *(() if study.duty is None else study.duty.speeds))))
 
 
 def _model(

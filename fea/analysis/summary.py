@@ -103,6 +103,9 @@ def summary_of(
     left_out: Sequence[Omission],
 ) -> Summary:
     """Return the figures of one speed, with those that all speeds of a rod share."""
+    life = rod.life
+    if life is not None:
+        notes, left_out = (*notes, *life.notes), (*left_out, *life.left_out)
     return Summary(
         study=rod.name,
         rpm=rpm,
@@ -119,6 +122,7 @@ def summary_of(
         results=results,
         passes=tuple(passes) or None,
         envelope=envelope,
+        life=None if life is None else life.figures,
         buckling=buckling,
         assembly=assembly,
         pin_model=pin_model,

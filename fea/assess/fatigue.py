@@ -32,10 +32,10 @@ def gerber(mean: Floats, amplitude: Floats, endurance: Floats | float, ultimate:
     return _inverse((a + np.sqrt(a**2 + 4 * m**2)) / 2)
 
 
-_LINES: dict[Fatigue, tuple[Callable[[Floats, Floats, Floats | float, float], Floats], str]] = {
-    Fatigue.GOODMAN: (goodman, "ultimate_strength"),
-    Fatigue.GERBER: (gerber, "ultimate_strength"),
-    Fatigue.SODERBERG: (soderberg, "yield_strength"),
+_LINES: dict[Fatigue, Callable[[Floats, Floats, Floats | float, float], Floats]] = {
+    Fatigue.GOODMAN: goodman,
+    Fatigue.GERBER: gerber,
+    Fatigue.SODERBERG: soderberg,
 }
 
 
@@ -55,12 +55,38 @@ def fatigue_factor(
     surface
         Factor k_a of the surface on S_e, of the same shape or one for all.
     """
-    line, strength_name = _LINES[criterion]
-    strength, endurance = getattr(material, strength_name), material.endurance_limit
+    line = _LINES[criterion]
+    strength, endurance = criterion_strength(criterion, material), material.endurance_limit
     if strength is None or endurance is None:
         return None
     # In the precision of the stresses.
     return line(mean, amplitude, np.asarray(surface, amplitude.dtype) * endurance, strength)
+
+
+def criterion_strength(criterion: Fatigue, material: Material) -> float | None:
+    """Return the strength, MPa, that a mean stress is compared with; None if it is not known."""
+    return {
+        Fatigue.GOODMAN: material.ultimate_strength,
+        Fatigue.GERBER: material.ultimate_strength,
+        Fatigue.SODERBERG: material.yield_strength,
+    }[criterion]
+
+
+def reversed_amplitude(criterion: Fatigue, mean: Floats, amplitude: Floats, material: Material) -> Floats:
+    """Amplitude, MPa, of the fully reversed stress that does the same damage.
+
+    σ_ar of σ_a/σ_ar + σ_m/S = 1 (Goodman, Soderberg) or σ_a/σ_ar + (σ_m/S)² = 1 (Gerber). It exceeds S_e
+    where the factor of `fatigue_factor` is below 1, and is infinite where σ_m ≥ S. A compressive mean stress
+    gives no benefit.
+
+    Parameters
+    ----------
+    criterion, mean, amplitude, material
+        As `fatigue_factor` takes them; the material's strengths are known.
+    """
+    used = np.maximum(mean, 0) / (criterion_strength(criterion, material) or np.nan)
+    left = 1 - (used**2 if criterion is Fatigue.GERBER else used)
+    return np.asarray(np.where(left > 0, amplitude / np.where(left > 0, left, 1), np.inf))
 
 
 def _inverse(used: Floats) -> Floats:

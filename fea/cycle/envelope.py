@@ -141,19 +141,26 @@ def envelope(
 
 def _on_whole(part: PartStress, sides: list[Reach], whole: MirroredMesh) -> Reach:
     """Map extreme values at a part's nodes to the whole rod; NaN (instant 0) elsewhere."""
+
+    def mapped(name: str) -> npt.NDArray[np.float64]:
+        missing = 0 if name == "instant" else np.nan
+        return carried(part, [getattr(side, name) for side in sides], whole, missing)
+
+    fields = {field.name: mapped(field.name) for field in dataclasses.fields(Reach)}
+    return Reach(**fields | {"instant": fields["instant"].astype(int)})
+
+
+def carried(
+    part: PartStress, sides: Sequence[Floats], whole: MirroredMesh, missing: float = np.nan
+) -> npt.NDArray[np.float64]:
+    """Map values (n,) at a part's nodes, and at their images, to the whole rod; `missing` elsewhere."""
     place = np.full(int(whole.source.max()) + 1, -1)
     place[part.nodes] = np.arange(len(part.nodes))
     place = place[whole.source]
-    mirrored = whole.sign[:, 1] < 0
-
-    def carried(name: str) -> npt.NDArray[np.float64]:
-        values = getattr(sides[0], name)[place]
-        if len(sides) > 1:
-            values = np.where(mirrored, getattr(sides[1], name)[place], values)
-        return np.where(place < 0, 0 if name == "instant" else np.nan, values)
-
-    fields = {field.name: carried(field.name) for field in dataclasses.fields(Reach)}
-    return Reach(**fields | {"instant": fields["instant"].astype(int)})
+    values = sides[0][place]
+    if len(sides) > 1:
+        values = np.where(whole.sign[:, 1] < 0, sides[1][place], values)
+    return np.where(place < 0, missing, values)
 
 
 def _judged(

@@ -91,7 +91,7 @@ def _forces(run: Outcome) -> Iterator[RunFiles]:
 
 def _envelope(run: Outcome) -> Iterator[RunFiles]:
     if run.cycle is not None:
-        data = run.cycle.envelope.point_data()
+        data = run.envelope_data()
         yield _one(ENVELOPE, lambda path: write_vtu(path, run.mesh, data))
 
 

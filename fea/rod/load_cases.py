@@ -64,6 +64,17 @@ class EngineLoading:
         engine = table.engine(rod_length)
         return cls(engine, table.gas_model(engine), table)
 
+    def with_gas(self, gas: str) -> "EngineLoading":
+        """Return the engine with another gas, named as in [engine].
+
+        Raises
+        ------
+        InvalidValue
+            See `EngineTable.gas_model`.
+        """
+        table = self.table.with_gas(gas)
+        return EngineLoading(self.engine, table.gas_model(self.engine), table)
+
     def at(self, rod: MassProperties, rpm: float | None) -> SpeedLoads:
         """Find the peak cases of the crank cycle.
 

@@ -25,7 +25,7 @@ _ROUGHNESS_CONSTANT, _LEAST_STRENGTH, _SKIN_ROUGHNESS, _PEENING = 0.22, 400.0, 2
 _LOADS = {Loading.BENDING: 1.0, Loading.AXIAL: 0.85}
 # Standard deviation of the endurance limit, relative to its mean (section 6-9, after Stulen, Cummings &
 # Schulte 1961).
-_SCATTER = 0.08
+SCATTER = 0.08
 # Of steels: S_e′ = S_u/2, at most 700 MPa (equation 6-8).
 _STEEL_RATIO, _STEEL_LIMIT = 0.5, 700.0
 _STEEL_MODULI = (185e3, 225e3)
@@ -83,7 +83,7 @@ def reliability_factor(percent: float) -> float:
         The reliability is below 50, which would raise the strength, or not below 100.
     """
     require(50 <= percent < 100, "material.reliability_percent", percent, "must be at least 50 and below 100")
-    return 1 - _SCATTER * NormalDist().inv_cdf(percent / 100)
+    return 1 - SCATTER * NormalDist().inv_cdf(percent / 100)
 
 
 def estimated_endurance(ultimate: float, youngs_modulus: float) -> float | None:

@@ -3,6 +3,7 @@
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from fea.choices import PressureReference, PressureUnit
 from fea.study.engine_presets import EnginePreset, engine_preset
@@ -66,17 +67,16 @@ class EngineTable:
 
     @property
     def _is_file(self) -> bool:
-        return self.gas not in SHIPPED and self.gas not in _CYCLES
+        return _is_file(self.gas)
 
     def located(self, folder: Path) -> "EngineTable":
         """Return the table with the path of a file made absolute."""
-        if not self._is_file:
-            return self
-        if not self.gas.lower().endswith(SUFFIXES):
-            choices = ", ".join((*SHIPPED, *_CYCLES))
-            remedy = f"Choose {choices} or a text file ({', '.join(SUFFIXES)}); save a spreadsheet as CSV."
-            raise InvalidValue("engine.gas", self.gas, "is not a gas model", remedy)
-        return dataclasses.replace(self, gas=str(located("engine.gas", self.gas, folder)))
+        return dataclasses.replace(self, gas=located_gas("engine.gas", self.gas, folder))
+
+    def with_gas(self, gas: str) -> "EngineTable":
+        """Return the table with another gas; keys that say how a file is to be read stay for files only."""
+        unused: dict[str, Any] = {} if _is_file(gas) else dict.fromkeys(TraceKeys.of(self).given)
+        return dataclasses.replace(self, gas=gas, **unused)
 
     def engine(self, rod_length: float) -> Engine:
         """Return the engine with a rod of `rod_length` (mm), in coherent units."""
@@ -146,3 +146,24 @@ class EngineTable:
         rule, remedy = f'is missing: gas = "{self.gas}" needs it', "Give it in [engine]."
         require(value is not None, f"engine.{key}", None, rule, remedy)
         return float(value)
+
+
+def located_gas(name: str, gas: str, folder: Path) -> str:
+    """Return what a key `name` calls the gas, with the path of a file made absolute.
+
+    Raises
+    ------
+    InvalidValue
+        It is neither a gas model nor a file that can be read.
+    """
+    if not _is_file(gas):
+        return gas
+    if not gas.lower().endswith(SUFFIXES):
+        choices = ", ".join((*SHIPPED, *_CYCLES))
+        remedy = f"Choose {choices} or a text file ({', '.join(SUFFIXES)}); save a spreadsheet as CSV."
+        raise InvalidValue(name, gas, "is not a gas model", remedy)
+    return str(located(name, gas, folder))
+
+
+def _is_file(gas: str) -> bool:
+    return gas not in SHIPPED and gas not in _CYCLES

@@ -1,8 +1,9 @@
 """Materials by name, in the units of a study file, each with its source.
 
 The endurance limit is that of polished specimens under fully reversed stress; for a metal whose S-N curve has
-no knee, it holds at the number of cycles given. All are published figures of one heat or typical values: a
-design needs figures of its own material.
+no knee, it holds at the number of cycles given. σ_f′ and b are of the S-N line σ_a = σ_f′ (2N)^b of such
+specimens; a material without them has no published line that fits its other figures. All are published
+figures of one heat or typical values: a design needs figures of its own material.
 """
 
 MATERIALS: dict[str, dict[str, float]] = {
@@ -20,6 +21,8 @@ MATERIALS: dict[str, dict[str, float]] = {
         "yield_MPa": 700.0,
         "ultimate_MPa": 938.0,
         "endurance_MPa": 423.0,
+        "fatigue_strength_coefficient_MPa": 1188.0,
+        "fatigue_strength_exponent": -0.0711,
     },
     "c70-2005": {
         "E_GPa": 212.0,
@@ -28,6 +31,8 @@ MATERIALS: dict[str, dict[str, float]] = {
         "yield_MPa": 574.0,
         "ultimate_MPa": 966.0,
         "endurance_MPa": 339.0,
+        "fatigue_strength_coefficient_MPa": 1303.0,
+        "fatigue_strength_exponent": -0.0928,
     },
     "hard-steel-1945": {
         "E_GPa": 206.0,
@@ -109,11 +114,12 @@ SOURCES: dict[str, str] = {
     ),
     "forged-steel-2005": (
         "Forged steel of a production connecting rod, Shenoy & Fatemi, SAE 2005-01-0987; endurance limit at "
-        "10⁶ cycles. The figures could not be checked against the paper: check them before you rely on them."
+        "10⁶ cycles, S-N line of specimens cut from rods. The figures could not be checked against the "
+        "paper, but limit and line agree: σ_f′ (2·10⁶)^b = 423 MPa. Check them before you rely on them."
     ),
     "c70-2005": (
-        "C-70, the steel of fracture-split rods, from the same paper; endurance limit at 10⁶ cycles. These "
-        "figures could not be checked either."
+        "C-70, the steel of fracture-split rods, from the same paper; endurance limit at 10⁶ cycles and S-N "
+        "line. These figures could not be checked either; limit and line agree: σ_f′ (2·10⁶)^b = 339 MPa."
     ),
     "hard-steel-1945": (
         "Hard steel of Nishihara & Kawamoto 1945, limits in bending and torsion as tabulated by Papadopoulos "

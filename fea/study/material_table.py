@@ -2,9 +2,10 @@
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
 from fea.choices import Finish, Loading
-from fea.material import Marin, Material, Skin
+from fea.material import Basquin, Marin, Material, Skin
 from fea.study.endurance import (
     estimated_endurance,
     finish_factor,
@@ -14,6 +15,7 @@ from fea.study.endurance import (
     size_factor,
 )
 from fea.study.material_presets import MATERIALS
+from fea.study.sn_line import SN_KEYS, sn_line
 from fea.study.tables import nearest
 from fea.units import GPA, KG_M3
 from geometry.invalid import InvalidValue, require, require_positive
@@ -32,7 +34,9 @@ class MaterialTable:
     in torsion. `size_mm` (of a round section in bending), `loading` and `reliability_percent` convert them
     into limits of the part, and so does the finish of its surface, or its factor as a number: `bore_surface`
     on the bores, `face_surface` on the faces beside them, `surface` on the rest. `thermal_expansion_1_K`
-    counts in an assembly at another temperature.
+    counts in an assembly at another temperature. The S–N line of polished specimens, for the life over a
+    [duty], is given by `fatigue_strength_coefficient_MPa` (σ_f′) and `fatigue_strength_exponent` (b), or by
+    tests: `sn_cycles` and `sn_amplitude_MPa`.
     """
 
     preset: str | None = None
@@ -50,17 +54,23 @@ class MaterialTable:
     loading: Loading | None = None
     reliability_percent: float | None = None
     thermal_expansion_1_K: float | None = None
+    fatigue_strength_coefficient_MPa: float | None = None
+    fatigue_strength_exponent: float | None = None
+    sn_cycles: tuple[float, ...] | None = None
+    sn_amplitude_MPa: tuple[float, ...] | None = None
 
     def resolved(self) -> "MaterialTable":
         """Return the table with the preset's constants filled in."""
-        base = {}
+        base: dict[str, Any] = {}
         if self.preset is not None:
             if self.preset not in MATERIALS:
                 remedy = nearest(self.preset, MATERIALS)
                 raise InvalidValue("material.preset", self.preset, "is not a preset", remedy)
-            base = MATERIALS[self.preset]
+            base = dict(MATERIALS[self.preset])
         own = {key: value for key, value in dataclasses.asdict(self).items() if value is not None}
         own.pop("preset", None)
+        if own.keys() & set(SN_KEYS):  # one way to give the line replaces another
+            base = {key: value for key, value in base.items() if key not in SN_KEYS}
         return MaterialTable(**base | own)
 
     def material(self) -> Material:
@@ -84,7 +94,18 @@ class MaterialTable:
             torsion_limit=None if torsion is None else factor * torsion,
             endurance_estimated=estimated and endurance is not None,
             marin=marin,
+            basquin=table.basquin(),
         )
+
+    def basquin(self) -> Basquin | None:
+        """Return the S–N line; None where the table gives none.
+
+        Raises
+        ------
+        InvalidValue
+            It is given in part or in two ways, or is no line that falls with the number of cycles.
+        """
+        return sn_line(*(getattr(self, key) for key in SN_KEYS))
 
     def stiffness(self) -> tuple[float, float]:
         """Return Young's modulus, MPa, and Poisson's ratio."""

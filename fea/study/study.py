@@ -13,12 +13,14 @@ from fea.material import Material
 from fea.study.assembly_materials import BOLT, assembled, bolt_material, table_name
 from fea.study.assembly_table import AssemblyTable, changed, require_pins_in_contact, with_contact
 from fea.study.contact_table import PINS, ContactTable
+from fea.study.duty_table import DutyTable
 from fea.study.engine_presets import engine_preset, with_preset
 from fea.study.engine_table import EngineTable
 from fea.study.material_table import MaterialTable
 from fea.study.paths import is_file, located, require_size, require_text
 from fea.study.ready import ready_study
 from fea.study.rod_table import RodTable, read_rod, rod_of_file
+from fea.study.sn_line import SN_KEYS
 from fea.study.tables import entries_of, nearest, read_table, toml_text, unknown_key
 from geometry.cad.file import is_cad
 from geometry.invalid import InvalidValue, require, require_number, require_positive
@@ -167,7 +169,7 @@ class Study:
         The name of the shipped study or of the file.
     part_material
         [material.<part>] by the part's name: a bushing, a solid of a STEP file, or a pin.
-    rod, material, engine, speed, forces, mesh, analysis, contact, assembly, output
+    rod, material, engine, speed, duty, forces, mesh, analysis, contact, assembly, output
         The tables of the study file, in engineering units.
     folder
         Where relative paths in the study start.
@@ -179,6 +181,7 @@ class Study:
     part_material: Mapping[str, MaterialTable] = field(default_factory=dict)
     engine: EngineTable | None = None
     speed: SpeedTable = field(default_factory=SpeedTable)
+    duty: DutyTable | None = None
     forces: ForcesTable | None = None
     mesh: MeshTable = field(default_factory=MeshTable)
     analysis: AnalysisTable = field(default_factory=AnalysisTable)
@@ -196,6 +199,8 @@ class Study:
             else:
                 table.stiffness() if part in PINS else table.material()
         self.speed.speeds()
+        if self.duty is not None:
+            self._require_cycle(self.duty)
         if self.rod.mesh is not None:
             self._require_no_remeshing()
         if self.assembly is not None:
@@ -214,6 +219,14 @@ class Study:
             rule = "cannot be used with [forces], which have no crank cycle"
             require(not self.analysis.cycle, "analysis.cycle", "true", rule, "Give an [engine] instead.")
             self.forces.pin()
+
+    def _require_cycle(self, duty: DutyTable) -> None:
+        """Refuse a duty without the crank cycles that it consists of."""
+        SpeedTable(duty.speeds).speeds()
+        rule, remedy = "cannot be used with [forces], which have no crank cycle", "Give an [engine] instead."
+        require(self.forces is None, "duty.rpm", list(duty.rpm), rule, remedy)
+        rule = "cannot be switched off with [duty], whose life is that of crank cycles"
+        require(self.analysis.cycle, "analysis.cycle", "false", rule, "Leave it out, or remove [duty].")
 
     def _require_no_remeshing(self) -> None:
         """Refuse what only a mesh of our own can have: another element size, refinement, a mirror cell."""
@@ -288,7 +301,9 @@ class Study:
         return (None,) if self.engine is None else self.engine_speeds(self.engine)
 
     def engine_speeds(self, engine: EngineTable) -> tuple[float, ...]:
-        """Return the speeds, rpm: those of [speed], or the redline of an engine of the library, or 6000."""
+        """Return the speeds, rpm: of [speed], or of [duty], or the redline of a library's engine, or 6000."""
+        if self.speed.rpm is None and self.duty is not None:
+            return SpeedTable(self.duty.speeds).speeds()
         preset = engine.library()
         return self.speed.speeds(DEFAULT_RPM if preset is None else preset.redline_rpm)
 
@@ -385,17 +400,33 @@ class Study:
 
     def as_dict(self) -> dict[str, dict[str, Any]]:
         """Return the tables that say something, with plain values, as a study file holds them."""
-        parts = {part: entries_of(table.resolved()) for part, table in self.part_material.items()}
-        tables = {"rod": self.rod.as_dict(), "material": entries_of(self.material.resolved()) | parts}
-        for name in ("engine", "speed", "forces", "mesh", "analysis", "contact", "assembly", "output"):
+        parts = {part: self._constants(table) for part, table in self.part_material.items()}
+        tables = {"rod": self.rod.as_dict(), "material": self._constants(self.material) | parts}
+        for name in (
+            "engine",
+            "speed",
+            "duty",
+            "forces",
+            "mesh",
+            "analysis",
+            "contact",
+            "assembly",
+            "output",
+        ):
             table = getattr(self, name)
-            if name == "speed" and self.engine is not None and self.speed.rpm is None:
+            if name == "speed" and self.engine is not None and self.speed.rpm is None and self.duty is None:
                 table = SpeedTable(self.engine_speeds(self.engine)[0])
             unused = {"speed": self.engine is None, "contact": not self.analysis.in_contact}
             unused["mesh"] = self.rod.mesh is not None
+            unused["speed"] = unused["speed"] or (self.speed.rpm is None and self.duty is not None)
             if table is not None and not unused.get(name):
                 tables[name] = entries_of(table.resolved() if name == "engine" else table)
         return tables
+
+    def _constants(self, material: MaterialTable) -> dict[str, Any]:
+        """Return what counts of a material: an S–N line only where it is given, or there is a duty."""
+        unused = [key for key in SN_KEYS if self.duty is None and getattr(material, key) is None]
+        return {key: value for key, value in entries_of(material.resolved()).items() if key not in unused}
 
     def text(self) -> str:
         """Return the study as a TOML file that runs again and gives the same."""
@@ -406,6 +437,7 @@ TABLES: Mapping[str, type[Any]] = {
     "material": MaterialTable,
     "engine": EngineTable,
     "speed": SpeedTable,
+    "duty": DutyTable,
     "forces": ForcesTable,
     "mesh": MeshTable,
     "analysis": AnalysisTable,
@@ -471,14 +503,24 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
             raise unknown_key(f"{name}.toml:", key, ["rod", *TABLES])
     remedy = 'Add one with dimensions or with preset = "leon-2001".'
     require("rod" in raw, "STUDY", name, "has no [rod] table", remedy)
-    raw, part_material = _parted(with_contact(raw))
+    raw, part_material = _parted(_with_cycle(with_contact(raw)))
     if "engine" in raw:
         raw["engine"] = with_preset(raw["engine"])
     tables = {key: read_table(cls, key, raw[key]) for key, cls in TABLES.items() if key in raw}
     rod = read_rod(raw["rod"], folder)
     if "engine" in tables:
         tables["engine"] = tables["engine"].located(folder)
+    if "duty" in tables:
+        tables["duty"] = tables["duty"].located(folder)
     return Study(name, rod, part_material=part_material, folder=folder, **tables)
+
+
+def _with_cycle(raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the tables of a study with the crank cycle, if it has a duty and does not say otherwise."""
+    analysis = raw.get("analysis", {})
+    if "duty" not in raw or not isinstance(analysis, Mapping):
+        return dict(raw)
+    return {**raw, "analysis": {"cycle": True, **analysis}}
 
 
 def _parted(raw: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, MaterialTable]]:

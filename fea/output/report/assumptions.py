@@ -207,7 +207,7 @@ def _limits(run: Reported) -> Iterator[str]:
         yield "Friction and oil film between pins and bores."
     if run.summary.envelope is None:
         yield "Fatigue: only the peaks of the cycle were solved; nothing is said about the life of the rod."
-    else:
+    elif run.summary.life is None:
         yield "A finite life: the fatigue factors hold for an unlimited one and predict no number of cycles."
     if run.summary.buckling.modes is None:
         yield "Buckling of the solid: the shank is judged as a column, by formulas."

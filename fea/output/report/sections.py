@@ -28,6 +28,7 @@ from fea.output.report.tables import (
 from fea.output.report.wording import figure
 from fea.output.terminal.buckling import buckling_lines
 from fea.output.terminal.figures import factor
+from fea.output.terminal.life import life_lines
 from fea.output.terminal.sharp_edges import sharp_edge_lines
 
 _SIGN = (
@@ -116,7 +117,7 @@ def _cycle(run: Reported) -> Iterator[Section]:
     endurance = endurance_table(found)
     at = "" if found.crank_deg is None else f" at {figure(found.crank_deg, 3)}°"
     least = f"The least factor against yielding over the cycle is {factor(found.min_safety_factor)}{at}."
-    text = [least, _SIGN]
+    text = [least, _SIGN, *life_lines(run.summary.life)]
     tables = [cycle_table(found), *([endurance] if endurance else [])]
     yield _tables("fatigue", "Cycle and fatigue", tables, text, [drawn])
 

@@ -17,6 +17,7 @@ from fea.output.terminal.assembly import assembly_lines, assembly_tables
 from fea.output.terminal.buckling import buckling_lines
 from fea.output.terminal.endurance import endurance_lines
 from fea.output.terminal.figures import UNKNOWN, bar, factor, kilo, number, place
+from fea.output.terminal.life import life_lines
 from fea.output.terminal.sharp_edges import UNBOUNDED, sharp_cells, sharp_edge_lines
 from fea.output.terminal.sweep import print_sweep
 
@@ -103,6 +104,7 @@ def _print_run(console: Console, folder: Path, summary: Summary) -> None:
         *_contact(summary),
         *assembly_lines(summary.assembly),
         *_cycle(summary),
+        *life_lines(summary.life),
         *buckling,
         _model(summary),
     ):

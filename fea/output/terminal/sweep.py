@@ -17,6 +17,7 @@ from fea.output.notes import gathered
 from fea.output.target import near
 from fea.output.terminal.endurance import endurance_lines
 from fea.output.terminal.figures import bar, factor, number
+from fea.output.terminal.life import life_lines
 
 
 def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:
@@ -39,7 +40,7 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:
     summaries = [summary for _, summary in runs]
     console.print(_headline(summaries), markup=False, style="bold", soft_wrap=True)
     console.print(table)
-    for line in (*_sweep_doubts(summaries), *_critical(summaries)):
+    for line in (*_sweep_doubts(summaries), *_critical(summaries), *life_lines(summaries[0].life)):
         console.print(line, markup=False, soft_wrap=not console.is_terminal)
     for line in (_written(runs), *_next(runs)):
         console.print(line, markup=False, soft_wrap=True)
