@@ -361,6 +361,7 @@ def test_an_assembled_rod_shows_its_bolts_and_its_joint():
         fatigue_safety_factor=3.23, seat_pressure_MPa=310.0, by_case={"tension": (bolt, bolt)},
     )  # fmt: skip
     found = AssemblyFigures(
+        parts=("rod", "cap", "bushing"),
         temperature_C=20.0,
         bolts=bolts,
         joint=JointFigures(friction=0.15, by_case={"tension": joint}),

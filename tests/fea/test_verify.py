@@ -48,7 +48,7 @@ def test_the_cases_asked_of_the_project_are_there():
 def test_an_unknown_case_is_refused_before_anything_is_computed():
     told = []
     with pytest.raises(
-        InvalidValue, match=r"is not a benchmark\. Choose from accelerated-bar, contact-patch, cook"
+        InvalidValue, match=r"is not a benchmark\. Choose from accelerated-bar, bolted-joint, contact-patch"
     ):
         verify.verify(["patch", "le99"], told.append)
     assert told == []
