@@ -10,8 +10,8 @@ from geometry.invalid import require
 
 # Settings that a sweep changes, each for a reason seen in trials:
 _SETTINGS = {
-    # At most as many rods are given out as there are threads, so there is nothing to steal, and what is stolen
-    # just as it begins is computed twice.
+    # At most as many rods are given out as there are threads, so there is nothing to steal, and a rod stolen as
+    # it begins is computed twice.
     "distributed.scheduler.work-stealing": False,
     # A rod under which its worker dies is tried on others; then it is the rod that is to blame.
     "distributed.scheduler.allowed-failures": 2,

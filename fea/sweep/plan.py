@@ -68,7 +68,19 @@ def rows(sweep: Sweep) -> list[Row]:
             found.append((sample, design, rpm, rod, refused))
             if rpm not in speeds.setdefault(rod, []):
                 speeds[rod].append(rpm)
-    return [_row(number, *one, speeds[one[3]]) for number, one in enumerate(found)]
+    jobs = {rod: _digest(rod, sorted(speed or 0.0 for speed in own)) for rod, own in speeds.items()}
+    return [
+        Row(
+            number=number,
+            sample=sample,
+            design=design,
+            rpm=rpm,
+            job=jobs[rod],
+            key=_digest(jobs[rod], rpm),
+            refused=refused,
+        )
+        for number, (sample, design, rpm, rod, refused) in enumerate(found)
+    ]
 
 
 def study_of(sweep: Sweep, design: Mapping[str, Any], speeds: Sequence[float | None]) -> Study:
@@ -92,20 +104,6 @@ def _speeds(sweep: Sweep, design: Design) -> Iterator[tuple[float | None, str, s
     rod = _digest(tables, files, sweep.frequencies)
     for rpm in speeds:
         yield rpm, rod, ""
-
-
-def _row(
-    number: int,
-    sample: int,
-    design: Design,
-    rpm: float | None,
-    rod: str,
-    refused: str,
-    speeds: Sequence[float | None],
-) -> Row:
-    job = _digest(rod, sorted(speed or 0.0 for speed in speeds))
-    key = _digest(job, rpm)
-    return Row(number=number, sample=sample, design=design, rpm=rpm, job=job, key=key, refused=refused)
 
 
 def _digest(*values: Any) -> str:

@@ -126,7 +126,7 @@ def _require_ours(folder: Path) -> None:
     others = [name for name in others if name not in _OURS and not name.startswith(".")]
     if others:
         raise OccupiedError(
-            f"{near(folder)} contains {others[0]}, which is not from a sweep: choose another directory with --out."
+            f"{near(folder)} contains {others[0]}, which is not from a sweep: choose another --out."
         )
 
 

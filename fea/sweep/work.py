@@ -56,12 +56,17 @@ def work(task: Task, compute: Callable[..., Any] | None = None) -> Done:
 
     start = time.perf_counter()
     try:
-        if compute is None:
-            from fea.sweep.evaluate import evaluate as compute  # noqa: PLC0415 - as above
-        figures = compute(parse_study(task.text, task.name, Path(task.folder)), task.frequencies)
+        study = parse_study(task.text, task.name, Path(task.folder))
+        figures = (compute or _analysis())(study, task.frequencies)
     except Exception as error:  # noqa: BLE001 - whatever it is, the sweep goes on
         return Done(task.job, {}, time.perf_counter() - start, reason_of(error))
     return Done(task.job, figures, time.perf_counter() - start)
+
+
+def _analysis() -> Callable[..., Any]:
+    from fea.sweep.evaluate import evaluate  # noqa: PLC0415 - what solves is loaded by workers only
+
+    return evaluate
 
 
 def reason_of(error: BaseException) -> str:
