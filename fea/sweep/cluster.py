@@ -10,8 +10,8 @@ from geometry.invalid import require
 
 # Settings that a sweep changes, each for a reason seen in trials:
 _SETTINGS = {
-    # At most as many rods are given out as there are threads, so there is nothing to steal, and a rod stolen as
-    # it begins is computed twice.
+    # At most as many rods are given out as there are threads: there is nothing to steal, and one stolen as it
+    # begins is computed twice.
     "distributed.scheduler.work-stealing": False,
     # A rod under which its worker dies is tried on others; then it is the rod that is to blame.
     "distributed.scheduler.allowed-failures": 2,
@@ -107,8 +107,8 @@ def _remote(address: str) -> Iterator[Any]:
     except (OSError, ValueError, RuntimeError) as error:
         why = " ".join(str(error).split()) or type(error).__name__
         raise ClusterError(
-            f"--cluster {address}: no scheduler answers ({why}). Start one with `dask scheduler`, and workers "
-            "with `dask worker ADDRESS --nthreads 1 --nworkers N`, where conrod-fea[sweep] is installed."
+            f"--cluster {address}: no scheduler answers ({why}). Start one with `dask scheduler`, and its "
+            "workers with `dask worker ADDRESS --nthreads 1 --nworkers N`, where conrod-fea[sweep] is."
         ) from error
     try:
         yield client

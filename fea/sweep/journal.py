@@ -209,8 +209,8 @@ class Journal:
                 "or the lock, and run the same command again."
             ) from error
         except sqlite3.DatabaseError as error:
-            rule, remedy = f"is not the journal of a sweep ({error})", "Choose another directory with --out."
-            raise InvalidValue("--out", str(self.path), rule, remedy) from error
+            rule = f"is not the journal of a sweep ({error})"
+            raise InvalidValue("--out", str(self.path), rule, "Choose another directory.") from error
 
 
 def _values(row: Row) -> tuple[Any, ...]:
