@@ -80,9 +80,10 @@ def read_base(source: str, folder: Path, fixed: Mapping[str, Any]) -> Base:
     InvalidValue
         It is not a study, or what is fixed breaks a rule.
     """
-    place = source if source in shipped_studies() else str(folder / source)
+    shipped = source in shipped_studies()
+    place = source if shipped else str(folder / source)
     study = load_study(place)
-    if place == source:
+    if shipped:
         text = (resources.files("fea") / "studies" / f"{source}.toml").read_text(encoding="utf-8")
         raw = tomllib.loads(text)
     elif Path(place).suffix.lower() == ".toml":

@@ -205,8 +205,8 @@ class Journal:
             yield
         except sqlite3.OperationalError as error:
             raise StorageError(
-                f"{self.path} could not be written: {error}. What was entered before is safe: free disk space "
-                "or the lock, and run the same command again."
+                f"{self.path} could not be written: {error}. What was entered before is safe: free disk "
+                "space or the lock, and run the same command again."
             ) from error
         except sqlite3.DatabaseError as error:
             rule = f"is not the journal of a sweep ({error})"
