@@ -36,8 +36,10 @@ def steps(journal, count, failing):
     yield lambda: journal.meta or journal.begin(META, planned(count))
     for number in range(count):
         job = f"job{number}"
-        yield lambda number=number, job=job: (
-            job in journal.pending() and journal.finish([result(number, fails=number in failing)])
+        yield (
+            lambda number=number, job=job: (
+                job in journal.pending() and journal.finish([result(number, fails=number in failing)])
+            )
         )
 
 
