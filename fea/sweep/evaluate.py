@@ -46,7 +46,7 @@ def evaluate(study: Study, frequencies: int = 0) -> dict[float | None, Figures]:
 
 def figures(summary: Summary) -> Figures:
     """Return the figures of a run that a table has room for."""
-    all_factors = factors(summary.results, summary.buckling, summary.envelope)
+    all_factors = factors(summary.results, summary.buckling, summary.envelope, summary.assembly)
     found: Figures = {
         "mass_kg": summary.rod.mass_kg,
         "center_of_gravity_mm": summary.rod.center_of_gravity_mm[0],
@@ -57,7 +57,7 @@ def figures(summary: Summary) -> Figures:
         "case": summary.survival.case,
         "answer": summary.survival.answer,
     }
-    for mode in ("yielding", "fatigue", "buckling"):
+    for mode in dict.fromkeys(factor.mode for factor in all_factors):
         found |= _least(mode, [factor for factor in all_factors if factor.mode == mode])
     for name, case in summary.results.items():
         found[f"{name}_factor"] = case.min_safety_factor
@@ -72,11 +72,9 @@ def figures(summary: Summary) -> Figures:
 
 def _least(mode: str, found: list[Factor]) -> Figures:
     """The factor that is least with its bar taken off."""
-    if not found:
-        return {}
-    least = min(found, key=lambda factor: factor.low)
-    bar = {} if least.error_percent is None else {f"{mode}_error_percent": least.error_percent}
-    return {f"{mode}_factor": least.value} | bar
+    least, name = min(found, key=lambda factor: factor.low), mode.replace(" ", "_")
+    bar = {} if least.error_percent is None else {f"{name}_error_percent": least.error_percent}
+    return {f"{name}_factor": least.value} | bar
 
 
 def _critical(study: Study, adapted: Adapted) -> Figures:

@@ -15,6 +15,8 @@ from fea.sweep.engine import Engine
 from fea.sweep.journal import SCHEMA, Journal, State
 from fea.sweep.plan import rows, study_of
 from fea.sweep.progress import Progress, told
+from fea.sweep.report import report_sweep
+from fea.sweep.statistics import Statistics
 from fea.sweep.sweep_file import Sweep
 from fea.sweep.table import CSV, PARQUET, write_tables
 from fea.sweep.work import Task, program_version
@@ -39,6 +41,8 @@ class SweepReport:
         Rows of the table; those not to be trusted are among the done ones.
     reasons
         Number of failed rows by their reason.
+    statistics
+        How likely failure is, and what matters.
     """
 
     folder: Path
@@ -47,6 +51,7 @@ class SweepReport:
     failed: int
     untrusted: int
     reasons: dict[str, int]
+    statistics: Statistics
 
 
 def run_sweep(
@@ -97,7 +102,8 @@ def run_sweep(
                     Engine(journal, client, lambda job: _task(sweep, journal, job), compute).run(listener)
         finally:
             write_tables(folder, journal.entries())
-        return _report(folder, journal, progress.done)
+        found = report_sweep(folder / REPORT, sweep, journal)
+        return _report(folder, journal, progress.done, found)
 
 
 @contextmanager
@@ -157,7 +163,7 @@ def _task(sweep: Sweep, journal: Journal, job: str) -> Task:
     return Task(job, study.name, study.text(), str(study.folder), sweep.frequencies, program_version())
 
 
-def _report(folder: Path, journal: Journal, computed: int) -> SweepReport:
+def _report(folder: Path, journal: Journal, computed: int, found: Statistics) -> SweepReport:
     counts = journal.counts()
     reasons: dict[str, int] = {}
     untrusted = 0
@@ -172,4 +178,5 @@ def _report(folder: Path, journal: Journal, computed: int) -> SweepReport:
         failed=counts[State.FAILED],
         untrusted=untrusted,
         reasons=reasons,
+        statistics=found,
     )

@@ -10,15 +10,6 @@ import numpy as np
 from fea.sweep.journal import Entry, State
 from geometry.arrays import Floats
 
-# Of several speeds the worst counts.
-FACTORS = (
-    "factor",
-    "assured_factor",
-    "yielding_factor",
-    "fatigue_factor",
-    "crossland_factor",
-    "buckling_factor",
-)
 MASS = "mass_kg"
 
 
@@ -76,9 +67,8 @@ class Samples:
 def samples_of(entries: Iterable[Entry]) -> Samples:
     """Gather the rows of a journal by their design."""
     groups = [list(group) for _, group in groupby(entries, lambda entry: entry.sample)]
-    names = [
-        name for name in (*FACTORS, MASS) if any(name in entry.figures for group in groups for entry in group)
-    ]
+    figures = dict.fromkeys(name for group in groups for entry in group for name in entry.figures)
+    names = [name for name in figures if name == MASS or is_factor(name, figures)]
     values = {name: np.array([_worst(group, name) for group in groups]) for name in names}
     keys = tuple(dict.fromkeys(key for group in groups for key in group[0].design))
     return Samples(
@@ -86,7 +76,14 @@ def samples_of(entries: Iterable[Entry]) -> Samples:
     )
 
 
+def is_factor(name: str, figures: Iterable[str]) -> bool:
+    """Whether a figure is a factor of the whole rod, not that of one of its load cases."""
+    case = name.removesuffix("_factor")
+    return name == "factor" or (case != name and f"{case}_von_mises_MPa" not in figures)
+
+
 def _worst(group: Sequence[Entry], name: str) -> float:
+    """Of several speeds the least."""
     if any(entry.state is not State.DONE or not entry.figures.get("trusted", True) for entry in group):
         return np.nan
     return float(np.min([entry.figures.get(name, np.nan) for entry in group]))

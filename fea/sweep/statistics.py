@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fea.sweep.probability import Probability, below_one
-from fea.sweep.samples import FACTORS, Samples
+from fea.sweep.samples import MASS, Samples
 from fea.sweep.sampling import Sampling
 from fea.sweep.sensitivity import Sensitivity, sensitivities
 from fea.sweep.sweep_file import Sweep
@@ -32,7 +32,7 @@ def _probabilities(sweep: Sweep, samples: Samples) -> tuple[Probability, ...]:
     if not drawn or sweep.sampling in (None, Sampling.GRID):
         return ()
     alone = samples.part(_independent(sweep, len(samples.rows)))
-    found = [below_one(name, alone.values[name]) for name in FACTORS if name in alone.values]
+    found = [below_one(name, values) for name, values in alone.values.items() if name != MASS]
     return tuple(one for one in found if one is not None)
 
 
