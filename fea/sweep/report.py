@@ -91,7 +91,8 @@ def _influenced(one: Sensitivity) -> Influenced:
     share = (
         "" if one.linear_share is None else f"A linear regression explains {100 * one.linear_share:.3g} %. "
     )
-    bars = [max(abs(getattr(item, name) or 0.0) for name in known or ["first"]) for item in one.influences]
+    length = next((name for name in ("total", "first", "regression") if name in known), "first")
+    bars = [abs(getattr(item, length) or 0.0) for item in one.influences]
     return Influenced(
         figure=one.figure,
         columns=tuple(columns[name] for name in known),
@@ -103,7 +104,7 @@ def _influenced(one: Sensitivity) -> Influenced:
 
 def _cell(item: Influence, name: str) -> str:
     bar = getattr(item, f"{name}_bar", None)
-    text = f"{getattr(item, name):.2f}" + ("" if bar is None else f" ± {bar:.2f}")
+    text = f"{round(getattr(item, name), 2) + 0.0:.2f}" + ("" if bar is None else f" ± {bar:.2f}")
     return text.replace("-", "−")
 
 
