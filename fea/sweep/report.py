@@ -17,7 +17,7 @@ from fea.sweep.sweep_file import Sweep
 
 FACTOR = "factor"
 # Designs that the page holds; beyond, evenly chosen ones.
-_MOST = 2000
+_MOST = 1000
 
 
 def report_sweep(path: Path, sweep: Sweep, journal: Journal) -> Statistics:

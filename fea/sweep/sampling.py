@@ -57,10 +57,8 @@ def designs(
     count = samples or 0
     _require_few(count * (len(varied) + 2 if sampling is Sampling.SALTELLI else 1))
     shares = unit_designs(sampling, len(varied), count, seed)
-    return [
-        {key: one.at(float(share)) for (key, one), share in zip(varied.items(), row, strict=True)}
-        for row in shares
-    ]
+    columns = [one.at(column) for one, column in zip(varied.values(), shares.T, strict=True)]
+    return [dict(zip(varied, values, strict=True)) for values in zip(*columns, strict=True)]
 
 
 def unit_designs(sampling: Sampling, dimensions: int, count: int, seed: int) -> Floats:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fea.study.tables import checked, unknown_key
+from geometry.arrays import Floats
 from geometry.invalid import InvalidValue, require, require_number
 
 _KEYS = ("from", "to", "steps", "distribution", "mean", "deviation", "mode")
@@ -33,9 +34,10 @@ class Choice:
 
     options: tuple[Any, ...]
 
-    def at(self, share: float) -> Any:
-        """Return the value at a share, 0 to 1, of the list."""
-        return self.options[min(int(share * len(self.options)), len(self.options) - 1)]
+    def at(self, shares: Floats) -> list[Any]:
+        """Return the values at shares (n,), 0 to 1, of the list."""
+        last = len(self.options) - 1
+        return [self.options[min(int(share * (last + 1)), last)] for share in shares]
 
     def every(self) -> tuple[Any, ...]:
         """Return the values of a grid."""
@@ -68,24 +70,27 @@ class Span:
     deviation: float = 1.0
     mode: float = 0.0
 
-    def at(self, share: float) -> float:
-        """Return the quantile of a share, 0 to 1."""
-        width = self.high - self.low
-        if self.shape is Shape.UNIFORM:
-            return self.low + share * width
-        if self.shape is Shape.LOG_UNIFORM:
-            return float(self.low * (self.high / self.low) ** share)
-        from scipy import stats  # noqa: PLC0415 - only these distributions need it
-
-        if self.shape is Shape.TRIANGULAR:
-            return float(stats.triang.ppf(share, (self.mode - self.low) / width, self.low, width))
-        ends = (np.array([self.low, self.high]) - self.mean) / self.deviation
-        return float(stats.truncnorm.ppf(share, *ends, self.mean, self.deviation))
+    def at(self, shares: Floats) -> list[float]:
+        """Return the quantiles of shares (n,), 0 to 1."""
+        return [float(value) for value in self._quantiles(np.asarray(shares, float))]
 
     def every(self) -> tuple[float, ...]:
         """Return the values of a grid: both bounds and equal steps, or equal ratios, between them."""
         spaced = np.geomspace if self.shape is Shape.LOG_UNIFORM else np.linspace
         return tuple(spaced(self.low, self.high, self.steps or 1).tolist())
+
+    def _quantiles(self, shares: Floats) -> Floats:
+        width = self.high - self.low
+        if self.shape is Shape.UNIFORM:
+            return np.asarray(self.low + shares * width)
+        if self.shape is Shape.LOG_UNIFORM:
+            return np.asarray(self.low * (self.high / self.low) ** shares)
+        from scipy import stats  # noqa: PLC0415 - only these distributions need it
+
+        if self.shape is Shape.TRIANGULAR:
+            return np.asarray(stats.triang.ppf(shares, (self.mode - self.low) / width, self.low, width))
+        ends = (np.array([self.low, self.high]) - self.mean) / self.deviation
+        return np.asarray(stats.truncnorm.ppf(shares, *ends, self.mean, self.deviation))
 
 
 Variation = Choice | Span

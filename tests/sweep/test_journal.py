@@ -69,7 +69,7 @@ def die_at(path, statement, count, failing, told):
     os._exit(0)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.lists(st.integers(0, 60), min_size=1, max_size=4), st.integers(1, 5), st.sets(st.integers(0, 4)))
 def test_dying_at_any_statement_loses_nothing(deaths, count, failing):
     with TemporaryDirectory() as folder:

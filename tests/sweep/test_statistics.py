@@ -38,7 +38,7 @@ def exact_indices():
     """Of a product of independent factors, with c = deviation / mean of each."""
     c2 = []
     for span in KEYS.values():
-        values = np.array([span.at(share) for share in (np.arange(2000) + 0.5) / 2000])
+        values = np.array(span.at((np.arange(2000) + 0.5) / 2000))
         c2.append(values.var() / values.mean() ** 2)
     c2 = np.array(c2)
     variance = np.prod(1 + c2) - 1
