@@ -119,10 +119,8 @@ def kill(folder, who, count, rods):
             break
     print((folder / "said").read_text().splitlines()[-1], f"after {kills} kills")
     lines = log.read_text().splitlines()
-    print(
     twice = len(lines) - len(set(lines))
     print(f"{len(set(lines))} rods, {twice} computed twice (at most {2 * kills} were in flight)")
-    )
     clean = folder / "clean"
     subprocess.run([sys.executable, CHEAP, path, clean], check=True, env=os.environ | {"CHEAP_SECONDS": "0"})
     print("same table:", (out / "sweep.csv").read_bytes() == (clean / "sweep.csv").read_bytes())
