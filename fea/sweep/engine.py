@@ -8,6 +8,7 @@ from typing import Any
 from fea.sweep.cluster import ClusterError
 from fea.sweep.journal import Done, Journal
 from fea.sweep.work import Task, VersionError, reason_of, work
+from geometry.invalid import InvalidValue
 
 # Seconds between two looks at the cluster where no rod comes back.
 _LOOK = 0.5
@@ -75,7 +76,12 @@ class Engine:
             job = next(jobs, None)
             if job is None:
                 return
-            future = self._client.submit(work, self._task(job), self._compute, pure=False)
+            try:
+                task = self._task(job)
+            except InvalidValue as error:  # a design that breaks a rule, tried again
+                self._journal.finish([Done(job, {}, 0.0, str(error))])
+                continue
+            future = self._client.submit(work, task, self._compute, pure=False)
             self._out[future] = job
             future.add_done_callback(self._back.put)
 

@@ -93,6 +93,18 @@ def test_a_rod_that_kills_its_workers_is_failed_and_the_others_go_on(tmp_path):
     assert "died" in next(journal.entries(1)).reason
 
 
+def test_a_design_that_breaks_a_rule_fails_again(tmp_path):
+    def refused(job):
+        if job == "job1":
+            raise InvalidValue("rod.web_thickness_mm", 500.0, "is too thick")
+        return task(job)
+
+    journal = journal_of(tmp_path, 3)
+    Engine(journal, Client({"job0": done(0), "job2": done(2)}), refused).run(lambda *_: None)
+    assert [entry.state for entry in journal.entries()] == [State.DONE, State.FAILED, State.DONE]
+    assert next(journal.entries(1)).reason == "rod.web_thickness_mm = 500: is too thick."
+
+
 @pytest.mark.parametrize(
     ("fate", "error", "said"),
     [

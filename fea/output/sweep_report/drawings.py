@@ -27,14 +27,15 @@ class Parallel:
 
 def pareto(swept: Swept) -> Scatter | None:
     """Mass against the factor, with the front."""
-    if MASS not in swept.figures or FACTOR not in swept.figures:
+    known = all(name in swept.figures for name in (MASS, FACTOR))
+    if not known or not np.isfinite(swept.figures[FACTOR]).any():
         return None
     chosen = np.union1d(_some(swept, _MOST_POINTS), swept.front).astype(int)
     left, right, bottom, top = _WIDE
     x = Axis(MASS, swept.figures[MASS][chosen], left, right)
     y = Axis(FACTOR, swept.figures[FACTOR][chosen], bottom, top)
     front = np.stack([swept.figures[name][swept.front] for name in (MASS, FACTOR)], axis=1)
-    return scatter(x, y, chosen, front) if len(swept.front) else None
+    return scatter(x, y, chosen, front)
 
 
 def matrix(swept: Swept) -> list[Scatter]:
@@ -42,6 +43,8 @@ def matrix(swept: Swept) -> list[Scatter]:
     columns = _columns(swept)
     chosen, names = _some(swept, _MOST_LINES), list(columns)
     left, right, bottom, top = _SMALL
+    if not len(chosen):
+        return []
     pairs = [(one, other) for k, other in enumerate(names) for one in names[:k]]
     return [
         scatter(
@@ -59,6 +62,8 @@ def main_effects(swept: Swept) -> list[Scatter]:
         return []
     left, right, bottom, top = _SMALL
     known: Ints = np.flatnonzero(np.isfinite(swept.figures[FACTOR]))
+    if not len(known):
+        return []
     drawn = []
     for key, values in swept.keys.items():
         means = _means(values[known], swept.figures[FACTOR][known])
