@@ -1,5 +1,6 @@
 """The engine with a client that computes at once, and clusters that cannot be used."""
 
+import threading
 from types import SimpleNamespace
 
 import pytest
@@ -18,9 +19,10 @@ class KilledWorker(Exception):  # noqa: N818 - the name that Dask gives it
 
 
 class Client:
-    """Ends each rod at once, as its fate says: a value, an error, or "cancelled"."""
+    """Ends each rod after some seconds, as its fate says: a value, an error, or "cancelled"."""
 
-    def __init__(self, fates):
+    def __init__(self, fates, seconds=0.0):
+        self.seconds = seconds
         self.fates, self.status, self.out, self.most = dict(fates), "running", 0, 0
 
     def nthreads(self):
@@ -34,9 +36,15 @@ class Client:
         status = fate if isinstance(fate, str) else "error" if isinstance(fate, Exception) else "finished"
         future = SimpleNamespace(status=status, result=lambda: fate, exception=lambda: fate)
 
-        def tell(put):
+        def end(put):
             self.out -= 1
             put(Hashed(future))
+
+        def tell(put):
+            if self.seconds:
+                threading.Timer(self.seconds, end, [put]).start()
+            else:
+                end(put)
 
         return Hashed(future, tell)
 
@@ -82,6 +90,12 @@ def test_every_rod_is_given_out_once_and_entered(tmp_path):
     assert [entry.figures["factor"] for entry in journal.entries()] == list(range(20))
     assert sum(count for count, _ in counted) == 20
     assert {threads for _, threads in counted} == {3}
+
+
+def test_no_more_rods_are_out_than_there_are_threads(tmp_path):
+    client = Client({f"job{n}": done(n) for n in range(12)}, 0.01)
+    Engine(journal_of(tmp_path, 12), client, task).run(lambda *_: None)
+    assert client.most == 3
 
 
 def test_a_rod_that_kills_its_workers_is_failed_and_the_others_go_on(tmp_path):

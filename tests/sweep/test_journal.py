@@ -112,7 +112,10 @@ def test_equal_rods_and_failed_ones(tmp_path):
     assert journal.retry() == 2
     assert journal.pending() == ["job1"]
     journal.finish([result(1)])
-    journal.finish([result(1, fails=True)])  # a row that is done stays done
+    before = [vars(entry) for entry in journal.entries()]
+    journal.finish([result(1, fails=True)])  # a row that is done stays as it is
+    journal.finish([Done("job1", {1000.0: {"factor": 7}, 2000.0: {}}, 1.0)])
+    assert [vars(entry) for entry in journal.entries()] == before
     assert journal.counts()[State.DONE] == 4
 
 
