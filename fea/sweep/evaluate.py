@@ -66,6 +66,10 @@ def figures(summary: Summary) -> Figures:
     if summary.envelope is not None:
         found["cycle_factor"] = summary.envelope.min_safety_factor
         found["crossland_factor"] = summary.envelope.min_crossland_safety_factor
+    if summary.life is not None:
+        low, high = summary.life.band_hours
+        found |= {"life_hours": summary.life.hours, "life_low_hours": low, "life_high_hours": high}
+        found["life_endless"] = summary.life.endless
     found |= {"trusted": summary.trusted, "elements": summary.model.elements}
     return {name: value for name, value in found.items() if value is not None}
 
