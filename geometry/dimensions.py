@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, fields
 from enum import StrEnum
+from functools import cache
 
 from geometry.mirror import Mirror
 
@@ -128,11 +129,13 @@ class Dimensions:
         return Mirror.QUARTER
 
 
+@cache
 def dimensions() -> tuple[str, ...]:
     """Names of the fields that are lengths in mm."""
     return tuple(field.name for field in fields(Dimensions) if field.type is float)
 
 
+@cache
 def options() -> tuple[str, ...]:
     """Names of the dimensions that may be 0, which leaves out the feature that they describe."""
     return tuple(field.name for field in fields(Dimensions) if field.default == 0)

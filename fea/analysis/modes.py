@@ -7,6 +7,7 @@ import numpy as np
 
 from fea.analysis.meshing import mesh_study
 from fea.material import of_parts
+from fea.rod.discretise import MeshedRod
 from fea.solvers.vibration import RIGID, Modes, free_modes
 from fea.study.study import Study
 from geometry.arrays import Floats
@@ -140,7 +141,11 @@ def modes_report(study: Study, count: int) -> ModesReport:
         The factorisation broke down.
     """
     require(1 <= count <= MOST, "--count", count, f"must lie within 1…{MOST}")
-    found = mesh_study(study)
+    return modes_on(study, mesh_study(study), count)
+
+
+def modes_on(study: Study, found: MeshedRod, count: int) -> ModesReport:
+    """Find the modes on a mesh of the study's rod; parameters and errors as `modes_report`."""
     whole = found.whole
     materials = study.materials(found.parts)
     most = MOST_POISSONS_RATIO[whole.order]

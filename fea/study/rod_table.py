@@ -4,6 +4,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -211,7 +212,8 @@ def _key(field: str) -> str:
     return f"{field}_mm" if field in dimensions() else field
 
 
-def _fields() -> dict[str, str]:
+@cache
+def _fields() -> Mapping[str, str]:
     """Field of `Rod` by its key in a study."""
     return {_key(field.name): field.name for field in dataclasses.fields(Rod)}
 

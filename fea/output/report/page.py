@@ -1,8 +1,6 @@
 """The page: one HTML file that runs what it holds and fetches nothing."""
 
 import base64
-import hashlib
-import json
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -11,6 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from fea.output.report.answer import answer
+from fea.output.report.embedded import embedded_json, policy
 from fea.output.report.reported import Reported
 from fea.output.report.scene import Scene
 from fea.output.report.sections import Section, sections
@@ -35,10 +34,10 @@ def page(run: Reported, drawn: Scene | None) -> str:
             **_head(run),
             sections=parts,
             scene=drawn,
-            header=None if drawn is None else _json(_with_charts(drawn, parts)),
+            header=None if drawn is None else embedded_json(_with_charts(drawn, parts)),
             numbers="" if drawn is None else Markup(drawn.numbers),  # noqa: S704 - base64
             scales=() if drawn is None else _scales(drawn.header["exaggeration"]),
-            policy=_policy(style, script if drawn is not None else ""),
+            policy=policy(style, script if drawn is not None else ""),
             style=Markup(style),  # noqa: S704 - our own
             script=Markup(script),  # noqa: S704 - our own
             without_motion=run.without_motion,
@@ -89,25 +88,6 @@ def _text(name: str) -> str:
 def _script() -> str:
     body = "\n".join(_text(name) for name in _SCRIPTS)
     return f'(() => {{\n"use strict";\n{body}}})();\n'
-
-
-def _policy(style: str, script: str) -> str:
-    """What the page may do: run its own script and style, show pictures that it holds, and nothing else."""
-    scripts = f"'{_hash(script)}'" if script else "'none'"
-    return (
-        f"default-src 'none'; script-src {scripts}; style-src '{_hash(style)}'; img-src data:; "
-        "connect-src 'none'; base-uri 'none'; form-action 'none'"
-    )
-
-
-def _hash(text: str) -> str:
-    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
-
-
-def _json(value: object) -> Markup:
-    """JSON that cannot end the element that holds it."""
-    text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
-    return Markup(text.replace("<", "\\u003c").replace("&", "\\u0026"))  # noqa: S704 - escaped here
 
 
 def _with_charts(drawn: Scene, parts: list[Section]) -> dict[str, Any]:

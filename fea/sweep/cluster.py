@@ -1,0 +1,124 @@
+"""Where the rods are computed: processes of this machine, or the workers of a Dask scheduler."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from geometry.invalid import require
+
+# Settings that a sweep changes, each for a reason seen in trials:
+_SETTINGS = {
+    # At most as many rods are given out as there are threads: there is nothing to steal, and one stolen as it
+    # begins is computed twice.
+    "distributed.scheduler.work-stealing": False,
+    # A rod under which its worker dies is tried on others; then it is the rod that is to blame.
+    "distributed.scheduler.allowed-failures": 2,
+    # A worker above 80 % of its share of the memory would be paused for ever, as the memory of solvers is
+    # none that Dask could spill; above 95 % it would be killed although the machine has memory left.
+    "distributed.worker.memory.target": False,
+    "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.pause": False,
+    "distributed.worker.memory.terminate": False,
+    # A factorisation may keep Python from answering for long; a worker that died closes its connection.
+    "distributed.scheduler.worker-ttl": None,
+    "distributed.admin.tick.limit": "1h",
+}
+_CONNECT_SECONDS = 10
+
+
+class ClusterError(OSError):
+    """No scheduler answers, or the connection to it is lost (exit code 7)."""
+
+
+def physical_cores() -> int:
+    """Number of cores that this process may use, without the second threads of each."""
+    import psutil  # noqa: PLC0415 - comes with the extra
+
+    allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(psutil.cpu_count(logical=False) or allowed, allowed)
+
+
+@contextmanager
+def cluster(workers: int | None, address: str | None) -> Iterator[Any]:
+    """Yield a Dask client.
+
+    Parameters
+    ----------
+    workers
+        Number of processes on this machine, of one thread each; default: its physical cores.
+    address
+        That of a scheduler (``tcp://host:8786``), or the path of a scheduler file, in place of this machine.
+
+    Raises
+    ------
+    InvalidValue
+        Both are given, or the number is not positive.
+    ClusterError
+        No scheduler answers.
+    """
+    import dask  # noqa: PLC0415 - comes with the extra
+
+    rule = "cannot be combined with --cluster, which has workers of its own"
+    require(workers is None or address is None, "--workers", workers, rule, "Leave it out.")
+    require(workers is None or workers >= 1, "--workers", workers, "must be at least 1")
+    with dask.config.set(_SETTINGS):
+        if address is None:
+            with _local(workers or physical_cores()) as client:
+                yield client
+        else:
+            with _remote(address) as client:
+                yield client
+
+
+@contextmanager
+def _local(workers: int) -> Iterator[Any]:
+    from distributed import Client, LocalCluster  # noqa: PLC0415 - comes with the extra
+
+    _quiet()
+    with (
+        LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            memory_limit=0,  # none of its own
+            dashboard_address=None,
+            worker_dashboard_address=None,
+            silence_logs=50,
+        ) as processes,
+        Client(processes) as client,
+    ):
+        yield client
+
+
+@contextmanager
+def _remote(address: str) -> Iterator[Any]:
+    from distributed import Client  # noqa: PLC0415 - comes with the extra
+
+    _quiet()
+    file = Path(address)
+    try:
+        if file.is_file():
+            client = Client(scheduler_file=str(file), timeout=_CONNECT_SECONDS)
+        else:
+            client = Client(address, timeout=_CONNECT_SECONDS)
+    except (OSError, ValueError, RuntimeError) as error:
+        why = " ".join(str(error).split()) or type(error).__name__
+        raise ClusterError(
+            f"--cluster {address}: no scheduler answers ({why}). Start one with `dask scheduler`, and its "
+            "workers with `dask worker ADDRESS --nthreads 1 --nworkers N`, where conrod-fea[sweep] is."
+        ) from error
+    try:
+        yield client
+    finally:
+        client.close(timeout=_CONNECT_SECONDS)
+
+
+def _quiet() -> None:
+    """Let Dask's own messages be errors only: what matters is told by the sweep."""
+    import logging  # noqa: PLC0415 - only here
+
+    for name in ("distributed", "tornado", "asyncio"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)

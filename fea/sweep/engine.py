@@ -1,0 +1,135 @@
+"""Give out the rods of a journal to a cluster, and enter what comes back: the only writer is here."""
+
+import queue
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from fea.sweep.cluster import ClusterError
+from fea.sweep.journal import Done, Journal
+from fea.sweep.work import Task, VersionError, reason_of, work
+from geometry.invalid import InvalidValue
+
+# Seconds between two looks at the cluster where no rod comes back.
+_LOOK = 0.5
+_COUNT_WORKERS = 5.0
+
+
+class Engine:
+    """Computes the pending rods of a journal.
+
+    Parameters
+    ----------
+    journal
+        Where results are entered.
+    client
+        Of Dask.
+    task
+        The task of a rod, by its digest.
+    compute
+        In place of the analysis, for tests.
+    """
+
+    def __init__(
+        self,
+        journal: Journal,
+        client: Any,
+        task: Callable[[str], Task],
+        compute: Callable[..., Any] | None = None,
+    ) -> None:
+        self._journal, self._client, self._task, self._compute = journal, client, task, compute
+        self._back: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._out: dict[Any, str] = {}
+        self._threads, self._counted = 0, -float("inf")
+
+    def run(self, listener: Callable[[int, int], None]) -> None:
+        """Compute them all.
+
+        Parameters
+        ----------
+        listener
+            Told, about twice a second and after each entry, how many rods came back and how many threads
+            compute.
+
+        Raises
+        ------
+        ClusterError
+            The scheduler is gone.
+        VersionError
+            A worker has another version of the program, or none.
+        StorageError
+            The journal cannot be written.
+        """
+        jobs = iter(self._journal.pending())
+        self._give(jobs)
+        while self._out:
+            back = self._wait()
+            if back:
+                self._journal.finish([self._result(future) for future in back])
+            self._give(jobs)
+            listener(len(back), self._threads)
+
+    def _give(self, jobs: Iterator[str]) -> None:
+        """Keep one rod for each thread given out: none waits on a worker that may die."""
+        self._count()
+        while len(self._out) < max(1, self._threads):
+            job = next(jobs, None)
+            if job is None:
+                return
+            try:
+                task = self._task(job)
+            except InvalidValue as error:  # a design that breaks a rule, tried again
+                self._journal.finish([Done(job, {}, 0.0, str(error))])
+                continue
+            future = self._client.submit(work, task, self._compute, pure=False)
+            self._out[future] = job
+            future.add_done_callback(self._back.put)
+
+    def _count(self) -> None:
+        if time.monotonic() - self._counted < _COUNT_WORKERS:
+            return
+        self._counted = time.monotonic()
+        try:
+            self._threads = sum(self._client.nthreads().values())
+        except (OSError, RuntimeError, TimeoutError) as error:
+            raise _lost(error) from error
+
+    def _wait(self) -> list[Any]:
+        """Return the rods that have come back, after a while none."""
+        found = []
+        try:
+            found.append(self._back.get(timeout=_LOOK))
+            while True:
+                found.append(self._back.get_nowait())
+        except queue.Empty:
+            if self._client.status not in ("running", "connecting"):
+                raise _lost(self._client.status) from None
+        return found
+
+    def _result(self, future: Any) -> Done:
+        job = self._out.pop(future)
+        if future.status == "finished":
+            done: Done = future.result()
+            return done
+        error = None if future.status == "cancelled" else future.exception()
+        if error is None:
+            raise _lost(future.status)
+        if isinstance(error, VersionError):
+            raise error
+        if isinstance(error, ImportError):
+            raise VersionError(
+                f"a worker cannot load this program ({error}): install conrod-fea[sweep] of the same version "
+                "where the workers run."
+            ) from error
+        if type(error).__name__ == "KilledWorker":
+            return Done(
+                job, {}, 0.0, "the process that computed it died, again and again: memory, or a crash"
+            )
+        return Done(job, {}, 0.0, reason_of(error))
+
+
+def _lost(why: object) -> ClusterError:
+    return ClusterError(
+        f"the connection to the scheduler is lost ({why}). The rods that came back are in the journal: start "
+        "the scheduler again, and run the same command."
+    )

@@ -1,0 +1,102 @@
+"""How far a sweep is, at which rate, and how long it will take."""
+
+import sys
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+_MINUTE = 60.0
+# The rate is that of the last so many results: the first ones wait for libraries to load.
+_RECENT = 50
+
+
+class Progress:
+    """Counts what comes back.
+
+    Parameters
+    ----------
+    total
+        Rods to compute now.
+    clock
+        Seconds.
+    """
+
+    def __init__(self, total: int, clock: Callable[[], float] = time.monotonic) -> None:
+        self.total, self.done = total, 0
+        self._clock = clock
+        self._times: deque[tuple[float, int]] = deque([(clock(), 0)], maxlen=_RECENT)
+
+    def add(self, count: int) -> None:
+        """Count rods that came back."""
+        if count:
+            self.done += count
+            self._times.append((self._clock(), self.done))
+
+    @property
+    def rate(self) -> float | None:
+        """Rods a second of late; None before any came back."""
+        (start, before), now = self._times[0], self._clock()
+        return (self.done - before) / (now - start) if self.done > before and now > start else None
+
+    def text(self, threads: int) -> str:
+        """Say how far it is, in a line."""
+        share = f"{self.done} of {self.total} rods"
+        if threads == 0:
+            return f"{share}; no worker is there: waiting for one"
+        rate = self.rate
+        if rate is None:
+            return f"{share}, {threads} at a time"
+        left = (self.total - self.done) / rate
+        return f"{share}, {_rate(rate)}, {duration(left)} left"
+
+
+def duration(seconds: float) -> str:
+    """Return a time as text: ``"35 s"``, ``"12 min"``, ``"3 h 05 min"``."""
+    if seconds < _MINUTE:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / _MINUTE)
+    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+def _rate(rate: float) -> str:
+    return f"{rate:.2g} a second" if rate >= 1 else f"{_MINUTE * rate:.2g} a minute"
+
+
+@contextmanager
+def told(progress: Progress, *, silent: bool) -> Iterator[Callable[[int, int], None]]:
+    """Show progress on stderr: a line that changes on a terminal, elsewhere a line a minute.
+
+    Yields
+    ------
+    Callable
+        To be told how many rods came back, and how many threads compute.
+    """
+    if silent:
+        yield lambda count, _threads: progress.add(count)
+    elif sys.stderr.isatty():
+        from rich.console import Console  # noqa: PLC0415 - only a terminal shows progress
+
+        with Console(stderr=True).status("starting the workers") as status:
+
+            def show(count: int, threads: int) -> None:
+                progress.add(count)
+                status.update(progress.text(threads))
+
+            yield show
+    else:
+        yield _lines(progress)
+
+
+def _lines(progress: Progress, clock: Callable[[], float] = time.monotonic) -> Callable[[int, int], None]:
+    last = clock()
+
+    def show(count: int, threads: int) -> None:
+        nonlocal last
+        progress.add(count)
+        if clock() - last >= _MINUTE:
+            last = clock()
+            sys.stderr.write(f"fea: {progress.text(threads)}\n")
+            sys.stderr.flush()
+
+    return show

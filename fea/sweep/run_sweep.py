@@ -1,0 +1,182 @@
+"""The job behind `fea sweep`: go on where the journal ends, and leave the tables."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fea.output import lock
+from fea.output.errors import OccupiedError
+from fea.output.target import near
+from fea.output.text import make_directory
+from fea.sweep.cluster import cluster
+from fea.sweep.engine import Engine
+from fea.sweep.journal import SCHEMA, Journal, State
+from fea.sweep.plan import rows, study_of
+from fea.sweep.progress import Progress, told
+from fea.sweep.report import report_sweep
+from fea.sweep.statistics import Statistics
+from fea.sweep.sweep_file import Sweep
+from fea.sweep.table import CSV, PARQUET, write_tables
+from fea.sweep.work import Task, program_version
+from geometry.invalid import require
+
+JOURNAL = "sweep.sqlite"
+REPORT = "report.html"
+_OURS = {JOURNAL, f"{JOURNAL}-wal", f"{JOURNAL}-shm", CSV, PARQUET, REPORT}
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepReport:
+    """What a sweep has left.
+
+    Attributes
+    ----------
+    folder
+        Where.
+    computed
+        Rods computed by this call.
+    done, failed, untrusted
+        Rows of the table; those not to be trusted are among the done ones.
+    reasons
+        Number of failed rows by their reason.
+    statistics
+        How likely failure is, and what matters.
+    """
+
+    folder: Path
+    computed: int
+    done: int
+    failed: int
+    untrusted: int
+    reasons: dict[str, int]
+    statistics: Statistics
+
+
+def run_sweep(
+    sweep: Sweep,
+    folder: Path,
+    *,
+    workers: int | None = None,
+    address: str | None = None,
+    retry_failed: bool = False,
+    silent: bool = True,
+    compute: Callable[..., Any] | None = None,
+) -> SweepReport:
+    """Compute the rods of a sweep that its journal does not have yet, and write the tables.
+
+    Parameters
+    ----------
+    sweep
+        What is asked.
+    folder
+        New, empty, or that of the same sweep.
+    workers, address
+        See `fea.sweep.cluster.cluster`.
+    retry_failed
+        Compute failed rods again.
+    silent
+        Show no progress.
+    compute
+        In place of the analysis, for tests: takes a study and the number of frequencies.
+
+    Raises
+    ------
+    InvalidValue
+        The folder holds the journal of another sweep or version, or a value breaks a rule.
+    OccupiedError
+        The folder holds something else, or another process is at work in it.
+    StorageError
+        The disk, a permission or the file system refuses.
+    ClusterError, VersionError
+        The scheduler or a worker cannot be used.
+    """
+    with journal_of(sweep, folder) as journal:
+        if retry_failed:
+            journal.retry()
+        progress = Progress(len(journal.pending()))
+        try:
+            if progress.total:
+                with told(progress, silent=silent) as listener, cluster(workers, address) as client:
+                    Engine(journal, client, lambda job: _task(sweep, journal, job), compute).run(listener)
+        finally:
+            write_tables(folder, journal.entries())
+        found = report_sweep(folder / REPORT, sweep, journal)
+        return _report(folder, journal, progress.done, found)
+
+
+@contextmanager
+def journal_of(sweep: Sweep, folder: Path) -> Iterator[Journal]:
+    """Open the journal of a sweep, or begin one; errors as `run_sweep`."""
+    _require_ours(folder)
+    make_directory(folder)
+    owned = lock.take(folder)
+    if owned is None:
+        raise OccupiedError(f"{near(folder)} is in use by another fea sweep: wait for it, or choose --out.")
+    try:
+        journal = Journal(folder / JOURNAL)
+        try:
+            _settle(sweep, folder, journal)
+            yield journal
+        finally:
+            journal.close()
+    finally:
+        lock.release(owned)
+
+
+def _require_ours(folder: Path) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise OccupiedError(f"{near(folder)} is a file: --out must name a directory.")
+    others = sorted(entry.name for entry in folder.iterdir()) if folder.is_dir() else []
+    others = [name for name in others if name not in _OURS and not name.startswith(".")]
+    if others:
+        raise OccupiedError(
+            f"{near(folder)} contains {others[0]}, which is not from a sweep: choose another --out."
+        )
+
+
+def _settle(sweep: Sweep, folder: Path, journal: Journal) -> None:
+    """Begin the journal, see that it is this sweep's, or add what a longer sweep has more."""
+    meta, asked = journal.meta, {"schema": SCHEMA, "version": program_version(), "sweep": sweep.identity}
+    where, remedy = str(near(folder)), "Choose another directory with --out, or remove this one."
+    if not meta:
+        journal.begin(asked, rows(sweep))
+        return
+    schema = meta.get("schema")
+    require(schema == SCHEMA, "--out", where, f"holds a journal of another kind, {schema!r}", remedy)
+    rule = (
+        f"holds a sweep by version {meta['version']}, and this is {asked['version']}: rows would not compare"
+    )
+    require(meta["version"] == asked["version"], "--out", where, rule, remedy)
+    if meta["sweep"] == asked["sweep"]:
+        return
+    wanted, known = rows(sweep), journal.keys()
+    rule = "holds the journal of another sweep: other keys, values, files, seed or study"
+    same = len(wanted) > len(known) and [row.key for row in wanted[: len(known)]] == known
+    require(same, "--out", where, rule, remedy)
+    journal.extend(asked, wanted[len(known) :])
+
+
+def _task(sweep: Sweep, journal: Journal, job: str) -> Task:
+    study = study_of(sweep, *journal.asked(job))
+    return Task(job, study.name, study.text(), str(study.folder), sweep.frequencies, program_version())
+
+
+def _report(folder: Path, journal: Journal, computed: int, found: Statistics) -> SweepReport:
+    counts = journal.counts()
+    reasons: dict[str, int] = {}
+    untrusted = 0
+    for entry in journal.entries():
+        if entry.state is State.FAILED:
+            reasons[entry.reason] = reasons.get(entry.reason, 0) + 1
+        untrusted += entry.figures.get("trusted") is False
+    return SweepReport(
+        folder=folder,
+        computed=computed,
+        done=counts[State.DONE],
+        failed=counts[State.FAILED],
+        untrusted=untrusted,
+        reasons=reasons,
+        statistics=found,
+    )

@@ -1,0 +1,175 @@
+"""Sweeps at full length: how two processes compare with one, and what kill -9 does to them.
+
+python tests/benchmarks/sweep_campaign.py rate --rods 200 --size 14
+python tests/benchmarks/sweep_campaign.py kill --who parent --count 20
+python tests/benchmarks/sweep_campaign.py kill --who worker --count 20
+python tests/benchmarks/sweep_campaign.py kill --who scheduler --count 20
+python tests/benchmarks/sweep_campaign.py same --rods 12 --size 14
+
+`rate` computes the same rods with one worker and with two. `kill` ends a process at random moments, again and
+again, until the sweep is done; its rods take a tenth of a second, and a log tells which were computed twice.
+`same` compares the tables of a local cluster and of a scheduler with two workers over TCP.
+"""
+
+import argparse
+import os
+import random
+import re
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+CHEAP = Path(__file__).parents[1] / "support" / "cheap_sweep.py"
+SWEEP = """study = "leon-2001"
+sampling = "sobol"
+samples = {rods}
+seed = {seed}
+{size}
+[vary.rod]
+web_thickness_mm = {{ from = 4.0, to = 6.0 }}
+"""
+
+
+def sweep(folder, rods, size=None, seed=1):
+    """Write a sweep file."""
+    text = "" if size is None else f"[set]\nmesh.size_mm = {size}"
+    path = folder / "web.toml"
+    path.write_text(SWEEP.format(rods=rods, seed=seed, size=text))
+    return path
+
+
+def rate(folder, rods, size):
+    """Compare one worker and two."""
+    path, seconds = sweep(folder, rods, size), {}
+    for workers in (1, 2):
+        out = folder / f"w{workers}"
+        command = [sys.executable, "-m", "fea", "sweep", path, "--out", out, "--workers", f"{workers}"]
+        begin = time.perf_counter()
+        subprocess.run(list(map(str, command)), check=True)
+        seconds[workers] = time.perf_counter() - begin
+        print(f"{workers} workers: {seconds[workers]:.1f} s, {rods / seconds[workers]:.3f} rods a second")
+    print(f"two against twice one: {100 * seconds[1] / (2 * seconds[2]):.1f} %")
+    print("same table:", (folder / "w1/sweep.csv").read_bytes() == (folder / "w2/sweep.csv").read_bytes())
+
+
+class Scheduler:
+    """`dask scheduler` and two workers over TCP."""
+
+    def __init__(self, folder, environment):
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self.address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+        port, log = self.address.rpartition(":")[2], (folder / "dask.log").open("a")
+        options = {"stdout": log, "stderr": log, "env": environment}
+        module = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
+        self.own = subprocess.Popen(
+            [*module, "--host", "127.0.0.1", "--port", port, "--no-dashboard"], **options
+        )
+        module = [sys.executable, "-m", "distributed.cli.dask_worker"]
+        self.workers = [
+            subprocess.Popen([*module, self.address, "--nthreads", "1", "--no-dashboard"], **options)
+            for _ in range(2)
+        ]
+        wait_for(self.address)
+
+    def end(self):
+        """End them."""
+        for process in (self.own, *self.workers):
+            process.terminate()
+        for process in (self.own, *self.workers):
+            try:
+                process.wait(10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+
+def wait_for(address):
+    """Wait until a port is open."""
+    host, port = re.fullmatch(r"tcp://(.*):(\d+)", address).groups()
+    for _ in range(600):
+        with socket.socket() as trial:
+            if trial.connect_ex((host, int(port))) == 0:
+                return
+        time.sleep(0.1)
+    raise TimeoutError(address)
+
+
+def kill(folder, who, count, rods):
+    """Kill at random moments, `count` times, and compare the table with that of an undisturbed sweep."""
+    generator, log, kills = random.Random(1), folder / "log", 0  # noqa: S311 - no secret
+    environment = os.environ | {"CHEAP_SECONDS": "0.1", "CHEAP_LOG": str(log)}
+    path, out = sweep(folder, rods), folder / "out"
+    while True:
+        scheduler = Scheduler(folder, environment) if who == "scheduler" else None
+        command = [sys.executable, CHEAP, path, out, *([scheduler.address] if scheduler else [])]
+        with (folder / "said").open("a") as said:
+            process = subprocess.Popen(list(map(str, command)), env=environment, stdout=said, stderr=said)
+        while process.poll() is None:
+            try:
+                process.wait(generator.uniform(3, 8) if who != "worker" else generator.uniform(2, 4))
+            except subprocess.TimeoutExpired:
+                if kills < count:
+                    kills += end_one(who, process, scheduler, generator)
+        if scheduler:
+            scheduler.end()
+        if process.returncode == 0:
+            break
+    print((folder / "said").read_text().splitlines()[-1], f"after {kills} kills")
+    lines = log.read_text().splitlines()
+    twice = len(lines) - len(set(lines))
+    print(f"{len(set(lines))} rods, {twice} computed twice (at most {2 * kills} were in flight)")
+    clean = folder / "clean"
+    subprocess.run([sys.executable, CHEAP, path, clean], check=True, env=os.environ | {"CHEAP_SECONDS": "0"})
+    print("same table:", (out / "sweep.csv").read_bytes() == (clean / "sweep.csv").read_bytes())
+
+
+def end_one(who, process, scheduler, generator):
+    """Kill -9 one process of a sweep; return how many were killed."""
+    if who == "parent":
+        process.kill()
+        return 1
+    if who == "scheduler":
+        scheduler.own.kill()
+        return 1
+    lists = Path(f"/proc/{process.pid}/task").glob("*/children")  # any thread may have started them
+    children = [pid for one in lists for pid in one.read_text().split()]
+    workers = [pid for pid in children if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    if not workers:
+        return 0
+    os.kill(int(generator.choice(workers)), 9)
+    return 1
+
+
+def same(folder, rods, size):
+    """Compare two schedulers."""
+    path, tables = sweep(folder, rods, size), []
+    scheduler = Scheduler(folder, dict(os.environ))
+    for out, more in (("local", []), ("tcp", ["--cluster", scheduler.address])):
+        command = [sys.executable, "-m", "fea", "sweep", path, "--out", folder / out, *more]
+        subprocess.run(list(map(str, command)), check=True)
+        tables.append((folder / out / "sweep.csv").read_bytes())
+    scheduler.end()
+    print("same table:", tables[0] == tables[1])
+
+
+def main():
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("what", choices=("rate", "kill", "same"))
+    parser.add_argument("--rods", type=int, default=200)
+    parser.add_argument("--size", type=float, default=14.0)
+    parser.add_argument("--who", choices=("parent", "worker", "scheduler"), default="parent")
+    parser.add_argument("--count", type=int, default=20)
+    asked = parser.parse_args()
+    with tempfile.TemporaryDirectory() as place:
+        if asked.what == "kill":
+            kill(Path(place), asked.who, asked.count, asked.rods)
+        else:
+            {"rate": rate, "same": same}[asked.what](Path(place), asked.rods, asked.size)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,170 @@
+"""Sweeps as processes, on workers that are processes."""
+
+import csv
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import cheap_sweep
+import pytest
+from program import fea
+
+from fea.analysis.survival import factors
+from fea.result import analyse
+from fea.study.study import load_study
+from fea.sweep.run_sweep import journal_of, run_sweep
+from fea.sweep.sweep_file import load_sweep
+from fea.sweep.table import write_tables
+from fea.sweep.work import work
+
+pytest.importorskip("distributed")
+COUNT = 24
+SWEEP = f"""study = "leon-2001"
+sampling = "sobol"
+samples = {COUNT}
+[vary.rod]
+web_thickness_mm = {{ from = 4.0, to = 6.0 }}
+"""
+
+
+def undisturbed(path, folder):
+    """The table of a sweep computed in this process, rod by rod."""
+    from fea.sweep.run_sweep import _task
+
+    sweep = load_sweep(path)
+    with journal_of(sweep, folder) as journal:
+        journal.finish([work(_task(sweep, journal, job), cheap_sweep.compute) for job in journal.pending()])
+        write_tables(folder, journal.entries())
+    return (folder / "sweep.csv").read_bytes()
+
+
+def done(folder):
+    base = sqlite3.connect(folder / "sweep.sqlite")
+    try:
+        return [n for (n,) in base.execute("SELECT number FROM rods WHERE state = 'done'")]
+    except sqlite3.OperationalError:  # not begun yet
+        return []
+    finally:
+        base.close()
+
+
+def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path):
+    (tmp_path / "web.toml").write_text(SWEEP)
+    log, out = tmp_path / "log", tmp_path / "out"
+    command = [sys.executable, cheap_sweep.__file__, "web.toml", "out"]
+    environment = os.environ | {"CHEAP_LOG": str(log), "CHEAP_SECONDS": "0.1"}
+    killed = subprocess.Popen(command, cwd=tmp_path, env=environment, stderr=subprocess.DEVNULL)
+    limit = time.monotonic() + 60
+    while not (out / "sweep.sqlite").exists() or not len(done(out)) >= 4:
+        assert time.monotonic() < limit
+        assert killed.poll() is None
+        time.sleep(0.02)
+    killed.send_signal(signal.SIGKILL)
+    killed.wait()
+    before = len(done(out))
+    assert before < COUNT
+    again = subprocess.run(
+        command,
+        cwd=tmp_path,
+        env=environment | {"CHEAP_SECONDS": "0"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert again.stdout == f"{COUNT - before} {COUNT} 0\n"
+    lines = log.read_text().splitlines()
+    assert len(set(lines)) == COUNT
+    assert len(lines) <= COUNT + 2  # what was in flight on two workers, and nothing else
+    assert (out / "sweep.csv").read_bytes() == undisturbed(tmp_path / "web.toml", tmp_path / "other")
+
+
+def test_two_rods_at_two_speeds(tmp_path):
+    (tmp_path / "two.toml").write_text(
+        'study = "leon-2001"\nfrequencies = 1\n[set]\nmesh.size_mm = 14.0\nspeed.rpm = [3000.0, 6000.0]\n'
+        "[vary.rod]\nweb_thickness_mm = [4.5, 500.0, 5.5]\n"
+    )
+    run = fea("sweep", "two.toml", "--workers", 1, cwd=tmp_path)
+    assert run.returncode == 5, run.stderr  # a design is no rod
+    assert "2 rods computed now; 1 failed, 0 not to be trusted" in run.stdout
+    folder = tmp_path / "results" / "two"
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "report.html", "sweep.csv", "sweep.parquet", "sweep.sqlite",
+    ]  # fmt: skip
+    with (folder / "sweep.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["state"], row["rpm"]) for row in rows] == [
+        ("done", "3000.0"), ("done", "6000.0"), ("failed", ""), ("done", "3000.0"), ("done", "6000.0"),
+    ]  # fmt: skip
+    assert "web_thickness_mm = 500" in rows[2]["reason"]
+    assert rows[0]["frequency_1_Hz"] == rows[1]["frequency_1_Hz"] != rows[3]["frequency_1_Hz"]
+    printed = fea("sweep", "two.toml", "--study", 4, cwd=tmp_path)
+    (tmp_path / "row.toml").write_text(printed.stdout)
+    summary = analyse(load_study(tmp_path / "row.toml")).summary
+    least = min(factors(summary.results, summary.buckling, None), key=lambda factor: factor.low)
+    assert float(rows[4]["factor"]) == pytest.approx(least.value, rel=1e-6)
+    assert float(rows[4]["mass_kg"]) == pytest.approx(summary.rod.mass_kg, rel=1e-9)
+    assert float(rows[4]["tension_error_percent"]) == pytest.approx(
+        summary.results["tension"].error_percent, rel=1e-4
+    )
+    page = (folder / "report.html").read_text()
+    assert "web_thickness_mm = 500" in page  # among the failed rods
+    assert "http" not in page.replace("http-equiv", "")
+
+
+def test_the_folder_of_another_sweep_is_refused_and_a_longer_one_goes_on(tmp_path):
+    path, out = tmp_path / "web.toml", tmp_path / "out"
+    path.write_text(SWEEP)
+    with journal_of(load_sweep(path), out) as journal:
+        assert len(journal.pending()) == COUNT
+        other = fea("sweep", path, "--out", out, cwd=tmp_path)
+        assert other.returncode == 2
+        assert "is in use by another fea sweep" in other.stderr
+    before = (out / "sweep.sqlite").read_bytes()
+    path.write_text(SWEEP.replace("to = 6.0", "to = 6.5"))
+    other = fea("sweep", path, "--out", out, cwd=tmp_path)
+    assert other.returncode == 2
+    assert "holds the journal of another sweep" in other.stderr
+    assert (out / "sweep.sqlite").read_bytes() == before
+    path.write_text(SWEEP.replace(f"samples = {COUNT}", f"samples = {COUNT + 8}"))
+    with journal_of(load_sweep(path), out) as journal:
+        assert len(journal.pending()) == COUNT + 8
+
+
+def test_a_folder_with_something_else_is_left_alone(tmp_path):
+    (tmp_path / "web.toml").write_text(SWEEP)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "notes.txt").write_text("mine")
+    run = fea("sweep", "web.toml", "--out", "out", cwd=tmp_path)
+    assert run.returncode == 2
+    assert "contains notes.txt" in run.stderr
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["notes.txt"]
+
+
+def test_failed_rods_are_tried_again_when_asked(tmp_path, monkeypatch):
+    (tmp_path / "web.toml").write_text(SWEEP.replace(f"samples = {COUNT}", "samples = 6"))
+    sweep, out = load_sweep(tmp_path / "web.toml"), tmp_path / "out"
+    computed = []
+
+    def inline(journal, _client, task, compute):
+        def run(_listener):
+            computed.append(journal.pending())
+            journal.finish([work(task(job), compute) for job in journal.pending()])
+
+        return type("Inline", (), {"run": staticmethod(run)})
+
+    monkeypatch.setattr("fea.sweep.run_sweep.Engine", inline)
+    monkeypatch.setattr("fea.sweep.run_sweep.cluster", lambda *_: __import__("contextlib").nullcontext())
+    monkeypatch.setenv("CHEAP_REFUSED", "5.0")
+    first = run_sweep(sweep, out, compute=cheap_sweep.compute)
+    assert first.failed > 0
+    assert list(first.reasons) == ["internal error: ValueError: too thick for this test"]
+    monkeypatch.delenv("CHEAP_REFUSED")
+    assert run_sweep(sweep, out, compute=cheap_sweep.compute).failed == first.failed
+    assert len(computed) == 1  # nothing was left to do
+    again = run_sweep(sweep, out, compute=cheap_sweep.compute, retry_failed=True)
+    assert (again.failed, len(computed[-1])) == (0, first.failed)
+    assert Path(out / "report.html").is_file()

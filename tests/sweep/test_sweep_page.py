@@ -1,0 +1,75 @@
+import json
+import re
+
+import numpy as np
+import pytest
+
+from fea.output.sweep_report.drawings import matrix, pareto
+from fea.output.sweep_report.swept import Influenced, Swept
+from fea.output.sweep_report.write import sweep_page
+
+STUDY = '[rod]\nweb_thickness_mm = {}\nname = "</script><b>"\n'
+
+
+def swept(factors, masses=None, **more):
+    count = len(factors)
+    figures = {"factor": np.array(factors, float)} if count else {}
+    if masses is not None:
+        figures["mass_kg"] = np.array(masses, float)
+    return Swept(
+        title="a <b>sweep</b>",
+        counts="All are done.",
+        keys={"rod.web_thickness_mm": np.linspace(4, 6, count)} if count else {},
+        figures=figures,
+        rows=list(range(10, 10 + count)),
+        studies=[STUDY.format(n) for n in range(count)],
+        front=np.arange(min(count, 1)),
+        **more,
+    )
+
+
+def embedded(page):
+    return json.loads(re.search(r'id="data">(.*?)</script>', page)[1])
+
+
+def test_each_point_leads_to_its_study():
+    run = swept([0.9, 1.1, 1.2], [0.7, 0.8, 0.9])
+    page = sweep_page(run)
+    data = embedded(page)
+    studies = ["\n".join(data["lines"][line] for line in lines) + "\n" for lines in data["studies"]]
+    assert studies == run.studies
+    assert data["rows"] == [10, 11, 12]
+    assert {n for *_, n in pareto(run).points} == {0, 1, 2}
+    assert set(re.findall(r'data-n="(\d+)"', page)) == {"0", "1", "2"}
+    assert re.search(r'data-n="0" class="fails"', page)
+    assert not re.search(r'data-n="1" class="fails"', page)
+
+
+def test_what_a_study_says_is_text():
+    page = sweep_page(swept([1.1], [0.7], failures=[(3, "<script>", 2)]))
+    assert "<b>" not in page
+    assert page.count("<script") == 2
+    assert "https://" not in page
+
+
+@pytest.mark.parametrize(
+    ("factors", "masses"),
+    [
+        ([], None),
+        ([np.nan] * 3, [np.nan] * 3),
+        ([1.0], [0.7]),
+        ([1.0] * 3, [0.7] * 3),
+        ([1.0, np.nan], [0.7, np.nan]),
+    ],
+)
+def test_whatever_there_is_makes_a_page(factors, masses):
+    run = swept(
+        factors, masses, influences=[Influenced(figure="factor", columns=(), rows=(), bars=(), note="")]
+    )
+    assert "a &lt;b&gt;sweep" in sweep_page(run)
+
+
+def test_scatters_leave_out_what_has_no_result():
+    plots = matrix(swept([1.0, np.nan, 2.0], [0.7, 0.75, 0.8]))
+    assert len(plots) == 3
+    assert all({n for *_, n in plot.points} == {0, 2} for plot in plots)
