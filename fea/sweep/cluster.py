@@ -8,7 +8,8 @@ from typing import Any
 
 from geometry.invalid import require
 
-# Settings that a sweep changes. Pauses and kills at memory limits were seen in trials; the others are precautions.
+# Settings that a sweep changes. Pauses and kills at memory limits were seen in trials; the others are
+# precautions.
 _SETTINGS = {
     # At most as many rods are given out as there are threads: there is nothing to steal, and one stolen as it
     # begins is computed twice.
