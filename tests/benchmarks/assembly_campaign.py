@@ -25,6 +25,7 @@ from rod_studies import random_study
 
 from fea.analysis.prepare import prepare
 from fea.choices import CONTACT, PinModel
+from fea.contact.assembled_rod import AssembledRod
 from fea.solid.errors import ContactError
 from fea.study.assembly_table import AssemblyTable
 from fea.study.contact_table import ContactTable
@@ -107,6 +108,7 @@ def outcome(seed: int) -> Outcome | None:
             raise study
         rod = prepare(study)
         contact, found = rod.contact, []
+        assert isinstance(contact, AssembledRod)
         for case in rod.loading.at(rod.mass, study.speed.speeds()[0]).cases:
             pin, crank, motion = case_arrays(case)
             found += contact.solutions(pin, crank, motion)
