@@ -194,7 +194,7 @@ def test_the_process_that_is_to_draw_ends_with_the_program(tmp_path, sent):
     command = [sys.executable, "-c", code, *DRAWN]
     process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.DEVNULL, start_new_session=True)
     assert process.wait(timeout=120) == (130 if sent == signal.SIGTERM else -sent)
-    assert gone(process.pid, 0.01 if sent == signal.SIGTERM else 30.0)
+    assert gone(process.pid, 5.0 if sent == signal.SIGTERM else 30.0)  # a busy machine reaps it late
     assert sent == signal.SIGKILL or names(tmp_path) == {"s.toml"}
 
 
