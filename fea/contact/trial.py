@@ -1,5 +1,6 @@
 """One guess of what touches, opens and slips: its linear problem, and how it violates contact or friction."""
 
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -8,12 +9,15 @@ from scipy import sparse
 from scipy.linalg import lapack
 
 from fea.contact.tied import Tied
+from fea.machine.threads import every_blas_thread
 from geometry.arrays import Floats, Ints, Mask
 
 # What rounding leaves, relative to the largest stress; the error of the directions of slip at the end.
 ROUNDING, DIRECTION = 1e-11, 1e-9
 # Reciprocal condition number, of a scaled matrix, below which a motion counts as free.
 _SINGULAR = 1e-12
+# Unknowns above which several threads factorise faster than one.
+_LARGE = 400
 _TWO = np.eye(2)
 
 
@@ -150,7 +154,7 @@ class Trial:
         B, S = tied.B[:, active], tied.S[:, moving]
         unit = 1 / np.sqrt(np.diag(tied.S)[moving])
         press = 1 / np.sqrt(np.diag(tied.A)[active])
-        matrix = np.zeros((n_a + n_d + m,) * 2)
+        matrix = np.zeros((n_a + n_d + m,) * 2, order="F")
         matrix[:n_a, :n_a] = press[:, None] * tied.A[np.ix_(active, active)] * press
         matrix[:n_a, n_a : n_a + n_d] = press[:, None] * B[moving].T * unit
         matrix[:n_a, n_a + n_d :] = -press[:, None] * R[active]
@@ -327,7 +331,8 @@ def _solved(matrix: Floats, side: Floats) -> Floats:
     """Solve; a motion that nothing resists, as that of a part that has come off, stays zero."""
     if not len(side):
         return side
-    factor, pivots, broken = lapack.dgetrf(matrix)
+    with every_blas_thread() if len(side) > _LARGE else nullcontext():
+        factor, pivots, broken = lapack.dgetrf(matrix)
     well, _ = lapack.dgecon(factor, np.abs(matrix).sum(axis=0).max()) if broken == 0 else (0.0, 0)
     if well > _SINGULAR:
         return np.asarray(lapack.dgetrs(factor, pivots, side)[0])

@@ -45,6 +45,13 @@ def one_blas_thread() -> Iterator[None]:
         yield
 
 
+@contextmanager
+def every_blas_thread() -> Iterator[None]:
+    """Let BLAS run in all threads meanwhile, also within `one_blas_thread`: for matrices that are large."""
+    with _controller().limit(limits=threads(), user_api="blas"):
+        yield
+
+
 @cache
 def _controller() -> Any:
     from threadpoolctl import ThreadpoolController  # noqa: PLC0415 - it looks at every library that is loaded
