@@ -20,12 +20,12 @@ def outward(mesh: TetMesh) -> TetMesh:
         A facet bounds no element or two elements: the surface of a damaged solid may fold onto itself.
     """
     faces = mesh.tets[:, FACES].reshape(-1, 3)
-    keys = _keys(faces, len(mesh.points))
+    keys = face_keys(faces, len(mesh.points))
     order = np.argsort(keys)
     ordered, even = keys[order], _even(faces)
 
     def turned(facets: Ints) -> Ints:
-        found = _keys(facets[:, :3], len(mesh.points))
+        found = face_keys(facets[:, :3], len(mesh.points))
         first = np.searchsorted(ordered, found)
         astray = np.searchsorted(ordered, found, side="right") - first != 1
         if astray.any():
@@ -42,7 +42,7 @@ def outward(mesh: TetMesh) -> TetMesh:
     return replace(mesh, facets={surface: turned(facets) for surface, facets in mesh.facets.items()})
 
 
-def _keys(faces: Ints, n_points: int) -> Ints:
+def face_keys(faces: Ints, n_points: int) -> Ints:
     """One number for the three nodes of a face, independent of their order."""
     a, b, c = np.sort(faces, axis=1).T
     return np.asarray((a * n_points + b) * n_points + c)

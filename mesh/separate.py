@@ -7,7 +7,8 @@ import numpy as np
 
 from geometry.arrays import Ints
 from geometry.surfaces import Surface
-from mesh.tetmesh import EDGES, FACES, FACET_EDGES, FACET_TURN, TetMesh
+from mesh.outward import face_keys
+from mesh.tetmesh import FACE_NODES, FACES, FACET_TURN, TetMesh
 
 # Numbers of two parts that touch; the surfaces that their sides of the interface become.
 Interfaces = Mapping[tuple[int, int], tuple[Surface, Surface]]
@@ -84,17 +85,12 @@ def _inner(mesh: TetMesh) -> tuple[Ints, Ints, Ints]:
 def _behind(mesh: TetMesh, facets: Mapping[Surface, Ints]) -> dict[Surface, Ints]:
     """The element behind each facet."""
     n_points = len(mesh.points)
-    keys = _keys(mesh.tets[:, FACES].reshape(-1, 3), n_points)
+    keys = face_keys(mesh.tets[:, FACES].reshape(-1, 3), n_points)
     order = np.argsort(keys)
     return {
-        surface: order[np.searchsorted(keys, _keys(nodes[:, :3], n_points), sorter=order)] // 4
+        surface: order[np.searchsorted(keys, face_keys(nodes[:, :3], n_points), sorter=order)] // 4
         for surface, nodes in facets.items()
     }
-
-
-def _keys(faces: Ints, n_points: int) -> Ints:
-    a, b, c = np.sort(faces, axis=1).T
-    return np.asarray((a * n_points + b) * n_points + c)
 
 
 def _sides(mesh: TetMesh, tets: Ints, interfaces: Interfaces) -> dict[Surface, Ints]:
@@ -119,15 +115,7 @@ def _turned(facets: Ints) -> Ints:
 
 def _facets(mesh: TetMesh, faces: Ints) -> Ints:
     """Nodes (n, 3 or 6) of faces given as 4 · element + face, oriented outwards."""
-    elements, corners = faces // 4, FACES[faces % 4]
-    vertices = np.take_along_axis(mesh.tets[elements], corners, axis=1)
-    if mesh.order == 1:
-        return vertices
-    middle = np.empty((4, 4), dtype=np.int64)
-    middle[EDGES[:, 0], EDGES[:, 1]] = middle[EDGES[:, 1], EDGES[:, 0]] = np.arange(4, 10)
-    ends = corners[:, FACET_EDGES]
-    middles = np.take_along_axis(mesh.tets[elements], middle[ends[..., 0], ends[..., 1]], axis=1)
-    return np.hstack([vertices, middles])
+    return np.asarray(mesh.tets[(faces // 4)[:, None], FACE_NODES[mesh.tets.shape[1]][faces % 4]])
 
 
 def _renumbered(mesh: TetMesh, tets: Ints, facets: Ints, elements: Ints) -> Ints:

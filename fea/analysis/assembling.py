@@ -26,7 +26,7 @@ from fea.study.assembly_materials import (
 )
 from fea.study.assembly_table import AssemblyTable
 from fea.study.contact_table import PINS
-from fea.study.expansion import REFERENCE_TEMPERATURE, thermal_expansion
+from fea.study.expansion import thermal_expansion
 from fea.study.material_table import MaterialTable
 from fea.study.study import Study
 from geometry.assembly import Assembly, BoltSeat
@@ -156,8 +156,7 @@ class Assembling:
     def _expansion(self, study: Study, parts: tuple[str, ...]) -> "Expansion | None":
         from fea.contact.assembled_rod import Expansion  # noqa: PLC0415 - see above
 
-        warm = self.table.temperature_C
-        if warm is None or warm == REFERENCE_TEMPERATURE:
+        if self.expansions.warming == 0:
             return None
         own = [
             thermal_expansion(f"material.{table_name(part)}", study.part_material_table(part))
@@ -166,11 +165,10 @@ class Assembling:
         pins = [
             thermal_expansion(f"material.{pin}", study.part_material.get(pin, _PIN_STEEL)) for pin in PINS
         ]
-        bolt = thermal_expansion(f"material.{BOLT}", bolt_material(study.part_material, self.table.grade))
         return Expansion(
-            rise=warm - REFERENCE_TEMPERATURE,
+            rise=self.expansions.warming,
             parts=tuple(alpha for alpha, _ in own),
-            bolt=bolt[0],
+            bolt=self.expansions.by_part[BOLT],
             piston_pin=pins[0][0],
             crank_pin=pins[1][0],
         )

@@ -16,7 +16,7 @@ from fea.analysis.assembly_figures import (
 )
 from fea.analysis.assembly_onsets import Onsets
 from fea.analysis.bolt_report import bolts_figures
-from fea.analysis.figure_types import vector
+from fea.analysis.figure_types import shape_figures, vector
 from fea.analysis.prepare import PreparedRod
 from fea.assess.bore_shape import bore_shape
 from fea.assess.case_result import CaseResult
@@ -127,11 +127,4 @@ def _face(face: FaceState) -> FaceCaseFigures:
 
 
 def _ovality(case: CaseResult, surface: Surface, x: float) -> OvalityFigures:
-    shape = bore_shape(case.mesh, surface, x, case.distortion)
-    return OvalityFigures(
-        ovality_mm=shape.ovality,
-        widest_mm=shape.widest[0],
-        widest_deg=shape.widest[1] / DEG,
-        narrowest_mm=shape.narrowest[0],
-        narrowest_deg=shape.narrowest[1] / DEG,
-    )
+    return OvalityFigures(**shape_figures(bore_shape(case.mesh, surface, x, case.distortion)))

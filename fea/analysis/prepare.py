@@ -304,24 +304,22 @@ class PreparedRod:
         some = np.linspace(0, len(self.speeds) - 1, min(len(self.speeds), MOST_COURSES)).round().astype(int)
         return [sorted(self.speeds)[number] for number in some]
 
-    def _assembled_loads(self, contact: "AssembledRod") -> UnitLoads:
+    def _assembled_loads(self) -> UnitLoads:
         from fea.cycle.assembled_loads import AssembledLoads  # noqa: PLC0415 - rods of one piece do without
 
         engine, gas = self.engine.engine, self.engine.gas
         speeds = self._spanned_speeds
         courses = [course(engine, gas, self.mass, rpm * RPM, cycle_angles()) for rpm in speeds]
         alone = [of_cases(self.loading.at(self.mass, rpm).cases) for rpm in speeds]
-        return AssembledLoads(contact, self.inertia, courses, alone)
+        return AssembledLoads(self.held_together, self.inertia, courses, alone)
 
     def _unit_loads(self) -> UnitLoads:
         if self.options.in_contact:
-            from fea.contact.assembled_rod import AssembledRod  # noqa: PLC0415 - as below
+            if self.putting is not None:
+                return self._assembled_loads()
             from fea.cycle.contact_loads import ContactLoads  # noqa: PLC0415 - prescribed pressures do without
 
-            contact = self.contact
-            if isinstance(contact, AssembledRod):
-                return self._assembled_loads(contact)
-            return ContactLoads(contact, self.inertia)
+            return ContactLoads(self.contact, self.inertia)
         mesh, support, prescribed = self.mesh, self.options.support, self.options.prescribed
         if isinstance(prescribed, Bonded):
             return BondedLoads(mesh.cell, mesh.bores, self.inertia, support)

@@ -13,7 +13,7 @@ from fea.analysis.assembly_onsets import onsets_left_out
 from fea.analysis.assembly_report import assembly_figures
 from fea.analysis.buckling import BucklingReport
 from fea.analysis.endurance import endurance_figures
-from fea.analysis.figure_types import vector
+from fea.analysis.figure_types import shape_figures, vector
 from fea.analysis.figures import (
     BoreFigures,
     BucklingFigures,
@@ -187,11 +187,7 @@ def _bore(case: CaseResult, surface: Surface, rod_length: float) -> BoreFigures:
         at_deg=touch.angle / DEG,
         at_z_mm=touch.z,
         arc_deg=touch.arc / DEG,
-        ovality_mm=shape.ovality,
-        widest_mm=shape.widest[0],
-        widest_deg=shape.widest[1] / DEG,
-        narrowest_mm=shape.narrowest[0],
-        narrowest_deg=shape.narrowest[1] / DEG,
+        **shape_figures(shape),
     )
 
 

@@ -190,11 +190,19 @@ class Assembled:
         gap[locked] = 0.0
         return self._joined(values, gap, found)
 
+    @property
+    def joined(self) -> Ints:
+        """The unknowns (n_J,) that gaps `Joined.gap` belong to."""
+        return self._tied.joined
+
+    @property
+    def _idle(self) -> Load:
+        return Load(self._made, np.zeros(self.problem.rigid.shape[1]), np.zeros(self._P.shape[1]))
+
     def _warmed(self, warming: Warming) -> Joined:
         """Let parts, bolts and pins expand, without any load."""
         self._made = self._made + self._expansion(warming)
-        idle = Load(self._made, np.zeros(self.problem.rigid.shape[1]), np.zeros(self._P.shape[1]))
-        found = self.step(idle, self.tightened)
+        found = self.step(self._idle, self.tightened)
         absent = np.zeros_like(found.guess.touching)  # the pins of the next step are elsewhere
         return replace(found, guess=replace(found.guess, touching=absent))
 
@@ -219,7 +227,7 @@ class Assembled:
         gap[places[~opened]] = 0.0
         guess = Guess.closed(len(self.pins), len(places))
         return Joined(
-            load=Load(self._made, np.zeros(self.problem.rigid.shape[1]), np.zeros(self._P.shape[1])),
+            load=self._idle,
             values=values,
             gap=gap[self._tied.joined],
             guess=replace(guess, opened=opened),

@@ -13,7 +13,7 @@ from fea.contact.interface_fields import gap_at_nodes, pressure_at_nodes
 from fea.contact.joined_system import Joined
 from fea.contact.mating import MatingFaces
 from fea.contact.multipliers import Direction, radial
-from fea.contact.rod_contact import RodContact, Solved, weights
+from fea.contact.rod_contact import RodContact, Solved, acting
 from fea.machine.threads import one_blas_thread
 from fea.rod.bores import Bores
 from fea.rod.case_forces import CaseForces
@@ -23,7 +23,7 @@ from fea.solid.supports import components
 from fea.solvers.static import Model
 from geometry.arrays import Floats, Ints
 from geometry.assembly import BoltAxis
-from geometry.surfaces import INTERFACES, Surface
+from geometry.surfaces import Surface
 from loads.cases import ASSEMBLY, LoadCase, assembled
 from mesh.tetmesh import TetMesh
 
@@ -106,8 +106,7 @@ class AssembledRod(RodContact):
                 interference=putting.interference.get(sides[0], 0.0),
                 friction=putting.friction > 0,
             )
-            for sides in INTERFACES
-            if sides[0] in mesh.facets
+            for sides in mesh.interfaces
         ]
         self.bolt_axes = _of_cell(mesh, putting.bolts)
         self._known: dict[bytes, Joined] = {}  # load cases are asked for again where the cycle is checked
@@ -186,10 +185,9 @@ class AssembledRod(RodContact):
         ContactError
             No state of contact carries it.
         """
-        pin = factor * np.array([case.pin_axial, case.pin_transverse])
-        crank = factor * np.array([-case.crank_axial, case.crank_transverse])
+        pin, crank, motion = (factor * own for own in acting(case))
         with one_blas_thread():
-            return self._solved(pin, crank, factor * weights(case.motion))
+            return self._solved(pin, crank, motion)
 
     def assembly(self, *, warm: bool = True) -> CaseForces:
         """Nodal forces of bolts and fits alone.

@@ -71,11 +71,7 @@ class AssemblyStates:
     @cached_property
     def _position(self) -> Ints:
         """Of the normal gaps (k,) among those of all interfaces."""
-        return np.searchsorted(self._joined, self._assembled.touching.normal)
-
-    @cached_property
-    def _joined(self) -> Ints:
-        return np.setdiff1d(np.arange(self._assembled.problem.fold.size), self._assembled.pins)
+        return np.searchsorted(self._assembled.joined, self._assembled.touching.normal)
 
     def _face(self, number: int, found: Joined) -> FaceState:
         touching = self._assembled.touching
@@ -102,10 +98,10 @@ class AssemblyStates:
 
     def _slip(self, own: Ints, found: Joined) -> Floats:
         """Slip (k,) of places that touch since the parts were put together, mm."""
-        touching = self._assembled.touching
+        touching, joined = self._assembled.touching, self._assembled.joined
         at = touching.shear[own]
         slipped = found.gap - self._assembled.tightened.gap
-        moments = slipped[np.searchsorted(self._joined, np.maximum(at, self._joined[0]))]
+        moments = slipped[np.searchsorted(joined, np.maximum(at, joined[0]))]
         slip = np.hypot(*np.where(at >= 0, moments, 0.0).T) / touching.area[own]
         return np.asarray(np.where(found.guess.opened[own], 0.0, slip))
 

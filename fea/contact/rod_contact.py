@@ -142,10 +142,8 @@ class RodContact:
             No state of contact carries the load: no pressure on a bore has the force of its pin, or separate
             parts come apart.
         """
-        pin = np.array([case.pin_axial, case.pin_transverse])
-        crank = np.array([-case.crank_axial, case.crank_transverse])
         with one_blas_thread():
-            found = self._solved(pin, crank, weights(case.motion))
+            found = self._solved(*acting(case))
         return self._forces(case, found)
 
     def _forces(self, case: LoadCase, found: Solved) -> CaseForces:
@@ -199,7 +197,14 @@ class RodContact:
         return found
 
 
-def weights(motion: RodMotion | None) -> Floats:
+def acting(case: LoadCase) -> tuple[Floats, Floats, Floats]:
+    """Forces (2,) on the rod at pin and crank along rod x and y, N, and weights (4,) of the unit motions."""
+    pin = np.array([case.pin_axial, case.pin_transverse])
+    crank = np.array([-case.crank_axial, case.crank_transverse])
+    return pin, crank, _weights(case.motion)
+
+
+def _weights(motion: RodMotion | None) -> Floats:
     """Weights (4,) of the unit motions."""
     if motion is None:
         return np.zeros(len(_MOTIONS))

@@ -12,7 +12,7 @@ import numpy as np
 
 from fea.contact.assembled_rod import AssembledRod
 from fea.contact.joined_system import Joined
-from fea.cycle.contact_loads import ContactFields
+from fea.cycle.contact_loads import NOTHING, SMOOTH, ContactFields, of_unit_work
 from fea.cycle.unit_loads import Course, Instants, Together, Weights, inertial_fields
 from fea.machine.threads import one_blas_thread
 from fea.rod.assembly_state import AssemblyState
@@ -22,12 +22,8 @@ from fea.solid.parity import Parity
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 
-# Patterns of either parity that are bounded each by itself.
-_SMOOTH = 10
 # Singular values that are kept, relative to the stress between the parts as they were put together.
 _KEPT = 1e-5
-# Of the largest pressure of an instant: what rounding leaves where nothing touches.
-_NOTHING = 1e-9
 _Parts = dict[Parity, Floats]
 
 
@@ -66,7 +62,7 @@ class AssembledLoads:
         self._inertial = self._fold.parts(self._assembled.tied_loads())
         self._start = self._fold.parts(self._assembled.tied_start[:, None])
         count = {parity: own[0].shape[1] for parity, own in self._pinned.items()}
-        self.together = Together(*(slice(_SMOOTH, count.get(parity, 0)) for parity in Parity))
+        self.together = Together(*(slice(SMOOTH, count.get(parity, 0)) for parity in Parity))
 
     def _of_pins(self, parity: Parity) -> tuple[Floats, Floats]:
         """Patterns (n_cell, k) of unit work with what they cause between parts, and weights (k, n_cell)."""
@@ -77,11 +73,10 @@ class AssembledLoads:
         nothing = np.zeros_like(unit)
         both = {own: unit if own is parity else nothing for own in fold.parities()}
         every = fold.joined(both)[assembled.pins]
-        work, vectors = np.linalg.eigh(every.T @ assembled.tied_compliance @ every)
-        scale = np.sqrt(work[::-1])
-        patterns = fold.parts(assembled.tied_to(every @ vectors[:, ::-1] / scale))[parity]
+        smooth, weighing_own = of_unit_work(every.T @ assembled.tied_compliance @ every)
+        patterns = fold.parts(assembled.tied_to(every @ smooth))[parity]
         weighing = np.zeros((len(cells), len(fold.on_y)))
-        weighing[:, cells] = (scale * vectors[:, ::-1]).T
+        weighing[:, cells] = weighing_own.T
         return patterns, weighing
 
     def _principal(self, parts: _Parts) -> _Parts:
@@ -161,7 +156,7 @@ class AssembledLoads:
     def touches(self, weights: Weights) -> tuple[Mapping[Surface, Touch], ...]:
         """Contact of the pins with the bores at each instant."""
         values = self._values(weights)
-        values[values < _NOTHING * values[self._assembled.pins].max(axis=0)] = 0.0
+        values[values < NOTHING * values[self._assembled.pins].max(axis=0)] = 0.0
         return tuple(self._contact.touch(instant) for instant in values.T)
 
     def _values(self, weights: Weights) -> Floats:

@@ -20,10 +20,10 @@ from geometry.arrays import Floats
 from geometry.surfaces import Surface
 
 # Patterns of either parity that are bounded each by itself.
-_SMOOTH = 10
+SMOOTH = 10
 _INERTIAL = 2
 # Of the largest pressure of an instant: what rounding leaves where nothing touches.
-_NOTHING = 1e-9
+NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -83,15 +83,13 @@ class ContactLoads:
         self._patterns, self._weighing = {}, {}
         for parity, compliance in problem.cell_compliance.items():
             own = np.flatnonzero(problem.fold.has(parity))
-            work, vectors = np.linalg.eigh(compliance[np.ix_(own, own)])
-            scale = np.sqrt(work[::-1])
             self._patterns[parity], self._weighing[parity] = np.zeros((2, n_cell, len(own)))
-            self._patterns[parity][own] = vectors[:, ::-1] / scale
-            self._weighing[parity][own] = vectors[:, ::-1] * scale
+            patterns = of_unit_work(compliance[np.ix_(own, own)])
+            self._patterns[parity][own], self._weighing[parity][own] = patterns
         nothing = np.zeros((n_cell, 0))
         for of_parity in (self._patterns, self._weighing):
             of_parity.setdefault(Parity.ANTISYMMETRIC, nothing)
-        self.together = Together(*(slice(_SMOOTH, self._patterns[parity].shape[1]) for parity in Parity))
+        self.together = Together(*(slice(SMOOTH, self._patterns[parity].shape[1]) for parity in Parity))
 
     def fields(self) -> tuple[ContactFields, ContactFields]:
         """Return the even and the odd unit loads."""
@@ -133,5 +131,12 @@ class ContactLoads:
             patterns = self._patterns[parity]
             parts[parity] = patterns @ own[: patterns.shape[1]]
         pressure = self._contact.problem.fold.joined(parts)
-        pressure[pressure < _NOTHING * pressure.max(axis=0)] = 0.0
+        pressure[pressure < NOTHING * pressure.max(axis=0)] = 0.0
         return tuple(self._contact.touch(instant) for instant in pressure.T)
+
+
+def of_unit_work(compliance: Floats) -> tuple[Floats, Floats]:
+    """Eigenvectors (n, n) of a compliance of unit work, softest first, and what weighs values by them."""
+    work, vectors = np.linalg.eigh(compliance)
+    scale = np.sqrt(work[::-1])
+    return vectors[:, ::-1] / scale, vectors[:, ::-1] * scale

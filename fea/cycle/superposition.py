@@ -166,6 +166,8 @@ class CycleAnalysis:
     def weights(self, engine: Engine, gas: GasModel, speed: float, angles: Floats) -> Weights:
         """Weights of the unit solutions at crank angles (n_instants,), rad; speed in rad/s."""
         every = instants(engine, gas, self.rod, speed, angles)
+        if not self.loads.remembers:
+            return self.loads.weights(every)
         return self.loads.weights(every, course(engine, gas, self.rod, speed, angles))
 
     def case_weights(self, cases: Sequence[LoadCase]) -> Weights:

@@ -15,6 +15,10 @@ from mesh.files.given import named_mesh
 
 # Largest relative difference between the forces of a run and those worked out again.
 _SAME_FORCES = 1e-6
+_OF_ASSEMBLY = (
+    "Export its results as .vtu or .med instead of a deck; fea run study.toml --cycle --report writes a "
+    "report with its cycle."
+)
 
 
 def prepared_again(run: LeftRun, study: Study) -> PreparedRod:
@@ -22,9 +26,13 @@ def prepared_again(run: LeftRun, study: Study) -> PreparedRod:
 
     Raises
     ------
+    InvalidValue
+        The rod is an assembly: a run's mesh does not say where its parts touch.
     MeshError
         The bores of the run's mesh were not found.
     """
+    rule = "holds a rod of separate parts, and its mesh does not say where they touch"
+    require(study.assembly is None, "RUN", str(run.folder), rule, _OF_ASSEMBLY)
     dimensions = study.rod.dimensions
     known = (None, None) if dimensions is None else (dimensions.big_end_bore, dimensions.small_end_bore)
     mesh, bores = named_mesh(run.mesh, known)

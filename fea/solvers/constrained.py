@@ -11,7 +11,7 @@ from fea.solid.pins import Held, has_parity, mean_motions, motions
 from fea.solid.supports import components, plane_conditions
 from fea.solvers.linear.conjugate_gradients import Operator
 from geometry.arrays import Floats, Mask
-from geometry.surfaces import INTERFACES, Surface
+from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
 
@@ -98,7 +98,7 @@ def stopping(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Mask:
     """
     planes = plane_conditions(mesh, *parities).ravel()
     # On an interface, restraints at the same place on both sides would stop the forces between them.
-    touching = [mesh.facets[side].ravel() for sides in INTERFACES for side in sides if side in mesh.facets]
+    touching = [mesh.facets[side].ravel() for sides in mesh.interfaces for side in sides]
     held = planes | np.repeat(np.isin(np.arange(len(mesh.points)), np.concatenate([*touching, []])), 3)
     rigid, piece = np.where(held[:, None], 0.0, _rigid(mesh, parities)), np.repeat(components(mesh), 3)
     for number in range(int(piece.max()) + 1):

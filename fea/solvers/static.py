@@ -16,7 +16,6 @@ from fea.solid.parity import Parity, Split
 from fea.solid.scikit_fem import assembled_stiffness
 from fea.solid.supports import (
     clamped,
-    components,
     determinate_restraints,
     plane_conditions,
     require_restrained,
@@ -238,9 +237,9 @@ def _held(mesh: TetMesh, support: Support) -> dict[Parity, Mask]:
     """Degrees of freedom (n,) that a support holds, by the parity about y = 0."""
     if support is Support.CLAMPED:
         return dict.fromkeys(Parity, clamped(mesh, Surface.BIG_END_BORE).ravel())
-    if components(mesh).max() == 0:
-        return dict.fromkeys(Parity, determinate_restraints(mesh).ravel())
-    return {parity: stopping(mesh, (parity, Parity.SYMMETRIC)) for parity in Parity}
+    if mesh.interfaces:  # each part by itself, as contact holds them together
+        return {parity: stopping(mesh, (parity, Parity.SYMMETRIC)) for parity in Parity}
+    return dict.fromkeys(Parity, determinate_restraints(mesh).ravel())
 
 
 def unheld(forces: sparse.csc_array, fixed: Mask) -> sparse.csc_array:

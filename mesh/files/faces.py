@@ -3,16 +3,7 @@
 import numpy as np
 
 from geometry.arrays import Ints, Mask
-from mesh.tetmesh import EDGES, FACES
-
-_MIDDLE = {(int(a), int(b)): node for node, (a, b) in enumerate(EDGES, start=4)}
-# Nodes of each face: three vertices, then the middles of (0,1), (1,2), (2,0).
-_NODES = np.array(
-    [
-        [*face, *(_MIDDLE[min(a, b), max(a, b)] for a, b in zip(face, np.roll(face, -1), strict=True))]
-        for face in FACES.tolist()
-    ]
-)
+from mesh.tetmesh import FACE_NODES, FACES
 
 
 def face_counts(tets: Ints) -> tuple[Ints, Ints]:
@@ -37,5 +28,4 @@ def boundary_facets(tets: Ints) -> Ints:
     """Faces (n, 3) or (n, 6) that belong to a single element, oriented outwards, in `TetMesh`'s order."""
     which, counts = face_counts(tets)
     element, face = np.nonzero(counts[which] == 1)
-    nodes = _NODES if tets.shape[1] == 10 else FACES
-    return np.asarray(tets[element[:, None], nodes[face]])
+    return np.asarray(tets[element[:, None], FACE_NODES[tets.shape[1]][face]])

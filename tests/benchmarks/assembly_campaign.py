@@ -26,6 +26,7 @@ from rod_studies import random_study
 from fea.analysis.prepare import prepare
 from fea.choices import CONTACT, PinModel
 from fea.contact.assembled_rod import AssembledRod
+from fea.contact.rod_contact import acting
 from fea.solid.errors import ContactError
 from fea.study.assembly_table import AssemblyTable
 from fea.study.contact_table import ContactTable
@@ -110,8 +111,7 @@ def outcome(seed: int) -> Outcome | None:
         contact, found = rod.contact, []
         assert isinstance(contact, AssembledRod)
         for case in rod.loading.at(rod.mass, study.speed.speeds()[0]).cases:
-            pin, crank, motion = case_arrays(case)
-            found += contact.solutions(pin, crank, motion)
+            found += contact.solutions(*(own[:, None] for own in acting(case)))
     except (InvalidValue, GeometryError, MeshError, ContactError) as error:
         seconds = time.perf_counter() - start
         return Outcome(seed, seconds=seconds, refused=f"{type(error).__name__}: {error}")
@@ -125,17 +125,6 @@ def outcome(seed: int) -> Outcome | None:
         long=sum(count > MANY for count in changes),
         seconds=time.perf_counter() - start,
     )
-
-
-def case_arrays(case):
-    """Pin forces (2, 1), crank forces (2, 1) and weights (4, 1) of the unit motions of a load case."""
-    motion = np.zeros(4)
-    if case.motion is not None:
-        (along, across), spin = case.motion.acceleration, case.motion.angular_velocity
-        motion[:] = along, spin**2, across, case.motion.angular_acceleration
-    pin = np.array([case.pin_axial, case.pin_transverse])
-    crank = np.array([-case.crank_axial, case.crank_transverse])
-    return pin[:, None], crank[:, None], motion[:, None]
 
 
 def report_text(found: list[Outcome], endless: list[int], command: str) -> str:

@@ -19,8 +19,11 @@ from fea.analysis.survival import factors, survival
 from fea.choices import Symmetry
 from fea.contact.load_limits import LoadLimits
 from fea.contact.onset import LARGEST, WITHIN, onset
+from fea.output.left_run import LeftRun
 from fea.output.terminal.assembly import assembly_lines
+from fea.runs.repeated import prepared_again
 from fea.study.study import parse_study
+from geometry.invalid import InvalidValue
 from geometry.surfaces import Surface
 from loads.cases import ASSEMBLY
 from loads.cases import given as pulled
@@ -67,6 +70,12 @@ def test_nothing_but_bolts_acts_on_the_joint_of_an_assembled_rod(pulled_rod):
     assert state.joint.open_share == state.joint.opening == state.joint.slip == 0
     assert state.joint.shear < 1e-9 * PRELOAD
     assert pulled_rod.trusted
+
+
+def test_an_assembled_rod_is_not_prepared_again_from_the_mesh_of_its_run(pulled_rod):
+    left = LeftRun(Path("run"), {}, pulled_rod.mesh, {})
+    with pytest.raises(InvalidValue, match=r"separate parts.*Export its results"):
+        prepared_again(left, read("[forces]\npin_N = [30e3, 0.0]\n" + ASSEMBLED))
 
 
 def test_the_cap_is_in_equilibrium_across_and_along_an_oblique_joint():

@@ -46,6 +46,13 @@ def test_each_piece_must_be_held(bar):
     require_restrained(both, np.ones_like(fixed))
 
 
+def test_pieces_that_nothing_joins_are_not_held_one_by_one(bar):
+    both = twice(bar)
+    model = solve.Model(both, STEEL, Support.INERTIA_RELIEF)
+    with pytest.raises(UnderconstrainedError, match="2 disconnected pieces"):
+        model.solve([Split(np.ones_like(both.points), None)])
+
+
 def test_the_motion_left_is_named(bar):
     fixed = np.zeros_like(bar.points, dtype=bool)
     axis = np.flatnonzero(np.hypot(bar.points[:, 1], bar.points[:, 2]) < 1e-9)
