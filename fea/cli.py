@@ -57,6 +57,9 @@ _COMMANDS = {
     '    sampling = "sobol"  # or grid, latin-hypercube, random, saltelli; designs = "FILE.csv" instead\n'
     "    samples = 64\n"
     "    vary.rod.web_thickness_mm = { from = 4.0, to = 6.0 }",
+    "optimise": "Find the lightest rod that holds: free dimensions, factors less error bars.\n\n"
+    "- `fea optimise my.toml --min-safety 1.3 --free web_thickness_mm=3:7 --free flange_thickness_mm=3:8`\n\n"
+    "It leaves the study of the lighter rod, a table, the history and a picture of both rods.",
     "reproduce": "Compare published figures with computed ones.",
     "verify": "Solve benchmark problems with known answers.",
     "converge": "Measure error against run time, for a rod and two problems with exact solutions.\n\n"

@@ -65,7 +65,7 @@ def tetrahedralise(
     apply(sizing, refinements, wanted, repair.spots)
     gmsh.option.setNumber("Mesh.Algorithm3D", 1)  # Delaunay: with one thread, the same mesh every time
     _generate(sizing)
-    mesh, straightened = mended(_snapped(outward(_arrays(surfaces, sizing.order, parts))))
+    mesh, straightened = mended(snapped(outward(_arrays(surfaces, sizing.order, parts))))
     quality = measure(mesh, straightened)
     if not quality.least_scaled_jacobian > 0:
         inverted = mesh.points[mesh.tets[scaled_jacobian(mesh) <= 0, :4]]
@@ -131,7 +131,7 @@ def _tets(order: int, parts: Sequence[Sequence[int]]) -> tuple[Ints, Ints | None
     return np.concatenate(found), np.repeat(numbers, counts)
 
 
-def _snapped(mesh: TetMesh) -> TetMesh:
+def snapped(mesh: TetMesh) -> TetMesh:
     """Put the nodes of the cut planes exactly on them, so that reflections share them."""
     points = mesh.points.copy()
     for plane, axis in PLANE_AXIS.items():

@@ -83,6 +83,8 @@ def adapt_mesh(
     clock: Clock,
     listener: Callable[[str], None] | None = None,
     mesh: MeshedRod | None = None,
+    *,
+    movable: bool = False,
 ) -> Adapted:
     """Prepare the rod of a study, on ever better meshes where a tolerance is asked for.
 
@@ -98,13 +100,15 @@ def adapt_mesh(
         Told the figures of each pass.
     mesh
         The first one, where it is there already: see `fea.analysis.meshing.adaptive_mesh`.
+    movable
+        Whether the last one is to follow other dimensions of the rod.
 
     Raises
     ------
     GeometryError, MeshError, InvalidValue, …
         See `fea.analysis.prepare.prepare`.
     """
-    mesh = adaptive_mesh(study, clock) if mesh is None else mesh
+    mesh = adaptive_mesh(study, clock, movable=movable) if mesh is None else mesh
     tolerance = study.tolerance_percent
     if tolerance is None:
         return Adapted(prepare(study, clock, mesh=mesh))
@@ -129,7 +133,7 @@ def adapt_mesh(
         first = first or rod
         del rod, results  # their memory is the next mesh's
         with meanwhile(*beside):
-            mesh = adaptive_mesh(study, clock, fields)
+            mesh = adaptive_mesh(study, clock, fields, movable=movable)
     if shortfall:
         shortfall = f"the tolerance of {tolerance:g} % is not met ({widest.text}): {shortfall}"
     return Adapted(rod, tuple(passes), shortfall, results, first, first_factors)

@@ -17,7 +17,12 @@ COARSER = 2.0
 
 
 def mesh_study(
-    study: Study, clock: Clock | None = None, *, wanted: Sequence[SizeField] = (), coarser: float = 1.0
+    study: Study,
+    clock: Clock | None = None,
+    *,
+    wanted: Sequence[SizeField] = (),
+    coarser: float = 1.0,
+    movable: bool = False,
 ) -> MeshedRod:
     """Draw and mesh the rod of a study.
 
@@ -31,6 +36,8 @@ def mesh_study(
         Element sizes that earlier solutions ask for.
     coarser
         Factor on the default element size.
+    movable
+        Whether the mesh is to follow other dimensions of the rod: see `fea.rod.discretise.moved`.
 
     Raises
     ------
@@ -47,6 +54,7 @@ def mesh_study(
         coarser=coarser,
         touched=study.analysis.in_contact,
         assembly=drawn_assembly(study),
+        movable=movable,
     )
     if study.rod.mesh is not None:
         from fea.rod.given import given_rod  # noqa: PLC0415 - it loads scikit-fem, which meshing does without
@@ -56,7 +64,12 @@ def mesh_study(
 
 
 def mesh_loaded(
-    study: Study, clock: Clock, *, wanted: Sequence[SizeField] = (), coarser: float = 1.0
+    study: Study,
+    clock: Clock,
+    *,
+    wanted: Sequence[SizeField] = (),
+    coarser: float = 1.0,
+    movable: bool = False,
 ) -> MeshedRod:
     """Draw and mesh a rod that is to be loaded: a study without loads is refused before.
 
@@ -65,17 +78,19 @@ def mesh_loaded(
     study.require_loading()
     if study.engine is not None and study.rod.length is not None:
         EngineLoading.of(study.engine, study.rod.length)
-    return mesh_study(study, clock, wanted=wanted, coarser=coarser)
+    return mesh_study(study, clock, wanted=wanted, coarser=coarser, movable=movable)
 
 
-def adaptive_mesh(study: Study, clock: Clock, wanted: Sequence[SizeField] = ()) -> MeshedRod:
+def adaptive_mesh(
+    study: Study, clock: Clock, wanted: Sequence[SizeField] = (), *, movable: bool = False
+) -> MeshedRod:
     """Draw and mesh the rod; where the mesh is refined to a tolerance, coarsely but for the wanted sizes.
 
     Parameters and errors are those of `mesh_study`.
     """
     if study.tolerance_percent is None or study.mesh.size_mm is not None:
-        return mesh_loaded(study, clock, wanted=wanted)
+        return mesh_loaded(study, clock, wanted=wanted, movable=movable)
     try:
-        return mesh_loaded(study, clock, wanted=wanted, coarser=COARSER)
+        return mesh_loaded(study, clock, wanted=wanted, coarser=COARSER, movable=movable)
     except (GeometryError, MeshError):  # what only smaller elements can follow
-        return mesh_loaded(study, clock, wanted=wanted)
+        return mesh_loaded(study, clock, wanted=wanted, movable=movable)

@@ -2,3 +2,6 @@
 
 SUMMARY = "summary.json"
 SCHEMA = "fea/summary/1"
+# Those of a search for the lightest rod.
+OPTIMISED = "optimise.json"
+OPTIMISED_SCHEMA = "fea/optimise/1"

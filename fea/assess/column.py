@@ -10,7 +10,8 @@ from enum import StrEnum
 from functools import cache
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy import sparse
+from scipy.sparse.linalg import eigsh
 
 from geometry.arrays import Floats
 from geometry.section import Section
@@ -124,7 +125,8 @@ def euler_load(x: Floats, bending_stiffness: Floats, *, built_in: bool) -> float
     held = {0, n - 2} | ({1, n - 1} if built_in else set())
     free = np.array([i for i in range(n) if i not in held])
     inner = np.ix_(free, free)
-    largest = eigh(G[inner], K[inner], eigvals_only=True, subset_by_index=[len(free) - 1, len(free) - 1])
+    stiffness, load = (sparse.csc_array(matrix[inner]) for matrix in (K, G))
+    largest = eigsh(load, 1, stiffness, which="LA", v0=np.ones(len(free)), return_eigenvectors=False)
     return float(1 / largest[0])
 
 

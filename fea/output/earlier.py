@@ -7,12 +7,12 @@ import json
 from pathlib import Path
 from typing import Any
 
-from fea.analysis.summary_file import SCHEMA, SUMMARY
+from fea.analysis.summary_file import OPTIMISED, OPTIMISED_SCHEMA, SCHEMA, SUMMARY
 from fea.output.picture_name import picture_name
 from fea.output.report.name import REPORT
 
 # Of any version.
-_SCHEMA = SCHEMA.rpartition("/")[0] + "/"
+_SCHEMAS = tuple(schema.rpartition("/")[0] + "/" for schema in (SCHEMA, OPTIMISED_SCHEMA))
 
 
 def is_earlier_run(directory: Path) -> bool:
@@ -45,10 +45,12 @@ def _is_file(path: Path) -> bool:
 
 
 def _manifest(folder: Path) -> dict[str, Any]:
-    """Return the summary in a directory, empty where there is none that this program wrote."""
-    try:
-        summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    ours = isinstance(summary, dict) and str(summary.get("schema")).startswith(_SCHEMA)
-    return summary if ours else {}
+    """Return the summary of a run or a search in a directory, empty where this program wrote none."""
+    for name in (SUMMARY, OPTIMISED):
+        try:
+            summary = json.loads((folder / name).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            continue
+        if isinstance(summary, dict) and str(summary.get("schema")).startswith(_SCHEMAS):
+            return summary
+    return {}

@@ -1,9 +1,9 @@
 """Mesh the rod of a study: the mirror cell that is solved, and the whole rod that it represents."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -36,6 +36,9 @@ from mesh.separate import separated
 from mesh.size_field import SizeField
 from mesh.sizing import PER_ARC, PER_TOUCHED_BORE, Sizing, default_size, refinements
 from mesh.tetmesh import TetMesh
+
+if TYPE_CHECKING:
+    from mesh.moving import MovableMesh
 
 # Processor time, s, after which gmsh is assumed not to finish (on a damaged file), and more of it for each
 # element to be made, several times what one takes.
@@ -122,6 +125,8 @@ class MeshedRod:
     bolts
         Of the whole rod; empty without an assembly. Parts that only touch have nodes of their own in `cell`
         and `mirrored`, not in `drawn`.
+    movable
+        `drawn`, ready to follow other dimensions; None where that was not asked for.
     """
 
     cell: TetMesh
@@ -135,6 +140,7 @@ class MeshedRod:
     intake: Intake | None = None
     creases: Creases | None = None
     bolts: tuple[BoltAxis, ...] = ()
+    movable: "MovableMesh | None" = None
 
     @property
     def whole(self) -> TetMesh:
@@ -177,7 +183,8 @@ class _Drawn(NamedTuple):
     solid: Solid
     mesh: TetMesh
     meshing: Meshing
-    creases: Creases
+    creases: Creases | None
+    movable: "MovableMesh | None" = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -200,6 +207,8 @@ class MeshRequest:
         Whether pins touch the bores, which need smaller elements then.
     assembly
         What is separate in the rod; None for a rod in one piece.
+    movable
+        Whether the mesh is to follow other dimensions of the rod.
     """
 
     size: float | None
@@ -209,6 +218,7 @@ class MeshRequest:
     coarser: float = 1.0
     touched: bool = False
     assembly: Assembly | None = None
+    movable: bool = False
 
     @property
     def per_touched_bore(self) -> int:
@@ -252,17 +262,53 @@ def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, cloc
         with clock("mesh"):
             job = partial(_drawn, rod, materials, request, Clock(say))
             drawn = apart(job, f"read and mesh {rod.cad.path}", clock.tell)
-    solid, base = drawn.solid, drawn.mesh
-    symmetry = _cell(request.symmetry, solid.mirror)
     with clock("mesh"):
-        bodies, origin = _separate(base, solid)
-        cell = unmirrored(bodies)
-        for plane in solid.mirror.planes:
-            if plane not in symmetry.planes:
-                cell = reflect(cell, plane)
-        whole = unmirrored(cell.mesh)
-        for plane in symmetry.planes:
-            whole = reflect(whole, plane)
+        return _put_together(drawn, _cell(request.symmetry, drawn.solid.mirror))
+
+
+def moved(base: MeshedRod, rod: RodTable) -> MeshedRod | None:
+    """Move the mesh of a rod to one of other dimensions; its quality is measured again.
+
+    Parameters
+    ----------
+    base
+        Made with `MeshRequest.movable`.
+    rod
+        The other dimensions.
+
+    Returns
+    -------
+    MeshedRod or None
+        None where the mesh cannot follow: see `mesh.moving.MovableMesh.moved`.
+
+    Raises
+    ------
+    GeometryError
+        No solid could be made.
+    """
+    if base.movable is None:
+        return None
+    with session():
+        solid = rod.draw()
+        found = base.movable.moved()
+    if found is None:
+        return None
+    mesh, quality = found
+    meshing = replace(base.meshing, quality=quality)
+    return _put_together(_Drawn(solid, mesh, meshing, base.creases, base.movable), base.symmetry)
+
+
+def _put_together(drawn: _Drawn, symmetry: Mirror) -> MeshedRod:
+    """The cell that is solved and the whole rod, from the smallest cell."""
+    solid, base = drawn.solid, drawn.mesh
+    bodies, origin = _separate(base, solid)
+    cell = unmirrored(bodies)
+    for plane in solid.mirror.planes:
+        if plane not in symmetry.planes:
+            cell = reflect(cell, plane)
+    whole = unmirrored(cell.mesh)
+    for plane in symmetry.planes:
+        whole = reflect(whole, plane)
     return MeshedRod(
         cell=cell.mesh,
         mirrored=whole,
@@ -275,6 +321,7 @@ def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, cloc
         meshing=drawn.meshing,
         intake=solid.intake,
         bolts=solid.bolts,
+        movable=drawn.movable,
     )
 
 
@@ -300,9 +347,17 @@ def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: C
                 lambda cause: clock.tell(f"meshing again, because {cause}"),
             )
             found = creases(solid.faces, made.mesh, solid.bodies)
+            movable = _movable(made.mesh) if request.movable else None
     warnings = tuple(dict.fromkeys((*drawing, *made.warnings)))
     meshing = Meshing(size, made.quality, made.repair, warnings, follows_errors=request.follows_errors)
-    return _Drawn(solid, made.mesh, meshing, found)
+    return _Drawn(solid, made.mesh, meshing, found, movable)
+
+
+def _movable(mesh: TetMesh) -> "MovableMesh":
+    from mesh.anchors import anchors  # noqa: PLC0415 - only a search for dimensions needs them
+    from mesh.moving import MovableMesh  # noqa: PLC0415
+
+    return MovableMesh(mesh, anchors(mesh))
 
 
 def _separate(mesh: TetMesh, solid: Solid) -> tuple[TetMesh, Ints]:

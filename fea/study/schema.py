@@ -119,6 +119,8 @@ def _key(table: str, key: str, hint: Any) -> Schema:
 def _type(option: Any) -> Schema:
     if typing.get_origin(option) is tuple:
         return {"type": "array", "items": _type(typing.get_args(option)[0])}
+    if typing.get_origin(option) is dict:
+        return {"type": "object", "additionalProperties": _type(typing.get_args(option)[1])}
     if issubclass(option, StrEnum):
         return {"type": "string", "enum": [str(choice) for choice in option]}
     return {"type": _TYPES[option]}

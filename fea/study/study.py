@@ -17,6 +17,7 @@ from fea.study.duty_table import DutyTable
 from fea.study.engine_presets import engine_preset, with_preset
 from fea.study.engine_table import EngineTable
 from fea.study.material_table import MaterialTable
+from fea.study.optimise_table import OptimiseTable
 from fea.study.paths import is_file, located, require_size, require_text
 from fea.study.ready import ready_study
 from fea.study.rod_table import RodTable, read_rod, rod_of_file
@@ -169,7 +170,7 @@ class Study:
         The name of the shipped study or of the file.
     part_material
         [material.<part>] by the part's name: a bushing, a solid of a STEP file, or a pin.
-    rod, material, engine, speed, duty, forces, mesh, analysis, contact, assembly, output
+    rod, material, engine, speed, duty, forces, mesh, analysis, contact, assembly, optimise, output
         The tables of the study file, in engineering units.
     folder
         Where relative paths in the study start.
@@ -187,6 +188,7 @@ class Study:
     analysis: AnalysisTable = field(default_factory=AnalysisTable)
     contact: ContactTable = field(default_factory=ContactTable)
     assembly: AssemblyTable | None = None
+    optimise: OptimiseTable | None = None
     output: OutputTable = field(default_factory=OutputTable)
     folder: Path = field(default_factory=Path.cwd)
 
@@ -411,6 +413,7 @@ class Study:
             "analysis",
             "contact",
             "assembly",
+            "optimise",
             "output",
         ):
             table = getattr(self, name)
@@ -443,6 +446,7 @@ TABLES: Mapping[str, type[Any]] = {
     "analysis": AnalysisTable,
     "contact": ContactTable,
     "assembly": AssemblyTable,
+    "optimise": OptimiseTable,
     "output": OutputTable,
 }
 

@@ -75,6 +75,9 @@ def checked(name: str, value: object, hint: Any) -> Any:
     Numbers that are not finite are refused, and so are numbers beyond the size of any quantity of an engine
     in any unit: their squares or quotients might overflow.
     """
+    if isinstance(value, Mapping) and typing.get_origin(hint) is dict:
+        _, inner = typing.get_args(hint)
+        return {key: checked(f"{name}.{key}", entry, inner) for key, entry in value.items()}
     for number in value if isinstance(value, list | tuple) else [value]:
         if isinstance(number, int | float):
             _require_size(name, number)
@@ -113,6 +116,8 @@ def _is_enum(option: Any) -> bool:
 
 
 def _word(option: Any) -> str:
+    if typing.get_origin(option) is dict:
+        return "a table"
     if typing.get_origin(option) is tuple:
         return f"a list of {_WORDS[typing.get_args(option)[0]].removeprefix('a ')}s"
     return _WORDS[option]
@@ -132,13 +137,13 @@ def _convert(value: object, option: Any) -> Any:
         return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
     if option is int and isinstance(value, bool):
         return None
-    return value if isinstance(value, option) else None
+    return value if isinstance(option, type) and isinstance(value, option) else None
 
 
 def entries_of(table: Any) -> dict[str, Any]:
     """Return the fields of a table that say something, by name; those that are None or empty are left out."""
     values = {field.name: getattr(table, field.name) for field in dataclasses.fields(table)}
-    return {name: value for name, value in values.items() if value not in (None, ())}
+    return {name: value for name, value in values.items() if value not in (None, (), {})}
 
 
 def toml_text(tables: Mapping[str, Any]) -> str:

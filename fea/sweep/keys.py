@@ -9,8 +9,8 @@ from fea.study.study import TABLES
 from fea.study.tables import unknown_key
 from geometry.invalid import InvalidValue
 
-# The files of a run are not written by a sweep.
-_TABLES = ("rod", *(name for name in TABLES if name != "output"))
+# The files of a run are not written by a sweep, and a sweep searches by itself.
+_TABLES = ("rod", *(name for name in TABLES if name not in ("optimise", "output")))
 
 
 def leaves(where: str, raw: object) -> Iterator[tuple[str, Any]]:

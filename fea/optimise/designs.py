@@ -1,0 +1,148 @@
+"""Designs of a rod that a search tries: the mesh of one, moved to the next."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import count
+
+import numpy as np
+
+from fea.analysis.adapt import adapt_mesh
+from fea.analysis.prepare import PreparedRod, prepare
+from fea.machine.clock import Clock
+from fea.optimise.limits import Limit, limits, required
+from fea.optimise.variables import Variables
+from fea.rod.discretise import MeshedRod, moved
+from fea.units import KG
+from geometry.arrays import Floats
+from geometry.errors import GeometryError
+from mesh.errors import MeshError
+
+# Of the way from a rod that can be meshed to one that cannot, after which a search goes less far.
+_SHORTER = 0.5
+_TRIES = 3
+
+
+@dataclass(frozen=True)
+class Design:
+    """A rod that was tried.
+
+    Attributes
+    ----------
+    x
+        (n,) its free dimensions, scaled to 0 … 1 between their bounds.
+    mass_kg
+        Its mass.
+    limits
+        How much of each required factor is left.
+    short
+        Scaled distance from the rod that was asked for, which cannot be drawn, to this one; 0 where it can.
+    fresh
+        Whether its mesh was made for it, rather than moved from another rod's.
+    """
+
+    x: Floats
+    mass_kg: float
+    limits: tuple[Limit, ...]
+    short: float = 0.0
+    fresh: bool = False
+
+    @property
+    def margin(self) -> float:
+        """The least margin of all limits."""
+        return min(limit.margin for limit in self.limits)
+
+    @property
+    def governing(self) -> Limit:
+        """The limit with the least margin."""
+        return min(self.limits, key=lambda limit: limit.margin)
+
+
+class Designs:
+    """Computes designs.
+
+    Parameters
+    ----------
+    variables
+        What is free.
+    listener
+        Told each design.
+    morphing
+        Whether the mesh of one rod is moved to the next, where it can be.
+
+    Attributes
+    ----------
+    tried
+        All designs, in the order in which they were computed.
+    count
+        Number of meshes that were solved.
+    """
+
+    def __init__(
+        self,
+        variables: Variables,
+        listener: Callable[[Design], None] = lambda _: None,
+        *,
+        morphing: bool = True,
+    ) -> None:
+        self.variables = variables
+        self.tried: list[Design] = []
+        self.count = 0
+        self._listener, self._morphing = listener, morphing
+        self._required = required(variables.study)
+        self._made: list[tuple[Floats, MeshedRod]] = []
+        self._sound = variables.start
+
+    def begin(self, x: Floats) -> Design:
+        """Compute a design on a mesh of its own, refined as its study asks for; others follow from that mesh.
+
+        Raises
+        ------
+        GeometryError, MeshError
+            The rod cannot be drawn or meshed.
+        """
+        study = self.variables.study_at(x)
+        adapted = adapt_mesh(study, study.speeds(), Clock(), movable=True)
+        self._made, self._sound = [(x, adapted.rod.mesh)], x
+        self.count += max(1, len(adapted.passes)) - 1  # of each, the last one is counted below
+        return self._computed(adapted.rod, x, x, fresh=True)
+
+    def at(self, x: Floats) -> Design:
+        """Compute a design on the mesh of another, moved; of a rod that cannot be drawn, the nearest one.
+
+        Raises
+        ------
+        GeometryError, MeshError
+            Not even rods much closer to the last one begun can be drawn or meshed.
+        """
+        near = self.variables.nearest_sound(x, self._sound)
+        for tries in count(1):
+            try:
+                rod, fresh = self._rod(near)
+            except (GeometryError, MeshError):
+                if tries == _TRIES:
+                    raise
+                near = near + _SHORTER * (self._sound - near)
+            else:
+                return self._computed(rod, near, x, fresh=fresh)
+        raise AssertionError  # the loop has no end
+
+    def _rod(self, x: Floats) -> tuple[PreparedRod, bool]:
+        """The rod on the mesh of the nearest one meshed, moved; where that cannot follow, on its own."""
+        study = self.variables.study_at(x)
+        if self._morphing:
+            _, base = min(self._made, key=lambda made: float(np.linalg.norm(made[0] - x)))
+            mesh = moved(base, study.rod)
+            if mesh is not None:
+                return prepare(study, mesh=mesh), False
+        rod = adapt_mesh(study, study.speeds(), Clock(), movable=self._morphing).rod
+        self._made.append((x, rod.mesh))
+        return rod, True
+
+    def _computed(self, rod: PreparedRod, x: Floats, asked: Floats, *, fresh: bool) -> Design:
+        found = limits(rod, self.variables.study.speeds(), self._required)
+        short = float(np.linalg.norm(asked - x))
+        design = Design(x, rod.mass.mass / KG, found, short, fresh)
+        self.tried.append(replace(design, short=0.0))
+        self.count += 1
+        self._listener(design)
+        return design

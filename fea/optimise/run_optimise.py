@@ -1,0 +1,144 @@
+"""The job behind `fea optimise`: search the lightest rod, mesh it again, and leave what was found."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from fea.analysis.adapt import Adapted, adapt_mesh
+from fea.analysis.outcome import Outcome, outcome
+from fea.machine.clock import Clock
+from fea.optimise.designs import Design, Designs
+from fea.optimise.figures import OptimiseFigures, dimension_figures, history, limit_figures
+from fea.optimise.files import FILES, write_files
+from fea.optimise.limits import Limit, limits, required
+from fea.optimise.search import USUAL, Found, search
+from fea.optimise.variables import Variables, variables
+from fea.output.folder import require_replaceable, run_folder
+from fea.study.study import Study
+from geometry.arrays import Floats
+from geometry.invalid import require
+
+# Of the last mesh, and of the meshes that the search moves, percent.
+TOLERANCE = 2.0
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A rod on a mesh of its own that is refined to the tolerance."""
+
+    study: Study
+    adapted: Adapted
+    outcomes: tuple[Outcome, ...]
+    limits: tuple[Limit, ...]
+
+    @property
+    def trusted(self) -> bool:
+        """Whether every check passed at every speed."""
+        return all(each.trusted for each in self.outcomes)
+
+
+def optimise(
+    study: Study, folder: Path, listener: Callable[[Design, int], None] = lambda _design, _count: None
+) -> tuple[OptimiseFigures, str]:
+    """Search the lightest rod that holds, and leave its study, the table, the history and pictures.
+
+    Parameters
+    ----------
+    study
+        What is asked, with `Study.optimise` or without.
+    folder
+        New, or that of an earlier search.
+    listener
+        Told each design that was tried, and how many meshes were solved.
+
+    Returns
+    -------
+    OptimiseFigures, str
+        What was found, and why the picture of the rods is missing; empty where it is not.
+
+    Raises
+    ------
+    InvalidValue
+        The rod has no dimensions, or a value breaks a rule.
+    OccupiedError, StorageError
+        The folder cannot take the files.
+    GeometryError, MeshError, UnderconstrainedError, SingularMatrixError
+        The rod cannot be drawn, meshed or solved.
+    """
+    require_replaceable(folder)
+    clock = Clock()
+    asked = searched(study)
+    free = variables(asked)
+    table = study.optimise
+    most = (None if table is None else table.evaluations) or USUAL
+    with clock("search"):
+        designs = Designs(free, lambda design: listener(design, designs.count))
+        found = search(designs, free.start, most)
+    with clock("check"):
+        before, after = (checked(free, design.x) for design in (found.first, found.best))
+    figures = _figures(free, found, before, after, clock.total)
+    with run_folder(folder) as part:
+        complaint = write_files(part, figures, before, after)
+    return figures, complaint
+
+
+def searched(study: Study) -> Study:
+    """Return the study as the search asks for it: with the crank cycle, refined to the tolerance.
+
+    Raises
+    ------
+    InvalidValue
+        The rod is in separate parts, or comes from a mesh.
+    """
+    rule = "cannot be combined with fea optimise: every design would take minutes"
+    remedy = "Remove [assembly], then check the lighter rod with it: fea run."
+    require(study.assembly is None, "[assembly]", None, rule, remedy)
+    study.rod.solid()
+    study.require_loading()
+    given, size = study.analysis.tolerance_percent, study.mesh.size_mm
+    tolerance = given if given is not None or size is not None else TOLERANCE
+    cycle = study.engine is not None
+    return replace(study, analysis=replace(study.analysis, tolerance_percent=tolerance, cycle=cycle))
+
+
+def checked(free: Variables, x: Floats) -> Checked:
+    """Analyse a rod on a mesh of its own, refined to the tolerance, as `fea run` does."""
+    asked = free.study_at(x)
+    options = asked.analysis
+    tolerance = min(options.tolerance_percent or TOLERANCE, TOLERANCE)
+    study = replace(
+        asked,
+        mesh=replace(asked.mesh, size_mm=None),
+        analysis=replace(options, tolerance_percent=tolerance),
+    )
+    adapted = adapt_mesh(study, study.speeds(), Clock())
+    outcomes = tuple(outcome(study, adapted, adapted.at(rpm)) for rpm in study.speeds())
+    return Checked(study, adapted, outcomes, limits(adapted.rod, study.speeds(), required(study)))
+
+
+def _figures(
+    free: Variables, found: Found, before: Checked, after: Checked, seconds: float
+) -> OptimiseFigures:
+    old, new = (each.outcomes[0].summary.rod.mass_kg for each in (before, after))
+    notes = tuple(dict.fromkeys(note for each in after.outcomes for note in each.summary.notes))
+    stopped = tuple(f"{what}: {why}" for what, why in free.obstacles(found.best.x).items())
+    return OptimiseFigures(
+        study=free.study.name,
+        mass_before_kg=old,
+        mass_after_kg=new,
+        saved_percent=100 * (1 - new / old),
+        holds=all(limit.margin >= 0 for limit in after.limits),
+        trusted=after.trusted,
+        ended=found.ended,
+        evaluations=found.count,
+        rounds=len(found.rounds),
+        tolerance_percent=after.study.analysis.tolerance_percent or TOLERANCE,
+        least_wall_mm=free.least_wall,
+        dimensions=dimension_figures(free, found.best),
+        limits=limit_figures(before.limits, after.limits),
+        stopped_by=stopped,
+        history=history(free, found),
+        notes=notes,
+        files=FILES,
+        total_s=seconds,
+    )

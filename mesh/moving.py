@@ -1,0 +1,142 @@
+"""Move a mesh to a solid of other dimensions, so that results change smoothly with them."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import gmsh
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import SuperLU, splu
+
+from geometry.arrays import Floats, Ints, Mask
+from mesh.anchors import Anchors, start_of, topology
+from mesh.generate import snapped
+from mesh.quality import Quality, measure, mended
+from mesh.tetmesh import EDGES, TetMesh
+
+# Of the shape of the worst element before: a mesh with much worse ones is made anew.
+_WORSE = 0.3
+
+
+@dataclass(frozen=True)
+class MovableMesh:
+    """A mesh that can follow its solid.
+
+    Nodes on vertices and curves keep their share of the way, those on faces follow smoothly and are put on
+    the face again, and those inside follow smoothly: they solve Laplace's equation on the graph of edges,
+    weighted by the inverse square of the length, so that small elements keep their shape.
+
+    Attributes
+    ----------
+    mesh
+        As it was made.
+    anchors
+        Where its nodes lie on its solid.
+    """
+
+    mesh: TetMesh
+    anchors: Anchors
+
+    def moved(self) -> tuple[TetMesh, Quality] | None:
+        """Return the mesh on the solid of the open model, with its quality.
+
+        None where that solid has other faces and edges than the mesh's own, or elements would lose their
+        shape.
+        """
+        if topology() != self.anchors.topology:
+            return None
+        mesh, straightened = mended(snapped(replace(self.mesh, points=self._points())))
+        before, after = measure(self.mesh), measure(mesh, straightened)
+        sound = after.least_scaled_jacobian > 0 and after.least_shape > _WORSE * before.least_shape
+        return (mesh, after) if sound else None
+
+    def _points(self) -> Floats:
+        old, dim = self.mesh.points, self.anchors.dim
+        new = old.copy()
+        self._on_vertices_and_curves(new)
+        vertex = self._vertices
+        surface, inside = vertex & (dim == 2), vertex & (dim == 3)
+        new[surface] += self._follow(self._surface, new - old, surface, vertex & (dim < 2))
+        self._on_faces(new, surface)
+        new[inside] += self._follow(self._volume, new - old, inside, vertex & (dim < 3))
+        middles = ~vertex & (dim >= 2)
+        new[middles] = self._between(new)[middles] + (old - self._between(old))[middles]
+        self._on_faces(new, middles & (dim == 2))
+        return new
+
+    def _on_vertices_and_curves(self, new: Floats) -> None:
+        dim, tag, share = self.anchors.dim, self.anchors.tag, self.anchors.share
+        for node in np.flatnonzero(dim == 0):
+            new[node] = gmsh.model.getValue(0, int(tag[node]), [])
+        for curve in np.unique(tag[dim == 1]).tolist():
+            own = np.flatnonzero((dim == 1) & (tag == curve))
+            along = share[own] if start_of(curve) == self.anchors.start[curve] else 1 - share[own]
+            (least,), (most,) = gmsh.model.getParametrizationBounds(1, curve)
+            places = gmsh.model.getValue(1, curve, least + along * (most - least))
+            new[own] = np.reshape(places, (-1, 3))
+
+    def _on_faces(self, new: Floats, some: Mask) -> None:
+        for face in np.unique(self.anchors.tag[some]).tolist():
+            own = np.flatnonzero(some & (self.anchors.tag == face))
+            places, _ = gmsh.model.getClosestPoint(2, face, new[own].ravel())
+            new[own] = np.reshape(places, (-1, 3))
+
+    @staticmethod
+    def _follow(graph: "_Graph", shift: Floats, free: Mask, fixed: Mask) -> Floats:
+        """Displacement (n_free, 3) of free nodes that follow those whose shift is known."""
+        return np.asarray(graph.solver.solve(graph.weights[free][:, fixed] @ shift[fixed]))
+
+    @cached_property
+    def _vertices(self) -> Mask:
+        found = np.zeros(len(self.mesh.points), dtype=bool)
+        found[self.mesh.tets[:, :4]] = True
+        return found
+
+    @cached_property
+    def _ends(self) -> Ints:
+        """Vertices (n_edges, 2) of the edges."""
+        pairs = np.sort(self.mesh.tets[:, EDGES].reshape(-1, 2), axis=1)
+        return np.unique(pairs, axis=0)
+
+    @cached_property
+    def _of_middles(self) -> Ints:
+        """Vertices (n_nodes, 2) at the ends of the edge of each node; a vertex has itself."""
+        found = np.repeat(np.arange(len(self.mesh.points))[:, None], 2, axis=1)
+        if self.mesh.order == 2:
+            found[self.mesh.tets[:, 4:].ravel()] = self.mesh.tets[:, EDGES].reshape(-1, 2)
+        return found
+
+    def _between(self, points: Floats) -> Floats:
+        return np.asarray(points[self._of_middles].mean(axis=1))
+
+    @cached_property
+    def _volume(self) -> "_Graph":
+        return self._graph(self._ends, 3)
+
+    @cached_property
+    def _surface(self) -> "_Graph":
+        """Of edges along a face."""
+        dim, tag = self.anchors.dim, self.anchors.tag
+        i, j = np.where(dim[self._ends[:, :1]] >= dim[self._ends[:, 1:]], self._ends, self._ends[:, ::-1]).T
+        along = dim[i] == 2
+        i, j = i[along], j[along]
+        of_face = self.anchors.closures
+        entities = zip(tag[i].tolist(), dim[j].tolist(), tag[j].tolist(), strict=True)
+        same = [(kind, own) in of_face[face] for face, kind, own in entities]
+        return self._graph(self._ends[along][same], 2)
+
+    def _graph(self, ends: Ints, kind: int) -> "_Graph":
+        count = len(self.mesh.points)
+        i, j = ends.T
+        weight = 1 / ((self.mesh.points[i] - self.mesh.points[j]) ** 2).sum(axis=1)
+        weights = sparse.coo_array((weight, (i, j)), shape=(count, count)).tocsr()
+        weights = (weights + weights.T).tocsr()
+        free = self._vertices & (self.anchors.dim == kind)
+        laplacian = sparse.diags_array(weights.sum(axis=1)) - weights
+        return _Graph(weights, splu(laplacian.tocsr()[free][:, free].tocsc()))
+
+
+@dataclass(frozen=True)
+class _Graph:
+    weights: sparse.csr_array
+    solver: SuperLU

@@ -1,0 +1,86 @@
+"""The whole job of `fea optimise` on a simple rod: what it finds, leaves and says."""
+
+import json
+import re
+import tomllib
+
+import pytest
+from program import fea
+
+from fea.output.columns_csv import read_columns
+from fea.output.folder import require_replaceable
+from fea.output.pictures.png import is_complete_png
+from fea.study.study import load_study
+
+STUDY = """
+[rod]
+length_mm = 141.0
+big_end_bore_mm = 50.0
+small_end_bore_mm = 24.0
+shank_section = "rectangular"
+shank_width_mm = 16.0
+[material]
+preset = "leon-2001"
+[forces]
+pin_N = [40000.0, 0.0]
+[optimise]
+free = { shank_width_mm = [8.0, 20.0] }
+min_yield_safety = 1.05
+"""
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("job")
+    (folder / "own.toml").write_text(STUDY)
+    done = fea("optimise", "own.toml", "--size", 16, "--evaluations", 16, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "results" / "own-optimised", done.stdout
+
+
+def test_the_lighter_rod_holds_on_a_mesh_of_its_own(job):
+    folder, said = job
+    found = json.loads((folder / "optimise.json").read_text())
+    assert found["holds"]
+    assert found["trusted"]
+    assert found["evaluations"] <= 16
+    assert found["tolerance_percent"] == 2.0
+    assert 0 < found["mass_after_kg"] < found["mass_before_kg"]
+    assert re.search(r"own: 6[\d.]+ g instead of 7[\d.]+ g, [\d.]+ % lighter", said)
+    for limit in found["limits"]:
+        assert limit["assured_after"] >= limit["required"]
+        assert limit["after_error_percent"] <= 2.0
+
+
+def test_its_study_runs_again(job):
+    folder, _ = job
+    found = json.loads((folder / "optimise.json").read_text())
+    study = load_study(folder / "study.toml")
+    (dimension,) = found["dimensions"]
+    assert study.rod.dimensions.shank_width == pytest.approx(dimension["after_mm"], rel=1e-5)
+    assert tomllib.loads(study.text())["analysis"]["tolerance_percent"] == 2.0
+
+
+def test_the_history_has_every_design(job):
+    folder, _ = job
+    columns, found = read_columns(folder / "history.csv"), json.loads((folder / "optimise.json").read_text())
+    assert len(columns["number"]) == len(found["history"])
+    assert columns["shank_width_mm"][0] == 16.0
+    assert is_complete_png(folder / "history.png")
+    assert is_complete_png(folder / "rods.png")
+    require_replaceable(folder)
+
+
+def test_what_is_no_search_leaves_nothing(tmp_path):
+    (tmp_path / "own.toml").write_text(STUDY)
+    for arguments, why in (
+        (("own.toml", "--free", "shank_width_mm=20:8"), "must rise"),
+        (("own.toml", "--free", "shank_width_mm"), "as web_thickness_mm=3:7"),
+        (("own.toml", "--evaluations", 2), "must lie between 10"),
+        (("leon-2001-bolted",), "every design would take minutes"),
+        (("own.toml", "--out", "own.toml"), "is a file"),
+    ):
+        done = fea("optimise", *arguments, cwd=tmp_path)
+        assert done.returncode in (2, 7), done
+        assert why in done.stderr
+    assert [entry.name for entry in tmp_path.iterdir()] == ["own.toml"]

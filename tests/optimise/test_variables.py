@@ -1,0 +1,105 @@
+"""What is free, between which bounds, and what is refused."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fea.optimise.limits import Limit, required
+from fea.optimise.run_optimise import searched
+from fea.optimise.variables import variables
+from fea.study.optimise_table import OptimiseTable, parse_free
+from fea.study.study import load_study, parse_study
+from geometry.invalid import InvalidValue
+from geometry.walls import walls
+
+LEON = load_study("leon-2001")
+
+
+def free(**bounds):
+    return replace(LEON, optimise=OptimiseTable(free=bounds))
+
+
+def refused(text):
+    with pytest.raises(InvalidValue) as caught:
+        variables(parse_study(f'[rod]\npreset = "leon-2001"\n[optimise]\n{text}', "own", Path.cwd()))
+    return str(caught.value)
+
+
+def test_without_a_table_the_sizes_of_shank_and_rings_are_free():
+    found = variables(LEON)
+    assert "web_thickness_mm" in found.keys
+    assert "big_end_ring_mm" in found.keys
+    rod = LEON.rod.dimensions
+    assert found.dimensions(found.start) == pytest.approx(
+        {key: getattr(rod, key.removesuffix("_mm")) for key in found.keys}, rel=1e-12
+    )
+    assert found.least_wall == min(3.0, *walls(rod).values())
+    assert (found.low >= found.least_wall).all()
+
+
+def test_a_rectangular_shank_has_no_web():
+    found = variables(LEON.with_rod(shank_section="rectangular"))
+    assert not {"web_thickness_mm", "flange_thickness_mm"} & set(found.keys)
+
+
+@given(st.lists(st.floats(-0.5, 1.5), min_size=7, max_size=7))
+def test_the_nearest_rod_that_can_be_drawn_is_sound(x):
+    found = variables(LEON)
+    near = found.nearest_sound(np.array(x), found.start)
+    assert found.sound(near)
+    if found.sound(np.array(x)):
+        assert np.array_equal(near, x)
+
+
+def test_what_cannot_be_free_is_refused():
+    assert "Did you mean web_thickness_mm" in refused("free = { web_thicknes_mm = [3.0, 7.0] }")
+    assert "piston pin" in refused("free = { length_mm = [130.0, 150.0] }")
+    assert "must rise" in refused("free = { web_thickness_mm = [7.0, 3.0] }")
+    assert "two lengths" in refused("free = { web_thickness_mm = [7.0] }")
+    assert "must be a table" in refused("free = 3")
+    assert "Widen the bounds" in refused("free = { web_thickness_mm = [6.0, 7.0] }")
+    assert "feature is left out" in refused("free = { oil_hole_mm = [2.0, 4.0] }")
+    assert "its flange is" in refused("least_wall_mm = 4.0")
+    assert "must lie between 10" in refused("evaluations = 3")
+    assert "must be positive" in refused("min_fatigue_safety = 0.0")
+
+
+def test_free_dimensions_of_the_command_line():
+    assert parse_free(["web_thickness_mm=3:7", "big_end_ring_mm = 6.5:1e1"]) == {
+        "web_thickness_mm": (3.0, 7.0),
+        "big_end_ring_mm": (6.5, 10.0),
+    }
+    for text in ("web_thickness_mm", "web_thickness_mm=3", "web_thickness_mm=3:x", "=3:4:5"):
+        with pytest.raises(InvalidValue, match="as web_thickness_mm=3:7"):
+            parse_free([text])
+    with pytest.raises(InvalidValue, match="twice"):
+        parse_free(["a=1:2", "a=1:3"])
+
+
+def test_required_factors_are_those_of_the_study_unless_given():
+    asked = replace(LEON, analysis=replace(LEON.analysis, min_safety=1.4))
+    assert required(LEON).fatigue == 1.0
+    assert required(asked).buckling == 1.4
+    table = OptimiseTable(min_fatigue_safety=1.7)
+    assert required(replace(asked, optimise=table)).fatigue == 1.7
+    assert required(replace(asked, optimise=table)).yielding == 1.4
+
+
+def test_a_limit_counts_less_its_bar():
+    limit = Limit("yielding, shank", 1.2, 4.0, 1.1)
+    assert limit.low == pytest.approx(1.2 / 1.04)
+    assert limit.margin == pytest.approx(1 - 1.1 * 1.04 / 1.2)
+    assert Limit("yielding, shank", 1.2, 10.0, 1.1).margin < 0
+
+
+def test_what_a_search_cannot_do_is_refused():
+    with pytest.raises(InvalidValue, match="every design would take minutes"):
+        searched(load_study("leon-2001-bolted"))
+    with pytest.raises(InvalidValue, match="has neither"):
+        searched(parse_study('[rod]\npreset = "leon-2001"\n', "bare", Path.cwd()))
+    assert searched(LEON).analysis.cycle
+    assert searched(LEON).analysis.tolerance_percent == 2.0
