@@ -1,5 +1,6 @@
 """Designs of a rod that a search tries: the mesh of one, moved to the next."""
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import count
@@ -8,6 +9,7 @@ import numpy as np
 
 from fea.analysis.adapt import adapt_mesh
 from fea.analysis.prepare import PreparedRod, prepare
+from fea.choices import CONVERGED_PERCENT
 from fea.machine.clock import Clock
 from fea.optimise.limits import Limit, limits, required
 from fea.optimise.variables import Variables
@@ -20,6 +22,8 @@ from mesh.errors import MeshError
 # Of the way from a rod that can be meshed to one that cannot, after which a search goes less far.
 _SHORTER = 0.5
 _TRIES = 3
+# Meshes that others are moved from.
+_KEPT = 8
 
 
 @dataclass(frozen=True)
@@ -89,22 +93,25 @@ class Designs:
         self.count = 0
         self._listener, self._morphing = listener, morphing
         self._required = required(variables.study)
-        self._made: list[tuple[Floats, MeshedRod]] = []
+        self._made: deque[tuple[Floats, MeshedRod]] = deque(maxlen=_KEPT)
         self._sound = variables.start
+        self._coarsest = CONVERGED_PERCENT
 
     def begin(self, x: Floats) -> Design:
         """Compute a design on a mesh of its own, refined as its study asks for; others follow from that mesh.
+
+        The first mesh, with which the search covers most of the way, need only be converged.
 
         Raises
         ------
         GeometryError, MeshError
             The rod cannot be drawn or meshed.
         """
-        study = self.variables.study_at(x)
-        adapted = adapt_mesh(study, study.speeds(), Clock(), movable=True)
-        self._made, self._sound = [(x, adapted.rod.mesh)], x
-        self.count += max(1, len(adapted.passes)) - 1  # of each, the last one is counted below
-        return self._computed(adapted.rod, x, x, fresh=True)
+        if self._made:
+            self._coarsest = 0.0
+        self._made.clear()
+        self._sound = x
+        return self._computed(self._meshed(x), x, x, fresh=True)
 
     def at(self, x: Floats) -> Design:
         """Compute a design on the mesh of another, moved; of a rod that cannot be drawn, the nearest one.
@@ -128,15 +135,25 @@ class Designs:
 
     def _rod(self, x: Floats) -> tuple[PreparedRod, bool]:
         """The rod on the mesh of the nearest one meshed, moved; where that cannot follow, on its own."""
-        study = self.variables.study_at(x)
         if self._morphing:
+            study = self.variables.study_at(x)
             _, base = min(self._made, key=lambda made: float(np.linalg.norm(made[0] - x)))
             mesh = moved(base, study.rod)
             if mesh is not None:
                 return prepare(study, mesh=mesh), False
-        rod = adapt_mesh(study, study.speeds(), Clock(), movable=self._morphing).rod
-        self._made.append((x, rod.mesh))
-        return rod, True
+        return self._meshed(x), True
+
+    def _meshed(self, x: Floats) -> PreparedRod:
+        """The rod on a mesh of its own, to which others may be moved."""
+        study = self.variables.study_at(x)
+        tolerance = study.tolerance_percent
+        if tolerance is not None:
+            tolerance = max(tolerance, self._coarsest)
+            study = replace(study, analysis=replace(study.analysis, tolerance_percent=tolerance))
+        adapted = adapt_mesh(study, study.speeds(), Clock(), movable=self._morphing)
+        self._made.append((x, adapted.rod.mesh))
+        self.count += max(1, len(adapted.passes)) - 1  # the last one counts with its design
+        return adapted.rod
 
     def _computed(self, rod: PreparedRod, x: Floats, asked: Floats, *, fresh: bool) -> Design:
         found = limits(rod, self.variables.study.speeds(), self._required)

@@ -75,8 +75,6 @@ def test_what_is_no_search_leaves_nothing(tmp_path):
     (tmp_path / "own.toml").write_text(STUDY)
     for arguments, why in (
         (("own.toml", "--free", "shank_width_mm=20:8"), "must rise"),
-        (("own.toml", "--free", "shank_width_mm"), "as web_thickness_mm=3:7"),
-        (("own.toml", "--evaluations", 2), "must lie between 10"),
         (("leon-2001-bolted",), "every design would take minutes"),
         (("own.toml", "--out", "own.toml"), "is a file"),
     ):

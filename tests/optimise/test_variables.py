@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fea.optimise.limits import Limit, required
@@ -46,6 +46,7 @@ def test_a_rectangular_shank_has_no_web():
     assert not {"web_thickness_mm", "flange_thickness_mm"} & set(found.keys)
 
 
+@settings(max_examples=25)
 @given(st.lists(st.floats(-0.5, 1.5), min_size=7, max_size=7))
 def test_the_nearest_rod_that_can_be_drawn_is_sound(x):
     found = variables(LEON)
