@@ -16,7 +16,7 @@ from fea.analysis.wanted_size import predicted_elements, size_ratio, wanted_size
 from fea.assess.case_result import CaseResult
 from fea.machine.ahead import meanwhile
 from fea.machine.clock import Clock
-from fea.rod.discretise import MeshedRod
+from fea.rod.meshed_rod import MeshedRod
 from fea.study.study import Study
 from geometry.arrays import Floats
 from mesh.size_field import SizeField

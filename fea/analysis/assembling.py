@@ -15,7 +15,7 @@ from fea.assess.bolt_choice import ChosenBolt, choose_bolt
 from fea.assess.bolt_seats import seats_of
 from fea.assess.expansions import ROD, Expansions
 from fea.assess.fit_choice import ChosenFit, choose_fits, radii_of
-from fea.rod.discretise import MeshedRod
+from fea.rod.meshed_rod import MeshedRod
 from fea.study.assembly_materials import (
     BOLT,
     BUSHING,

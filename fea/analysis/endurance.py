@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from fea.analysis.figures import EnduranceFigures, SurfaceFigures
+from fea.analysis.cycle_figures import EnduranceFigures, SurfaceFigures
 from fea.material import Material
 
 

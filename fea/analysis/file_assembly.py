@@ -8,7 +8,7 @@ import numpy as np
 from fea.assess.bolt_seats import BoltSeats
 from fea.assess.fit_choice import FitRadii
 from fea.rod.bores import Bores
-from fea.rod.discretise import MeshedRod
+from fea.rod.meshed_rod import MeshedRod
 from fea.study.assembly_materials import BUSHING, SHELL
 from fea.study.assembly_table import AssemblyTable
 from geometry.assembly import Assembly, BoltAxis, BoltSeat

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fea.analysis.cycle_figures import DutyFigures, LifeFigures
 from fea.analysis.figure_types import vector
-from fea.analysis.figures import DutyFigures, LifeFigures
 from fea.analysis.prepare import PreparedRod
 from fea.assess.fatigue import criterion_strength
 from fea.cycle.duty import DutyDamage, DutyEntry, duty_damage

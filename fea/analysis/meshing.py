@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 from fea.analysis.assembling import drawn_assembly
 from fea.machine.clock import Clock
-from fea.rod.discretise import MeshedRod, MeshRequest, discretise
+from fea.rod.discretise import MeshRequest, discretise
 from fea.rod.load_cases import EngineLoading
+from fea.rod.meshed_rod import MeshedRod
 from fea.study.study import Study
 from geometry.errors import GeometryError
 from mesh.errors import MeshError

@@ -7,7 +7,7 @@ import numpy as np
 
 from fea.analysis.meshing import mesh_study
 from fea.material import of_parts
-from fea.rod.discretise import MeshedRod
+from fea.rod.meshed_rod import MeshedRod
 from fea.solvers.vibration import RIGID, Modes, free_modes
 from fea.study.study import Study
 from geometry.arrays import Floats

@@ -6,7 +6,8 @@ from typing import Any
 
 from fea.analysis.adapt import Adapted
 from fea.analysis.buckling import BucklingReport, buckling_report
-from fea.analysis.figures import EnvelopeFigures, Summary
+from fea.analysis.cycle_figures import EnvelopeFigures
+from fea.analysis.figures import Summary
 from fea.analysis.instants import Instants
 from fea.analysis.life import Life
 from fea.analysis.motion import Known, Motion, agreeing, motion

@@ -24,9 +24,9 @@ from fea.cycle.unit_solutions import unit_solutions
 from fea.machine.clock import Clock
 from fea.material import Material, Materials, of_parts
 from fea.rod.case_forces import NodalForces
-from fea.rod.discretise import MeshedRod
 from fea.rod.duty_loads import DutyLoads
 from fea.rod.load_cases import EngineLoading, GivenForces, Loading
+from fea.rod.meshed_rod import MeshedRod
 from fea.rod.shank import part_at, shank
 from fea.rod.surface_regions import SurfaceRegions
 from fea.solid.inertia import Inertia, inertia

@@ -12,8 +12,8 @@ from fea.analysis.summary import quality_figures
 from fea.assess.column import Plane
 from fea.material import of_parts
 from fea.rod.bores import Bores
-from fea.rod.discretise import MeshedRod
 from fea.rod.listing import found_assembly
+from fea.rod.meshed_rod import MeshedRod
 from fea.solid.inertia import inertia
 from fea.study.study import Study
 from fea.units import KG, KG_M2

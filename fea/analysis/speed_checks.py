@@ -10,7 +10,7 @@ from fea.assess.case_result import CaseResult
 from fea.checks import Check, check
 from fea.material import Material
 from fea.rod.case_forces import CaseForces, imbalance
-from fea.rod.discretise import MeshedRod
+from fea.rod.meshed_rod import MeshedRod
 from fea.stress.section_balance import SectionBalance
 
 

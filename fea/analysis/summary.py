@@ -12,15 +12,14 @@ from fea.analysis.assembly_figures import AssemblyFigures
 from fea.analysis.assembly_onsets import onsets_left_out
 from fea.analysis.assembly_report import assembly_figures
 from fea.analysis.buckling import BucklingReport
+from fea.analysis.cycle_figures import CycleFigures, EnvelopeFigures, SpotFigures
 from fea.analysis.endurance import endurance_figures
 from fea.analysis.figure_types import shape_figures, vector
 from fea.analysis.figures import (
     BoreFigures,
     BucklingFigures,
     CaseFigures,
-    CycleFigures,
     EngineFigures,
-    EnvelopeFigures,
     EnvironmentFigures,
     LoadFigures,
     ModelFigures,
@@ -29,7 +28,6 @@ from fea.analysis.figures import (
     QualityFigures,
     RodFigures,
     SharpEdgeFigures,
-    SpotFigures,
     Summary,
 )
 from fea.analysis.pin_model import pin_model_figures

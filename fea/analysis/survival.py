@@ -6,7 +6,8 @@ from enum import StrEnum
 from math import ceil, inf, isinf, log10
 
 from fea.analysis.assembly_figures import AssemblyFigures
-from fea.analysis.figures import BucklingFigures, CaseFigures, CycleFigures, SurvivalFigures
+from fea.analysis.cycle_figures import CycleFigures
+from fea.analysis.figures import BucklingFigures, CaseFigures, SurvivalFigures
 
 # A factor that differs from the required one by less, in percent, is not decided by any practical mesh.
 _CLOSEST_PERCENT = 0.5

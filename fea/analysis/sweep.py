@@ -6,16 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from fea.analysis.buckling import column_figures
+from fea.analysis.cycle_figures import CycleFigures, PlaceFigures
 from fea.analysis.endurance import endurance_figures
 from fea.analysis.figure_types import vector
-from fea.analysis.figures import (
-    BucklingFigures,
-    CaseFigures,
-    CycleFigures,
-    PassFigures,
-    PlaceFigures,
-    Summary,
-)
+from fea.analysis.figures import BucklingFigures, CaseFigures, PassFigures, Summary
 from fea.analysis.opening_speed import opening_speeds
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult

@@ -7,7 +7,7 @@ import numpy as np
 
 from fea.assess.case_result import CaseResult
 from fea.assess.sharp_place import FINE_WITHIN, SharpPlace, worst_of_edges
-from fea.rod.discretise import MeshedRod
+from fea.rod.meshed_rod import MeshedRod
 from fea.stress.stress import von_mises
 from geometry.arrays import Floats, Mask
 from mesh.size_field import SizeField

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.material import Material
-from fea.rod.discretise import MeshedRod
+from fea.rod.meshed_rod import MeshedRod
 from fea.solid.parity import Parity
 from fea.stress.error_estimate import ErrorEstimate, ErrorEstimator
 from fea.stress.rim_mask import rim_masks

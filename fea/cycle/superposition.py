@@ -18,7 +18,7 @@ from fea.cycle.unit_loads import Course, Instants, UnitLoads, Weights
 from fea.cycle.unit_solutions import UnitSolutions
 from fea.material import Material
 from fea.rod.assembly_state import AssemblyState
-from fea.rod.discretise import MeshedRod
+from fea.rod.meshed_rod import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
 from fea.rod.touch import Touch
 from fea.stress.stress import von_mises

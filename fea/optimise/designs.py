@@ -13,7 +13,8 @@ from fea.choices import CONVERGED_PERCENT
 from fea.machine.clock import Clock
 from fea.optimise.limits import Limit, limits, required
 from fea.optimise.variables import Variables
-from fea.rod.discretise import MeshedRod, moved
+from fea.rod.discretise import moved
+from fea.rod.meshed_rod import MeshedRod
 from fea.units import KG
 from geometry.arrays import Floats
 from geometry.errors import GeometryError

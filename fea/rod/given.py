@@ -9,7 +9,8 @@ from fea.choices import Element
 from fea.machine.clock import Clock
 from fea.machine.forked import SECONDS, allow, allow_memory, apart
 from fea.rod.bores import Bores
-from fea.rod.discretise import MeshedRod, Meshing, MeshRequest
+from fea.rod.discretise import MeshRequest
+from fea.rod.meshed_rod import MeshedRod, Meshing
 from fea.solid.enclosed import enclosed_volume
 from fea.solid.integration import volume_points
 from fea.study.mesh_file import LARGEST_MESH_FILE, MeshFile

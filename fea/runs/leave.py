@@ -20,7 +20,7 @@ from fea.output.pictures.animation import write_film
 from fea.output.pictures.film import filmed
 from fea.output.text import write_text
 from fea.result import Result, result_of
-from fea.rod.discretise import MeshedRod
+from fea.rod.meshed_rod import MeshedRod
 from fea.runs.places import Place, target_of
 from fea.study.study import Study
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from fea.analysis.figures import EnvelopeFigures
+from fea.analysis.cycle_figures import EnvelopeFigures
 from fea.analysis.motion import Known, agreeing, motion
 from fea.analysis.summary_file import SUMMARY
 from fea.machine.clock import Clock

@@ -14,7 +14,7 @@ import pytest
 
 import fea
 from fea import analyse, load_study, run
-from fea.analysis.figures import EnvelopeFigures
+from fea.analysis.cycle_figures import EnvelopeFigures
 from fea.output import run_files
 from fea.output.json_file import as_dict, read_summary
 from fea.output.run_files import RunFiles, Writer

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from fea.rod.discretise import Meshing
+from fea.rod.meshed_rod import Meshing
 
 
 def notes(straightened: int, *warnings: str, size: float = 5.0, refined: bool = False) -> tuple[str, ...]:

@@ -1,10 +1,10 @@
 """Figures of runs that were never computed."""
 
+from fea.analysis.cycle_figures import CycleFigures
 from fea.analysis.figures import (
     BucklingFigures,
     CaseFigures,
     ColumnFigures,
-    CycleFigures,
     EnvironmentFigures,
     LoadFigures,
     ModelFigures,

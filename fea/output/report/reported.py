@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy.typing as npt
 
-from fea.analysis.figures import EnvelopeFigures, Summary
+from fea.analysis.cycle_figures import EnvelopeFigures
+from fea.analysis.figures import Summary
 from fea.analysis.motion import Motion
 from fea.output.report.bores import DrawnBore
 from fea.study.study import Study

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from fea.analysis.figures import SpotFigures
+from fea.analysis.cycle_figures import SpotFigures
 from fea.output.report.reported import Reported
 from fea.output.terminal.figures import factor, number, place
 

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fea.analysis.figures import BoreFigures, CycleFigures, EnvelopeFigures, PlaneFigures, Summary
+from fea.analysis.cycle_figures import CycleFigures, EnvelopeFigures
+from fea.analysis.figures import BoreFigures, PlaneFigures, Summary
 from fea.assess.verdict import Verdict
 from fea.output.report.wording import figure
 from fea.output.terminal.figures import UNKNOWN, bar, factor, kilo, number, place

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from fea.analysis.figures import CycleFigures, EnduranceFigures, SurfaceFigures
+from fea.analysis.cycle_figures import CycleFigures, EnduranceFigures, SurfaceFigures
 from fea.output.terminal.figures import number
 
 

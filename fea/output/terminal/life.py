@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from fea.analysis.figures import DutyFigures, LifeFigures
+from fea.analysis.cycle_figures import DutyFigures, LifeFigures
 from fea.output.terminal.figures import number, place
 
 # Entries with less of the damage are not listed.

@@ -17,7 +17,7 @@ from fea.choices import Support
 from fea.output.inp import write_inp
 from fea.rod.bores import Bores
 from fea.rod.case_forces import CaseForces, NodalForces
-from fea.rod.discretise import MeshedRod
+from fea.rod.meshed_rod import MeshedRod
 from fea.solid.inertia import inertia
 from fea.solid.supports import determinate_restraints
 from fea.study.study import load_study

@@ -1,0 +1,215 @@
+"""The mesh of a rod: the mirror cell that is solved, and the whole rod that it represents."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from fea.material import Material
+from fea.rod.bores import Bores
+from fea.rod.flaws import mass_error
+from fea.rod.omission import Omission
+from geometry.arrays import Ints
+from geometry.assembly import BoltAxis
+from geometry.intake import Intake
+from geometry.mirror import Mirror
+from geometry.solid import Solid
+from geometry.surfaces import Surface
+from mesh.creases import Creases
+from mesh.mirror import MirroredMesh, reflect, unmirrored
+from mesh.numbering import numbered
+from mesh.quality import Quality
+from mesh.repair import Repair
+from mesh.separate import separated
+from mesh.sizing import PER_ARC, default_size
+from mesh.tetmesh import TetMesh
+
+if TYPE_CHECKING:
+    from mesh.moving import MovableMesh
+
+# Parts of gmsh's warnings that need not concern a reader: distorted elements are repaired afterwards, and the
+# mesh quality measures what remains; edges that no face needs are left where holes lie on a mirror plane.
+_HARMLESS = ("worst distortion", "BOPAlgo_AlertFaceBuilderUnusedEdges")
+
+
+@dataclass(frozen=True)
+class Meshing:
+    """How a mesh came about.
+
+    Attributes
+    ----------
+    size
+        Element size asked for, mm.
+    quality
+        Of the elements.
+    repair
+        What was done differently from what this size asks for.
+    warnings
+        Of gmsh.
+    follows_errors
+        Whether errors of solutions set the sizes.
+    given
+        Of a mesh from a file, what a reader must know of it; empty for a mesh of our own.
+    """
+
+    size: float
+    quality: Quality
+    repair: Repair
+    warnings: tuple[str, ...]
+    follows_errors: bool = False
+    given: tuple[str, ...] = ()
+
+    def notes(self, rod_length: float) -> tuple[str, ...]:
+        """Return what a reader must know of the mesh: coarse elements, repairs, warnings of gmsh."""
+        coarser = self.size / default_size(rod_length)
+        count = self.quality.straightened
+        notes = [*self.given]
+        if coarser > 1.01 and not self.follows_errors and not self.given:
+            notes.append(
+                f"elements of {self.size:g} mm are {coarser:.2g} times the default size: with only "
+                f"{PER_ARC / coarser:.1f} of them along a fillet's arc, peak stresses may be too low"
+            )
+        notes += self.repair.notes
+        if count:
+            elements = "1 element has" if count == 1 else f"{count} elements have"
+            why = "because curved edges would have distorted the shape"
+            notes.append(f"{elements} straight edges, {why}")
+        warnings = (text for text in self.warnings if not any(known in text for known in _HARMLESS))
+        return (*notes, *(f"gmsh: {warning}" for warning in warnings))
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshedRod:
+    """A meshed rod.
+
+    Attributes
+    ----------
+    cell
+        The part that is solved.
+    mirrored
+        The whole rod, put together from the cell.
+    drawn
+        What gmsh meshed: the smallest mirror cell.
+    drawn_node
+        (n_nodes,) node of `drawn` behind each node of the whole.
+    creases
+        Of `drawn`; None for a mesh from a file, where the turns of its facets tell sharp edges.
+    bores
+        Dimensions the pressures need.
+    parts
+        Volume of each part of the whole solid by the CAD kernel, mm³, by name.
+    symmetry
+        Which mirror cell is solved.
+    meshing
+        Size, quality and repairs.
+    intake
+        What was made of the CAD file; None for a rod drawn from dimensions.
+    bolts
+        Of the whole rod; empty without an assembly. Parts that only touch have nodes of their own in `cell`
+        and `mirrored`, not in `drawn`.
+    movable
+        `drawn`, ready to follow other dimensions; None where that was not asked for.
+    """
+
+    cell: TetMesh
+    mirrored: MirroredMesh
+    drawn: TetMesh
+    drawn_node: Ints
+    bores: Bores
+    parts: dict[str, float]
+    symmetry: Mirror
+    meshing: Meshing
+    intake: Intake | None = None
+    creases: Creases | None = None
+    bolts: tuple[BoltAxis, ...] = ()
+    movable: "MovableMesh | None" = None
+
+    @property
+    def whole(self) -> TetMesh:
+        """Mesh of the whole rod."""
+        return self.mirrored.mesh
+
+    @property
+    def cell_creases(self) -> Creases | None:
+        """The creases for `cell`; None where they are not known."""
+        if self.creases is None:
+            return None
+        drawn = np.empty(len(self.cell.points), dtype=np.int64)
+        drawn[self.mirrored.source] = self.drawn_node
+        return self.creases.on(drawn)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know of the mesh."""
+        assumed = () if self.intake is None else self.intake.assumed
+        return (*assumed, *self.meshing.notes(self.bores.rod_length))
+
+    @property
+    def left_out(self) -> tuple[Omission, ...]:
+        """What the symmetry spares."""
+        return _spared(self.symmetry)
+
+    @property
+    def cut_y(self) -> bool:
+        """Whether the cell is cut at y = 0."""
+        return Surface.SYMMETRY_Y in self.symmetry.planes
+
+    def mass_error(self, meshed: float, materials: Sequence[Material]) -> float:
+        """Relative difference of the meshed mass (whole rod, t) from the solid's."""
+        return mass_error(meshed, self.parts.values(), materials)
+
+
+class Drawn(NamedTuple):
+    """What leaves the session of gmsh."""
+
+    solid: Solid
+    mesh: TetMesh
+    meshing: Meshing
+    creases: Creases | None
+    movable: "MovableMesh | None" = None
+
+
+def put_together(drawn: Drawn, symmetry: Mirror) -> MeshedRod:
+    """Return the cell of a symmetry that is solved and the whole rod, from the drawn cell."""
+    solid, base = drawn.solid, drawn.mesh
+    bodies, origin = _separate(base, solid)
+    cell = unmirrored(bodies)
+    for plane in solid.mirror.planes:
+        if plane not in symmetry.planes:
+            cell = reflect(cell, plane)
+    whole = unmirrored(cell.mesh)
+    for plane in symmetry.planes:
+        whole = reflect(whole, plane)
+    return MeshedRod(
+        cell=cell.mesh,
+        mirrored=whole,
+        drawn=base,
+        drawn_node=origin[cell.source[whole.source]],
+        creases=drawn.creases,
+        bores=Bores.of(solid.bores),
+        parts={part.name: part.mass.mass for part in solid.parts},
+        symmetry=symmetry,
+        meshing=drawn.meshing,
+        intake=solid.intake,
+        bolts=solid.bolts,
+        movable=drawn.movable,
+    )
+
+
+def _separate(mesh: TetMesh, solid: Solid) -> tuple[TetMesh, Ints]:
+    """The mesh with nodes of its own for each body, and (n_nodes,) the drawn node behind each."""
+    if not solid.interfaces:
+        return mesh, np.arange(len(mesh.points))
+    doubled, origin = separated(mesh, {one.parts: one.sides for one in solid.interfaces})
+    ordered, order = numbered(doubled)
+    return ordered, origin[order]
+
+
+def _spared(symmetry: Mirror) -> tuple[Omission, ...]:
+    half = Omission("elements at z < 0", "rod and loads are symmetric about z = 0")
+    quarter = Omission(
+        "elements at y < 0",
+        "the rod is symmetric about y = 0; loads are split into a symmetric and an antisymmetric part",
+    )
+    return {Mirror.QUARTER: (half, quarter), Mirror.HALF: (half,), Mirror.NONE: ()}[symmetry]
