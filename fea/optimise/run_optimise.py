@@ -85,6 +85,8 @@ def optimise(
 def searched(study: Study) -> Study:
     """Return the study as the search asks for it: with the crank cycle, refined to the tolerance.
 
+    Mass properties that the study gives are left out: they are those of its own rod.
+
     Raises
     ------
     InvalidValue
@@ -98,7 +100,8 @@ def searched(study: Study) -> Study:
     given, size = study.analysis.tolerance_percent, study.mesh.size_mm
     tolerance = given if given is not None or size is not None else TOLERANCE
     cycle = study.engine is not None
-    return replace(study, analysis=replace(study.analysis, tolerance_percent=tolerance, cycle=cycle))
+    options = replace(study.analysis, tolerance_percent=tolerance, cycle=cycle)
+    return replace(study, rod=replace(study.rod, mass=None), analysis=options)
 
 
 def checked(free: Variables, x: Floats) -> Checked:

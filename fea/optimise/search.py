@@ -14,7 +14,7 @@ from geometry.arrays import Floats
 # radius of the trust region: scaled by the bounds.
 _REACH = (1.0, 0.2)
 _FIRST = (0.12, 0.05)
-_LAST = (0.01, 0.003)
+_LAST = (0.01, 0.005)
 # Of all evaluations, for the first round.
 _SHARE = 0.6
 # A round that saves less mass than this share is the last one: new meshes differ by about as much.

@@ -103,4 +103,5 @@ def test_what_a_search_cannot_do_is_refused():
     with pytest.raises(InvalidValue, match="has neither"):
         searched(parse_study('[rod]\npreset = "leon-2001"\n', "bare", Path.cwd()))
     assert searched(LEON).analysis.cycle
+    assert searched(load_study("columba-2022")).rod.mass is None
     assert searched(LEON).analysis.tolerance_percent == 2.0
