@@ -15,6 +15,7 @@ from geometry.walls import OF_WALLS, walls
 # Of a study that names none: the sizes that set mass and strength of shank and rings.
 _USUAL = ("shank_width", "shank_depth_big_end", "shank_depth_small_end", "big_end_ring", "small_end_ring")
 _USUAL_OF_I = ("web_thickness", "flange_thickness")
+_OF_POCKET = (*_USUAL_OF_I, "pocket_corner_radius", "pocket_floor_radius", "pocket_setback")
 # Their bounds, relative to what the study says.
 _FROM, _TO = 0.6, 1.4
 # Least wall of a study that gives none, mm: thinner webs and rings are hard to forge.
@@ -129,6 +130,9 @@ def variables(study: Study) -> Variables:
     for key, (low, high) in bounds.items():
         rule = f"is 0 in this rod, so the feature is left out: it cannot vary from {low:g} to {high:g} mm"
         require(own[key] > 0, f"rod.{key}", own[key], rule, "Give it a value, or do not name it as free.")
+        rule = "cannot be free: the shank is rectangular, so that it has no effect"
+        of_pocket = dimension_of(key) in _OF_POCKET
+        require(rod.has_pockets or not of_pocket, f"optimise.free.{key}", None, rule, "Leave it out.")
         rule = f"must lie between its bounds, {low:g} and {high:g} mm, where the search starts"
         require(low <= own[key] <= high, f"rod.{key}", own[key], rule, "Widen the bounds.")
     thinnest, where = min((wall, name) for name, wall in walls(rod).items())

@@ -44,6 +44,8 @@ def test_without_a_table_the_sizes_of_shank_and_rings_are_free():
 def test_a_rectangular_shank_has_no_web():
     found = variables(LEON.with_rod(shank_section="rectangular"))
     assert not {"web_thickness_mm", "flange_thickness_mm"} & set(found.keys)
+    with pytest.raises(InvalidValue, match="no effect"):
+        variables(free(web_thickness_mm=(3.0, 7.0)).with_rod(shank_section="rectangular"))
 
 
 @settings(max_examples=25)
