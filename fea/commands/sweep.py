@@ -19,6 +19,7 @@ def sweep(
     cluster: str | None = None,
     out: Path | None = None,
     retry_failed: bool = False,
+    limit_minutes: float = 60.0,
     study: int | None = None,
     json: bool = False,
     quiet: bool = False,
@@ -37,6 +38,8 @@ def sweep(
         Directory of the results; default: results/SWEEP. A sweep that was ended goes on where it was.
     retry_failed
         Compute failed rods again.
+    limit_minutes
+        Minutes that a rod may take; one that takes longer is ended and listed as failed.
     study
         Print the study of this row of the table, which fea run takes, and compute nothing.
     json
@@ -63,6 +66,7 @@ def sweep(
         workers=workers,
         address=cluster,
         retry_failed=retry_failed,
+        minutes=limit_minutes,
         silent=quiet or json,
     )
     if json:

@@ -14,17 +14,14 @@ _SETTINGS = {
     # At most as many rods are given out as there are threads: there is nothing to steal, and one stolen as it
     # begins is computed twice.
     "distributed.scheduler.work-stealing": False,
-    # A rod under which its worker dies is tried on others; then it is the rod that is to blame.
-    "distributed.scheduler.allowed-failures": 2,
+    # A crash of a rod ends no worker. If one ends, neither its rod nor one that waits there is to blame.
+    "distributed.scheduler.allowed-failures": 10,
     # A worker above 80 % of its share of the memory would be paused for ever, as the memory of solvers is
     # none that Dask could spill; above 95 % it would be killed although the machine has memory left.
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.pause": False,
     "distributed.worker.memory.terminate": False,
-    # A factorisation may keep Python from answering for long; a worker that died closes its connection.
-    "distributed.scheduler.worker-ttl": None,
-    "distributed.admin.tick.limit": "1h",
 }
 _CONNECT_SECONDS = 10
 
@@ -78,8 +75,8 @@ def _local(workers: int) -> Iterator[Any]:
     from distributed import Client, LocalCluster  # noqa: PLC0415 - comes with the extra
 
     _quiet()
-    with (
-        LocalCluster(
+    try:
+        processes = LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
             processes=True,
@@ -88,9 +85,13 @@ def _local(workers: int) -> Iterator[Any]:
             dashboard_address=None,
             worker_dashboard_address=None,
             silence_logs=50,
-        ) as processes,
-        Client(processes) as client,
-    ):
+        )
+    except (OSError, RuntimeError) as error:
+        why = " ".join(str(error).split())
+        raise ClusterError(
+            f"the {workers} workers could not be started ({why}): use fewer --workers."
+        ) from error
+    with processes, Client(processes) as client:
         yield client
 
 

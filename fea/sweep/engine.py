@@ -1,18 +1,16 @@
 """Give out the rods of a journal to a cluster, and enter what comes back: the only writer is here."""
 
 import queue
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from fea.sweep.cluster import ClusterError
 from fea.sweep.journal import Done, Journal
 from fea.sweep.work import Task, VersionError, reason_of, work
+from fea.sweep.workers import Workers, lost
 from geometry.invalid import InvalidValue
 
 # Seconds between two looks at the cluster where no rod comes back.
 _LOOK = 0.5
-_COUNT_WORKERS = 5.0
 
 
 class Engine:
@@ -40,7 +38,7 @@ class Engine:
         self._journal, self._client, self._task, self._compute = journal, client, task, compute
         self._back: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._out: dict[Any, str] = {}
-        self._threads, self._counted = 0, -float("inf")
+        self._workers = Workers(client)
 
     def run(self, listener: Callable[[int, int], None]) -> None:
         """Compute them all.
@@ -67,12 +65,11 @@ class Engine:
             if back:
                 self._journal.finish([self._result(future) for future in back])
             self._give(jobs)
-            listener(len(back), self._threads)
+            listener(len(back), self._workers.threads())
 
     def _give(self, jobs: Iterator[str]) -> None:
         """Keep one rod for each thread given out: none waits on a worker that may die."""
-        self._count()
-        while len(self._out) < max(1, self._threads):
+        while len(self._out) < max(1, self._workers.threads()):
             job = next(jobs, None)
             if job is None:
                 return
@@ -85,15 +82,6 @@ class Engine:
             self._out[future] = job
             future.add_done_callback(self._back.put)
 
-    def _count(self) -> None:
-        if time.monotonic() - self._counted < _COUNT_WORKERS:
-            return
-        self._counted = time.monotonic()
-        try:
-            self._threads = sum(self._client.nthreads().values())
-        except (OSError, RuntimeError, TimeoutError) as error:
-            raise _lost(error) from error
-
     def _wait(self) -> list[Any]:
         """Return the rods that have come back, after a while none."""
         found = []
@@ -103,17 +91,19 @@ class Engine:
                 found.append(self._back.get_nowait())
         except queue.Empty:
             if self._client.status not in ("running", "connecting"):
-                raise _lost(self._client.status) from None
+                raise lost(self._client.status) from None
         return found
 
     def _result(self, future: Any) -> Done:
         job = self._out.pop(future)
-        if future.status == "finished":
-            done: Done = future.result()
-            return done
-        error = None if future.status == "cancelled" else future.exception()
+        if future.status == "cancelled":
+            raise lost(future.status)
+        error = future.exception()  # waits where the worker that held the result has ended meanwhile
         if error is None:
-            raise _lost(future.status)
+            done: Done = future.result()
+            # As long as it is wanted, Dask computes it again when the worker that holds it ends.
+            future.release()
+            return done
         if isinstance(error, VersionError):
             raise error
         if isinstance(error, ImportError):
@@ -122,14 +112,5 @@ class Engine:
                 "where the workers run."
             ) from error
         if type(error).__name__ == "KilledWorker":
-            return Done(
-                job, {}, 0.0, "the process that computed it died, again and again: memory, or a crash"
-            )
+            return Done(job, {}, 0.0, "the worker that computed it ended, again and again")
         return Done(job, {}, 0.0, reason_of(error))
-
-
-def _lost(why: object) -> ClusterError:
-    return ClusterError(
-        f"the connection to the scheduler is lost ({why}). The rods that came back are in the journal: start "
-        "the scheduler again, and run the same command."
-    )

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +20,12 @@ from fea.sweep.report import report_sweep
 from fea.sweep.statistics import Statistics
 from fea.sweep.sweep_file import Sweep
 from fea.sweep.table import CSV, PARQUET, write_tables
-from fea.sweep.work import Task, program_version
+from fea.sweep.work import DEFAULT_MINUTES, Task, program_version
 from geometry.invalid import require
 
 JOURNAL = "sweep.sqlite"
 REPORT = "report.html"
+_A_YEAR = 365 * 24 * 60
 _OURS = {JOURNAL, f"{JOURNAL}-wal", f"{JOURNAL}-shm", CSV, PARQUET, REPORT}
 
 
@@ -61,6 +63,7 @@ def run_sweep(
     workers: int | None = None,
     address: str | None = None,
     retry_failed: bool = False,
+    minutes: float = DEFAULT_MINUTES,
     silent: bool = True,
     compute: Callable[..., Any] | None = None,
 ) -> SweepReport:
@@ -76,6 +79,8 @@ def run_sweep(
         See `fea.sweep.cluster.cluster`.
     retry_failed
         Compute failed rods again.
+    minutes
+        That a rod may take; one that takes longer has failed.
     silent
         Show no progress.
     compute
@@ -92,6 +97,8 @@ def run_sweep(
     ClusterError, VersionError
         The scheduler or a worker cannot be used.
     """
+    rule = f"must be above 0 and at most {_A_YEAR}"
+    require(0 < minutes <= _A_YEAR, "--limit-minutes", minutes, rule)
     with journal_of(sweep, folder) as journal:
         if retry_failed:
             journal.retry()
@@ -99,7 +106,8 @@ def run_sweep(
         try:
             if progress.total:
                 with told(progress, silent=silent) as listener, cluster(workers, address) as client:
-                    Engine(journal, client, lambda job: _task(sweep, journal, job), compute).run(listener)
+                    task = partial(_task, sweep, journal, minutes)
+                    Engine(journal, client, task, compute).run(listener)
         finally:
             write_tables(folder, journal.entries())
         found = report_sweep(folder / REPORT, sweep, journal)
@@ -158,9 +166,10 @@ def _settle(sweep: Sweep, folder: Path, journal: Journal) -> None:
     journal.extend(asked, wanted[len(known) :])
 
 
-def _task(sweep: Sweep, journal: Journal, job: str) -> Task:
+def _task(sweep: Sweep, journal: Journal, minutes: float, job: str) -> Task:
     study = study_of(sweep, *journal.asked(job))
-    return Task(job, study.name, study.text(), str(study.folder), sweep.frequencies, program_version())
+    folder, version = str(study.folder), program_version()
+    return Task(job, study.name, study.text(), folder, sweep.frequencies, version, 60 * minutes)
 
 
 def _report(folder: Path, journal: Journal, computed: int, found: Statistics) -> SweepReport:

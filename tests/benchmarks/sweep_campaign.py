@@ -4,16 +4,17 @@ python tests/benchmarks/sweep_campaign.py rate --rods 200 --size 14
 python tests/benchmarks/sweep_campaign.py kill --who parent --count 20
 python tests/benchmarks/sweep_campaign.py kill --who worker --count 20
 python tests/benchmarks/sweep_campaign.py kill --who scheduler --count 20
+python tests/benchmarks/sweep_campaign.py kill --who rod --count 20
 python tests/benchmarks/sweep_campaign.py same --rods 12 --size 14
 
-`rate` computes the same rods with one worker and with two. `kill` ends a process at random moments, again and
-again, until the sweep is done; its rods take a tenth of a second, and a log tells which were computed twice.
+`rate` computes the same rods with one worker and with two. `kill` ends the program, the scheduler of a
+cluster, a worker, or the process of a rod at random moments until the sweep is done. Its rods take a tenth of
+a second, and a log tells which were computed twice; the exit code counts faults.
 `same` compares the tables of a local cluster and of a scheduler with two workers over TCP.
 """
 
 import argparse
 import os
-import random
 import re
 import socket
 import subprocess
@@ -22,7 +23,8 @@ import tempfile
 import time
 from pathlib import Path
 
-CHEAP = Path(__file__).parents[1] / "support" / "cheap_sweep.py"
+from sweep_kills import kill
+
 SWEEP = """study = "leon-2001"
 sampling = "sobol"
 samples = {rods}
@@ -97,52 +99,6 @@ def wait_for(address):
     raise TimeoutError(address)
 
 
-def kill(folder, who, count, rods):
-    """Kill at random moments, `count` times, and compare the table with that of an undisturbed sweep."""
-    generator, log, kills = random.Random(1), folder / "log", 0  # noqa: S311 - no secret
-    environment = os.environ | {"CHEAP_SECONDS": "0.1", "CHEAP_LOG": str(log)}
-    path, out = sweep(folder, rods), folder / "out"
-    while True:
-        scheduler = Scheduler(folder, environment) if who == "scheduler" else None
-        command = [sys.executable, CHEAP, path, out, *([scheduler.address] if scheduler else [])]
-        with (folder / "said").open("a") as said:
-            process = subprocess.Popen(list(map(str, command)), env=environment, stdout=said, stderr=said)
-        while process.poll() is None:
-            try:
-                process.wait(generator.uniform(3, 8) if who != "worker" else generator.uniform(2, 4))
-            except subprocess.TimeoutExpired:
-                if kills < count:
-                    kills += end_one(who, process, scheduler, generator)
-        if scheduler:
-            scheduler.end()
-        if process.returncode == 0:
-            break
-    print((folder / "said").read_text().splitlines()[-1], f"after {kills} kills")
-    lines = log.read_text().splitlines()
-    twice = len(lines) - len(set(lines))
-    print(f"{len(set(lines))} rods, {twice} computed twice (at most {2 * kills} were in flight)")
-    clean = folder / "clean"
-    subprocess.run([sys.executable, CHEAP, path, clean], check=True, env=os.environ | {"CHEAP_SECONDS": "0"})
-    print("same table:", (out / "sweep.csv").read_bytes() == (clean / "sweep.csv").read_bytes())
-
-
-def end_one(who, process, scheduler, generator):
-    """Kill -9 one process of a sweep; return how many were killed."""
-    if who == "parent":
-        process.kill()
-        return 1
-    if who == "scheduler":
-        scheduler.own.kill()
-        return 1
-    lists = Path(f"/proc/{process.pid}/task").glob("*/children")  # any thread may have started them
-    children = [pid for one in lists for pid in one.read_text().split()]
-    workers = [pid for pid in children if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
-    if not workers:
-        return 0
-    os.kill(int(generator.choice(workers)), 9)
-    return 1
-
-
 def same(folder, rods, size):
     """Compare two schedulers."""
     path, tables = sweep(folder, rods, size), []
@@ -161,12 +117,13 @@ def main():
     parser.add_argument("what", choices=("rate", "kill", "same"))
     parser.add_argument("--rods", type=int, default=200)
     parser.add_argument("--size", type=float, default=14.0)
-    parser.add_argument("--who", choices=("parent", "worker", "scheduler"), default="parent")
+    parser.add_argument("--who", choices=("parent", "scheduler", "worker", "rod"), default="parent")
     parser.add_argument("--count", type=int, default=20)
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
         if asked.what == "kill":
-            kill(Path(place), asked.who, asked.count, asked.rods)
+            folder = Path(place)
+            sys.exit(kill(folder, asked.who, asked.count, sweep(folder, asked.rods), Scheduler))
         else:
             {"rate": rate, "same": same}[asked.what](Path(place), asked.rods, asked.size)
 

@@ -21,6 +21,8 @@ class KilledWorker(Exception):  # noqa: N818 - the name that Dask gives it
 class Client:
     """Ends each rod after some seconds, as its fate says: a value, an error, or "cancelled"."""
 
+    cluster = None
+
     def __init__(self, fates, seconds=0.0):
         self.seconds = seconds
         self.fates, self.status, self.out, self.most = dict(fates), "running", 0, 0
@@ -34,7 +36,12 @@ class Client:
         self.out += 1
         self.most = max(self.most, self.out)
         status = fate if isinstance(fate, str) else "error" if isinstance(fate, Exception) else "finished"
-        future = SimpleNamespace(status=status, result=lambda: fate, exception=lambda: fate)
+        future = SimpleNamespace(
+            status=status,
+            result=lambda: fate,
+            exception=lambda: fate if status == "error" else None,
+            release=lambda: None,
+        )
 
         def end(put):
             self.out -= 1
@@ -104,7 +111,7 @@ def test_a_rod_that_kills_its_workers_is_failed_and_the_others_go_on(tmp_path):
         lambda *_: None
     )
     assert [entry.state for entry in journal.entries()] == [State.DONE, State.FAILED, State.DONE]
-    assert "died" in next(journal.entries(1)).reason
+    assert "worker" in next(journal.entries(1)).reason
 
 
 def test_a_design_that_breaks_a_rule_fails_again(tmp_path):
@@ -141,7 +148,7 @@ def test_a_worker_of_another_version_refuses():
 
 
 def test_reasons_name_the_rule_or_the_internal_error():
-    refused = work.work(task("a")._replace(text="[rod]\npreset = 'none'"))
+    refused = work.attempt(task("a")._replace(text="[rod]\npreset = 'none'"), None)
     assert refused.reason.startswith("rod.preset = 'none': is not a preset")
     text = '[rod]\npreset = "leon-2001"\n'
 
@@ -149,7 +156,7 @@ def test_reasons_name_the_rule_or_the_internal_error():
         raise ZeroDivisionError("by zero")
 
     assert (
-        work.work(task("a")._replace(text=text), broken).reason
+        work.attempt(task("a")._replace(text=text), broken).reason
         == "internal error: ZeroDivisionError: by zero"
     )
 

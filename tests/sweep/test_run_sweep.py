@@ -19,7 +19,7 @@ from fea.study.study import load_study
 from fea.sweep.run_sweep import journal_of, run_sweep
 from fea.sweep.sweep_file import load_sweep
 from fea.sweep.table import write_tables
-from fea.sweep.work import work
+from fea.sweep.work import attempt
 
 pytest.importorskip("distributed")
 COUNT = 24
@@ -37,7 +37,8 @@ def undisturbed(path, folder):
 
     sweep = load_sweep(path)
     with journal_of(sweep, folder) as journal:
-        journal.finish([work(_task(sweep, journal, job), cheap_sweep.compute) for job in journal.pending()])
+        tasks = [_task(sweep, journal, 1.0, job) for job in journal.pending()]
+        journal.finish([attempt(task, cheap_sweep.compute) for task in tasks])
         write_tables(folder, journal.entries())
     return (folder / "sweep.csv").read_bytes()
 
@@ -76,10 +77,25 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path):
         check=True,
     )
     assert again.stdout == f"{COUNT - before} {COUNT} 0\n"
-    lines = log.read_text().splitlines()
-    assert len(set(lines)) == COUNT
-    assert len(lines) <= COUNT + 2  # what was in flight on two workers, and nothing else
+    lines = [line.split() for line in log.read_text().splitlines()]
+    begun = [web for what, web, *_ in lines if what == "begin"]
+    assert len(set(begun)) == COUNT
+    assert len(begun) <= COUNT + 2  # what was in flight on two workers, and nothing else
     assert (out / "sweep.csv").read_bytes() == undisturbed(tmp_path / "web.toml", tmp_path / "other")
+
+
+def test_rods_that_crash_or_never_end_are_failed_and_the_others_done(tmp_path):
+    (tmp_path / "web.toml").write_text(SWEEP.replace(f"samples = {COUNT}", "samples = 8"))
+    limits = os.environ | {"CHEAP_FATAL": "5.7", "CHEAP_ENDLESS": "5.5", "CHEAP_MINUTES": "0.05"}
+    command = [sys.executable, cheap_sweep.__file__, "web.toml", "out"]
+    run = subprocess.run(command, cwd=tmp_path, env=limits, capture_output=True, text=True, check=True)
+    assert run.stdout == "8 6 2\n"
+    with (tmp_path / "out" / "sweep.csv").open() as file:
+        found = {float(row["rod.web_thickness_mm"]): row["reason"] for row in csv.DictReader(file)}
+    reasons = [found[web] for web in sorted(found)]
+    assert reasons[:6] == [""] * 6
+    assert reasons[6].startswith("took longer than 0.05 min")
+    assert reasons[7] == "its process crashed 3 times (SIGSEGV)"
 
 
 def test_two_rods_at_two_speeds(tmp_path):
@@ -152,7 +168,7 @@ def test_failed_rods_are_tried_again_when_asked(tmp_path, monkeypatch):
     def inline(journal, _client, task, compute):
         def run(_listener):
             computed.append(journal.pending())
-            journal.finish([work(task(job), compute) for job in journal.pending()])
+            journal.finish([attempt(task(job), compute) for job in journal.pending()])
 
         return type("Inline", (), {"run": staticmethod(run)})
 
