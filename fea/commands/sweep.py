@@ -88,7 +88,7 @@ def _print(report: "SweepReport") -> None:
     if report.reasons:
         sys.stdout.write("Failed rods are tried again with --retry-failed.\n")
     for one in report.statistics.probabilities:
-        bounds = f"{one.low:.3g} to {one.high:.3g}"
+        bounds = f"{one.low:.3g} and {one.high:.3g}"
         sys.stdout.write(f"P({one.name} < 1) = {one.estimate:.3g}, 95 % between {bounds}\n")
     for file in sorted(report.folder.glob("[rs]*")):
         sys.stdout.write(f"Wrote {near(file)}\n")

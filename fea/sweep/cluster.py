@@ -1,15 +1,16 @@
 """Where the rods are computed: processes of this machine, or the workers of a Dask scheduler."""
 
+import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from geometry.invalid import require
+from geometry.invalid import InvalidValue, require
 
-# Settings of Dask that a sweep changes; results/sweep.md tells of the trials. Work stealing stays on: a rod that
-# lost its worker and waits behind another moves on. So does the time after which a silent worker is given up.
+# Settings of Dask that a sweep changes; results/sweep.md tells of the trials. Work stealing stays on: a rod
+# that lost its worker and waits behind another moves on. So does the limit for workers that are silent.
 _SETTINGS = {
     # A crash of a rod ends no worker. If one ends, neither its rod nor one that waits there is to blame.
     "distributed.scheduler.allowed-failures": 10,
@@ -43,7 +44,7 @@ def cluster(workers: int | None, address: str | None) -> Iterator[Any]:
     Raises
     ------
     InvalidValue
-        Both are given, or the number is not positive.
+        Both are given, the number is not positive, or it is neither an address nor a scheduler file.
     ClusterError
         No scheduler answers.
     """
@@ -91,12 +92,9 @@ def _remote(address: str) -> Iterator[Any]:
     from distributed import Client  # noqa: PLC0415 - comes with the extra
 
     _quiet()
-    file = Path(address)
+    place = _address(address)
     try:
-        if file.is_file():
-            client = Client(scheduler_file=str(file), timeout=_CONNECT_SECONDS)
-        else:
-            client = Client(address, timeout=_CONNECT_SECONDS)
+        client = Client(place, timeout=_CONNECT_SECONDS)
     except (OSError, ValueError, RuntimeError) as error:
         why = " ".join(str(error).split()) or type(error).__name__
         raise ClusterError(
@@ -107,6 +105,21 @@ def _remote(address: str) -> Iterator[Any]:
         yield client
     finally:
         client.close(timeout=_CONNECT_SECONDS)
+
+
+def _address(asked: str) -> str:
+    """Return the address of a scheduler from what was asked: itself, or in a scheduler file."""
+    file = Path(asked)
+    if not file.exists():
+        rule = "is neither the address of a scheduler nor an existing scheduler file"
+        require(":" in asked, "--cluster", asked, rule, "An address is, for example, tcp://host:8786.")
+        return asked
+    try:
+        return str(json.loads(file.read_text(encoding="utf-8"))["address"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        rule = "is not a scheduler file, which is JSON with an address"
+        remedy = "`dask scheduler --scheduler-file FILE` writes one."
+        raise InvalidValue("--cluster", asked, rule, remedy) from error
 
 
 def _quiet() -> None:

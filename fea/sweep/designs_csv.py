@@ -32,13 +32,13 @@ def read_designs(path: Path) -> list[Design]:
     table = csv.reader(io.StringIO(text))
     try:
         keys = [key.strip() for key in next(table, [])]
-        rows = [row for row in table if any(cell.strip() for cell in row)]
+        rows = [(table.line_num, row) for row in table if any(cell.strip() for cell in row)]
     except csv.Error as error:
         raise InvalidValue("designs", name, f"is not a CSV file ({error})") from error
     kinds = {key: kind_of(key, name) for key in keys}
     require(len(kinds) == len(keys) > 0, name, keys, "must name each of its columns once, by a study's keys")
     require(0 < len(rows) <= MOST, name, len(rows), f"must have 1 to {MOST} designs")
-    return [_design(f"{name}: design {number}", kinds, row) for number, row in enumerate(rows)]
+    return [_design(f"{name}, line {line}", kinds, row) for line, row in rows]
 
 
 def _design(where: str, kinds: dict[str, Any], row: list[str]) -> Design:

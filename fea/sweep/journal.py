@@ -93,6 +93,7 @@ class Journal:
         self.path = path
         with self._reported():
             self._base = sqlite3.connect(path, isolation_level=None)
+            self._require_ours()
             self._base.execute("PRAGMA journal_mode = WAL")
             self._base.execute("PRAGMA synchronous = NORMAL")
 
@@ -174,6 +175,14 @@ class Journal:
             ):
                 values, found = json.loads(design), json.loads(figures)
                 yield Entry(number, sample, values, rpm, State(state), reason, found)
+
+    def _require_ours(self) -> None:
+        """Refuse a database with other tables, before anything in it changes."""
+        found = {
+            name for (name,) in self._base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
+        }
+        if found and found != {"meta", "rods"}:
+            raise sqlite3.DatabaseError(f"it has the tables {', '.join(sorted(found))}")
 
     def _enter(self, meta: Mapping[str, str], rows: Sequence[Row]) -> None:
         self._base.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", list(meta.items()))

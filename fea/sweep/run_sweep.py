@@ -1,20 +1,20 @@
 """The job behind `fea sweep`: go on where the journal ends, and leave the tables."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fea.output import lock
-from fea.output.errors import OccupiedError
+from fea.output.errors import OccupiedError, StorageError
 from fea.output.target import near
 from fea.output.text import make_directory
 from fea.sweep.cluster import cluster
 from fea.sweep.engine import Engine
 from fea.sweep.journal import SCHEMA, Journal, State
-from fea.sweep.plan import rows, study_of
+from fea.sweep.plan import Row, rows, study_of
 from fea.sweep.progress import Progress, told
 from fea.sweep.report import report_sweep
 from fea.sweep.statistics import Statistics
@@ -108,8 +108,11 @@ def run_sweep(
                 with told(progress, silent=silent) as listener, cluster(workers, address) as client:
                     task = partial(_task, sweep, journal, minutes)
                     Engine(journal, client, task, compute).run(listener)
-        finally:
-            write_tables(folder, journal.entries())
+        except BaseException:
+            with suppress(StorageError):  # on a full disk the journal comes first
+                write_tables(folder, journal.entries())
+            raise
+        write_tables(folder, journal.entries())
         found = report_sweep(folder / REPORT, sweep, journal)
         return _report(folder, journal, progress.done, found)
 
@@ -118,6 +121,8 @@ def run_sweep(
 def journal_of(sweep: Sweep, folder: Path) -> Iterator[Journal]:
     """Open the journal of a sweep, or begin one; errors as `run_sweep`."""
     _require_ours(folder)
+    # What is wrong with the rows is told before anything is written.
+    new = None if (folder / JOURNAL).exists() else rows(sweep)
     make_directory(folder)
     owned = lock.take(folder)
     if owned is None:
@@ -125,7 +130,7 @@ def journal_of(sweep: Sweep, folder: Path) -> Iterator[Journal]:
     try:
         journal = Journal(folder / JOURNAL)
         try:
-            _settle(sweep, folder, journal)
+            _settle(sweep, folder, journal, new)
             yield journal
         finally:
             journal.close()
@@ -144,12 +149,12 @@ def _require_ours(folder: Path) -> None:
         )
 
 
-def _settle(sweep: Sweep, folder: Path, journal: Journal) -> None:
+def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[Row] | None) -> None:
     """Begin the journal, see that it is this sweep's, or add what a longer sweep has more."""
     meta, asked = journal.meta, {"schema": SCHEMA, "version": program_version(), "sweep": sweep.identity}
     where, remedy = str(near(folder)), "Choose another directory with --out, or remove this one."
     if not meta:
-        journal.begin(asked, rows(sweep))
+        journal.begin(asked, rows(sweep) if new is None else new)
         return
     schema = meta.get("schema")
     require(schema == SCHEMA, "--out", where, f"holds a journal of another kind, {schema!r}", remedy)

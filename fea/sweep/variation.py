@@ -161,6 +161,8 @@ def _steps(name: str, steps: object, *, grid: bool) -> int | None:
         rule = 'has an effect with sampling = "grid" only'
         require(steps is None, f"{name}.steps", steps, rule, "Leave it out.")
         return None
+    rule = 'is missing: with sampling = "grid", a range has steps'
+    require(steps is not None, f"{name}.steps", None, rule, "Give their number, or choose another sampling.")
     rule = f"must be a whole number from 2 to {_MOST_STEPS}: the values of the grid, both ends included"
     whole = isinstance(steps, int) and not isinstance(steps, bool) and 2 <= steps <= _MOST_STEPS
     require(whole, f"{name}.steps", steps, rule)

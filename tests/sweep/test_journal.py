@@ -142,6 +142,17 @@ def test_another_file_is_refused_and_left_alone(tmp_path, content):
     assert path.read_bytes() == content
 
 
+def test_another_database_is_refused_and_left_alone(tmp_path):
+    path = tmp_path / "sweep.sqlite"
+    with sqlite3.connect(path) as base:
+        base.execute("CREATE TABLE accounts (owner TEXT)")
+    base.close()
+    before = path.read_bytes()
+    with pytest.raises(InvalidValue, match="has the tables accounts"):
+        Journal(path)
+    assert path.read_bytes() == before
+
+
 def test_a_resumed_sweep_asks_for_what_is_left_without_reading_the_rest(tmp_path):
     journal = Journal(tmp_path / "j.sqlite")
     journal.begin(META, planned(500))
