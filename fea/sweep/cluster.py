@@ -123,8 +123,9 @@ def _address(asked: str) -> str:
 
 
 def _quiet() -> None:
-    """Let Dask's own messages be errors only: what matters is told by the sweep."""
+    """Silence Dask: what matters is told by the sweep."""
     import logging  # noqa: PLC0415 - only here
 
-    for name in ("distributed", "tornado", "asyncio"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)
+    for name in list(logging.root.manager.loggerDict):  # some have levels of their own
+        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from fea.sweep.journal import Done, Journal
-from fea.sweep.work import Task, VersionError, reason_of, work
+from fea.sweep.work import Task, VersionError, program_version, work
 from fea.sweep.workers import Workers, lost
 from geometry.invalid import InvalidValue
 
@@ -106,11 +106,16 @@ class Engine:
             return done
         if isinstance(error, VersionError):
             raise error
-        if isinstance(error, ImportError):
-            raise VersionError(
-                f"a worker cannot load this program ({error}): install conrod-fea[sweep] of the same version "
-                "where the workers run."
-            ) from error
         if type(error).__name__ == "KilledWorker":
             return Done(job, {}, 0.0, "the worker that computed it ended, again and again")
-        return Done(job, {}, 0.0, reason_of(error))
+        raise _unready(error) from error
+
+
+def _unready(error: BaseException) -> VersionError:
+    """What keeps a cluster from beginning a rod, whose own errors are results."""
+    why = error.__cause__ or error
+    said = f"{type(why).__name__}: {' '.join(str(why).split())}"
+    return VersionError(
+        f"the cluster cannot begin a rod ({said}): install conrod-fea[sweep] {program_version()} where the "
+        "scheduler and its workers run, and start them again."
+    )

@@ -1,5 +1,6 @@
 """The engine with a client that computes at once, and clusters that cannot be used."""
 
+import logging
 import threading
 from types import SimpleNamespace
 
@@ -132,6 +133,7 @@ def test_a_design_that_breaks_a_rule_fails_again(tmp_path):
         ("cancelled", ClusterError, "the connection to the scheduler is lost"),
         (VersionError("a worker has version 0"), VersionError, "version 0"),
         (ModuleNotFoundError("No module named 'fea'"), VersionError, "install conrod-fea"),
+        (RuntimeError("Error during deserialization"), VersionError, r"\(RuntimeError: Error during"),
     ],
 )
 def test_a_cluster_that_is_gone_or_of_another_version_ends_the_sweep(tmp_path, fate, error, said):
@@ -174,3 +176,22 @@ def test_no_scheduler_answers(monkeypatch):
 def test_workers_are_of_this_machine_and_positive(workers, address):
     with pytest.raises(InvalidValue, match="--workers"), cluster.cluster(workers, address):
         pass
+
+
+def test_a_scheduler_is_named_by_address_or_file(tmp_path):
+    file = tmp_path / "scheduler.json"
+    file.write_text('{"address": "tcp://host:8786"}')
+    assert cluster._address(str(file)) == "tcp://host:8786"
+    assert cluster._address("tcp://host:8786") == "tcp://host:8786"
+    for content in ("", "[]", "{}", "\x00"):
+        file.write_text(content)
+        with pytest.raises(InvalidValue, match="is not a scheduler file"):
+            cluster._address(str(file))
+    with pytest.raises(InvalidValue, match="neither the address of a scheduler nor"):
+        cluster._address("scheduler.json")
+
+
+def test_dask_itself_is_silent():
+    pytest.importorskip("distributed")
+    cluster._quiet()
+    assert not logging.getLogger("distributed.client").isEnabledFor(logging.ERROR)

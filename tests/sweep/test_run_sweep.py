@@ -20,6 +20,7 @@ from fea.sweep.run_sweep import journal_of, run_sweep
 from fea.sweep.sweep_file import load_sweep
 from fea.sweep.table import write_tables
 from fea.sweep.work import attempt
+from geometry.invalid import InvalidValue
 
 pytest.importorskip("distributed")
 COUNT = 24
@@ -158,6 +159,17 @@ def test_a_folder_with_something_else_is_left_alone(tmp_path):
     assert run.returncode == 2
     assert "contains notes.txt" in run.stderr
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["notes.txt"]
+
+
+def test_designs_with_a_fault_leave_no_folder(tmp_path):
+    (tmp_path / "designs.csv").write_text("rod.web_thickness_mm,rod.length_mm\n5.0,140\n\n5.5\n")
+    (tmp_path / "some.toml").write_text('study = "leon-2001"\ndesigns = "designs.csv"\n')
+    with (
+        pytest.raises(InvalidValue, match=r"designs\.csv, line 4"),
+        journal_of(load_sweep(tmp_path / "some.toml"), tmp_path / "out"),
+    ):
+        pass
+    assert not (tmp_path / "out").exists()
 
 
 def test_failed_rods_are_tried_again_when_asked(tmp_path, monkeypatch):
