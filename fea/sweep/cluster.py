@@ -77,6 +77,7 @@ def _local(workers: int) -> Iterator[Any]:
             dashboard_address=None,
             worker_dashboard_address=None,
             silence_logs=50,
+            preload="fea.sweep.preload",
         )
     except (OSError, RuntimeError) as error:
         why = " ".join(str(error).split())
