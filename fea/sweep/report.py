@@ -1,6 +1,6 @@
 """From the journal of a sweep to its report."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,7 @@ from fea.output.sweep_report.write import write_sweep_report
 from fea.sweep.journal import Journal, State
 from fea.sweep.pareto import pareto_front
 from fea.sweep.plan import study_of
+from fea.sweep.reasons import failures
 from fea.sweep.samples import MASS, Samples, samples_of
 from fea.sweep.sensitivity import Influence, Sensitivity
 from fea.sweep.statistics import Statistics, statistics
@@ -37,15 +38,9 @@ def report_sweep(path: Path, sweep: Sweep, journal: Journal) -> Statistics:
 def _swept(sweep: Sweep, journal: Journal, samples: Samples, found: Statistics) -> Swept:
     shown = samples.part(_shown(samples))
     counts = journal.counts()
-    drawn = f" {len(shown.rows)} of {len(samples.rows)} designs are drawn." * (
-        len(shown.rows) < len(samples.rows)
-    )
     return Swept(
         title=sweep.name,
-        counts=(
-            f"{counts[State.DONE]} rows of {sum(counts.values())} are done, "
-            f"{counts[State.FAILED]} failed.{drawn}"
-        ),
+        counts=_counts(counts, samples, shown),
         keys={key: shown.column(key) for key in shown.numeric},
         figures=shown.values,
         rows=shown.rows,
@@ -62,8 +57,22 @@ def _swept(sweep: Sweep, journal: Journal, samples: Samples, found: Statistics) 
             for one in found.probabilities
         ],
         influences=[_influenced(one) for one in found.sensitivities],
-        failures=_failures(journal),
+        failures=failures(journal.entries()),
     )
+
+
+def _counts(counts: Mapping[State, int], samples: Samples, shown: Samples) -> str:
+    """What became of the rows, and what is not drawn, in words."""
+    states = ", ".join(f"{counts[state]} {state}" for state in State if counts[state])
+    said = [f"Rows of the table: {states}."]
+    if not len(shown.rows):
+        return f"{said[0]} No rod has a result that can be trusted, so there is nothing to draw."
+    if len(shown.rows) < len(samples.rows):
+        said.append(f"{len(shown.rows)} of {len(samples.rows)} designs are drawn.")
+    words = [key for key in samples.keys if any(isinstance(one[key], str | bool) for one in samples.designs)]
+    if words:
+        said.append(f"In the table alone, as they are not numbers: {', '.join(words)}.")
+    return " ".join(said)
 
 
 def _shown(samples: Samples) -> Sequence[int]:
@@ -106,11 +115,3 @@ def _cell(item: Influence, name: str) -> str:
     bar = getattr(item, f"{name}_bar", None)
     text = f"{round(getattr(item, name), 2) + 0.0:.2f}" + ("" if bar is None else f" ± {bar:.2f}")
     return text.replace("-", "−")
-
-
-def _failures(journal: Journal) -> list[tuple[int, str, int]]:
-    found: dict[str, list[int]] = {}
-    for entry in journal.entries():
-        if entry.state is State.FAILED:
-            found.setdefault(entry.reason, []).append(entry.number)
-    return [(rows[0], reason, len(rows)) for reason, rows in found.items()]

@@ -16,6 +16,7 @@ from fea.sweep.engine import Engine
 from fea.sweep.journal import SCHEMA, Journal, State
 from fea.sweep.plan import Row, rows, study_of
 from fea.sweep.progress import Progress, told
+from fea.sweep.reasons import failures
 from fea.sweep.report import report_sweep
 from fea.sweep.statistics import Statistics
 from fea.sweep.sweep_file import Sweep
@@ -42,7 +43,7 @@ class SweepReport:
     done, failed, untrusted
         Rows of the table; those not to be trusted are among the done ones.
     reasons
-        Number of failed rows by their reason.
+        Number of failed rows by their reason, that of the first where only numbers differ.
     statistics
         How likely failure is, and what matters.
     """
@@ -179,18 +180,13 @@ def _task(sweep: Sweep, journal: Journal, minutes: float, job: str) -> Task:
 
 def _report(folder: Path, journal: Journal, computed: int, found: Statistics) -> SweepReport:
     counts = journal.counts()
-    reasons: dict[str, int] = {}
-    untrusted = 0
-    for entry in journal.entries():
-        if entry.state is State.FAILED:
-            reasons[entry.reason] = reasons.get(entry.reason, 0) + 1
-        untrusted += entry.figures.get("trusted") is False
+    untrusted = sum(entry.figures.get("trusted") is False for entry in journal.entries())
     return SweepReport(
         folder=folder,
         computed=computed,
         done=counts[State.DONE],
         failed=counts[State.FAILED],
         untrusted=untrusted,
-        reasons=reasons,
+        reasons={reason: count for _, reason, count in failures(journal.entries())},
         statistics=found,
     )

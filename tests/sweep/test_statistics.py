@@ -9,6 +9,7 @@ from scipy import stats
 from fea.sweep.journal import Entry, State
 from fea.sweep.pareto import pareto_front
 from fea.sweep.probability import below_one, clopper_pearson
+from fea.sweep.reasons import failures
 from fea.sweep.samples import samples_of
 from fea.sweep.sampling import Sampling, designs
 from fea.sweep.sensitivity import sensitivities
@@ -137,3 +138,12 @@ def test_of_several_speeds_the_worst_counts_and_untrusted_rods_do_not():
     assert samples.values["factor"][0] == 0.9
     assert np.isnan(samples.values["factor"][1])
     assert samples.rows[0] == 1
+
+
+def test_failures_that_differ_in_numbers_are_told_once():
+    reasons = ["width = 4.5e-1: too small", "", "no mesh", "width = 0.3: too small"]
+    entries = [
+        Entry(n, n, {}, None, State.FAILED if reason else State.DONE, reason, {})
+        for n, reason in enumerate(reasons)
+    ]
+    assert failures(entries) == [(0, "width = 4.5e-1: too small", 2), (2, "no mesh", 1)]

@@ -4,7 +4,8 @@ import re
 import numpy as np
 import pytest
 
-from fea.output.sweep_report.drawings import matrix, pareto
+from fea.output.sweep_report.drawings import main_effects, matrix, parallel, pareto
+from fea.output.sweep_report.labels import label
 from fea.output.sweep_report.swept import Influenced, Swept
 from fea.output.sweep_report.write import sweep_page
 
@@ -73,3 +74,37 @@ def test_scatters_leave_out_what_has_no_result():
     plots = matrix(swept([1.0, np.nan, 2.0], [0.7, 0.75, 0.8]))
     assert len(plots) == 3
     assert all({n for *_, n in plot.points} == {0, 2} for plot in plots)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("rod.web_thickness_mm", "web thickness (mm)"),
+        ("material.density_kg_m3", "material density (kg/m³)"),
+        ("material.bushing.E_GPa", "material bushing E (GPa)"),
+        ("speed.rpm", "speed rpm"),
+        ("mass_kg", "mass (kg)"),
+        ("factor", "least factor"),
+        ("buckling_factor", "buckling factor"),
+    ],
+)
+def test_axes_say_their_units(name, said):
+    assert label(name) == said
+
+
+def test_a_mean_is_drawn_where_there_are_rods_for_it():
+    few, many = swept([1.0, 1.2] * 4, [0.7] * 8), swept([1.0, 1.2] * 8, [0.7] * 16)
+    assert main_effects(few)[0].line.count(",") == 8  # no other key varies
+    for run, bins in ((few, 0), (many, 3)):
+        run.keys["rod.shank_width_mm"] = np.cos(np.arange(len(run.rows)))
+        assert [plot.line.count(",") for plot in main_effects(run)] == [bins, bins]
+    many.keys["rod.big_end_ring_mm"] = np.arange(16) % 4
+    assert main_effects(many)[-1].line.count(",") == 4  # at each value
+
+
+def test_one_rod_has_no_lines():
+    one = swept([1.0], [0.7])
+    assert (matrix(one), parallel(one)) == ([], None)
+    assert [anchor for _, anchor, *_ in parallel(swept([1.0, 1.1], [0.7, 0.8])).axes] == [
+        "start", "middle", "end",
+    ]  # fmt: skip

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.output.pictures.scale import round_up
+from fea.output.sweep_report.labels import label
 from geometry.arrays import Floats, Ints
 
 _STEPS = 4
@@ -89,4 +90,4 @@ def scatter(x: Axis, y: Axis, numbers: Ints, line: Floats | None = None) -> Scat
     path = "" if line is None else " ".join(f"{x.place(a):g},{y.place(b):g}" for a, b in line)
     limit = y.place(1.0) if y.name.endswith("factor") and low < 1 < high else None
     size = (max(x.first, x.last), max(y.first, y.last))
-    return Scatter(x.name, y.name, points, path, x.ticks, y.ticks, limit, size)
+    return Scatter(label(x.name), label(y.name), points, path, x.ticks, y.ticks, limit, size)
