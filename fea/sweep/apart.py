@@ -45,9 +45,7 @@ def apart(job: Callable[..., Any], *arguments: Any, seconds: float) -> Any:
     EndlessError
         The job took longer; the process was killed.
     """
-    process = getattr(_own, "process", None)
-    if process is None or process.poll() is not None:
-        process = _own.process = _started()
+    process = _current()
     late = threading.Event()
 
     def end() -> None:
@@ -78,6 +76,17 @@ def serve() -> None:
         while True:
             job, arguments = asked.get()
             _send(answers, job(*arguments))
+
+
+def _current() -> "subprocess.Popen[bytes]":
+    """Return this thread's process, a new one where it has ended."""
+    process: subprocess.Popen[bytes] | None = getattr(_own, "process", None)
+    if process is not None and process.poll() is None:
+        return process
+    if process is not None:
+        _buried(process)
+    _own.process = _started()
+    return _own.process
 
 
 def _started() -> "subprocess.Popen[bytes]":

@@ -123,6 +123,8 @@ def end_one(who, process, scheduler, generator, mark):
     if who == "parent":
         process.kill()
     elif who == "scheduler":
+        if scheduler.own.poll() is not None:  # the sweep has not noticed yet
+            return False
         scheduler.own.kill()
     else:
         name = {"worker": "spawn_main", "rod": "fea.sweep.apart"}[who]

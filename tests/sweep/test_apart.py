@@ -32,11 +32,21 @@ def test_a_process_that_crashed_or_was_endless_is_replaced():
         apart(os._exit, 3, seconds=60)
     with pytest.raises(EndlessError):
         apart(time.sleep, 600, seconds=1.0)
-    assert apart(len, "four", seconds=60) == 4
+    idle = apart(os.getpid, seconds=60)
+    os.kill(idle, signal.SIGKILL)
+    module._own.process.wait()
+    assert apart(os.getpid, seconds=60) != idle
 
 
 def test_a_job_that_prints_does_not_spoil_its_answer():
     assert apart(os.write, 1, b"a library prints", seconds=60) == 16
+
+
+def test_a_process_ends_when_nobody_asks_any_more():
+    process = module._started()
+    process.stdin.close()  # what remains of a worker where the system tells of no parents
+    assert process.wait(60) == 0
+    process.stdout.close()
 
 
 def test_a_process_ends_with_its_worker(tmp_path):
