@@ -85,8 +85,8 @@ def _current() -> "subprocess.Popen[bytes]":
         return process
     if process is not None:
         _buried(process)
-    _own.process = _started()
-    return _own.process
+    process = _own.process = _started()
+    return process
 
 
 def _started() -> "subprocess.Popen[bytes]":
