@@ -6,14 +6,17 @@ python tests/benchmarks/sweep_campaign.py kill --who worker --count 20
 python tests/benchmarks/sweep_campaign.py kill --who scheduler --count 20
 python tests/benchmarks/sweep_campaign.py kill --who rod --count 20
 python tests/benchmarks/sweep_campaign.py same --rods 12 --size 14
+python tests/benchmarks/sweep_campaign.py scale --rods 3000
 
 `rate` computes the same rods with one worker and with two. `kill` ends the program, the scheduler of a
 cluster, a worker, or the process of a rod at random moments until the sweep is done. Its rods take a tenth of
 a second, and a log tells which were computed twice; the exit code counts faults.
-`same` compares the tables of a local cluster and of a scheduler with two workers over TCP.
+`same` compares the tables of a local cluster and of a scheduler with two workers over TCP. `scale` tells how
+many rods a second the program can give out and enter, with rods that take no time.
 """
 
 import argparse
+import contextlib
 import os
 import re
 import socket
@@ -23,7 +26,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from sweep_kills import kill
+import psutil
+from sweep_kills import CHEAP, kill
 
 SWEEP = """study = "leon-2001"
 sampling = "sobol"
@@ -111,10 +115,30 @@ def same(folder, rods, size):
     print("same table:", tables[0] == tables[1])
 
 
+def scale(folder, rods, _size):
+    """How many rods a second the program itself can give out and enter: rods that take no time."""
+    path = sweep(folder, rods)
+    command = [sys.executable, CHEAP, path, folder / "out"]
+    options = {"env": os.environ | {"CHEAP_SECONDS": "0"}, "stdout": subprocess.DEVNULL}
+    begin = time.perf_counter()
+    process = psutil.Popen(list(map(str, command)), **options)
+    used = 0.0
+    while process.poll() is None:
+        with contextlib.suppress(psutil.Error):
+            times = process.cpu_times()
+            used = times.user + times.system
+        time.sleep(0.05)
+    seconds = time.perf_counter() - begin
+    size = (folder / "out/sweep.sqlite").stat().st_size, (folder / "out/sweep.parquet").stat().st_size
+    print(f"{rods} rods in {seconds:.1f} s; the program, with Dask's scheduler in it, used {used:.1f} s")
+    print(f"{1000 * used / rods:.2f} ms a rod, so that it saturates at {rods / used:.0f} rods a second")
+    print(f"{size[0] / rods:.0f} bytes a rod in the journal, {size[1] / rods:.0f} in the Parquet file")
+
+
 def main():
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("what", choices=("rate", "kill", "same"))
+    parser.add_argument("what", choices=("rate", "kill", "same", "scale"))
     parser.add_argument("--rods", type=int, default=200)
     parser.add_argument("--size", type=float, default=14.0)
     parser.add_argument("--who", choices=("parent", "scheduler", "worker", "rod"), default="parent")
@@ -125,7 +149,7 @@ def main():
             folder = Path(place)
             sys.exit(kill(folder, asked.who, asked.count, sweep(folder, asked.rods), Scheduler))
         else:
-            {"rate": rate, "same": same}[asked.what](Path(place), asked.rods, asked.size)
+            {"rate": rate, "same": same, "scale": scale}[asked.what](Path(place), asked.rods, asked.size)
 
 
 if __name__ == "__main__":
