@@ -1,12 +1,14 @@
 """The search: COBYQA on the moved mesh of one rod, in rounds that begin with a new mesh."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
+from fea.analysis.adapt import MAX_PASSES
 from fea.optimise.designs import Design
 from geometry.arrays import Floats
 
@@ -14,7 +16,7 @@ from geometry.arrays import Floats
 # radius of the trust region: scaled by the bounds.
 _REACH = (1.0, 0.2)
 _FIRST = (0.12, 0.05)
-_LAST = (0.01, 0.005)
+_LAST = (0.01, 0.003)
 # Of all evaluations, for the first round.
 _SHARE = 0.6
 # A round that saves less mass than this share is the last one: new meshes differ by about as much.
@@ -23,8 +25,15 @@ _SETTLED = 1e-3
 _DECIMALS = 9
 # Of the number of dimensions and one: a round with fewer evaluations compares only neighbours of its start.
 _FEWEST = 2
+# Meshes that are kept for the beginning of the next round, and for a last one that is made in this round: a
+# mesh is refined in so many passes at most.
+_SPARE = 2 * MAX_PASSES
 # Evaluations of a study that says nothing.
 USUAL = 150
+
+
+class _UsedUpError(Exception):
+    """The evaluations of a round are used up, some of which took several meshes."""
 
 
 class Evaluator(Protocol):
@@ -102,11 +111,10 @@ def search(designs: Evaluator, start: Floats, most: int) -> Found:
         A design cannot be drawn or meshed.
     """
     rounds = [designs.begin(start)]
-    spare = designs.count  # meshes that the next round will begin with
     reserve, ended = 0.0, ""
     while not ended:
         base, number = rounds[-1], min(len(rounds), len(_REACH)) - 1
-        left = most - designs.count - spare
+        left = most - designs.count - _SPARE
         if left < _FEWEST * (len(start) + 1):
             ended = f"the {most} evaluations are used up"
             break
@@ -132,6 +140,8 @@ def _round(designs: Evaluator, base: Design, most: int, number: int, reserve: fl
     def at(x: Floats) -> Design:
         x = np.clip(x, low, high)  # constraints are asked for a little outside the bounds, too
         if _key(x) not in known:
+            if designs.count >= last:
+                raise _UsedUpError
             known[_key(x)] = designs.at(x)
         return known[_key(x)]
 
@@ -143,15 +153,16 @@ def _round(designs: Evaluator, base: Design, most: int, number: int, reserve: fl
         found = {limit.name: limit.margin for limit in design.limits}
         return np.array([*(found.get(name, 1.0) - reserve for name in names), -design.short])
 
-    begin = len(designs.tried)
-    minimize(
-        mass,
-        base.x,
-        method="COBYQA",
-        bounds=Bounds(low, high),
-        constraints=NonlinearConstraint(margins, 0.0, np.inf),
-        options={"initial_tr_radius": _FIRST[number], "final_tr_radius": _LAST[number], "maxfev": most},
-    )
+    begin, last = len(designs.tried), designs.count + most
+    with suppress(_UsedUpError):
+        minimize(
+            mass,
+            base.x,
+            method="COBYQA",
+            bounds=Bounds(low, high),
+            constraints=NonlinearConstraint(margins, 0.0, np.inf),
+            options={"initial_tr_radius": _FIRST[number], "final_tr_radius": _LAST[number], "maxfev": most},
+        )
     return _best([base, *designs.tried[begin:]], reserve)
 
 

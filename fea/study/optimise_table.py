@@ -8,7 +8,7 @@ from fea.study.rod_table import dimension_of
 from geometry.invalid import InvalidValue, require, require_number, require_positive
 
 # With fewer no direction can be compared with another; with more than a quadratic model of each figure gains.
-FEWEST, MOST = 10, 10_000
+FEWEST, MOST = 20, 10_000
 # What crankshaft, piston and cylinder block decide.
 _FITTED = ("length_mm", "big_end_bore_mm", "small_end_bore_mm")
 _NUMBERS = re.compile(r"([0-9.eE+-]+):([0-9.eE+-]+)")

@@ -67,7 +67,7 @@ def test_what_cannot_be_free_is_refused():
     assert "Widen the bounds" in refused("free = { web_thickness_mm = [6.0, 7.0] }")
     assert "feature is left out" in refused("free = { oil_hole_mm = [2.0, 4.0] }")
     assert "its flange is" in refused("least_wall_mm = 4.0")
-    assert "must lie between 10" in refused("evaluations = 3")
+    assert "must lie between 20" in refused("evaluations = 3")
     assert "must be positive" in refused("min_fatigue_safety = 0.0")
 
 
