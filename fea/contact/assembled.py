@@ -22,7 +22,7 @@ from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints
 
 # How often a step that does not settle is halved.
-HALVINGS = 3
+HALVINGS = 2
 
 
 @dataclass(frozen=True)
@@ -120,6 +120,8 @@ class Assembled:
         (n_bolts,) force of each bolt of the cell when it is tightened, N.
     warming
         From the temperature at which the parts were put together to that of the engine.
+    names
+        Of the parts, for messages.
 
     Attributes
     ----------
@@ -139,6 +141,8 @@ class Assembled:
         friction: float,
         preload: Floats,
         warming: Warming | None = None,
+        *,
+        names: Sequence[str] = (),
     ) -> None:
         self.problem = problem
         self._motions = [motion for nodes in parts for motion in problem.motions(nodes)]
@@ -152,7 +156,10 @@ class Assembled:
         self.touching = Touching.of(problem)
         self._preload = np.tile(preload, len(self.bolts) // max(len(preload), 1))
         self._tied = Tied.of(problem.compliance, self._P, self.pins)
-        self._system = JoinedSystem(self._tied, problem.rigid, self._places(friction))
+        of_motion = [
+            f"the {name}" for name, (own, _) in zip(names, moved, strict=False) for _ in range(own.shape[1])
+        ]
+        self._system = JoinedSystem(self._tied, problem.rigid, self._places(friction), of_motion)
         self._made = problem.initial.copy()
         self.tightened = self._tightened()
         self.start = self.tightened if warming is None else self._warmed(warming)

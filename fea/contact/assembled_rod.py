@@ -17,6 +17,7 @@ from fea.contact.rod_contact import RodContact, Solved, acting
 from fea.machine.threads import one_blas_thread
 from fea.rod.bores import Bores
 from fea.rod.case_forces import CaseForces
+from fea.solid.errors import ContactError
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Parity, Split
 from fea.solid.supports import components
@@ -62,6 +63,8 @@ class Putting:
         Radial, mm, by the first surface of an interface.
     expansion
         None where the engine is as warm as the room in which the parts were put together.
+    parts
+        Names of the parts in the order of their numbers.
     """
 
     normal: tuple[float, float]
@@ -71,6 +74,7 @@ class Putting:
     friction: float
     interference: Mapping[Surface, float]
     expansion: Expansion | None = None
+    parts: tuple[str, ...] = ()
 
 
 class AssembledRod(RodContact):
@@ -115,11 +119,12 @@ class AssembledRod(RodContact):
         body = components(mesh)
         held = body[mesh.tets[0, 0]]  # the first part, to which the others are moved
         parts = [np.flatnonzero(body == number) for number in np.unique(body) if number != held]
+        names = [_part_name(mesh, nodes, putting.parts) for nodes in parts]
         preload = np.full(len(self.bolt_axes), putting.preload)
         warming = _warming(mesh, bores, fits, putting)
         self._growth = None if warming is None else Split(warming.displacement.reshape(-1, 3), None)
         with one_blas_thread():
-            self.assembled = Assembled(self.problem, parts, putting.friction, preload, warming)
+            self.assembled = Assembled(self.problem, parts, putting.friction, preload, warming, names=names)
         at = np.array([bolt.point for bolt in self.bolt_axes]).reshape(-1, 3)
         self.states = AssemblyStates(self.assembled, putting.friction, at, bores.big_radius)
 
@@ -175,7 +180,10 @@ class AssembledRod(RodContact):
 
     def __call__(self, case: LoadCase) -> CaseForces:
         """Nodal forces of everything that acts in a case; see `RodContact`."""
-        return self.assembly() if case.name == ASSEMBLY else super().__call__(case)
+        try:
+            return self.assembly() if case.name == ASSEMBLY else super().__call__(case)
+        except ContactError as error:
+            raise type(error)(f"{case.name}: {error}") from error
 
     def scaled(self, case: LoadCase, factor: float) -> Joined:
         """Find the state under a multiple of everything that acts in a case.
@@ -229,6 +237,12 @@ def _direction(surface: Surface, bores: Bores, normal: tuple[float, float]) -> D
         across = np.array([*normal, 0.0])
         return lambda places: np.broadcast_to(across, places.shape)
     return radial(bores.rod_length if surface is Surface.BUSHING_SEAT else 0.0)
+
+
+def _part_name(mesh: TetMesh, nodes: Ints, names: Sequence[str]) -> str:
+    """Name of the part that nodes belong to."""
+    number = 0 if mesh.part is None else mesh.part[np.isin(mesh.tets[:, 0], nodes).argmax()]
+    return names[number] if number < len(names) else "part"
 
 
 def _of_cell(mesh: TetMesh, bolts: Sequence[BoltAxis]) -> tuple[BoltAxis, ...]:

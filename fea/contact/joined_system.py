@@ -10,19 +10,21 @@ Curnier 1991; Hüeber, Stadler & Wohlmuth 2008), whose unknowns are the pressure
 the gaps of what opens or slips: few, as long as the parts hold together.
 """
 
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
+from scipy.optimize import nnls
 
 from fea.contact.active_set import BALANCE, balanced
+from fea.contact.correction import Correction
 from fea.contact.tied import Tied
 from fea.contact.trial import Guess, Offsets, Places, Trial
 from fea.solid.errors import ContactError, UnsettledError
 from geometry.arrays import Floats, Mask
 
-# Changes of a state in a step, by how many places may be wrong for those to be changed too that depend on
-# them: of all at once near the solution, then of one kind after another, then of single places.
-_STAGES = ((20, 8), (60, 0), (90, -1))
+# States that are tried in a step at most.
+_MOST = 300
 
 
 @dataclass(frozen=True)
@@ -93,10 +95,12 @@ class JoinedSystem:
         R (n, m) of the pins.
     places
         Where the parts touch.
+    names
+        (k,) of the part that each motion of the parts moves, with its article.
     """
 
-    def __init__(self, tied: Tied, rigid: Floats, places: Places) -> None:
-        self._tied, self._places = tied, places
+    def __init__(self, tied: Tied, rigid: Floats, places: Places, names: Sequence[str] = ()) -> None:
+        self._tied, self._places, self._names = tied, places, names
         free, self._loose = tied.free
         self._R = np.hstack([rigid[tied.pins], free])
         scale = np.abs(self._R).max(axis=0, initial=0.0)
@@ -127,22 +131,22 @@ class JoinedSystem:
         if offsets.forces.any() and not self._R[guess.touching].any():
             guess = replace(guess, touching=self._R @ offsets.forces > 0)
         places, R = self._places if rubbing else self._places.sticking, self._R / self._scale
-        change = 0
-        for most, few in _STAGES:
-            while change < most:
-                change += 1
-                trial = Trial.of(self._tied, R, places, offsets, guess)
-                better = trial.better(few)
-                # Without pins, nothing balances what rounding leaves of loads that balance.
-                if better is None and (trial.imbalance <= BALANCE or not len(self._R)):
-                    return self._joined(trial, load, change)
-                # Too few places of the pins may touch for their forces.
-                guess = better or replace(guess, touching=guess.touching | self._balancing(R, offsets.forces))
-        message = (
+        correction = Correction()
+        for change in range(1, _MOST + 1):
+            trial = Trial.of(self._tied, R, places, offsets, guess)
+            better = correction.of(trial)
+            # Without pins, nothing balances what rounding leaves of loads that balance.
+            balance = trial.imbalance <= BALANCE or not len(self._R)
+            if better is None and balance:
+                return self._joined(trial, load, change)
+            guess = better or guess
+            if not balance and (better is None or change == 1):
+                # Too few places of the pins may touch for their forces, or all of them too few.
+                guess = replace(guess, touching=guess.touching | self._balancing(R, offsets.forces))
+        raise UnsettledError(
             "contact and friction between the parts did not settle: choose a larger --size or another "
             "assembly.joint_friction"
         )
-        raise UnsettledError(message)
 
     def _balancing(self, R: Floats, forces: Floats) -> Mask:
         """Which pressures (n_p,) of the pins can have the resultants along R together.
@@ -158,10 +162,16 @@ class JoinedSystem:
             if not len(self._loose):
                 raise
             message = (
-                "a part slides away, because nothing but friction holds it: give assembly.joint_friction, or "
-                "shells that centre the cap"
+                f"{self._sliding(R, forces)} slides away, because nothing but friction holds it: give "
+                "assembly.joint_friction, or shells that centre the cap"
             )
             raise ContactError(message) from error
+
+    def _sliding(self, R: Floats, forces: Floats) -> str:
+        """Name of the part that the pins leave most of a force on."""
+        left = forces - R.T @ nnls(R.T, forces)[0]
+        moved = np.abs(left[-len(self._loose) :] @ self._loose)
+        return self._names[int(moved.argmax())] if len(self._names) else "a part"
 
     def _offsets(self, load: Load, gap: Floats) -> Offsets:
         tied = self._tied

@@ -213,7 +213,7 @@ class Trial:
         return np.asarray(self.places.friction * np.maximum(self._normal, 0.0))
 
     @cached_property
-    def _violations(self) -> tuple[Floats, Floats, Floats]:
+    def violations(self) -> tuple[Floats, Floats, Floats]:
         """By how much pins, normal contact and friction are violated, MPa; 0 where the guess is right."""
         guess, stiff = self.guess, np.diag(self.tied.S)[self.places.normal]
         pins = np.where(guess.touching, -self.pressure, -self.pin_gap / np.diag(self.tied.A))
@@ -236,7 +236,7 @@ class Trial:
     @property
     def residual(self) -> float:
         """Largest violation of contact or friction, relative to the largest stress."""
-        worst = max(float(values.max(initial=0.0)) for values in (*self._violations, self._turned))
+        worst = max(float(values.max(initial=0.0)) for values in (*self.violations, self._turned))
         return worst / self._size
 
     @cached_property
@@ -246,38 +246,32 @@ class Trial:
         size = float(np.linalg.norm(forces))
         return float(np.linalg.norm(self._R.T @ self.pressure - forces)) / size if size > 0 else 0.0
 
-    def better(self, few: int) -> Guess | None:
-        """Return the next guess, or None if this one obeys every law.
+    @property
+    def obeys(self) -> bool:
+        """Whether every law holds."""
+        wrong = any(values.any() for values in self.violations)
+        return not wrong and bool(self._turned.max(initial=0.0) <= DIRECTION * self._size)
+
+    def corrected(self, pins: Mask, normal: Mask, friction: Mask) -> Guess:
+        """Return the guess that follows from this one.
 
         Parameters
         ----------
-        few
-            How many places may be wrong for those to be changed too that depend on them; negative: only the
-            place that is violated most is changed.
+        pins, normal, friction
+            (n_p,), (k,), (k,) where it is wrong about what touches, opens and slips.
         """
-        pins, normal, friction = self._violations
-        if not (pins.any() or normal.any() or friction.any()):
-            if self._turned.max(initial=0.0) <= DIRECTION * self._size:
-                return None
-        elif few < 0:
-            largest = max(values.max(initial=0.0) for values in self._violations)
-            pins, normal, friction = (np.where(v == largest, v, 0.0) for v in self._violations)
-        elif np.count_nonzero(pins) > few:  # what the parts do under a wrong load of the pins says nothing
-            normal, friction = np.zeros_like(normal), np.zeros_like(friction)
-        elif np.count_nonzero(normal) > few:
-            friction = np.zeros_like(friction)
         guess = self.guess
-        opened = guess.opened ^ (normal > 0)
+        opened = guess.opened ^ normal
         _, trial = self._tangential
+        length = np.hypot(*trial.T)
         # Where slip would turn round, there is none.
         turns_round = guess.slipping & ((guess.direction * trial).sum(axis=1) < 0)
-        slipping = (guess.slipping ^ (friction > 0)) & ~opened & ~turns_round
-        slipping |= guess.opened & ~opened & self.places.rubbing & (np.hypot(*trial.T) > 0)
-        length = np.hypot(*trial.T)
+        slipping = (guess.slipping ^ friction) & ~opened & ~turns_round
+        slipping |= guess.opened & ~opened & self.places.rubbing & (length > 0)
         ratio = np.divide(self._allowed, length, out=np.zeros_like(length), where=length > 0)
         return replace(
             guess,
-            touching=guess.touching ^ (pins > 0),
+            touching=guess.touching ^ pins,
             opened=opened,
             slipping=slipping,
             direction=np.where(slipping[:, None], _unit(trial), 0.0),

@@ -1,0 +1,55 @@
+"""From a guess that violates contact or friction to the next one."""
+
+import numpy as np
+
+from fea.contact.trial import Guess, Trial
+from geometry.arrays import Mask
+
+# Guesses in the beginning that change everything at once where no more places than `_FEW` are wrong in what
+# comes before: pins, then pressures between the parts, then friction.
+_EAGER, _FEW = 20, 8
+# Share of the largest violation from which on only the worst place is changed.
+_SINGLE = 0.95
+
+
+class Correction:
+    """Corrects guesses until one obeys every law.
+
+    A semismooth Newton method changes all places that are wrong. What the parts do under a wrong load of the
+    pins says nothing about friction, so that pins come first and friction comes last. Where the method
+    returns to a guess, it runs in a circle: from then on, only the worst places of that kind are changed,
+    fewer each time, down to single ones.
+    """
+
+    def __init__(self) -> None:
+        self._seen = set[bytes]()
+        self._least = np.zeros(3)
+        self._count = 0
+
+    def of(self, trial: Trial) -> Guess | None:
+        """Return the next guess, or None if this one obeys every law."""
+        if trial.obeys:
+            return None
+        self._count += 1
+        few = _FEW if self._count <= _EAGER else 0
+        pins, normal, friction = trial.violations
+        kind = 0 if np.count_nonzero(pins) > few else 1 if np.count_nonzero(normal) > few else 2
+        wrong = [
+            (own > 0) & (own >= least * own.max(initial=0.0)) if number <= kind else np.zeros_like(own, bool)
+            for number, (own, least) in enumerate(zip((pins, normal, friction), self._least, strict=True))
+        ]
+        found = trial.corrected(*wrong)
+        if any(own.any() for own in wrong):
+            self._remember(found, kind)
+        return found
+
+    def _remember(self, guess: Guess, kind: int) -> None:
+        key = _key(guess.touching, guess.opened, guess.slipping)
+        if key in self._seen and self._count > _EAGER:
+            halfway = (1 + self._least[kind]) / 2
+            self._least[kind] = halfway if halfway < _SINGLE else 1.0
+        self._seen.add(key)
+
+
+def _key(*masks: Mask) -> bytes:
+    return np.packbits(np.concatenate(masks)).tobytes()
