@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.contact.active_set import Contact, ContactSystem
+from fea.contact.guess import Guess, Places
 from fea.contact.joined_system import Joined, JoinedSystem, Load
 from fea.contact.problem import ContactProblem
 from fea.contact.tied import Tied
-from fea.contact.trial import Guess, Places
 from fea.solid.errors import UnsettledError
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from fea.contact.trial import Guess, Trial
+from fea.contact.guess import Guess
+from fea.contact.trial import Trial
 from geometry.arrays import Mask
 
 # Guesses in the beginning that change everything at once where no more places than `_FEW` are wrong in what

@@ -17,14 +17,21 @@ import numpy as np
 from scipy.optimize import nnls
 
 from fea.contact.active_set import BALANCE, balanced
+from fea.contact.block import Block
 from fea.contact.correction import Correction
+from fea.contact.ends import Ends
+from fea.contact.guess import Guess, Offsets, Places
 from fea.contact.tied import Tied
-from fea.contact.trial import Guess, Offsets, Places, Trial
+from fea.contact.trial import ROUNDING, Trial
 from fea.solid.errors import ContactError, UnsettledError
 from geometry.arrays import Floats, Mask
 
-# States that are tried in a step at most.
-_MOST = 300
+# States that are tried in a step at most, and how often the blocks of the problem are solved in turn.
+_MOST, _SWEEPS = 300, 10
+_UNSETTLED = (
+    "contact and friction between the parts did not settle: choose a larger --size or another "
+    "assembly.joint_friction"
+)
 
 
 @dataclass(frozen=True)
@@ -102,9 +109,11 @@ class JoinedSystem:
     def __init__(self, tied: Tied, rigid: Floats, places: Places, names: Sequence[str] = ()) -> None:
         self._tied, self._places, self._names = tied, places, names
         free, self._loose = tied.free
-        self._R = np.hstack([rigid[tied.pins], free])
-        scale = np.abs(self._R).max(axis=0, initial=0.0)
+        R = np.hstack([rigid[tied.pins], free])
+        scale = np.abs(R).max(axis=0, initial=0.0)
         self._scale = np.where(scale > 0, scale, 1.0)
+        self._whole = Block.whole(tied, R / self._scale, places)
+        self._ends = Ends.of(self._whole)
 
     def step(self, load: Load, gap: Floats, guess: Guess, *, rubbing: bool = True) -> Joined:
         """Find the state under a load.
@@ -128,27 +137,56 @@ class JoinedSystem:
             No state was found that obeys contact and friction.
         """
         offsets = self._offsets(load, gap)
-        if offsets.forces.any() and not self._R[guess.touching].any():
-            guess = replace(guess, touching=self._R @ offsets.forces > 0)
-        places, R = self._places if rubbing else self._places.sticking, self._R / self._scale
+        ends = self._ends if rubbing else self._ends.sticking
+        return self._joined(ends, *self._settled(ends, offsets, guess), load)
+
+    def _settled(self, ends: Ends, offsets: Offsets, guess: Guess) -> tuple[list[Trial], int]:
+        """Solution of each block under what the others do to it, and how many states were tried."""
+        blocks = ends.blocks
+        parts = [offsets.of(own.pins, own.joined, own.motions) for own in blocks]
+        guesses = [
+            _begun(own, part, guess.of(own.pins, own.sites)) for own, part in zip(blocks, parts, strict=True)
+        ]
+        pressure = [
+            own.carrying(each.touching, part.forces)
+            for own, each, part in zip(blocks, guesses, parts, strict=True)
+        ]
+        moved = [np.zeros(len(own.joined)) for own in blocks]
+        found, changes = list[Trial | None]([None] * len(blocks)), 0
+        for _ in range(_SWEEPS):
+            settled = True
+            for number, block in enumerate(blocks):
+                last, load = found[number], ends.shifted(number, parts[number], pressure, moved)
+                if last is not None and block.change(load, last.offsets) <= ROUNDING * last.size:
+                    continue
+                sizes = [other.size for other in found if other is not None]
+                load = replace(load, least=max([*sizes, load.least]))
+                settled = False
+                trial, states = self._search(block, load, guesses[number])
+                changes += states
+                found[number], guesses[number] = trial, trial.guess
+                pressure[number], moved[number] = trial.pressure, trial.moved
+            if settled or len(blocks) == 1:
+                return [trial for trial in found if trial is not None], changes
+        raise UnsettledError(_UNSETTLED)
+
+    def _search(self, block: Block, offsets: Offsets, guess: Guess) -> tuple[Trial, int]:
+        """Solution of a block, and how many states were tried."""
         correction = Correction()
         for change in range(1, _MOST + 1):
-            trial = Trial.of(self._tied, R, places, offsets, guess)
+            trial = Trial.of(block, offsets, guess)
             better = correction.of(trial)
             # Without pins, nothing balances what rounding leaves of loads that balance.
-            balance = trial.imbalance <= BALANCE or not len(self._R)
+            balance = trial.imbalance <= BALANCE or not block.R.size
             if better is None and balance:
-                return self._joined(trial, load, change)
+                return trial, change
             guess = better or guess
             if not balance and (better is None or change == 1):
                 # Too few places of the pins may touch for their forces, or all of them too few.
-                guess = replace(guess, touching=guess.touching | self._balancing(R, offsets.forces))
-        raise UnsettledError(
-            "contact and friction between the parts did not settle: choose a larger --size or another "
-            "assembly.joint_friction"
-        )
+                guess = replace(guess, touching=guess.touching | self._balancing(block, offsets.forces))
+        raise UnsettledError(_UNSETTLED)
 
-    def _balancing(self, R: Floats, forces: Floats) -> Mask:
+    def _balancing(self, block: Block, forces: Floats) -> Mask:
         """Which pressures (n_p,) of the pins can have the resultants along R together.
 
         Raises
@@ -157,19 +195,20 @@ class JoinedSystem:
             None can, because a bore is open or because a part slides away.
         """
         try:
-            return balanced(R, forces) > 0
+            return balanced(block.R, forces) > 0
         except ContactError as error:
             if not len(self._loose):
                 raise
             message = (
-                f"{self._sliding(R, forces)} slides away, because nothing but friction holds it: give "
+                f"{self._sliding(block, forces)} slides away, because nothing but friction holds it: give "
                 "assembly.joint_friction, or shells that centre the cap"
             )
             raise ContactError(message) from error
 
-    def _sliding(self, R: Floats, forces: Floats) -> str:
+    def _sliding(self, block: Block, forces: Floats) -> str:
         """Name of the part that the pins leave most of a force on."""
-        left = forces - R.T @ nnls(R.T, forces)[0]
+        left = np.zeros(self._whole.R.shape[1])
+        left[block.motions] = forces - block.R.T @ nnls(block.R.T, forces)[0]
         moved = np.abs(left[-len(self._loose) :] @ self._loose)
         return self._names[int(moved.argmax())] if len(self._names) else "a part"
 
@@ -181,24 +220,37 @@ class JoinedSystem:
         )
         left = gap - load.gap[tied.joined]
         return Offsets(
-            stress=tied.S @ left + tied.V @ load.parts,
+            stress=self._ends.slipped(left) + tied.V @ load.parts,
             pin_gap=tied.B.T @ left + load.gap[tied.pins] + tied.G @ load.parts,
             forces=np.concatenate([load.pins, self._loose @ load.parts]) / self._scale,
             gap=gap,
         )
 
-    def _joined(self, trial: Trial, load: Load, changes: int) -> Joined:
-        tied = self._tied
+    def _joined(self, ends: Ends, trials: Sequence[Trial], changes: int, load: Load) -> Joined:
+        tied, whole = self._tied, self._whole
+        pressure, stress = np.zeros(len(tied.pins)), np.zeros(len(tied.joined))
+        gap, motion = np.zeros(len(tied.joined)), np.zeros(len(self._scale))
+        for own, trial in zip(ends.blocks, trials, strict=True):
+            pressure[own.pins], stress[own.joined] = trial.pressure, trial.stress
+            gap[own.joined], motion[own.motions] = trial.gap, trial.motion
         values = np.zeros(len(load.gap))
-        values[tied.pins], values[tied.joined] = np.maximum(trial.pressure, 0.0), trial.stress
-        loose = (trial.motion / self._scale)[len(load.pins) :]
+        values[tied.pins], values[tied.joined] = np.maximum(pressure, 0.0), stress
+        loose = (motion / self._scale)[len(load.pins) :]
+        parts = [(own.pins, own.sites, trial.guess) for own, trial in zip(ends.blocks, trials, strict=True)]
         return Joined(
             load=load,
             values=values,
-            gap=trial.gap,
-            guess=trial.guess,
-            part_motion=tied.motions(trial.gap - load.gap[tied.joined], trial.pressure, load.parts, loose),
-            residual=trial.residual,
-            imbalance=trial.imbalance,
+            gap=gap,
+            guess=Guess.together(len(tied.pins), whole.places.size, parts),
+            part_motion=tied.motions(gap - load.gap[tied.joined], pressure, load.parts, loose),
+            residual=max(trial.residual for trial in trials),
+            imbalance=max(trial.imbalance for trial in trials),
             changes=changes,
         )
+
+
+def _begun(block: Block, offsets: Offsets, guess: Guess) -> Guess:
+    """Begin with the pressures of the pins on one side, if none of those that act carries any force."""
+    if offsets.forces.any() and not block.R[guess.touching].any():
+        return replace(guess, touching=block.R @ offsets.forces > 0)
+    return guess

@@ -8,7 +8,8 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import lapack
 
-from fea.contact.tied import Tied
+from fea.contact.block import Block
+from fea.contact.guess import Guess, Offsets
 from fea.machine.threads import every_blas_thread
 from geometry.arrays import Floats, Ints, Mask
 
@@ -22,97 +23,12 @@ _TWO = np.eye(2)
 
 
 @dataclass(frozen=True)
-class Places:
-    """Where parts touch, by the positions of its unknowns in `Tied.joined`.
-
-    Attributes
-    ----------
-    normal
-        (k,) of the pressure, or of a bolt's force.
-    tangential
-        (k, 2) of the shear stresses; −1 where there is none.
-    friction
-        (k,) coefficient μ.
-    bolt
-        (k,) which are bolts.
-    rubbing
-        (k,) where friction decides on slip; elsewhere slip is given or there is no shear stress.
-    """
-
-    normal: Ints
-    tangential: Ints
-    friction: Floats
-    bolt: Mask
-    rubbing: Mask
-
-    def stiffness(self, diagonal: Floats) -> Floats:
-        """Stiffness (k,) against slip in either direction, from the diagonal (n_J,) of `Tied.S`."""
-        return np.asarray(np.where(self.tangential >= 0, diagonal[self.tangential], 0.0).max(axis=1))
-
-    @property
-    def sticking(self) -> "Places":
-        """The same places, whose slip is given."""
-        return replace(self, rubbing=np.zeros_like(self.rubbing))
-
-
-@dataclass(frozen=True)
-class Guess:
-    """What touches, opens and slips.
-
-    Attributes
-    ----------
-    touching
-        (n_p,) which pressures of the pins act.
-    opened, slipping
-        (k,) which places are open; which slip.
-    direction
-        (k, 2) of the shear stress where they slip.
-    ratio
-        (k,) friction over the length that `direction` was found from, at most 1.
-    """
-
-    touching: Mask
-    opened: Mask
-    slipping: Mask
-    direction: Floats
-    ratio: Floats
-
-    @classmethod
-    def closed(cls, n_pins: int, n_places: int) -> "Guess":
-        """Return the state in which everything sticks and no pin touches."""
-        none = np.zeros(n_places, dtype=bool)
-        return cls(np.zeros(n_pins, dtype=bool), none, none, np.zeros((n_places, 2)), np.zeros(n_places))
-
-
-@dataclass(frozen=True)
-class Offsets:
-    """The tied state under a load, without any pressure of the pins.
-
-    Attributes
-    ----------
-    stress
-        λ_J (n_J,).
-    pin_gap
-        (n_p,) moments of the gaps of the pins.
-    forces
-        (m,) resultants along the motions that only the pins resist.
-    gap
-        y_J (n_J,) at the beginning of the step.
-    """
-
-    stress: Floats
-    pin_gap: Floats
-    forces: Floats
-    gap: Floats
-
-
-@dataclass(frozen=True)
 class Trial:
     """The solution of a guess.
 
     Attributes
     ----------
-    tied, places, offsets, guess
+    block, offsets, guess
         What it belongs to.
     pressure
         (n_p,) of the pins, MPa.
@@ -126,8 +42,7 @@ class Trial:
         (n_p,) moments of the gaps of the pins.
     """
 
-    tied: Tied
-    places: Places
+    block: Block
     offsets: Offsets
     guess: Guess
     pressure: Floats
@@ -135,27 +50,18 @@ class Trial:
     moved: Floats
     stress: Floats
     pin_gap: Floats
-    _R: Floats
 
     @classmethod
-    def of(cls, tied: Tied, R: Floats, places: Places, offsets: Offsets, guess: Guess) -> "Trial":
-        """Solve for what touches, opens and slips.
-
-        Parameters
-        ----------
-        R
-            (n_p, m) moments of the motions that only the pins resist.
-        tied, places, offsets, guess
-            See the class.
-        """
+    def of(cls, block: Block, offsets: Offsets, guess: Guess) -> "Trial":
+        """Solve for what touches, opens and slips."""
         active = np.flatnonzero(guess.touching)
-        moving, law, give = _laws(places, guess, np.diag(tied.S))
+        moving, law, give = _laws(block, guess)
+        B, S, R = block.B[:, active], block.S[:, moving], block.R
         n_a, n_d, m = len(active), len(moving), R.shape[1]
-        B, S = tied.B[:, active], tied.S[:, moving]
-        unit = 1 / np.sqrt(np.diag(tied.S)[moving])
-        press = 1 / np.sqrt(np.diag(tied.A)[active])
+        unit = 1 / np.sqrt(block.stiff[moving])
+        press = 1 / np.sqrt(block.soft[active])
         matrix = np.zeros((n_a + n_d + m,) * 2, order="F")
-        matrix[:n_a, :n_a] = press[:, None] * tied.A[np.ix_(active, active)] * press
+        matrix[:n_a, :n_a] = press[:, None] * block.A[np.ix_(active, active)] * press
         matrix[:n_a, n_a : n_a + n_d] = press[:, None] * B[moving].T * unit
         matrix[:n_a, n_a + n_d :] = -press[:, None] * R[active]
         matrix[n_a : n_a + n_d, :n_a] = -unit[:, None] * (law @ B) * press
@@ -165,64 +71,62 @@ class Trial:
             [-press * offsets.pin_gap[active], -unit * (law @ offsets.stress), offsets.forces]
         )
         found = _solved(matrix, side)
-        pressure, moved = np.zeros(len(tied.pins)), np.zeros(len(tied.joined))
+        pressure, moved = np.zeros(len(block.pins)), np.zeros(len(block.joined))
         pressure[active], moved[moving] = press * found[:n_a], unit * found[n_a : n_a + n_d]
         motion = found[n_a + n_d :]
         return cls(
-            tied=tied,
-            places=places,
+            block=block,
             offsets=offsets,
             guess=guess,
             pressure=pressure,
             motion=motion,
             moved=moved,
             stress=offsets.stress - B @ pressure[active] + S @ moved[moving],
-            pin_gap=tied.A[:, active] @ pressure[active]
-            + tied.B[moving].T @ moved[moving]
+            pin_gap=block.A[:, active] @ pressure[active]
+            + block.B[moving].T @ moved[moving]
             + offsets.pin_gap
             - R @ motion,
-            _R=R,
         )
 
     @property
     def gap(self) -> Floats:
         """y_J (n_J,) at the end of the step; exactly zero where places are closed."""
         found = self.offsets.gap + self.moved
-        found[self.places.normal[~self.guess.opened]] = 0.0
+        found[self.block.places.normal[~self.guess.opened]] = 0.0
         return found
 
     @cached_property
     def _normal(self) -> Floats:
-        return np.asarray(self.stress[self.places.normal])
+        return np.asarray(self.stress[self.block.places.normal])
 
     @cached_property
     def _tangential(self) -> tuple[Floats, Floats]:
         """Shear stress (k, 2), and the same less the slip that the stiffness turns into a stress."""
-        own, at = self.places.tangential >= 0, self.places.tangential
+        own, at = self.block.places.tangential >= 0, self.block.places.tangential
         shear, slip = (np.where(own, values[at], 0.0) for values in (self.stress, self.moved))
-        return shear, shear - self.places.stiffness(np.diag(self.tied.S))[:, None] * slip
+        return shear, shear - self.block.against[:, None] * slip
 
     @cached_property
-    def _size(self) -> float:
+    def size(self) -> float:
         """Largest stress, MPa."""
-        pressed = np.abs(self._normal[~self.places.bolt]).max(initial=0.0)
-        return float(max(pressed, np.abs(self.pressure).max(initial=0.0), 1e-300))
+        pressed = np.abs(self._normal[~self.block.places.bolt]).max(initial=0.0)
+        return float(max(pressed, np.abs(self.pressure).max(initial=0.0), self.offsets.least))
 
     @cached_property
     def _allowed(self) -> Floats:
-        return np.asarray(self.places.friction * np.maximum(self._normal, 0.0))
+        return np.asarray(self.block.places.friction * np.maximum(self._normal, 0.0))
 
     @cached_property
     def violations(self) -> tuple[Floats, Floats, Floats]:
         """By how much pins, normal contact and friction are violated, MPa; 0 where the guess is right."""
-        guess, stiff = self.guess, np.diag(self.tied.S)[self.places.normal]
-        pins = np.where(guess.touching, -self.pressure, -self.pin_gap / np.diag(self.tied.A))
-        gaps = (self.offsets.gap + self.moved)[self.places.normal]
+        guess, stiff = self.guess, self.block.stiff[self.block.places.normal]
+        pins = np.where(guess.touching, -self.pressure, -self.pin_gap / self.block.soft)
+        gaps = (self.offsets.gap + self.moved)[self.block.places.normal]
         normal = np.where(guess.opened, -gaps * stiff, -self._normal)
         _, trial = self._tangential
         excess = np.hypot(*trial.T) - self._allowed
-        wrong = np.where(guess.slipping, -excess, excess) * (self.places.rubbing & ~guess.opened)
-        little = ROUNDING * self._size
+        wrong = np.where(guess.slipping, -excess, excess) * (self.block.places.rubbing & ~guess.opened)
+        little = ROUNDING * self.size
         return tuple(np.where(values > little, values, 0.0) for values in (pins, normal, wrong))  # type: ignore[return-value]
 
     @cached_property
@@ -237,20 +141,20 @@ class Trial:
     def residual(self) -> float:
         """Largest violation of contact or friction, relative to the largest stress."""
         worst = max(float(values.max(initial=0.0)) for values in (*self.violations, self._turned))
-        return worst / self._size
+        return worst / self.size
 
     @cached_property
     def imbalance(self) -> float:
         """Error of the resultants of the pins, relative to them."""
         forces = self.offsets.forces
         size = float(np.linalg.norm(forces))
-        return float(np.linalg.norm(self._R.T @ self.pressure - forces)) / size if size > 0 else 0.0
+        return float(np.linalg.norm(self.block.R.T @ self.pressure - forces)) / size if size > 0 else 0.0
 
     @property
     def obeys(self) -> bool:
         """Whether every law holds."""
         wrong = any(values.any() for values in self.violations)
-        return not wrong and bool(self._turned.max(initial=0.0) <= DIRECTION * self._size)
+        return not wrong and bool(self._turned.max(initial=0.0) <= DIRECTION * self.size)
 
     def corrected(self, pins: Mask, normal: Mask, friction: Mask) -> Guess:
         """Return the guess that follows from this one.
@@ -267,7 +171,7 @@ class Trial:
         # Where slip would turn round, there is none.
         turns_round = guess.slipping & ((guess.direction * trial).sum(axis=1) < 0)
         slipping = (guess.slipping ^ friction) & ~opened & ~turns_round
-        slipping |= guess.opened & ~opened & self.places.rubbing & (length > 0)
+        slipping |= guess.opened & ~opened & self.block.places.rubbing & (length > 0)
         ratio = np.divide(self._allowed, length, out=np.zeros_like(length), where=length > 0)
         return replace(
             guess,
@@ -279,7 +183,7 @@ class Trial:
         )
 
 
-def _laws(places: Places, guess: Guess, stiff: Floats) -> tuple[Ints, sparse.csr_array, Floats]:
+def _laws(block: Block, guess: Guess) -> tuple[Ints, sparse.csr_array, Floats]:
     """Which gaps are unknown (n,), and the law L λ_J + K Δy = 0 that each of them obeys.
 
     Returns
@@ -287,7 +191,8 @@ def _laws(places: Places, guess: Guess, stiff: Floats) -> tuple[Ints, sparse.csr
     ndarray, csr_array, ndarray
         (n,) positions in `Tied.joined`; L (n, n_J) and K (n, n).
     """
-    tangential, against = places.tangential, places.stiffness(stiff)
+    places, against = block.places, block.against
+    tangential = places.tangential
     opened, slips = np.flatnonzero(guess.opened), np.flatnonzero(guess.slipping & ~guess.opened)
     free = tangential[opened].ravel()
     unloaded = np.concatenate([places.normal[opened], free[free >= 0]])
@@ -313,7 +218,7 @@ def _laws(places: Places, guess: Guess, stiff: Floats) -> tuple[Ints, sparse.csr
             values.append(_TWO[one, other] - turn[both, one, other])
             give[row[both, one], row[both, other]] = turn[both, one, other] * against[slips[both]]
     entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    return moving, sparse.csr_array(entries, shape=(len(moving), len(stiff))), give
+    return moving, sparse.csr_array(entries, shape=(len(moving), len(block.joined))), give
 
 
 def _unit(vectors: Floats) -> Floats:

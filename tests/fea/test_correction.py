@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.contact.correction import Correction
-from fea.contact.trial import Guess
+from fea.contact.guess import Guess
 
 
 @dataclass(frozen=True)

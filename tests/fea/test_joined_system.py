@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fea.contact.active_set import ContactSystem
+from fea.contact.guess import Guess, Places
 from fea.contact.joined_system import JoinedSystem, Load
 from fea.contact.tied import Tied
-from fea.contact.trial import Guess, Places
 from fea.solid.errors import ContactError
 
 PINS, PLACES = 14, 9
