@@ -17,6 +17,8 @@ from geometry.arrays import Floats, Ints, Mask
 ROUNDING, DIRECTION = 1e-11, 1e-9
 # Reciprocal condition number, of a scaled matrix, below which a motion counts as free.
 _SINGULAR = 1e-12
+# Smallest over largest pivot above which the condition need not be known.
+_SAFE = 1e-8
 # Unknowns above which several threads factorise faster than one.
 _LARGE = 400
 _TWO = np.eye(2)
@@ -55,20 +57,22 @@ class Trial:
     def of(cls, block: Block, offsets: Offsets, guess: Guess) -> "Trial":
         """Solve for what touches, opens and slips."""
         active = np.flatnonzero(guess.touching)
-        moving, law, give = _laws(block, guess)
-        B, S, R = block.B[:, active], block.S[:, moving], block.R
+        law = _Law.of(block, guess)
+        moving, R = law.moving, block.R
         n_a, n_d, m = len(active), len(moving), R.shape[1]
         unit = 1 / np.sqrt(block.stiff[moving])
         press = 1 / np.sqrt(block.soft[active])
         matrix = np.zeros((n_a + n_d + m,) * 2, order="F")
         matrix[:n_a, :n_a] = press[:, None] * block.A[np.ix_(active, active)] * press
-        matrix[:n_a, n_a : n_a + n_d] = press[:, None] * B[moving].T * unit
+        matrix[:n_a, n_a : n_a + n_d] = press[:, None] * block.B[np.ix_(moving, active)].T * unit
         matrix[:n_a, n_a + n_d :] = -press[:, None] * R[active]
-        matrix[n_a : n_a + n_d, :n_a] = -unit[:, None] * (law @ B) * press
-        matrix[n_a : n_a + n_d, n_a : n_a + n_d] = unit[:, None] * (law @ S + give) * unit
+        matrix[n_a : n_a + n_d, :n_a] = -unit[:, None] * law.of_rows(block.B, active) * press
+        matrix[n_a : n_a + n_d, n_a : n_a + n_d] = (
+            unit[:, None] * (law.of_rows(block.S, moving) + law.give) * unit
+        )
         matrix[n_a + n_d :, :n_a] = (press[:, None] * R[active]).T
         side = np.concatenate(
-            [-press * offsets.pin_gap[active], -unit * (law @ offsets.stress), offsets.forces]
+            [-press * offsets.pin_gap[active], -unit * law.of_values(offsets.stress), offsets.forces]
         )
         found = _solved(matrix, side)
         pressure, moved = np.zeros(len(block.pins)), np.zeros(len(block.joined))
@@ -81,11 +85,8 @@ class Trial:
             pressure=pressure,
             motion=motion,
             moved=moved,
-            stress=offsets.stress - B @ pressure[active] + S @ moved[moving],
-            pin_gap=block.A[:, active] @ pressure[active]
-            + block.B[moving].T @ moved[moving]
-            + offsets.pin_gap
-            - R @ motion,
+            stress=offsets.stress - block.B @ pressure + block.S @ moved,
+            pin_gap=block.A @ pressure + moved @ block.B + offsets.pin_gap - R @ motion,
         )
 
     @property
@@ -183,42 +184,69 @@ class Trial:
         )
 
 
-def _laws(block: Block, guess: Guess) -> tuple[Ints, sparse.csr_array, Floats]:
-    """Which gaps are unknown (n,), and the law L λ_J + K Δy = 0 that each of them obeys.
+@dataclass(frozen=True)
+class _Law:
+    """The law L λ_J + K Δy = 0 of the gaps that are unknown.
 
-    Returns
-    -------
-    ndarray, csr_array, ndarray
-        (n,) positions in `Tied.joined`; L (n, n_J) and K (n, n).
+    Attributes
+    ----------
+    moving
+        (n,) positions of these gaps in the block.
+    rows, share
+        (l,) positions of the stresses in the law, and L (n, l).
+    give
+        K (n, n).
     """
-    places, against = block.places, block.against
-    tangential = places.tangential
-    opened, slips = np.flatnonzero(guess.opened), np.flatnonzero(guess.slipping & ~guess.opened)
-    free = tangential[opened].ravel()
-    unloaded = np.concatenate([places.normal[opened], free[free >= 0]])
-    slid = tangential[slips]
-    has = slid >= 0
-    moving = np.concatenate([unloaded, slid[has]])
-    row = np.full(slid.shape, -1)
-    row[has] = len(unloaded) + np.arange(has.sum())
-    along = guess.direction[slips]
-    # The derivative of the direction of slip acts square to it.
-    turn = guess.ratio[slips, None, None] * (_TWO - along[:, :, None] * along[:, None, :])
-    rows, columns, values = [np.arange(len(unloaded))], [unloaded], [np.ones(len(unloaded))]
-    give = np.zeros((len(moving),) * 2)
-    for one in range(2):
-        own = has[:, one]
-        rows.append(row[own, one])
-        columns.append(places.normal[slips[own]])
-        values.append(-places.friction[slips[own]] * along[own, one])
-        for other in range(2):
-            both = own & has[:, other]
-            rows.append(row[both, one])
-            columns.append(slid[both, other])
-            values.append(_TWO[one, other] - turn[both, one, other])
-            give[row[both, one], row[both, other]] = turn[both, one, other] * against[slips[both]]
-    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    return moving, sparse.csr_array(entries, shape=(len(moving), len(block.joined))), give
+
+    moving: Ints
+    rows: Ints
+    share: sparse.csr_array
+    give: Floats
+
+    def of_rows(self, matrix: Floats, columns: Ints) -> Floats:
+        """L M (n, k), of some columns of a matrix M (n_J, …)."""
+        return np.asarray(self.share @ matrix[np.ix_(self.rows, columns)])
+
+    def of_values(self, stress: Floats) -> Floats:
+        """L λ_J (n,)."""
+        return np.asarray(self.share @ stress[self.rows])
+
+    @classmethod
+    def of(cls, block: Block, guess: Guess) -> "_Law":
+        """The law of a guess."""
+        places, tangential = block.places, block.places.tangential
+        opened, slips = np.flatnonzero(guess.opened), np.flatnonzero(guess.slipping & ~guess.opened)
+        free = tangential[opened].ravel()
+        unloaded = np.concatenate([places.normal[opened], free[free >= 0]])
+        slid = tangential[slips]
+        has = slid >= 0
+        moving = np.concatenate([unloaded, slid[has]])
+        row = np.full(slid.shape, -1)
+        row[has] = len(unloaded) + np.arange(has.sum())
+        along = guess.direction[slips]
+        # The derivative of the direction of slip acts square to it.
+        turn = guess.ratio[slips, None, None] * (_TWO - along[:, :, None] * along[:, None, :])
+        rows, columns, values = (
+            [np.arange(len(unloaded))],
+            [np.arange(len(unloaded))],
+            [np.ones(len(unloaded))],
+        )
+        give = np.zeros((len(moving),) * 2)
+        for one in range(2):
+            own = has[:, one]
+            rows.append(row[own, one])
+            columns.append(len(moving) + np.flatnonzero(own))
+            values.append(-places.friction[slips[own]] * along[own, one])
+            for other in range(2):
+                both = own & has[:, other]
+                rows.append(row[both, one])
+                columns.append(row[both, other])
+                values.append(_TWO[one, other] - turn[both, one, other])
+                give[row[both, one], row[both, other]] = turn[both, one, other] * block.against[slips[both]]
+        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        stresses = np.concatenate([moving, places.normal[slips]])
+        share = sparse.csr_array(entries, shape=(len(moving), len(stresses)))
+        return cls(moving, stresses, share, give)
 
 
 def _unit(vectors: Floats) -> Floats:
@@ -232,7 +260,11 @@ def _solved(matrix: Floats, side: Floats) -> Floats:
         return side
     with every_blas_thread() if len(side) > _LARGE else nullcontext():
         factor, pivots, broken = lapack.dgetrf(matrix)
-    well, _ = lapack.dgecon(factor, np.abs(matrix).sum(axis=0).max()) if broken == 0 else (0.0, 0)
+    pivot = np.abs(np.diag(factor))
+    if broken == 0 and pivot.min() > _SAFE * pivot.max():
+        well = 1.0
+    else:
+        well, _ = lapack.dgecon(factor, np.abs(matrix).sum(axis=0).max()) if broken == 0 else (0.0, 0)
     if well > _SINGULAR:
         return np.asarray(lapack.dgetrs(factor, pivots, side)[0])
     return np.asarray(np.linalg.lstsq(matrix, side, rcond=_SINGULAR)[0])
