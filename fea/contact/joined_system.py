@@ -172,9 +172,9 @@ class JoinedSystem:
 
     def _search(self, block: Block, offsets: Offsets, guess: Guess) -> tuple[Trial, int]:
         """Solution of a block, and how many states were tried."""
-        correction = Correction()
+        correction, trial = Correction(), None
         for change in range(1, _MOST + 1):
-            trial = Trial.of(block, offsets, guess)
+            trial = Trial.of(block, offsets, guess, trial)
             better = correction.of(trial)
             # Without pins, nothing balances what rounding leaves of loads that balance.
             balance = trial.imbalance <= BALANCE or not block.R.size

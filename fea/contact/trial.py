@@ -1,27 +1,18 @@
 """One guess of what touches, opens and slips: its linear problem, and how it violates contact or friction."""
 
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
-from scipy.linalg import lapack
 
 from fea.contact.block import Block
+from fea.contact.dense import Factor, solved
 from fea.contact.guess import Guess, Offsets
-from fea.machine.threads import every_blas_thread
-from geometry.arrays import Floats, Ints, Mask
+from fea.contact.law import Law
+from geometry.arrays import Floats, Mask
 
 # What rounding leaves, relative to the largest stress; the error of the directions of slip at the end.
 ROUNDING, DIRECTION = 1e-11, 1e-9
-# Reciprocal condition number, of a scaled matrix, below which a motion counts as free.
-_SINGULAR = 1e-12
-# Smallest over largest pivot above which the condition need not be known.
-_SAFE = 1e-8
-# Unknowns above which several threads factorise faster than one.
-_LARGE = 400
-_TWO = np.eye(2)
 
 
 @dataclass(frozen=True)
@@ -42,6 +33,8 @@ class Trial:
         λ_J (n_J,).
     pin_gap
         (n_p,) moments of the gaps of the pins.
+    unknown, factor
+        Which pressures and gaps were unknown, and a factor of their matrix.
     """
 
     block: Block
@@ -52,32 +45,42 @@ class Trial:
     moved: Floats
     stress: Floats
     pin_gap: Floats
+    unknown: bytes
+    factor: Factor | None
 
     @classmethod
-    def of(cls, block: Block, offsets: Offsets, guess: Guess) -> "Trial":
-        """Solve for what touches, opens and slips."""
+    def of(cls, block: Block, offsets: Offsets, guess: Guess, last: "Trial | None" = None) -> "Trial":
+        """Solve for what touches, opens and slips.
+
+        Parameters
+        ----------
+        block, offsets, guess
+            See the class.
+        last
+            An earlier trial; where only the directions of slip have changed, its factor is of use.
+        """
         active = np.flatnonzero(guess.touching)
-        law = _Law.of(block, guess)
-        moving, R = law.moving, block.R
-        n_a, n_d, m = len(active), len(moving), R.shape[1]
-        unit = 1 / np.sqrt(block.stiff[moving])
+        law = Law.of(block, guess)
+        moving, unit, R = law.moving, law.unit, block.R
+        n_a, n_d = len(active), len(moving)
         press = 1 / np.sqrt(block.soft[active])
-        matrix = np.zeros((n_a + n_d + m,) * 2, order="F")
-        matrix[:n_a, :n_a] = press[:, None] * block.A[np.ix_(active, active)] * press
-        matrix[:n_a, n_a : n_a + n_d] = press[:, None] * block.B[np.ix_(moving, active)].T * unit
-        matrix[:n_a, n_a + n_d :] = -press[:, None] * R[active]
-        matrix[n_a : n_a + n_d, :n_a] = -unit[:, None] * law.of_rows(block.B, active) * press
-        matrix[n_a : n_a + n_d, n_a : n_a + n_d] = (
-            unit[:, None] * (law.of_rows(block.S, moving) + law.give) * unit
-        )
-        matrix[n_a + n_d :, :n_a] = (press[:, None] * R[active]).T
+        pins, gaps, motions = slice(0, n_a), slice(n_a, n_a + n_d), slice(n_a + n_d, None)
+        matrix = np.zeros((n_a + n_d + R.shape[1],) * 2)
+        np.multiply(press[:, None] * block.A[active][:, active], press, out=matrix[pins, pins])
+        np.multiply(press[:, None] * block.B[moving][:, active].T, unit, out=matrix[pins, gaps])
+        matrix[motions, pins] = (press[:, None] * R[active]).T
+        matrix[pins, motions] = -matrix[motions, pins].T
+        np.multiply(law.of_rows(block.B, active), -press, out=matrix[gaps, pins])
+        np.multiply(law.of_rows(block.S, moving), unit, out=matrix[gaps, gaps])
+        law.give_way(matrix[gaps, gaps])
         side = np.concatenate(
-            [-press * offsets.pin_gap[active], -unit * law.of_values(offsets.stress), offsets.forces]
+            [-press * offsets.pin_gap[active], -law.of_values(offsets.stress), offsets.forces]
         )
-        found = _solved(matrix, side)
+        unknown = active.tobytes() + moving.tobytes()
+        known = last.factor if last is not None and last.unknown == unknown else None
+        found, factor = solved(matrix, side, known)
         pressure, moved = np.zeros(len(block.pins)), np.zeros(len(block.joined))
-        pressure[active], moved[moving] = press * found[:n_a], unit * found[n_a : n_a + n_d]
-        motion = found[n_a + n_d :]
+        pressure[active], moved[moving], motion = press * found[pins], unit * found[gaps], found[motions]
         return cls(
             block=block,
             offsets=offsets,
@@ -87,6 +90,8 @@ class Trial:
             moved=moved,
             stress=offsets.stress - block.B @ pressure + block.S @ moved,
             pin_gap=block.A @ pressure + moved @ block.B + offsets.pin_gap - R @ motion,
+            unknown=unknown,
+            factor=factor,
         )
 
     @property
@@ -184,87 +189,6 @@ class Trial:
         )
 
 
-@dataclass(frozen=True)
-class _Law:
-    """The law L λ_J + K Δy = 0 of the gaps that are unknown.
-
-    Attributes
-    ----------
-    moving
-        (n,) positions of these gaps in the block.
-    rows, share
-        (l,) positions of the stresses in the law, and L (n, l).
-    give
-        K (n, n).
-    """
-
-    moving: Ints
-    rows: Ints
-    share: sparse.csr_array
-    give: Floats
-
-    def of_rows(self, matrix: Floats, columns: Ints) -> Floats:
-        """L M (n, k), of some columns of a matrix M (n_J, …)."""
-        return np.asarray(self.share @ matrix[np.ix_(self.rows, columns)])
-
-    def of_values(self, stress: Floats) -> Floats:
-        """L λ_J (n,)."""
-        return np.asarray(self.share @ stress[self.rows])
-
-    @classmethod
-    def of(cls, block: Block, guess: Guess) -> "_Law":
-        """The law of a guess."""
-        places, tangential = block.places, block.places.tangential
-        opened, slips = np.flatnonzero(guess.opened), np.flatnonzero(guess.slipping & ~guess.opened)
-        free = tangential[opened].ravel()
-        unloaded = np.concatenate([places.normal[opened], free[free >= 0]])
-        slid = tangential[slips]
-        has = slid >= 0
-        moving = np.concatenate([unloaded, slid[has]])
-        row = np.full(slid.shape, -1)
-        row[has] = len(unloaded) + np.arange(has.sum())
-        along = guess.direction[slips]
-        # The derivative of the direction of slip acts square to it.
-        turn = guess.ratio[slips, None, None] * (_TWO - along[:, :, None] * along[:, None, :])
-        rows, columns, values = (
-            [np.arange(len(unloaded))],
-            [np.arange(len(unloaded))],
-            [np.ones(len(unloaded))],
-        )
-        give = np.zeros((len(moving),) * 2)
-        for one in range(2):
-            own = has[:, one]
-            rows.append(row[own, one])
-            columns.append(len(moving) + np.flatnonzero(own))
-            values.append(-places.friction[slips[own]] * along[own, one])
-            for other in range(2):
-                both = own & has[:, other]
-                rows.append(row[both, one])
-                columns.append(row[both, other])
-                values.append(_TWO[one, other] - turn[both, one, other])
-                give[row[both, one], row[both, other]] = turn[both, one, other] * block.against[slips[both]]
-        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-        stresses = np.concatenate([moving, places.normal[slips]])
-        share = sparse.csr_array(entries, shape=(len(moving), len(stresses)))
-        return cls(moving, stresses, share, give)
-
-
 def _unit(vectors: Floats) -> Floats:
     length = np.hypot(*vectors.T)[:, None]
     return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0))
-
-
-def _solved(matrix: Floats, side: Floats) -> Floats:
-    """Solve; a motion that nothing resists, as that of a part that has come off, stays zero."""
-    if not len(side):
-        return side
-    with every_blas_thread() if len(side) > _LARGE else nullcontext():
-        factor, pivots, broken = lapack.dgetrf(matrix)
-    pivot = np.abs(np.diag(factor))
-    if broken == 0 and pivot.min() > _SAFE * pivot.max():
-        well = 1.0
-    else:
-        well, _ = lapack.dgecon(factor, np.abs(matrix).sum(axis=0).max()) if broken == 0 else (0.0, 0)
-    if well > _SINGULAR:
-        return np.asarray(lapack.dgetrs(factor, pivots, side)[0])
-    return np.asarray(np.linalg.lstsq(matrix, side, rcond=_SINGULAR)[0])
