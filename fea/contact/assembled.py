@@ -8,6 +8,7 @@
 """
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -244,14 +245,24 @@ class Assembled:
             changes=found.changes,
         )
 
-    def step(self, load: Load, state: Joined) -> Joined:
+    def step(self, load: Load, state: Joined, like: Joined | None = None) -> Joined:
         """Go on from a state, in smaller steps where a larger one does not settle.
+
+        Parameters
+        ----------
+        load, state
+            At the end of the step, and at its beginning.
+        like
+            A state that the end resembles, where one is known.
 
         Raises
         ------
         ContactError
             No state of contact between the parts carries the load.
         """
+        if like is not None:
+            with suppress(UnsettledError):
+                return self._system.step(load, state.gap, like.guess)
         return self._divided(load, state, HALVINGS)
 
     def _divided(self, load: Load, state: Joined, halvings: int) -> Joined:
@@ -263,11 +274,26 @@ class Assembled:
         middle = self._divided(state.load.halfway(load), state, halvings - 1)
         return self._divided(load, middle, halvings - 1)
 
-    def between(self, load: Load, earlier: Joined, later: Joined, share: float) -> Joined:
-        """Find the state at a share of the way between two increments, whose slips it divides."""
+    def between(self, load: Load, ends: tuple[Joined, Joined], share: float, like: Joined) -> Joined:
+        """Find the state at a share of the way between two increments, whose slips it divides.
+
+        Parameters
+        ----------
+        load
+            At the instant.
+        ends, share
+            The increments, and the share of the way from the one to the other.
+        like
+            A state that it resembles.
+
+        Raises
+        ------
+        ContactError
+            No state of contact between the parts carries the load.
+        """
+        earlier, later = ends
         gap = (1 - share) * earlier.gap + share * later.gap
-        guess = earlier.guess if share < 0.5 else later.guess
-        sticking = replace(guess, slipping=np.zeros_like(guess.slipping))
+        sticking = replace(like.guess, slipping=np.zeros_like(like.guess.slipping))
         try:
             return self._system.step(load, gap, sticking, rubbing=False)
         except UnsettledError:

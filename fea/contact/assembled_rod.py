@@ -28,8 +28,10 @@ from geometry.surfaces import Surface
 from loads.cases import ASSEMBLY, LoadCase, assembled
 from mesh.tetmesh import TetMesh
 
-# Cycles after which a course ends at the latest, and the change from one to the next below which it ends.
-MOST_CYCLES, SETTLED = 3, 1e-3
+# Cycles after which a course ends at the latest; over as many increments on end, bolt forces and the pressure
+# of every place may differ from the cycle before by so much, relative to the largest, when it ends. (What a
+# pressure at the edge of contact owes to the size of the increments is four times as much.)
+MOST_CYCLES, ON_END, SETTLED, SETTLED_PLACES = 3, 10, 1e-3, 1e-2
 # Distance from a mirror plane, over the hole's radius, within which a bolt's axis lies on it.
 _ON_PLANE = 1e-6
 
@@ -134,8 +136,10 @@ class AssembledRod(RodContact):
             self._known[key] = self._step((pin, crank), motion, self.assembled.start)
         return self._known[key]
 
-    def _step(self, forces: Sequence[Floats], motion: Floats, state: Joined) -> Joined:
-        return self.assembled.step(self.assembled.load(forces, motion, self._tilted(motion)), state)
+    def _step(
+        self, forces: Sequence[Floats], motion: Floats, state: Joined, like: Joined | None = None
+    ) -> Joined:
+        return self.assembled.step(self.assembled.load(forces, motion, self._tilted(motion)), state, like)
 
     def solutions(self, pin: Floats, crank: Floats, motions: Floats) -> list[Joined]:
         """States at k instants, each of them from that in which the parts were put together.
@@ -153,30 +157,59 @@ class AssembledRod(RodContact):
         pin, crank, motions
             (2, k), (2, k), (4, k) as for `solutions`, at the increments.
         """
+        instants = list(zip(pin.T, crank.T, motions.T, strict=True))
         state, states = self.assembled.start, list[Joined]()
         with one_blas_thread():
-            for _ in range(MOST_CYCLES):
-                before, states = states, []
-                for instant in zip(pin.T, crank.T, motions.T, strict=True):
-                    state = self._step(instant[:2], instant[2], state)
-                    states.append(state)
-                if before and self._unsettled(before, states) < SETTLED:
+            for *forces, motion in instants:
+                state = self._step(forces, motion, state)
+                states.append(state)
+            alike = 0
+            for number in range(len(instants), MOST_CYCLES * len(instants)):
+                *forces, motion = instants[number % len(instants)]
+                before = states[number - len(instants)]
+                state = self._step(forces, motion, state, before)
+                states.append(state)
+                alike = alike + 1 if self._alike(before, state) else 0
+                if alike == ON_END:  # from here on, it would do again what it did in the cycle before
                     break
-        return states
+        last = len(states) - 1
+        return [states[last - (last - number) % len(instants)] for number in range(len(instants))]
 
-    def _unsettled(self, before: Sequence[Joined], after: Sequence[Joined]) -> float:
-        """Largest change of a stress between parts from one cycle to the next, relative to the largest."""
-        own = self.assembled.touching.normal
-        earlier, later = (np.stack([state.values[own] for state in states]) for states in (before, after))
-        return float(np.abs(later - earlier).max() / np.abs(later).max())
+    def _alike(self, before: Joined, after: Joined) -> bool:
+        """Whether a state is that of the cycle before."""
+        own = self.assembled
+        return all(
+            np.abs(after.values[which] - before.values[which]).max(initial=0.0)
+            <= share * np.abs(before.values[which]).max(initial=0.0)
+            for which, share in ((own.bolts, SETTLED), (own.touching.normal, SETTLED_PLACES))
+        )
 
     def between(
-        self, instant: tuple[Floats, Floats, Floats], earlier: Joined, later: Joined, share: float
-    ) -> Joined:
-        """State at an instant (pin, crank, motions) at a share of the way between two increments."""
-        *forces, motion = instant
-        load = self.assembled.load(forces, motion, self._tilted(motion))
-        return self.assembled.between(load, earlier, later, share)
+        self, instants: Sequence[tuple[Floats, Floats, Floats]], states: Sequence[Joined], places: Floats
+    ) -> list[Joined]:
+        """States at instants (pin, crank, motions) between the increments of a cycle.
+
+        Parameters
+        ----------
+        instants
+            n of them.
+        states
+            At the increments.
+        places
+            (n,) numbers of the increments, with the share of the way to the next.
+        """
+        found, near, last = dict[int, Joined](), states[0], -1
+        with one_blas_thread():
+            for number in np.argsort(places, kind="stable"):
+                *forces, motion = instants[number]
+                before = min(int(places[number]), len(states) - 2)
+                if before != last:
+                    near, last = states[before], before
+                load = self.assembled.load(forces, motion, self._tilted(motion))
+                share = float(places[number]) - before
+                near = self.assembled.between(load, (states[before], states[before + 1]), share, near)
+                found[int(number)] = near
+        return [found[number] for number in range(len(found))]
 
     def __call__(self, case: LoadCase) -> CaseForces:
         """Nodal forces of everything that acts in a case; see `RodContact`."""

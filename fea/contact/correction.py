@@ -9,8 +9,9 @@ from geometry.arrays import Mask
 # Guesses in the beginning that change everything at once where no more places than `_FEW` are wrong in what
 # comes before: pins, then pressures between the parts, then friction.
 _EAGER, _FEW = 20, 8
-# Share of the largest violation from which on only the worst place is changed.
-_SINGLE = 0.95
+# Share of the largest violation from which on only the worst place is changed; how often a circle of such
+# changes is gone round where nothing but what opens and touches is looked for, so that it never ends.
+_SINGLE, _ROUNDS = 0.8, 3
 
 
 class Correction:
@@ -25,14 +26,15 @@ class Correction:
     def __init__(self) -> None:
         self._seen = set[bytes]()
         self._least = np.zeros(3)
-        self._count = 0
+        self._eager = _EAGER
+        self._rounds = 0
 
     def of(self, trial: Trial) -> Guess | None:
         """Return the next guess, or None if this one obeys every law."""
         if trial.obeys:
             return None
-        self._count += 1
-        few = _FEW if self._count <= _EAGER else 0
+        few = _FEW if self._eager > 0 else 0
+        self._eager -= 1
         pins, normal, friction = trial.violations
         kind = 0 if np.count_nonzero(pins) > few else 1 if np.count_nonzero(normal) > few else 2
         wrong = [
@@ -44,9 +46,19 @@ class Correction:
             self._remember(found, kind)
         return found
 
+    def hopeless(self, trial: Trial) -> bool:
+        """Whether no correction leads on: a place is wrong when it is open, and also when it is closed.
+
+        This is so where slip is given that friction does not allow.
+        """
+        return self._rounds >= _ROUNDS and not trial.block.places.rubbing.any()
+
     def _remember(self, guess: Guess, kind: int) -> None:
         key = _key(guess.touching, guess.opened, guess.slipping)
-        if key in self._seen and self._count > _EAGER:
+        if key in self._seen and self._eager > 0:
+            self._eager = 0
+        elif key in self._seen:
+            self._rounds += self._least[kind] == 1
             halfway = (1 + self._least[kind]) / 2
             self._least[kind] = halfway if halfway < _SINGLE else 1.0
         self._seen.add(key)

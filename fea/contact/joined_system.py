@@ -180,6 +180,8 @@ class JoinedSystem:
             balance = trial.imbalance <= BALANCE or not block.R.size
             if better is None and balance:
                 return trial, change
+            if correction.hopeless(trial):
+                break
             guess = better or guess
             if not balance and (better is None or change == 1):
                 # Too few places of the pins may touch for their forces, or all of them too few.
