@@ -11,7 +11,7 @@ from geometry.arrays import Floats, Ints, Mask
 
 # Coupling, in terms of unknowns of unit stiffness, up to which unknowns may be in different blocks; and that
 # which rounding leaves.
-_WEAK, NOTHING = 1e-6, 1e-12
+_WEAK, NOTHING = 1e-6, 1e-11
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,11 @@ class Block:
         return np.diag(self.A).copy()
 
     @cached_property
+    def by_pins(self) -> Floats:
+        """The transpose (n_p, n_J) of B, by rows."""
+        return np.ascontiguousarray(self.B.T)
+
+    @cached_property
     def against(self) -> Floats:
         """Stiffness (k,) of each place against slip in either direction."""
         at = self.places.tangential
@@ -101,7 +106,7 @@ class Block:
 
     def _labels(self) -> Ints:
         """Number (n_p + n_J + m,) of the block of every unknown and every motion."""
-        press, unit, even = 1 / np.sqrt(self.soft), 1 / np.sqrt(self.stiff), self._even
+        press, unit, even = 1 / np.sqrt(self.soft), 1 / np.sqrt(self.stiff), self.even
         n_p, n_J, m = len(self.pins), len(self.joined), self.R.shape[1]
         joined = np.arange(n_p, n_p + n_J)
         linked = np.zeros((n_p + n_J + m,) * 2, dtype=bool)
@@ -116,7 +121,7 @@ class Block:
         return _pieces(linked)
 
     @cached_property
-    def _even(self) -> Floats:
+    def even(self) -> Floats:
         """Orthonormal rigid motions (n_p, m) of the pins, in terms of unknowns of unit stiffness."""
         R = self.R[:, np.abs(self.R).max(axis=0, initial=0.0) > NOTHING] / np.sqrt(self.soft)[:, None]
         return np.asarray(np.linalg.qr(R)[0]) if R.size else R
@@ -131,7 +136,7 @@ class Block:
     def change(self, one: Offsets, other: Offsets) -> float:
         """Largest change of a stress from one load to another while nothing moves but the pins, MPa."""
         gap = (one.pin_gap - other.pin_gap) / np.sqrt(self.soft)
-        gap = (gap - self._even @ (self._even.T @ gap)) / np.sqrt(self.soft)
+        gap = (gap - self.even @ (self.even.T @ gap)) / np.sqrt(self.soft)
         return float(max(np.abs(own).max(initial=0.0) for own in (one.stress - other.stress, gap)))
 
 

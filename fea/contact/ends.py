@@ -17,47 +17,86 @@ from geometry.arrays import Floats
 
 
 @dataclass(frozen=True)
+class Product:
+    """A matrix (n, k), as the product of two that are as narrow as they can be; None where it is nothing."""
+
+    left: Floats | None
+    right: Floats | None
+
+    @classmethod
+    def of(cls, matrix: Floats, rows: Floats, columns: Floats, basis: Floats) -> "Product":
+        """Take a matrix apart.
+
+        Parameters
+        ----------
+        matrix
+            (n, k).
+        rows, columns
+            (n,), (k,) that scale it to unknowns of unit stiffness.
+        basis
+            (k, r) orthonormal: it may be all that the scaled rows consist of.
+        """
+        scaled = rows[:, None] * matrix * columns
+        left = scaled @ basis
+        if np.abs(scaled - left @ basis.T).max(initial=0.0) > NOTHING:
+            return cls(matrix, None)
+        if np.abs(left).max(initial=0.0) <= NOTHING:
+            return cls(None, None)
+        return cls(left / rows[:, None], (basis / columns[:, None]).T)
+
+    @property
+    def transposed(self) -> "Product":
+        """The transpose (k, n)."""
+        if self.left is None or self.right is None:
+            return Product(None if self.left is None else np.ascontiguousarray(self.left.T), None)
+        return Product(self.right.T, self.left.T)
+
+    def added(self, to: Floats, values: Floats, sign: float = 1.0) -> Floats:
+        """Add what it makes of values (k,), or subtract it."""
+        if self.left is None:
+            return to
+        return np.asarray(to + sign * (self.left @ (values if self.right is None else self.right @ values)))
+
+
+@dataclass(frozen=True)
 class Coupling:
     """What pressures and slips of one block do to another.
 
     Attributes
     ----------
-    to, by
-        The blocks, by their numbers.
+    by
+        The number of the other block.
     gap_by_pins, gap_by_slip, stress_by_pins, stress_by_slip
-        (n_p, n_p'), (n_p, n_J'), (n_J, n_p'), (n_J, n_J'), or None where it is nothing.
+        (n_p, n_p'), (n_p, n_J'), (n_J, n_p'), (n_J, n_J').
     """
 
-    to: int
     by: int
-    gap_by_pins: Floats
-    gap_by_slip: Floats
-    stress_by_pins: Floats
-    stress_by_slip: Floats | None
+    gap_by_pins: Product
+    gap_by_slip: Product
+    stress_by_pins: Product
+    stress_by_slip: Product
 
     @classmethod
     def of(cls, whole: Block, blocks: Sequence[Block], to: int, by: int) -> "Coupling":
         """Between two blocks."""
         own, other = blocks[to], blocks[by]
-        slip = whole.B[np.ix_(other.joined, own.pins)]
-        stress = whole.S[np.ix_(own.joined, other.joined)]
-        none = _little(stress, own.stiff, other.stiff)
+        soft, stiff = 1 / np.sqrt(own.soft), 1 / np.sqrt(own.stiff)
+        its_soft, its_stiff = 1 / np.sqrt(other.soft), 1 / np.sqrt(other.stiff)
+        nothing = np.zeros((len(other.joined), 0))
+        slip = Product.of(whole.B[np.ix_(other.joined, own.pins)], its_stiff, soft, own.even)
         return cls(
-            to=to,
             by=by,
-            gap_by_pins=whole.A[np.ix_(own.pins, other.pins)],
-            gap_by_slip=np.ascontiguousarray(slip.T),
-            stress_by_pins=whole.B[np.ix_(own.joined, other.pins)],
-            stress_by_slip=None if none else stress,
+            gap_by_pins=Product.of(whole.A[np.ix_(own.pins, other.pins)], soft, its_soft, other.even),
+            gap_by_slip=slip.transposed,
+            stress_by_pins=Product.of(whole.B[np.ix_(own.joined, other.pins)], stiff, its_soft, other.even),
+            stress_by_slip=Product.of(whole.S[np.ix_(own.joined, other.joined)], stiff, its_stiff, nothing),
         )
 
     def shifted(self, offsets: Offsets, pressure: Floats, moved: Floats) -> Offsets:
         """Offsets under pressures and slips of the other block."""
-        stress = offsets.stress - self.stress_by_pins @ pressure
-        if self.stress_by_slip is not None:
-            stress += self.stress_by_slip @ moved
-        gap = offsets.pin_gap + self.gap_by_pins @ pressure + self.gap_by_slip @ moved
-        return replace(offsets, stress=stress, pin_gap=gap)
+        stress = self.stress_by_pins.added(offsets.stress, pressure, -1.0)
+        gap = self.gap_by_slip.added(self.gap_by_pins.added(offsets.pin_gap, pressure), moved)
+        return replace(offsets, stress=self.stress_by_slip.added(stress, moved), pin_gap=gap)
 
 
 @dataclass(frozen=True)
@@ -102,11 +141,6 @@ class Ends:
         for block, others in zip(self.blocks, self.couplings, strict=True):
             found[block.joined] = block.S @ gap[block.joined]
             for own in others:
-                if own.stress_by_slip is not None:
-                    found[block.joined] += own.stress_by_slip @ gap[self.blocks[own.by].joined]
+                there = gap[self.blocks[own.by].joined]
+                found[block.joined] = own.stress_by_slip.added(found[block.joined], there)
         return found
-
-
-def _little(values: Floats, rows: Floats, columns: Floats) -> bool:
-    scaled = np.abs(values) / np.sqrt(rows)[:, None] / np.sqrt(columns)
-    return bool(scaled.max(initial=0.0) < NOTHING)

@@ -24,7 +24,7 @@ class Law:
     moving, unit
         (n,) positions of these gaps in the block, and the diagonal of D.
     rows, share
-        (l,) positions of the stresses in the law, and D L (n, l).
+        (l,) positions of the stresses in the law, and D L (n, l); None for D where nothing slips.
     give
         Rows, columns and values of D K D (n, n) where it is not zero.
     """
@@ -32,16 +32,18 @@ class Law:
     moving: Ints
     unit: Floats
     rows: Ints
-    share: sparse.csr_array
+    share: sparse.csr_array | None
     give: tuple[Ints, Ints, Floats]
 
     def of_rows(self, matrix: Floats, columns: Ints) -> Floats:
         """D L M (n, k), of some columns of a matrix M (n_J, …)."""
-        return np.asarray(self.share @ matrix[self.rows][:, columns])
+        chosen = matrix[self.rows][:, columns]
+        return np.asarray(self.unit[:, None] * chosen if self.share is None else self.share @ chosen)
 
     def of_values(self, stress: Floats) -> Floats:
         """D L λ_J (n,)."""
-        return np.asarray(self.share @ stress[self.rows])
+        chosen = stress[self.rows]
+        return np.asarray(self.unit * chosen if self.share is None else self.share @ chosen)
 
     def give_way(self, matrix: Floats) -> None:
         """Add D K D to a matrix (n, n)."""
@@ -55,6 +57,10 @@ class Law:
         opened, slips = np.flatnonzero(guess.opened), np.flatnonzero(guess.slipping & ~guess.opened)
         free = tangential[opened].ravel()
         unloaded = np.concatenate([places.normal[opened], free[free >= 0]])
+        if not len(slips):
+            none = np.zeros(0, dtype=np.int64)
+            unit = 1 / np.sqrt(block.stiff[unloaded])
+            return cls(unloaded, unit, unloaded, None, (none, none, np.zeros(0)))
         slid, along = tangential[slips], guess.direction[slips]
         has = slid >= 0
         moving = np.concatenate([unloaded, slid[has]])

@@ -9,10 +9,12 @@ from fea.contact.block import Block
 from fea.contact.dense import Factor, solved
 from fea.contact.guess import Guess, Offsets
 from fea.contact.law import Law
-from geometry.arrays import Floats, Mask
+from geometry.arrays import Floats, Ints, Mask
 
 # What rounding leaves, relative to the largest stress; the error of the directions of slip at the end.
 ROUNDING, DIRECTION = 1e-11, 1e-9
+# Rows of a matrix are gathered where no more than one out of so many is needed.
+_SPARSE = 4
 
 
 @dataclass(frozen=True)
@@ -88,8 +90,13 @@ class Trial:
             pressure=pressure,
             motion=motion,
             moved=moved,
-            stress=offsets.stress - block.B @ pressure + block.S @ moved,
-            pin_gap=block.A @ pressure + moved @ block.B + offsets.pin_gap - R @ motion,
+            stress=offsets.stress
+            - _combined(block.by_pins, pressure, active)
+            + _combined(block.S, moved, moving),
+            pin_gap=_combined(block.A, pressure, active)
+            + _combined(block.B, moved, moving)
+            + offsets.pin_gap
+            - R @ motion,
             unknown=unknown,
             factor=factor,
         )
@@ -187,6 +194,13 @@ class Trial:
             direction=np.where(slipping[:, None], _unit(trial), 0.0),
             ratio=np.where(slipping, np.minimum(ratio, 1.0), 0.0),
         )
+
+
+def _combined(rows: Floats, weights: Floats, which: Ints) -> Floats:
+    """Sum (k,) of the rows of a matrix (n, k) with weights (n,), of which only some are not zero."""
+    if len(which) * _SPARSE < len(weights):
+        return np.asarray(weights[which] @ rows[which])
+    return np.asarray(weights @ rows)
 
 
 def _unit(vectors: Floats) -> Floats:
