@@ -163,25 +163,32 @@ class AssembledRod(RodContact):
             for *forces, motion in instants:
                 state = self._step(forces, motion, state)
                 states.append(state)
-            alike = 0
+            largest, alike = self._largest(states), 0
             for number in range(len(instants), MOST_CYCLES * len(instants)):
                 *forces, motion = instants[number % len(instants)]
                 before = states[number - len(instants)]
                 state = self._step(forces, motion, state, before)
                 states.append(state)
-                alike = alike + 1 if self._alike(before, state) else 0
+                alike = alike + 1 if self._alike(before, state, largest) else 0
                 if alike == ON_END:  # from here on, it would do again what it did in the cycle before
                     break
         last = len(states) - 1
         return [states[last - (last - number) % len(instants)] for number in range(len(instants))]
 
-    def _alike(self, before: Joined, after: Joined) -> bool:
-        """Whether a state is that of the cycle before."""
+    def _largest(self, states: Sequence[Joined]) -> tuple[float, float]:
+        """Largest bolt force, N, and largest pressure, MPa."""
         own = self.assembled
+        values = np.abs([state.values for state in states])
+        bolts, pressures = values[:, own.bolts], values[:, own.touching.normal]
+        return float(bolts.max(initial=0.0)), float(pressures.max(initial=0.0))
+
+    def _alike(self, before: Joined, after: Joined, largest: tuple[float, float]) -> bool:
+        """Whether a state is that of the cycle before."""
+        change = np.abs(after.values - before.values)
+        kinds = (self.assembled.bolts, SETTLED), (self.assembled.touching.normal, SETTLED_PLACES)
         return all(
-            np.abs(after.values[which] - before.values[which]).max(initial=0.0)
-            <= share * np.abs(before.values[which]).max(initial=0.0)
-            for which, share in ((own.bolts, SETTLED), (own.touching.normal, SETTLED_PLACES))
+            change[which].max(initial=0.0) <= share * size
+            for (which, share), size in zip(kinds, largest, strict=True)
         )
 
     def between(

@@ -6,9 +6,8 @@ from fea.contact.guess import Guess
 from fea.contact.trial import Trial
 from geometry.arrays import Mask
 
-# Guesses in the beginning that change everything at once where no more places than `_FEW` are wrong in what
-# comes before: pins, then pressures between the parts, then friction.
-_EAGER, _FEW = 20, 8
+# Guesses in the beginning that change everything at once.
+_EAGER = 40
 # Share of the largest violation from which on only the worst place is changed; how often a circle of such
 # changes is gone round where nothing but what opens and touches is looked for, so that it never ends.
 _SINGLE, _ROUNDS = 0.8, 3
@@ -17,10 +16,10 @@ _SINGLE, _ROUNDS = 0.8, 3
 class Correction:
     """Corrects guesses until one obeys every law.
 
-    A semismooth Newton method changes all places that are wrong. What the parts do under a wrong load of the
-    pins says nothing about friction, so that pins come first and friction comes last. Where the method
-    returns to a guess, it runs in a circle: from then on, only the worst places of that kind are changed,
-    fewer each time, down to single ones.
+    A semismooth Newton method changes all places that are wrong. If that does not settle, pins come first and
+    friction comes last, because what the parts do under a wrong load of the pins says nothing about friction.
+    Where the method returns to a guess, it runs in a circle: from then on, only the worst places of that kind
+    are changed, fewer each time, down to single ones.
     """
 
     def __init__(self) -> None:
@@ -33,10 +32,10 @@ class Correction:
         """Return the next guess, or None if this one obeys every law."""
         if trial.obeys:
             return None
-        few = _FEW if self._eager > 0 else 0
+        eager = self._eager > 0
         self._eager -= 1
         pins, normal, friction = trial.violations
-        kind = 0 if np.count_nonzero(pins) > few else 1 if np.count_nonzero(normal) > few else 2
+        kind = 2 if eager else 0 if pins.any() else 1 if normal.any() else 2
         wrong = [
             (own > 0) & (own >= least * own.max(initial=0.0)) if number <= kind else np.zeros_like(own, bool)
             for number, (own, least) in enumerate(zip((pins, normal, friction), self._least, strict=True))
