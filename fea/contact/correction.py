@@ -54,13 +54,16 @@ class Correction:
 
     def _remember(self, guess: Guess, kind: int) -> None:
         key = _key(guess.touching, guess.opened, guess.slipping)
-        if key in self._seen and self._eager > 0:
+        if key not in self._seen:
+            self._seen.add(key)
+            return
+        self._seen = {key}
+        if self._eager > 0:
             self._eager = 0
-        elif key in self._seen:
-            self._rounds += self._least[kind] == 1
-            halfway = (1 + self._least[kind]) / 2
-            self._least[kind] = halfway if halfway < _SINGLE else 1.0
-        self._seen.add(key)
+            return
+        self._rounds += self._least[kind] == 1
+        halfway = (1 + self._least[kind]) / 2
+        self._least[kind] = halfway if halfway < _SINGLE else 1.0
 
 
 def _key(*masks: Mask) -> bytes:

@@ -124,4 +124,6 @@ class Offsets:
 
     def of(self, pins: Ints, joined: Ints, motions: Ints) -> "Offsets":
         """Offsets of some of the unknowns and motions."""
-        return Offsets(self.stress[joined], self.pin_gap[pins], self.forces[motions], self.gap[joined])
+        return Offsets(
+            self.stress[joined], self.pin_gap[pins], self.forces[motions], self.gap[joined], self.least
+        )

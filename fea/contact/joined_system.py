@@ -28,6 +28,8 @@ from geometry.arrays import Floats, Mask
 
 # States that are tried in a step at most, and how often the blocks of the problem are solved in turn.
 _MOST, _SWEEPS = 300, 10
+# What is nothing beside so much of the pressure between the parts is nothing also where hardly anything acts.
+_CALM = 1e-3
 _UNSETTLED = (
     "contact and friction between the parts did not settle: choose a larger --size or another "
     "assembly.joint_friction"
@@ -143,6 +145,7 @@ class JoinedSystem:
     def _settled(self, ends: Ends, offsets: Offsets, guess: Guess) -> tuple[list[Trial], int]:
         """Solution of each block under what the others do to it, and how many states were tried."""
         blocks = ends.blocks
+        offsets = replace(offsets, least=_CALM * self._pressed(offsets, guess))
         parts = [offsets.of(own.pins, own.joined, own.motions) for own in blocks]
         guesses = [
             _begun(own, part, guess.of(own.pins, own.sites)) for own, part in zip(blocks, parts, strict=True)
@@ -169,6 +172,12 @@ class JoinedSystem:
             if settled or len(blocks) == 1:
                 return [trial for trial in found if trial is not None], changes
         raise UnsettledError(_UNSETTLED)
+
+    def _pressed(self, offsets: Offsets, guess: Guess) -> float:
+        """Largest pressure between the parts while nothing moves, MPa."""
+        places = self._places
+        closed = places.normal[~guess.opened & ~places.bolt]
+        return float(max(np.abs(offsets.stress[closed]).max(initial=0.0), offsets.least))
 
     def _search(self, block: Block, offsets: Offsets, guess: Guess) -> tuple[Trial, int]:
         """Solution of a block, and how many states were tried."""
