@@ -142,6 +142,7 @@ class Assembling:
                 Surface.SHELL_SEAT: (table.shell_interference_mm or 0.0) / 2,
             },
             expansion=self._expansion(study, tuple(mesh.parts)),
+            parts=tuple(mesh.parts),
         )
 
     def remarks(self, study: Study, parts: tuple[str, ...]) -> tuple[str, ...]:

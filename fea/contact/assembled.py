@@ -8,21 +8,22 @@
 """
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fea.contact.active_set import Contact, ContactSystem
+from fea.contact.guess import Guess, Places
 from fea.contact.joined_system import Joined, JoinedSystem, Load
 from fea.contact.problem import ContactProblem
 from fea.contact.tied import Tied
-from fea.contact.trial import Guess, Places
 from fea.solid.errors import UnsettledError
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints
 
 # How often a step that does not settle is halved.
-HALVINGS = 3
+HALVINGS = 2
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,8 @@ class Assembled:
         (n_bolts,) force of each bolt of the cell when it is tightened, N.
     warming
         From the temperature at which the parts were put together to that of the engine.
+    names
+        Of the parts, for messages.
 
     Attributes
     ----------
@@ -139,6 +142,8 @@ class Assembled:
         friction: float,
         preload: Floats,
         warming: Warming | None = None,
+        *,
+        names: Sequence[str] = (),
     ) -> None:
         self.problem = problem
         self._motions = [motion for nodes in parts for motion in problem.motions(nodes)]
@@ -152,7 +157,10 @@ class Assembled:
         self.touching = Touching.of(problem)
         self._preload = np.tile(preload, len(self.bolts) // max(len(preload), 1))
         self._tied = Tied.of(problem.compliance, self._P, self.pins)
-        self._system = JoinedSystem(self._tied, problem.rigid, self._places(friction))
+        of_motion = [
+            f"the {name}" for name, (own, _) in zip(names, moved, strict=False) for _ in range(own.shape[1])
+        ]
+        self._system = JoinedSystem(self._tied, problem.rigid, self._places(friction), of_motion)
         self._made = problem.initial.copy()
         self.tightened = self._tightened()
         self.start = self.tightened if warming is None else self._warmed(warming)
@@ -237,14 +245,24 @@ class Assembled:
             changes=found.changes,
         )
 
-    def step(self, load: Load, state: Joined) -> Joined:
+    def step(self, load: Load, state: Joined, like: Joined | None = None) -> Joined:
         """Go on from a state, in smaller steps where a larger one does not settle.
+
+        Parameters
+        ----------
+        load, state
+            At the end of the step, and at its beginning.
+        like
+            A state that the end resembles, where one is known.
 
         Raises
         ------
         ContactError
             No state of contact between the parts carries the load.
         """
+        if like is not None:
+            with suppress(UnsettledError):
+                return self._system.step(load, state.gap, like.guess)
         return self._divided(load, state, HALVINGS)
 
     def _divided(self, load: Load, state: Joined, halvings: int) -> Joined:
@@ -256,11 +274,26 @@ class Assembled:
         middle = self._divided(state.load.halfway(load), state, halvings - 1)
         return self._divided(load, middle, halvings - 1)
 
-    def between(self, load: Load, earlier: Joined, later: Joined, share: float) -> Joined:
-        """Find the state at a share of the way between two increments, whose slips it divides."""
+    def between(self, load: Load, ends: tuple[Joined, Joined], share: float, like: Joined) -> Joined:
+        """Find the state at a share of the way between two increments, whose slips it divides.
+
+        Parameters
+        ----------
+        load
+            At the instant.
+        ends, share
+            The increments, and the share of the way from the one to the other.
+        like
+            A state that it resembles.
+
+        Raises
+        ------
+        ContactError
+            No state of contact between the parts carries the load.
+        """
+        earlier, later = ends
         gap = (1 - share) * earlier.gap + share * later.gap
-        guess = earlier.guess if share < 0.5 else later.guess
-        sticking = replace(guess, slipping=np.zeros_like(guess.slipping))
+        sticking = replace(like.guess, slipping=np.zeros_like(like.guess.slipping))
         try:
             return self._system.step(load, gap, sticking, rubbing=False)
         except UnsettledError:

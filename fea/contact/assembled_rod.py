@@ -17,6 +17,7 @@ from fea.contact.rod_contact import RodContact, Solved, acting
 from fea.machine.threads import one_blas_thread
 from fea.rod.bores import Bores
 from fea.rod.case_forces import CaseForces
+from fea.solid.errors import ContactError
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Parity, Split
 from fea.solid.supports import components
@@ -27,8 +28,10 @@ from geometry.surfaces import Surface
 from loads.cases import ASSEMBLY, LoadCase, assembled
 from mesh.tetmesh import TetMesh
 
-# Cycles after which a course ends at the latest, and the change from one to the next below which it ends.
-MOST_CYCLES, SETTLED = 3, 1e-3
+# Cycles after which a course ends at the latest; over as many increments on end, bolt forces and the pressure
+# of every place may differ from the cycle before by so much, relative to the largest, when it ends. (What a
+# pressure at the edge of contact owes to the size of the increments is four times as much.)
+MOST_CYCLES, ON_END, SETTLED, SETTLED_PLACES = 3, 10, 1e-3, 1e-2
 # Distance from a mirror plane, over the hole's radius, within which a bolt's axis lies on it.
 _ON_PLANE = 1e-6
 
@@ -62,6 +65,8 @@ class Putting:
         Radial, mm, by the first surface of an interface.
     expansion
         None where the engine is as warm as the room in which the parts were put together.
+    parts
+        Names of the parts in the order of their numbers.
     """
 
     normal: tuple[float, float]
@@ -71,6 +76,7 @@ class Putting:
     friction: float
     interference: Mapping[Surface, float]
     expansion: Expansion | None = None
+    parts: tuple[str, ...] = ()
 
 
 class AssembledRod(RodContact):
@@ -115,11 +121,12 @@ class AssembledRod(RodContact):
         body = components(mesh)
         held = body[mesh.tets[0, 0]]  # the first part, to which the others are moved
         parts = [np.flatnonzero(body == number) for number in np.unique(body) if number != held]
+        names = [_part_name(mesh, nodes, putting.parts) for nodes in parts]
         preload = np.full(len(self.bolt_axes), putting.preload)
         warming = _warming(mesh, bores, fits, putting)
         self._growth = None if warming is None else Split(warming.displacement.reshape(-1, 3), None)
         with one_blas_thread():
-            self.assembled = Assembled(self.problem, parts, putting.friction, preload, warming)
+            self.assembled = Assembled(self.problem, parts, putting.friction, preload, warming, names=names)
         at = np.array([bolt.point for bolt in self.bolt_axes]).reshape(-1, 3)
         self.states = AssemblyStates(self.assembled, putting.friction, at, bores.big_radius)
 
@@ -129,8 +136,10 @@ class AssembledRod(RodContact):
             self._known[key] = self._step((pin, crank), motion, self.assembled.start)
         return self._known[key]
 
-    def _step(self, forces: Sequence[Floats], motion: Floats, state: Joined) -> Joined:
-        return self.assembled.step(self.assembled.load(forces, motion, self._tilted(motion)), state)
+    def _step(
+        self, forces: Sequence[Floats], motion: Floats, state: Joined, like: Joined | None = None
+    ) -> Joined:
+        return self.assembled.step(self.assembled.load(forces, motion, self._tilted(motion)), state, like)
 
     def solutions(self, pin: Floats, crank: Floats, motions: Floats) -> list[Joined]:
         """States at k instants, each of them from that in which the parts were put together.
@@ -148,34 +157,73 @@ class AssembledRod(RodContact):
         pin, crank, motions
             (2, k), (2, k), (4, k) as for `solutions`, at the increments.
         """
+        instants = list(zip(pin.T, crank.T, motions.T, strict=True))
         state, states = self.assembled.start, list[Joined]()
         with one_blas_thread():
-            for _ in range(MOST_CYCLES):
-                before, states = states, []
-                for instant in zip(pin.T, crank.T, motions.T, strict=True):
-                    state = self._step(instant[:2], instant[2], state)
-                    states.append(state)
-                if before and self._unsettled(before, states) < SETTLED:
+            for *forces, motion in instants:
+                state = self._step(forces, motion, state)
+                states.append(state)
+            largest, alike = self._largest(states), 0
+            for number in range(len(instants), MOST_CYCLES * len(instants)):
+                *forces, motion = instants[number % len(instants)]
+                before = states[number - len(instants)]
+                state = self._step(forces, motion, state, before)
+                states.append(state)
+                alike = alike + 1 if self._alike(before, state, largest) else 0
+                if alike == ON_END:  # from here on, it would do again what it did in the cycle before
                     break
-        return states
+        last = len(states) - 1
+        return [states[last - (last - number) % len(instants)] for number in range(len(instants))]
 
-    def _unsettled(self, before: Sequence[Joined], after: Sequence[Joined]) -> float:
-        """Largest change of a stress between parts from one cycle to the next, relative to the largest."""
-        own = self.assembled.touching.normal
-        earlier, later = (np.stack([state.values[own] for state in states]) for states in (before, after))
-        return float(np.abs(later - earlier).max() / np.abs(later).max())
+    def _largest(self, states: Sequence[Joined]) -> tuple[float, float]:
+        """Largest bolt force, N, and largest pressure, MPa."""
+        own = self.assembled
+        values = np.abs([state.values for state in states])
+        bolts, pressures = values[:, own.bolts], values[:, own.touching.normal]
+        return float(bolts.max(initial=0.0)), float(pressures.max(initial=0.0))
+
+    def _alike(self, before: Joined, after: Joined, largest: tuple[float, float]) -> bool:
+        """Whether a state is that of the cycle before."""
+        change = np.abs(after.values - before.values)
+        kinds = (self.assembled.bolts, SETTLED), (self.assembled.touching.normal, SETTLED_PLACES)
+        return all(
+            change[which].max(initial=0.0) <= share * size
+            for (which, share), size in zip(kinds, largest, strict=True)
+        )
 
     def between(
-        self, instant: tuple[Floats, Floats, Floats], earlier: Joined, later: Joined, share: float
-    ) -> Joined:
-        """State at an instant (pin, crank, motions) at a share of the way between two increments."""
-        *forces, motion = instant
-        load = self.assembled.load(forces, motion, self._tilted(motion))
-        return self.assembled.between(load, earlier, later, share)
+        self, instants: Sequence[tuple[Floats, Floats, Floats]], states: Sequence[Joined], places: Floats
+    ) -> list[Joined]:
+        """States at instants (pin, crank, motions) between the increments of a cycle.
+
+        Parameters
+        ----------
+        instants
+            n of them.
+        states
+            At the increments.
+        places
+            (n,) numbers of the increments, with the share of the way to the next.
+        """
+        found, near, last = dict[int, Joined](), states[0], -1
+        with one_blas_thread():
+            for number in np.argsort(places, kind="stable"):
+                *forces, motion = instants[number]
+                before = min(int(places[number]), len(states) - 2)
+                if before != last:
+                    near, last = states[before], before
+                load = self.assembled.load(forces, motion, self._tilted(motion))
+                share = float(places[number]) - before
+                near = self.assembled.between(load, (states[before], states[before + 1]), share, near)
+                found[int(number)] = near
+        return [found[number] for number in range(len(found))]
 
     def __call__(self, case: LoadCase) -> CaseForces:
         """Nodal forces of everything that acts in a case; see `RodContact`."""
-        return self.assembly() if case.name == ASSEMBLY else super().__call__(case)
+        try:
+            return self.assembly() if case.name == ASSEMBLY else super().__call__(case)
+        except ContactError as error:
+            raise type(error)(f"{case.name}: {error}") from error
 
     def scaled(self, case: LoadCase, factor: float) -> Joined:
         """Find the state under a multiple of everything that acts in a case.
@@ -229,6 +277,12 @@ def _direction(surface: Surface, bores: Bores, normal: tuple[float, float]) -> D
         across = np.array([*normal, 0.0])
         return lambda places: np.broadcast_to(across, places.shape)
     return radial(bores.rod_length if surface is Surface.BUSHING_SEAT else 0.0)
+
+
+def _part_name(mesh: TetMesh, nodes: Ints, names: Sequence[str]) -> str:
+    """Name of the part that nodes belong to."""
+    number = 0 if mesh.part is None else mesh.part[np.isin(mesh.tets[:, 0], nodes).argmax()]
+    return names[number] if number < len(names) else "part"
 
 
 def _of_cell(mesh: TetMesh, bolts: Sequence[BoltAxis]) -> tuple[BoltAxis, ...]:

@@ -1,5 +1,6 @@
 """Unknowns on both sides of the mirror plane y = 0, from those on the cell by their parity."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,3 +99,24 @@ class Fold:
         )
         here = np.where(off, (even + odd) / 2, np.where(across, odd, even))
         return np.concatenate([here, ((even - odd) / 2)[~self.on_y]])
+
+    def compliance(self, of_cell: Mapping[Parity, Floats]) -> Floats:
+        """Moments (n, n) of unit unknowns from those (n_cell, n_cell) on the cell of each parity.
+
+        It is `moments` of these times `parts` of the unit matrix, of which only the entries that are not zero
+        are multiplied.
+        """
+        if not self.both_sides:
+            return self.images * of_cell[Parity.SYMMETRIC]
+        off, across = ~self.on_y, self.on_y & self._across
+        cell = np.concatenate([np.arange(len(off)), np.flatnonzero(off)])
+        even = np.where(off, 0.5, np.where(across, 0.0, 1.0))
+        odd = np.where(off, 0.5, np.where(across, 1.0, 0.0))
+        found = np.zeros((len(cell),) * 2)
+        for parity, here, sign in ((Parity.SYMMETRIC, even, 1.0), (Parity.ANTISYMMETRIC, odd, -1.0)):
+            share = np.concatenate([here, sign * here[off]])
+            own = of_cell[parity][np.ix_(cell, cell)]
+            own *= self.images * share
+            own *= share[:, None]
+            found += own
+        return found

@@ -10,19 +10,30 @@ Curnier 1991; Hüeber, Stadler & Wohlmuth 2008), whose unknowns are the pressure
 the gaps of what opens or slips: few, as long as the parts hold together.
 """
 
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
+from scipy.optimize import nnls
 
 from fea.contact.active_set import BALANCE, balanced
+from fea.contact.block import Block
+from fea.contact.correction import Correction
+from fea.contact.ends import Ends
+from fea.contact.guess import Guess, Offsets, Places
 from fea.contact.tied import Tied
-from fea.contact.trial import Guess, Offsets, Places, Trial
+from fea.contact.trial import ROUNDING, Trial
 from fea.solid.errors import ContactError, UnsettledError
 from geometry.arrays import Floats, Mask
 
-# Changes of a state in a step, by how many places may be wrong for those to be changed too that depend on
-# them: of all at once near the solution, then of one kind after another, then of single places.
-_STAGES = ((20, 8), (60, 0), (90, -1))
+# States that are tried in a step at most, and how often the blocks of the problem are solved in turn.
+_MOST, _SWEEPS = 300, 10
+# What is nothing beside so much of the pressure between the parts is nothing also where hardly anything acts.
+_CALM = 1e-3
+_UNSETTLED = (
+    "contact and friction between the parts did not settle: choose a larger --size or another "
+    "assembly.joint_friction"
+)
 
 
 @dataclass(frozen=True)
@@ -93,14 +104,18 @@ class JoinedSystem:
         R (n, m) of the pins.
     places
         Where the parts touch.
+    names
+        (k,) of the part that each motion of the parts moves, with its article.
     """
 
-    def __init__(self, tied: Tied, rigid: Floats, places: Places) -> None:
-        self._tied, self._places = tied, places
+    def __init__(self, tied: Tied, rigid: Floats, places: Places, names: Sequence[str] = ()) -> None:
+        self._tied, self._places, self._names = tied, places, names
         free, self._loose = tied.free
-        self._R = np.hstack([rigid[tied.pins], free])
-        scale = np.abs(self._R).max(axis=0, initial=0.0)
+        R = np.hstack([rigid[tied.pins], free])
+        scale = np.abs(R).max(axis=0, initial=0.0)
         self._scale = np.where(scale > 0, scale, 1.0)
+        self._whole = Block.whole(tied, R / self._scale, places)
+        self._ends = Ends.of(self._whole)
 
     def step(self, load: Load, gap: Floats, guess: Guess, *, rubbing: bool = True) -> Joined:
         """Find the state under a load.
@@ -124,27 +139,65 @@ class JoinedSystem:
             No state was found that obeys contact and friction.
         """
         offsets = self._offsets(load, gap)
-        if offsets.forces.any() and not self._R[guess.touching].any():
-            guess = replace(guess, touching=self._R @ offsets.forces > 0)
-        places, R = self._places if rubbing else self._places.sticking, self._R / self._scale
-        change = 0
-        for most, few in _STAGES:
-            while change < most:
-                change += 1
-                trial = Trial.of(self._tied, R, places, offsets, guess)
-                better = trial.better(few)
-                # Without pins, nothing balances what rounding leaves of loads that balance.
-                if better is None and (trial.imbalance <= BALANCE or not len(self._R)):
-                    return self._joined(trial, load, change)
-                # Too few places of the pins may touch for their forces.
-                guess = better or replace(guess, touching=guess.touching | self._balancing(R, offsets.forces))
-        message = (
-            "contact and friction between the parts did not settle: choose a larger --size or another "
-            "assembly.joint_friction"
-        )
-        raise UnsettledError(message)
+        ends = self._ends if rubbing else self._ends.sticking
+        return self._joined(ends, *self._settled(ends, offsets, guess), load)
 
-    def _balancing(self, R: Floats, forces: Floats) -> Mask:
+    def _settled(self, ends: Ends, offsets: Offsets, guess: Guess) -> tuple[list[Trial], int]:
+        """Solution of each block under what the others do to it, and how many states were tried."""
+        blocks = ends.blocks
+        offsets = replace(offsets, least=_CALM * self._pressed(offsets, guess))
+        parts = [offsets.of(own.pins, own.joined, own.motions) for own in blocks]
+        guesses = [
+            _begun(own, part, guess.of(own.pins, own.sites)) for own, part in zip(blocks, parts, strict=True)
+        ]
+        pressure = [
+            own.carrying(each.touching, part.forces)
+            for own, each, part in zip(blocks, guesses, parts, strict=True)
+        ]
+        moved = [np.zeros(len(own.joined)) for own in blocks]
+        found, changes = list[Trial | None]([None] * len(blocks)), 0
+        for _ in range(_SWEEPS):
+            settled = True
+            for number, block in enumerate(blocks):
+                last, load = found[number], ends.shifted(number, parts[number], pressure, moved)
+                if last is not None and block.change(load, last.offsets) <= ROUNDING * last.size:
+                    continue
+                sizes = [other.size for other in found if other is not None]
+                load = replace(load, least=max([*sizes, load.least]))
+                settled = False
+                trial, states = self._search(block, load, guesses[number])
+                changes += states
+                found[number], guesses[number] = trial, trial.guess
+                pressure[number], moved[number] = trial.pressure, trial.moved
+            if settled or len(blocks) == 1:
+                return [trial for trial in found if trial is not None], changes
+        raise UnsettledError(_UNSETTLED)
+
+    def _pressed(self, offsets: Offsets, guess: Guess) -> float:
+        """Largest pressure between the parts while nothing moves, MPa."""
+        places = self._places
+        closed = places.normal[~guess.opened & ~places.bolt]
+        return float(max(np.abs(offsets.stress[closed]).max(initial=0.0), offsets.least))
+
+    def _search(self, block: Block, offsets: Offsets, guess: Guess) -> tuple[Trial, int]:
+        """Solution of a block, and how many states were tried."""
+        correction, trial = Correction(), None
+        for change in range(1, _MOST + 1):
+            trial = Trial.of(block, offsets, guess, trial)
+            better = correction.of(trial)
+            # Without pins, nothing balances what rounding leaves of loads that balance.
+            balance = trial.imbalance <= BALANCE or not block.R.size
+            if better is None and balance:
+                return trial, change
+            if correction.hopeless(trial):
+                break
+            guess = better or guess
+            if not balance and (better is None or change == 1):
+                # Too few places of the pins may touch for their forces, or all of them too few.
+                guess = replace(guess, touching=guess.touching | self._balancing(block, offsets.forces))
+        raise UnsettledError(_UNSETTLED)
+
+    def _balancing(self, block: Block, forces: Floats) -> Mask:
         """Which pressures (n_p,) of the pins can have the resultants along R together.
 
         Raises
@@ -153,15 +206,22 @@ class JoinedSystem:
             None can, because a bore is open or because a part slides away.
         """
         try:
-            return balanced(R, forces) > 0
+            return balanced(block.R, forces) > 0
         except ContactError as error:
             if not len(self._loose):
                 raise
             message = (
-                "a part slides away, because nothing but friction holds it: give assembly.joint_friction, or "
-                "shells that centre the cap"
+                f"{self._sliding(block, forces)} slides away, because nothing but friction holds it: give "
+                "assembly.joint_friction, or shells that centre the cap"
             )
             raise ContactError(message) from error
+
+    def _sliding(self, block: Block, forces: Floats) -> str:
+        """Name of the part that the pins leave most of a force on."""
+        left = np.zeros(self._whole.R.shape[1])
+        left[block.motions] = forces - block.R.T @ nnls(block.R.T, forces)[0]
+        moved = np.abs(left[-len(self._loose) :] @ self._loose)
+        return self._names[int(moved.argmax())] if len(self._names) else "a part"
 
     def _offsets(self, load: Load, gap: Floats) -> Offsets:
         tied = self._tied
@@ -171,24 +231,37 @@ class JoinedSystem:
         )
         left = gap - load.gap[tied.joined]
         return Offsets(
-            stress=tied.S @ left + tied.V @ load.parts,
+            stress=self._ends.slipped(left) + tied.V @ load.parts,
             pin_gap=tied.B.T @ left + load.gap[tied.pins] + tied.G @ load.parts,
             forces=np.concatenate([load.pins, self._loose @ load.parts]) / self._scale,
             gap=gap,
         )
 
-    def _joined(self, trial: Trial, load: Load, changes: int) -> Joined:
-        tied = self._tied
+    def _joined(self, ends: Ends, trials: Sequence[Trial], changes: int, load: Load) -> Joined:
+        tied, whole = self._tied, self._whole
+        pressure, stress = np.zeros(len(tied.pins)), np.zeros(len(tied.joined))
+        gap, motion = np.zeros(len(tied.joined)), np.zeros(len(self._scale))
+        for own, trial in zip(ends.blocks, trials, strict=True):
+            pressure[own.pins], stress[own.joined] = trial.pressure, trial.stress
+            gap[own.joined], motion[own.motions] = trial.gap, trial.motion
         values = np.zeros(len(load.gap))
-        values[tied.pins], values[tied.joined] = np.maximum(trial.pressure, 0.0), trial.stress
-        loose = (trial.motion / self._scale)[len(load.pins) :]
+        values[tied.pins], values[tied.joined] = np.maximum(pressure, 0.0), stress
+        loose = (motion / self._scale)[len(load.pins) :]
+        parts = [(own.pins, own.sites, trial.guess) for own, trial in zip(ends.blocks, trials, strict=True)]
         return Joined(
             load=load,
             values=values,
-            gap=trial.gap,
-            guess=trial.guess,
-            part_motion=tied.motions(trial.gap - load.gap[tied.joined], trial.pressure, load.parts, loose),
-            residual=trial.residual,
-            imbalance=trial.imbalance,
+            gap=gap,
+            guess=Guess.together(len(tied.pins), whole.places.size, parts),
+            part_motion=tied.motions(gap - load.gap[tied.joined], pressure, load.parts, loose),
+            residual=max(trial.residual for trial in trials),
+            imbalance=max(trial.imbalance for trial in trials),
             changes=changes,
         )
+
+
+def _begun(block: Block, offsets: Offsets, guess: Guess) -> Guess:
+    """Begin with the pressures of the pins on one side, if none of those that act carries any force."""
+    if offsets.forces.any() and not block.R[guess.touching].any():
+        return replace(guess, touching=block.R @ offsets.forces > 0)
+    return guess

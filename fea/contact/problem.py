@@ -97,7 +97,7 @@ class ContactProblem:
         for parity in self.fold.parities():
             found[parity], loaded[parity] = self._compliance(body, parity, loads[parity])
         self.loaded = self.fold.moments(loaded)
-        self.cell_compliance, self.compliance = found, self._folded(found)
+        self.cell_compliance, self.compliance = found, self.fold.compliance(found)
         as_made = [bore.initial() for bore in self.bores] + [own.initial() for own in self.faces]
         self.initial = self.gaps([*as_made, np.zeros(len(self.bolts))])
         self.rigid = self._rigid()
@@ -119,11 +119,6 @@ class ContactProblem:
         own = np.arange(n_cell - len(self.bolts), n_cell)
         found[own, own] += [bolt.share / bolt.stiffness for bolt in self.bolts]
         return found, work[:n_cell, n_cell:]
-
-    def _folded(self, of_cell: Mapping[Parity, Floats]) -> Floats:
-        """Compliance (n, n) of the unknowns."""
-        unit = self.fold.parts(np.eye(self.fold.size))
-        return self.fold.moments({parity: own @ unit[parity] for parity, own in of_cell.items()})
 
     def gaps(self, even: Sequence[Floats], odd: Sequence[Floats] | None = None) -> Floats:
         """Moments (n,) over the whole body of gaps with an even and an odd part on the cell."""

@@ -13,7 +13,7 @@ the rigid motions of the parts have gone as well. Only what opens or slips is an
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor, cho_solve, lapack
 
 from geometry.arrays import Floats, Ints
 
@@ -76,18 +76,23 @@ class Tied:
         resisted = values > _UNRESISTED * values.max(initial=1e-300)
         share = rows.T / size[:, None]
         kept, loose = share[:, resisted], share[:, ~resisted]
-        factor = cho_factor(compliance[np.ix_(joined, joined)], lower=True, overwrite_a=True)
+        # The transpose is stored by columns, so that LAPACK overwrites it.
+        factor = cho_factor(compliance[np.ix_(joined, joined)].T, lower=True, overwrite_a=True)
         C_Jp = compliance[np.ix_(joined, pins)]
         moved = cho_solve(factor, P_J @ kept)
         schur = (P_J @ kept).T @ moved
         inverse = np.linalg.inv((schur + schur.T) / 2)
-        S = cho_solve(factor, np.eye(len(joined))) - moved @ inverse @ moved.T
-        S = (S + S.T) / 2
         V = moved @ inverse
         own = P_p @ kept
-        B = S @ C_Jp + V @ own.T
+        # S C_Jp, of which the product would lose several digits to rigid motions.
+        solved = cho_solve(factor, C_Jp)
+        stiff = solved - V @ ((P_J @ kept).T @ solved)
+        B = stiff + V @ own.T
         reach = C_Jp.T @ moved - own
-        A = compliance[np.ix_(pins, pins)] - C_Jp.T @ S @ C_Jp
+        A = compliance[np.ix_(pins, pins)] - C_Jp.T @ stiff
+        S = _inverse(factor[0])
+        S -= V @ moved.T
+        S = (S + S.T) / 2
         A += own @ inverse @ own.T - C_Jp.T @ V @ own.T - own @ V.T @ C_Jp
         return cls(
             pins=pins,
@@ -122,3 +127,10 @@ class Tied:
         left = open_gap - self._coupling @ pressure
         found = self._back @ (self._share.T @ forces - self._own.T @ pressure - self._moved.T @ left)
         return np.asarray(found + self.free[1].T @ loose)
+
+
+def _inverse(factor: Floats) -> Floats:
+    """Inverse (n, n) of a matrix from its Cholesky factor, which is used up."""
+    found, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
+    below = np.tril(found, -1)
+    return np.asarray(below + below.T + np.diag(np.diag(found)))

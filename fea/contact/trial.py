@@ -1,109 +1,20 @@
 """One guess of what touches, opens and slips: its linear problem, and how it violates contact or friction."""
 
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
-from scipy.linalg import lapack
 
-from fea.contact.tied import Tied
-from fea.machine.threads import every_blas_thread
+from fea.contact.block import Block
+from fea.contact.dense import Factor, solved
+from fea.contact.guess import Guess, Offsets
+from fea.contact.law import Law
 from geometry.arrays import Floats, Ints, Mask
 
 # What rounding leaves, relative to the largest stress; the error of the directions of slip at the end.
 ROUNDING, DIRECTION = 1e-11, 1e-9
-# Reciprocal condition number, of a scaled matrix, below which a motion counts as free.
-_SINGULAR = 1e-12
-# Unknowns above which several threads factorise faster than one.
-_LARGE = 400
-_TWO = np.eye(2)
-
-
-@dataclass(frozen=True)
-class Places:
-    """Where parts touch, by the positions of its unknowns in `Tied.joined`.
-
-    Attributes
-    ----------
-    normal
-        (k,) of the pressure, or of a bolt's force.
-    tangential
-        (k, 2) of the shear stresses; −1 where there is none.
-    friction
-        (k,) coefficient μ.
-    bolt
-        (k,) which are bolts.
-    rubbing
-        (k,) where friction decides on slip; elsewhere slip is given or there is no shear stress.
-    """
-
-    normal: Ints
-    tangential: Ints
-    friction: Floats
-    bolt: Mask
-    rubbing: Mask
-
-    def stiffness(self, diagonal: Floats) -> Floats:
-        """Stiffness (k,) against slip in either direction, from the diagonal (n_J,) of `Tied.S`."""
-        return np.asarray(np.where(self.tangential >= 0, diagonal[self.tangential], 0.0).max(axis=1))
-
-    @property
-    def sticking(self) -> "Places":
-        """The same places, whose slip is given."""
-        return replace(self, rubbing=np.zeros_like(self.rubbing))
-
-
-@dataclass(frozen=True)
-class Guess:
-    """What touches, opens and slips.
-
-    Attributes
-    ----------
-    touching
-        (n_p,) which pressures of the pins act.
-    opened, slipping
-        (k,) which places are open; which slip.
-    direction
-        (k, 2) of the shear stress where they slip.
-    ratio
-        (k,) friction over the length that `direction` was found from, at most 1.
-    """
-
-    touching: Mask
-    opened: Mask
-    slipping: Mask
-    direction: Floats
-    ratio: Floats
-
-    @classmethod
-    def closed(cls, n_pins: int, n_places: int) -> "Guess":
-        """Return the state in which everything sticks and no pin touches."""
-        none = np.zeros(n_places, dtype=bool)
-        return cls(np.zeros(n_pins, dtype=bool), none, none, np.zeros((n_places, 2)), np.zeros(n_places))
-
-
-@dataclass(frozen=True)
-class Offsets:
-    """The tied state under a load, without any pressure of the pins.
-
-    Attributes
-    ----------
-    stress
-        λ_J (n_J,).
-    pin_gap
-        (n_p,) moments of the gaps of the pins.
-    forces
-        (m,) resultants along the motions that only the pins resist.
-    gap
-        y_J (n_J,) at the beginning of the step.
-    """
-
-    stress: Floats
-    pin_gap: Floats
-    forces: Floats
-    gap: Floats
+# Rows of a matrix are gathered where no more than one out of so many is needed.
+_SPARSE = 4
 
 
 @dataclass(frozen=True)
@@ -112,7 +23,7 @@ class Trial:
 
     Attributes
     ----------
-    tied, places, offsets, guess
+    block, offsets, guess
         What it belongs to.
     pressure
         (n_p,) of the pins, MPa.
@@ -124,10 +35,11 @@ class Trial:
         λ_J (n_J,).
     pin_gap
         (n_p,) moments of the gaps of the pins.
+    unknown, factor
+        Which pressures and gaps were unknown, and a factor of their matrix.
     """
 
-    tied: Tied
-    places: Places
+    block: Block
     offsets: Offsets
     guess: Guess
     pressure: Floats
@@ -135,94 +47,99 @@ class Trial:
     moved: Floats
     stress: Floats
     pin_gap: Floats
-    _R: Floats
+    unknown: bytes
+    factor: Factor | None
 
     @classmethod
-    def of(cls, tied: Tied, R: Floats, places: Places, offsets: Offsets, guess: Guess) -> "Trial":
+    def of(cls, block: Block, offsets: Offsets, guess: Guess, last: "Trial | None" = None) -> "Trial":
         """Solve for what touches, opens and slips.
 
         Parameters
         ----------
-        R
-            (n_p, m) moments of the motions that only the pins resist.
-        tied, places, offsets, guess
+        block, offsets, guess
             See the class.
+        last
+            An earlier trial; where only the directions of slip have changed, its factor is of use.
         """
         active = np.flatnonzero(guess.touching)
-        moving, law, give = _laws(places, guess, np.diag(tied.S))
-        n_a, n_d, m = len(active), len(moving), R.shape[1]
-        B, S = tied.B[:, active], tied.S[:, moving]
-        unit = 1 / np.sqrt(np.diag(tied.S)[moving])
-        press = 1 / np.sqrt(np.diag(tied.A)[active])
-        matrix = np.zeros((n_a + n_d + m,) * 2, order="F")
-        matrix[:n_a, :n_a] = press[:, None] * tied.A[np.ix_(active, active)] * press
-        matrix[:n_a, n_a : n_a + n_d] = press[:, None] * B[moving].T * unit
-        matrix[:n_a, n_a + n_d :] = -press[:, None] * R[active]
-        matrix[n_a : n_a + n_d, :n_a] = -unit[:, None] * (law @ B) * press
-        matrix[n_a : n_a + n_d, n_a : n_a + n_d] = unit[:, None] * (law @ S + give) * unit
-        matrix[n_a + n_d :, :n_a] = (press[:, None] * R[active]).T
+        law = Law.of(block, guess)
+        moving, unit, R = law.moving, law.unit, block.R
+        n_a, n_d = len(active), len(moving)
+        press = 1 / np.sqrt(block.soft[active])
+        pins, gaps, motions = slice(0, n_a), slice(n_a, n_a + n_d), slice(n_a + n_d, None)
+        matrix = np.zeros((n_a + n_d + R.shape[1],) * 2)
+        np.multiply(press[:, None] * block.A[active][:, active], press, out=matrix[pins, pins])
+        np.multiply(press[:, None] * block.B[moving][:, active].T, unit, out=matrix[pins, gaps])
+        matrix[motions, pins] = (press[:, None] * R[active]).T
+        matrix[pins, motions] = -matrix[motions, pins].T
+        np.multiply(law.of_rows(block.B, active), -press, out=matrix[gaps, pins])
+        np.multiply(law.of_rows(block.S, moving), unit, out=matrix[gaps, gaps])
+        law.give_way(matrix[gaps, gaps])
         side = np.concatenate(
-            [-press * offsets.pin_gap[active], -unit * (law @ offsets.stress), offsets.forces]
+            [-press * offsets.pin_gap[active], -law.of_values(offsets.stress), offsets.forces]
         )
-        found = _solved(matrix, side)
-        pressure, moved = np.zeros(len(tied.pins)), np.zeros(len(tied.joined))
-        pressure[active], moved[moving] = press * found[:n_a], unit * found[n_a : n_a + n_d]
-        motion = found[n_a + n_d :]
+        unknown = active.tobytes() + moving.tobytes()
+        known = last.factor if last is not None and last.unknown == unknown else None
+        found, factor = solved(matrix, side, known)
+        pressure, moved = np.zeros(len(block.pins)), np.zeros(len(block.joined))
+        pressure[active], moved[moving], motion = press * found[pins], unit * found[gaps], found[motions]
         return cls(
-            tied=tied,
-            places=places,
+            block=block,
             offsets=offsets,
             guess=guess,
             pressure=pressure,
             motion=motion,
             moved=moved,
-            stress=offsets.stress - B @ pressure[active] + S @ moved[moving],
-            pin_gap=tied.A[:, active] @ pressure[active]
-            + tied.B[moving].T @ moved[moving]
+            stress=offsets.stress
+            - _combined(block.by_pins, pressure, active)
+            + _combined(block.S, moved, moving),
+            pin_gap=_combined(block.A, pressure, active)
+            + _combined(block.B, moved, moving)
             + offsets.pin_gap
             - R @ motion,
-            _R=R,
+            unknown=unknown,
+            factor=factor,
         )
 
     @property
     def gap(self) -> Floats:
         """y_J (n_J,) at the end of the step; exactly zero where places are closed."""
         found = self.offsets.gap + self.moved
-        found[self.places.normal[~self.guess.opened]] = 0.0
+        found[self.block.places.normal[~self.guess.opened]] = 0.0
         return found
 
     @cached_property
     def _normal(self) -> Floats:
-        return np.asarray(self.stress[self.places.normal])
+        return np.asarray(self.stress[self.block.places.normal])
 
     @cached_property
     def _tangential(self) -> tuple[Floats, Floats]:
         """Shear stress (k, 2), and the same less the slip that the stiffness turns into a stress."""
-        own, at = self.places.tangential >= 0, self.places.tangential
+        own, at = self.block.places.tangential >= 0, self.block.places.tangential
         shear, slip = (np.where(own, values[at], 0.0) for values in (self.stress, self.moved))
-        return shear, shear - self.places.stiffness(np.diag(self.tied.S))[:, None] * slip
+        return shear, shear - self.block.against[:, None] * slip
 
     @cached_property
-    def _size(self) -> float:
+    def size(self) -> float:
         """Largest stress, MPa."""
-        pressed = np.abs(self._normal[~self.places.bolt]).max(initial=0.0)
-        return float(max(pressed, np.abs(self.pressure).max(initial=0.0), 1e-300))
+        pressed = np.abs(self._normal[~self.block.places.bolt]).max(initial=0.0)
+        return float(max(pressed, np.abs(self.pressure).max(initial=0.0), self.offsets.least))
 
     @cached_property
     def _allowed(self) -> Floats:
-        return np.asarray(self.places.friction * np.maximum(self._normal, 0.0))
+        return np.asarray(self.block.places.friction * np.maximum(self._normal, 0.0))
 
     @cached_property
-    def _violations(self) -> tuple[Floats, Floats, Floats]:
+    def violations(self) -> tuple[Floats, Floats, Floats]:
         """By how much pins, normal contact and friction are violated, MPa; 0 where the guess is right."""
-        guess, stiff = self.guess, np.diag(self.tied.S)[self.places.normal]
-        pins = np.where(guess.touching, -self.pressure, -self.pin_gap / np.diag(self.tied.A))
-        gaps = (self.offsets.gap + self.moved)[self.places.normal]
+        guess, stiff = self.guess, self.block.stiff[self.block.places.normal]
+        pins = np.where(guess.touching, -self.pressure, -self.pin_gap / self.block.soft)
+        gaps = (self.offsets.gap + self.moved)[self.block.places.normal]
         normal = np.where(guess.opened, -gaps * stiff, -self._normal)
         _, trial = self._tangential
         excess = np.hypot(*trial.T) - self._allowed
-        wrong = np.where(guess.slipping, -excess, excess) * (self.places.rubbing & ~guess.opened)
-        little = ROUNDING * self._size
+        wrong = np.where(guess.slipping, -excess, excess) * (self.block.places.rubbing & ~guess.opened)
+        little = ROUNDING * self.size
         return tuple(np.where(values > little, values, 0.0) for values in (pins, normal, wrong))  # type: ignore[return-value]
 
     @cached_property
@@ -236,48 +153,42 @@ class Trial:
     @property
     def residual(self) -> float:
         """Largest violation of contact or friction, relative to the largest stress."""
-        worst = max(float(values.max(initial=0.0)) for values in (*self._violations, self._turned))
-        return worst / self._size
+        worst = max(float(values.max(initial=0.0)) for values in (*self.violations, self._turned))
+        return worst / self.size
 
     @cached_property
     def imbalance(self) -> float:
         """Error of the resultants of the pins, relative to them."""
         forces = self.offsets.forces
         size = float(np.linalg.norm(forces))
-        return float(np.linalg.norm(self._R.T @ self.pressure - forces)) / size if size > 0 else 0.0
+        return float(np.linalg.norm(self.block.R.T @ self.pressure - forces)) / size if size > 0 else 0.0
 
-    def better(self, few: int) -> Guess | None:
-        """Return the next guess, or None if this one obeys every law.
+    @property
+    def obeys(self) -> bool:
+        """Whether every law holds."""
+        wrong = any(values.any() for values in self.violations)
+        return not wrong and bool(self._turned.max(initial=0.0) <= DIRECTION * self.size)
+
+    def corrected(self, pins: Mask, normal: Mask, friction: Mask) -> Guess:
+        """Return the guess that follows from this one.
 
         Parameters
         ----------
-        few
-            How many places may be wrong for those to be changed too that depend on them; negative: only the
-            place that is violated most is changed.
+        pins, normal, friction
+            (n_p,), (k,), (k,) where it is wrong about what touches, opens and slips.
         """
-        pins, normal, friction = self._violations
-        if not (pins.any() or normal.any() or friction.any()):
-            if self._turned.max(initial=0.0) <= DIRECTION * self._size:
-                return None
-        elif few < 0:
-            largest = max(values.max(initial=0.0) for values in self._violations)
-            pins, normal, friction = (np.where(v == largest, v, 0.0) for v in self._violations)
-        elif np.count_nonzero(pins) > few:  # what the parts do under a wrong load of the pins says nothing
-            normal, friction = np.zeros_like(normal), np.zeros_like(friction)
-        elif np.count_nonzero(normal) > few:
-            friction = np.zeros_like(friction)
         guess = self.guess
-        opened = guess.opened ^ (normal > 0)
+        opened = guess.opened ^ normal
         _, trial = self._tangential
+        length = np.hypot(*trial.T)
         # Where slip would turn round, there is none.
         turns_round = guess.slipping & ((guess.direction * trial).sum(axis=1) < 0)
-        slipping = (guess.slipping ^ (friction > 0)) & ~opened & ~turns_round
-        slipping |= guess.opened & ~opened & self.places.rubbing & (np.hypot(*trial.T) > 0)
-        length = np.hypot(*trial.T)
+        slipping = (guess.slipping ^ friction) & ~opened & ~turns_round
+        slipping |= guess.opened & ~opened & self.block.places.rubbing & (length > 0)
         ratio = np.divide(self._allowed, length, out=np.zeros_like(length), where=length > 0)
         return replace(
             guess,
-            touching=guess.touching ^ (pins > 0),
+            touching=guess.touching ^ pins,
             opened=opened,
             slipping=slipping,
             direction=np.where(slipping[:, None], _unit(trial), 0.0),
@@ -285,55 +196,13 @@ class Trial:
         )
 
 
-def _laws(places: Places, guess: Guess, stiff: Floats) -> tuple[Ints, sparse.csr_array, Floats]:
-    """Which gaps are unknown (n,), and the law L λ_J + K Δy = 0 that each of them obeys.
-
-    Returns
-    -------
-    ndarray, csr_array, ndarray
-        (n,) positions in `Tied.joined`; L (n, n_J) and K (n, n).
-    """
-    tangential, against = places.tangential, places.stiffness(stiff)
-    opened, slips = np.flatnonzero(guess.opened), np.flatnonzero(guess.slipping & ~guess.opened)
-    free = tangential[opened].ravel()
-    unloaded = np.concatenate([places.normal[opened], free[free >= 0]])
-    slid = tangential[slips]
-    has = slid >= 0
-    moving = np.concatenate([unloaded, slid[has]])
-    row = np.full(slid.shape, -1)
-    row[has] = len(unloaded) + np.arange(has.sum())
-    along = guess.direction[slips]
-    # The derivative of the direction of slip acts square to it.
-    turn = guess.ratio[slips, None, None] * (_TWO - along[:, :, None] * along[:, None, :])
-    rows, columns, values = [np.arange(len(unloaded))], [unloaded], [np.ones(len(unloaded))]
-    give = np.zeros((len(moving),) * 2)
-    for one in range(2):
-        own = has[:, one]
-        rows.append(row[own, one])
-        columns.append(places.normal[slips[own]])
-        values.append(-places.friction[slips[own]] * along[own, one])
-        for other in range(2):
-            both = own & has[:, other]
-            rows.append(row[both, one])
-            columns.append(slid[both, other])
-            values.append(_TWO[one, other] - turn[both, one, other])
-            give[row[both, one], row[both, other]] = turn[both, one, other] * against[slips[both]]
-    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    return moving, sparse.csr_array(entries, shape=(len(moving), len(stiff))), give
+def _combined(rows: Floats, weights: Floats, which: Ints) -> Floats:
+    """Sum (k,) of the rows of a matrix (n, k) with weights (n,), of which only some are not zero."""
+    if len(which) * _SPARSE < len(weights):
+        return np.asarray(weights[which] @ rows[which])
+    return np.asarray(weights @ rows)
 
 
 def _unit(vectors: Floats) -> Floats:
     length = np.hypot(*vectors.T)[:, None]
     return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0))
-
-
-def _solved(matrix: Floats, side: Floats) -> Floats:
-    """Solve; a motion that nothing resists, as that of a part that has come off, stays zero."""
-    if not len(side):
-        return side
-    with every_blas_thread() if len(side) > _LARGE else nullcontext():
-        factor, pivots, broken = lapack.dgetrf(matrix)
-    well, _ = lapack.dgecon(factor, np.abs(matrix).sum(axis=0).max()) if broken == 0 else (0.0, 0)
-    if well > _SINGULAR:
-        return np.asarray(lapack.dgetrs(factor, pivots, side)[0])
-    return np.asarray(np.linalg.lstsq(matrix, side, rcond=_SINGULAR)[0])

@@ -14,7 +14,6 @@ from fea.contact.assembled_rod import AssembledRod
 from fea.contact.joined_system import Joined
 from fea.cycle.contact_loads import NOTHING, SMOOTH, ContactFields, of_unit_work
 from fea.cycle.unit_loads import Course, Instants, Together, Weights, inertial_fields
-from fea.machine.threads import one_blas_thread
 from fea.rod.assembly_state import AssemblyState
 from fea.rod.touch import Touch
 from fea.solid.inertia import Inertia
@@ -53,6 +52,7 @@ class AssembledLoads:
         self._contact, self._inertia = contact, inertia
         self._fold, self._assembled = contact.problem.fold, contact.assembled
         self._courses: dict[bytes, list[Joined]] = {}
+        self._last = b"", dict[bytes, Joined]()  # the states of the last cycle are asked for again
         self._pinned = {parity: self._of_pins(parity) for parity in self._fold.parities()}
         states = [state for course in courses for state in self._course(course)]
         for cases in alone:
@@ -130,20 +130,25 @@ class AssembledLoads:
     def _solved(self, instants: Instants, course: Course | None) -> Sequence[Joined]:
         if course is None:
             return self._contact.solutions(instants.pin, instants.crank, instants.motions)
+        every = list(zip(instants.pin.T, instants.crank.T, instants.motions.T, strict=True))
+        keys = [b"".join(own.tobytes() for own in instant) for instant in every]
+        if self._last[0] != self._key(course):
+            self._last = self._key(course), {}
+        known = self._last[1]
+        left = [number for number, key in enumerate(keys) if key not in known]
         states = self._course(course)
-        place = np.interp(course.angles, course.step_angles, np.arange(len(states)))
-        before = np.clip(place.astype(int), 0, len(states) - 2)
-        with one_blas_thread():
-            return [
-                self._contact.between((pin, crank, motion), states[k], states[k + 1], share)
-                for pin, crank, motion, k, share in zip(
-                    instants.pin.T, instants.crank.T, instants.motions.T, before, place - before, strict=True
-                )
-            ]
+        places = np.interp(course.angles, course.step_angles, np.arange(len(states)))
+        found = self._contact.between([every[number] for number in left], states, places[left])
+        known.update(zip([keys[number] for number in left], found, strict=True))
+        return [known[key] for key in keys]
+
+    @staticmethod
+    def _key(course: Course) -> bytes:
+        return course.steps.pin.tobytes() + course.steps.motions.tobytes()
 
     def _course(self, course: Course) -> list[Joined]:
         """States at the increments of a cycle, computed once."""
-        key = course.steps.pin.tobytes() + course.steps.motions.tobytes()
+        key = self._key(course)
         if key not in self._courses:
             steps = course.steps
             self._courses[key] = self._contact.course(steps.pin, steps.crank, steps.motions)

@@ -12,10 +12,11 @@ import argparse
 import dataclasses
 import json
 import statistics
-import subprocess
 import sys
 import time
 from pathlib import Path
+
+from own_process import measured, spread
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -56,13 +57,6 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     }
 
 
-def measured(mode: str, size: float | None) -> dict[str, float]:
-    """Run a mode in a process of its own."""
-    command = [sys.executable, __file__, "--worker", mode, *([] if size is None else ["--size", str(size)])]
-    found: dict[str, float] = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
-    return found
-
-
 def main() -> None:
     """Measure every mode against the static run."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -87,16 +81,16 @@ def main() -> None:
     ]
     for name, (mode, goal) in RUNS.items():
         pairs = [
-            (measured("static", arguments.size), measured(mode, arguments.size))
+            (measured(__file__, "static", arguments.size), measured(__file__, mode, arguments.size))
             for _ in range(arguments.rounds)
         ]
         times = [other["seconds"] / one["seconds"] for one, other in pairs]
         memory = statistics.median(other["MiB"] / one["MiB"] for one, other in pairs)
         seconds = statistics.median(one["seconds"] for one, _ in pairs)
-        spread = f"{statistics.median(times):.2f} ({min(times):.2f} … {max(times):.2f})"
+        around = spread(times, statistics.median(times))
         one, other = pairs[0]
         lines.append(
-            f"| {name} | {spread} | {goal:g} | {memory:.2f} | {seconds:.2f} | {one['nodes']} "
+            f"| {name} | {around} | {goal:g} | {memory:.2f} | {seconds:.2f} | {one['nodes']} "
             f"| {other['nodes']} | {other['unknowns']} | {other['failed']} |"
         )
         print(lines[-1], file=sys.stderr, flush=True)

@@ -10,10 +10,11 @@ import argparse
 import dataclasses
 import json
 import statistics
-import subprocess
 import sys
 import time
 from pathlib import Path
+
+from own_process import measured, spread
 
 STUDY, RPM, MAP = "leon-2001", 6000.0, (2000.0, 7940.0, 60.0)
 DEFAULT, FINE = None, 3.0
@@ -67,23 +68,16 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     }
 
 
-def measured(mode: str, size: float | None) -> dict[str, float]:
-    """Run a mode in a process of its own."""
-    command = [sys.executable, __file__, "--worker", mode, *([] if size is None else [str(size)])]
-    found: dict[str, float] = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
-    return found
-
-
 def main() -> None:
     """Measure every mode against the static run."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--worker", nargs="+")
+    parser.add_argument("--worker")
+    parser.add_argument("--size", type=float)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
     if arguments.worker:
-        mode, *size = arguments.worker
-        print(json.dumps(work(mode, float(size[0]) if size else None)))
+        print(json.dumps(work(arguments.worker, arguments.size)))
         return
     command = " ".join(["python tests/benchmarks/contact_cost.py", *sys.argv[1:]])
     lines = [
@@ -98,14 +92,14 @@ def main() -> None:
     ]
     for name, mode, size, goal in RUNS:
         rounds = 1 if mode == "map" or size == FINE else arguments.rounds
-        pairs = [(measured("static", size), measured(mode, size)) for _ in range(rounds)]
+        pairs = [(measured(__file__, "static", size), measured(__file__, mode, size)) for _ in range(rounds)]
         times = [other["seconds"] / one["seconds"] for one, other in pairs]
         memory = statistics.median(other["MiB"] / one["MiB"] for one, other in pairs)
         seconds = statistics.median(one["seconds"] for one, _ in pairs)
-        spread = f"{statistics.median(times):.2f} ({min(times):.2f} … {max(times):.2f})"
+        around = spread(times, statistics.median(times))
         nodes, unknowns = pairs[0][1]["nodes"], pairs[0][1]["unknowns"]
         asked = "–" if goal is None else f"{goal:g}"
-        lines.append(f"| {name} | {spread} | {asked} | {memory:.2f} | {seconds:.2f} | {nodes} | {unknowns} |")
+        lines.append(f"| {name} | {around} | {asked} | {memory:.2f} | {seconds:.2f} | {nodes} | {unknowns} |")
         print(lines[-1], file=sys.stderr, flush=True)
     text = "\n".join([*lines, ""])
     print(text)

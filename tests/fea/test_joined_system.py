@@ -6,9 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fea.contact.active_set import ContactSystem
+from fea.contact.guess import Guess, Places
 from fea.contact.joined_system import JoinedSystem, Load
 from fea.contact.tied import Tied
-from fea.contact.trial import Guess, Places
+from fea.solid.errors import ContactError
 
 PINS, PLACES = 14, 9
 SEEDS = st.integers(0, 10**6)
@@ -54,6 +55,27 @@ class Problem:
         return np.zeros(self.n - PINS), Guess.closed(PINS, PLACES)
 
 
+def obeys(problem, load, before, found):
+    """Compare with the laws, from the problem as it was before anything was condensed."""
+    gap, friction = found.gap, problem.mu[0]
+    values, size = found.values, np.abs(found.values).max()
+    open_gap = problem.C @ values + load.gap - problem.P @ found.part_motion
+    np.testing.assert_allclose(open_gap[PINS:], gap, atol=1e-8 * np.abs(open_gap).max())
+    np.testing.assert_allclose(problem.P.T @ values, load.parts, atol=1e-8 * size)
+    np.testing.assert_allclose(problem.R.T @ values, load.pins, atol=1e-8 * size)
+    pressure, opened = values[problem.normal], gap[:PLACES]
+    assert pressure.min() >= -1e-9 * size
+    assert opened.min() >= -1e-9 * np.abs(open_gap).max()
+    assert np.abs(pressure * opened).max() < 1e-9 * size * np.abs(open_gap).max()
+    shear = values[problem.places.tangential + PINS]
+    slip = (gap - before)[problem.places.tangential]
+    limit = friction * np.maximum(pressure, 0.0)
+    assert (np.hypot(*shear.T) <= limit + 1e-8 * size).all()
+    slides = (np.hypot(*slip.T) > 1e-4 * np.abs(gap).max()) & (opened <= 0)
+    against = -limit[slides, None] * slip[slides] / np.hypot(*slip[slides].T)[:, None]
+    np.testing.assert_allclose(shear[slides], against, atol=1e-5 * size)
+
+
 @settings(max_examples=60, deadline=None)
 @given(SEEDS)
 def test_without_friction_it_is_the_problem_of_pins(seed):
@@ -75,23 +97,18 @@ def test_every_law_holds_along_a_path(seed, friction):
         load, before = problem.load(), gap
         found = problem.system.step(load, gap, guess)
         gap, guess = found.gap, found.guess
-        values, size = found.values, np.abs(found.values).max()
-        # Gaps of all unknowns, from the problem as it was before anything was condensed.
-        open_gap = problem.C @ values + load.gap - problem.P @ found.part_motion
-        np.testing.assert_allclose(open_gap[PINS:], gap, atol=1e-8 * np.abs(open_gap).max())
-        np.testing.assert_allclose(problem.P.T @ values, load.parts, atol=1e-8 * size)
-        np.testing.assert_allclose(problem.R.T @ values, load.pins, atol=1e-8 * size)
-        pressure, opened = values[problem.normal], gap[:PLACES]
-        assert pressure.min() >= -1e-9 * size
-        assert opened.min() >= -1e-9 * np.abs(open_gap).max()
-        assert np.abs(pressure * opened).max() < 1e-9 * size * np.abs(open_gap).max()
-        shear = values[problem.places.tangential + PINS]
-        slip = (gap - before)[problem.places.tangential]
-        limit = friction * np.maximum(pressure, 0.0)
-        assert (np.hypot(*shear.T) <= limit + 1e-8 * size).all()
-        slides = (np.hypot(*slip.T) > 1e-4 * np.abs(gap).max()) & (opened <= 0)
-        against = -limit[slides, None] * slip[slides] / np.hypot(*slip[slides].T)[:, None]
-        np.testing.assert_allclose(shear[slides], against, atol=1e-5 * size)
+        obeys(problem, load, before, found)
+
+
+def test_a_part_that_only_friction_would_hold_is_named():
+    problem = Problem(5, 0.0)
+    alone = problem.P.copy()
+    alone[PINS:, 2] = 0.0  # nothing between the parts resists this motion, and no pin does
+    alone[:PINS, 2] = 0.0
+    tied = Tied.of(problem.C, alone, problem.pins)
+    system = JoinedSystem(tied, problem.R, problem.places, ["the cap", "the cap", "the bushing"])
+    with pytest.raises(ContactError, match="the bushing slides away"):
+        system.step(problem.load(), *problem.start())
 
 
 def test_without_friction_the_path_does_not_matter():

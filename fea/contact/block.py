@@ -1,0 +1,156 @@
+"""Some of the unknowns of the contact problem, and which of them hardly know of the others."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fea.contact.guess import Offsets, Places
+from fea.contact.tied import Tied
+from geometry.arrays import Floats, Ints, Mask
+
+# Coupling, in terms of unknowns of unit stiffness, up to which unknowns may be in different blocks; and that
+# which rounding leaves.
+_WEAK, NOTHING = 1e-6, 1e-11
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some of the unknowns, by their numbers in the whole problem, and what is between them.
+
+    Attributes
+    ----------
+    pins, joined, motions, sites
+        (n_p,) of the pins' pressures; (n_J,) of stresses between parts and bolt forces; (m,) of the motions
+        that only the pins resist; (k,) of the places.
+    A, B, S
+        (n_p, n_p), (n_J, n_p), (n_J, n_J), as in `fea.contact.tied`.
+    R
+        (n_p, m) moments of the motions.
+    places
+        Where parts touch, by positions in `joined`.
+    """
+
+    pins: Ints
+    joined: Ints
+    motions: Ints
+    sites: Ints
+    A: Floats
+    B: Floats
+    S: Floats
+    R: Floats
+    places: Places
+
+    @classmethod
+    def whole(cls, tied: Tied, R: Floats, places: Places) -> "Block":
+        """Everything."""
+        pins, joined, motions, sites = (np.arange(n) for n in (*tied.B.shape[::-1], R.shape[1], places.size))
+        return cls(pins, joined, motions, sites, tied.A, tied.B, tied.S, R, places)
+
+    @cached_property
+    def stiff(self) -> Floats:
+        """Diagonal (n_J,) of S."""
+        return np.diag(self.S).copy()
+
+    @cached_property
+    def soft(self) -> Floats:
+        """Diagonal (n_p,) of A."""
+        return np.diag(self.A).copy()
+
+    @cached_property
+    def by_pins(self) -> Floats:
+        """The transpose (n_p, n_J) of B, by rows."""
+        return np.ascontiguousarray(self.B.T)
+
+    @cached_property
+    def against(self) -> Floats:
+        """Stiffness (k,) of each place against slip in either direction."""
+        at = self.places.tangential
+        return np.asarray(np.where(at >= 0, self.stiff[at], 0.0).max(axis=1))
+
+    @property
+    def sticking(self) -> "Block":
+        """The same, where all slip is given."""
+        return replace(self, places=self.places.sticking)
+
+    def part(self, pins: Ints, joined: Ints, motions: Ints) -> "Block":
+        """Some of the unknowns; no place may be divided."""
+        position = np.full(len(self.joined) + 1, -1)  # the last one stands for none
+        position[joined] = np.arange(len(joined))
+        sites = np.flatnonzero(position[self.places.normal] >= 0)
+        every = self.places.of(sites)
+        places = replace(every, normal=position[every.normal], tangential=position[every.tangential])
+        return Block(
+            pins=pins,
+            joined=joined,
+            motions=motions,
+            sites=sites,
+            A=np.ascontiguousarray(self.A[np.ix_(pins, pins)]),
+            B=np.ascontiguousarray(self.B[np.ix_(joined, pins)]),
+            S=np.ascontiguousarray(self.S[np.ix_(joined, joined)]),
+            R=self.R[np.ix_(pins, motions)],
+            places=places,
+        )
+
+    def divided(self) -> list["Block"]:
+        """Blocks that hardly know of each other."""
+        n_p, n_J = len(self.pins), len(self.joined)
+        label = self._labels()
+        pins, joined, motions = np.split(label, [n_p, n_p + n_J])
+        own, kinds = np.unique(np.concatenate([pins, joined])), (pins, joined, motions)
+        if len(own) < 2:
+            return [self]
+        # A motion that nothing resists goes to any of the blocks, where it is found not to be in balance.
+        motions[~np.isin(motions, own)] = own[0]
+        return [self.part(*(np.flatnonzero(kind == each) for kind in kinds)) for each in own]
+
+    def _labels(self) -> Ints:
+        """Number (n_p + n_J + m,) of the block of every unknown and every motion."""
+        press, unit, even = 1 / np.sqrt(self.soft), 1 / np.sqrt(self.stiff), self.even
+        n_p, n_J, m = len(self.pins), len(self.joined), self.R.shape[1]
+        joined = np.arange(n_p, n_p + n_J)
+        linked = np.zeros((n_p + n_J + m,) * 2, dtype=bool)
+        A, B = press[:, None] * self.A * press, unit[:, None] * self.B * press
+        A -= even @ (even.T @ A)
+        linked[:n_p, :n_p] = _strong(A - (A @ even) @ even.T)
+        linked[n_p : n_p + n_J, :n_p] = _strong(B - (B @ even) @ even.T)
+        linked[n_p : n_p + n_J, n_p : n_p + n_J] = _strong(unit[:, None] * self.S * unit)
+        linked[n_p + n_J :, :n_p] = np.abs(self.R.T) > NOTHING
+        normal, shear = np.broadcast_arrays(self.places.normal[:, None], self.places.tangential)
+        linked[joined[normal[shear >= 0]], joined[shear[shear >= 0]]] = True
+        return _pieces(linked)
+
+    @cached_property
+    def even(self) -> Floats:
+        """Orthonormal rigid motions (n_p, m) of the pins, in terms of unknowns of unit stiffness."""
+        R = self.R[:, np.abs(self.R).max(axis=0, initial=0.0) > NOTHING] / np.sqrt(self.soft)[:, None]
+        return np.asarray(np.linalg.qr(R)[0]) if R.size else R
+
+    def carrying(self, touching: Mask, forces: Floats) -> Floats:
+        """Least pressures (n_p,) of the pins that touch, of either sign, with the resultants (m,)."""
+        found = np.zeros(len(self.pins))
+        if touching.any():
+            found[touching] = np.linalg.lstsq(self.R[touching].T, forces, rcond=None)[0]
+        return found
+
+    def change(self, one: Offsets, other: Offsets) -> float:
+        """Largest change of a stress from one load to another while nothing moves but the pins, MPa."""
+        gap = (one.pin_gap - other.pin_gap) / np.sqrt(self.soft)
+        gap = (gap - self.even @ (self.even.T @ gap)) / np.sqrt(self.soft)
+        return float(max(np.abs(own).max(initial=0.0) for own in (one.stress - other.stress, gap)))
+
+
+def _strong(values: Floats) -> Mask:
+    return np.asarray(np.abs(values) > _WEAK)
+
+
+def _pieces(linked: Mask) -> Ints:
+    """Number (n,) of the connected piece of each of n, of which links (n, n) are known in one direction."""
+    label = np.full(len(linked), -1)
+    while (label < 0).any():
+        number, new = label.max() + 1, np.flatnonzero(label < 0)[:1]
+        while len(new):
+            label[new] = number
+            reached = linked[new].any(axis=0) | linked[:, new].any(axis=1)
+            new = np.flatnonzero(reached & (label < 0))
+    return label

@@ -1,0 +1,129 @@
+"""What is known and what is guessed of a contact problem: its places and loads; what touches and slips."""
+
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, replace
+
+import numpy as np
+
+from geometry.arrays import Floats, Ints, Mask
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where parts touch, by the positions of its unknowns in `Tied.joined`.
+
+    Attributes
+    ----------
+    normal
+        (k,) of the pressure, or of a bolt's force.
+    tangential
+        (k, 2) of the shear stresses; −1 where there is none.
+    friction
+        (k,) coefficient μ.
+    bolt
+        (k,) which are bolts.
+    rubbing
+        (k,) where friction decides on slip; elsewhere slip is given or there is no shear stress.
+    """
+
+    normal: Ints
+    tangential: Ints
+    friction: Floats
+    bolt: Mask
+    rubbing: Mask
+
+    @property
+    def size(self) -> int:
+        """Number of places."""
+        return len(self.normal)
+
+    def of(self, sites: Ints) -> "Places":
+        """Some of the places."""
+        return Places(*(own[sites] for own in astuple(self)))
+
+    @property
+    def sticking(self) -> "Places":
+        """The same places, whose slip is given."""
+        return replace(self, rubbing=np.zeros_like(self.rubbing))
+
+
+@dataclass(frozen=True)
+class Guess:
+    """What touches, opens and slips.
+
+    Attributes
+    ----------
+    touching
+        (n_p,) which pressures of the pins act.
+    opened, slipping
+        (k,) which places are open; which slip.
+    direction
+        (k, 2) of the shear stress where they slip.
+    ratio
+        (k,) friction over the length that `direction` was found from, at most 1.
+    """
+
+    touching: Mask
+    opened: Mask
+    slipping: Mask
+    direction: Floats
+    ratio: Floats
+
+    def of(self, pins: Ints, sites: Ints) -> "Guess":
+        """Return what it says of some pressures of the pins and some places."""
+        return Guess(
+            touching=self.touching[pins],
+            opened=self.opened[sites],
+            slipping=self.slipping[sites],
+            direction=self.direction[sites],
+            ratio=self.ratio[sites],
+        )
+
+    @classmethod
+    def together(cls, n_pins: int, n_places: int, parts: Sequence[tuple[Ints, Ints, "Guess"]]) -> "Guess":
+        """Put guesses of some pressures of the pins and some places together."""
+        found = cls.closed(n_pins, n_places)
+        for pins, sites, part in parts:
+            found.touching[pins] = part.touching
+            found.opened[sites], found.slipping[sites] = part.opened, part.slipping
+            found.direction[sites], found.ratio[sites] = part.direction, part.ratio
+        return found
+
+    @classmethod
+    def closed(cls, n_pins: int, n_places: int) -> "Guess":
+        """Return the state in which everything sticks and no pin touches."""
+        opened, slipping = np.zeros((2, n_places), dtype=bool)
+        return cls(
+            np.zeros(n_pins, dtype=bool), opened, slipping, np.zeros((n_places, 2)), np.zeros(n_places)
+        )
+
+
+@dataclass(frozen=True)
+class Offsets:
+    """The tied state under a load, without any pressure of the pins.
+
+    Attributes
+    ----------
+    stress
+        λ_J (n_J,).
+    pin_gap
+        (n_p,) moments of the gaps of the pins.
+    forces
+        (m,) resultants along the motions that only the pins resist.
+    gap
+        y_J (n_J,) at the beginning of the step.
+    least
+        Size of the stresses elsewhere, MPa: what is little beside them is nothing.
+    """
+
+    stress: Floats
+    pin_gap: Floats
+    forces: Floats
+    gap: Floats
+    least: float = 1e-300
+
+    def of(self, pins: Ints, joined: Ints, motions: Ints) -> "Offsets":
+        """Offsets of some of the unknowns and motions."""
+        return Offsets(
+            self.stress[joined], self.pin_gap[pins], self.forces[motions], self.gap[joined], self.least
+        )
