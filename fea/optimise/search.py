@@ -16,7 +16,7 @@ from geometry.arrays import Floats
 # radius of the trust region: scaled by the bounds.
 _REACH = (1.0, 0.2)
 _FIRST = (0.12, 0.05)
-_LAST = (0.01, 0.003)
+_LAST = (0.02, 0.003)
 # Of all evaluations, for the first round.
 _SHARE = 0.6
 # A round that saves less mass than this share is the last one: new meshes differ by about as much.
@@ -63,9 +63,8 @@ class Found:
 
     Attributes
     ----------
-    first, best
-        The rod that it began with and the lightest one that holds on a mesh of its own; where none holds, the
-        one that lacks least.
+    first
+        The rod that it began with.
     rounds
         Designs that began a round, each on a mesh of its own.
     tried
@@ -77,11 +76,21 @@ class Found:
     """
 
     first: Design
-    best: Design
     rounds: tuple[Design, ...]
     tried: tuple[Design, ...]
     count: int
     ended: str
+
+    @property
+    def best(self) -> Design:
+        """The lightest rod that holds on a mesh of its own; where none holds, the one that lacks least."""
+        return _best([design for design in self.tried if design.fresh])
+
+    @property
+    def holding(self) -> list[Design]:
+        """The rods that hold on a mesh of their own, the lightest first."""
+        found = [design for design in self.tried if design.fresh and design.margin >= 0]
+        return sorted(found, key=lambda design: design.mass_kg)
 
     @property
     def holds(self) -> bool:
@@ -94,7 +103,7 @@ def search(designs: Evaluator, start: Floats, most: int) -> Found:
 
     A round minimises the mass on moved copies of one mesh, on which figures change smoothly with the
     dimensions. Its result is meshed anew and begins the next round. Where the new mesh takes away some of the
-    margin, later rounds keep that much in reserve.
+    margin, the next round keeps that much in reserve.
 
     Parameters
     ----------
@@ -124,10 +133,10 @@ def search(designs: Evaluator, start: Floats, most: int) -> Found:
             ended = "a further round found nothing lighter"
             break
         rounds.append(designs.begin(result.x))
-        if rounds[-1].margin < 0:
-            reserve = max(reserve, result.margin - rounds[-1].margin)
+        if number > 0:  # the first result may be far from its mesh, later ones are not
+            reserve = max(0.0, result.margin - rounds[-1].margin)
         ended = _settled(rounds)
-    return Found(rounds[0], _best(rounds), tuple(rounds), tuple(designs.tried), designs.count, ended)
+    return Found(rounds[0], tuple(rounds), tuple(designs.tried), designs.count, ended)
 
 
 def _round(designs: Evaluator, base: Design, most: int, number: int, reserve: float) -> Design:
