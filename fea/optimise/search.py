@@ -8,7 +8,6 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
-from fea.analysis.adapt import MAX_PASSES
 from fea.optimise.designs import Design
 from geometry.arrays import Floats
 
@@ -16,18 +15,18 @@ from geometry.arrays import Floats
 # radius of the trust region: scaled by the bounds.
 _REACH = (1.0, 0.2)
 _FIRST = (0.12, 0.05)
-_LAST = (0.02, 0.003)
+_LAST = (0.01, 0.003)
 # Of all evaluations, for the first round.
-_SHARE = 0.6
+_SHARE = 0.7
 # A round that saves less mass than this share is the last one: new meshes differ by about as much.
 _SETTLED = 1e-3
 # Up to which scaled values are the same.
 _DECIMALS = 9
 # Of the number of dimensions and one: a round with fewer evaluations compares only neighbours of its start.
 _FEWEST = 2
-# Meshes that are kept for the beginning of the next round, and for a last one that is made in this round: a
-# mesh is refined in so many passes at most.
-_SPARE = 2 * MAX_PASSES
+# Meshes are kept for the beginning of the next round, and for a last one that is made in this round. Each may
+# take as many passes as the very first one, and so many more as it is refined further.
+_FURTHER = 1
 # Evaluations of a study that says nothing.
 USUAL = 150
 
@@ -120,10 +119,11 @@ def search(designs: Evaluator, start: Floats, most: int) -> Found:
         A design cannot be drawn or meshed.
     """
     rounds = [designs.begin(start)]
+    spare = 2 * (designs.count + _FURTHER)
     reserve, ended = 0.0, ""
     while not ended:
         base, number = rounds[-1], min(len(rounds), len(_REACH)) - 1
-        left = most - designs.count - _SPARE
+        left = most - designs.count - spare
         if left < _FEWEST * (len(start) + 1):
             ended = f"the {most} evaluations are used up"
             break
