@@ -11,7 +11,8 @@ from geometry.invalid import InvalidValue, require, require_number, require_posi
 FEWEST, MOST = 20, 10_000
 # What crankshaft, piston and cylinder block decide.
 _FITTED = ("length_mm", "big_end_bore_mm", "small_end_bore_mm")
-_NUMBERS = re.compile(r"([0-9.eE+-]+):([0-9.eE+-]+)")
+_NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
+_NUMBERS = re.compile(f"{_NUMBER}:{_NUMBER}")
 _BOUNDS = "must be two lengths, from and to, in mm: [4.0, 7.0]"
 
 

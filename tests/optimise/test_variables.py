@@ -76,7 +76,13 @@ def test_free_dimensions_of_the_command_line():
         "web_thickness_mm": (3.0, 7.0),
         "big_end_ring_mm": (6.5, 10.0),
     }
-    for text in ("web_thickness_mm", "web_thickness_mm=3", "web_thickness_mm=3:x", "=3:4:5"):
+    for text in (
+        "web_thickness_mm",
+        "web_thickness_mm=3",
+        "web_thickness_mm=3:x",
+        "web_thickness_mm=3-4:7",
+        "=3:4:5",
+    ):
         with pytest.raises(InvalidValue, match="as web_thickness_mm=3:7"):
             parse_free([text])
     with pytest.raises(InvalidValue, match="twice"):
