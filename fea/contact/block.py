@@ -4,6 +4,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from fea.contact.guess import Offsets, Places
 from fea.contact.tied import Tied
@@ -118,7 +120,8 @@ class Block:
         linked[n_p + n_J :, :n_p] = np.abs(self.R.T) > NOTHING
         normal, shear = np.broadcast_arrays(self.places.normal[:, None], self.places.tangential)
         linked[joined[normal[shear >= 0]], joined[shear[shear >= 0]]] = True
-        return _pieces(linked)
+        _, label = connected_components(sparse.csr_array(linked), directed=False)
+        return np.asarray(label, dtype=np.int64)
 
     @cached_property
     def even(self) -> Floats:
@@ -142,15 +145,3 @@ class Block:
 
 def _strong(values: Floats) -> Mask:
     return np.asarray(np.abs(values) > _WEAK)
-
-
-def _pieces(linked: Mask) -> Ints:
-    """Number (n,) of the connected piece of each of n, of which links (n, n) are known in one direction."""
-    label = np.full(len(linked), -1)
-    while (label < 0).any():
-        number, new = label.max() + 1, np.flatnonzero(label < 0)[:1]
-        while len(new):
-            label[new] = number
-            reached = linked[new].any(axis=0) | linked[:, new].any(axis=1)
-            new = np.flatnonzero(reached & (label < 0))
-    return label
