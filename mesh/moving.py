@@ -11,7 +11,7 @@ from scipy.sparse.linalg import SuperLU, splu
 from geometry.arrays import Floats, Ints, Mask
 from mesh.anchors import Anchors, start_of, topology
 from mesh.generate import snapped
-from mesh.quality import Quality, measure, mended
+from mesh.quality import Quality, measure, mended, shape
 from mesh.tetmesh import EDGES, TetMesh
 
 # Of the shape of the worst element before: a mesh with much worse ones is made anew.
@@ -46,8 +46,8 @@ class MovableMesh:
         if topology() != self.anchors.topology:
             return None
         mesh, straightened = mended(snapped(replace(self.mesh, points=self._points())))
-        before, after = measure(self.mesh), measure(mesh, straightened)
-        sound = after.least_scaled_jacobian > 0 and after.least_shape > _WORSE * before.least_shape
+        after = measure(mesh, straightened)
+        sound = after.least_scaled_jacobian > 0 and after.least_shape > _WORSE * self._least_shape
         return (mesh, after) if sound else None
 
     def _points(self) -> Floats:
@@ -85,6 +85,10 @@ class MovableMesh:
     def _follow(graph: "_Graph", shift: Floats, free: Mask, fixed: Mask) -> Floats:
         """Displacement (n_free, 3) of free nodes that follow those whose shift is known."""
         return np.asarray(graph.solver.solve(graph.weights[free][:, fixed] @ shift[fixed]))
+
+    @cached_property
+    def _least_shape(self) -> float:
+        return float(shape(self.mesh).min())
 
     @cached_property
     def _vertices(self) -> Mask:

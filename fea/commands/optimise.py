@@ -79,13 +79,12 @@ def optimise(
         table = replace(table, evaluations=evaluations)
     asked = replace(asked, optimise=table)
 
-    from fea.machine.progress import stages
+    from fea.machine.progress import told
     from fea.optimise.run_optimise import optimise as optimised
-    from fea.optimise.told import told
 
     folder = Path("results") / f"{asked.name}-optimised" if out is None else out
-    with stages(silent=quiet or json) as show:
-        figures, complaint = optimised(asked, folder, told(show, table))
+    with told("meshing the first rod", silent=quiet or json) as say:
+        figures, complaint = optimised(asked, folder, say)
     if json:
         from fea.output.json_file import json_text
 

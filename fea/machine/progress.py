@@ -1,9 +1,11 @@
-"""Progress messages on a terminal; none elsewhere."""
+"""Progress messages: the stages of a run on a terminal; of long jobs, elsewhere a line a minute."""
 
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+_MINUTE = 60.0
 _WORDS = {
     "geometry": "drawing the rod",
     "mesh": "meshing",
@@ -35,3 +37,44 @@ def stages(*, silent: bool) -> Iterator[Callable[[str], None] | None]:
                 status.update(f"{_WORDS.get(stage, stage)}…")
 
         yield show
+
+
+@contextmanager
+def told(first: str, *, silent: bool) -> Iterator[Callable[[str], None]]:
+    """Show on stderr how far a long job is: a line that changes on a terminal, elsewhere a line a minute.
+
+    Parameters
+    ----------
+    first
+        Shown on a terminal until there is something to tell.
+    silent
+        Show nothing.
+
+    Yields
+    ------
+    Callable
+        To be told the text.
+    """
+    if silent:
+        yield lambda _text: None
+    elif sys.stderr.isatty():
+        from rich.console import Console  # noqa: PLC0415 - only a terminal shows progress
+
+        with Console(stderr=True).status(first) as status:
+            yield status.update
+    else:
+        yield by_the_minute()
+
+
+def by_the_minute(clock: Callable[[], float] = time.monotonic) -> Callable[[str], None]:
+    """Return what writes a text to stderr if the last one is a minute old."""
+    last = clock()
+
+    def say(text: str) -> None:
+        nonlocal last
+        if clock() - last >= _MINUTE:
+            last = clock()
+            sys.stderr.write(f"fea: {text}\n")
+            sys.stderr.flush()
+
+    return say

@@ -7,8 +7,8 @@ from itertools import count
 
 import numpy as np
 
-from fea.analysis.adapt import adapt_mesh
-from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.adapt import Adapted, adapt_mesh
+from fea.analysis.prepare import prepare
 from fea.choices import CONVERGED_PERCENT
 from fea.machine.clock import Clock
 from fea.optimise.limits import Limit, limits, required
@@ -70,7 +70,7 @@ class Designs:
     variables
         What is free.
     listener
-        Told each design.
+        Told each design, and how many meshes were solved.
     morphing
         Whether the mesh of one rod is moved to the next, where it can be.
 
@@ -85,7 +85,7 @@ class Designs:
     def __init__(
         self,
         variables: Variables,
-        listener: Callable[[Design], None] = lambda _: None,
+        listener: Callable[[Design, int], None] = lambda _design, _count: None,
         *,
         morphing: bool = True,
     ) -> None:
@@ -125,26 +125,26 @@ class Designs:
         near = self.variables.nearest_sound(x, self._sound)
         for tries in count(1):
             try:
-                rod, fresh = self._rod(near)
+                adapted, fresh = self._rod(near)
             except (GeometryError, MeshError):
                 if tries == _TRIES:
                     raise
                 near = near + _SHORTER * (self._sound - near)
             else:
-                return self._computed(rod, near, x, fresh=fresh)
+                return self._computed(adapted, near, x, fresh=fresh)
         raise AssertionError  # the loop has no end
 
-    def _rod(self, x: Floats) -> tuple[PreparedRod, bool]:
+    def _rod(self, x: Floats) -> tuple[Adapted, bool]:
         """The rod on the mesh of the nearest one meshed, moved; where that cannot follow, on its own."""
         if self._morphing:
             study = self.variables.study_at(x)
             _, base = min(self._made, key=lambda made: float(np.linalg.norm(made[0] - x)))
             mesh = moved(base, study.rod)
             if mesh is not None:
-                return prepare(study, mesh=mesh), False
+                return Adapted(prepare(study, mesh=mesh)), False
         return self._meshed(x), True
 
-    def _meshed(self, x: Floats) -> PreparedRod:
+    def _meshed(self, x: Floats) -> Adapted:
         """The rod on a mesh of its own, to which others may be moved."""
         study = self.variables.study_at(x)
         tolerance = study.tolerance_percent
@@ -154,13 +154,14 @@ class Designs:
         adapted = adapt_mesh(study, study.speeds(), Clock(), movable=self._morphing)
         self._made.append((x, adapted.rod.mesh))
         self.count += max(1, len(adapted.passes)) - 1  # the last one counts with its design
-        return adapted.rod
+        return adapted
 
-    def _computed(self, rod: PreparedRod, x: Floats, asked: Floats, *, fresh: bool) -> Design:
-        found = limits(rod, self.variables.study.speeds(), self._required)
+    def _computed(self, adapted: Adapted, x: Floats, asked: Floats, *, fresh: bool) -> Design:
+        results = [adapted.at(rpm) for rpm in self.variables.study.speeds()]
+        found = limits(adapted.rod, results, self._required)
         short = float(np.linalg.norm(asked - x))
-        design = Design(x, rod.mass.mass / KG, found, short, fresh)
+        design = Design(x, adapted.rod.mass.mass / KG, found, short, fresh)
         self.tried.append(replace(design, short=0.0))
         self.count += 1
-        self._listener(design)
+        self._listener(design, self.count)
         return design

@@ -7,7 +7,7 @@ import numpy as np
 
 from fea.analysis.buckling import buckling_report
 from fea.analysis.prepare import PreparedRod
-from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
+from fea.analysis.speed import SpeedResult
 from fea.study.study import Study
 from geometry.arrays import Mask
 
@@ -69,22 +69,19 @@ class Limit:
         return 1 - self.required / self.low
 
 
-def limits(rod: PreparedRod, speeds: Sequence[float | None], asked: Required) -> tuple[Limit, ...]:
-    """Solve a rod at all speeds; each limit is the worst of them.
+def limits(rod: PreparedRod, results: Sequence[SpeedResult], asked: Required) -> tuple[Limit, ...]:
+    """Return the limits of a rod that is solved at all speeds; each is the worst of them.
 
     Stress limits the rod in both ends and in the shank, each by itself: the largest stress of one place
     changes smoothly with the dimensions, that of the whole rod has a kink wherever the place changes.
 
     Raises
     ------
-    UnderconstrainedError, SingularMatrixError, ContactError
-        See `fea.analysis.speed.solve_speed`.
+    SingularMatrixError
+        See `fea.analysis.buckling.buckling_report`.
     """
     worst: dict[str, Limit] = {}
-    for rpm in speeds:
-        result = solve_speed(rod, rpm)
-        if rod.options.cycle:
-            result = with_cycle(rod, result)
+    for result in results:
         for found in (*_of_stress(rod, result, asked), *_of_buckling(rod, result, asked)):
             if found.name not in worst or found.margin < worst[found.name].margin:
                 worst[found.name] = found

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from fea.analysis.adapt import Adapted, adapt_mesh
+from fea.analysis.adapt import adapt_mesh
 from fea.analysis.outcome import Outcome, outcome
 from fea.machine.clock import Clock
 from fea.optimise.designs import Design, Designs
@@ -12,6 +12,7 @@ from fea.optimise.figures import OptimiseFigures, dimension_figures, history, li
 from fea.optimise.files import FILES, write_files
 from fea.optimise.limits import Limit, limits, required
 from fea.optimise.search import USUAL, Found, search
+from fea.optimise.told import telling
 from fea.optimise.variables import Variables, variables
 from fea.output.folder import require_replaceable, run_folder
 from fea.study.study import Study
@@ -29,7 +30,6 @@ class Checked:
     """A rod on a mesh of its own that is refined to the tolerance."""
 
     study: Study
-    adapted: Adapted
     outcomes: tuple[Outcome, ...]
     limits: tuple[Limit, ...]
 
@@ -45,7 +45,7 @@ class Checked:
 
 
 def optimise(
-    study: Study, folder: Path, listener: Callable[[Design, int], None] = lambda _design, _count: None
+    study: Study, folder: Path, say: Callable[[str], None] = lambda _text: None
 ) -> tuple[OptimiseFigures, str]:
     """Search the lightest rod that holds, and leave its study, the table, the history and pictures.
 
@@ -55,8 +55,8 @@ def optimise(
         What is asked, with `Study.optimise` or without.
     folder
         New, or that of an earlier search.
-    listener
-        Told each design that was tried, and how many meshes were solved.
+    say
+        Told, after each design, how many meshes were solved and what was found.
 
     Returns
     -------
@@ -79,7 +79,7 @@ def optimise(
     table = study.optimise
     most = (None if table is None else table.evaluations) or USUAL
     with clock("search"):
-        designs = Designs(free, lambda design: listener(design, designs.count))
+        designs = Designs(free, telling(say, most))
         found = search(designs, free.start, most)
     with clock("check"):
         before = checked(free, found.first.x)
@@ -123,8 +123,9 @@ def checked(free: Variables, x: Floats) -> Checked:
         analysis=replace(options, tolerance_percent=tolerance),
     )
     adapted = adapt_mesh(study, study.speeds(), Clock())
-    outcomes = tuple(outcome(study, adapted, adapted.at(rpm)) for rpm in study.speeds())
-    return Checked(study, adapted, outcomes, limits(adapted.rod, study.speeds(), required(study)))
+    results = [adapted.at(rpm) for rpm in study.speeds()]
+    outcomes = tuple(outcome(study, adapted, result) for result in results)
+    return Checked(study, outcomes, limits(adapted.rod, results, required(study)))
 
 
 def _last(free: Variables, found: Found) -> tuple[Design, Checked]:

@@ -62,8 +62,6 @@ class Found:
 
     Attributes
     ----------
-    first
-        The rod that it began with.
     rounds
         Designs that began a round, each on a mesh of its own.
     tried
@@ -74,11 +72,15 @@ class Found:
         Why the search ended.
     """
 
-    first: Design
     rounds: tuple[Design, ...]
     tried: tuple[Design, ...]
     count: int
     ended: str
+
+    @property
+    def first(self) -> Design:
+        """The rod that it began with."""
+        return self.rounds[0]
 
     @property
     def best(self) -> Design:
@@ -136,7 +138,7 @@ def search(designs: Evaluator, start: Floats, most: int) -> Found:
         if number > 0:  # the first result may be far from its mesh, later ones are not
             reserve = max(0.0, result.margin - rounds[-1].margin)
         ended = _settled(rounds)
-    return Found(rounds[0], tuple(rounds), tuple(designs.tried), designs.count, ended)
+    return Found(tuple(rounds), tuple(designs.tried), designs.count, ended)
 
 
 def _round(designs: Evaluator, base: Design, most: int, number: int, reserve: float) -> Design:

@@ -1,10 +1,8 @@
 """How far a sweep is, at which rate, and how long it will take."""
 
-import sys
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
 _MINUTE = 60.0
 # The rate is that of the last so many results: the first ones wait for libraries to load.
@@ -50,6 +48,15 @@ class Progress:
         left = (self.total - self.done) / rate
         return f"{share}, {_rate(rate)}, {duration(left)} left"
 
+    def telling(self, say: Callable[[str], None]) -> Callable[[int, int], None]:
+        """Return what is to be told how many rods came back, and how many threads compute."""
+
+        def tell(count: int, threads: int) -> None:
+            self.add(count)
+            say(self.text(threads))
+
+        return tell
+
 
 def duration(seconds: float) -> str:
     """Return a time as text: ``"35 s"``, ``"12 min"``, ``"3 h 05 min"``."""
@@ -61,42 +68,3 @@ def duration(seconds: float) -> str:
 
 def _rate(rate: float) -> str:
     return f"{rate:.2g} a second" if rate >= 1 else f"{_MINUTE * rate:.2g} a minute"
-
-
-@contextmanager
-def told(progress: Progress, *, silent: bool) -> Iterator[Callable[[int, int], None]]:
-    """Show progress on stderr: a line that changes on a terminal, elsewhere a line a minute.
-
-    Yields
-    ------
-    Callable
-        To be told how many rods came back, and how many threads compute.
-    """
-    if silent:
-        yield lambda count, _threads: progress.add(count)
-    elif sys.stderr.isatty():
-        from rich.console import Console  # noqa: PLC0415 - only a terminal shows progress
-
-        with Console(stderr=True).status("starting the workers") as status:
-
-            def show(count: int, threads: int) -> None:
-                progress.add(count)
-                status.update(progress.text(threads))
-
-            yield show
-    else:
-        yield _lines(progress)
-
-
-def _lines(progress: Progress, clock: Callable[[], float] = time.monotonic) -> Callable[[int, int], None]:
-    last = clock()
-
-    def show(count: int, threads: int) -> None:
-        nonlocal last
-        progress.add(count)
-        if clock() - last >= _MINUTE:
-            last = clock()
-            sys.stderr.write(f"fea: {progress.text(threads)}\n")
-            sys.stderr.flush()
-
-    return show

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from fea.machine.progress import told
 from fea.output import lock
 from fea.output.errors import OccupiedError, StorageError
 from fea.output.target import near
@@ -15,7 +16,7 @@ from fea.sweep.cluster import cluster
 from fea.sweep.engine import Engine
 from fea.sweep.journal import SCHEMA, Journal, State
 from fea.sweep.plan import Row, rows, study_of
-from fea.sweep.progress import Progress, told
+from fea.sweep.progress import Progress
 from fea.sweep.reasons import failures
 from fea.sweep.report import report_sweep
 from fea.sweep.statistics import Statistics
@@ -106,9 +107,10 @@ def run_sweep(
         progress = Progress(len(journal.pending()))
         try:
             if progress.total:
-                with told(progress, silent=silent) as listener, cluster(workers, address) as client:
+                first = "starting the workers"
+                with told(first, silent=silent) as say, cluster(workers, address) as client:
                     task = partial(_task, sweep, journal, minutes)
-                    Engine(journal, client, task, compute).run(listener)
+                    Engine(journal, client, task, compute).run(progress.telling(say))
         except BaseException:
             with suppress(StorageError):  # on a full disk the journal comes first
                 write_tables(folder, journal.entries())
