@@ -18,7 +18,7 @@ from fea.checks import LIMITS
 from fea.choices import CONTACT, Element, SolverName, Support
 from fea.cycle.bonded_loads import BondedLoads
 from fea.cycle.pressure_loads import PressureLoads
-from fea.cycle.superposition import CycleAnalysis, course, of_cases
+from fea.cycle.superposition import CycleAnalysis, of_cases, whole_cycle
 from fea.cycle.unit_loads import UnitLoads
 from fea.cycle.unit_solutions import unit_solutions
 from fea.machine.clock import Clock
@@ -48,7 +48,6 @@ from geometry.section import Section
 from geometry.surfaces import INTERFACES, Surface
 from loads.bearing import Bonded
 from loads.cases import assembled
-from loads.slider_crank import cycle_angles
 
 if TYPE_CHECKING:
     from fea.analysis.life import Life
@@ -309,9 +308,9 @@ class PreparedRod:
 
         engine, gas = self.engine.engine, self.engine.gas
         speeds = self._spanned_speeds
-        courses = [course(engine, gas, self.mass, rpm * RPM, cycle_angles()) for rpm in speeds]
+        cycles = [whole_cycle(engine, gas, self.mass, rpm * RPM) for rpm in speeds]
         alone = [of_cases(self.loading.at(self.mass, rpm).cases) for rpm in speeds]
-        return AssembledLoads(self.held_together, self.inertia, courses, alone)
+        return AssembledLoads(self.held_together, self.inertia, cycles, alone)
 
     def _unit_loads(self) -> UnitLoads:
         if self.options.in_contact:

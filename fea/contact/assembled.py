@@ -18,6 +18,7 @@ from fea.contact.guess import Guess, Places
 from fea.contact.joined_system import Joined, JoinedSystem, Load
 from fea.contact.problem import ContactProblem
 from fea.contact.tied import Tied
+from fea.contact.trial import EXACT, Exact
 from fea.solid.errors import UnsettledError
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints
@@ -245,7 +246,7 @@ class Assembled:
             changes=found.changes,
         )
 
-    def step(self, load: Load, state: Joined, like: Joined | None = None) -> Joined:
+    def step(self, load: Load, state: Joined, like: Joined | None = None, exact: Exact = EXACT) -> Joined:
         """Go on from a state, in smaller steps where a larger one does not settle.
 
         Parameters
@@ -254,6 +255,8 @@ class Assembled:
             At the end of the step, and at its beginning.
         like
             A state that the end resembles, where one is known.
+        exact
+            How exactly the laws shall hold.
 
         Raises
         ------
@@ -262,19 +265,21 @@ class Assembled:
         """
         if like is not None:
             with suppress(UnsettledError):
-                return self._system.step(load, state.gap, like.guess)
-        return self._divided(load, state, HALVINGS)
+                return self._system.step(load, state.gap, like.guess, exact)
+        return self._divided(load, state, exact, HALVINGS)
 
-    def _divided(self, load: Load, state: Joined, halvings: int) -> Joined:
+    def _divided(self, load: Load, state: Joined, exact: Exact, halvings: int) -> Joined:
         try:
-            return self._system.step(load, state.gap, state.guess)
+            return self._system.step(load, state.gap, state.guess, exact)
         except UnsettledError:
             if not halvings:
                 raise
-        middle = self._divided(state.load.halfway(load), state, halvings - 1)
-        return self._divided(load, middle, halvings - 1)
+        middle = self._divided(state.load.halfway(load), state, exact, halvings - 1)
+        return self._divided(load, middle, exact, halvings - 1)
 
-    def between(self, load: Load, ends: tuple[Joined, Joined], share: float, like: Joined) -> Joined:
+    def between(
+        self, load: Load, ends: tuple[Joined, Joined], share: float, like: Joined, exact: Exact = EXACT
+    ) -> Joined:
         """Find the state at a share of the way between two increments, whose slips it divides.
 
         Parameters
@@ -285,6 +290,8 @@ class Assembled:
             The increments, and the share of the way from the one to the other.
         like
             A state that it resembles.
+        exact
+            How exactly the laws shall hold.
 
         Raises
         ------
@@ -295,22 +302,9 @@ class Assembled:
         gap = (1 - share) * earlier.gap + share * later.gap
         sticking = replace(like.guess, slipping=np.zeros_like(like.guess.slipping))
         try:
-            return self._system.step(load, gap, sticking, rubbing=False)
+            return self._system.step(load, gap, sticking, exact, rubbing=False)
         except UnsettledError:
-            return self.step(load, earlier)
-
-    def slipped(self, gap: Floats) -> Floats:
-        """Values (n, …) of the unknowns, those of the pins zero, that gaps y_J (n_J, …) alone cause."""
-        found = np.zeros((self.problem.fold.size, *gap.shape[1:]))
-        found[self._tied.joined] = self._tied.S @ gap
-        return found
-
-    def tied_to(self, pressure: Floats) -> Floats:
-        """Values (n, …) of the unknowns under pressures (n_p, …) of the pins while everything sticks."""
-        found = np.zeros((self.problem.fold.size, *pressure.shape[1:]))
-        found[self.pins] = pressure
-        found[self._tied.joined] = -self._tied.B @ pressure
-        return found
+            return self.step(load, earlier, exact=exact)
 
     def tied_loads(self) -> Floats:
         """Values (n, n_loads) of the unknowns under unit loads, without pins, while everything sticks."""
@@ -322,12 +316,10 @@ class Assembled:
     @property
     def tied_start(self) -> Floats:
         """Values (n,) of the unknowns at the engine's temperature without pins."""
-        return self.slipped(self.start.gap - self._made[self._tied.joined])
-
-    @property
-    def tied_compliance(self) -> Floats:
-        """A (n_p, n_p) of `fea.contact.tied`."""
-        return self._tied.A
+        found = np.zeros(self.problem.fold.size)
+        joined = self._tied.joined
+        found[joined] = self._tied.S @ (self.start.gap - self._made[joined])
+        return found
 
     def load(self, forces: Sequence[Floats], weights: Floats, moments: Floats | None = None) -> Load:
         """What acts in a step; parameters as for `ContactProblem.solve`."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -14,7 +15,8 @@ from fea.contact.joined_system import Joined
 from fea.contact.mating import MatingFaces
 from fea.contact.multipliers import Direction, radial
 from fea.contact.rod_contact import RodContact, Solved, acting
-from fea.machine.threads import one_blas_thread
+from fea.contact.trial import EXACT, Exact
+from fea.machine.threads import one_blas_thread, side_by_side, threads
 from fea.rod.bores import Bores
 from fea.rod.case_forces import CaseForces
 from fea.solid.errors import ContactError
@@ -32,6 +34,8 @@ from mesh.tetmesh import TetMesh
 # of every place may differ from the cycle before by so much, relative to the largest, when it ends. (What a
 # pressure at the edge of contact owes to the size of the increments is four times as much.)
 MOST_CYCLES, ON_END, SETTLED, SETTLED_PLACES = 3, 10, 1e-3, 1e-2
+# How exactly the laws shall hold at the instants of a cycle: a hundredth of what the cycle may change by.
+OF_COURSE = Exact(violation=1e-5, direction=1e-5)
 # Distance from a mirror plane, over the hole's radius, within which a bolt's axis lies on it.
 _ON_PLANE = 1e-6
 
@@ -137,9 +141,15 @@ class AssembledRod(RodContact):
         return self._known[key]
 
     def _step(
-        self, forces: Sequence[Floats], motion: Floats, state: Joined, like: Joined | None = None
+        self,
+        forces: Sequence[Floats],
+        motion: Floats,
+        state: Joined,
+        like: Joined | None = None,
+        exact: Exact = EXACT,
     ) -> Joined:
-        return self.assembled.step(self.assembled.load(forces, motion, self._tilted(motion)), state, like)
+        load = self.assembled.load(forces, motion, self._tilted(motion))
+        return self.assembled.step(load, state, like, exact)
 
     def solutions(self, pin: Floats, crank: Floats, motions: Floats) -> list[Joined]:
         """States at k instants, each of them from that in which the parts were put together.
@@ -161,13 +171,13 @@ class AssembledRod(RodContact):
         state, states = self.assembled.start, list[Joined]()
         with one_blas_thread():
             for *forces, motion in instants:
-                state = self._step(forces, motion, state)
+                state = self._step(forces, motion, state, exact=OF_COURSE)
                 states.append(state)
             largest, alike = self._largest(states), 0
             for number in range(len(instants), MOST_CYCLES * len(instants)):
                 *forces, motion = instants[number % len(instants)]
                 before = states[number - len(instants)]
-                state = self._step(forces, motion, state, before)
+                state = self._step(forces, motion, state, before, OF_COURSE)
                 states.append(state)
                 alike = alike + 1 if self._alike(before, state, largest) else 0
                 if alike == ON_END:  # from here on, it would do again what it did in the cycle before
@@ -205,18 +215,37 @@ class AssembledRod(RodContact):
         places
             (n,) numbers of the increments, with the share of the way to the next.
         """
-        found, near, last = dict[int, Joined](), states[0], -1
+        order = np.argsort(places, kind="stable")
+        runs = np.array_split(order, min(threads(), max(len(order), 1)))
         with one_blas_thread():
-            for number in np.argsort(places, kind="stable"):
-                *forces, motion = instants[number]
-                before = min(int(places[number]), len(states) - 2)
-                if before != last:
-                    near, last = states[before], before
+            found = side_by_side(lambda run: self._run(instants, states, places, run), runs)
+        state = dict(zip(order.tolist(), chain.from_iterable(found), strict=True))
+        return [state[number] for number in range(len(order))]
+
+    def _run(
+        self,
+        instants: Sequence[tuple[Floats, Floats, Floats]],
+        states: Sequence[Joined],
+        places: Floats,
+        run: Ints,
+    ) -> list[Joined]:
+        """States at some of the instants in their order; parameters as for `between`."""
+        found, near, last = list[Joined](), states[0], -1
+        for number in run:
+            *forces, motion = instants[number]
+            before = min(int(places[number]), len(states) - 2)
+            share = float(places[number]) - before
+            if share in {0.0, 1.0}:
+                near = states[before + int(share)]
+            else:
+                like = near if before == last else states[before]
                 load = self.assembled.load(forces, motion, self._tilted(motion))
-                share = float(places[number]) - before
-                near = self.assembled.between(load, (states[before], states[before + 1]), share, near)
-                found[int(number)] = near
-        return [found[number] for number in range(len(found))]
+                near = self.assembled.between(
+                    load, (states[before], states[before + 1]), share, like, OF_COURSE
+                )
+            last = before
+            found.append(near)
+        return found
 
     def __call__(self, case: LoadCase) -> CaseForces:
         """Nodal forces of everything that acts in a case; see `RodContact`."""

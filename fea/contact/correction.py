@@ -3,7 +3,7 @@
 import numpy as np
 
 from fea.contact.guess import Guess
-from fea.contact.trial import Trial
+from fea.contact.trial import Exact, Trial
 from geometry.arrays import Mask
 
 # Guesses in the beginning that change everything at once.
@@ -20,9 +20,15 @@ class Correction:
     friction comes last, because what the parts do under a wrong load of the pins says nothing about friction.
     Where the method returns to a guess, it runs in a circle: from then on, only the worst places of that kind
     are changed, fewer each time, down to single ones.
+
+    Parameters
+    ----------
+    exact
+        How exactly the laws shall hold.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, exact: Exact) -> None:
+        self._exact = exact
         self._seen = set[bytes]()
         self._least = np.zeros(3)
         self._eager = _EAGER
@@ -30,7 +36,7 @@ class Correction:
 
     def of(self, trial: Trial) -> Guess | None:
         """Return the next guess, or None if this one obeys every law."""
-        if trial.obeys:
+        if trial.obeys(self._exact):
             return None
         eager = self._eager > 0
         self._eager -= 1

@@ -1,19 +1,15 @@
 """Small dense systems, solved again and again while their matrix changes little."""
 
-from contextlib import nullcontext
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import lapack
 
-from fea.machine.threads import every_blas_thread
 from geometry.arrays import Floats, Ints
 
 # Reciprocal condition number, of a scaled matrix, below which a motion counts as free; smallest over largest
 # pivot above which the condition need not be known.
 _SINGULAR, _SAFE = 1e-12, 1e-8
-# Unknowns above which several threads factorise faster than one.
-_LARGE = 400
 # Steps of iterative refinement with the factor of another matrix, what they must leave of the residual, and
 # by how much each must reduce it.
 _STEPS, _EXACT, _ENOUGH = 8, 1e-14, 0.1
@@ -65,8 +61,7 @@ def solved(matrix: Floats, side: Floats, near: Factor | None = None) -> tuple[Fl
     found = None if near is None else near.refined(matrix, side)
     if found is not None:
         return found, near
-    with every_blas_thread() if len(side) > _LARGE else nullcontext():
-        triangles, pivots, broken = lapack.dgetrf(matrix.T)
+    triangles, pivots, broken = lapack.dgetrf(matrix.T)
     if broken == 0 and _conditioned(matrix, triangles):
         factor = Factor(triangles, pivots)
         return factor.solve(side), factor

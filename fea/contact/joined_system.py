@@ -22,7 +22,8 @@ from fea.contact.correction import Correction
 from fea.contact.ends import Ends
 from fea.contact.guess import Guess, Offsets, Places
 from fea.contact.tied import Tied
-from fea.contact.trial import ROUNDING, Trial
+from fea.contact.trial import EXACT, ROUNDING, Exact, Trial
+from fea.machine.threads import side_by_side
 from fea.solid.errors import ContactError, UnsettledError
 from geometry.arrays import Floats, Mask
 
@@ -117,7 +118,9 @@ class JoinedSystem:
         self._whole = Block.whole(tied, R / self._scale, places)
         self._ends = Ends.of(self._whole)
 
-    def step(self, load: Load, gap: Floats, guess: Guess, *, rubbing: bool = True) -> Joined:
+    def step(
+        self, load: Load, gap: Floats, guess: Guess, exact: Exact = EXACT, *, rubbing: bool = True
+    ) -> Joined:
         """Find the state under a load.
 
         Parameters
@@ -128,6 +131,8 @@ class JoinedSystem:
             y_J (n_J,) at its beginning.
         guess
             Where to begin.
+        exact
+            How exactly the laws shall hold.
         rubbing
             Whether places may slip; otherwise `gap` holds their slip at the end.
 
@@ -140,9 +145,9 @@ class JoinedSystem:
         """
         offsets = self._offsets(load, gap)
         ends = self._ends if rubbing else self._ends.sticking
-        return self._joined(ends, *self._settled(ends, offsets, guess), load)
+        return self._joined(ends, *self._settled(ends, offsets, guess, exact), load)
 
-    def _settled(self, ends: Ends, offsets: Offsets, guess: Guess) -> tuple[list[Trial], int]:
+    def _settled(self, ends: Ends, offsets: Offsets, guess: Guess, exact: Exact) -> tuple[list[Trial], int]:
         """Solution of each block under what the others do to it, and how many states were tried."""
         blocks = ends.blocks
         offsets = replace(offsets, least=_CALM * self._pressed(offsets, guess))
@@ -156,22 +161,27 @@ class JoinedSystem:
         ]
         moved = [np.zeros(len(own.joined)) for own in blocks]
         found, changes = list[Trial | None]([None] * len(blocks)), 0
+        each = map if ends is self._ends.sticking else side_by_side  # without friction, hardly worth a thread
         for _ in range(_SWEEPS):
-            settled = True
-            for number, block in enumerate(blocks):
-                last, load = found[number], ends.shifted(number, parts[number], pressure, moved)
-                if last is not None and block.change(load, last.offsets) <= ROUNDING * last.size:
-                    continue
-                sizes = [other.size for other in found if other is not None]
-                load = replace(load, least=max([*sizes, load.least]))
-                settled = False
-                trial, states = self._search(block, load, guesses[number])
+            loads = [ends.shifted(number, part, pressure, moved) for number, part in enumerate(parts)]
+            left = [
+                number
+                for number, (block, last, load) in enumerate(zip(blocks, found, loads, strict=True))
+                if last is None or block.change(load, last.offsets) > ROUNDING * last.size
+            ]
+            if not left:
+                break
+            least = max([offsets.least, *(own.size for own in found if own is not None)])
+            jobs = [(blocks[own], replace(loads[own], least=least), guesses[own], exact) for own in left]
+            for number, (trial, states) in zip(left, each(self._search, jobs), strict=True):
                 changes += states
                 found[number], guesses[number] = trial, trial.guess
                 pressure[number], moved[number] = trial.pressure, trial.moved
-            if settled or len(blocks) == 1:
-                return [trial for trial in found if trial is not None], changes
-        raise UnsettledError(_UNSETTLED)
+            if len(blocks) == 1:
+                break
+        else:
+            raise UnsettledError(_UNSETTLED)
+        return [trial for trial in found if trial is not None], changes
 
     def _pressed(self, offsets: Offsets, guess: Guess) -> float:
         """Largest pressure between the parts while nothing moves, MPa."""
@@ -179,9 +189,10 @@ class JoinedSystem:
         closed = places.normal[~guess.opened & ~places.bolt]
         return float(max(np.abs(offsets.stress[closed]).max(initial=0.0), offsets.least))
 
-    def _search(self, block: Block, offsets: Offsets, guess: Guess) -> tuple[Trial, int]:
+    def _search(self, problem: tuple[Block, Offsets, Guess, Exact]) -> tuple[Trial, int]:
         """Solution of a block, and how many states were tried."""
-        correction, trial = Correction(), None
+        block, offsets, guess, exact = problem
+        correction, trial = Correction(exact), None
         for change in range(1, _MOST + 1):
             trial = Trial.of(block, offsets, guess, trial)
             better = correction.of(trial)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,10 +12,28 @@ from fea.contact.guess import Guess, Offsets
 from fea.contact.law import Law
 from geometry.arrays import Floats, Ints, Mask
 
-# What rounding leaves, relative to the largest stress; the error of the directions of slip at the end.
-ROUNDING, DIRECTION = 1e-11, 1e-9
+# What rounding leaves, relative to the largest stress.
+ROUNDING = 1e-11
 # Rows of a matrix are gathered where no more than one out of so many is needed.
 _SPARSE = 4
+
+
+class Exact(NamedTuple):
+    """How exactly laws shall hold, relative to the largest stress.
+
+    Attributes
+    ----------
+    violation
+        Of contact and friction.
+    direction
+        Error of the shear stress where places slip, which Newton's method makes small at once.
+    """
+
+    violation: float = ROUNDING
+    direction: float = 1e-9
+
+
+EXACT = Exact()
 
 
 @dataclass(frozen=True)
@@ -72,8 +91,10 @@ class Trial:
         np.multiply(press[:, None] * block.B[moving][:, active].T, unit, out=matrix[pins, gaps])
         matrix[motions, pins] = (press[:, None] * R[active]).T
         matrix[pins, motions] = -matrix[motions, pins].T
-        np.multiply(law.of_rows(block.B, active), -press, out=matrix[gaps, pins])
-        np.multiply(law.of_rows(block.S, moving), unit, out=matrix[gaps, gaps])
+        law.of_rows(block.B, active, matrix[gaps, pins])
+        law.of_rows(block.S, moving, matrix[gaps, gaps])
+        matrix[gaps, pins] *= -press
+        matrix[gaps, gaps] *= unit
         law.give_way(matrix[gaps, gaps])
         side = np.concatenate(
             [-press * offsets.pin_gap[active], -law.of_values(offsets.stress), offsets.forces]
@@ -163,11 +184,11 @@ class Trial:
         size = float(np.linalg.norm(forces))
         return float(np.linalg.norm(self.block.R.T @ self.pressure - forces)) / size if size > 0 else 0.0
 
-    @property
-    def obeys(self) -> bool:
+    def obeys(self, exact: "Exact") -> bool:
         """Whether every law holds."""
-        wrong = any(values.any() for values in self.violations)
-        return not wrong and bool(self._turned.max(initial=0.0) <= DIRECTION * self.size)
+        worst = max(float(values.max(initial=0.0)) for values in self.violations)
+        turned = float(self._turned.max(initial=0.0))
+        return worst <= exact.violation * self.size and turned <= exact.direction * self.size
 
     def corrected(self, pins: Mask, normal: Mask, friction: Mask) -> Guess:
         """Return the guess that follows from this one.

@@ -1,15 +1,11 @@
 """Unit loads of pins that are bonded to their bores: a force along x and one along y on each, and inertia."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from fea.choices import Support
 from fea.cycle.pressure_loads import StoredFields
-from fea.cycle.unit_loads import ALONE, Course, Instants, Weights, inertial_fields
-from fea.rod.assembly_state import AssemblyState
+from fea.cycle.unit_loads import ALONE, Contacts, Course, Instants, Weights, inertial_fields
 from fea.rod.bores import Bores
-from fea.rod.touch import Touch
 from fea.solid.bonded_bore import BondedBore
 from fea.solid.bore import bore_facets
 from fea.solid.inertia import Inertia
@@ -75,10 +71,6 @@ class BondedLoads:
         odd = [*(force[1:] for force in forces), acceleration[1:], turning[None]]
         return Weights(np.concatenate(even), np.concatenate(odd))
 
-    def states(self, instants: Instants, course: Course) -> tuple[AssemblyState, ...]:  # noqa: ARG002
-        """Return nothing: the rod is of one piece."""
-        return ()
-
-    def touches(self, weights: Weights) -> tuple[Mapping[Surface, Touch], ...]:  # noqa: ARG002
+    def contacts(self, weights: Weights, instants: Instants, course: Course) -> Contacts:  # noqa: ARG002
         """Nothing: the load on the bores is prescribed."""
-        return ()
+        return Contacts()

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.contact.rod_contact import RodContact
-from fea.cycle.unit_loads import Course, Instants, Together, Weights, inertial_fields
-from fea.rod.assembly_state import AssemblyState
+from fea.cycle.unit_loads import Contacts, Course, Instants, Together, Weights, inertial_fields
 from fea.rod.touch import Touch
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Parity
-from geometry.arrays import Floats
+from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 
 # Patterns of either parity that are bounded each by itself.
@@ -120,19 +119,20 @@ class ContactLoads:
             np.concatenate([even, motions[:_INERTIAL]]), np.concatenate([odd, motions[_INERTIAL:]])
         )
 
-    def states(self, instants: Instants, course: Course) -> tuple[AssemblyState, ...]:  # noqa: ARG002
-        """Return nothing: the rod is of one piece."""
-        return ()
-
-    def touches(self, weights: Weights) -> tuple[Mapping[Surface, Touch], ...]:
+    def contacts(self, weights: Weights, instants: Instants, course: Course) -> Contacts:  # noqa: ARG002
         """Contact of the pins with the bores at each instant."""
         parts = {}
         for parity, own in zip(Parity, weights, strict=True):
             patterns = self._patterns[parity]
             parts[parity] = patterns @ own[: patterns.shape[1]]
         pressure = self._contact.problem.fold.joined(parts)
-        pressure[pressure < NOTHING * pressure.max(axis=0)] = 0.0
-        return tuple(self._contact.touch(instant) for instant in pressure.T)
+        return Contacts(touches(self._contact, pressure, slice(None)))
+
+
+def touches(contact: RodContact, values: Floats, pins: slice | Ints) -> tuple[Mapping[Surface, Touch], ...]:
+    """Contact of the pins at each instant from the unknowns (n, n_instants); `pins` are their pressures."""
+    values = np.where(values < NOTHING * values[pins].max(axis=0), 0.0, values)
+    return tuple(contact.touch(instant) for instant in values.T)
 
 
 def of_unit_work(compliance: Floats) -> tuple[Floats, Floats]:

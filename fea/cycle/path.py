@@ -16,8 +16,8 @@ from fea.assess.deviatoric import deviator_norm
 from fea.cycle.unit_loads import ALONE, Together, Weights
 from geometry.arrays import Floats, Ints, Reals
 
-# Instants from one end of a chord to the other.
-CHORD = 15
+# Instants from one end of a chord to the other, also where many unit loads make the bounds wide.
+CHORD, SHORT, MANY = 15, 6, 200
 # Allowance for rounding in the bounds on what many unit loads can do together, in single precision.
 _ROUNDING = 1e-3
 
@@ -56,7 +56,8 @@ class Path:
 def path(weights: Weights, together: Together = ALONE) -> Path:
     """Divide the instants, in the given order, into chords."""
     count = weights.even.shape[1]
-    ends = np.unique(np.append(np.arange(0, count, CHORD), count - 1))
+    chord = CHORD if sum(map(len, weights)) < MANY else SHORT
+    ends = np.unique(np.append(np.arange(0, count, chord), count - 1))
     strays = Weights(*(_strays(w, ends, own) for w, own in zip(weights, together, strict=True)))
     return Path(weights, ends, strays, together)
 

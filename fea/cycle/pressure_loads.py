@@ -1,6 +1,6 @@
 """Unit loads of prescribed bore pressures: their harmonics cos nφ and sin nφ, and four inertia fields."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, reduce
 
@@ -8,10 +8,8 @@ import numpy as np
 
 from fea.choices import Support
 from fea.cycle.series import coefficients, series, skewed
-from fea.cycle.unit_loads import ALONE, Course, Instants, Weights, inertial_fields
-from fea.rod.assembly_state import AssemblyState
+from fea.cycle.unit_loads import ALONE, Contacts, Course, Instants, Weights, inertial_fields
 from fea.rod.bores import Bores
-from fea.rod.touch import Touch
 from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction, wrapped
 from fea.solid.inertia import Inertia
 from fea.solid.tilt import Tilt
@@ -189,13 +187,9 @@ class PressureLoads:
         odd = [*(weights.odd for weights in pressed), acceleration[1:], turning[None]]
         return Weights(np.concatenate(even), np.concatenate(odd))
 
-    def states(self, instants: Instants, course: Course) -> tuple[AssemblyState, ...]:  # noqa: ARG002
-        """Return nothing: the rod is of one piece."""
-        return ()
-
-    def touches(self, weights: Weights) -> tuple[Mapping[Surface, Touch], ...]:  # noqa: ARG002
-        """Nothing: the pins' pressure is prescribed."""
-        return ()
+    def contacts(self, weights: Weights, instants: Instants, course: Course) -> Contacts:  # noqa: ARG002
+        """Nothing: the load on the bores is prescribed."""
+        return Contacts()
 
 
 def _harmonics(bore: PressedBore, parity: int) -> Iterator[tuple[Floats, Floats]]:

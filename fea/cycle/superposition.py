@@ -215,6 +215,7 @@ class CycleAnalysis:
         places = [(node, int(found.part[node])) for node in worst]
         places += [(node, int(found.fatigue_part[node])) for node in weakest]
         histories = spots(places, self.units, of_degrees, whole)
+        contacts = self.loads.contacts(of_degrees, *whole_cycle(engine, gas, self.rod, speed))
         return CycleResult(
             angles=degrees,
             envelope=found,
@@ -229,11 +230,8 @@ class CycleAnalysis:
             weights=of_degrees,
             remarks=fatigue_remarks(self.materials, self.fatigue),
             multiaxial=multiaxial,
-            touches=self.loads.touches(of_degrees),
-            states=self.loads.states(
-                instants(engine, gas, self.rod, speed, degrees),
-                course(engine, gas, self.rod, speed, degrees),
-            ),
+            touches=contacts.touches,
+            states=contacts.states,
         )
 
     def _difference(self, weights: Weights, peaks: Sequence[CaseResult]) -> float:
@@ -276,6 +274,12 @@ def course(engine: Engine, gas: GasModel, rod: MassProperties, speed: float, ang
     """The cycle that crank angles (n,), rad, belong to; speed in rad/s."""
     steps = cycle_angles()[::INCREMENT]
     return Course(angles, steps, instants(engine, gas, rod, speed, steps))
+
+
+def whole_cycle(engine: Engine, gas: GasModel, rod: MassProperties, speed: float) -> tuple[Instants, Course]:
+    """What acts on a rod at every degree of a cycle, and the cycle itself; speed in rad/s."""
+    degrees = cycle_angles()
+    return instants(engine, gas, rod, speed, degrees), course(engine, gas, rod, speed, degrees)
 
 
 def _endurance(part: Ints, materials: Sequence[Material], regions: SurfaceRegions) -> Floats | None:

@@ -104,6 +104,21 @@ class Fields(Protocol):
         """Traction (n_nodes, 3, n) of some of them on each bore, MPa."""
 
 
+class Contacts(NamedTuple):
+    """Contact at each instant.
+
+    Attributes
+    ----------
+    touches
+        Of the pins with the bores; empty where their pressure is prescribed.
+    states
+        Of bolts and interfaces; empty for a rod of one piece.
+    """
+
+    touches: tuple[Mapping[Surface, Touch], ...] = ()
+    states: tuple[AssemblyState, ...] = ()
+
+
 class UnitLoads(Protocol):
     """The unit loads of a meshed rod.
 
@@ -139,11 +154,8 @@ class UnitLoads(Protocol):
             follows on the rod as it was put together.
         """
 
-    def states(self, instants: Instants, course: Course) -> tuple[AssemblyState, ...]:
-        """Bolts and interfaces of a rod of separate parts at each instant of a cycle; empty for one piece."""
-
-    def touches(self, weights: Weights) -> tuple[Mapping[Surface, Touch], ...]:
-        """Contact of the pins with the bores at each instant; empty where their pressure is prescribed."""
+    def contacts(self, weights: Weights, instants: Instants, course: Course) -> Contacts:
+        """Contact at the instants of a cycle, whose weights are known."""
 
 
 def inertial_fields(inertia: Inertia) -> tuple[list[Floats], list[Floats]]:

@@ -117,7 +117,10 @@ def unit_solutions(
     else:
         alone = [_solved(model, recovery, materials, (fields,)) for fields in (even, odd)]
         stresses, errors = [found[0][0] for found in alone], [error for found in alone for error in found[1]]
-    parts = tuple(_part(e, o, loads.together) for e, o in zip(*stresses, strict=True))
+    parts = tuple(
+        PartStress(nodes, even, odd, loads.together)
+        for nodes, even, odd in zip(recovery.nodes, *stresses, strict=True)
+    )
     return UnitSolutions(parts, (1, -1) if cut_y else (1,), even.count + odd.count, max(errors))
 
 
@@ -133,11 +136,11 @@ def _loads(fields: tuple[Fields, ...], units: slice) -> list[Split]:
 def _solved(
     model: Model, recovery: PartRecovery, materials: Sequence[Material], fields: tuple[Fields, ...]
 ) -> tuple[list[list[Floats]], list[float]]:
-    """Stress per parity and part (n_nodes, 6, n_units), and backward errors."""
-    n_nodes, errors = len(model.mesh.points), []
-    double = 48 * n_nodes * sum(of.count for of in fields) <= DOUBLE_BYTES
+    """Stress per parity and part (n, 6, n_units), and backward errors."""
+    nodes, errors = recovery.nodes, list[float]()
+    double = 48 * sum(map(len, nodes)) * sum(of.count for of in fields) <= DOUBLE_BYTES
     found = [
-        [np.empty((n_nodes, 6, of.count), np.float64 if double else np.float32) for _ in materials]
+        [np.empty((len(own), 6, of.count), np.float64 if double else np.float32) for own in nodes]
         for of in fields
     ]
     count, column = max(of.count for of in fields), len(fields) * model.mesh.points.nbytes
@@ -145,12 +148,8 @@ def _solved(
         solution = model.solve(_loads(fields, slice(start, stop)))
         errors += [item.backward_error for item in solution.residuals.values()]
         pieces = [range(*ends) for ends in _like_blocks(start, stop, RECOVERED)]
-        recovered = partial(_recovered, recovery, materials, solution, start)
-        items = [item for item in product(zip(Parity, fields, strict=False), pieces) if _columns(*item)]
-        for item, stresses in zip(items, side_by_side(recovered, items), strict=True):
-            own, columns = found[list(Parity).index(item[0][0])], _columns(*item)
-            for part, stress in zip(own, stresses, strict=True):
-                part[..., columns.start : columns.stop] = stress
+        every = product(zip(Parity, fields, found, strict=False), pieces)
+        side_by_side(partial(_recover, recovery, materials, solution, start), every)
     return found, errors
 
 
@@ -159,30 +158,22 @@ def _like_blocks(start: int, stop: int, most: int) -> Iterator[tuple[int, int]]:
     return pairwise(np.linspace(start, stop, -(-(stop - start) // most) + 1).astype(int).tolist())
 
 
-def _columns(of: tuple[Parity, Fields], solved: range) -> range:
-    """The columns of the solved unit loads that exist for a parity."""
-    return range(solved.start, min(solved.stop, of[1].count))
-
-
-def _recovered(
+def _recover(
     recovery: PartRecovery,
     materials: Sequence[Material],
     solution: Solution,
     first: int,
-    item: tuple[tuple[Parity, Fields], range],
-) -> list[Floats]:
-    """Stress of each part (n_nodes, 6, n_units) of some units of one parity; `first` is the first solved."""
-    (parity, fields), columns = item[0], _columns(*item)
-    own = slice(columns.start, columns.stop)
-    solved = slice(columns.start - first, columns.stop - first)
-    traction = fields.traction(own)
+    item: tuple[tuple[Parity, Fields, list[Floats]], range],
+) -> None:
+    """Put the stress of some units of one parity in its place; `first` is the first solved."""
+    (parity, fields, found), units = item
+    own = slice(units.start, min(units.stop, fields.count))
+    if own.stop <= own.start:
+        return
+    solved = slice(own.start - first, own.stop - first)
     pressure = {number: p[:, solved] for number, p in solution.pressure.get(parity, {}).items()}
-    u = solution.displacement[parity][..., solved]
-    return recovery.nodal_stress(u, materials, parity, traction, pressure)
-
-
-def _part(even: Floats, odd: Floats, together: Together) -> PartStress:
-    nodes = np.flatnonzero(~np.isnan(even[:, 0, 0]))
-    if len(nodes) == len(even):
-        return PartStress(nodes, even, odd, together)
-    return PartStress(nodes, even[nodes], odd[nodes], together)
+    u, traction = solution.displacement[parity][..., solved], fields.traction(own)
+    for part, stress in zip(
+        found, recovery.part_stress(u, materials, parity, traction, pressure), strict=True
+    ):
+        part[..., own] = stress

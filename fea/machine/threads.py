@@ -45,13 +45,6 @@ def one_blas_thread() -> Iterator[None]:
         yield
 
 
-@contextmanager
-def every_blas_thread() -> Iterator[None]:
-    """Let BLAS run in all threads meanwhile, also within `one_blas_thread`: for matrices that are large."""
-    with _controller().limit(limits=threads(), user_api="blas"):
-        yield
-
-
 @cache
 def _controller() -> Any:
     from threadpoolctl import ThreadpoolController  # noqa: PLC0415 - it looks at every library that is loaded
@@ -61,5 +54,8 @@ def _controller() -> Any:
 
 def side_by_side(function: Callable[[Item], Found], items: Iterable[Item]) -> list[Found]:
     """Apply a function to each item in parallel threads; it should spend its time in numpy or scipy."""
-    with ThreadPoolExecutor(threads()) as pool:
-        return list(pool.map(function, items))
+    every, most = list(items), threads()
+    if min(len(every), most) < 2:
+        return list(map(function, every))
+    with ThreadPoolExecutor(min(len(every), most)) as pool:
+        return list(pool.map(function, every))

@@ -1,6 +1,6 @@
 """Nodal stress of a rod with several parts: separate for each part, as stress jumps between materials."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +34,11 @@ class PartRecovery:
         self._n_points = len(mesh.points)
         self._pieces = [_piece(mesh, number, planes, surfaces) for number in _numbers(mesh)]
 
+    @property
+    def nodes(self) -> list[Ints]:
+        """Nodes (n,) of each part."""
+        return [piece.nodes for piece in self._pieces]
+
     def nodal_stress(
         self,
         displacement: Floats,
@@ -59,6 +64,26 @@ class PartRecovery:
             Per part (n_points, 6, n_cases), MPa; NaN at nodes outside the part.
         """
         found = []
+        for piece, stress in zip(
+            self._pieces, self.part_stress(displacement, materials, parity, traction, pressure), strict=True
+        ):
+            if len(piece.nodes) < self._n_points:
+                every = np.full((self._n_points, *stress.shape[1:]), np.nan)
+                every[piece.nodes] = stress
+                found.append(every)
+            else:
+                found.append(stress)
+        return found
+
+    def part_stress(
+        self,
+        displacement: Floats,
+        materials: Sequence[Material],
+        parity: Parity,
+        traction: Mapping[Surface, Floats] | None = None,
+        pressure: Mapping[int, Floats] | None = None,
+    ) -> Iterator[Floats]:
+        """Stress (n, 6, n_cases) at the `nodes` of each part; parameters as for `nodal_stress`."""
         for number, (piece, material) in enumerate(zip(self._pieces, materials, strict=True)):
             nodes = piece.nodes
             own = {
@@ -67,13 +92,7 @@ class PartRecovery:
                 if surface in piece.surfaces
             }
             p = pressure[number][nodes] if pressure and number in pressure else None
-            stress = piece.recovery.nodal_stress(displacement[nodes], material, parity, own, p)
-            if len(nodes) < self._n_points:
-                every = np.full((self._n_points, *stress.shape[1:]), np.nan)
-                every[nodes] = stress
-                stress = every
-            found.append(stress)
-        return found
+            yield piece.recovery.nodal_stress(displacement[nodes], material, parity, own, p)
 
 
 def _numbers(mesh: TetMesh) -> list[int]:

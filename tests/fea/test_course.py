@@ -17,7 +17,7 @@ class Settling(AssembledRod):
         touching = SimpleNamespace(normal=np.array([1, 2]))
         self.assembled = SimpleNamespace(start=None, bolts=np.array([0]), touching=touching)
 
-    def _step(self, forces, motion, state, like=None):
+    def _step(self, forces, motion, state, like=None, exact=None):
         number, self.steps = self.steps, self.steps + 1
         ideal = 100.0 + np.cos(2 * np.pi * number / INCREMENTS)
         off = self.factors**number

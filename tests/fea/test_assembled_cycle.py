@@ -1,0 +1,59 @@
+"""The crank cycle of a rod with a bolted cap, superposed from states with friction."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from assembled_rods import EVERY, study
+
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed, with_cycle
+from fea.cycle.superposition import whole_cycle
+from fea.solid.parity import Parity
+from fea.study.study import MeshTable
+from fea.units import RPM
+
+SPEED = 6000.0
+# Of the largest pressure: what the unit loads may leave out at any place, and of the bolts' forces.
+PLACES, BOLTS = 1e-2, 1e-3
+
+
+@pytest.fixture(scope="module")
+def rod():
+    own = study(
+        replace(EVERY, bushing_interference_mm=None, shell_thickness_mm=None, shell_interference_mm=None)
+    )
+    return prepare(replace(own, mesh=MeshTable(size_mm=20.0), analysis=replace(own.analysis, cycle=True)))
+
+
+@pytest.fixture(scope="module")
+def result(rod):
+    return with_cycle(rod, solve_speed(rod, SPEED))
+
+
+@pytest.fixture(scope="module")
+def instants(rod):
+    return whole_cycle(rod.engine.engine, rod.engine.gas, rod.mass, SPEED * RPM)
+
+
+def test_the_unit_loads_span_the_state_at_every_instant(rod, result, instants):
+    contact, loads = rod.held_together, rod.cycle.loads
+    states = np.stack([state.values for state in loads._solved(*instants)], axis=1)
+    parts = {
+        parity: fields.patterns @ own
+        for parity, fields, own in zip(Parity, loads.fields(), result.cycle.weights, strict=True)
+    }
+    off = np.abs(contact.problem.fold.joined(parts) - states)
+    bolts = contact.assembled.bolts
+    assert off[bolts].max() < BOLTS * np.abs(states[bolts]).max()
+    places = np.setdiff1d(np.arange(len(states)), bolts)
+    assert off[places].max() < PLACES * np.abs(states[places]).max()
+    assert sum(fields.count for fields in loads.fields()) < len(states)
+    assert result.checks["superposition"].passed
+
+
+def test_bolts_reach_over_the_cycle_what_they_reach_in_the_load_cases(result):
+    over_cycle = max(state.bolt_force for state in result.cycle.states)
+    of_cases = max(case.assembly.bolt_force for case in result.cases.values())
+    # Friction remembers the cycle, the load cases start from the parts put together.
+    assert over_cycle == pytest.approx(of_cases, rel=0.01)
