@@ -43,6 +43,8 @@ class Design:
         Scaled distance from the rod that was asked for, which cannot be drawn, to this one; 0 where it can.
     fresh
         Whether its mesh was made for it, rather than moved from another rod's.
+    mesh
+        Number of the mesh that was made for it or that its own was moved from.
     """
 
     x: Floats
@@ -50,6 +52,7 @@ class Design:
     limits: tuple[Limit, ...]
     short: float = 0.0
     fresh: bool = False
+    mesh: int = 0
 
     @property
     def margin(self) -> float:
@@ -94,7 +97,8 @@ class Designs:
         self.count = 0
         self._listener, self._morphing = listener, morphing
         self._required = required(variables.study)
-        self._made: deque[tuple[Floats, MeshedRod]] = deque(maxlen=_KEPT)
+        self._made: deque[tuple[Floats, MeshedRod, int]] = deque(maxlen=_KEPT)
+        self._meshes = 0
         self._sound = variables.start
         self._coarsest = CONVERGED_PERCENT
 
@@ -112,7 +116,8 @@ class Designs:
             self._coarsest = 0.0
         self._made.clear()
         self._sound = x
-        return self._computed(self._meshed(x), x, x, fresh=True)
+        adapted, mesh = self._meshed(x)
+        return self._computed(adapted, x, x, mesh=mesh, fresh=True)
 
     def at(self, x: Floats) -> Design:
         """Compute a design on the mesh of another, moved; of a rod that cannot be drawn, the nearest one.
@@ -125,42 +130,50 @@ class Designs:
         near = self.variables.nearest_sound(x, self._sound)
         for tries in count(1):
             try:
-                adapted, fresh = self._rod(near)
+                adapted, mesh, fresh = self._rod(near)
             except (GeometryError, MeshError):
                 if tries == _TRIES:
                     raise
                 near = near + _SHORTER * (self._sound - near)
             else:
-                return self._computed(adapted, near, x, fresh=fresh)
+                return self._computed(adapted, near, x, mesh=mesh, fresh=fresh)
         raise AssertionError  # the loop has no end
 
-    def _rod(self, x: Floats) -> tuple[Adapted, bool]:
-        """The rod on the mesh of the nearest one meshed, moved; where that cannot follow, on its own."""
+    def nearest(self, x: Floats, sound: Floats) -> Floats:
+        """Return the last design (n,) that can be drawn on the way to `x` from another that can."""
+        return self.variables.nearest_sound(x, sound)
+
+    def _rod(self, x: Floats) -> tuple[Adapted, int, bool]:
+        """The rod on the mesh of the nearest one meshed, moved; where that cannot follow, on its own.
+
+        Also the number of the mesh, and whether it is the rod's own.
+        """
         if self._morphing:
             study = self.variables.study_at(x)
-            _, base = min(self._made, key=lambda made: float(np.linalg.norm(made[0] - x)))
+            _, base, number = min(self._made, key=lambda made: float(np.linalg.norm(made[0] - x)))
             mesh = moved(base, study.rod)
             if mesh is not None:
-                return Adapted(prepare(study, mesh=mesh)), False
-        return self._meshed(x), True
+                return Adapted(prepare(study, mesh=mesh)), number, False
+        return *self._meshed(x), True
 
-    def _meshed(self, x: Floats) -> Adapted:
-        """The rod on a mesh of its own, to which others may be moved."""
+    def _meshed(self, x: Floats) -> tuple[Adapted, int]:
+        """The rod on a mesh of its own, to which others may be moved, and the number of the mesh."""
         study = self.variables.study_at(x)
         tolerance = study.tolerance_percent
         if tolerance is not None:
             tolerance = max(tolerance, self._coarsest)
             study = replace(study, analysis=replace(study.analysis, tolerance_percent=tolerance))
         adapted = adapt_mesh(study, study.speeds(), Clock(), movable=self._morphing)
-        self._made.append((x, adapted.rod.mesh))
+        self._meshes += 1
+        self._made.append((x, adapted.rod.mesh, self._meshes))
         self.count += max(1, len(adapted.passes)) - 1  # the last one counts with its design
-        return adapted
+        return adapted, self._meshes
 
-    def _computed(self, adapted: Adapted, x: Floats, asked: Floats, *, fresh: bool) -> Design:
+    def _computed(self, adapted: Adapted, x: Floats, asked: Floats, *, mesh: int, fresh: bool) -> Design:
         results = [adapted.at(rpm) for rpm in self.variables.study.speeds()]
         found = limits(adapted.rod, results, self._required)
         short = float(np.linalg.norm(asked - x))
-        design = Design(x, adapted.rod.mass.mass / KG, found, short, fresh)
+        design = Design(x, adapted.rod.mass.mass / KG, found, short, fresh, mesh)
         self.tried.append(replace(design, short=0.0))
         self.count += 1
         self._listener(design, self.count)

@@ -59,7 +59,8 @@ class OptimiseFigures:
     """``optimise.json``.
 
     `holds` says whether every required factor less its error bar is reached on the last mesh, `trusted`
-    whether every check of that analysis passed; `evaluations` counts the meshes that were solved;
+    whether every check of that analysis passed; `evaluations` counts the meshes that were solved,
+    `new_meshes` the designs with a mesh of their own, from which others were moved;
     `stopped_by` names the rules of the shape that keep a dimension from changing further.
     """
 
@@ -72,7 +73,7 @@ class OptimiseFigures:
     trusted: bool
     ended: str
     evaluations: int
-    rounds: int
+    new_meshes: int
     tolerance_percent: float
     least_wall_mm: float
     dimensions: tuple[DimensionFigures, ...]

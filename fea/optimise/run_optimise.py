@@ -156,7 +156,7 @@ def _figures(
         trusted=after.trusted,
         ended=found.ended,
         evaluations=found.count,
-        rounds=len(found.rounds),
+        new_meshes=sum(design.fresh for design in found.tried),
         tolerance_percent=after.study.analysis.tolerance_percent or TOLERANCE,
         least_wall_mm=free.least_wall,
         dimensions=dimension_figures(free, best),

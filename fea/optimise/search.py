@@ -1,6 +1,10 @@
-"""The search: COBYQA on the moved mesh of one rod, in rounds that begin with a new mesh."""
+"""The search: COBYQA on moved meshes covers the way, a model of all designs tried finds the end.
 
-from collections.abc import Sequence
+On one mesh that is moved, figures change smoothly with the dimensions, but all of them are off by what meshes
+scatter by. The last designs each have a mesh of their own, so that one is found that holds there.
+"""
+
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
@@ -9,30 +13,39 @@ import numpy as np
 from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
 from fea.optimise.designs import Design
+from fea.optimise.local_model import LocalModel
 from geometry.arrays import Floats
 
-# How far the dimensions may change within the first round and within later ones, and the first and the last
-# radius of the trust region: scaled by the bounds.
+# How far the dimensions may change within the first round and the second, and the first and the last radius
+# of the trust region: scaled by the bounds.
 _REACH = (1.0, 0.2)
 _FIRST = (0.12, 0.05)
 _LAST = (0.01, 0.003)
-# Of all evaluations, for the first round.
-_SHARE = 0.7
-# A round that saves less mass than this share is the last one: new meshes differ by about as much.
+# Of all evaluations, until the first and the second round are over.
+_SHARE = (0.55, 0.8)
+# Saving less mass than this share is no progress: new meshes differ by about as much.
 _SETTLED = 1e-3
-# Up to which scaled values are the same.
-_DECIMALS = 9
+# Designs without progress, over the number of dimensions, after which a round ends; and designs on meshes of
+# their own, after which the search does.
+_PATIENCE, _PATIENT = 2.5, 4
+# How far such a design may be from the one before, and what is kept of it where the next is no better.
+_NEXT, _NEARER = 0.1, 0.7
+# Of what a design lacks, the share that the next one keeps in reserve; and what is kept of it when one holds.
+_RAISED, _LOWERED = 0.5, 0.5
+# Values of the model, over the number of dimensions, that are looked at for its lightest design.
+_OF_MODEL = 25
+# A lacking margin counts as so much more mass.
+_LACKING = 2.0
+# Up to which scaled values are the same, and designs that need no mesh of their own each.
+_DECIMALS, _SAME = 9, 1e-4
 # Of the number of dimensions and one: a round with fewer evaluations compares only neighbours of its start.
 _FEWEST = 2
-# Meshes are kept for the beginning of the next round, and for a last one that is made in this round. Each may
-# take as many passes as the very first one, and so many more as it is refined further.
-_FURTHER = 1
 # Evaluations of a study that says nothing.
 USUAL = 150
 
 
-class _UsedUpError(Exception):
-    """The evaluations of a round are used up, some of which took several meshes."""
+class _OverError(Exception):
+    """A round is over: its evaluations are used up, some of which took several meshes, or it stands still."""
 
 
 class Evaluator(Protocol):
@@ -55,6 +68,9 @@ class Evaluator(Protocol):
     def at(self, x: Floats) -> Design:
         """Compute a design (n,)."""
 
+    def nearest(self, x: Floats, sound: Floats) -> Floats:
+        """Return the last design (n,) that can be drawn on the way to `x` from another that can."""
+
 
 @dataclass(frozen=True)
 class Found:
@@ -62,17 +78,14 @@ class Found:
 
     Attributes
     ----------
-    rounds
-        Designs that began a round, each on a mesh of its own.
     tried
-        All designs.
+        All designs, the first of which it began with.
     count
         Meshes solved.
     ended
         Why the search ended.
     """
 
-    rounds: tuple[Design, ...]
     tried: tuple[Design, ...]
     count: int
     ended: str
@@ -80,7 +93,7 @@ class Found:
     @property
     def first(self) -> Design:
         """The rod that it began with."""
-        return self.rounds[0]
+        return self.tried[0]
 
     @property
     def best(self) -> Design:
@@ -102,9 +115,8 @@ class Found:
 def search(designs: Evaluator, start: Floats, most: int) -> Found:
     """Search the lightest design that holds.
 
-    A round minimises the mass on moved copies of one mesh, on which figures change smoothly with the
-    dimensions. Its result is meshed anew and begins the next round. Where the new mesh takes away some of the
-    margin, the next round keeps that much in reserve.
+    Two rounds minimise the mass on moved copies of one mesh each. Further designs follow from what all tried
+    so far say of those near them; each has a mesh of its own.
 
     Parameters
     ----------
@@ -120,81 +132,140 @@ def search(designs: Evaluator, start: Floats, most: int) -> Found:
     GeometryError, MeshError
         A design cannot be drawn or meshed.
     """
-    rounds = [designs.begin(start)]
-    spare = 2 * (designs.count + _FURTHER)
-    reserve, ended = 0.0, ""
-    while not ended:
-        base, number = rounds[-1], min(len(rounds), len(_REACH)) - 1
-        left = most - designs.count - spare
+    fresh = [designs.begin(start)]
+    dear = designs.count + 1  # a mesh of its own may be refined once more than the first
+    for number, share in enumerate(_SHARE):
+        left = min(round(share * most), most - 2 * dear) - designs.count
         if left < _FEWEST * (len(start) + 1):
-            ended = f"the {most} evaluations are used up"
             break
-        of_round = min(left, round(_SHARE * most)) if number == 0 else left
-        result = _round(designs, base, of_round, number, reserve)
-        if np.array_equal(result.x, base.x):
-            ended = "a further round found nothing lighter"
+        result = _round(designs, fresh[-1], left, number)
+        if np.array_equal(result.x, fresh[-1].x):
             break
-        rounds.append(designs.begin(result.x))
-        if number > 0:  # the first result may be far from its mesh, later ones are not
-            reserve = max(0.0, result.margin - rounds[-1].margin)
-        ended = _settled(rounds)
-    return Found(tuple(rounds), tuple(designs.tried), designs.count, ended)
+        before = designs.count
+        fresh.append(designs.begin(result.x))
+        dear = max(dear, designs.count - before + 1)
+    ended = _finished(designs, fresh, most, dear)
+    return Found(tuple(designs.tried), designs.count, ended)
 
 
-def _round(designs: Evaluator, base: Design, most: int, number: int, reserve: float) -> Design:
+def _finished(designs: Evaluator, fresh: list[Design], most: int, dear: int) -> str:
+    """Try designs on meshes of their own until none is lighter; add them to `fresh` and say why it ended.
+
+    Parameters
+    ----------
+    fresh
+        Designs on meshes of their own.
+    most, dear
+        Meshes that may be solved, and that one of these designs may take.
+    """
+    reserve, radius, waited = 0.0, _NEXT, 0
+    while True:
+        about = min(fresh, key=_merit)
+        if waited >= _PATIENT and about.margin >= 0:
+            return f"further designs saved less than {100 * _SETTLED:g} % of the mass"
+        if designs.count + dear > most:
+            return f"the {most} evaluations are used up"
+        x = _lightest(designs, about, reserve, radius)
+        if any(np.abs(x - other.x).max() < _SAME for other in fresh):
+            if about.margin >= 0 or waited >= _PATIENT:
+                return f"no design nearby {'is lighter' if about.margin >= 0 else 'holds'}"
+            reserve, waited = reserve + _RAISED * max(-about.margin, _SETTLED), waited + 1
+            continue
+        design = designs.begin(x)
+        fresh.append(design)
+        saved = 1 - design.mass_kg / about.mass_kg
+        progress = design.margin >= 0 and (saved > _SETTLED or about.margin < 0)
+        reserve = reserve * _LOWERED if design.margin >= 0 else reserve - _RAISED * design.margin
+        waited, radius = (0, radius) if progress else (waited + 1, radius * _NEARER)
+
+
+def _lightest(designs: Evaluator, about: Design, reserve: float, radius: float) -> Floats:
+    """The lightest design near another whose margins keep a reserve, by a model of those tried."""
+    model = LocalModel.of(designs.tried, about)
+    low, high = (np.clip(about.x + side * radius, 0.0, 1.0) for side in (-1, 1))
+
+    def figures(x: Floats) -> tuple[float, Floats]:
+        x = np.clip(x, low, high)
+        mass, margins = model.at(x)
+        return mass, np.append(margins - reserve, -np.linalg.norm(x - designs.nearest(x, about.x)))
+
+    x = _minimised(figures, about.x, (low, high), (radius / 2, _SAME / 10), _OF_MODEL * len(about.x))
+    return designs.nearest(x, about.x)
+
+
+def _merit(design: Design) -> float:
+    """Mass of a design, more where it does not hold."""
+    return design.mass_kg * (1 + _LACKING * max(0.0, -design.margin))
+
+
+def _round(designs: Evaluator, base: Design, most: int, number: int) -> Design:
     """The best design of one round."""
     names = [limit.name for limit in base.limits]
     low, high = (np.clip(base.x + side * _REACH[number], 0.0, 1.0) for side in (-1, 1))
-
-    known = {_key(base.x): base}
+    known, begin, last = {_key(base.x): base}, len(designs.tried), designs.count + most
+    best, waited = base, 0
 
     def at(x: Floats) -> Design:
+        nonlocal best, waited
         x = np.clip(x, low, high)  # constraints are asked for a little outside the bounds, too
-        if _key(x) not in known:
-            if designs.count >= last:
-                raise _UsedUpError
-            known[_key(x)] = designs.at(x)
-        return known[_key(x)]
+        if _key(x) in known:
+            return known[_key(x)]
+        neighbours = len(known) <= 2 * len(x)
+        if designs.count >= last or waited > _PATIENCE * len(x):
+            raise _OverError
+        known[_key(x)] = design = designs.at(x)
+        progress = _merit(design) < _merit(best) * (1 - _SETTLED)
+        best = min(best, design, key=_merit)
+        waited = 0 if progress or neighbours else waited + 1
+        return design
 
-    def mass(x: Floats) -> float:
-        return at(x).mass_kg / base.mass_kg
-
-    def margins(x: Floats) -> Floats:
+    def figures(x: Floats) -> tuple[float, Floats]:
         design = at(x)
         found = {limit.name: limit.margin for limit in design.limits}
-        return np.array([*(found.get(name, 1.0) - reserve for name in names), -design.short])
-
-    begin, last = len(designs.tried), designs.count + most
-    with suppress(_UsedUpError):
-        minimize(
-            mass,
-            base.x,
-            method="COBYQA",
-            bounds=Bounds(low, high),
-            constraints=NonlinearConstraint(margins, 0.0, np.inf),
-            options={"initial_tr_radius": _FIRST[number], "final_tr_radius": _LAST[number], "maxfev": most},
+        return design.mass_kg / base.mass_kg, np.array(
+            [*(found.get(name, 1.0) for name in names), -design.short]
         )
-    return _best([base, *designs.tried[begin:]], reserve)
+
+    with suppress(_OverError):
+        _minimised(figures, base.x, (low, high), (_FIRST[number], _LAST[number]), most)
+    return _best([base, *designs.tried[begin:]])
 
 
-def _best(some: Sequence[Design], reserve: float = 0.0) -> Design:
-    """The lightest design that holds with a reserve, or the one that lacks least."""
-    holding = [design for design in some if design.margin >= reserve]
+def _minimised(
+    figures: Callable[[Floats], tuple[float, Floats]],
+    start: Floats,
+    bounds: tuple[Floats, Floats],
+    radii: tuple[float, float],
+    most: int,
+) -> Floats:
+    """Return the design with the least mass whose constraints are not negative.
+
+    Parameters
+    ----------
+    figures
+        Mass and constraints of a design.
+    start, bounds
+        Where to begin; the least and the largest values.
+    radii, most
+        First and last radius of the trust region; evaluations at most.
+    """
+    found = minimize(
+        lambda x: figures(x)[0],
+        start,
+        method="COBYQA",
+        bounds=Bounds(*bounds),
+        constraints=NonlinearConstraint(lambda x: figures(x)[1], 0.0, np.inf),
+        options={"initial_tr_radius": radii[0], "final_tr_radius": radii[1], "maxfev": most},
+    )
+    return np.asarray(np.clip(found.x, *bounds))
+
+
+def _best(some: Sequence[Design]) -> Design:
+    """The lightest design that holds, or the one that lacks least."""
+    holding = [design for design in some if design.margin >= 0]
     if holding:
         return min(holding, key=lambda design: design.mass_kg)
     return max(some, key=lambda design: design.margin)
-
-
-def _settled(rounds: Sequence[Design]) -> str:
-    """Why no further round is needed; empty where one is."""
-    last = rounds[-1]
-    before = [design for design in rounds[:-1] if design.margin >= 0]
-    if last.margin < 0 or len(rounds) < 3:
-        return ""
-    lightest = min((design.mass_kg for design in before), default=np.inf)
-    if last.mass_kg >= lightest * (1 - _SETTLED):
-        return f"a further round saved less than {100 * _SETTLED:g} % of the mass"
-    return ""
 
 
 def _key(x: Floats) -> bytes:

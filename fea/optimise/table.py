@@ -18,7 +18,7 @@ def print_table(figures: OptimiseFigures, folder: Path) -> None:
     console.print(_limits(figures))
     for line in figures.stopped_by:
         console.print(line, markup=False, soft_wrap=True)
-    meshes = f"{figures.evaluations} meshes solved in {figures.rounds} rounds; {figures.ended}"
+    meshes = f"{figures.evaluations} meshes solved, for {len(figures.history)} designs; {figures.ended}"
     check = f"the last rod was meshed again, to error bars of {figures.tolerance_percent:g} %"
     console.print(f"{meshes}; {check}.", markup=False, soft_wrap=True)
     for note in () if figures.trusted else ("A check failed: do not trust the result.",):

@@ -50,7 +50,7 @@ def found_by(study, *, morphing=True, most=150, start=None):
     said = "holds" if found.holds else "DOES NOT HOLD"
     print(
         f"{'moved meshes' if morphing else 'new meshes'}: {1000 * found.best.mass_kg:.2f} g, {said}, "
-        f"{found.count} meshes, {len(found.rounds)} rounds, {taken:.0f} s; {found.ended}",
+        f"{found.count} meshes, {taken:.0f} s; {found.ended}",
         flush=True,
     )
     return found

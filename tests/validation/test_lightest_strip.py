@@ -73,12 +73,16 @@ class Strips:
     """Computes strips of free width and thickness, in the moved mesh of one of them."""
 
     def __init__(self):
-        self.tried, self.count = [], 0
+        self.tried, self.count, self.meshes = [], 0, 0
 
     def begin(self, x):
         half, _ = values(x)
         self.movable = meshed(half)
+        self.meshes += 1
         return self.computed(x, self.movable.mesh, fresh=True)
+
+    def nearest(self, x, sound):
+        return np.clip(x, 0.0, 1.0)
 
     def at(self, x):
         half, _ = values(x)
@@ -90,7 +94,7 @@ class Strips:
         limit = Limit("yielding", STRENGTH / stress, 0.0, 1.0)
         mass = STEEL.density * 1e3 * thick * (2 * half * 2 * LENGTH - math.pi * RADIUS**2)
         self.count += 1
-        self.tried.append(Design(x, mass, (limit,), fresh=fresh))
+        self.tried.append(Design(x, mass, (limit,), fresh=fresh, mesh=self.meshes))
         return self.tried[-1]
 
 
