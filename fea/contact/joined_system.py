@@ -203,10 +203,14 @@ class JoinedSystem:
             if correction.hopeless(trial):
                 break
             guess = better or guess
-            if not balance and (better is None or change == 1):
-                # Too few places of the pins may touch for their forces, or all of them too few.
+            if not balance and change == 1:
+                # Too few places of the pins touch for their forces.
                 guess = replace(guess, touching=guess.touching | self._balancing(block, offsets.forces))
-        raise UnsettledError(_UNSETTLED)
+            elif better is None:
+                guess = replace(guess, touching=guess.touching | self._stopping(trial))
+        if trial is None or trial.imbalance <= BALANCE:
+            raise UnsettledError(_UNSETTLED)
+        raise self._unresisted(trial)
 
     def _balancing(self, block: Block, forces: Floats) -> Mask:
         """Which pressures (n_p,) of the pins can have the resultants along R together.
@@ -221,18 +225,38 @@ class JoinedSystem:
         except ContactError as error:
             if not len(self._loose):
                 raise
-            message = (
-                f"{self._sliding(block, forces)} slides away, because nothing but friction holds it: give "
-                "assembly.joint_friction, or shells that centre the cap"
-            )
-            raise ContactError(message) from error
+            left = forces - block.R.T @ nnls(block.R.T, forces)[0]
+            raise ContactError(self._slides(block, left)) from error
 
-    def _sliding(self, block: Block, forces: Floats) -> str:
-        """Name of the part that the pins leave most of a force on."""
+    def _stopping(self, trial: Trial) -> Mask:
+        """Which pressures (n_p,) of the pins stop a motion that those that touch do not resist.
+
+        Raises
+        ------
+        UnsettledError
+            None does.
+        """
+        closing = np.where(trial.guess.touching, 0.0, trial.block.R @ trial.left)
+        ahead = closing > BALANCE * np.abs(closing).max(initial=0.0)
+        if not ahead.any():
+            raise self._unresisted(trial)
+        way = np.divide(trial.pin_gap, closing, out=np.full(len(closing), np.inf), where=ahead)
+        return np.asarray(way <= way.min())
+
+    def _unresisted(self, trial: Trial) -> UnsettledError:
+        """Return the error of a motion of the pins or of a part that nothing resists."""
+        return UnsettledError(self._slides(trial.block, trial.left) if len(self._loose) else _UNSETTLED)
+
+    def _slides(self, block: Block, resultants: Floats) -> str:
+        """Say which part slides away: that on which most of the resultants (m,) is left."""
         left = np.zeros(self._whole.R.shape[1])
-        left[block.motions] = forces - block.R.T @ nnls(block.R.T, forces)[0]
+        left[block.motions] = resultants
         moved = np.abs(left[-len(self._loose) :] @ self._loose)
-        return self._names[int(moved.argmax())] if len(self._names) else "a part"
+        name = self._names[int(moved.argmax())] if len(self._names) else "a part"
+        return (
+            f"{name} slides away, because nothing but friction holds it: give assembly.joint_friction, or "
+            "shells that centre the cap"
+        )
 
     def _offsets(self, load: Load, gap: Floats) -> Offsets:
         tied = self._tied

@@ -178,11 +178,15 @@ class Trial:
         return worst / self.size
 
     @cached_property
+    def left(self) -> Floats:
+        """Resultants (m,) that the pressures of the pins do not have."""
+        return np.asarray(self.offsets.forces - self.block.R.T @ self.pressure)
+
+    @cached_property
     def imbalance(self) -> float:
         """Error of the resultants of the pins, relative to them."""
-        forces = self.offsets.forces
-        size = float(np.linalg.norm(forces))
-        return float(np.linalg.norm(self.block.R.T @ self.pressure - forces)) / size if size > 0 else 0.0
+        size = float(np.linalg.norm(self.offsets.forces))
+        return float(np.linalg.norm(self.left)) / size if size > 0 else 0.0
 
     def obeys(self, exact: "Exact") -> bool:
         """Whether every law holds."""
