@@ -19,9 +19,10 @@ from fea.solid.inertia import Inertia
 from fea.solid.parity import Parity
 from geometry.arrays import Floats
 
-# Singular values that are kept, relative to the largest: at every place, what is left out is less than 1 % of
-# the largest pressure.
-_KEPT = 1e-4
+# Largest error of a pressure, relative to the largest, and of a bolt force likewise, that the patterns may
+# leave; and the least singular values, relative to the largest, with which that is tried.
+_ERROR = 7e-4
+_KEPT = np.geomspace(2e-4, 1e-6, 14)
 _Parts = dict[Parity, Floats]
 
 
@@ -80,12 +81,10 @@ class AssembledLoads:
         bolts = np.arange(len(largest)) >= len(largest) - len(problem.bolts)
         scale = np.ones(len(largest))
         scale[bolts] = largest[~bolts].max() / max(largest[bolts].max(initial=0.0), np.finfo(float).tiny)
-        found = {parity: np.linalg.eigh(_gram(scale[:, None] * own)) for parity, own in parts.items()}
-        most = max(float(values[-1]) for values, _ in found.values())
+        scaled = {parity: scale[:, None] * own for parity, own in parts.items()}
+        bases = _principal(scaled, _ERROR * largest[~bolts].max())
         spans = {}
-        for parity, (values, vectors) in found.items():
-            kept = values > _KEPT**2 * most
-            basis = scale[:, None] * parts[parity] @ (vectors[:, kept] / np.sqrt(values[kept]))
+        for parity, basis in bases.items():
             unscaled = basis / scale[:, None]
             smooth, weighing = of_unit_work(unscaled.T @ problem.cell_compliance[parity] @ unscaled)
             spans[parity] = _Span(unscaled @ smooth, weighing.T @ basis.T * scale)
@@ -163,8 +162,20 @@ class AssembledLoads:
         )
 
 
-def _gram(values: Floats) -> Floats:
-    return np.asarray(values.T @ values)
+def _principal(parts: _Parts, error: float) -> _Parts:
+    """Orthonormal patterns (n_cell, k) that span states (n_cell, n_states) up to an error at any place."""
+    found = {parity: np.linalg.eigh(own.T @ own) for parity, own in parts.items()}
+    most = max(float(values[-1]) for values, _ in found.values())
+    bases: _Parts = {}
+    for least in _KEPT:
+        left = np.zeros_like(next(iter(parts.values())))
+        for parity, (values, vectors) in found.items():
+            kept = values > least**2 * most
+            bases[parity] = parts[parity] @ (vectors[:, kept] / np.sqrt(values[kept]))
+            left += np.abs(parts[parity] - bases[parity] @ (bases[parity].T @ parts[parity]))
+        if left.max() <= error:
+            break
+    return bases
 
 
 def _key(course: Course) -> bytes:
