@@ -80,7 +80,8 @@ class AssembledLoads:
         largest = np.max([np.abs(own).max(axis=1) for own in parts.values()], axis=0)
         bolts = np.arange(len(largest)) >= len(largest) - len(problem.bolts)
         scale = np.ones(len(largest))
-        scale[bolts] = largest[~bolts].max() / max(largest[bolts].max(initial=0.0), np.finfo(float).tiny)
+        if largest[bolts].any():
+            scale[bolts] = largest[~bolts].max() / largest[bolts].max()
         scaled = {parity: scale[:, None] * own for parity, own in parts.items()}
         bases = _principal(scaled, _ERROR * largest[~bolts].max())
         spans = {}

@@ -40,7 +40,8 @@ def main() -> None:
     asked = parser.parse_args()
     flags = Flags(min_safety=asked.min_safety, size=asked.size, rpm=asked.rpm)
     study = searched(flags.applied(load_study(asked.study)))
-    {"search": alone, "reference": reference, "moving": moving, "noise": noise}[asked.what](study, asked.evaluations)
+    jobs = {"search": alone, "reference": reference, "moving": moving, "noise": noise}
+    jobs[asked.what](study, asked.evaluations)
 
 
 def found_by(study, *, morphing=True, most=150, start=None):
