@@ -243,18 +243,25 @@ def _minimised(
     Parameters
     ----------
     figures
-        Mass and constraints of a design.
+        Mass and constraints of a design, which are asked for together.
     start, bounds
         Where to begin; the least and the largest values.
     radii, most
         First and last radius of the trust region; evaluations at most.
     """
+    known = dict[bytes, tuple[float, Floats]]()
+
+    def at(x: Floats) -> tuple[float, Floats]:
+        if x.tobytes() not in known:
+            known[x.tobytes()] = figures(x)
+        return known[x.tobytes()]
+
     found = minimize(
-        lambda x: figures(x)[0],
+        lambda x: at(x)[0],
         start,
         method="COBYQA",
         bounds=Bounds(*bounds),
-        constraints=NonlinearConstraint(lambda x: figures(x)[1], 0.0, np.inf),
+        constraints=NonlinearConstraint(lambda x: at(x)[1], 0.0, np.inf),
         options={"initial_tr_radius": radii[0], "final_tr_radius": radii[1], "maxfev": most},
     )
     return np.asarray(np.clip(found.x, *bounds))
