@@ -23,6 +23,8 @@ from geometry.arrays import Floats
 # leave; and the least singular values, relative to the largest, with which that is tried.
 _ERROR = 7e-4
 _KEPT = np.geomspace(2e-4, 1e-6, 14)
+# Singular values, relative to the largest, that a Gram matrix does not tell from rounding.
+_NOISE = 1e-7
 _Parts = dict[Parity, Floats]
 
 
@@ -165,18 +167,27 @@ class AssembledLoads:
 
 def _principal(parts: _Parts, error: float) -> _Parts:
     """Orthonormal patterns (n_cell, k) that span states (n_cell, n_states) up to an error at any place."""
-    found = {parity: np.linalg.eigh(own.T @ own) for parity, own in parts.items()}
-    most = max(float(values[-1]) for values, _ in found.values())
-    bases: _Parts = {}
+    found = {parity: _singular(own) for parity, own in parts.items()}
+    most = max(float(sizes.max()) for sizes, _ in found.values())
+    left, count = parts, dict.fromkeys(parts, 0)
     for least in _KEPT:
-        left = np.zeros_like(next(iter(parts.values())))
-        for parity, (values, vectors) in found.items():
-            kept = values > least**2 * most
-            bases[parity] = parts[parity] @ (vectors[:, kept] / np.sqrt(values[kept]))
-            left += np.abs(parts[parity] - bases[parity] @ (bases[parity].T @ parts[parity]))
-        if left.max() <= error:
+        for parity, (sizes, vectors) in found.items():
+            before, count[parity] = count[parity], int((sizes > least * most).sum())
+            more = vectors[:, before : count[parity]]
+            left = left | {parity: left[parity] - more @ (more.T @ left[parity])}
+        if np.sum([np.abs(own) for own in left.values()], axis=0).max() <= error:
             break
-    return bases
+    return {parity: vectors[:, : count[parity]] for parity, (_, vectors) in found.items()}
+
+
+def _singular(states: Floats) -> tuple[Floats, Floats]:
+    """Singular values (k,), the largest first, and left vectors (n_cell, k), from the smaller Gram matrix."""
+    few = states.shape[1] <= states.shape[0]
+    values, vectors = np.linalg.eigh(states.T @ states if few else states @ states.T)
+    sizes = np.sqrt(np.maximum(values[::-1], 0.0))
+    kept = sizes > _NOISE * sizes[0]
+    sizes, vectors = sizes[kept], vectors[:, ::-1][:, kept]
+    return sizes, states @ (vectors / sizes) if few else vectors
 
 
 def _key(course: Course) -> bytes:

@@ -8,6 +8,7 @@ from assembled_rods import EVERY, study
 
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed, with_cycle
+from fea.cycle.assembled_loads import _principal
 from fea.cycle.superposition import whole_cycle
 from fea.solid.parity import Parity
 from fea.study.study import MeshTable
@@ -50,6 +51,22 @@ def test_the_unit_loads_span_the_state_at_every_instant(rod, result, instants):
     assert off[places].max() < PLACES * np.abs(states[places]).max()
     assert sum(fields.count for fields in loads.fields()) < len(states)
     assert result.checks["superposition"].passed
+
+
+@pytest.mark.parametrize("n_states", [60, 200])
+def test_patterns_are_orthonormal_and_span_states_to_the_error_asked_for(n_states):
+    draw, n_cell = np.random.default_rng(19), 100
+    sizes = np.geomspace(1.0, 1e-5, 50)
+    parts = {
+        parity: draw.normal(size=(n_cell, 50)) * sizes @ draw.normal(size=(50, n_states)) for parity in Parity
+    }
+    error = 1e-3 * max(np.abs(own).max() for own in parts.values())
+    bases = _principal(parts, error)
+    left = sum(np.abs(own - bases[parity] @ (bases[parity].T @ own)) for parity, own in parts.items())
+    assert left.max() <= error
+    for basis in bases.values():
+        np.testing.assert_allclose(basis.T @ basis, np.eye(basis.shape[1]), atol=1e-6)
+        assert basis.shape[1] < 50
 
 
 def test_bolts_reach_over_the_cycle_what_they_reach_in_the_load_cases(result):
