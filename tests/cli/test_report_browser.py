@@ -16,6 +16,12 @@ from fea.stress.stress import von_mises
 
 READY = "window.feaReport.then((own) => { window.viewer = own; return own && own.surface.count; })"
 DRAWN = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))"
+# What the label at the pointer says, once it is shown.
+PROBED = """(async (probe) => {
+  for (let frame = 0; probe.hidden && frame < 100; frame++)
+    await new Promise((done) => requestAnimationFrame(done));
+  return probe.textContent;
+})(viewer.part('probe'))"""
 # Colours of the canvas that are exactly those of the legend, by the share of pixels that have them.
 COLOURS = """(() => {
   const gl = viewer.painter.gl, { width, height } = viewer.canvas;
@@ -133,13 +139,15 @@ def test_the_value_at_a_node_is_that_of_the_run(shown, case):
 
 
 def test_the_pointer_tells_the_value(shown):
+    shown.run("viewer.canvas.scrollIntoView({ behavior: 'instant', block: 'center' })")
+    shown.run(DRAWN)
     x, y = shown.run("""((box, [x, y]) => [box.left + x * box.width, box.top + y * box.height])(
-        (viewer.canvas.scrollIntoView(), viewer.canvas.getBoundingClientRect()),
+        viewer.canvas.getBoundingClientRect(),
         viewer.camera.seen(viewer.placeOf(viewer.surface.nearest([70, 0, 4]))))""")
     move = [{"type": "pointerMove", "x": round(x), "y": round(y)}]
     source = {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": move}
     shown.call("input.performActions", context=shown.page, actions=[source])
-    said = shown.run("(({ hidden, textContent }) => hidden ? '' : textContent)(viewer.part('probe'))")
+    said = shown.run(PROBED)
     assert re.fullmatch(r"[\d.]+ MPa at [−\d.]+, [−\d.]+, [−\d.]+ mm", said)
     before = shown.run("viewer.camera.towards")
     shown.drag((round(x), round(y)), (round(x) + 120, round(y) + 40))
