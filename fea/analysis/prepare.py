@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,8 +18,8 @@ from fea.checks import LIMITS
 from fea.choices import CONTACT, Element, SolverName, Support
 from fea.cycle.bonded_loads import BondedLoads
 from fea.cycle.pressure_loads import PressureLoads
-from fea.cycle.superposition import CycleAnalysis, of_cases, whole_cycle
-from fea.cycle.unit_loads import UnitLoads
+from fea.cycle.superposition import CycleAnalysis, Direct, as_cases, of_cases, whole_cycle
+from fea.cycle.unit_loads import Course, Instants, UnitLoads
 from fea.cycle.unit_solutions import unit_solutions
 from fea.machine.clock import Clock
 from fea.material import Material, Materials, of_parts
@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from fea.contact.assembled_rod import AssembledRod, Putting
     from fea.contact.fits import Fits
     from fea.contact.rod_contact import RodContact
+    from fea.cycle.assembled_loads import AssembledLoads
 
 # Speeds whose opening and slip the unit loads of an assembly span.
 MOST_COURSES = 5
@@ -200,7 +201,7 @@ class PreparedRod:
     def cycle(self) -> CycleAnalysis:
         """Unit solutions that span the whole crank cycle at any speed, solved when first asked for."""
         with self.clock("cycle"):
-            mesh, loads = self.mesh, self._unit_loads()
+            mesh, (loads, direct) = self.mesh, self._unit_loads()
             recovery = self.fields.recovery
             units = unit_solutions(self.model, recovery, loads, self.materials, cut_y=mesh.cut_y)
         masked = self.fields.errors.masked
@@ -213,7 +214,14 @@ class PreparedRod:
             fatigue=self.options.fatigue,
             masked=masked,
             regions=SurfaceRegions.of(mesh.cell, mesh.bores),
+            direct=direct,
         )
+
+    def _directly(self, loads: "AssembledLoads", instants: Instants, course: Course) -> list[Floats]:
+        """Stress per part (n_nodes, 6, n) of an assembled rod at n instants of a cycle."""
+        states = iter(loads.states(instants, course))
+        pins = PinModel(lambda case: self.held_together.under(case, next(states)), self.model)
+        return self.fields.stresses(pins.equilibrium(as_cases(instants, "instant")))
 
     @cached_property
     def life(self) -> "Life | None":
@@ -303,7 +311,7 @@ class PreparedRod:
         some = np.linspace(0, len(self.speeds) - 1, min(len(self.speeds), MOST_COURSES)).round().astype(int)
         return [sorted(self.speeds)[number] for number in some]
 
-    def _assembled_loads(self) -> UnitLoads:
+    def _assembled_loads(self) -> "AssembledLoads":
         from fea.cycle.assembled_loads import AssembledLoads  # noqa: PLC0415 - rods of one piece do without
 
         engine, gas = self.engine.engine, self.engine.gas
@@ -312,17 +320,19 @@ class PreparedRod:
         alone = [of_cases(self.loading.at(self.mass, rpm).cases) for rpm in speeds]
         return AssembledLoads(self.held_together, self.inertia, cycles, alone)
 
-    def _unit_loads(self) -> UnitLoads:
+    def _unit_loads(self) -> tuple[UnitLoads, Direct | None]:
+        """Unit loads, and what solves instants of a cycle without them."""
+        if self.putting is not None:
+            assembled_loads = self._assembled_loads()
+            return assembled_loads, partial(self._directly, assembled_loads)
         if self.options.in_contact:
-            if self.putting is not None:
-                return self._assembled_loads()
             from fea.cycle.contact_loads import ContactLoads  # noqa: PLC0415 - prescribed pressures do without
 
-            return ContactLoads(self.contact, self.inertia)
+            return ContactLoads(self.contact, self.inertia), None
         mesh, support, prescribed = self.mesh, self.options.support, self.options.prescribed
         if isinstance(prescribed, Bonded):
-            return BondedLoads(mesh.cell, mesh.bores, self.inertia, support)
-        return PressureLoads(mesh.cell, mesh.bores, self.inertia, prescribed, support)
+            return BondedLoads(mesh.cell, mesh.bores, self.inertia, support), None
+        return PressureLoads(mesh.cell, mesh.bores, self.inertia, prescribed, support), None
 
     @cached_property
     def buckling(self) -> Buckling:

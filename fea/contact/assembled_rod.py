@@ -254,6 +254,10 @@ class AssembledRod(RodContact):
         except ContactError as error:
             raise type(error)(f"{case.name}: {error}") from error
 
+    def under(self, case: LoadCase, state: Joined) -> CaseForces:
+        """Nodal forces of everything that acts in a case whose state is known."""
+        return self._forces(case, state)
+
     def scaled(self, case: LoadCase, factor: float) -> Joined:
         """Find the state under a multiple of everything that acts in a case.
 

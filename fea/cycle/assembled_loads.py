@@ -20,9 +20,10 @@ from fea.solid.parity import Parity
 from geometry.arrays import Floats
 
 # Largest error of a pressure, relative to the largest, and of a bolt force likewise, that the patterns may
-# leave; and the least singular values, relative to the largest, with which that is tried.
-_ERROR = 7e-4
-_KEPT = np.geomspace(2e-4, 1e-6, 14)
+# leave over a cycle: stresses, which are larger, err less. Of load cases, some of which have little stress,
+# it is a tenth. And the least singular values, relative to the largest, with which that is tried.
+_ERROR, _OF_CASES = 3e-3, 10
+_KEPT = np.geomspace(2e-3, 1e-6, 34)
 # Singular values, relative to the largest, that a Gram matrix does not tell from rounding.
 _NOISE = 1e-7
 _Parts = dict[Parity, Floats]
@@ -63,9 +64,11 @@ class AssembledLoads:
         self._cycles: dict[bytes, dict[bytes, Joined]] = {}
         self._courses: dict[bytes, list[Joined]] = {}
         self._joined = self._assembled.tied_loads(), self._assembled.tied_start[:, None]
-        rests = [self._rest(self._solved(*cycle), cycle[0].motions) for cycle in cycles]
-        rests += [self._rest(self._solved(cases, None), cases.motions) for cases in alone]
-        self._spans = self._spanning(self._fold.parts(np.hstack(rests)))
+        over_cycles = [(self.states(*cycle), cycle[0].motions) for cycle in cycles]
+        of_cases = [(self.states(cases, None), cases.motions) for cases in alone]
+        rests = [self._rest(*own) for own in over_cycles] + [_OF_CASES * self._rest(*own) for own in of_cases]
+        largest = np.max([np.abs(state.values) for states, _ in over_cycles for state in states], axis=0)
+        self._spans = self._spanning(self._fold.parts(np.hstack(rests)), largest)
         self._inertial, self._start = map(self._fold.parts, self._joined)
         count = {parity: own.patterns.shape[1] for parity, own in self._spans.items()}
         self.together = Together(*(slice(SMOOTH, count.get(parity, 0)) for parity in Parity))
@@ -76,22 +79,30 @@ class AssembledLoads:
         values = np.stack([state.values for state in states], axis=1)
         return np.asarray(values - start - inertial @ motions)
 
-    def _spanning(self, parts: _Parts) -> dict[Parity, _Span]:
-        """Span states (n_cell, n_states) of each parity, pressures and bolt forces in their own sizes."""
-        problem = self._contact.problem
-        largest = np.max([np.abs(own).max(axis=1) for own in parts.values()], axis=0)
-        bolts = np.arange(len(largest)) >= len(largest) - len(problem.bolts)
-        scale = np.ones(len(largest))
-        if largest[bolts].any():
-            scale[bolts] = largest[~bolts].max() / largest[bolts].max()
+    def _spanning(self, parts: _Parts, largest: Floats) -> dict[Parity, _Span]:
+        """Span states (n_cell, n_states) of each parity, whose unknowns reach the values `largest` (n,)."""
+        problem, bolts = self._contact.problem, self._assembled.bolts
+        pressure, force = np.delete(largest, bolts).max(), largest[bolts].max(initial=0.0)
+        scale = np.ones(len(problem.fold.on_y))
+        if force > 0:  # both count in their own sizes
+            scale[len(scale) - len(problem.bolts) :] = pressure / force
         scaled = {parity: scale[:, None] * own for parity, own in parts.items()}
-        bases = _principal(scaled, _ERROR * largest[~bolts].max())
+        bases = _principal(scaled, _ERROR * pressure)
         spans = {}
         for parity, basis in bases.items():
             unscaled = basis / scale[:, None]
             smooth, weighing = of_unit_work(unscaled.T @ problem.cell_compliance[parity] @ unscaled)
-            spans[parity] = _Span(unscaled @ smooth, weighing.T @ basis.T * scale)
+            nearest = basis.T * scale
+            # Exactly the forces of the pins: what is left must not reach beyond the ends of the rod.
+            forces, of_patterns = (self._pin_forces(parity, own) for own in (np.eye(len(scale)), unscaled))
+            nearest += np.linalg.pinv(of_patterns, rcond=_NOISE) @ (forces - of_patterns @ nearest)
+            spans[parity] = _Span(unscaled @ smooth, weighing.T @ nearest)
         return spans
+
+    def _pin_forces(self, parity: Parity, values: Floats) -> Floats:
+        """Resultants (m, k) of the pins in states (n_cell, k) of one parity."""
+        parts = {own: values if own is parity else np.zeros_like(values) for own in self._fold.parities()}
+        return np.asarray(self._contact.problem.rigid.T @ self._fold.joined(parts))
 
     def fields(self) -> tuple[ContactFields, ContactFields]:
         """Return the even and the odd unit loads."""
@@ -118,7 +129,7 @@ class AssembledLoads:
             No state of contact between the parts carries the load.
         """
         motions = instants.motions
-        rest = self._fold.parts(self._rest(self._solved(instants, course), motions))
+        rest = self._fold.parts(self._rest(self.states(instants, course), motions))
         one = np.ones((1, motions.shape[1]))
         found = []
         for parity, moved in zip(Parity, (motions[:2], motions[2:]), strict=True):
@@ -126,7 +137,8 @@ class AssembledLoads:
             found.append(np.concatenate([*known, moved]))
         return Weights(*found)
 
-    def _solved(self, instants: Instants, course: Course | None) -> Sequence[Joined]:
+    def states(self, instants: Instants, course: Course | None) -> Sequence[Joined]:
+        """States at n instants: of a cycle, or each of them from the parts put together."""
         if course is None:
             return self._contact.solutions(instants.pin, instants.crank, instants.motions)
         every = list(zip(instants.pin.T, instants.crank.T, instants.motions.T, strict=True))
@@ -157,7 +169,7 @@ class AssembledLoads:
 
     def contacts(self, weights: Weights, instants: Instants, course: Course) -> Contacts:  # noqa: ARG002
         """Contact of the pins with the bores, bolts and interfaces at each instant."""
-        solved = self._solved(instants, course)
+        solved = self.states(instants, course)
         values = np.stack([state.values for state in solved], axis=1)
         return Contacts(
             touches(self._contact, values, self._assembled.pins),

@@ -1,6 +1,6 @@
 """The whole crank cycle of a rod at any speed, from one set of unit solutions."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -37,6 +37,8 @@ from loads.slider_crank import cycle_angles
 AT_JUMPS = 0.05
 # Degrees of an increment of the cycle, where friction makes it depend on its course.
 INCREMENT = 6
+# Stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads.
+Direct = Callable[[Instants, Course], Sequence[Floats]]
 _AWAY = "the safety factors of the cycle also leave out places where the exact stress is infinite (singular)"
 
 
@@ -55,8 +57,9 @@ class CycleResult:
     weakest
         The worst place against fatigue, or None if no fatigue strength is known.
     superposition
-        Largest difference between superposed and directly solved von Mises stress over the peak cases,
-        relative to the largest stress of each case.
+        Largest difference between superposed and directly solved von Mises stress over the peak cases, and
+        over the worst instants where friction makes them differ from these, relative to the largest stress of
+        each.
     series_error
         Largest error of the series of the bore pressure, relative to its peak.
     unit_solutions
@@ -147,6 +150,9 @@ class CycleAnalysis:
         Nodes of the cell near stress singularities, which do not count.
     regions
         Of the surface of the cell.
+    direct
+        Stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads; None where the
+        peak cases are such instants.
     """
 
     mesh: MeshedRod
@@ -157,6 +163,7 @@ class CycleAnalysis:
     fatigue: Fatigue
     masked: Mask
     regions: SurfaceRegions
+    direct: Direct | None = None
 
     @property
     def counts(self) -> Mask:
@@ -215,13 +222,17 @@ class CycleAnalysis:
         places = [(node, int(found.part[node])) for node in worst]
         places += [(node, int(found.fatigue_part[node])) for node in weakest]
         histories = spots(places, self.units, of_degrees, whole)
-        contacts = self.loads.contacts(of_degrees, *whole_cycle(engine, gas, self.rod, speed))
+        around = whole_cycle(engine, gas, self.rod, speed)
+        contacts = self.loads.contacts(of_degrees, *around)
+        solved = [case.part_von_mises for case in peaks]
         return CycleResult(
             angles=degrees,
             envelope=found,
             spots=histories[: len(worst)],
             weakest=histories[-1] if weakest else None,
-            superposition=self._difference(of_peaks, peaks),
+            superposition=max(
+                self._difference(of_peaks, solved), self._remembered(of_degrees, around, histories, solved)
+            ),
             series_error=self.loads.series_error,
             unit_solutions=self.units.count,
             jumps=self.loads.jumps,
@@ -234,15 +245,48 @@ class CycleAnalysis:
             states=contacts.states,
         )
 
-    def _difference(self, weights: Weights, peaks: Sequence[CaseResult]) -> float:
+    def _difference(
+        self, weights: Weights, solved: Sequence[Sequence[Floats]], largest: Sequence[float] | None = None
+    ) -> float:
+        """Largest error of superposed von Mises stress.
+
+        Parameters
+        ----------
+        weights
+            Of the instants.
+        solved
+            (n_nodes,) of each part at each of them.
+        largest
+            What it is relative to, for each part: by default the largest stress of the instant.
+        """
         worst = 0.0
         for number in range(len(self.units.parts)):
             tensors = self.units.tensor(number, weights, self.mesh.mirrored)
-            for k, case in enumerate(peaks):
-                direct = case.part_von_mises[number]
-                apart = np.abs(von_mises(tensors[..., k]) - direct)
-                worst = max(worst, float(np.nanmax(apart) / np.nanmax(direct)))
+            for k, stress in enumerate(solved):
+                apart = np.nanmax(np.abs(von_mises(tensors[..., k]) - stress[number]))
+                size = np.nanmax(stress[number]) if largest is None else largest[number]
+                worst = max(worst, float(apart / size))
         return worst
+
+    def _remembered(
+        self,
+        weights: Weights,
+        around: tuple[Instants, Course],
+        histories: Sequence[Spot],
+        peaks: Sequence[Sequence[Floats]],
+    ) -> float:
+        """Error at the instants at which places are worst, if friction makes these depend on the cycle.
+
+        It is relative to the largest stress of each part, of the peak cases too.
+        """
+        if self.direct is None:
+            return 0.0
+        which = np.unique([np.abs(spot.signed).argmax() for spot in histories])
+        every, course = around
+        stresses = self.direct(Instants(*(own[..., which] for own in every)), course)
+        solved = [[von_mises(own[..., k]) for own in stresses] for k in range(len(which))]
+        largest = [float(np.nanmax(own)) for own in zip(*solved, *peaks, strict=True)]
+        return self._difference(weights.at(which), solved, largest)
 
 
 def instants(engine: Engine, gas: GasModel, rod: MassProperties, speed: float, angles: Floats) -> Instants:
@@ -268,6 +312,27 @@ def of_cases(cases: Sequence[LoadCase]) -> Instants:
         np.array([motion.angular_velocity for motion in motions]),
         np.array([motion.angular_acceleration for motion in motions]),
     )
+
+
+def as_cases(instants: Instants, name: str) -> list[LoadCase]:
+    """Load cases of instants."""
+    (pin, across), (crank, crank_across) = instants.pin, instants.crank
+    return [
+        LoadCase(
+            name=name,
+            crank_angle=None,
+            pin_axial=pin[k],
+            pin_transverse=across[k],
+            crank_axial=-crank[k],
+            crank_transverse=crank_across[k],
+            motion=RodMotion(
+                (instants.acceleration[0, k], instants.acceleration[1, k]),
+                instants.rate[k],
+                instants.turning[k],
+            ),
+        )
+        for k in range(len(instants.rate))
+    ]
 
 
 def course(engine: Engine, gas: GasModel, rod: MassProperties, speed: float, angles: Floats) -> Course:

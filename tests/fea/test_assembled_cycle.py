@@ -8,6 +8,7 @@ from assembled_rods import EVERY, study
 
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed, with_cycle
+from fea.cycle import assembled_loads
 from fea.cycle.assembled_loads import _principal
 from fea.cycle.superposition import whole_cycle
 from fea.solid.parity import Parity
@@ -39,7 +40,7 @@ def instants(rod):
 
 def test_the_unit_loads_span_the_state_at_every_instant(rod, result, instants):
     contact, loads = rod.held_together, rod.cycle.loads
-    states = np.stack([state.values for state in loads._solved(*instants)], axis=1)
+    states = np.stack([state.values for state in loads.states(*instants)], axis=1)
     parts = {
         parity: fields.patterns @ own
         for parity, fields, own in zip(Parity, loads.fields(), result.cycle.weights, strict=True)
@@ -49,6 +50,9 @@ def test_the_unit_loads_span_the_state_at_every_instant(rod, result, instants):
     assert off[bolts].max() < BOLTS * np.abs(states[bolts]).max()
     places = np.setdiff1d(np.arange(len(states)), bolts)
     assert off[places].max() < PLACES * np.abs(states[places]).max()
+    forces = contact.problem.rigid.T @ states
+    error = contact.problem.rigid.T @ contact.problem.fold.joined(parts) - forces
+    assert np.abs(error).max() < 1e-9 * np.abs(forces).max()
     assert sum(fields.count for fields in loads.fields()) < len(states)
     assert result.checks["superposition"].passed
 
@@ -67,6 +71,13 @@ def test_patterns_are_orthonormal_and_span_states_to_the_error_asked_for(n_state
     for basis in bases.values():
         np.testing.assert_allclose(basis.T @ basis, np.eye(basis.shape[1]), atol=1e-6)
         assert basis.shape[1] < 50
+
+
+def test_what_the_unit_loads_leave_out_shows_in_the_check(rod, result, monkeypatch):
+    monkeypatch.setattr(assembled_loads, "_ERROR", 30 * assembled_loads._ERROR)
+    coarse = replace(rod)  # solves its unit loads anew
+    coarse = with_cycle(coarse, result)
+    assert coarse.checks["superposition"].value > 3 * result.checks["superposition"].value
 
 
 def test_bolts_reach_over_the_cycle_what_they_reach_in_the_load_cases(result):

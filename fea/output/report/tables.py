@@ -28,7 +28,7 @@ _CHECKS = {
     "moment_balance": "Balance of moments",
     "tilt": "Moment out of the plane of motion",
     "reactions": "Reactions at the restraints of inertia relief",
-    "superposition": "Superposed against directly solved peak cases",
+    "superposition": "Superposed against directly solved instants",
     "contact_gap": "Overlap of pin and bore, or gap under pressure",
     "contact_balance": "Contact pressures against the forces of the pins",
     "buckling": "Residual of the buckling modes",
