@@ -9,6 +9,7 @@
 
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -200,6 +201,20 @@ class Assembled:
         return self._joined(values, gap, found)
 
     @property
+    def ends(self) -> tuple["Assembled", ...]:
+        """The same for one end of the rod each, while the other sticks: `together` joins their states."""
+        return tuple(self._with(system) for system in self._system.ends)
+
+    def _with(self, system: JoinedSystem) -> "Assembled":
+        found = copy(self)
+        found._system = system  # noqa: SLF001 - a copy of itself
+        return found
+
+    def together(self, states: Sequence[Joined]) -> Joined:
+        """One state of the rod from those of `ends` under the same load."""
+        return self._system.together(states)
+
+    @property
     def joined(self) -> Ints:
         """The unknowns (n_J,) that gaps `Joined.gap` belong to."""
         return self._tied.joined
@@ -240,7 +255,7 @@ class Assembled:
             values=values,
             gap=gap[self._tied.joined],
             guess=replace(guess, opened=opened),
-            part_motion=found.motion,
+            loose=np.zeros(len(self._tied.free[1])),
             residual=found.residual,
             imbalance=found.imbalance,
             changes=found.changes,
@@ -327,9 +342,9 @@ class Assembled:
         gap = self._made + problem.loaded @ weights + problem.bent(forces)
         return Load(gap, problem.sums(forces, moments), self._resultants @ weights)
 
-    def displacement(self, motion: Floats) -> dict[Parity, Floats]:
-        """Displacement (n_nodes, 3) per parity of motions (k,) of the parts, mm."""
+    def displacement(self, state: Joined) -> dict[Parity, Floats]:
+        """Displacement (n_nodes, 3) per parity of the parts as rigid bodies, mm."""
         found = {parity: np.zeros(self.problem.mesh.points.size) for parity in self.problem.fold.parities()}
-        for amount, (parity, moves) in zip(motion, self._motions, strict=True):
+        for amount, (parity, moves) in zip(self._system.part_motion(state), self._motions, strict=True):
             found[parity] += amount * moves
         return {parity: own.reshape(-1, 3) for parity, own in found.items()}

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 
 import numpy as np
 
@@ -10,13 +9,13 @@ from fea.contact.assembled import Assembled, Warming
 from fea.contact.assembly_states import AssemblyStates
 from fea.contact.bolt_pull import BoltPull
 from fea.contact.fits import Fits
+from fea.contact.friction_cycle import FrictionCycle
 from fea.contact.interface_fields import gap_at_nodes, pressure_at_nodes
-from fea.contact.joined_system import Joined
+from fea.contact.joined_system import Joined, Load
 from fea.contact.mating import MatingFaces
 from fea.contact.multipliers import Direction, radial
 from fea.contact.rod_contact import RodContact, Solved, acting
-from fea.contact.trial import EXACT, Exact
-from fea.machine.threads import one_blas_thread, side_by_side, threads
+from fea.machine.threads import one_blas_thread
 from fea.rod.bores import Bores
 from fea.rod.case_forces import CaseForces
 from fea.solid.errors import ContactError
@@ -30,12 +29,6 @@ from geometry.surfaces import Surface
 from loads.cases import ASSEMBLY, LoadCase, assembled
 from mesh.tetmesh import TetMesh
 
-# Cycles after which a course ends at the latest; over as many increments on end, bolt forces and the pressure
-# of every place may differ from the cycle before by so much, relative to the largest, when it ends. (What a
-# pressure at the edge of contact owes to the size of the increments is four times as much.)
-MOST_CYCLES, ON_END, SETTLED, SETTLED_PLACES = 3, 10, 1e-3, 1e-2
-# How exactly the laws shall hold at the instants of a cycle: a hundredth of what the cycle may change by.
-OF_COURSE = Exact(violation=1e-5, direction=1e-5)
 # Distance from a mirror plane, over the hole's radius, within which a bolt's axis lies on it.
 _ON_PLANE = 1e-6
 
@@ -137,19 +130,8 @@ class AssembledRod(RodContact):
     def _solved(self, pin: Floats, crank: Floats, motion: Floats) -> Joined:
         key = b"".join(own.tobytes() for own in (pin, crank, motion))
         if key not in self._known:
-            self._known[key] = self._step((pin, crank), motion, self.assembled.start)
+            self._known[key] = self.assembled.step(self._load(pin, crank, motion), self.assembled.start)
         return self._known[key]
-
-    def _step(
-        self,
-        forces: Sequence[Floats],
-        motion: Floats,
-        state: Joined,
-        like: Joined | None = None,
-        exact: Exact = EXACT,
-    ) -> Joined:
-        load = self.assembled.load(forces, motion, self._tilted(motion))
-        return self.assembled.step(load, state, like, exact)
 
     def solutions(self, pin: Floats, crank: Floats, motions: Floats) -> list[Joined]:
         """States at k instants, each of them from that in which the parts were put together.
@@ -159,93 +141,16 @@ class AssembledRod(RodContact):
         with one_blas_thread():
             return [self._solved(*instant) for instant in zip(pin.T, crank.T, motions.T, strict=True)]
 
-    def course(self, pin: Floats, crank: Floats, motions: Floats) -> list[Joined]:
-        """States at the increments of a cycle, from its beginning to its end, once friction has settled.
+    def cycle(self, pin: Floats, crank: Floats, motions: Floats) -> FrictionCycle:
+        """A cycle with increments of which the parameters are those of `solutions`."""
+        return FrictionCycle(self.assembled, self.loads(pin, crank, motions))
 
-        Parameters
-        ----------
-        pin, crank, motions
-            (2, k), (2, k), (4, k) as for `solutions`, at the increments.
-        """
-        instants = list(zip(pin.T, crank.T, motions.T, strict=True))
-        state, states = self.assembled.start, list[Joined]()
-        with one_blas_thread():
-            for *forces, motion in instants:
-                state = self._step(forces, motion, state, exact=OF_COURSE)
-                states.append(state)
-            largest, alike = self._largest(states), 0
-            for number in range(len(instants), MOST_CYCLES * len(instants)):
-                *forces, motion = instants[number % len(instants)]
-                before = states[number - len(instants)]
-                state = self._step(forces, motion, state, before, OF_COURSE)
-                states.append(state)
-                alike = alike + 1 if self._alike(before, state, largest) else 0
-                if alike == ON_END:  # from here on, it would do again what it did in the cycle before
-                    break
-        last = len(states) - 1
-        return [states[last - (last - number) % len(instants)] for number in range(len(instants))]
+    def loads(self, pin: Floats, crank: Floats, motions: Floats) -> list[Load]:
+        """What acts between the parts at k instants; parameters as for `solutions`."""
+        return [self._load(*instant) for instant in zip(pin.T, crank.T, motions.T, strict=True)]
 
-    def _largest(self, states: Sequence[Joined]) -> tuple[float, float]:
-        """Largest bolt force, N, and largest pressure, MPa."""
-        own = self.assembled
-        values = np.abs([state.values for state in states])
-        bolts, pressures = values[:, own.bolts], values[:, own.touching.normal]
-        return float(bolts.max(initial=0.0)), float(pressures.max(initial=0.0))
-
-    def _alike(self, before: Joined, after: Joined, largest: tuple[float, float]) -> bool:
-        """Whether a state is that of the cycle before."""
-        change = np.abs(after.values - before.values)
-        kinds = (self.assembled.bolts, SETTLED), (self.assembled.touching.normal, SETTLED_PLACES)
-        return all(
-            change[which].max(initial=0.0) <= share * size
-            for (which, share), size in zip(kinds, largest, strict=True)
-        )
-
-    def between(
-        self, instants: Sequence[tuple[Floats, Floats, Floats]], states: Sequence[Joined], places: Floats
-    ) -> list[Joined]:
-        """States at instants (pin, crank, motions) between the increments of a cycle.
-
-        Parameters
-        ----------
-        instants
-            n of them.
-        states
-            At the increments.
-        places
-            (n,) numbers of the increments, with the share of the way to the next.
-        """
-        order = np.argsort(places, kind="stable")
-        runs = np.array_split(order, min(threads(), max(len(order), 1)))
-        with one_blas_thread():
-            found = side_by_side(lambda run: self._run(instants, states, places, run), runs)
-        state = dict(zip(order.tolist(), chain.from_iterable(found), strict=True))
-        return [state[number] for number in range(len(order))]
-
-    def _run(
-        self,
-        instants: Sequence[tuple[Floats, Floats, Floats]],
-        states: Sequence[Joined],
-        places: Floats,
-        run: Ints,
-    ) -> list[Joined]:
-        """States at some of the instants in their order; parameters as for `between`."""
-        found, near, last = list[Joined](), states[0], -1
-        for number in run:
-            *forces, motion = instants[number]
-            before = min(int(places[number]), len(states) - 2)
-            share = float(places[number]) - before
-            if share in {0.0, 1.0}:
-                near = states[before + int(share)]
-            else:
-                like = near if before == last else states[before]
-                load = self.assembled.load(forces, motion, self._tilted(motion))
-                near = self.assembled.between(
-                    load, (states[before], states[before + 1]), share, like, OF_COURSE
-                )
-            last = before
-            found.append(near)
-        return found
+    def _load(self, pin: Floats, crank: Floats, motion: Floats) -> Load:
+        return self.assembled.load((pin, crank), motion, self._tilted(motion))
 
     def __call__(self, case: LoadCase) -> CaseForces:
         """Nodal forces of everything that acts in a case; see `RodContact`."""
@@ -291,7 +196,7 @@ class AssembledRod(RodContact):
         forces = super()._forces(case, found)
         if not isinstance(found, Joined):
             raise TypeError("the parts of an assembly are solved step by step")
-        state, moved = self.states(found), self.assembled.displacement(found.part_motion)
+        state, moved = self.states(found), self.assembled.displacement(found)
         shift = Split(moved[Parity.SYMMETRIC], moved.get(Parity.ANTISYMMETRIC))
         return replace(
             forces,

@@ -1,29 +1,50 @@
 """Small dense systems, solved again and again while their matrix changes little."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import lapack
 
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats, Ints, Reals
 
 # Reciprocal condition number, of a scaled matrix, below which a motion counts as free; smallest over largest
-# pivot above which the condition need not be known.
-_SINGULAR, _SAFE = 1e-12, 1e-8
+# pivot above which the condition need not be known, in double and in single precision.
+_SINGULAR, _SAFE, _SAFE_SINGLE = 1e-12, 1e-8, 1e-3
 # Steps of iterative refinement with the factor of another matrix, what they must leave of the residual, and
 # by how much each must reduce it.
-_STEPS, _EXACT, _ENOUGH = 8, 1e-14, 0.1
+_STEPS, _EXACT, _ENOUGH = 8, 1e-13, 0.1
 
 
 @dataclass(frozen=True)
 class Factor:
-    """Triangular factors of the transpose of a matrix (n, n) and their pivots (n,), as LAPACK has them."""
+    """Triangular factors of the transpose of a matrix (n, n) and their pivots (n,), as LAPACK has them.
 
-    triangles: Floats
+    Single precision takes little more than half the time; iterative refinement makes up for it.
+    """
+
+    triangles: Reals
     pivots: Ints
+
+    @classmethod
+    def of(cls, matrix: Reals) -> "Factor | None":
+        """Factorise, in the precision of the matrix; None if a pivot is zero."""
+        factorise = lapack.sgetrf if matrix.dtype == np.float32 else lapack.dgetrf
+        triangles, pivots, broken = factorise(matrix.T)
+        return cls(triangles, pivots) if broken == 0 else None
+
+    @property
+    def least_pivot(self) -> float:
+        """Smallest pivot over the largest."""
+        pivot = np.abs(np.diag(self.triangles))
+        return float(pivot.min() / pivot.max())
 
     def solve(self, side: Floats) -> Floats:
         """Solve for one right-hand side (n,)."""
+        if self.triangles.dtype == np.float32:
+            return np.asarray(
+                lapack.sgetrs(self.triangles, self.pivots, side.astype(np.float32), trans=1)[0], float
+            )
         return np.asarray(lapack.dgetrs(self.triangles, self.pivots, side, trans=1)[0])
 
     def refined(self, matrix: Floats, side: Floats) -> Floats | None:
@@ -58,19 +79,27 @@ def solved(matrix: Floats, side: Floats, near: Factor | None = None) -> tuple[Fl
     """
     if not len(side):
         return side, None
-    found = None if near is None else near.refined(matrix, side)
-    if found is not None:
-        return found, near
-    triangles, pivots, broken = lapack.dgetrf(matrix.T)
-    if broken == 0 and _conditioned(matrix, triangles):
-        factor = Factor(triangles, pivots)
+    for rough in _rough(matrix, near):
+        found = rough.refined(matrix, side)
+        if found is not None:
+            return found, rough
+    factor = Factor.of(matrix)
+    if factor is not None and _conditioned(matrix, factor):
         return factor.solve(side), factor
     return np.asarray(np.linalg.lstsq(matrix, side, rcond=_SINGULAR)[0]), None
 
 
-def _conditioned(matrix: Floats, triangles: Floats) -> bool:
+def _rough(matrix: Floats, near: Factor | None) -> Iterator[Factor]:
+    """Yield factors that are nearly those of a matrix; in single precision if every motion is resisted."""
+    if near is not None:
+        yield near
+    single = Factor.of(matrix.astype(np.float32))
+    if single is not None and single.least_pivot > _SAFE_SINGLE:
+        yield single
+
+
+def _conditioned(matrix: Floats, factor: Factor) -> bool:
     """Whether every motion is resisted."""
-    pivot = np.abs(np.diag(triangles))
-    if pivot.min() > _SAFE * pivot.max():
+    if factor.least_pivot > _SAFE:
         return True
-    return bool(lapack.dgecon(triangles, np.abs(matrix).sum(axis=1).max())[0] > _SINGULAR)
+    return bool(lapack.dgecon(factor.triangles, np.abs(matrix).sum(axis=1).max())[0] > _SINGULAR)

@@ -10,7 +10,8 @@ Curnier 1991; Hüeber, Stadler & Wohlmuth 2008), whose unknowns are the pressure
 the gaps of what opens or slips: few, as long as the parts hold together.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
@@ -25,7 +26,7 @@ from fea.contact.tied import Tied
 from fea.contact.trial import EXACT, ROUNDING, Exact, Trial
 from fea.machine.threads import side_by_side
 from fea.solid.errors import ContactError, UnsettledError
-from geometry.arrays import Floats, Mask
+from geometry.arrays import Floats, Ints, Mask
 
 # States that are tried in a step at most, and how often the blocks of the problem are solved in turn.
 _MOST, _SWEEPS = 300, 10
@@ -74,8 +75,8 @@ class Joined:
         y_J (n_J,), moments of the gaps and slips of the interfaces since the parts were put together.
     guess
         What touches, opens and slips.
-    part_motion
-        (k,) of the parts.
+    loose
+        (m,) motions of the parts that only the pins resist.
     residual
         Largest violation of contact or friction, relative to the largest stress.
     imbalance
@@ -88,7 +89,7 @@ class Joined:
     values: Floats
     gap: Floats
     guess: Guess
-    part_motion: Floats
+    loose: Floats
     residual: float
     imbalance: float
     changes: int
@@ -117,6 +118,43 @@ class JoinedSystem:
         self._scale = np.where(scale > 0, scale, 1.0)
         self._whole = Block.whole(tied, R / self._scale, places)
         self._ends = Ends.of(self._whole)
+        self._solved = range(len(self._ends.blocks))
+
+    @property
+    def ends(self) -> tuple["JoinedSystem", ...]:
+        """The same for one block each, while the others keep their gaps: `together` joins their states."""
+        return tuple(self._alone(number) for number in self._solved)
+
+    def _alone(self, number: int) -> "JoinedSystem":
+        found = copy(self)
+        found._solved = range(number, number + 1)  # noqa: SLF001 - a copy of itself
+        return found
+
+    def together(self, states: Sequence[Joined]) -> Joined:
+        """One state of the whole from those of `ends` under the same load."""
+        tied, guess = self._tied, states[0].guess
+        values, gap = states[0].values.copy(), states[0].gap.copy()
+        parts = list[tuple[Ints, Ints, Guess]]()
+        for own, state in zip(self._ends.blocks, states, strict=True):
+            numbers = np.concatenate([tied.pins[own.pins], tied.joined[own.joined]])
+            values[numbers], gap[own.joined] = state.values[numbers], state.gap[own.joined]
+            parts.append((own.pins, own.sites, state.guess.of(own.pins, own.sites)))
+        return replace(
+            states[0],
+            values=values,
+            gap=gap,
+            guess=Guess.together(len(guess.touching), len(guess.opened), parts),
+            loose=np.sum([state.loose for state in states], axis=0),
+            residual=max(state.residual for state in states),
+            imbalance=max(state.imbalance for state in states),
+            changes=sum(state.changes for state in states),
+        )
+
+    def part_motion(self, state: Joined) -> Floats:
+        """Motions (k,) of the parts."""
+        tied, load = self._tied, state.load
+        open_gap = state.gap - load.gap[tied.joined]
+        return tied.motions(open_gap, state.values[tied.pins], load.parts, state.loose)
 
     def step(
         self, load: Load, gap: Floats, guess: Guess, exact: Exact = EXACT, *, rubbing: bool = True
@@ -145,9 +183,12 @@ class JoinedSystem:
         """
         offsets = self._offsets(load, gap)
         ends = self._ends if rubbing else self._ends.sticking
-        return self._joined(ends, *self._settled(ends, offsets, guess, exact), load)
+        trials, changes = self._settled(ends, offsets, guess, exact)
+        return self._joined(trials, changes, load, offsets.gap, guess)
 
-    def _settled(self, ends: Ends, offsets: Offsets, guess: Guess, exact: Exact) -> tuple[list[Trial], int]:
+    def _settled(
+        self, ends: Ends, offsets: Offsets, guess: Guess, exact: Exact
+    ) -> tuple[dict[int, Trial], int]:
         """Solution of each block under what the others do to it, and how many states were tried."""
         blocks = ends.blocks
         offsets = replace(offsets, least=_CALM * self._pressed(offsets, guess))
@@ -160,28 +201,24 @@ class JoinedSystem:
             for own, each, part in zip(blocks, guesses, parts, strict=True)
         ]
         moved = [np.zeros(len(own.joined)) for own in blocks]
-        found, changes = list[Trial | None]([None] * len(blocks)), 0
+        found, changes = dict[int, Trial](), 0
         each = map if ends is self._ends.sticking else side_by_side  # without friction, hardly worth a thread
         for _ in range(_SWEEPS):
             loads = [ends.shifted(number, part, pressure, moved) for number, part in enumerate(parts)]
-            left = [
-                number
-                for number, (block, last, load) in enumerate(zip(blocks, found, loads, strict=True))
-                if last is None or block.change(load, last.offsets) > ROUNDING * last.size
-            ]
+            left = [own for own in self._solved if _changed(blocks[own], loads[own], found.get(own))]
             if not left:
                 break
-            least = max([offsets.least, *(own.size for own in found if own is not None)])
+            least = max([offsets.least, *(own.size for own in found.values())])
             jobs = [(blocks[own], replace(loads[own], least=least), guesses[own], exact) for own in left]
             for number, (trial, states) in zip(left, each(self._search, jobs), strict=True):
                 changes += states
                 found[number], guesses[number] = trial, trial.guess
                 pressure[number], moved[number] = trial.pressure, trial.moved
-            if len(blocks) == 1:
+            if len(self._solved) == 1:
                 break
         else:
             raise UnsettledError(_UNSETTLED)
-        return [trial for trial in found if trial is not None], changes
+        return found, changes
 
     def _pressed(self, offsets: Offsets, guess: Guess) -> float:
         """Largest pressure between the parts while nothing moves, MPa."""
@@ -272,27 +309,36 @@ class JoinedSystem:
             gap=gap,
         )
 
-    def _joined(self, ends: Ends, trials: Sequence[Trial], changes: int, load: Load) -> Joined:
+    def _joined(
+        self, trials: Mapping[int, Trial], changes: int, load: Load, before: Floats, guess: Guess
+    ) -> Joined:
+        """State of some blocks; the others keep their gaps (n_J,), and what is guessed of them."""
         tied, whole = self._tied, self._whole
         pressure, stress = np.zeros(len(tied.pins)), np.zeros(len(tied.joined))
-        gap, motion = np.zeros(len(tied.joined)), np.zeros(len(self._scale))
-        for own, trial in zip(ends.blocks, trials, strict=True):
+        gap, motion = before.copy(), np.zeros(len(self._scale))
+        parts = [(whole.pins, whole.sites, guess)]
+        for number, trial in trials.items():
+            own = self._ends.blocks[number]
             pressure[own.pins], stress[own.joined] = trial.pressure, trial.stress
             gap[own.joined], motion[own.motions] = trial.gap, trial.motion
+            parts.append((own.pins, own.sites, trial.guess))
         values = np.zeros(len(load.gap))
         values[tied.pins], values[tied.joined] = np.maximum(pressure, 0.0), stress
-        loose = (motion / self._scale)[len(load.pins) :]
-        parts = [(own.pins, own.sites, trial.guess) for own, trial in zip(ends.blocks, trials, strict=True)]
         return Joined(
             load=load,
             values=values,
             gap=gap,
             guess=Guess.together(len(tied.pins), whole.places.size, parts),
-            part_motion=tied.motions(gap - load.gap[tied.joined], pressure, load.parts, loose),
-            residual=max(trial.residual for trial in trials),
-            imbalance=max(trial.imbalance for trial in trials),
+            loose=(motion / self._scale)[len(load.pins) :],
+            residual=max(trial.residual for trial in trials.values()),
+            imbalance=max(trial.imbalance for trial in trials.values()),
             changes=changes,
         )
+
+
+def _changed(block: Block, load: Offsets, last: Trial | None) -> bool:
+    """Whether the load of a block is not that for which it was last solved."""
+    return last is None or block.change(load, last.offsets) > ROUNDING * last.size
 
 
 def _begun(block: Block, offsets: Offsets, guess: Guess) -> Guess:

@@ -89,7 +89,10 @@ class Trial:
         matrix = np.zeros((n_a + n_d + R.shape[1],) * 2)
         np.multiply(press[:, None] * block.A[active][:, active], press, out=matrix[pins, pins])
         np.multiply(press[:, None] * block.B[moving][:, active].T, unit, out=matrix[pins, gaps])
-        matrix[motions, pins] = (press[:, None] * R[active]).T
+        rigid = press[:, None] * R[active]
+        reach = np.linalg.norm(rigid, axis=0)
+        reach = 1 / np.where(reach > 0, reach, 1.0)
+        matrix[motions, pins] = (rigid * reach).T
         matrix[pins, motions] = -matrix[motions, pins].T
         law.of_rows(block.B, active, matrix[gaps, pins])
         law.of_rows(block.S, moving, matrix[gaps, gaps])
@@ -97,13 +100,14 @@ class Trial:
         matrix[gaps, gaps] *= unit
         law.give_way(matrix[gaps, gaps])
         side = np.concatenate(
-            [-press * offsets.pin_gap[active], -law.of_values(offsets.stress), offsets.forces]
+            [-press * offsets.pin_gap[active], -law.of_values(offsets.stress), reach * offsets.forces]
         )
         unknown = active.tobytes() + moving.tobytes()
         known = last.factor if last is not None and last.unknown == unknown else None
         found, factor = solved(matrix, side, known)
         pressure, moved = np.zeros(len(block.pins)), np.zeros(len(block.joined))
-        pressure[active], moved[moving], motion = press * found[pins], unit * found[gaps], found[motions]
+        pressure[active], moved[moving] = press * found[pins], unit * found[gaps]
+        motion = reach * found[motions]
         return cls(
             block=block,
             offsets=offsets,

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.contact.assembled_rod import AssembledRod
+from fea.contact.friction_cycle import FrictionCycle
 from fea.contact.joined_system import Joined
 from fea.cycle.contact_loads import SMOOTH, ContactFields, of_unit_work, touches
 from fea.cycle.unit_loads import Contacts, Course, Instants, Together, Weights, inertial_fields
@@ -62,7 +63,7 @@ class AssembledLoads:
         self._fold, self._assembled = contact.problem.fold, contact.assembled
         self._spanned = frozenset(_key(course) for _, course in cycles)
         self._cycles: dict[bytes, dict[bytes, Joined]] = {}
-        self._courses: dict[bytes, list[Joined]] = {}
+        self._courses: dict[bytes, FrictionCycle] = {}
         self._joined = self._assembled.tied_loads(), self._assembled.tied_start[:, None]
         over_cycles = [(self.states(*cycle), cycle[0].motions) for cycle in cycles]
         of_cases = [(self.states(cases, None), cases.motions) for cases in alone]
@@ -141,13 +142,13 @@ class AssembledLoads:
         """States at n instants: of a cycle, or each of them from the parts put together."""
         if course is None:
             return self._contact.solutions(instants.pin, instants.crank, instants.motions)
-        every = list(zip(instants.pin.T, instants.crank.T, instants.motions.T, strict=True))
+        every = zip(instants.pin.T, instants.crank.T, instants.motions.T, strict=True)
         keys = [b"".join(own.tobytes() for own in instant) for instant in every]
         known = self._known(course)
         left = [number for number, key in enumerate(keys) if key not in known]
-        states = self._course(course)
-        places = np.interp(course.angles, course.step_angles, np.arange(len(states)))
-        found = self._contact.between([every[number] for number in left], states, places[left])
+        places = np.interp(course.angles, course.step_angles, np.arange(len(course.step_angles)))
+        acting = self._contact.loads(instants.pin, instants.crank, instants.motions)
+        found = self._course(course).at([acting[number] for number in left], places[left])
         known.update(zip([keys[number] for number in left], found, strict=True))
         return [known[key] for key in keys]
 
@@ -159,12 +160,11 @@ class AssembledLoads:
             self._cycles = kept | {key: {}}
         return self._cycles[key]
 
-    def _course(self, course: Course) -> list[Joined]:
-        """States at the increments of a cycle, computed once."""
-        key = _key(course)
+    def _course(self, course: Course) -> FrictionCycle:
+        """A cycle, whose increments are computed once."""
+        key, steps = _key(course), course.steps
         if key not in self._courses:
-            steps = course.steps
-            self._courses[key] = self._contact.course(steps.pin, steps.crank, steps.motions)
+            self._courses[key] = self._contact.cycle(steps.pin, steps.crank, steps.motions)
         return self._courses[key]
 
     def contacts(self, weights: Weights, instants: Instants, course: Course) -> Contacts:  # noqa: ARG002

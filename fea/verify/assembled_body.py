@@ -93,7 +93,7 @@ class AssembledBody:
         fixed, solve = self._model.restrained(Parity.SYMMETRIC)
         forces = np.where(fixed, 0.0, self.problem.forces @ self._on_cell(state) + applied)
         bent = solve(forces[:, None]).reshape(-1, 3)
-        return np.asarray(bent + self.assembled.displacement(state.part_motion)[Parity.SYMMETRIC])
+        return np.asarray(bent + self.assembled.displacement(state)[Parity.SYMMETRIC])
 
     def stress(self, state: Joined, weights: Sequence[float] | Floats | None = None) -> list[Floats]:
         """Nodal stress (n_nodes, 6) of each part, MPa; NaN outside the part.

@@ -4,28 +4,27 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from fea.contact.assembled_rod import MOST_CYCLES, ON_END, AssembledRod
+from fea.contact.friction_cycle import MOST_CYCLES, ON_END, increments
 
 INCREMENTS = 24
 
 
-class Settling(AssembledRod):
+class Settling:
     """Its bolt force and a pressure approach those of a cycle by a factor per increment each."""
 
     def __init__(self, bolt, place):
         self.factors, self.steps = np.array([bolt, place, 0.0]), 0
-        touching = SimpleNamespace(normal=np.array([1, 2]))
-        self.assembled = SimpleNamespace(start=None, bolts=np.array([0]), touching=touching)
+        self.start, self.bolts = None, np.array([0])
+        self.touching = SimpleNamespace(normal=np.array([1, 2]))
 
-    def _step(self, forces, motion, state, like=None, exact=None):
+    def step(self, load, state, like=None, exact=None):
         number, self.steps = self.steps, self.steps + 1
         ideal = 100.0 + np.cos(2 * np.pi * number / INCREMENTS)
         off = self.factors**number
         return SimpleNamespace(values=ideal * (1 + off), number=number)
 
     def cycle(self):
-        pin, motions = np.zeros((2, INCREMENTS)), np.zeros((4, INCREMENTS))
-        return self.course(pin, pin, motions)
+        return increments(self, [None] * INCREMENTS)
 
 
 def test_it_ends_when_states_are_those_of_the_cycle_before():

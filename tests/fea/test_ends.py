@@ -53,7 +53,9 @@ class TwoEnds:
     def solved(self):
         system = JoinedSystem(self.tied, self.R, self.places)
         gap = np.zeros(2 * 3 * PLACES)
-        return system.step(self.load, gap, Guess.closed(2 * PINS, 2 * PLACES))
+        found = system.step(self.load, gap, Guess.closed(2 * PINS, 2 * PLACES))
+        alone = [end.step(self.load, gap, Guess.closed(2 * PINS, 2 * PLACES)) for end in system.ends]
+        return found, system.together(alone), system.part_motion(found)
 
     def blocks(self):
         return Ends.of(Block.whole(self.tied, self.R[self.pins], self.places)).blocks
@@ -67,13 +69,18 @@ def as_one(monkeypatch):
 def test_in_blocks_it_is_the_same(coupling, monkeypatch):
     problem = TwoEnds(coupling)
     assert [len(own.pins) for own in problem.blocks()] == [PINS, PINS]
-    found = problem.solved()
+    found, together, moved = problem.solved()
     as_one(monkeypatch)
-    one = problem.solved()
+    one, _, moved_as_one = problem.solved()
     assert found.guess.slipping.any()
+    for name in ("touching", "opened", "slipping"):
+        np.testing.assert_array_equal(getattr(together.guess, name), getattr(found.guess, name))
+    size = max(100 * coupling, 1e-11)  # alone, an end does not know how the other one opens and slips
+    np.testing.assert_allclose(together.values, one.values, atol=size * np.abs(one.values).max())
+    np.testing.assert_allclose(together.gap, one.gap, atol=size * np.abs(one.gap).max())
     np.testing.assert_allclose(found.values, one.values, atol=1e-11 * np.abs(one.values).max())
     np.testing.assert_allclose(found.gap, one.gap, atol=1e-10 * np.abs(one.gap).max())
-    np.testing.assert_allclose(found.part_motion, one.part_motion, atol=1e-10 * np.abs(one.part_motion).max())
+    np.testing.assert_allclose(moved, moved_as_one, atol=1e-10 * np.abs(moved_as_one).max())
 
 
 def test_what_knows_of_each_other_is_not_divided():
