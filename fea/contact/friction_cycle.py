@@ -21,7 +21,7 @@ from geometry.arrays import Floats, Ints
 MOST_CYCLES, ON_END, SETTLED, SETTLED_PLACES = 3, 10, 1e-3, 1e-2
 # Runs of instants that each thread solves: more than one, as some take longer than others.
 RUNS = 3
-# How exactly the laws shall hold at the instants of a cycle: a tenth of what the cycle may change by, or less.
+# How exactly the laws shall hold at the instants of a cycle: to a tenth of what the cycle may change by.
 OF_COURSE = Exact(violation=1e-5, direction=1e-3)
 
 
