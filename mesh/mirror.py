@@ -45,7 +45,9 @@ class MirroredMesh:
             The parts about y = 0; both are symmetric about z = 0.
         """
         sign = self.sign.reshape(*self.sign.shape, *([1] * (symmetric.ndim - 2)))
-        return np.asarray(sign * self._combine(symmetric, antisymmetric))
+        found = self._combine(symmetric, antisymmetric)
+        found *= sign
+        return found
 
     def tensor(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:
         """Extend a symmetric tensor field (n_cell, 6, …), XX YY ZZ XY YZ XZ, from the cell to the whole."""
@@ -53,17 +55,21 @@ class MirroredMesh:
         one = np.ones_like(x)
         sign = np.stack([one, one, one, x * y, y * z, x * z], axis=1)
         sign = sign.reshape(*sign.shape, *([1] * (symmetric.ndim - 2)))
-        return np.asarray(sign * self._combine(symmetric, antisymmetric))
+        found = self._combine(symmetric, antisymmetric)
+        found *= sign
+        return found
 
     def scalar(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:
         """Extend a scalar field (n_cell, …) from the cell to the whole mesh."""
         return self._combine(symmetric, antisymmetric)
 
     def _combine(self, symmetric: Floats, antisymmetric: Floats | None) -> Floats:
-        if antisymmetric is None:
-            return np.asarray(symmetric[self.source])
-        side = self.sign[:, 1].reshape(-1, *([1] * (symmetric.ndim - 1)))
-        return np.asarray(symmetric[self.source] + side * antisymmetric[self.source])
+        found = symmetric[self.source]
+        if antisymmetric is not None:
+            odd = antisymmetric[self.source]
+            odd *= self.sign[:, 1].reshape(-1, *([1] * (symmetric.ndim - 1)))
+            found += odd
+        return found
 
 
 def unmirrored(mesh: TetMesh) -> MirroredMesh:

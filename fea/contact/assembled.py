@@ -20,6 +20,7 @@ from fea.contact.joined_system import Joined, JoinedSystem, Load
 from fea.contact.problem import ContactProblem
 from fea.contact.tied import Tied
 from fea.contact.trial import EXACT, Exact
+from fea.machine.threads import one_blas_thread
 from fea.solid.errors import UnsettledError
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints
@@ -164,8 +165,9 @@ class Assembled:
         ]
         self._system = JoinedSystem(self._tied, problem.rigid, self._places(friction), of_motion)
         self._made = problem.initial.copy()
-        self.tightened = self._tightened()
-        self.start = self.tightened if warming is None else self._warmed(warming)
+        with one_blas_thread():
+            self.tightened = self._tightened()
+            self.start = self.tightened if warming is None else self._warmed(warming)
 
     def _numbers(self, items: Iterable[int]) -> Ints:
         """Unknowns of bores, faces and bolts, by their place among all of these."""

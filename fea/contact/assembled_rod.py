@@ -122,8 +122,7 @@ class AssembledRod(RodContact):
         preload = np.full(len(self.bolt_axes), putting.preload)
         warming = _warming(mesh, bores, fits, putting)
         self._growth = None if warming is None else Split(warming.displacement.reshape(-1, 3), None)
-        with one_blas_thread():
-            self.assembled = Assembled(self.problem, parts, putting.friction, preload, warming, names=names)
+        self.assembled = Assembled(self.problem, parts, putting.friction, preload, warming, names=names)
         at = np.array([bolt.point for bolt in self.bolt_axes]).reshape(-1, 3)
         self.states = AssemblyStates(self.assembled, putting.friction, at, bores.big_radius)
 

@@ -75,7 +75,7 @@ class PardisoCholesky:
         return self._call(_SOLVE, slot, self._matrices[slot], np.asfortranarray(right_hand_sides))
 
     def _call(self, phase: int, slot: int, upper: Any, right_hand_sides: Floats) -> Floats:
-        solution = np.zeros_like(right_hand_sides)
+        solution = np.empty_like(right_hand_sides)
         _call(
             (self._pardiso, self._handle, self._options),
             phase,
