@@ -37,6 +37,13 @@ class _Span(NamedTuple):
     weighing: Floats
 
 
+class _Cycle(NamedTuple):
+    """A cycle, and states that were found before by what acts."""
+
+    cycle: FrictionCycle
+    known: dict[bytes, Joined]
+
+
 class AssembledLoads:
     """The unit loads of a meshed rod of separate parts.
 
@@ -62,8 +69,7 @@ class AssembledLoads:
         self._contact, self._inertia = contact, inertia
         self._fold, self._assembled = contact.problem.fold, contact.assembled
         self._spanned = frozenset(_key(course) for _, course in cycles)
-        self._cycles: dict[bytes, dict[bytes, Joined]] = {}
-        self._courses: dict[bytes, FrictionCycle] = {}
+        self._cycles: dict[bytes, _Cycle] = {}
         self._joined = self._assembled.tied_loads(), self._assembled.tied_start[:, None]
         over_cycles = [(self.states(*cycle), cycle[0].motions) for cycle in cycles]
         of_cases = [(self.states(cases, None), cases.motions) for cases in alone]
@@ -144,28 +150,23 @@ class AssembledLoads:
             return self._contact.solutions(instants.pin, instants.crank, instants.motions)
         every = zip(instants.pin.T, instants.crank.T, instants.motions.T, strict=True)
         keys = [b"".join(own.tobytes() for own in instant) for instant in every]
-        known = self._known(course)
+        cycle, known = self._cycle(course)
         left = [number for number, key in enumerate(keys) if key not in known]
-        places = np.interp(course.angles, course.step_angles, np.arange(len(course.step_angles)))
-        acting = self._contact.loads(instants.pin, instants.crank, instants.motions)
-        found = self._course(course).at([acting[number] for number in left], places[left])
-        known.update(zip([keys[number] for number in left], found, strict=True))
+        if left:
+            places = np.interp(course.angles, course.step_angles, np.arange(len(course.step_angles)))
+            acting = (own[:, left] for own in (instants.pin, instants.crank, instants.motions))
+            found = cycle.at(self._contact.loads(*acting), places[left])
+            known.update(zip([keys[number] for number in left], found, strict=True))
         return [known[key] for key in keys]
 
-    def _known(self, course: Course) -> dict[bytes, Joined]:
-        """States of a cycle that were found before: kept for what is spanned and the last one."""
-        key = _key(course)
-        if key not in self._cycles:
-            kept = {own: states for own, states in self._cycles.items() if own in self._spanned}
-            self._cycles = kept | {key: {}}
-        return self._cycles[key]
-
-    def _course(self, course: Course) -> FrictionCycle:
-        """A cycle, whose increments are computed once."""
+    def _cycle(self, course: Course) -> _Cycle:
+        """A cycle with what is known of it: kept for what is spanned and the last one."""
         key, steps = _key(course), course.steps
-        if key not in self._courses:
-            self._courses[key] = self._contact.cycle(steps.pin, steps.crank, steps.motions)
-        return self._courses[key]
+        if key not in self._cycles:
+            kept = {own: cycle for own, cycle in self._cycles.items() if own in self._spanned}
+            made = self._contact.cycle(steps.pin, steps.crank, steps.motions)
+            self._cycles = kept | {key: _Cycle(made, {})}
+        return self._cycles[key]
 
     def contacts(self, weights: Weights, instants: Instants, course: Course) -> Contacts:  # noqa: ARG002
         """Contact of the pins with the bores, bolts and interfaces at each instant."""
