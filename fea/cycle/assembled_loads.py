@@ -23,8 +23,8 @@ from geometry.arrays import Floats
 # Largest error of a pressure, relative to the largest, and of a bolt force likewise, that the patterns may
 # leave over a cycle: stresses, which are larger, err less. Of load cases, some of which have little stress,
 # it is a tenth. And the least singular values, relative to the largest, with which that is tried.
-_ERROR, _OF_CASES = 3e-3, 10
-_KEPT = np.geomspace(2e-3, 1e-6, 34)
+_ERROR, _OF_CASES = 2e-3, 10
+_KEPT = np.geomspace(1e-3, 1e-6, 31)
 # Singular values, relative to the largest, that a Gram matrix does not tell from rounding.
 _NOISE = 1e-7
 _Parts = dict[Parity, Floats]

@@ -57,9 +57,11 @@ class CycleResult:
     weakest
         The worst place against fatigue, or None if no fatigue strength is known.
     superposition
-        Largest difference between superposed and directly solved von Mises stress over the peak cases, and
-        over the worst instants where friction makes them differ from these, relative to the largest stress of
-        each.
+        Largest difference between superposed and directly solved von Mises stress over the peak cases,
+        relative to the largest stress of each case.
+    of_parts
+        The same at the worst instants of a cycle that friction makes differ from the peak cases, relative to
+        the largest stress of each part; None for a rod of one piece.
     series_error
         Largest error of the series of the bore pressure, relative to its peak.
     unit_solutions
@@ -87,6 +89,7 @@ class CycleResult:
     spots: tuple[Spot, ...]
     weakest: Spot | None
     superposition: float
+    of_parts: float | None
     series_error: float
     unit_solutions: int
     jumps: bool
@@ -99,9 +102,12 @@ class CycleResult:
     states: tuple[AssemblyState, ...] = ()
 
     def checks(self) -> dict[str, Check]:
-        """Compare the superposition with the directly solved cases."""
+        """Compare the superposition with the directly solved cases and instants."""
         limit = AT_JUMPS if self.jumps else LIMITS["superposition"]
-        return {"superposition": Check(self.superposition, limit)}
+        found = {"superposition": Check(self.superposition, limit)}
+        if self.of_parts is not None:
+            found["superposition_of_parts"] = Check(self.of_parts, LIMITS["superposition_of_parts"])
+        return found
 
     def contact_columns(self) -> dict[str, Floats]:
         """Return, over the crank angle, the largest contact pressure on each bore, its place and the arc."""
@@ -230,9 +236,8 @@ class CycleAnalysis:
             envelope=found,
             spots=histories[: len(worst)],
             weakest=histories[-1] if weakest else None,
-            superposition=max(
-                self._difference(of_peaks, solved), self._remembered(of_degrees, around, histories, solved)
-            ),
+            superposition=self._difference(of_peaks, solved),
+            of_parts=self._remembered(of_degrees, around, histories, solved),
             series_error=self.loads.series_error,
             unit_solutions=self.units.count,
             jumps=self.loads.jumps,
@@ -274,13 +279,13 @@ class CycleAnalysis:
         around: tuple[Instants, Course],
         histories: Sequence[Spot],
         peaks: Sequence[Sequence[Floats]],
-    ) -> float:
+    ) -> float | None:
         """Error at the instants at which places are worst, if friction makes these depend on the cycle.
 
         It is relative to the largest stress of each part, of the peak cases too.
         """
         if self.direct is None:
-            return 0.0
+            return None
         which = np.unique([np.abs(spot.signed).argmax() for spot in histories])
         every, course = around
         stresses = self.direct(Instants(*(own[..., which] for own in every)), course)

@@ -55,6 +55,7 @@ def test_the_unit_loads_span_the_state_at_every_instant(rod, result, instants):
     assert np.abs(error).max() < 1e-9 * np.abs(forces).max()
     assert sum(fields.count for fields in loads.fields()) < len(states)
     assert result.checks["superposition"].passed
+    assert result.checks["superposition_of_parts"].passed
 
 
 @pytest.mark.parametrize("n_states", [60, 200])
@@ -78,7 +79,7 @@ def test_what_the_unit_loads_leave_out_shows_in_the_check(rod, result, monkeypat
     monkeypatch.setattr(assembled_loads, "_OF_CASES", 1e3)  # but not of the load cases
     coarse = replace(rod)  # solves its unit loads anew
     coarse = with_cycle(coarse, result)
-    assert coarse.checks["superposition"].value > 3 * result.checks["superposition"].value
+    assert coarse.checks["superposition_of_parts"].value > 3 * result.checks["superposition_of_parts"].value
 
 
 def test_bolts_reach_over_the_cycle_what_they_reach_in_the_load_cases(result):
