@@ -19,8 +19,8 @@ from geometry.arrays import Floats, Ints
 # of every place may differ from the cycle before by so much, relative to the largest, when it ends. (What a
 # pressure at the edge of contact owes to the size of the increments is four times as much.)
 MOST_CYCLES, ON_END, SETTLED, SETTLED_PLACES = 3, 10, 1e-3, 1e-2
-# Runs of instants that each thread solves: more than one, as some take longer than others.
-RUNS = 3
+# Runs into which instants are divided, whatever the number of threads: some take longer than others.
+RUNS = 6
 # How exactly the laws shall hold at the instants of a cycle: to a tenth of what the cycle may change by.
 OF_COURSE = Exact(violation=1e-5, direction=1e-3)
 
@@ -56,7 +56,7 @@ class FrictionCycle:
             No state of contact between the parts carries a load.
         """
         order = np.argsort(places, kind="stable")
-        runs = np.array_split(order, min(RUNS * threads(), max(len(order), 1)))
+        runs = np.array_split(order, min(RUNS, max(len(order), 1)))
         ends = self._assembled.ends
         jobs: list[list[Future[list[Joined]]]] = [[] for _ in ends]
         with one_blas_thread(), ThreadPoolExecutor(threads()) as pool:

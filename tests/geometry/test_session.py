@@ -1,6 +1,7 @@
 import os
 import signal
 import threading
+import time
 
 import gmsh
 import pytest
@@ -62,6 +63,7 @@ def test_an_interrupt_while_gmsh_opens_waits_until_it_is_open(monkeypatch, capfd
 
     def interrupted(*arguments):
         os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.05)  # whichever thread it is delivered to, it has come
         plain(*arguments)
 
     monkeypatch.setattr(getattr(gmsh, module), name, interrupted)
