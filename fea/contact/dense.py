@@ -13,7 +13,7 @@ from geometry.arrays import Floats, Ints, Reals
 _SINGULAR, _SAFE, _SAFE_SINGLE = 1e-12, 1e-8, 1e-3
 # Steps of iterative refinement with the factor of another matrix, what they must leave of the residual, and
 # by how much each must reduce it.
-_STEPS, _EXACT, _ENOUGH = 8, 1e-13, 0.1
+_STEPS, _EXACT, _ENOUGH = 8, 1e-14, 0.1
 
 
 @dataclass(frozen=True)
