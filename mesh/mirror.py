@@ -44,24 +44,24 @@ class MirroredMesh:
         symmetric, antisymmetric
             The parts about y = 0; both are symmetric about z = 0.
         """
-        sign = self.sign.reshape(*self.sign.shape, *([1] * (symmetric.ndim - 2)))
-        found = self._combine(symmetric, antisymmetric)
-        found *= sign
-        return found
+        return self._signed(self.sign, symmetric, antisymmetric)
 
     def tensor(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:
         """Extend a symmetric tensor field (n_cell, 6, …), XX YY ZZ XY YZ XZ, from the cell to the whole."""
         x, y, z = self.sign.T
         one = np.ones_like(x)
         sign = np.stack([one, one, one, x * y, y * z, x * z], axis=1)
-        sign = sign.reshape(*sign.shape, *([1] * (symmetric.ndim - 2)))
-        found = self._combine(symmetric, antisymmetric)
-        found *= sign
-        return found
+        return self._signed(sign, symmetric, antisymmetric)
 
     def scalar(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:
         """Extend a scalar field (n_cell, …) from the cell to the whole mesh."""
         return self._combine(symmetric, antisymmetric)
+
+    def _signed(self, sign: Floats, symmetric: Floats, antisymmetric: Floats | None) -> Floats:
+        """Extend a field whose components (n_nodes, k) change their signs in the images."""
+        found = self._combine(symmetric, antisymmetric)
+        found *= sign.reshape(*sign.shape, *([1] * (symmetric.ndim - 2)))
+        return found
 
     def _combine(self, symmetric: Floats, antisymmetric: Floats | None) -> Floats:
         found = symmetric[self.source]

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import lapack
+from scipy.linalg import get_lapack_funcs, lapack
 
 from geometry.arrays import Floats, Ints, Reals
 
@@ -29,7 +29,7 @@ class Factor:
     @classmethod
     def of(cls, matrix: Reals) -> "Factor | None":
         """Factorise, in the precision of the matrix; None if a pivot is zero."""
-        factorise = lapack.sgetrf if matrix.dtype == np.float32 else lapack.dgetrf
+        (factorise,) = get_lapack_funcs(("getrf",), (matrix,))
         triangles, pivots, broken = factorise(matrix.T)
         return cls(triangles, pivots) if broken == 0 else None
 
@@ -41,11 +41,8 @@ class Factor:
 
     def solve(self, side: Floats) -> Floats:
         """Solve for one right-hand side (n,)."""
-        if self.triangles.dtype == np.float32:
-            return np.asarray(
-                lapack.sgetrs(self.triangles, self.pivots, side.astype(np.float32), trans=1)[0], float
-            )
-        return np.asarray(lapack.dgetrs(self.triangles, self.pivots, side, trans=1)[0])
+        (solve,) = get_lapack_funcs(("getrs",), (self.triangles,))
+        return np.asarray(solve(self.triangles, self.pivots, side, trans=1)[0], float)
 
     def refined(self, matrix: Floats, side: Floats) -> Floats | None:
         """Solve with another matrix that is nearly the same; None if that takes too long."""
