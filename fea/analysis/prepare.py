@@ -17,8 +17,9 @@ from fea.assess.sharp_places import SharpPlaces
 from fea.checks import LIMITS
 from fea.choices import CONTACT, Element, SolverName, Support
 from fea.cycle.bonded_loads import BondedLoads
+from fea.cycle.instants import as_cases, of_cases, whole_cycle
 from fea.cycle.pressure_loads import PressureLoads
-from fea.cycle.superposition import CycleAnalysis, Direct, as_cases, of_cases, whole_cycle
+from fea.cycle.superposition import CycleAnalysis, Direct
 from fea.cycle.unit_loads import Course, Instants, UnitLoads
 from fea.cycle.unit_solutions import unit_solutions
 from fea.machine.clock import Clock

@@ -16,7 +16,7 @@ import numpy as np
 
 from fea.contact.active_set import Contact, ContactSystem
 from fea.contact.guess import Guess, Places
-from fea.contact.joined_system import Joined, JoinedSystem, Load
+from fea.contact.joined_system import Joined, JoinedSystem, Load, Trials
 from fea.contact.problem import ContactProblem
 from fea.contact.tied import Tied
 from fea.contact.trial import EXACT, Exact
@@ -263,7 +263,14 @@ class Assembled:
             changes=found.changes,
         )
 
-    def step(self, load: Load, state: Joined, like: Joined | None = None, exact: Exact = EXACT) -> Joined:
+    def step(
+        self,
+        load: Load,
+        state: Joined,
+        like: Joined | None = None,
+        exact: Exact = EXACT,
+        last: Trials | None = None,
+    ) -> Joined:
         """Go on from a state, in smaller steps where a larger one does not settle.
 
         Parameters
@@ -274,6 +281,8 @@ class Assembled:
             A state that the end resembles, where one is known.
         exact
             How exactly the laws shall hold.
+        last
+            See `JoinedSystem.step`.
 
         Raises
         ------
@@ -282,46 +291,52 @@ class Assembled:
         """
         if like is not None:
             with suppress(UnsettledError):
-                return self._system.step(load, state.gap, like.guess, exact)
-        return self._divided(load, state, exact, HALVINGS)
+                return self._system.step(load, state.gap, like.guess, exact, last=last)
+        return self._divided(load, state, exact, last, HALVINGS)
 
-    def _divided(self, load: Load, state: Joined, exact: Exact, halvings: int) -> Joined:
+    def _divided(self, load: Load, state: Joined, exact: Exact, last: Trials | None, halvings: int) -> Joined:
         try:
-            return self._system.step(load, state.gap, state.guess, exact)
+            return self._system.step(load, state.gap, state.guess, exact, last=last)
         except UnsettledError:
             if not halvings:
                 raise
-        middle = self._divided(state.load.halfway(load), state, exact, halvings - 1)
-        return self._divided(load, middle, exact, halvings - 1)
+        middle = self._divided(state.load.halfway(load), state, exact, last, halvings - 1)
+        return self._divided(load, middle, exact, last, halvings - 1)
 
     def between(
-        self, load: Load, ends: tuple[Joined, Joined], share: float, like: Joined, exact: Exact = EXACT
-    ) -> Joined:
-        """Find the state at a share of the way between two increments, whose slips it divides.
+        self,
+        loads: Sequence[Load],
+        ends: tuple[Joined, Joined],
+        shares: Sequence[float],
+        exact: Exact = EXACT,
+    ) -> list[Joined]:
+        """Find states between two increments, whose slips they divide.
 
         Parameters
         ----------
-        load
-            At the instant.
-        ends, share
-            The increments, and the share of the way from the one to the other.
-        like
-            A state that it resembles.
+        loads, shares
+            At each instant, and its share of the way from one increment to the other.
+        ends
+            The increments.
         exact
             How exactly the laws shall hold.
 
         Raises
         ------
         ContactError
-            No state of contact between the parts carries the load.
+            No state of contact between the parts carries a load.
         """
         earlier, later = ends
-        gap = (1 - share) * earlier.gap + share * later.gap
-        sticking = replace(like.guess, slipping=np.zeros_like(like.guess.slipping))
-        try:
-            return self._system.step(load, gap, sticking, exact, rubbing=False)
-        except UnsettledError:
-            return self.step(load, earlier, exact=exact)
+        gaps = [(1 - share) * earlier.gap + share * later.gap for share in shares]
+        found, like, last = list[Joined](), earlier, Trials()
+        for load, offsets in zip(loads, self._system.offsets(loads, gaps), strict=True):
+            sticking = replace(like.guess, slipping=np.zeros_like(like.guess.slipping))
+            try:
+                like = self._system.under(load, offsets, sticking, exact, rubbing=False, last=last)
+            except UnsettledError:
+                like = self.step(load, earlier, exact=exact)
+            found.append(like)
+        return found
 
     def tied_loads(self) -> Floats:
         """Values (n, n_loads) of the unknowns under unit loads, without pins, while everything sticks."""

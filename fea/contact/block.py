@@ -17,37 +17,18 @@ _WEAK, NOTHING = 1e-6, 1e-11
 
 
 @dataclass(frozen=True)
-class Block:
-    """Some of the unknowns, by their numbers in the whole problem, and what is between them.
+class Effects:
+    """What pressures of the pins and slips do to gaps and stresses.
 
     Attributes
     ----------
-    pins, joined, motions, sites
-        (n_p,) of the pins' pressures; (n_J,) of stresses between parts and bolt forces; (m,) of the motions
-        that only the pins resist; (k,) of the places.
     A, B, S
         (n_p, n_p), (n_J, n_p), (n_J, n_J), as in `fea.contact.tied`.
-    R
-        (n_p, m) moments of the motions.
-    places
-        Where parts touch, by positions in `joined`.
     """
 
-    pins: Ints
-    joined: Ints
-    motions: Ints
-    sites: Ints
     A: Floats
     B: Floats
     S: Floats
-    R: Floats
-    places: Places
-
-    @classmethod
-    def whole(cls, tied: Tied, R: Floats, places: Places) -> "Block":
-        """Everything."""
-        pins, joined, motions, sites = (np.arange(n) for n in (*tied.B.shape[::-1], R.shape[1], places.size))
-        return cls(pins, joined, motions, sites, tied.A, tied.B, tied.S, R, places)
 
     @cached_property
     def stiff(self) -> Floats:
@@ -60,15 +41,74 @@ class Block:
         return np.diag(self.A).copy()
 
     @cached_property
-    def by_pins(self) -> Floats:
-        """The transpose (n_p, n_J) of B, by rows."""
-        return np.ascontiguousarray(self.B.T)
+    def press(self) -> Floats:
+        """Pressures (n_p,) of the pins that are one in terms of unknowns of unit stiffness."""
+        return np.asarray(1 / np.sqrt(self.soft))
+
+    @cached_property
+    def unit(self) -> Floats:
+        """Gaps (n_J,) that are one in terms of unknowns of unit stiffness."""
+        return np.asarray(1 / np.sqrt(self.stiff))
+
+    def of_unit_stiffness(self) -> "Effects":
+        """The same in terms of unknowns of unit stiffness."""
+        press, unit = self.press, self.unit
+        return Effects(
+            press[:, None] * self.A * press, unit[:, None] * self.B * press, unit[:, None] * self.S * unit
+        )
+
+    @cached_property
+    def scaled(self) -> "Effects":
+        """The same in terms of unknowns of unit stiffness, where that is needed again and again."""
+        return self.of_unit_stiffness()
+
+    def part(self, joined: Ints, pins: Ints) -> "Effects":
+        """Those of some unknowns."""
+        matrices = (self.A, pins, pins), (self.B, joined, pins), (self.S, joined, joined)
+        return Effects(*(np.ascontiguousarray(own[np.ix_(rows, columns)]) for own, rows, columns in matrices))
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some of the unknowns, by their numbers in the whole problem, and what is between them.
+
+    Attributes
+    ----------
+    pins, joined, motions, sites
+        (n_p,) of the pins' pressures; (n_J,) of stresses between parts and bolt forces; (m,) of the motions
+        that only the pins resist; (k,) of the places.
+    effects
+        Of these pressures and slips.
+    R
+        (n_p, m) moments of the motions.
+    places
+        Where parts touch, by positions in `joined`.
+    """
+
+    pins: Ints
+    joined: Ints
+    motions: Ints
+    sites: Ints
+    effects: Effects
+    R: Floats
+    places: Places
+
+    @classmethod
+    def whole(cls, tied: Tied, R: Floats, places: Places) -> "Block":
+        """Everything."""
+        pins, joined, motions, sites = (np.arange(n) for n in (*tied.B.shape[::-1], R.shape[1], places.size))
+        return cls(pins, joined, motions, sites, Effects(tied.A, tied.B, tied.S), R, places)
+
+    @cached_property
+    def rubs(self) -> bool:
+        """Whether friction decides on slip anywhere."""
+        return bool(self.places.rubbing.any())
 
     @cached_property
     def against(self) -> Floats:
         """Stiffness (k,) of each place against slip in either direction."""
         at = self.places.tangential
-        return np.asarray(np.where(at >= 0, self.stiff[at], 0.0).max(axis=1))
+        return np.asarray(np.where(at >= 0, self.effects.stiff[at], 0.0).max(axis=1))
 
     @property
     def sticking(self) -> "Block":
@@ -87,9 +127,7 @@ class Block:
             joined=joined,
             motions=motions,
             sites=sites,
-            A=np.ascontiguousarray(self.A[np.ix_(pins, pins)]),
-            B=np.ascontiguousarray(self.B[np.ix_(joined, pins)]),
-            S=np.ascontiguousarray(self.S[np.ix_(joined, joined)]),
+            effects=self.effects.part(joined, pins),
             R=self.R[np.ix_(pins, motions)],
             places=places,
         )
@@ -108,15 +146,15 @@ class Block:
 
     def _labels(self) -> Ints:
         """Number (n_p + n_J + m,) of the block of every unknown and every motion."""
-        press, unit, even = 1 / np.sqrt(self.soft), 1 / np.sqrt(self.stiff), self.even
+        even, scaled = self.even, self.effects.of_unit_stiffness()
         n_p, n_J, m = len(self.pins), len(self.joined), self.R.shape[1]
         joined = np.arange(n_p, n_p + n_J)
         linked = np.zeros((n_p + n_J + m,) * 2, dtype=bool)
-        A, B = press[:, None] * self.A * press, unit[:, None] * self.B * press
+        A, B = scaled.A, scaled.B
         A -= even @ (even.T @ A)
         linked[:n_p, :n_p] = _strong(A - (A @ even) @ even.T)
         linked[n_p : n_p + n_J, :n_p] = _strong(B - (B @ even) @ even.T)
-        linked[n_p : n_p + n_J, n_p : n_p + n_J] = _strong(unit[:, None] * self.S * unit)
+        linked[n_p : n_p + n_J, n_p : n_p + n_J] = _strong(scaled.S)
         linked[n_p + n_J :, :n_p] = np.abs(self.R.T) > NOTHING
         normal, shear = np.broadcast_arrays(self.places.normal[:, None], self.places.tangential)
         linked[joined[normal[shear >= 0]], joined[shear[shear >= 0]]] = True
@@ -126,7 +164,7 @@ class Block:
     @cached_property
     def even(self) -> Floats:
         """Orthonormal rigid motions (n_p, m) of the pins, in terms of unknowns of unit stiffness."""
-        R = self.R[:, np.abs(self.R).max(axis=0, initial=0.0) > NOTHING] / np.sqrt(self.soft)[:, None]
+        R = self.R[:, np.abs(self.R).max(axis=0, initial=0.0) > NOTHING] * self.effects.press[:, None]
         return np.asarray(np.linalg.qr(R)[0]) if R.size else R
 
     def carrying(self, touching: Mask, forces: Floats) -> Floats:
@@ -138,8 +176,8 @@ class Block:
 
     def change(self, one: Offsets, other: Offsets) -> float:
         """Largest change of a stress from one load to another while nothing moves but the pins, MPa."""
-        gap = (one.pin_gap - other.pin_gap) / np.sqrt(self.soft)
-        gap = (gap - self.even @ (self.even.T @ gap)) / np.sqrt(self.soft)
+        gap = (one.pin_gap - other.pin_gap) * self.effects.press
+        gap = (gap - self.even @ (self.even.T @ gap)) * self.effects.press
         return float(max(np.abs(own).max(initial=0.0) for own in (one.stress - other.stress, gap)))
 
 

@@ -8,9 +8,8 @@ from geometry.arrays import Mask
 
 # Guesses in the beginning that change everything at once.
 _EAGER = 40
-# Share of the largest violation from which on only the worst place is changed; how often a circle of such
-# changes is gone round where nothing but what opens and touches is looked for, so that it never ends.
-_SINGLE, _ROUNDS = 0.8, 3
+# Share of the largest violation from which on only the worst place is changed.
+_SINGLE = 0.8
 
 
 class Correction:
@@ -32,7 +31,7 @@ class Correction:
         self._seen = set[bytes]()
         self._least = np.zeros(3)
         self._eager = _EAGER
-        self._rounds = 0
+        self._round = False
 
     def of(self, trial: Trial) -> Guess | None:
         """Return the next guess, or None if this one obeys every law."""
@@ -54,9 +53,9 @@ class Correction:
     def hopeless(self, trial: Trial) -> bool:
         """Whether no correction leads on: a place is wrong when it is open, and also when it is closed.
 
-        This is so where slip is given that friction does not allow.
+        This is so where slip is given that friction does not allow: single changes run in a circle.
         """
-        return self._rounds >= _ROUNDS and not trial.block.places.rubbing.any()
+        return self._round and not trial.block.rubs
 
     def _remember(self, guess: Guess, kind: int) -> None:
         key = _key(guess.touching, guess.opened, guess.slipping)
@@ -67,7 +66,7 @@ class Correction:
         if self._eager > 0:
             self._eager = 0
             return
-        self._rounds += self._least[kind] == 1
+        self._round = self._round or bool(self._least[kind] == 1)
         halfway = (1 + self._least[kind]) / 2
         self._least[kind] = halfway if halfway < _SINGLE else 1.0
 

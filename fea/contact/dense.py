@@ -1,7 +1,9 @@
 """Small dense systems, solved again and again while their matrix changes little."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import numpy as np
 from scipy.linalg import get_lapack_funcs, lapack
@@ -16,6 +18,12 @@ _SINGULAR, _SAFE, _SAFE_SINGLE = 1e-12, 1e-8, 1e-3
 _STEPS, _EXACT, _ENOUGH = 8, 1e-14, 0.1
 
 
+@cache
+def _lapack(name: str, precision: np.dtype[Any]) -> Callable[..., Any]:
+    """A routine of LAPACK."""
+    return get_lapack_funcs(name, dtype=precision)  # type: ignore[no-any-return]
+
+
 @dataclass(frozen=True)
 class Factor:
     """Triangular factors of the transpose of a matrix (n, n) and their pivots (n,), as LAPACK has them.
@@ -27,10 +35,9 @@ class Factor:
     pivots: Ints
 
     @classmethod
-    def of(cls, matrix: Reals) -> "Factor | None":
-        """Factorise, in the precision of the matrix; None if a pivot is zero."""
-        (factorise,) = get_lapack_funcs(("getrf",), (matrix,))
-        triangles, pivots, broken = factorise(matrix.T)
+    def of(cls, matrix: Reals, *, overwrite: bool = False) -> "Factor | None":
+        """Factorise, in the precision of the matrix, which may be overwritten; None if a pivot is zero."""
+        triangles, pivots, broken = _lapack("getrf", matrix.dtype)(matrix.T, overwrite_a=overwrite)
         return cls(triangles, pivots) if broken == 0 else None
 
     @property
@@ -41,17 +48,17 @@ class Factor:
 
     def solve(self, side: Floats) -> Floats:
         """Solve for one right-hand side (n,)."""
-        (solve,) = get_lapack_funcs(("getrs",), (self.triangles,))
+        solve = _lapack("getrs", self.triangles.dtype)
         return np.asarray(solve(self.triangles, self.pivots, side, trans=1)[0], float)
 
     def refined(self, matrix: Floats, side: Floats) -> Floats | None:
         """Solve with another matrix that is nearly the same; None if that takes too long."""
-        found = self.solve(side)
+        found, given = self.solve(side), np.abs(side).max()
         before = np.inf
         for _ in range(_STEPS):
             left = side - matrix @ found
             size = float(np.abs(left).max())
-            if size <= _EXACT * max(np.abs(found).max(), np.abs(side).max()):
+            if size <= _EXACT * given or size <= _EXACT * np.abs(found).max():
                 return found
             if size > _ENOUGH * before:
                 return None
@@ -90,7 +97,7 @@ def _rough(matrix: Floats, near: Factor | None) -> Iterator[Factor]:
     """Yield factors that are nearly those of a matrix; in single precision if every motion is resisted."""
     if near is not None:
         yield near
-    single = Factor.of(matrix.astype(np.float32))
+    single = Factor.of(matrix.astype(np.float32), overwrite=True)
     if single is not None and single.least_pivot > _SAFE_SINGLE:
         yield single
 

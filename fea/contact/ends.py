@@ -79,17 +79,16 @@ class Coupling:
     @classmethod
     def of(cls, whole: Block, blocks: Sequence[Block], to: int, by: int) -> "Coupling":
         """Between two blocks."""
-        own, other = blocks[to], blocks[by]
-        soft, stiff = 1 / np.sqrt(own.soft), 1 / np.sqrt(own.stiff)
-        its_soft, its_stiff = 1 / np.sqrt(other.soft), 1 / np.sqrt(other.stiff)
+        own, other, every = blocks[to], blocks[by], whole.effects
+        press, unit, its = own.effects.press, own.effects.unit, other.effects
         nothing = np.zeros((len(other.joined), 0))
-        slip = Product.of(whole.B[np.ix_(other.joined, own.pins)], its_stiff, soft, own.even)
+        slip = Product.of(every.B[np.ix_(other.joined, own.pins)], its.unit, press, own.even)
         return cls(
             by=by,
-            gap_by_pins=Product.of(whole.A[np.ix_(own.pins, other.pins)], soft, its_soft, other.even),
+            gap_by_pins=Product.of(every.A[np.ix_(own.pins, other.pins)], press, its.press, other.even),
             gap_by_slip=slip.transposed,
-            stress_by_pins=Product.of(whole.B[np.ix_(own.joined, other.pins)], stiff, its_soft, other.even),
-            stress_by_slip=Product.of(whole.S[np.ix_(own.joined, other.joined)], stiff, its_stiff, nothing),
+            stress_by_pins=Product.of(every.B[np.ix_(own.joined, other.pins)], unit, its.press, other.even),
+            stress_by_slip=Product.of(every.S[np.ix_(own.joined, other.joined)], unit, its.unit, nothing),
         )
 
     def shifted(self, offsets: Offsets, pressure: Floats, moved: Floats) -> Offsets:
@@ -135,12 +134,13 @@ class Ends:
             offsets = own.shifted(offsets, pressure[own.by], moved[own.by])
         return offsets
 
-    def slipped(self, gap: Floats) -> Floats:
-        """Stresses S y (n_J,) of gaps y (n_J,)."""
-        found = np.zeros_like(gap)
-        for block, others in zip(self.blocks, self.couplings, strict=True):
-            found[block.joined] = block.S @ gap[block.joined]
-            for own in others:
-                there = gap[self.blocks[own.by].joined]
-                found[block.joined] = own.stress_by_slip.added(found[block.joined], there)
-        return found
+    def slipped(self, number: int, gap: Floats) -> tuple[Floats, Floats]:
+        """Stresses S y (n_J, n) and gaps Bᵀ y (n_p, n) of a block under gaps y of all unknowns."""
+        own = self.blocks[number]
+        here = gap[own.joined]
+        stress, pin_gap = own.effects.S @ here, own.effects.B.T @ here
+        for other in self.couplings[number]:
+            there = gap[self.blocks[other.by].joined]
+            stress = other.stress_by_slip.added(stress, there)
+            pin_gap = other.gap_by_slip.added(pin_gap, there)
+        return stress, pin_gap

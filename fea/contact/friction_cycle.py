@@ -4,23 +4,21 @@ Increments follow each other until they are those of the cycle before; instants 
 their slip. Each end of the rod goes through the cycle by itself (`fea.contact.ends`).
 """
 
-from collections.abc import Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 
 from fea.contact.assembled import Assembled
-from fea.contact.joined_system import Joined, Load
+from fea.contact.joined_system import Joined, Load, Trials
 from fea.contact.trial import Exact
 from fea.machine.threads import one_blas_thread, threads
 from geometry.arrays import Floats, Ints
 
 # Cycles after which a course ends at the latest; over as many increments on end, bolt forces and the pressure
 # of every place may differ from the cycle before by so much, relative to the largest, when it ends. (What a
-# pressure at the edge of contact owes to the size of the increments is four times as much.)
+# pressure at the edge of contact owes to the size of the increments is six times as much.)
 MOST_CYCLES, ON_END, SETTLED, SETTLED_PLACES = 3, 10, 1e-3, 1e-2
-# Runs into which instants are divided, whatever the number of threads: some take longer than others.
-RUNS = 6
 # How exactly the laws shall hold at the instants of a cycle: to a tenth of what the cycle may change by.
 OF_COURSE = Exact(violation=1e-5, direction=1e-3)
 
@@ -33,12 +31,12 @@ class FrictionCycle:
     assembled
         The parts put together.
     steps
-        Loads at the increments, from the beginning of the cycle to its end.
+        Loads at the increments, which divide the cycle evenly; the first follows the last.
     """
 
     def __init__(self, assembled: Assembled, steps: Sequence[Load]) -> None:
-        self._assembled, self._steps = assembled, steps
-        self._known: dict[int, list[Joined]] = {}
+        self._assembled = assembled
+        self._ends = [_CycleOfEnd(end, steps) for end in assembled.ends]
 
     def at(self, loads: Sequence[Load], places: Floats) -> list[Joined]:
         """States at instants of the cycle.
@@ -48,49 +46,113 @@ class FrictionCycle:
         loads
             At n instants.
         places
-            (n,) numbers of the increments, with the share of the way to the next.
+            (n,) numbers of the increments before them, with the share of the way to the next.
 
         Raises
         ------
         ContactError
             No state of contact between the parts carries a load.
         """
-        order = np.argsort(places, kind="stable")
-        runs = np.array_split(order, min(RUNS, max(len(order), 1)))
-        ends = self._assembled.ends
-        jobs: list[list[Future[list[Joined]]]] = [[] for _ in ends]
+        instants = _Instants(loads, places)
         with one_blas_thread(), ThreadPoolExecutor(threads()) as pool:
-            solved = {pool.submit(self._increments, number, end): number for number, end in enumerate(ends)}
-            for done in as_completed(solved):
-                number, states = solved[done], done.result()
-                jobs[number] = [pool.submit(_run, ends[number], run, loads, states, places) for run in runs]
-        of_ends = [[state for job in own for state in job.result()] for own in jobs]
-        found = map(self._assembled.together, zip(*of_ends, strict=True))
-        by_number = dict(zip(order.tolist(), found, strict=True))
-        return [by_number[number] for number in range(len(order))]
-
-    def _increments(self, number: int, end: Assembled) -> list[Joined]:
-        if number not in self._known:
-            self._known[number] = increments(end, self._steps)
-        return self._known[number]
+            try:
+                begun = [pool.submit(end.begin, instants, pool) for end in self._ends]
+                found = [_together(each.result()) for each in begun]
+            finally:
+                pool.shutdown(cancel_futures=True)
+        return [self._assembled.together([own[k] for own in found]) for k in range(len(loads))]
 
 
-def increments(end: Assembled, loads: Sequence[Load]) -> list[Joined]:
-    """States of one end of the rod at the increments of a cycle, once friction has settled."""
-    state, states = end.start, list[Joined]()
+class _Instants:
+    """Instants of a cycle, by the number of the increment before them."""
+
+    def __init__(self, loads: Sequence[Load], places: Floats) -> None:
+        self.loads, self._before, self.share = loads, np.floor(places).astype(int), places % 1
+        self._order = np.argsort(places, kind="stable")
+
+    def after(self, increment: int) -> Ints:
+        """Numbers of those between an increment and the next, in their order."""
+        return np.asarray(self._order[self._before[self._order] == increment])
+
+
+_Found = Future[dict[int, Joined]]
+
+
+class _CycleOfEnd:
+    """A crank cycle of one end of the rod.
+
+    Parameters
+    ----------
+    end
+        The end.
+    steps
+        Loads at the increments.
+    """
+
+    def __init__(self, end: Assembled, steps: Sequence[Load]) -> None:
+        self._end, self._steps = end, steps
+        self._exact = _exact(end)
+        self._settled: list[Joined] | None = None
+
+    def begin(self, instants: _Instants, pool: ThreadPoolExecutor) -> list[_Found]:
+        """Go through the cycle until friction has settled, and leave the instants to a pool.
+
+        Those of the first cycle are begun with from its end, since its beginning is likely to be replaced.
+        """
+        count, states = len(self._steps), self._settled or []
+        begun = dict[int, _Found]()
+
+        def begin(first: int) -> None:
+            if first not in begun:
+                begun[first] = pool.submit(self._between, states, first, instants)
+
+        for state in () if states else increments(self._end, self._steps, self._exact):
+            states.append(state)
+            last = len(states) - 1
+            if last == count:
+                for first in reversed(range(count)):
+                    begin(first)
+            elif last > count:
+                begun.pop(last - 1 - count).cancel()
+                begin(last - 1)
+        self._settled = states
+        cycle = range(len(states) - 1 - count, len(states) - 1)
+        for first in cycle:
+            begin(first)
+        return [begun[first] for first in cycle]
+
+    def _between(self, states: Sequence[Joined], first: int, instants: _Instants) -> dict[int, Joined]:
+        """States, by the numbers of the instants, from an increment up to the next."""
+        ends, own = (states[first], states[first + 1]), instants.after(first % len(self._steps))
+        at, way = own[instants.share[own] == 0], own[instants.share[own] > 0]
+        found = dict.fromkeys(at.tolist(), ends[0])
+        if len(way):
+            loads, shares = [instants.loads[number] for number in way], instants.share[way].tolist()
+            found |= zip(way.tolist(), self._end.between(loads, ends, shares, self._exact), strict=True)
+        return found
+
+
+def increments(end: Assembled, loads: Sequence[Load], exact: Exact = OF_COURSE) -> Iterator[Joined]:
+    """States of one end of the rod at the increments of one cycle after the other, till friction settles."""
+    state, states, last = end.start, list[Joined](), Trials()
     for load in loads:
-        state = end.step(load, state, exact=OF_COURSE)
+        state = end.step(load, state, exact=exact, last=last)
         states.append(state)
+        yield state
     largest, alike = _largest(end, states), 0
     for number in range(len(loads), MOST_CYCLES * len(loads)):
         before = states[number - len(loads)]
-        state = end.step(loads[number % len(loads)], state, before, OF_COURSE)
+        state = end.step(loads[number % len(loads)], state, before, exact, last)
         states.append(state)
+        yield state
         alike = alike + 1 if _alike(end, before, state, largest) else 0
         if alike == ON_END:  # from here on, it would do again what it did in the cycle before
-            break
-    last = len(states) - 1
-    return [states[last - (last - number) % len(loads)] for number in range(len(loads))]
+            return
+
+
+def _exact(end: Assembled) -> Exact:
+    """How exactly the laws shall hold at one end; the other presses as when the parts were put together."""
+    return OF_COURSE._replace(elsewhere=float(end.start.values[end.touching.normal].max(initial=0.0)))
 
 
 def _largest(end: Assembled, states: Sequence[Joined]) -> tuple[float, float]:
@@ -110,19 +172,6 @@ def _alike(end: Assembled, before: Joined, after: Joined, largest: tuple[float, 
     )
 
 
-def _run(
-    end: Assembled, run: Ints, loads: Sequence[Load], states: Sequence[Joined], places: Floats
-) -> list[Joined]:
-    """States of one end of the rod at some of the instants in their order; see `FrictionCycle.at`."""
-    found, near, last = list[Joined](), states[0], -1
-    for number in run:
-        before = min(int(places[number]), len(states) - 2)
-        share = float(places[number]) - before
-        if share in {0.0, 1.0}:
-            near = states[before + int(share)]
-        else:
-            like = near if before == last else states[before]
-            near = end.between(loads[number], (states[before], states[before + 1]), share, like, OF_COURSE)
-        last = before
-        found.append(near)
-    return found
+def _together(parts: Sequence[_Found]) -> dict[int, Joined]:
+    """All instants of one end."""
+    return {number: state for part in parts for number, state in part.result().items()}

@@ -79,6 +79,22 @@ class Guess:
             ratio=self.ratio[sites],
         )
 
+    def equals(self, other: "Guess") -> bool:
+        """Whether both say the same."""
+        if not all(
+            np.array_equal(one, two)
+            for one, two in (
+                (self.touching, other.touching),
+                (self.opened, other.opened),
+                (self.slipping, other.slipping),
+            )
+        ):
+            return False
+        slips = self.slipping
+        return np.array_equal(self.direction[slips], other.direction[slips]) and np.array_equal(
+            self.ratio[slips], other.ratio[slips]
+        )
+
     @classmethod
     def together(cls, n_pins: int, n_places: int, parts: Sequence[tuple[Ints, Ints, "Guess"]]) -> "Guess":
         """Put guesses of some pressures of the pins and some places together."""

@@ -10,7 +10,7 @@ Curnier 1991; Hüeber, Stadler & Wohlmuth 2008), whose unknowns are the pressure
 the gaps of what opens or slips: few, as long as the parts hold together.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import astuple, dataclass, replace
 
@@ -36,6 +36,10 @@ _UNSETTLED = (
     "contact and friction between the parts did not settle: choose a larger --size or another "
     "assembly.joint_friction"
 )
+
+
+# Solutions of the blocks by their numbers.
+Trials = dict[int, Trial]
 
 
 @dataclass(frozen=True)
@@ -157,7 +161,14 @@ class JoinedSystem:
         return tied.motions(open_gap, state.values[tied.pins], load.parts, state.loose)
 
     def step(
-        self, load: Load, gap: Floats, guess: Guess, exact: Exact = EXACT, *, rubbing: bool = True
+        self,
+        load: Load,
+        gap: Floats,
+        guess: Guess,
+        exact: Exact = EXACT,
+        *,
+        rubbing: bool = True,
+        last: Trials | None = None,
     ) -> Joined:
         """Find the state under a load.
 
@@ -173,6 +184,9 @@ class JoinedSystem:
             How exactly the laws shall hold.
         rubbing
             Whether places may slip; otherwise `gap` holds their slip at the end.
+        last
+            Solutions of an earlier step, which are of use where the guess is theirs: replaced by those of
+            this one.
 
         Raises
         ------
@@ -181,40 +195,59 @@ class JoinedSystem:
         UnsettledError
             No state was found that obeys contact and friction.
         """
-        offsets = self._offsets(load, gap)
+        return self.under(load, self.offsets([load], [gap])[0], guess, exact, rubbing=rubbing, last=last)
+
+    def under(
+        self,
+        load: Load,
+        offsets: Offsets,
+        guess: Guess,
+        exact: Exact = EXACT,
+        *,
+        rubbing: bool = True,
+        last: Trials | None = None,
+    ) -> Joined:
+        """The same where the tied state is known; see `step` and `offsets`."""
         ends = self._ends if rubbing else self._ends.sticking
-        trials, changes = self._settled(ends, offsets, guess, exact)
+        trials, changes = self._settled(ends, offsets, guess, exact, last or {})
+        if last is not None:
+            last.update(trials)
         return self._joined(trials, changes, load, offsets.gap, guess)
 
     def _settled(
-        self, ends: Ends, offsets: Offsets, guess: Guess, exact: Exact
-    ) -> tuple[dict[int, Trial], int]:
+        self, ends: Ends, offsets: Offsets, guess: Guess, exact: Exact, last: Trials
+    ) -> tuple[Trials, int]:
         """Solution of each block under what the others do to it, and how many states were tried."""
         blocks = ends.blocks
-        offsets = replace(offsets, least=_CALM * self._pressed(offsets, guess))
+        calm = _CALM * max(self._pressed(offsets, guess), exact.elsewhere)
+        offsets = replace(offsets, least=max(calm, offsets.least))
         parts = [offsets.of(own.pins, own.joined, own.motions) for own in blocks]
         guesses = [
             _begun(own, part, guess.of(own.pins, own.sites)) for own, part in zip(blocks, parts, strict=True)
         ]
-        pressure = [
-            own.carrying(each.touching, part.forces)
-            for own, each, part in zip(blocks, guesses, parts, strict=True)
+        alone = self._solved[0] if len(self._solved) == 1 else None
+        pressure = [  # of what acts on others
+            np.zeros(len(own.pins)) if number == alone else own.carrying(each.touching, part.forces)
+            for number, (own, each, part) in enumerate(zip(blocks, guesses, parts, strict=True))
         ]
         moved = [np.zeros(len(own.joined)) for own in blocks]
-        found, changes = dict[int, Trial](), 0
+        found, changes = Trials(), 0
         each = map if ends is self._ends.sticking else side_by_side  # without friction, hardly worth a thread
         for _ in range(_SWEEPS):
-            loads = [ends.shifted(number, part, pressure, moved) for number, part in enumerate(parts)]
+            loads = {own: ends.shifted(own, parts[own], pressure, moved) for own in self._solved}
             left = [own for own in self._solved if _changed(blocks[own], loads[own], found.get(own))]
             if not left:
                 break
             least = max([offsets.least, *(own.size for own in found.values())])
-            jobs = [(blocks[own], replace(loads[own], least=least), guesses[own], exact) for own in left]
+            jobs = [
+                (blocks[own], replace(loads[own], least=least), guesses[own], exact, (last | found).get(own))
+                for own in left
+            ]
             for number, (trial, states) in zip(left, each(self._search, jobs), strict=True):
                 changes += states
                 found[number], guesses[number] = trial, trial.guess
-                pressure[number], moved[number] = trial.pressure, trial.moved
-            if len(self._solved) == 1:
+                pressure[number], moved[number] = trial.solution.pressure, trial.solution.moved
+            if alone is not None:
                 break
         else:
             raise UnsettledError(_UNSETTLED)
@@ -222,14 +255,14 @@ class JoinedSystem:
 
     def _pressed(self, offsets: Offsets, guess: Guess) -> float:
         """Largest pressure between the parts while nothing moves, MPa."""
-        places = self._places
-        closed = places.normal[~guess.opened & ~places.bolt]
-        return float(max(np.abs(offsets.stress[closed]).max(initial=0.0), offsets.least))
+        places, sites = self._places, np.concatenate([self._ends.blocks[own].sites for own in self._solved])
+        closed = places.normal[sites[~guess.opened[sites] & ~places.bolt[sites]]]
+        return float(np.abs(offsets.stress[closed]).max(initial=0.0))
 
-    def _search(self, problem: tuple[Block, Offsets, Guess, Exact]) -> tuple[Trial, int]:
+    def _search(self, problem: tuple[Block, Offsets, Guess, Exact, Trial | None]) -> tuple[Trial, int]:
         """Solution of a block, and how many states were tried."""
-        block, offsets, guess, exact = problem
-        correction, trial = Correction(exact), None
+        block, offsets, guess, exact, trial = problem
+        correction = Correction(exact)
         for change in range(1, _MOST + 1):
             trial = Trial.of(block, offsets, guess, trial)
             better = correction.of(trial)
@@ -277,7 +310,7 @@ class JoinedSystem:
         ahead = closing > BALANCE * np.abs(closing).max(initial=0.0)
         if not ahead.any():
             raise self._unresisted(trial)
-        way = np.divide(trial.pin_gap, closing, out=np.full(len(closing), np.inf), where=ahead)
+        way = np.divide(trial.solution.pin_gap, closing, out=np.full(len(closing), np.inf), where=ahead)
         return np.asarray(way <= way.min())
 
     def _unresisted(self, trial: Trial) -> UnsettledError:
@@ -295,23 +328,27 @@ class JoinedSystem:
             "shells that centre the cap"
         )
 
-    def _offsets(self, load: Load, gap: Floats) -> Offsets:
+    def offsets(self, loads: Sequence[Load], gaps: Sequence[Floats]) -> list[Offsets]:
+        """Tied states of the blocks under loads, with the gaps y_J (n_J,) at the beginning of each step."""
         tied = self._tied
-        gap = gap.copy()
-        gap[self._places.normal] = (
-            0.0  # what is open now follows from the load, not from what was open before
+        begin, given = np.stack(gaps, axis=1), np.stack([load.gap for load in loads], axis=1)
+        # What is open now follows from the load, not from what was open before.
+        begin[self._places.normal] = 0.0
+        parts, pins = (
+            np.stack([getattr(load, name) for load in loads], axis=1) for name in ("parts", "pins")
         )
-        left = gap - load.gap[tied.joined]
-        return Offsets(
-            stress=self._ends.slipped(left) + tied.V @ load.parts,
-            pin_gap=tied.B.T @ left + load.gap[tied.pins] + tied.G @ load.parts,
-            forces=np.concatenate([load.pins, self._loose @ load.parts]) / self._scale,
-            gap=gap,
-        )
+        left = begin - given[tied.joined]
+        stress, pin_gap = tied.V @ parts, given[tied.pins] + tied.G @ parts
+        for number in self._solved:
+            block = self._ends.blocks[number]
+            by_slip = self._ends.slipped(number, left)
+            stress[block.joined] += by_slip[0]
+            pin_gap[block.pins] += by_slip[1]
+        forces = np.concatenate([pins, self._loose @ parts]) / self._scale[:, None]
+        columns = (np.ascontiguousarray(own.T) for own in (stress, pin_gap, forces, begin))
+        return [Offsets(*instant) for instant in zip(*columns, strict=True)]
 
-    def _joined(
-        self, trials: Mapping[int, Trial], changes: int, load: Load, before: Floats, guess: Guess
-    ) -> Joined:
+    def _joined(self, trials: Trials, changes: int, load: Load, before: Floats, guess: Guess) -> Joined:
         """State of some blocks; the others keep their gaps (n_J,), and what is guessed of them."""
         tied, whole = self._tied, self._whole
         pressure, stress = np.zeros(len(tied.pins)), np.zeros(len(tied.joined))
@@ -319,8 +356,8 @@ class JoinedSystem:
         parts = [(whole.pins, whole.sites, guess)]
         for number, trial in trials.items():
             own = self._ends.blocks[number]
-            pressure[own.pins], stress[own.joined] = trial.pressure, trial.stress
-            gap[own.joined], motion[own.motions] = trial.gap, trial.motion
+            pressure[own.pins], stress[own.joined] = trial.solution.pressure, trial.solution.stress
+            gap[own.joined], motion[own.motions] = trial.gap, trial.solution.motion
             parts.append((own.pins, own.sites, trial.guess))
         values = np.zeros(len(load.gap))
         values[tied.pins], values[tied.joined] = np.maximum(pressure, 0.0), stress

@@ -3,55 +3,40 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 
 from fea.contact.block import Block
 from fea.contact.guess import Guess
-from geometry.arrays import Floats, Ints, Mask
+from geometry.arrays import Floats, Ints
 
 _TWO = np.eye(2)
+_NOWHERE = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
 
 
 @dataclass(frozen=True)
 class Law:
-    """D L λ_J + D K D (Δy / D) = 0 of the gaps that are unknown, scaled by D to unit stiffness.
+    """D L λ_J + D K D (Δy / D) = 0 of the gaps that are unknown, with D that scales them to unit stiffness.
 
     Where a place is open, λ = 0. Where it slips, λ_t = μ λ_n d, with the direction d of the shear stress less
     the stiffness times the slip, and the derivative of that direction.
 
     Attributes
     ----------
-    moving, unit
-        (n,) positions of these gaps in the block, and the diagonal of D: first of what is open, then of what
-        slips.
-    stresses, share
-        (k, 3) positions of the shear stresses and of the pressure of each place that slips, and D L (k, 2, 3)
-        of them; 0 where there is no such stress.
-    slipping
-        (2 k,) which of the shear stresses there are.
+    moving
+        (n,) positions of these gaps in the block: first of what is open, then of what slips.
+    weights
+        D L D⁻¹ (n, n_J); None where nothing slips, so that it selects `moving`.
     give
         Rows, columns and values of D K D (n, n) where it is not zero.
     """
 
     moving: Ints
-    unit: Floats
-    stresses: Ints
-    share: Floats
-    slipping: Mask
+    weights: sparse.csr_array | None
     give: tuple[Ints, Ints, Floats]
 
-    def of_rows(self, matrix: Floats, columns: Ints, to: Floats) -> None:
-        """Put D L M (n, m), of some columns (m,) of a matrix M (n_J, …), into a matrix."""
-        n_open = len(self.moving) - int(self.slipping.sum())
-        opened = matrix[self.moving[:n_open]][:, columns]
-        np.multiply(self.unit[:n_open, None], opened, out=to[:n_open])
-        chosen = matrix[self.stresses.ravel()][:, columns].reshape(*self.stresses.shape, len(columns))
-        to[n_open:] = (self.share @ chosen).reshape(len(self.slipping), len(columns))[self.slipping]
-
-    def of_values(self, stress: Floats) -> Floats:
-        """D L λ_J (n,)."""
-        found = np.zeros((len(self.moving), 1))
-        self.of_rows(stress[:, None], np.zeros(1, dtype=np.int64), found)
-        return found[:, 0]
+    def of_rows(self, values: Floats) -> Floats:
+        """D L D⁻¹ times values (n_J, …)."""
+        return np.asarray(values[self.moving] if self.weights is None else self.weights @ values)
 
     def give_way(self, matrix: Floats) -> None:
         """Add D K D to a matrix (n, n)."""
@@ -61,29 +46,33 @@ class Law:
     @classmethod
     def of(cls, block: Block, guess: Guess) -> "Law":
         """The law of a guess."""
-        places, tangential = block.places, block.places.tangential
+        places, tangential, unit = block.places, block.places.tangential, block.effects.unit
         opened, slips = np.flatnonzero(guess.opened), np.flatnonzero(guess.slipping & ~guess.opened)
         free = tangential[opened].ravel()
-        slid, along = tangential[slips], guess.direction[slips]
+        if not len(slips):
+            return cls(np.concatenate([places.normal[opened], free[free >= 0]]), None, _NOWHERE)
+        slid, pressed, along = tangential[slips], places.normal[slips], guess.direction[slips]
         has = slid >= 0
         moving = np.concatenate([places.normal[opened], free[free >= 0], slid[has]])
-        unit = 1 / np.sqrt(block.stiff[moving])
+        n_slid = int(has.sum())
+        n_open = len(moving) - n_slid
         # The derivative of the direction of slip acts square to it.
         turn = guess.ratio[slips, None, None] * (_TWO - along[:, :, None] * along[:, None, :])
         both = has[:, :, None] & has[:, None, :]
         row = np.full(slid.shape, -1)
-        row[has] = len(moving) - int(has.sum()) + np.arange(has.sum())
-        scale = np.where(has, unit[row], 0.0)
-        pressed = -places.friction[slips, None] * along
-        share = np.concatenate([np.where(both, _TWO - turn, 0.0), pressed[..., None]], axis=2)
+        row[has] = n_open + np.arange(n_slid)
         one = np.broadcast_to(row[:, :, None], both.shape)[both]
         other = np.broadcast_to(row[:, None, :], both.shape)[both]
-        give = (turn * block.against[slips, None, None])[both] * unit[one] * unit[other]
-        return cls(
-            moving=moving,
-            unit=unit,
-            stresses=np.concatenate([np.where(has, slid, 0), places.normal[slips, None]], axis=1),
-            share=scale[..., None] * share,
-            slipping=has.ravel(),
-            give=(one, other, give),
-        )
+        give = (turn * block.against[slips, None, None])[both] * unit[moving[one]] * unit[moving[other]]
+        # Of each shear stress of a place that slips: both of its shear stresses, where it has them, and its
+        # pressure.
+        share = -places.friction[slips, None] * along
+        share = np.concatenate([np.where(both, _TWO - turn, 0.0), share[..., None]], axis=2)
+        stresses = np.concatenate([np.where(has, slid, pressed[:, None]), pressed[:, None]], axis=1)
+        share = (unit[slid][..., None] * share / unit[stresses][:, None, :])[has]
+        stresses = np.broadcast_to(stresses[:, None, :], (*slid.shape, 3))[has]
+        values = np.concatenate([np.ones(n_open), share.ravel()])
+        columns = np.concatenate([moving[:n_open], stresses.ravel()])
+        starts = np.concatenate([np.arange(n_open), n_open + 3 * np.arange(n_slid + 1)])
+        weights = sparse.csr_array((values, columns, starts), (len(moving), len(block.joined)))
+        return cls(moving, weights, (one, other, give))

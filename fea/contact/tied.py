@@ -71,7 +71,7 @@ class Tied:
         P_p, P_J = parts[pins], parts[joined]
         size = np.abs(parts).max(axis=0, initial=0.0)
         size[size == 0] = 1.0
-        _, values, rows = np.linalg.svd(P_J / size, full_matrices=True)
+        _, values, rows = np.linalg.svd(P_J / size, full_matrices=len(joined) < len(size))
         values = np.append(values, np.zeros(len(rows) - len(values)))
         resisted = values > _UNRESISTED * values.max(initial=1e-300)
         share = rows.T / size[:, None]
@@ -132,5 +132,7 @@ class Tied:
 def _inverse(factor: Floats) -> Floats:
     """Inverse (n, n) of a matrix from its Cholesky factor, which is used up."""
     found, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
-    below = np.tril(found, -1)
-    return np.asarray(below + below.T + np.diag(np.diag(found)))
+    below = np.tril(found)
+    found = below + below.T
+    found[np.diag_indices_from(found)] /= 2
+    return np.asarray(found)

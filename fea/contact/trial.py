@@ -1,4 +1,4 @@
-"""One guess of what touches, opens and slips: its linear problem, and how it violates contact or friction."""
+"""One guess of what touches, opens and slips: its solution, and how that violates contact or friction."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -7,15 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.contact.block import Block
-from fea.contact.dense import Factor, solved
+from fea.contact.dense import Factor
 from fea.contact.guess import Guess, Offsets
-from fea.contact.law import Law
-from geometry.arrays import Floats, Ints, Mask
+from fea.contact.linear import Linear, Solution
+from geometry.arrays import Floats, Mask
 
 # What rounding leaves, relative to the largest stress.
 ROUNDING = 1e-11
-# Rows of a matrix are gathered where no more than one out of so many is needed.
-_SPARSE = 4
 
 
 class Exact(NamedTuple):
@@ -27,10 +25,13 @@ class Exact(NamedTuple):
         Of contact and friction.
     direction
         Error of the shear stress where places slip, which Newton's method makes small at once.
+    elsewhere
+        Pressure between parts that are not solved for, MPa: what is nothing beside it is nothing at all.
     """
 
     violation: float = ROUNDING
     direction: float = 1e-9
+    elsewhere: float = 0.0
 
 
 EXACT = Exact()
@@ -42,31 +43,17 @@ class Trial:
 
     Attributes
     ----------
-    block, offsets, guess
-        What it belongs to.
-    pressure
-        (n_p,) of the pins, MPa.
-    motion
-        (m,) of the pins.
-    moved
-        (n_J,) change of the gaps in the step.
-    stress
-        λ_J (n_J,).
-    pin_gap
-        (n_p,) moments of the gaps of the pins.
-    unknown, factor
-        Which pressures and gaps were unknown, and a factor of their matrix.
+    linear, offsets
+        The problem that is solved, and under what load.
+    solution
+        What solves it.
+    factor
+        Of its matrix, or of one nearby.
     """
 
-    block: Block
+    linear: Linear
     offsets: Offsets
-    guess: Guess
-    pressure: Floats
-    motion: Floats
-    moved: Floats
-    stress: Floats
-    pin_gap: Floats
-    unknown: bytes
+    solution: Solution
     factor: Factor | None
 
     @classmethod
@@ -76,79 +63,53 @@ class Trial:
         Parameters
         ----------
         block, offsets, guess
-            See the class.
+            What is guessed, and under what load.
         last
-            An earlier trial; where only the directions of slip have changed, its factor is of use.
+            An earlier trial, which may have solved the same problem under another load, or one in which only
+            directions of slip were others.
         """
-        active = np.flatnonzero(guess.touching)
-        law = Law.of(block, guess)
-        moving, unit, R = law.moving, law.unit, block.R
-        n_a, n_d = len(active), len(moving)
-        press = 1 / np.sqrt(block.soft[active])
-        pins, gaps, motions = slice(0, n_a), slice(n_a, n_a + n_d), slice(n_a + n_d, None)
-        matrix = np.zeros((n_a + n_d + R.shape[1],) * 2)
-        np.multiply(press[:, None] * block.A[active][:, active], press, out=matrix[pins, pins])
-        np.multiply(press[:, None] * block.B[moving][:, active].T, unit, out=matrix[pins, gaps])
-        rigid = press[:, None] * R[active]
-        reach = np.linalg.norm(rigid, axis=0)
-        reach = 1 / np.where(reach > 0, reach, 1.0)
-        matrix[motions, pins] = (rigid * reach).T
-        matrix[pins, motions] = -matrix[motions, pins].T
-        law.of_rows(block.B, active, matrix[gaps, pins])
-        law.of_rows(block.S, moving, matrix[gaps, gaps])
-        matrix[gaps, pins] *= -press
-        matrix[gaps, gaps] *= unit
-        law.give_way(matrix[gaps, gaps])
-        side = np.concatenate(
-            [-press * offsets.pin_gap[active], -law.of_values(offsets.stress), reach * offsets.forces]
-        )
-        unknown = active.tobytes() + moving.tobytes()
-        known = last.factor if last is not None and last.unknown == unknown else None
-        found, factor = solved(matrix, side, known)
-        pressure, moved = np.zeros(len(block.pins)), np.zeros(len(block.joined))
-        pressure[active], moved[moving] = press * found[pins], unit * found[gaps]
-        motion = reach * found[motions]
-        return cls(
-            block=block,
-            offsets=offsets,
-            guess=guess,
-            pressure=pressure,
-            motion=motion,
-            moved=moved,
-            stress=offsets.stress
-            - _combined(block.by_pins, pressure, active)
-            + _combined(block.S, moved, moving),
-            pin_gap=_combined(block.A, pressure, active)
-            + _combined(block.B, moved, moving)
-            + offsets.pin_gap
-            - R @ motion,
-            unknown=unknown,
-            factor=factor,
-        )
+        if last is not None and last.linear.belongs_to(block, guess):
+            linear, near = last.linear, last.factor
+        else:
+            linear = Linear.of(block, guess)
+            near = last.factor if last is not None and linear.resembles(last.linear) else None
+        return cls(linear, offsets, *linear.solve(offsets, near))
+
+    @property
+    def block(self) -> Block:
+        """The unknowns."""
+        return self.linear.block
+
+    @property
+    def guess(self) -> Guess:
+        """What is solved for."""
+        return self.linear.guess
 
     @property
     def gap(self) -> Floats:
         """y_J (n_J,) at the end of the step; exactly zero where places are closed."""
-        found = self.offsets.gap + self.moved
+        found = self.offsets.gap + self.solution.moved
         found[self.block.places.normal[~self.guess.opened]] = 0.0
         return found
 
     @cached_property
     def _normal(self) -> Floats:
-        return np.asarray(self.stress[self.block.places.normal])
+        return np.asarray(self.solution.stress[self.block.places.normal])
 
     @cached_property
     def _tangential(self) -> tuple[Floats, Floats]:
         """Shear stress (k, 2), and the same less the slip that the stiffness turns into a stress."""
         own, at = self.block.places.tangential >= 0, self.block.places.tangential
-        shear, slip = (np.where(own, values[at], 0.0) for values in (self.stress, self.moved))
+        shear, slip = (
+            np.where(own, values[at], 0.0) for values in (self.solution.stress, self.solution.moved)
+        )
         return shear, shear - self.block.against[:, None] * slip
 
     @cached_property
     def size(self) -> float:
         """Largest stress, MPa."""
         pressed = np.abs(self._normal[~self.block.places.bolt]).max(initial=0.0)
-        return float(max(pressed, np.abs(self.pressure).max(initial=0.0), self.offsets.least))
+        return float(max(pressed, np.abs(self.solution.pressure).max(initial=0.0), self.offsets.least))
 
     @cached_property
     def _allowed(self) -> Floats:
@@ -156,20 +117,28 @@ class Trial:
 
     @cached_property
     def violations(self) -> tuple[Floats, Floats, Floats]:
-        """By how much pins, normal contact and friction are violated, MPa; 0 where the guess is right."""
-        guess, stiff = self.guess, self.block.stiff[self.block.places.normal]
-        pins = np.where(guess.touching, -self.pressure, -self.pin_gap / self.block.soft)
-        gaps = (self.offsets.gap + self.moved)[self.block.places.normal]
+        """By how much pins, normal contact and friction are violated, MPa; 0 where the guess is right.
+
+        Nothing is said of friction where all slip is given.
+        """
+        guess, stiff = self.guess, self.block.effects.stiff[self.block.places.normal]
+        pins = np.where(
+            guess.touching, -self.solution.pressure, -self.solution.pin_gap / self.block.effects.soft
+        )
+        gaps = (self.offsets.gap + self.solution.moved)[self.block.places.normal]
         normal = np.where(guess.opened, -gaps * stiff, -self._normal)
-        _, trial = self._tangential
-        excess = np.hypot(*trial.T) - self._allowed
-        wrong = np.where(guess.slipping, -excess, excess) * (self.block.places.rubbing & ~guess.opened)
+        wrong = np.zeros(0)
+        if self.block.rubs:
+            excess = np.hypot(*self._tangential[1].T) - self._allowed
+            wrong = np.where(guess.slipping, -excess, excess) * (self.block.places.rubbing & ~guess.opened)
         little = ROUNDING * self.size
         return tuple(np.where(values > little, values, 0.0) for values in (pins, normal, wrong))  # type: ignore[return-value]
 
     @cached_property
     def _turned(self) -> Floats:
         """Error (k,) of the direction of the shear stress where places slip, MPa."""
+        if not self.block.rubs:
+            return np.zeros(0)
         shear, trial = self._tangential
         slips = self.guess.slipping & ~self.guess.opened
         off = shear - self._allowed[:, None] * _unit(trial)
@@ -184,7 +153,7 @@ class Trial:
     @cached_property
     def left(self) -> Floats:
         """Resultants (m,) that the pressures of the pins do not have."""
-        return np.asarray(self.offsets.forces - self.block.R.T @ self.pressure)
+        return np.asarray(self.offsets.forces - self.block.R.T @ self.solution.pressure)
 
     @cached_property
     def imbalance(self) -> float:
@@ -207,7 +176,9 @@ class Trial:
             (n_p,), (k,), (k,) where it is wrong about what touches, opens and slips.
         """
         guess = self.guess
-        opened = guess.opened ^ normal
+        touching, opened = guess.touching ^ pins, guess.opened ^ normal
+        if not self.block.rubs:
+            return replace(guess, touching=touching, opened=opened)
         _, trial = self._tangential
         length = np.hypot(*trial.T)
         # Where slip would turn round, there is none.
@@ -217,19 +188,12 @@ class Trial:
         ratio = np.divide(self._allowed, length, out=np.zeros_like(length), where=length > 0)
         return replace(
             guess,
-            touching=guess.touching ^ pins,
+            touching=touching,
             opened=opened,
             slipping=slipping,
             direction=np.where(slipping[:, None], _unit(trial), 0.0),
             ratio=np.where(slipping, np.minimum(ratio, 1.0), 0.0),
         )
-
-
-def _combined(rows: Floats, weights: Floats, which: Ints) -> Floats:
-    """Sum (k,) of the rows of a matrix (n, k) with weights (n,), of which only some are not zero."""
-    if len(which) * _SPARSE < len(weights):
-        return np.asarray(weights[which] @ rows[which])
-    return np.asarray(weights @ rows)
 
 
 def _unit(vectors: Floats) -> Floats:

@@ -153,9 +153,8 @@ class AssembledLoads:
         cycle, known = self._cycle(course)
         left = [number for number, key in enumerate(keys) if key not in known]
         if left:
-            places = np.interp(course.angles, course.step_angles, np.arange(len(course.step_angles)))
             acting = (own[:, left] for own in (instants.pin, instants.crank, instants.motions))
-            found = cycle.at(self._contact.loads(*acting), places[left])
+            found = cycle.at(self._contact.loads(*acting), course.places[left])
             known.update(zip([keys[number] for number in left], found, strict=True))
         return [known[key] for key in keys]
 
@@ -181,7 +180,7 @@ class AssembledLoads:
 def _principal(parts: _Parts, error: float) -> _Parts:
     """Orthonormal patterns (n_cell, k) that span states (n_cell, n_states) up to an error at any place."""
     found = {parity: _singular(own) for parity, own in parts.items()}
-    most = max(float(sizes.max()) for sizes, _ in found.values())
+    most = max(float(sizes.max(initial=0.0)) for sizes, _ in found.values())
     left, count = parts, dict.fromkeys(parts, 0)
     for least in _KEPT:
         for parity, (sizes, vectors) in found.items():
@@ -198,7 +197,7 @@ def _singular(states: Floats) -> tuple[Floats, Floats]:
     few = states.shape[1] <= states.shape[0]
     values, vectors = np.linalg.eigh(states.T @ states if few else states @ states.T)
     sizes = np.sqrt(np.maximum(values[::-1], 0.0))
-    kept = sizes > _NOISE * sizes[0]
+    kept = sizes > _NOISE * sizes.max(initial=0.0)
     sizes, vectors = sizes[kept], vectors[:, ::-1][:, kept]
     return sizes, states @ (vectors / sizes) if few else vectors
 

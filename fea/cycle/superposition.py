@@ -11,6 +11,7 @@ from fea.checks import LIMITS, Check
 from fea.choices import Fatigue
 from fea.cycle.assembly_history import assembly_columns
 from fea.cycle.envelope import Envelope, envelope, with_cases
+from fea.cycle.instants import course, instants, of_cases, whole_cycle
 from fea.cycle.multiaxial import worst_multiaxial
 from fea.cycle.series import TOLERANCE
 from fea.cycle.spots import Spot, distinct, spots
@@ -26,8 +27,7 @@ from fea.units import DEG
 from geometry.arrays import Floats, Ints, Mask
 from geometry.mass import MassProperties
 from geometry.surfaces import Surface
-from loads.cases import LoadCase, RodMotion
-from loads.dynamics import cycle, origin_acceleration
+from loads.cases import LoadCase
 from loads.engine import Engine
 from loads.gas import GasModel
 from loads.slider_crank import cycle_angles
@@ -35,8 +35,6 @@ from loads.slider_crank import cycle_angles
 # Limit of the check ``superposition`` if the pressure jumps, where the series does not converge: the error
 # that counts as mesh-converged.
 AT_JUMPS = 0.05
-# Degrees of an increment of the cycle, where friction makes it depend on its course.
-INCREMENT = 6
 # Stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads.
 Direct = Callable[[Instants, Course], Sequence[Floats]]
 _AWAY = "the safety factors of the cycle also leave out places where the exact stress is infinite (singular)"
@@ -292,64 +290,6 @@ class CycleAnalysis:
         solved = [[von_mises(own[..., k]) for own in stresses] for k in range(len(which))]
         largest = [float(np.nanmax(own)) for own in zip(*solved, *peaks, strict=True)]
         return self._difference(weights.at(which), solved, largest)
-
-
-def instants(engine: Engine, gas: GasModel, rod: MassProperties, speed: float, angles: Floats) -> Instants:
-    """What acts on a rod at crank angles (n,), rad; speed in rad/s."""
-    c = cycle(engine, rod, gas, speed, angles)
-    return Instants(
-        np.stack([c.pin_axial, c.pin_transverse]),
-        np.stack([-c.crank_axial, c.crank_transverse]),
-        np.stack(origin_acceleration(engine, c.motion)),
-        -c.motion.rod_rate,
-        -c.motion.rod_acceleration,
-    )
-
-
-def of_cases(cases: Sequence[LoadCase]) -> Instants:
-    """What acts on a rod in load cases."""
-    still = RodMotion((0.0, 0.0), 0.0, 0.0)
-    motions = [case.motion or still for case in cases]
-    return Instants(
-        np.array([[case.pin_axial, case.pin_transverse] for case in cases]).T,
-        np.array([[-case.crank_axial, case.crank_transverse] for case in cases]).T,
-        np.array([motion.acceleration for motion in motions]).T,
-        np.array([motion.angular_velocity for motion in motions]),
-        np.array([motion.angular_acceleration for motion in motions]),
-    )
-
-
-def as_cases(instants: Instants, name: str) -> list[LoadCase]:
-    """Load cases of instants."""
-    (pin, across), (crank, crank_across) = instants.pin, instants.crank
-    return [
-        LoadCase(
-            name=name,
-            crank_angle=None,
-            pin_axial=pin[k],
-            pin_transverse=across[k],
-            crank_axial=-crank[k],
-            crank_transverse=crank_across[k],
-            motion=RodMotion(
-                (instants.acceleration[0, k], instants.acceleration[1, k]),
-                instants.rate[k],
-                instants.turning[k],
-            ),
-        )
-        for k in range(len(instants.rate))
-    ]
-
-
-def course(engine: Engine, gas: GasModel, rod: MassProperties, speed: float, angles: Floats) -> Course:
-    """The cycle that crank angles (n,), rad, belong to; speed in rad/s."""
-    steps = cycle_angles()[::INCREMENT]
-    return Course(angles, steps, instants(engine, gas, rod, speed, steps))
-
-
-def whole_cycle(engine: Engine, gas: GasModel, rod: MassProperties, speed: float) -> tuple[Instants, Course]:
-    """What acts on a rod at every degree of a cycle, and the cycle itself; speed in rad/s."""
-    degrees = cycle_angles()
-    return instants(engine, gas, rod, speed, degrees), course(engine, gas, rod, speed, degrees)
 
 
 def _endurance(part: Ints, materials: Sequence[Material], regions: SurfaceRegions) -> Floats | None:

@@ -16,6 +16,10 @@ from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 
+# Crank angle of a four-stroke cycle, rad, and decimal places to which rounding leaves the share of an
+# increment.
+_CYCLE, _DIGITS = 4 * np.pi, 9
+
 
 class Instants(NamedTuple):
     """What acts on the rod at n instants.
@@ -50,7 +54,7 @@ class Course(NamedTuple):
     angles
         (n,) crank angles of the instants, rad.
     step_angles
-        (m,) those of its increments in their order, rad, from its beginning to its end.
+        (m,) those of its increments in their order, rad; the first follows the last.
     steps
         What acts at the increments.
     """
@@ -58,6 +62,14 @@ class Course(NamedTuple):
     angles: Floats
     step_angles: Floats
     steps: Instants
+
+    @property
+    def places(self) -> Floats:
+        """Numbers (n,) of the increments before the instants, with the share of the way to the next."""
+        first = self.step_angles[0]
+        ends = np.append(self.step_angles, first + _CYCLE)
+        places = np.interp((self.angles - first) % _CYCLE, ends - first, np.arange(len(ends)))
+        return np.asarray(np.round(places, _DIGITS) % len(self.step_angles))
 
 
 class Weights(NamedTuple):

@@ -10,7 +10,7 @@ from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed, with_cycle
 from fea.cycle import assembled_loads
 from fea.cycle.assembled_loads import _principal
-from fea.cycle.superposition import whole_cycle
+from fea.cycle.instants import whole_cycle
 from fea.solid.parity import Parity
 from fea.study.study import MeshTable
 from fea.units import RPM

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from fea.contact.active_set import ContactSystem
 from fea.contact.guess import Guess, Places
 from fea.contact.joined_system import JoinedSystem, Load
+from fea.contact.linear import Linear
 from fea.contact.tied import Tied
 from fea.solid.errors import ContactError
 
@@ -132,6 +133,22 @@ def test_with_friction_it_does():
         gap, guess = found.gap, found.guess
     alone = problem.system.step(loads[-1], *problem.start())
     assert np.abs(found.values - alone.values).max() > 1e-3 * np.abs(alone.values).max()
+
+
+@pytest.mark.parametrize("rubbing", [True, False])
+def test_what_an_earlier_step_left_changes_nothing(rubbing, monkeypatch):
+    set_up, of = [], Linear.of
+    monkeypatch.setattr(Linear, "of", lambda *given: set_up.append(given) or of(*given))
+    problem, last = Problem(11, 0.3), {}
+    gap, guess = problem.start()
+    for number in range(4):
+        load = problem.load(0.05)
+        fresh = problem.system.step(load, gap, guess, rubbing=rubbing)
+        set_up.clear()
+        found = problem.system.step(load, gap, guess, rubbing=rubbing, last=last)
+        assert len(set_up) == found.changes - (number > 0)  # what is begun with was solved for before
+        np.testing.assert_allclose(found.values, fresh.values, atol=1e-11 * np.abs(fresh.values).max())
+        gap, guess = found.gap, found.guess
 
 
 def test_given_slip_is_kept():
