@@ -123,6 +123,11 @@ class MatingFaces:
         along, around = (replace(self.pressing, direction=tangent) for tangent in self.tangents)
         return (self.pressing, None), (along, self.along), (around, self.around)
 
+    @cached_property
+    def _second(self) -> Multipliers:
+        """Multipliers of the pressure on the second side."""
+        return replace(self.pressing, facets=self.opposite[1])
+
     def forces(self, n_nodes: int) -> sparse.csr_array:
         """Nodal forces (3 n_nodes, size) of unit stresses, N."""
         columns = []
@@ -150,10 +155,9 @@ class MatingFaces:
             every[slice(None) if vertices is None else vertices] = own
             kinds.append((every, direction))
         found = {}
-        second, facets = self.opposite
         for surface, side, sign in (
             (self.pressing.surface, self.pressing, 1.0),
-            (second, replace(self.pressing, facets=facets), -1.0),
+            (self.opposite[0], self._second, -1.0),
         ):
             traction = np.zeros((len(points), 3, values.shape[1]))
             for every, direction in kinds:

@@ -117,10 +117,15 @@ class Multipliers:
         shape = (3 * n_nodes, self.size)
         return sparse.csr_array((local.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
+    @cached_property
+    def _nodes(self) -> tuple[Ints, Ints]:
+        """Nodes (m,) of the facets, and the place of each facet's nodes among them."""
+        nodes, local = np.unique(self.facets, return_inverse=True)
+        return nodes, local.reshape(self.facets.shape)
+
     def at_nodes(self, pressure: Floats) -> tuple[Ints, Floats]:
         """Nodes (m,) of the facets, and the values (m, k) there of pressures (n, k)."""
-        nodes, local = np.unique(self.facets, return_inverse=True)
-        local = local.reshape(self.facets.shape)
+        nodes, local = self._nodes
         found = np.zeros((len(nodes), pressure.shape[1]))
         found[local[:, :3]] = pressure[self.corners]
         for middle, ends in zip(local[:, 3:].T, FACET_EDGES, strict=False):

@@ -141,7 +141,7 @@ def _of_part(
         return None
     amplitudes = []
     for entry in entries:
-        sides = extremes(part, path(entry.weights, units.together), units.sides)
+        (sides,) = extremes([part], path(entry.weights, units.together), units.sides)
         amplitudes.append(
             [reversed_amplitude(analysis.fatigue, of.mean, of.amplitude, material) for of in sides]
         )

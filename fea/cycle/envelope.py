@@ -129,9 +129,10 @@ def envelope(
     """
     order = np.argsort(angles)
     along, angles = path(weights.at(order), units.together), angles[order]
+    reached = extremes(units.parts, along, units.sides)
     merged: Envelope | None = None
-    for number, (part, material) in enumerate(zip(units.parts, materials, strict=True)):
-        own = _on_whole(part, extremes(part, along, units.sides), whole)
+    for number, (part, material, sides) in enumerate(zip(units.parts, materials, reached, strict=True)):
+        own = _on_whole(part, sides, whole)
         of_part = _judged(own, angles, material, criterion, number, surface=regions.factors(material))
         merged = of_part if merged is None else _worse(merged, of_part)
     if merged is None:

@@ -7,8 +7,9 @@ smaller than that of the superposition.
 """
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -48,18 +49,21 @@ class Reach(Extremes):
     tension: Any
 
 
-def extremes(part: PartStress, path: Path, sides: tuple[int, ...]) -> list[Reach]:
-    """Find the extremes at every node of a part, and of its image across y = 0 (side −1)."""
+def extremes(parts: Sequence[PartStress], path: Path, sides: tuple[int, ...]) -> list[list[Reach]]:
+    """Find the extremes at every node of each part, and of its image across y = 0 (side −1)."""
     rows = max(1, BLOCK_BYTES // (len(sides) * 6 * 4 * len(path.ends)))
 
-    def block(start: int) -> list[Reach]:
+    def block(item: tuple[PartStress, int]) -> list[Reach]:
+        part, start = item
         units = (deviatoric(unit[start : start + rows]) for unit in (part.even, part.odd))
         even, odd = (unit.astype(np.float32) for unit in units)
         found = Block(even, odd, path, sides).extremes()
         return [_rows(found, len(even), number) for number in range(len(sides))]
 
-    blocks = side_by_side(block, range(0, len(part.nodes), rows))
-    return [_joined(of_side) for of_side in zip(*blocks, strict=True)]
+    every = [(part, start) for part in parts for start in range(0, len(part.nodes), rows)]
+    blocks = iter(side_by_side(block, every))
+    of_parts = [list(islice(blocks, -(-len(part.nodes) // rows))) for part in parts]
+    return [[_joined(of_side) for of_side in zip(*own, strict=True)] for own in of_parts]
 
 
 class Block:

@@ -25,7 +25,7 @@ SOLVED = 20
 # less than any error of the mesh.
 DOUBLE_BYTES = 192 * 2**20
 # Number of columns whose stress is recovered together, so that they fit into the caches.
-RECOVERED = 8
+RECOVERED = 24
 
 
 @dataclass(frozen=True)

@@ -258,7 +258,7 @@ def right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:
     """Columns (3 n_nodes, n_cases) per parity; the antisymmetric ones only if a load has that part."""
 
     def column_stack(parts: Sequence[Floats]) -> Floats:
-        return np.stack([part.ravel() for part in parts], axis=1)
+        return np.stack([part.ravel() for part in parts]).T  # by columns, as direct solvers take them
 
     sides = {Parity.SYMMETRIC: column_stack([load.symmetric for load in loads])}
     odd = [load.antisymmetric for load in loads if load.antisymmetric is not None]

@@ -10,8 +10,9 @@ from fea.assess.ball import ball_radii
 from fea.assess.deviatoric import deviatoric, extreme_principals
 from fea.assess.history import Extremes
 from fea.assess.history import extremes as everywhere
+from fea.cycle import screened
 from fea.cycle.path import path
-from fea.cycle.screened import extremes
+from fea.cycle.screened import Reach, extremes
 from fea.cycle.unit_loads import ALONE, Together, Weights
 from fea.cycle.unit_solutions import PartStress
 from fea.stress.stress import von_mises
@@ -45,7 +46,7 @@ def test_screened_extremes_are_those_of_every_instant(seed, sides, together):
     part = dataclasses.replace(_part(rng), together=together)
     instants = int(rng.integers(2, 400))
     weights = _weights(rng, instants, rng.choice([0.0, 0.3]))
-    found = extremes(part, path(weights, together), sides)
+    (found,) = extremes([part], path(weights, together), sides)
     for side, own in zip(sides, found, strict=True):
         even, odd = deviatoric(part.even), deviatoric(part.odd)
         expected = everywhere(even @ weights[0] + side * (odd @ weights[1]))
@@ -56,11 +57,23 @@ def test_screened_extremes_are_those_of_every_instant(seed, sides, together):
                 )
 
 
+def test_parts_do_not_know_of_each_other(monkeypatch):
+    rng = np.random.default_rng(8)
+    parts, weights = [_part(rng) for _ in range(3)], _weights(rng, 50, 0.0)
+    monkeypatch.setattr(screened, "BLOCK_BYTES", 2**12)  # several blocks each
+    along = path(weights)
+    for part, found in zip(parts, extremes(parts, along, (1, -1)), strict=True):
+        (alone,) = extremes([part], along, (1, -1))
+        for own, other in zip(found, alone, strict=True):
+            for field in dataclasses.fields(Reach):
+                np.testing.assert_array_equal(getattr(own, field.name), getattr(other, field.name))
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_balls_hold_every_instant(seed):
     rng = np.random.default_rng(seed)
     part, weights = _part(rng), _weights(rng, 200, 0.0)
-    (found,) = extremes(part, path(weights), (1,))
+    ((found,),) = extremes([part], path(weights), (1,))
     history = deviatoric(part.even) @ weights[0] + deviatoric(part.odd) @ weights[1]
     least = ball_radii(history[:, :5])
     assert (found.radius >= least * (1 - 2e-3)).all()
@@ -70,7 +83,7 @@ def test_balls_hold_every_instant(seed):
 
 def test_a_place_without_stress_has_extremes_of_zero():
     part = PartStress(np.arange(2), np.zeros((2, 6, 1)), np.zeros((2, 6, 1)))
-    (found,) = extremes(part, path(Weights(np.ones((1, 30)), np.ones((1, 30)))), (1,))
+    ((found,),) = extremes([part], path(Weights(np.ones((1, 30)), np.ones((1, 30)))), (1,))
     for field in dataclasses.fields(Extremes):
         assert not getattr(found, field.name).any()
 

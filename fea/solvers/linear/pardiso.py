@@ -123,16 +123,15 @@ class PardisoSchur:
             MKL could not allocate the factor.
         """
         own, size = matrix.size, forces.shape[1]
-        diagonal = sparse.csr_array((np.zeros(size), (np.arange(size), np.arange(size))), shape=(size, size))
-        below = sparse.csr_array((size, own))
-        upper = sparse.csr_array(
-            sparse.vstack(
-                [sparse.hstack([matrix.scalar_upper(), forces]), sparse.hstack([below, diagonal])],
-                format="csr",
-            )
-        )
+        upper, beside = matrix.scalar_upper(), sparse.csr_array(forces)
         upper.sort_indices()
-        parts = (upper.data, upper.indptr.astype(np.int32), upper.indices.astype(np.int32))
+        beside.sort_indices()
+        ends = np.repeat(upper.indptr[1:], np.diff(beside.indptr))
+        # Behind the rows of both, zeros on the diagonal.
+        values = np.append(np.insert(upper.data, ends, beside.data), np.zeros(size))
+        columns = np.append(np.insert(upper.indices, ends, own + beside.indices), own + np.arange(size))
+        starts = np.append(upper.indptr + beside.indptr, len(values) - size + 1 + np.arange(size))
+        parts = (values, starts.astype(np.int32), columns.astype(np.int32))
         last = np.zeros(own + size, dtype=np.int32)
         last[own:] = 1
         found = np.zeros((size, size))
