@@ -50,8 +50,8 @@ LIMITS = {
     "contact_balance": 1e-8,
     # Superposed against directly solved peak cases: a tenth of a 5 % mesh error.
     "superposition": 5e-3,
-    # The same of each part of an assembly, relative to its own stress: a third of what the increments of a cycle
-    # with friction leave of single pressures.
+    # The same of each part of an assembly, relative to its own stress: a third of what the increments of a
+    # cycle with friction leave of single pressures.
     "superposition_of_parts": 2e-2,
     # Residual at which the iteration ends; a larger one means that a buckling load factor did not converge.
     "buckling": 1e-4,
