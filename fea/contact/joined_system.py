@@ -15,28 +15,21 @@ from copy import copy
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
-from scipy.optimize import nnls
 
-from fea.contact.active_set import BALANCE, balanced
 from fea.contact.block import Block
-from fea.contact.correction import Correction
+from fea.contact.block_search import UNSETTLED, BlockSearch
 from fea.contact.ends import Ends
 from fea.contact.guess import Guess, Offsets, Places
 from fea.contact.tied import Tied
 from fea.contact.trial import EXACT, ROUNDING, Exact, Trial
 from fea.machine.threads import side_by_side
-from fea.solid.errors import ContactError, UnsettledError
-from geometry.arrays import Floats, Ints, Mask
+from fea.solid.errors import UnsettledError
+from geometry.arrays import Floats, Ints
 
-# States that are tried in a step at most, and how often the blocks of the problem are solved in turn.
-_MOST, _SWEEPS = 300, 10
+# How often the blocks of the problem are solved in turn.
+_SWEEPS = 10
 # What is nothing beside so much of the pressure between the parts is nothing also where hardly anything acts.
 _CALM = 1e-3
-_UNSETTLED = (
-    "contact and friction between the parts did not settle: choose a larger --size or another "
-    "assembly.joint_friction"
-)
-
 
 # Solutions of the blocks by their numbers.
 Trials = dict[int, Trial]
@@ -115,7 +108,7 @@ class JoinedSystem:
     """
 
     def __init__(self, tied: Tied, rigid: Floats, places: Places, names: Sequence[str] = ()) -> None:
-        self._tied, self._places, self._names = tied, places, names
+        self._tied, self._places = tied, places
         free, self._loose = tied.free
         R = np.hstack([rigid[tied.pins], free])
         scale = np.abs(R).max(axis=0, initial=0.0)
@@ -123,6 +116,7 @@ class JoinedSystem:
         self._whole = Block.whole(tied, R / self._scale, places)
         self._ends = Ends.of(self._whole)
         self._solved = range(len(self._ends.blocks))
+        self._search = BlockSearch(self._loose, len(scale), names)
 
     @property
     def ends(self) -> tuple["JoinedSystem", ...]:
@@ -250,7 +244,7 @@ class JoinedSystem:
             if alone is not None:
                 break
         else:
-            raise UnsettledError(_UNSETTLED)
+            raise UnsettledError(UNSETTLED)
         return found, changes
 
     def _pressed(self, offsets: Offsets, guess: Guess) -> float:
@@ -258,75 +252,6 @@ class JoinedSystem:
         places, sites = self._places, np.concatenate([self._ends.blocks[own].sites for own in self._solved])
         closed = places.normal[sites[~guess.opened[sites] & ~places.bolt[sites]]]
         return float(np.abs(offsets.stress[closed]).max(initial=0.0))
-
-    def _search(self, problem: tuple[Block, Offsets, Guess, Exact, Trial | None]) -> tuple[Trial, int]:
-        """Solution of a block, and how many states were tried."""
-        block, offsets, guess, exact, trial = problem
-        correction = Correction(exact)
-        for change in range(1, _MOST + 1):
-            trial = Trial.of(block, offsets, guess, trial)
-            better = correction.of(trial)
-            # Without pins, nothing balances what rounding leaves of loads that balance.
-            balance = trial.imbalance <= BALANCE or not block.R.size
-            if better is None and balance:
-                return trial, change
-            if correction.hopeless(trial):
-                break
-            guess = better or guess
-            if not balance and change == 1:
-                # Too few places of the pins touch for their forces.
-                guess = replace(guess, touching=guess.touching | self._balancing(block, offsets.forces))
-            elif better is None:
-                guess = replace(guess, touching=guess.touching | self._stopping(trial))
-        if trial is None or trial.imbalance <= BALANCE:
-            raise UnsettledError(_UNSETTLED)
-        raise self._unresisted(trial)
-
-    def _balancing(self, block: Block, forces: Floats) -> Mask:
-        """Which pressures (n_p,) of the pins can have the resultants along R together.
-
-        Raises
-        ------
-        ContactError
-            None can, because a bore is open or because a part slides away.
-        """
-        try:
-            return balanced(block.R, forces) > 0
-        except ContactError as error:
-            if not len(self._loose):
-                raise
-            left = forces - block.R.T @ nnls(block.R.T, forces)[0]
-            raise ContactError(self._slides(block, left)) from error
-
-    def _stopping(self, trial: Trial) -> Mask:
-        """Which pressures (n_p,) of the pins stop a motion that those that touch do not resist.
-
-        Raises
-        ------
-        UnsettledError
-            None does.
-        """
-        closing = np.where(trial.guess.touching, 0.0, trial.block.R @ trial.left)
-        ahead = closing > BALANCE * np.abs(closing).max(initial=0.0)
-        if not ahead.any():
-            raise self._unresisted(trial)
-        way = np.divide(trial.solution.pin_gap, closing, out=np.full(len(closing), np.inf), where=ahead)
-        return np.asarray(way <= way.min())
-
-    def _unresisted(self, trial: Trial) -> UnsettledError:
-        """Return the error of a motion of the pins or of a part that nothing resists."""
-        return UnsettledError(self._slides(trial.block, trial.left) if len(self._loose) else _UNSETTLED)
-
-    def _slides(self, block: Block, resultants: Floats) -> str:
-        """Say which part slides away: that on which most of the resultants (m,) is left."""
-        left = np.zeros(self._whole.R.shape[1])
-        left[block.motions] = resultants
-        moved = np.abs(left[-len(self._loose) :] @ self._loose)
-        name = self._names[int(moved.argmax())] if len(self._names) else "a part"
-        return (
-            f"{name} slides away, because nothing but friction holds it: give assembly.joint_friction, or "
-            "shells that centre the cap"
-        )
 
     def offsets(self, loads: Sequence[Load], gaps: Sequence[Floats]) -> list[Offsets]:
         """Tied states of the blocks under loads, with the gaps y_J (n_J,) at the beginning of each step."""

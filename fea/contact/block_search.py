@@ -1,0 +1,121 @@
+"""The state of one block of unknowns: guesses of what touches, opens and slips, until one obeys every law."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import nnls
+
+from fea.contact.active_set import BALANCE, balanced
+from fea.contact.block import Block
+from fea.contact.correction import Correction
+from fea.contact.guess import Guess, Offsets
+from fea.contact.trial import Exact, Trial
+from fea.solid.errors import ContactError, UnsettledError
+from geometry.arrays import Floats, Mask
+
+# States that are tried at most.
+_MOST = 300
+UNSETTLED = (
+    "contact and friction between the parts did not settle: choose a larger --size or another "
+    "assembly.joint_friction"
+)
+
+
+class BlockSearch:
+    """Searches the state of a block.
+
+    Parameters
+    ----------
+    loose
+        (m, k) share of the motions that only the pins resist in the motions of the parts.
+    motions
+        How many motions the pins have, the loose ones of the parts last.
+    names
+        (k,) of the part that each motion of the parts moves, with its article.
+    """
+
+    def __init__(self, loose: Floats, motions: int, names: Sequence[str] = ()) -> None:
+        self._loose, self._motions, self._names = loose, motions, names
+
+    def __call__(self, problem: tuple[Block, Offsets, Guess, Exact, Trial | None]) -> tuple[Trial, int]:
+        """Find the solution of a block, and how many states were tried.
+
+        Parameters
+        ----------
+        problem
+            A block, its tied state, where to begin, how exactly the laws shall hold, and an earlier solution.
+
+        Raises
+        ------
+        ContactError
+            No pressure of the pins has their forces.
+        UnsettledError
+            No state was found that obeys contact and friction.
+        """
+        block, offsets, guess, exact, trial = problem
+        correction = Correction(exact)
+        for change in range(1, _MOST + 1):
+            trial = Trial.of(block, offsets, guess, trial)
+            better = correction.of(trial)
+            # Without pins, nothing balances what rounding leaves of loads that balance.
+            balance = trial.imbalance <= BALANCE or not block.R.size
+            if better is None and balance:
+                return trial, change
+            if correction.hopeless(trial):
+                break
+            guess = better or guess
+            if not balance and change == 1:
+                # Too few places of the pins touch for their forces.
+                guess = replace(guess, touching=guess.touching | self._balancing(block, offsets.forces))
+            elif better is None:
+                guess = replace(guess, touching=guess.touching | self._stopping(trial))
+        if trial is None or trial.imbalance <= BALANCE:
+            raise UnsettledError(UNSETTLED)
+        raise self._unresisted(trial)
+
+    def _balancing(self, block: Block, forces: Floats) -> Mask:
+        """Which pressures (n_p,) of the pins can have the resultants along R together.
+
+        Raises
+        ------
+        ContactError
+            None can, because a bore is open or because a part slides away.
+        """
+        try:
+            return balanced(block.R, forces) > 0
+        except ContactError as error:
+            if not len(self._loose):
+                raise
+            left = forces - block.R.T @ nnls(block.R.T, forces)[0]
+            raise ContactError(self._slides(block, left)) from error
+
+    def _stopping(self, trial: Trial) -> Mask:
+        """Which pressures (n_p,) of the pins stop a motion that those that touch do not resist.
+
+        Raises
+        ------
+        UnsettledError
+            None does.
+        """
+        closing = np.where(trial.guess.touching, 0.0, trial.block.R @ trial.left)
+        ahead = closing > BALANCE * np.abs(closing).max(initial=0.0)
+        if not ahead.any():
+            raise self._unresisted(trial)
+        way = np.divide(trial.solution.pin_gap, closing, out=np.full(len(closing), np.inf), where=ahead)
+        return np.asarray(way <= way.min())
+
+    def _unresisted(self, trial: Trial) -> UnsettledError:
+        """Return the error of a motion of the pins or of a part that nothing resists."""
+        return UnsettledError(self._slides(trial.block, trial.left) if len(self._loose) else UNSETTLED)
+
+    def _slides(self, block: Block, resultants: Floats) -> str:
+        """Say which part slides away: that on which most of the resultants (m,) is left."""
+        left = np.zeros(self._motions)
+        left[block.motions] = resultants
+        moved = np.abs(left[-len(self._loose) :] @ self._loose)
+        name = self._names[int(moved.argmax())] if len(self._names) else "a part"
+        return (
+            f"{name} slides away, because nothing but friction holds it: give assembly.joint_friction, or "
+            "shells that centre the cap"
+        )
