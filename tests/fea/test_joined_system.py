@@ -1,5 +1,7 @@
 """Small dense problems of parts, friction and pins, against their laws and the solver for pins alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -133,6 +135,20 @@ def test_with_friction_it_does():
         gap, guess = found.gap, found.guess
     alone = problem.system.step(loads[-1], *problem.start())
     assert np.abs(found.values - alone.values).max() > 1e-3 * np.abs(alone.values).max()
+
+
+@pytest.mark.parametrize("name", ["touching", "opened", "slipping", "direction", "ratio"])
+def test_guesses_are_the_same_where_they_say_the_same(name):
+    guess = Guess.closed(PINS, PLACES)
+    guess.slipping[:3] = True
+    guess.direction[:3], guess.ratio[:3] = [1.0, 0.0], 0.5
+    other = replace(guess, **{name: getattr(guess, name).copy()})
+    assert guess.equals(other)
+    changed = getattr(other, name)
+    changed[1] = ~changed[1] if changed.dtype == bool else 0.9 * changed[1]
+    assert not guess.equals(other)
+    silent = replace(guess, direction=guess.direction + (~guess.slipping)[:, None])
+    assert guess.equals(silent)  # of what does not slip there is no direction
 
 
 @pytest.mark.parametrize("rubbing", [True, False])
