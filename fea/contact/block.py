@@ -150,8 +150,7 @@ class Block:
         n_p, n_J, m = len(self.pins), len(self.joined), self.R.shape[1]
         joined = np.arange(n_p, n_p + n_J)
         linked = np.zeros((n_p + n_J + m,) * 2, dtype=bool)
-        A, B = scaled.A, scaled.B
-        A -= even @ (even.T @ A)
+        A, B = scaled.A - even @ (even.T @ scaled.A), scaled.B
         linked[:n_p, :n_p] = _strong(A - (A @ even) @ even.T)
         linked[n_p : n_p + n_J, :n_p] = _strong(B - (B @ even) @ even.T)
         linked[n_p : n_p + n_J, n_p : n_p + n_J] = _strong(scaled.S)

@@ -56,7 +56,7 @@ class FrictionCycle:
         instants = _Instants(loads, places)
         with one_blas_thread(), ThreadPoolExecutor(threads()) as pool:
             try:
-                begun = [pool.submit(end.begin, instants, pool) for end in self._ends]
+                begun = [pool.submit(end.go_through, instants, pool) for end in self._ends]
                 found = [_together(each.result()) for each in begun]
             finally:
                 pool.shutdown(cancel_futures=True)
@@ -94,7 +94,7 @@ class _CycleOfEnd:
         self._exact = _exact(end)
         self._settled: list[Joined] | None = None
 
-    def begin(self, instants: _Instants, pool: ThreadPoolExecutor) -> list[_Found]:
+    def go_through(self, instants: _Instants, pool: ThreadPoolExecutor) -> list[_Found]:
         """Go through the cycle until friction has settled, and leave the instants to a pool.
 
         Those of the first cycle are begun with from its end, since its beginning is likely to be replaced.

@@ -81,18 +81,12 @@ class Guess:
 
     def equals(self, other: "Guess") -> bool:
         """Whether both say the same."""
-        if not all(
-            np.array_equal(one, two)
-            for one, two in (
-                (self.touching, other.touching),
-                (self.opened, other.opened),
-                (self.slipping, other.slipping),
-            )
-        ):
+        masks = ("touching", "opened", "slipping")
+        if not all(np.array_equal(getattr(self, name), getattr(other, name)) for name in masks):
             return False
-        slips = self.slipping
-        return np.array_equal(self.direction[slips], other.direction[slips]) and np.array_equal(
-            self.ratio[slips], other.ratio[slips]
+        slips, of_slip = self.slipping, ("direction", "ratio")
+        return all(
+            np.array_equal(getattr(self, name)[slips], getattr(other, name)[slips]) for name in of_slip
         )
 
     @classmethod

@@ -259,9 +259,8 @@ class JoinedSystem:
         begin, given = np.stack(gaps, axis=1), np.stack([load.gap for load in loads], axis=1)
         # What is open now follows from the load, not from what was open before.
         begin[self._places.normal] = 0.0
-        parts, pins = (
-            np.stack([getattr(load, name) for load in loads], axis=1) for name in ("parts", "pins")
-        )
+        parts = np.stack([load.parts for load in loads], axis=1)
+        pins = np.stack([load.pins for load in loads], axis=1)
         left = begin - given[tied.joined]
         stress, pin_gap = tied.V @ parts, given[tied.pins] + tied.G @ parts
         for number in self._solved:
