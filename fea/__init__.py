@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 if TYPE_CHECKING:
-    from fea.analysis.prepare import PreparedRod
-    from fea.result import Result, analyse, prepare
+    from fea.apps.result import Result, analyse, prepare
+    from fea.run.prepare import PreparedRod
     from fea.solid.scikit_fem import basis, stiffness_coo, to_skfem
     from fea.study.flags import RunFlags
     from fea.study.study import Study, load_study
@@ -35,13 +35,13 @@ __all__ = [
 
 # Where each public name is defined.
 _HOMES = {
-    "PreparedRod": "fea.analysis.prepare",
-    "Result": "fea.result",
+    "PreparedRod": "fea.run.prepare",
+    "Result": "fea.apps.result",
     "Study": "fea.study.study",
-    "analyse": "fea.result",
+    "analyse": "fea.apps.result",
     "basis": "fea.solid.scikit_fem",
     "load_study": "fea.study.study",
-    "prepare": "fea.result",
+    "prepare": "fea.apps.result",
     "stiffness_coo": "fea.solid.scikit_fem",
     "to_skfem": "fea.solid.scikit_fem",
 }
@@ -76,11 +76,11 @@ def run(
 
     Raises
     ------
-    geometry.invalid.InvalidValue
+    geometry.errors.InvalidValue
         A value breaks a rule.
     """
+    from fea.apps.run_study import run_study
     from fea.output.json_file import as_dict
-    from fea.runs.run_study import run_study
     from fea.study.flags import python_flags
     from fea.study.study import Study, load_study
 

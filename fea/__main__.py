@@ -47,10 +47,10 @@ def _called() -> int:
     """Run the command line; report errors that occur before it is loaded."""
     try:
         from fea.machine.exit_codes import MACHINE  # noqa: PLC0415 - as above
-        from fea.machine.signals import interrupt_once  # noqa: PLC0415
+        from fea.machine.streams import interrupt_once  # noqa: PLC0415
 
         interrupt_once(afresh=True)
-        from fea.cli import call  # noqa: PLC0415
+        from fea.cli.program import call  # noqa: PLC0415
     except KeyboardInterrupt:
         sys.stderr.write(_SAID)
         return _INTERRUPTED

@@ -8,7 +8,7 @@ import gmsh
 import numpy as np
 
 from geometry.assembly import Assembly, BoltAxis
-from geometry.cad.edges import edge_points
+from geometry.cad.cylinders import edge_points
 from geometry.faces import Face, Feature, FeatureKind
 from geometry.parting import BUSHING, CAP, LOWER_SHELL, ROD, UPPER_SHELL
 from geometry.surfaces import Surface

@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields
 from enum import StrEnum
 from functools import cache
 
-from geometry.mirror import Mirror
+from geometry.surfaces import Mirror
 
 
 class ShankSection(StrEnum):

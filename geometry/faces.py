@@ -7,13 +7,12 @@ from enum import StrEnum
 
 import gmsh
 
-from geometry.mirror import PLANE_AXIS, Mirror
 from geometry.outline import Outline
 from geometry.pocket import Pocket, web_pocket
 from geometry.rod import Rod
 from geometry.segments import Arc
 from geometry.step import ring_steps
-from geometry.surfaces import Surface
+from geometry.surfaces import PLANE_AXIS, Mirror, Surface
 
 _SLACK = 1e-6  # of the rod's length
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from geometry.arrays import Floats
 from geometry.dimensions import dimensions
-from geometry.invalid import InvalidValue, require, require_positive
+from geometry.errors import InvalidValue, require, require_positive
 from geometry.mass import MassProperties, joined
 from geometry.rod import Rod
 from geometry.section import HeightField

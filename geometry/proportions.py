@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from geometry.dimensions import ShankSection, options
-from geometry.invalid import require_number, require_positive
+from geometry.errors import require_number, require_positive
 from geometry.rod import Rod
 from geometry.rules import leave_a_shank
 

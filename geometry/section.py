@@ -7,12 +7,12 @@ from functools import cached_property
 import numpy as np
 
 from geometry.arrays import Floats
+from geometry.dimensions import Dimensions
 from geometry.mass import MassProperties
 from geometry.outline import Outline
-from geometry.pocket import Pocket, web_pocket
+from geometry.pocket import Pocket, slanted_half_width, web_pocket
 from geometry.rod import Rod
 from geometry.segments import half_chord
-from geometry.slant import slanted_half_width
 from geometry.step import RingStep, ring_steps
 
 # Gauss points over the angle of a half circle: accurate also for arcs that end with a vertical tangent.
@@ -237,3 +237,30 @@ def least_section(rod: Rod) -> Section:
     low, high = (coarse[i].x for i in (max(place - 1, 0), min(place + 1, len(coarse) - 1)))
     field = HeightField(rod)
     return min((field.section(float(x)) for x in np.linspace(low, high, 101)), key=lambda found: found.area)
+
+
+# Dimensions that are the thickness of a wall by themselves.
+OF_WALLS = (
+    "big_end_ring",
+    "shank_width",
+    "shank_depth_big_end",
+    "shank_depth_small_end",
+    "web_thickness",
+    "flange_thickness",
+)
+
+
+def walls(rod: Dimensions) -> dict[str, float]:
+    """Return the thickness of each wall of a rod, mm, by its name."""
+    found = {
+        "big-end ring": rod.big_end_ring,
+        "small-end ring": rod.small_end_ring - rod.bushing,
+        "shank": min(rod.shank_width, rod.shank_depth_big_end, rod.shank_depth_small_end),
+    }
+    if rod.has_pockets:
+        found |= {"web": rod.web_thickness, "flange": rod.flange_thickness}
+    if rod.cap_bolt:
+        found["wall between bolt hole and bore"] = (
+            rod.cap_bolt_spacing - rod.cap_bolt - rod.big_end_bore
+        ) / 2
+    return found

@@ -8,7 +8,7 @@ from typing import Any
 
 import gmsh
 
-from geometry.system.signals import ENDS, held_back
+from geometry.system import ENDS, held_back
 
 # The signals whose handlers gmsh changes.
 _SIGNALS = [*ENDS, *([signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else [])]

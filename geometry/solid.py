@@ -7,23 +7,19 @@ from dataclasses import dataclass, replace
 import gmsh
 
 from geometry import kernel
-from geometry.areas import check_areas
-from geometry.assembly import Assembly, BoltAxis, bolt_axes
-from geometry.assembly_rules import check
-from geometry.contact_areas import check_contacts
+from geometry.areas import check_areas, check_contacts
+from geometry.assembly import Assembly, BoltAxis, bolt_axes, check
 from geometry.contacts import Interface, bodies, contact_features, interfaces, with_seats
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, require
 from geometry.faces import Bore, Face, Feature, faces_of, features, surfaces
 from geometry.intake import Intake
-from geometry.invalid import require
+from geometry.kernel import bushed, chamfers, holes, tools_above
 from geometry.mass import MassProperties, joined
-from geometry.mirror import PLANE_AXIS, Mirror
 from geometry.outline import Outline
 from geometry.parting import parted
 from geometry.rod import Rod
 from geometry.segments import Line, Segment
-from geometry.surfaces import Surface
-from geometry.tools import bushed, chamfers, holes, tools_above
+from geometry.surfaces import PLANE_AXIS, Mirror, Surface
 
 
 @dataclass(frozen=True)

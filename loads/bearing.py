@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from geometry.arrays import Floats
-from geometry.invalid import InvalidValue, require, require_positive
+from geometry.errors import InvalidValue, require, require_positive
 
 
 class Shape(StrEnum):

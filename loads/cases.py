@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from geometry.invalid import require, require_number
+from geometry.errors import require, require_number
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from geometry.invalid import require, require_number, require_positive
+from geometry.errors import require, require_number, require_positive
 
 # More than any engine has; every cylinder is computed.
 MOST_CYLINDERS = 100

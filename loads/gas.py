@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.invalid import require, require_number, require_positive
+from geometry.errors import require, require_number, require_positive
 from loads.engine import Engine
 
 CYCLE = 4 * math.pi

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from geometry.arrays import Floats
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from loads.engine import Engine
 
 

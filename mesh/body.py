@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from geometry.bodies.draw import draw
-from geometry.bodies.shape import Body
+from geometry.bodies import Body, draw
 from geometry.session import session
 from geometry.surfaces import Surface
 from mesh.generate import tetrahedralise

@@ -12,8 +12,7 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats, Ints
-from geometry.mirror import PLANE_AXIS
-from geometry.surfaces import Surface
+from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.tetmesh import TetMesh
 
 # The surface is folded at a crease by more than this; at a smaller angle stress hardly rises (as r^-0.25

@@ -7,16 +7,12 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Ints
-from geometry.mirror import PLANE_AXIS
-from geometry.surfaces import Surface
-from mesh.errors import MeshError
-from mesh.numbering import numbered
-from mesh.outward import outward
+from geometry.surfaces import PLANE_AXIS, Surface
+from mesh.numbering import numbered, outward
 from mesh.quality import Quality, measure, mended, scaled_jacobian
 from mesh.repair import NOTHING, Repair, UnsoundMeshError, of_crossing, of_elements
-from mesh.size_field import SizeField
-from mesh.sizing import Refinement, Sizing, apply
-from mesh.tetmesh import FROM_GMSH, TetMesh
+from mesh.sizing import Refinement, SizeField, Sizing, apply
+from mesh.tetmesh import FROM_GMSH, MeshError, TetMesh
 
 _ON_ERROR, _STOP = "General.AbortOnError", 1  # stop meshing without throwing
 _TET = {1: 4, 2: 11}  # gmsh's element types

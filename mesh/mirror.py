@@ -6,8 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from geometry.arrays import Floats, Ints
-from geometry.mirror import PLANE_AXIS
-from geometry.surfaces import Surface
+from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.numbering import numbered
 from mesh.tetmesh import FACET_TURN, TET_TURN, TetMesh
 

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import Ints
-from geometry.mirror import PLANE_AXIS
-from geometry.surfaces import Surface
+from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.tetmesh import FACET_EDGES, TetMesh
 
 _JOINT = (Surface.JOINT, Surface.JOINT_CAP)

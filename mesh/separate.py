@@ -7,7 +7,7 @@ import numpy as np
 
 from geometry.arrays import Ints
 from geometry.surfaces import Surface
-from mesh.outward import face_keys
+from mesh.numbering import face_keys
 from mesh.tetmesh import FACE_NODES, FACES, FACET_TURN, TetMesh
 
 # Numbers of two parts that touch; the surfaces that their sides of the interface become.

@@ -2,12 +2,70 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 
 import gmsh
+import numpy as np
 
+from geometry.arrays import Floats, Ints
 from geometry.faces import Feature, FeatureKind
 from mesh.repair import Spot
-from mesh.size_field import SizeField
+
+# Neighbours considered when limiting the growth of sizes: the smallest sizes matter, and they are near.
+_NEIGHBOURS = 64
+
+
+@dataclass(frozen=True)
+class SizeField:
+    """Wanted edge lengths on a mesh of the solid as it is drawn.
+
+    Attributes
+    ----------
+    points
+        (n_nodes, 3), mm.
+    tets
+        (n_elements, 4) vertices.
+    size
+        (n_nodes,) wanted edge length, mm, linear in between; used at vertices only.
+    """
+
+    points: Floats
+    tets: Ints
+    size: Floats
+
+    def graded(self, growth: float) -> "SizeField":
+        """Return the field with sizes that grow by at most `growth` per distance (mm/mm)."""
+        vertices = np.unique(self.tets)
+        places, wanted = self.points[vertices], self.size[vertices]
+        small = np.flatnonzero(wanted < wanted.max())
+        if not small.size:
+            return self
+        # An exact limit would need an advancing front; the nearest seeds give practically the same bound.
+        seeds, sizes = places[small], wanted[small]
+        from scipy.spatial import KDTree  # noqa: PLC0415 - only a refined mesh needs it
+
+        distance, nearest = KDTree(seeds).query(places, k=min(_NEIGHBOURS, small.size))
+        distance, nearest = distance.reshape(len(places), -1), nearest.reshape(len(places), -1)
+        bound = np.minimum(wanted, (sizes[nearest] + growth * distance).min(axis=1))
+        # Far from a large cluster of seeds, the smallest of all may not be among the nearest.
+        least = int(sizes.argmin())
+        bound = np.minimum(bound, sizes[least] + growth * np.linalg.norm(places - seeds[least], axis=1))
+        size = self.size.copy()
+        size[vertices] = bound
+        return SizeField(self.points, self.tets, size)
+
+    def add(self) -> int:
+        """Add it to the open gmsh model; returns the tag of the background field."""
+        view = gmsh.view.add("wanted sizes")
+        corners = self.points[self.tets].transpose(0, 2, 1).reshape(len(self.tets), 12)
+        rows = np.hstack([corners, self.size[self.tets]])
+        gmsh.view.addListData(view, "SS", len(rows), rows.ravel())
+        field: int = gmsh.model.mesh.field.add("PostView")
+        gmsh.model.mesh.field.setNumber(field, "ViewTag", view)
+        # Curved boundaries reach beyond the straight tetrahedra of the view.
+        gmsh.model.mesh.field.setNumber(field, "UseClosest", 1)
+        return field
+
 
 # Number of second-order elements along an arc, around a bore or a small hole, across a web, along the rod.
 PER_ARC, PER_BORE, PER_HOLE, PER_WEB, PER_LENGTH = 4, 32, 12, 2, 28
@@ -154,3 +212,23 @@ def _bound(refinement: Refinement, sizing: Sizing) -> int:
     field.setNumber(threshold, "DistMin", near)
     field.setNumber(threshold, "DistMax", near + (sizing.size - size) / sizing.growth)
     return int(threshold)
+
+
+# Volume of a regular tetrahedron with unit edges; gmsh's elements have about two thirds of it.
+_VOLUME = sqrt(2) / 12 * 2 / 3
+
+
+def estimate(refinements: Sequence[Refinement], sizing: Sizing) -> float:
+    """Estimate the number of elements that the open model will have.
+
+    The edge length grows with the distance d from a refined face, h = s + g d. Per unit area of the face, the
+    integral of h⁻³ over d adds (s⁻² - h∞⁻²) / 2 g to the element density h∞⁻³ of the rest of the volume.
+    """
+    kernel, size = gmsh.model.occ, sizing.size
+    volume = sum(kernel.getMass(3, tag) for _, tag in gmsh.model.getEntities(3))
+    density = volume / size**3
+    for refinement in refinements:
+        if refinement.size < size:
+            area = sum(kernel.getMass(2, face) for face in refinement.faces)
+            density += area * (refinement.size**-2 - size**-2) / (2 * sizing.growth)
+    return float(density / _VOLUME)

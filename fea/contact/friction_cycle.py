@@ -1,7 +1,7 @@
 """States of an assembled rod over a crank cycle, which friction makes depend on what came before.
 
 Increments follow each other until they are those of the cycle before; instants between two of them divide
-their slip. Each end of the rod goes through the cycle by itself (`fea.contact.ends`).
+their slip. Each end of the rod goes through the cycle by itself (`fea.contact.block`).
 """
 
 from collections.abc import Iterator, Sequence

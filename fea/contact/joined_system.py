@@ -16,9 +16,8 @@ from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
-from fea.contact.block import Block
+from fea.contact.block import Block, Ends
 from fea.contact.block_search import UNSETTLED, BlockSearch
-from fea.contact.ends import Ends
 from fea.contact.guess import Guess, Offsets, Places
 from fea.contact.tied import Tied
 from fea.contact.trial import EXACT, ROUNDING, Exact, Trial

@@ -12,8 +12,8 @@ from fea.contact.bolt_pull import BoltPull
 from fea.contact.fold import Fold
 from fea.contact.interface import PinInBore
 from fea.contact.mating import MatingFaces
+from fea.solid.bore_motion import has_parity, motions
 from fea.solid.parity import Parity
-from fea.solid.pins import has_parity, motions
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh

@@ -1,5 +1,6 @@
 """Wall time per stage, with a listener for progress messages."""
 
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -39,3 +40,78 @@ class Clock:
     def total(self) -> float:
         """Seconds since the clock was made."""
         return time.perf_counter() - self._start
+
+
+_MINUTE = 60.0
+_WORDS = {
+    "geometry": "drawing the rod",
+    "mesh": "meshing",
+    "loads": "computing crank cycle and loads",
+    "assembly": "assembling the stiffness",
+    "factor": "factorising",
+    "solve": "solving",
+    "stress": "recovering the stress",
+    "write": "writing the results",
+    "picture": "drawing pictures",
+}
+
+
+@contextmanager
+def stages(*, silent: bool) -> Iterator[Callable[[str], None] | None]:
+    """Show the current stage on stderr if it is a terminal; yields the listener for a `Clock`."""
+    if silent or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console  # noqa: PLC0415 - only a terminal shows progress
+
+    console = Console(stderr=True)
+    with console.status("starting") as status:
+
+        def show(stage: str) -> None:
+            if stage.startswith(("pass ", "meshing again")):  # stays on the screen
+                console.print(stage, style="dim", highlight=False)
+            else:
+                status.update(f"{_WORDS.get(stage, stage)}…")
+
+        yield show
+
+
+@contextmanager
+def told(first: str, *, silent: bool) -> Iterator[Callable[[str], None]]:
+    """Show on stderr how far a long job is: a line that changes on a terminal, elsewhere a line a minute.
+
+    Parameters
+    ----------
+    first
+        Shown on a terminal until there is something to tell.
+    silent
+        Show nothing.
+
+    Yields
+    ------
+    Callable
+        To be told the text.
+    """
+    if silent:
+        yield lambda _text: None
+    elif sys.stderr.isatty():
+        from rich.console import Console  # noqa: PLC0415 - only a terminal shows progress
+
+        with Console(stderr=True).status(first) as status:
+            yield status.update
+    else:
+        yield by_the_minute()
+
+
+def by_the_minute(clock: Callable[[], float] = time.monotonic) -> Callable[[str], None]:
+    """Return what writes a text to stderr if the last one is a minute old."""
+    last = clock()
+
+    def say(text: str) -> None:
+        nonlocal last
+        if clock() - last >= _MINUTE:
+            last = clock()
+            sys.stderr.write(f"fea: {text}\n")
+            sys.stderr.flush()
+
+    return say

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import IO, Any, TypeVar
 
 from geometry.errors import GeometryError
-from geometry.system.signals import ENDS, die_with_parent, held_back, through
+from geometry.system import ENDS, die_with_parent, held_back, through
 
 Result = TypeVar("Result")
 

@@ -10,8 +10,8 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkServerContext, SpawnContext
 from typing import TypeVar
 
-from fea.machine.signals import interrupt_once
-from geometry.system.signals import held_back, through
+from fea.machine.streams import interrupt_once
+from geometry.system import held_back, through
 
 Result = TypeVar("Result")
 

@@ -14,7 +14,7 @@ from typing import IO
 
 from fea.machine.exit_codes import MACHINE
 from fea.machine.streams import outlet
-from geometry.system.signals import ENDS, die_with_parent
+from geometry.system import ENDS, die_with_parent
 
 _MIB = 2**20
 # Below this limit some libraries neither load nor fail, but wait for memory forever.

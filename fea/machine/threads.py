@@ -1,13 +1,15 @@
 """The number of threads of the libraries, which must be set before they are loaded."""
 
 import os
+import resource
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache
 from typing import Any, TypeVar
 
-from geometry.invalid import require
+from geometry.errors import require
 
 Item = TypeVar("Item")
 Found = TypeVar("Found")
@@ -59,3 +61,9 @@ def side_by_side(function: Callable[[Item], Found], items: Iterable[Item]) -> li
         return list(map(function, every))
     with ThreadPoolExecutor(min(len(every), most)) as pool:
         return list(pool.map(function, every))
+
+
+def peak_memory() -> float:
+    """Largest resident memory of this process so far, MiB."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (2**20 if sys.platform == "darwin" else 2**10)

@@ -6,18 +6,141 @@ died, and the next run into the same place removes it. If two directories cannot
 earlier run is renamed to ``.<name>.<random>.backup``, which the next run restores if necessary.
 """
 
+import ctypes
 import errno
+import json
 import os
 import shutil
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
-from fea.output import lock
-from fea.output.earlier import is_earlier_run
-from fea.output.errors import OccupiedError, StorageError
-from fea.output.exchange import exchange
-from fea.output.target import near
+from fea.output.picture_name import picture_name
+from fea.output.report.page import REPORT
+from fea.output.target import OccupiedError, StorageError, near
+from fea.run.summary_file import OPTIMISED, OPTIMISED_SCHEMA, SCHEMA, SUMMARY
+
+# Of any version.
+_SCHEMAS = tuple(schema.rpartition("/")[0] + "/" for schema in (SCHEMA, OPTIMISED_SCHEMA))
+
+
+def is_earlier_run(directory: Path) -> bool:
+    """Return whether `directory` holds a run, or a run at each of several speeds, and nothing else."""
+    entries = list(directory.iterdir())
+    folders = [entry for entry in entries if entry.is_dir()]
+    if not folders:
+        return _is_run(directory)
+    lists = [_manifest(folder).get("shared_files") for folder in folders]
+    shared = lists[0]
+    if not isinstance(shared, list) or any(names != shared for names in lists):
+        return False
+    files = [entry for entry in entries if entry not in folders]
+    if any(folder.is_symlink() for folder in folders):
+        return False
+    return all(map(_is_run, folders)) and all(entry.name in shared and _is_file(entry) for entry in files)
+
+
+def _is_run(folder: Path) -> bool:
+    """Return whether a directory holds only what its summary names, pictures of that and a report."""
+    files = _manifest(folder).get("files")
+    if not isinstance(files, list):
+        return False
+    own = {*files, REPORT, *(picture_name(str(name)) for name in files if str(name).endswith(".vtu"))}
+    return all(entry.name in own and _is_file(entry) for entry in folder.iterdir())
+
+
+def _is_file(path: Path) -> bool:
+    return path.is_file() and not path.is_symlink()
+
+
+def _manifest(folder: Path) -> dict[str, Any]:
+    """Return the summary of a run or a search in a directory, empty where this program wrote none."""
+    for name in (SUMMARY, OPTIMISED):
+        try:
+            summary = json.loads((folder / name).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            continue
+        if isinstance(summary, dict) and str(summary.get("schema")).startswith(_SCHEMAS):
+            return summary
+    return {}
+
+
+if sys.platform == "win32":  # pragma: no cover - directories cannot be locked: `take` always returns None
+
+    def _lock(descriptor: int, *, wait: bool) -> None:
+        raise OSError(descriptor, wait)
+
+else:
+    import fcntl
+
+    def _lock(descriptor: int, *, wait: bool) -> None:
+        """Lock an open file or raise OSError."""
+        fcntl.flock(descriptor, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+@contextmanager
+def held(directory: Path) -> Iterator[None]:
+    """Hold the lock of `directory` during the block; on a file system without locks, do nothing."""
+    descriptor = take(directory, wait=True)
+    try:
+        yield
+    finally:
+        release(descriptor)
+
+
+def take(directory: Path, *, wait: bool = False) -> int | None:
+    """Return a descriptor that holds the lock of `directory`, or None if it cannot be locked."""
+    try:
+        descriptor = os.open(directory, os.O_RDONLY)
+    except OSError:
+        return None
+    try:
+        _lock(descriptor, wait=wait)
+    except OSError:
+        os.close(descriptor)
+        return None
+    return descriptor
+
+
+def release(descriptor: int | None) -> None:
+    """Release a lock; None means that there is none."""
+    if descriptor is not None:
+        with suppress(OSError):
+            os.close(descriptor)
+
+
+AT_FDCWD = -100  # Linux: paths are relative to the working directory
+RENAME_EXCHANGE = 2
+NOT_THERE = {errno.ENOSYS, errno.EINVAL}  # the kernel or the file system does not support the flag
+
+
+def exchange(one: Path, other: Path) -> bool:
+    """Exchange two existing paths on one file system.
+
+    Returns
+    -------
+    bool
+        False if the system cannot do this in one step; then nothing has changed.
+
+    Raises
+    ------
+    OSError
+        The system supports it, but refused.
+    """
+    if not sys.platform.startswith("linux"):
+        return False
+    renameat2 = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)  # since glibc 2.28
+    if renameat2 is None:
+        return False
+    if not renameat2(AT_FDCWD, os.fsencode(one), AT_FDCWD, os.fsencode(other), RENAME_EXCHANGE):
+        return True
+    code = ctypes.get_errno()
+    if code in NOT_THERE:
+        return False
+    raise OSError(code, os.strerror(code), str(one), None, str(other))
+
 
 PART, BACKUP = "part", "backup"
 LONGEST_NAME = 255  # bytes, on every file system in use
@@ -84,11 +207,11 @@ def run_folder(target: Path) -> Iterator[Path]:
     with _reported(target):
         made = _make_parents(place)
         try:
-            with lock.held(place.parent):
+            with held(place.parent):
                 _mend(place)
                 part = _sibling(place, PART)
                 part.mkdir()
-                owned = lock.take(part)
+                owned = take(part)
         except BaseException:
             _unmake_parents(made)
             raise
@@ -97,7 +220,7 @@ def run_folder(target: Path) -> Iterator[Path]:
         yield part
         with _reported(target):
             _flush(part)
-            with lock.held(place.parent):
+            with held(place.parent):
                 require_replaceable(target)
                 old = _put(part, place)
             done = True
@@ -108,7 +231,7 @@ def run_folder(target: Path) -> Iterator[Path]:
         if not done:
             shutil.rmtree(part, ignore_errors=True)
             _unmake_parents(made)
-        lock.release(owned)
+        release(owned)
 
 
 def _require_room_for_name(target: Path) -> None:
@@ -176,10 +299,10 @@ def _mend(place: Path) -> None:
         else:
             backup.rename(place)
     for part in _siblings(place, PART):
-        owned = lock.take(part)
+        owned = take(part)
         if owned is not None:
             shutil.rmtree(part, ignore_errors=True)
-            lock.release(owned)
+            release(owned)
 
 
 def _put(part: Path, place: Path) -> Path | None:

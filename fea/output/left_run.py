@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.summary_file import SCHEMA, SUMMARY
-from geometry.invalid import InvalidValue, require
+from fea.run.summary_file import SCHEMA, SUMMARY
+from geometry.errors import InvalidValue, require
 from mesh.tetmesh import TetMesh
 
 Array = npt.NDArray[Any]

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.output.errors import StorageError
+from fea.output.target import StorageError
 from geometry.arrays import Ints
-from mesh.files.faces import boundary_facets
+from mesh.files.skin import boundary_facets
 from mesh.tetmesh import TetMesh
 
 Array = npt.NDArray[Any]

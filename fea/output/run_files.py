@@ -1,7 +1,7 @@
 """The files of a run: every output format is one writer of `WRITERS`.
 
 A writer yields the files that it has for a run. The names of all that were written are the manifest in
-`summary.json`, by which `fea.output.earlier` recognises a run: a new format needs nothing but its writer.
+`summary.json`, by which `fea.output.folder` recognises a run: a new format needs nothing but its writer.
 """
 
 from collections.abc import Callable, Iterator
@@ -9,18 +9,17 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from fea.analysis.force_table import force_columns
-from fea.analysis.outcome import Outcome
-from fea.assess.case_result import CaseResult
+from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.output.columns_csv import write_columns
-from fea.output.errors import PictureError
 from fea.output.picture_name import picture_name
-from fea.output.pvd import write_pvd
-from fea.output.report.name import REPORT
+from fea.output.report.page import REPORT
+from fea.output.target import PictureError
 from fea.output.text import write_text
-from fea.output.vtu import write_vtu
-from fea.rod.load_cases import EngineLoading
+from fea.output.vtu import write_pvd, write_vtu
+from fea.rod.loading import EngineLoading
+from fea.run.forces import force_columns
+from fea.run.outcome import Outcome
 
 ENVELOPE, BUCKLING = "envelope.vtu", "buckling.vtu"
 CASES, CYCLE = "cases.pvd", "cycle.pvd"
@@ -110,7 +109,7 @@ def _stress_history(run: Outcome) -> Iterator[RunFiles]:
 
 def _bores(run: Outcome) -> Iterator[RunFiles]:
     if any(case.touch for case in run.cases.values()):
-        from fea.output.plots.bores import plot_bores  # noqa: PLC0415 - only a plot needs it
+        from fea.output.plots.joint import plot_bores  # noqa: PLC0415 - only a plot needs it
 
         length = run.summary.rod.length_mm
         yield _one("bores.png", lambda path: plot_bores(path, run.cases, length, run.summary.title))

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 from pathlib import Path
 
-from geometry.invalid import InvalidValue, require
+from geometry.errors import InvalidValue, require
 
 
 def require_target(option: str, path: Path | None, suffixes: Collection[str]) -> None:
@@ -59,3 +59,19 @@ def near(path: Path) -> Path:
     here = Path.cwd()
     short = path.is_relative_to(here) and here != here.parent
     return path.relative_to(here) if short else path
+
+
+class OutputError(Exception):
+    """A result could not be written or shown."""
+
+
+class OccupiedError(OutputError):
+    """The output directory contains something other than an earlier run (exit code 2)."""
+
+
+class StorageError(OutputError):
+    """A full disk, a permission or the file system prevents writing (exit code 7)."""
+
+
+class PictureError(OutputError):
+    """No usable picture could be drawn; the result files are not affected (exit code 7)."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from fea.choices import Symmetry
+from fea.base.choices import Symmetry
 from fea.machine.clock import Clock
 from fea.machine.forked import allow, apart, say
 from fea.machine.guard import memory_limit
@@ -13,15 +13,13 @@ from fea.rod.flaws import MaterialsOf, mesh_flaws
 from fea.rod.meshed_rod import Drawn, MeshedRod, Meshing, put_together
 from fea.study.rod_table import RodTable
 from geometry.assembly import Assembly
-from geometry.invalid import require
-from geometry.mirror import Mirror
+from geometry.errors import require
 from geometry.session import session
+from geometry.surfaces import Mirror
 from mesh.creases import creases
-from mesh.estimate import estimate
 from mesh.generate import tetrahedralise
-from mesh.repaired import repaired
-from mesh.size_field import SizeField
-from mesh.sizing import PER_TOUCHED_BORE, Sizing, default_size, refinements
+from mesh.repair import repaired
+from mesh.sizing import PER_TOUCHED_BORE, SizeField, Sizing, default_size, estimate, refinements
 from mesh.tetmesh import TetMesh
 
 if TYPE_CHECKING:
@@ -174,8 +172,7 @@ def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: C
 
 
 def _movable(mesh: TetMesh) -> "MovableMesh":
-    from mesh.anchors import anchors  # noqa: PLC0415 - only a search for dimensions needs them
-    from mesh.moving import MovableMesh  # noqa: PLC0415
+    from mesh.moving import MovableMesh, anchors  # noqa: PLC0415 - few meshes are moved
 
     return MovableMesh(mesh, anchors(mesh))
 

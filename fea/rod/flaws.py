@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from fea.checks import LIMITS
-from fea.material import Material, of_parts
+from fea.base.checks import LIMITS
+from fea.base.material import Material, of_parts
 from geometry.arrays import Mask
 from geometry.solid import Solid
 from mesh.quality import Quality, scaled_jacobian, shape

@@ -2,28 +2,31 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from fea.choices import Element
+from fea.base.choices import Element
 from fea.machine.clock import Clock
 from fea.machine.forked import SECONDS, allow, allow_memory, apart
-from fea.rod.bores import Bores
+from fea.machine.guard import memory_limit
 from fea.rod.discretise import MeshRequest
-from fea.rod.meshed_rod import MeshedRod, Meshing
-from fea.solid.enclosed import enclosed_volume
-from fea.solid.integration import volume_points
-from fea.study.mesh_file import LARGEST_MESH_FILE, MeshFile
+from fea.rod.meshed_rod import Bores, MeshedRod, Meshing
+from fea.solid.element import volume_points
+from fea.solid.inertia import enclosed_volume
 from fea.study.paths import require_size
+from fea.study.rod_table import LARGEST_MESH_FILE, MeshFile, RodTable
+from geometry.assembly import Assembly
+from geometry.errors import GeometryError, InvalidValue, require
 from geometry.faces import Bore
-from geometry.invalid import InvalidValue, require
-from geometry.mirror import Mirror
-from mesh.errors import MeshError
+from geometry.intake import Intake, Role
+from geometry.session import session
+from geometry.surfaces import Mirror
 from mesh.files.given import GivenMesh, mean_edge
 from mesh.mirror import unmirrored
 from mesh.quality import measure
 from mesh.repair import NOTHING
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import MeshError, TetMesh
 
 PART = "rod"
 # Bytes that are read within a second, with room to spare; memory, bytes, for any file, and per byte of it:
@@ -119,3 +122,33 @@ def meshed_rod(mesh: TetMesh, bores: tuple[Bore, Bore], parts: Sequence[str]) ->
         symmetry=Mirror.NONE,
         meshing=Meshing(mean_edge(mesh), measure(mesh), NOTHING, ()),
     )
+
+
+def found_assembly(rod: RodTable, intake: Intake) -> tuple[str, ...]:
+    """Return the joint, bolts and interfaces of a file, in words; empty where it has no cap of its own.
+
+    Parameters
+    ----------
+    rod
+        The file.
+    intake
+        What was made of it.
+    """
+    if intake.assembly or rod.cad is None:
+        return intake.assembly
+    if not any(one.kept and one.role is Role.CAP for one in intake.members):
+        return ()
+    job = partial(_read_listing, rod)
+    try:
+        found = job() if memory_limit() is not None else apart(job, f"read {rod.cad.path}")
+    except (InvalidValue, GeometryError) as error:
+        return (f"cannot be assembled with [assembly]: {error}",)
+    return (*found.assembly, *(text for text in found.assumed if text not in intake.assumed))
+
+
+def _read_listing(rod: RodTable) -> Intake:
+    with session():
+        found = rod.draw(assembly=Assembly()).intake
+    if found is None:
+        raise ValueError("a solid from a file has an intake")
+    return found

@@ -6,16 +6,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from fea.material import Material
-from fea.rod.bores import Bores
+from fea.base.material import Material
 from fea.rod.flaws import mass_error
-from fea.rod.omission import Omission
+from fea.rod.loading import Omission
 from geometry.arrays import Ints
 from geometry.assembly import BoltAxis
+from geometry.faces import Bore
 from geometry.intake import Intake
-from geometry.mirror import Mirror
 from geometry.solid import Solid
-from geometry.surfaces import Surface
+from geometry.surfaces import Mirror, Surface
 from mesh.creases import Creases
 from mesh.mirror import MirroredMesh, reflect, unmirrored
 from mesh.numbering import numbered
@@ -27,6 +26,47 @@ from mesh.tetmesh import TetMesh
 
 if TYPE_CHECKING:
     from mesh.moving import MovableMesh
+
+
+@dataclass(frozen=True)
+class Bores:
+    """What the pressures need of the rod.
+
+    Attributes
+    ----------
+    rod_length
+        Between the bores, mm.
+    big_radius, big_width, small_radius, small_width
+        mm, the widths in the mean.
+    small_taper
+        The small end's width at the angle φ from +x is small_width + small_taper cos φ, mm.
+    """
+
+    rod_length: float
+    big_radius: float
+    big_width: float
+    small_radius: float
+    small_width: float
+    small_taper: float = 0.0
+
+    @property
+    def between(self) -> tuple[float, float]:
+        """X where the big end's bore ends and where the small end's begins, mm."""
+        return self.big_radius, self.rod_length - self.small_radius
+
+    @classmethod
+    def of(cls, bores: tuple[Bore, Bore]) -> "Bores":
+        """Take the dimensions of the big and the small end's bore."""
+        big, small = bores
+        return cls(
+            rod_length=small.x,
+            big_radius=big.radius,
+            big_width=big.width,
+            small_radius=small.radius,
+            small_width=small.width,
+            small_taper=small.taper,
+        )
+
 
 # Parts of gmsh's warnings that need not concern a reader: distorted elements are repaired afterwards, and the
 # mesh quality measures what remains; edges that no face needs are left where holes lie on a mirror plane.

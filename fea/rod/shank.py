@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fea.rod.bores import Bores
+from fea.rod.meshed_rod import Bores
 from geometry.rod import Rod
 from geometry.section import HeightField, Section, least_section
 from mesh import slices

@@ -12,9 +12,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from fea.choices import Region
-from fea.material import Material
-from fea.rod.bores import Bores
+from fea.base.choices import Region
+from fea.base.material import Material
+from fea.rod.meshed_rod import Bores
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import FACET_EDGES, TetMesh

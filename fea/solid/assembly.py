@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
-from fea.material import Material, Materials
-from fea.solid.elasticity import node_pair_blocks
-from fea.solid.integration import gauss_blocks, stiffness_degree
+from fea.base.material import Material, Materials
+from fea.solid.element import gauss_blocks, node_pair_blocks, stiffness_degree
 from geometry.arrays import Floats, Ints
 from mesh.tetmesh import EDGES, TetMesh
 

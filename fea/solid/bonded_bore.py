@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.solid.bore import BoreFacets
-from fea.solid.bore_load import BoreLoad
+from fea.solid.bore import BoreFacets, BoreLoad
 from fea.solid.parity import Split
 from geometry.arrays import Floats
 

@@ -12,7 +12,7 @@ import numpy as np
 from skfem import BilinearForm, LinearForm
 from skfem.helpers import ddot, div, dot, eye, grad, sym_grad, trace
 
-from fea.material import Material, Materials
+from fea.base.material import Material, Materials
 from geometry.arrays import Floats
 
 # From places (3, n_elements, n_points), mm, to a vector (3, …) or a number (…) at each of them.

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy import sparse
 
-from fea.material import Constants, Material, Materials
-from fea.solid.integration import gauss_blocks
+from fea.base.material import Constants, Material, Materials
+from fea.solid.element import gauss_blocks
 from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
 

@@ -1,15 +1,17 @@
 """The inertia of a moving body: mass properties and D'Alembert forces."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from fea.choices import Assembly
-from fea.solid.element import tabulate
+from fea.base.choices import Assembly
+from fea.solid import forms
+from fea.solid.assembly import SymmetricMatrix, local_pairs, pattern
+from fea.solid.element import VOLUME_DEGREE, gauss_blocks, jacobians, tabulate, volume_points
 from fea.solid.forms import moment
-from fea.solid.integration import VOLUME_DEGREE, volume_points
 from fea.solid.parity import Split
-from fea.solid.scikit_fem import volume_moments
+from fea.solid.scikit_fem import by_point, volume_forces, volume_moments
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from geometry.surfaces import Surface
@@ -132,3 +134,57 @@ def _properties(places: Floats, mass: Floats, *, cut_y: bool, cut_z: bool) -> Ma
     x, y, z = (float(value) for value in center)
     xx, xy, xz, yy, yz, zz = (float(value) for value in tensor[np.triu_indices(3)])
     return MassProperties(float(total), (x, y, z), ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
+
+
+def mass_matrix(mesh: TetMesh, density: float | Floats) -> SymmetricMatrix:
+    """Assemble M_ab = ∫ρ N_a N_b dV I, degrees of freedom node-wise (u_x, u_y, u_z), t.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    density
+        Of every element, or (n_elements,) of each, t/mm³.
+    """
+    n_nodes = mesh.tets.shape[1]
+    layout = pattern(mesh.tets, len(mesh.points))
+    values = tabulate(n_nodes, VOLUME_DEGREE).values
+    products = (values[:, :, None] * values[:, None, :]).reshape(len(values), -1)
+    volumes = np.concatenate([block.volumes for _, block in gauss_blocks(mesh, VOLUME_DEGREE)])
+    masses = (volumes * np.reshape(density, (-1, 1))) @ products
+    masses = masses.reshape(-1, n_nodes, n_nodes)
+    first, second = local_pairs(n_nodes)
+    element = np.arange(len(masses))[:, None]
+    ordered = masses[element, layout.node_order[:, first], layout.node_order[:, second]]
+    return layout.matrix(ordered[..., None, None] * np.eye(3))
+
+
+def body_forces(mesh: TetMesh, field: Callable[[Floats], Floats]) -> Floats:
+    """Nodal forces ∫ N_a b dV, (n_nodes, 3), N.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    field
+        From places (n, 3), mm, to the force per volume b (n, 3), N/mm³.
+    """
+    return volume_forces(mesh, forms.body_force(by_point(field)), VOLUME_DEGREE)
+
+
+_DEGREE = 4  # of x · (∂x/∂ξ × ∂x/∂η) on a curved facet
+
+
+def enclosed_volume(mesh: TetMesh) -> float:
+    """Volume inside the named facets, mm³, by the divergence theorem: ∫ x · n dA / 3.
+
+    It equals the volume of the elements only if these fill the boundary, once each.
+    """
+    total = 0.0
+    for nodes in mesh.facets.values():
+        table = tabulate(nodes.shape[1], _DEGREE)
+        corners = mesh.points[nodes]
+        tangents = jacobians(corners, table.gradients)
+        outwards = np.cross(tangents[..., 0], tangents[..., 1])
+        total += float((((table.values @ corners) * outwards).sum(axis=2) @ table.weights).sum())
+    return total / 3

@@ -16,12 +16,12 @@ from skfem.assembly.form.coo_data import COOData
 from skfem.generic_utils import hash_args
 from skfem.mapping import MappingIsoparametric
 
-from fea.material import Material, Materials
+from fea.base.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, element_stiffness
+from fea.solid.element import blocks, stiffness_degree
 from fea.solid.forms import elasticity
-from fea.solid.integration import blocks, stiffness_degree
 from geometry.arrays import Floats, Ints
-from geometry.invalid import require
+from geometry.errors import require
 from mesh.numbering import scikit_fem_order
 from mesh.tetmesh import TetMesh
 

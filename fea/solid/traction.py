@@ -5,8 +5,10 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from fea.solid.element import tabulate
-from fea.solid.integration import jacobians
+from fea.base.material import Material
+from fea.solid import forms
+from fea.solid.element import VOLUME_DEGREE, jacobians, tabulate
+from fea.solid.scikit_fem import by_point, volume_forces
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -57,3 +59,28 @@ def nodal_traction(mesh: TetMesh, surface: Surface, traction: Callable[[Floats],
     values = np.zeros((len(mesh.points), 3, 1))
     values[nodes, :, 0] = traction(mesh.points[nodes])
     return values
+
+
+def thermal_modulus(material: Material, expansion: float) -> float:
+    """Return β = (3λ + 2μ) α, MPa/K, for an expansion coefficient α in 1/K."""
+    return (3 * material.lame_lambda + 2 * material.shear_modulus) * expansion
+
+
+def thermal_forces(
+    mesh: TetMesh, material: Material, expansion: float, temperature: Callable[[Floats], Floats]
+) -> Floats:
+    """Nodal forces ∫ β ΔT ∇N_a dV of a temperature rise, (n_nodes, 3), N.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    material
+        Of every element.
+    expansion
+        α, 1/K.
+    temperature
+        From places (n, 3), mm, to the rise ΔT (n,), K.
+    """
+    form = forms.thermal_strain(material, expansion, by_point(temperature))
+    return volume_forces(mesh, form, VOLUME_DEGREE)

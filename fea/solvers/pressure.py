@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from fea.material import Material
-from fea.solid.element import shape_functions
-from fea.solid.integration import gauss_blocks, stiffness_degree
+from fea.base.material import Material
+from fea.solid.element import gauss_blocks, shape_functions, stiffness_degree
 from fea.stress.recovery import gauss_places
 from geometry.arrays import Floats, Ints
 from mesh.tetmesh import EDGES, TetMesh

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.solid.assembly import SymmetricMatrix
+from fea.solvers.linear.choice import Factor
 from geometry.arrays import Floats, Mask
 
 # The error of a direct solver is a few units in the last place, that of the iterative one some thousand. A
@@ -113,3 +114,54 @@ def worst_ratio(error: Floats, scale: Floats) -> float:
         return float("inf")
     loaded = scale > 0
     return float((error[loaded] / scale[loaded]).max(initial=0.0))
+
+
+def probe(matrix: SymmetricMatrix) -> Floats:
+    """Right-hand side (n, 1) that excites every mode: a uniform translation plus noise.
+
+    Solved together with the loads it costs little; without it, loads that do not excite the softest modes
+    would hide them.
+    """
+    random = np.random.default_rng(0)
+    shift = np.tile(random.standard_normal(3), matrix.size // 3)
+    return (matrix.diagonal() * (shift + random.standard_normal(matrix.size)))[:, None]
+
+
+def condition_of(matrix: SymmetricMatrix, u: Floats, f: Floats) -> float:
+    """Estimate the condition number from solutions, usually between half and four times the true one.
+
+    Parameters
+    ----------
+    matrix
+        K, with or without the supports.
+    u, f
+        (n, k) solutions and right-hand sides, both zero at constrained degrees of freedom.
+
+    Returns
+    -------
+    float
+        Infinite if a solution shows that the matrix is not positive definite; 1 without any load.
+    """
+    diagonal = matrix.diagonal()
+    loaded = f.any(axis=0)
+    if not loaded.any():
+        return 1.0
+    work = (u * f).sum(axis=0)[loaded]
+    if not (np.isfinite(work).all() and (work > 0).all()):
+        return float("inf")
+    longest = (diagonal @ (u**2))[loaded] / work
+    return float((matrix.row_sums / diagonal).max() * longest.max())
+
+
+def condition_estimate(matrix: SymmetricMatrix, factor: Factor) -> float:
+    """Estimate the condition number by two successive solutions that start from the probe.
+
+    Parameters
+    ----------
+    matrix
+        K with the supports (`SymmetricMatrix.constrained`), hence positive definite.
+    factor
+        Factor of the same matrix.
+    """
+    f = matrix.diagonal()[:, None] * factor.solve(probe(matrix))
+    return condition_of(matrix, factor.solve(f), f)

@@ -7,9 +7,9 @@ from functools import partial
 import numpy as np
 from scipy import sparse
 
-from fea.choices import Assembly, SolverName, Support
+from fea.base.choices import Assembly, SolverName, Support
+from fea.base.material import Material, Materials
 from fea.machine.clock import Clock
-from fea.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
@@ -20,11 +20,10 @@ from fea.solid.supports import (
     plane_conditions,
     require_restrained,
 )
-from fea.solvers.condition import condition_of, probe
 from fea.solvers.constrained import stopping
-from fea.solvers.linear import memory
+from fea.solvers.linear import choice as memory
 from fea.solvers.linear.choice import Schur, direct, linear_solver, schur
-from fea.solvers.residuals import Residuals, residuals
+from fea.solvers.residuals import Residuals, condition_of, probe, residuals
 from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -49,7 +48,7 @@ class Solution:
         Per parity, by the number of each part that has one (`fea.solvers.mixed`): (n_nodes, n_cases), MPa,
         positive in tension.
     condition
-        Condition number of the stiffness, per parity (`fea.solvers.condition`), if it was estimated.
+        Condition number of the stiffness, per parity (`fea.solvers.residuals`), if it was estimated.
     """
 
     displacement: dict[Parity, Floats]

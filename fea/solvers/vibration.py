@@ -10,10 +10,10 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from fea.material import Material, Materials
+from fea.base.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
-from fea.solid.mass import mass_matrix
-from fea.solid.mechanism import rigid_modes
+from fea.solid.inertia import mass_matrix
+from fea.solid.supports import rigid_modes
 from fea.solvers.linear.choice import factorise
 from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh

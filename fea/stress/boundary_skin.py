@@ -6,12 +6,10 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from fea.solid.element import shape_functions
-from fea.solid.integration import jacobians
+from fea.solid.element import jacobians, shape_functions
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
-from geometry.mirror import PLANE_AXIS
-from geometry.surfaces import Surface
+from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.tetmesh import FACET_EDGES, TetMesh
 
 # Facets meet smoothly below this angle. The quadratic shapes of curved facets of 60° that meet tangentially

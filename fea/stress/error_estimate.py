@@ -17,7 +17,7 @@ of the ends: it is large if the elements are too large for the gradient of the s
 may be small or large by chance, so half of the sum of their squares is the node's own and half the mean over
 the elements around it. With q the root of the sum, s the von Mises stress, c `STRESS_FACTOR` and p
 `STRESS_POWER`, the error is c s (q / s)^p: with second-order elements σ* converges faster than σ_h, hence
-p > 1. The constants are fitted: see `fea.assess.verdict`. Inside the body, where the recovered stress is the
+p > 1. The constants are fitted: see `fea.judge.verdict`. Inside the body, where the recovered stress is the
 mean over the elements, the sagitta counts for more: see `INSIDE_FACTOR`.
 """
 
@@ -26,13 +26,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.material import Material
-from fea.solid.element import shape_functions, tabulate
-from fea.solid.integration import blocks, gauss_blocks
+from fea.base.material import Material
+from fea.solid.element import blocks, gauss_blocks, shape_functions, tabulate
 from fea.stress.recovery import ElementStress, extrapolation, reference_nodes
 from fea.stress.stress import von_mises
 from geometry.arrays import Floats, Ints
-from geometry.mirror import PLANE_AXIS
+from geometry.surfaces import PLANE_AXIS
 from mesh.tetmesh import EDGES, TetMesh
 
 # Elements per block, to limit memory.
@@ -44,7 +43,7 @@ _DEGREE = 2
 _TWICE = np.array([1.0, 1, 1, 2, 2, 2])
 # Weight of the quadratic interpolation of the recovered stress; the rest is linear.
 _QUADRATIC = 0.5
-# Constants of the error of the stress, by element order: with them the error bars of `fea.assess.verdict`
+# Constants of the error of the stress, by element order: with them the error bars of `fea.judge.verdict`
 # contain 95 of 100 true errors of the random rods used to choose them (tests/benchmarks/error_bars.py);
 # results/error-bars.md has the coverage on other rods.
 STRESS_FACTOR, STRESS_POWER = {1: 1.4, 2: 0.7}, {1: 1.0, 2: 1.1}

@@ -1,21 +1,27 @@
 """Nodal stress from a displacement field."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
-from fea.material import Material
-from fea.solid.elasticity import COMPONENTS, stress_from_gradient
-from fea.solid.element import shape_functions, tabulate
-from fea.solid.integration import inverse_and_determinant, jacobians, stiffness_degree
+from fea.base.material import Material
+from fea.solid.element import (
+    COMPONENTS,
+    inverse_and_determinant,
+    jacobians,
+    shape_functions,
+    stiffness_degree,
+    stress_from_gradient,
+    tabulate,
+)
 from fea.solid.parity import Parity
 from fea.stress.recovery_surface import SurfaceStress
-from geometry.arrays import Floats
-from geometry.mirror import PLANE_AXIS
-from geometry.surfaces import Surface
-from mesh.tetmesh import EDGES, TetMesh
+from geometry.arrays import Floats, Ints
+from geometry.surfaces import PLANE_AXIS, Surface
+from mesh.tetmesh import EDGES, TetMesh, submesh
 
 _VERTICES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 
@@ -163,7 +169,7 @@ class Recovery:
         Returns
         -------
         ndarray
-            (n_points, 6, n_cases), MPa, components in the order of `fea.solid.elasticity.COMPONENTS`.
+            (n_points, 6, n_cases), MPa, components in the order of `fea.solid.element.COMPONENTS`.
         """
         n_points, _, n_cases = displacement.shape
         stress = np.empty((n_points, 6, n_cases))
@@ -200,3 +206,95 @@ def _mean_gradient(mean: sparse.csr_array, mesh: TetMesh, slopes: Floats) -> spa
         sparse.csr_array((slopes[:, :, axis].ravel(), columns, starts), shape=shape) for axis in range(3)
     ]
     return sparse.csr_array(sparse.vstack([mean @ slope for slope in along], format="csr"))
+
+
+@dataclass(frozen=True)
+class _Piece:
+    nodes: Ints
+    surfaces: tuple[Surface, ...]
+    recovery: Recovery
+
+
+class PartRecovery:
+    """Recovers the stress of each part from its own elements.
+
+    Parameters
+    ----------
+    mesh, planes, surfaces
+        As for `Recovery`; the interface of two parts is not a surface of known traction.
+    """
+
+    def __init__(self, mesh: TetMesh, planes: tuple[Surface, ...], surfaces: tuple[Surface, ...]) -> None:
+        self._n_points = len(mesh.points)
+        self._pieces = [_piece(mesh, number, planes, surfaces) for number in _numbers(mesh)]
+
+    @property
+    def nodes(self) -> list[Ints]:
+        """Nodes (n,) of each part."""
+        return [piece.nodes for piece in self._pieces]
+
+    def nodal_stress(
+        self,
+        displacement: Floats,
+        materials: Sequence[Material],
+        parity: Parity = Parity.SYMMETRIC,
+        traction: Mapping[Surface, Floats] | None = None,
+        pressure: Mapping[int, Floats] | None = None,
+    ) -> list[Floats]:
+        """Recover the stress of each part.
+
+        Parameters
+        ----------
+        displacement, parity, traction
+            As for `Recovery.nodal_stress`.
+        materials
+            One per part.
+        pressure
+            By the number of each part that has a pressure, (n_points, n_cases), MPa.
+
+        Returns
+        -------
+        list of ndarray
+            Per part (n_points, 6, n_cases), MPa; NaN at nodes outside the part.
+        """
+        found = []
+        for piece, stress in zip(
+            self._pieces, self.part_stress(displacement, materials, parity, traction, pressure), strict=True
+        ):
+            if len(piece.nodes) < self._n_points:
+                every = np.full((self._n_points, *stress.shape[1:]), np.nan)
+                every[piece.nodes] = stress
+                found.append(every)
+            else:
+                found.append(stress)
+        return found
+
+    def part_stress(
+        self,
+        displacement: Floats,
+        materials: Sequence[Material],
+        parity: Parity,
+        traction: Mapping[Surface, Floats] | None = None,
+        pressure: Mapping[int, Floats] | None = None,
+    ) -> Iterator[Floats]:
+        """Stress (n, 6, n_cases) at the `nodes` of each part; parameters as for `nodal_stress`."""
+        for number, (piece, material) in enumerate(zip(self._pieces, materials, strict=True)):
+            nodes = piece.nodes
+            own = {
+                surface: values[nodes]
+                for surface, values in (traction or {}).items()
+                if surface in piece.surfaces
+            }
+            p = pressure[number][nodes] if pressure and number in pressure else None
+            yield piece.recovery.nodal_stress(displacement[nodes], material, parity, own, p)
+
+
+def _numbers(mesh: TetMesh) -> list[int]:
+    return [0] if mesh.part is None else np.unique(mesh.part).tolist()
+
+
+def _piece(mesh: TetMesh, number: int, planes: tuple[Surface, ...], surfaces: tuple[Surface, ...]) -> _Piece:
+    own, nodes = (mesh, np.arange(len(mesh.points))) if mesh.part is None else submesh(mesh, number)
+    known = tuple(surface for surface in surfaces if surface in own.facets)
+    cuts = tuple(plane for plane in planes if plane in own.facets)
+    return _Piece(nodes, known, Recovery(own, cuts, known))

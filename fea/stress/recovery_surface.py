@@ -13,8 +13,8 @@ from collections.abc import Mapping
 import numpy as np
 from scipy import sparse
 
-from fea.material import Material
-from fea.solid.elasticity import COMPONENTS
+from fea.base.material import Material
+from fea.solid.element import COMPONENTS
 from fea.solid.parity import Parity
 from fea.stress.boundary_skin import Edges, facet_normals, fans, shared_edges, skin
 from geometry.arrays import Floats, Ints, Mask

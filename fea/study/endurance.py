@@ -8,8 +8,8 @@ Engineering Design, 9th ed., sections 6-8 and 6-9; k_a of shot-peened forgings i
 from math import log10
 from statistics import NormalDist
 
-from fea.choices import Finish, Loading
-from geometry.invalid import require, require_positive
+from fea.base.choices import Finish, Loading
+from geometry.errors import require, require_positive
 
 # k_a = a S_u^b, S_u in MPa: table 6-2, after Noll & Lipson (1946).
 _FINISHES = {

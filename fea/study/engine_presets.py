@@ -13,7 +13,7 @@ from importlib.resources import files
 from typing import Any, NamedTuple
 
 from fea.study.tables import checked, nearest
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 _FOLDER = files("fea") / "studies" / "engines"
 

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypedDict
 
-from fea.choices import Assembly, Element, Fatigue, SolverName, Support, Symmetry
+from fea.base.choices import Assembly, Element, Fatigue, SolverName, Support, Symmetry
 from fea.study.material_table import MaterialTable
-from fea.study.paths import absolute
-from fea.study.speeds import parse_speeds
+from fea.study.paths import absolute, parse_speeds
 from fea.study.study import Study
 from fea.study.tables import checked, number, unknown_key
-from geometry.invalid import require, require_number
+from geometry.errors import require, require_number
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,10 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
-from fea.choices import Finish, Loading
-from fea.material import Basquin, Marin, Material, Skin
+import numpy as np
+
+from fea.base.choices import Finish, Loading
+from fea.base.material import Basquin, Marin, Material, Skin
 from fea.study.endurance import (
     estimated_endurance,
     finish_factor,
@@ -15,10 +17,76 @@ from fea.study.endurance import (
     size_factor,
 )
 from fea.study.material_presets import MATERIALS
-from fea.study.sn_line import SN_KEYS, sn_line
 from fea.study.tables import nearest
 from fea.units import GPA, KG_M3
-from geometry.invalid import InvalidValue, require, require_positive
+from geometry.errors import InvalidValue, require, require_number, require_positive
+
+_LINE = ("fatigue_strength_coefficient_MPa", "fatigue_strength_exponent")
+_TESTS = ("sn_cycles", "sn_amplitude_MPa")
+SN_KEYS = (*_LINE, *_TESTS)
+# Of metals b is −0.05 to −0.15; a line that is flatter or steeper than these has another unit or sign.
+_FLATTEST, _STEEPEST = -0.02, -0.5
+
+
+def sn_line(
+    coefficient: float | None,
+    exponent: float | None,
+    cycles: tuple[float, ...] | None,
+    amplitudes: tuple[float, ...] | None,
+) -> Basquin | None:
+    """Return the line of σ_f′ (MPa) and b, or of tests: cycles to failure and amplitudes, MPa.
+
+    Raises
+    ------
+    InvalidValue
+        Values are missing, out of range or given in two ways.
+    """
+    for keys, pair in ((_LINE, (coefficient, exponent)), (_TESTS, (cycles, amplitudes))):
+        for key, other, value, beside in zip(keys, keys[::-1], pair, pair[::-1], strict=True):
+            complete = value is not None or beside is None
+            require(complete, f"material.{key}", None, f"is missing: {other} is given", "Give both.")
+    tests, line = cycles is not None, coefficient is not None
+    rule = "cannot be combined with fatigue_strength_coefficient_MPa and fatigue_strength_exponent"
+    require(not (tests and line), "material.sn_cycles", cycles, rule, "Keep the constants or the tests.")
+    if coefficient is not None and exponent is not None:
+        require_positive(f"material.{_LINE[0]}", coefficient)
+        require_number(f"material.{_LINE[1]}", exponent)
+        _require_slope(_LINE[1], exponent, exponent)
+        return Basquin(coefficient, exponent)
+    return None if cycles is None or amplitudes is None else fitted(cycles, amplitudes)
+
+
+def fitted(cycles: tuple[float, ...], amplitudes: tuple[float, ...]) -> Basquin:
+    """Fit Basquin's line to specimens that broke, the logarithm of life being dependent (ASTM E739).
+
+    Raises
+    ------
+    InvalidValue
+        There are fewer than two amplitudes, or life does not fall as they rise.
+    """
+    for key, values in zip(_TESTS, (cycles, amplitudes), strict=True):
+        for value in values:
+            require_positive(f"material.{key}", value)
+    same, rule = len(cycles) == len(amplitudes), f"must have as many values as sn_cycles ({len(cycles)})"
+    require(same, "material.sn_amplitude_MPa", list(amplitudes), rule)
+    several, rule = len(set(amplitudes)) > 1, "must contain two amplitudes that differ, or more"
+    require(several, "material.sn_amplitude_MPa", list(amplitudes), rule)
+    x, y = np.log(amplitudes), np.log(cycles)
+    steepness = float(np.sum((x - x.mean()) * (y - y.mean())) / np.sum((x - x.mean()) ** 2))
+    if steepness >= 0:
+        rule = "must fall as sn_amplitude_MPa rises"
+        raise InvalidValue("material.sn_cycles", list(cycles), rule, "Check the order of both lists.")
+    exponent = 1 / steepness
+    _require_slope("sn_cycles", list(cycles), exponent)
+    # ln N = ȳ + (x − x̄)/b, and σ_a = σ_f′ (2N)^b.
+    return Basquin(float(np.exp(x.mean() - exponent * (y.mean() + np.log(2)))), exponent)
+
+
+def _require_slope(key: str, value: object, exponent: float) -> None:
+    given = "" if value == exponent else f"gives an exponent of {exponent:.3g}, which "
+    rule = f"{given}must lie between {_STEEPEST:g} and {_FLATTEST:g}"
+    require(_STEEPEST <= exponent <= _FLATTEST, f"material.{key}", value, rule, "Check its sign and units.")
+
 
 # Finishes of forgings and rolled bars, of which the bores and the faces beside them are machined.
 _RAW = (Finish.HOT_ROLLED, Finish.AS_FORGED, Finish.SHOT_PEENED)
@@ -162,3 +230,50 @@ def _needed(table: MaterialTable, key: str) -> float:
     value = getattr(table, key)
     require(value is not None, f"material.{key}", None, "is missing", "Give it or a preset in [material].")
     return float(value)
+
+
+REFERENCE_TEMPERATURE = 20.0  # °C, at which dimensions and fits are given
+
+# Mean linear expansion from 20 to 100…200 °C, 1/K, by ranges of Young's modulus, GPa, and density, kg/m³:
+# steel, VDI 2230-1:2015, table A4 (11.1…11.9e-6); Ti-6Al-4V, ASM data sheet (8.6e-6); 7075, Aluminum
+# Association (23.6e-6); C52100, copper with 8 % of tin (17.2…18.5e-6 in suppliers' tables); grey and nodular
+# iron (11…12.5e-6).
+_METALS = (
+    ("steel", (170, 225), (6500, 8300), 11.5e-6),
+    ("iron", (140, 170), (6800, 7600), 11.5e-6),
+    ("titanium", (100, 125), (4200, 4900), 8.6e-6),
+    ("aluminium", (60, 90), (2500, 3000), 23.5e-6),
+    ("copper alloy", (80, 140), (8000, 9200), 18.0e-6),
+)
+_LARGEST = 1e-4
+
+
+def thermal_expansion(name: str, table: MaterialTable) -> tuple[float, str | None]:
+    """Return α, 1/K, of a material and, where it is assumed, the metal that it is taken for.
+
+    Parameters
+    ----------
+    name
+        Of its table in a study, for messages: ``material.bushing``.
+    table
+        The material.
+
+    Raises
+    ------
+    InvalidValue
+        It is out of range, or not given and the metal is not recognised.
+    """
+    own, key = table.resolved(), f"{name}.thermal_expansion_1_K"
+    given = own.thermal_expansion_1_K
+    if given is not None:
+        rule = f"must not be negative and be at most {_LARGEST:g}"
+        require(0 <= given <= _LARGEST, key, given, rule, "That of steel is 11.5e-6.")
+        return given, None
+    for metal, (soft, stiff), (light, heavy), expansion in _METALS:
+        if own.E_GPa is None or own.density_kg_m3 is None:
+            break
+        if soft <= own.E_GPa <= stiff and light <= own.density_kg_m3 <= heavy:
+            return expansion, metal
+    raise InvalidValue(
+        key, None, "is missing, and E_GPa and density_kg_m3 are of no common metal", "Give it."
+    )

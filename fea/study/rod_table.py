@@ -8,23 +8,85 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fea.study.mesh_file import MeshFile, read_mesh_file
 from fea.study.paths import is_file, located
 from fea.study.tables import checked, nearest, unknown_key
 from fea.units import KG, KG_M2
 from geometry.assembly import Assembly
 from geometry.cad.file import FORMATS, CadFile, CadFormat, MissingCap, is_cad
 from geometry.dimensions import ShankSection, dimensions, options
-from geometry.invalid import InvalidValue, require, require_positive
-from geometry.length_unit import UNITS
+from geometry.errors import InvalidValue, require, require_positive
+from geometry.intake import UNITS
 from geometry.mass import MassProperties
 from geometry.presets import PRESETS
 from geometry.proportions import proportioned
 from geometry.rod import Rod
-from mesh.files.formats import is_mesh
+from mesh.files.tet_file import FORMATS as MESH_FORMATS
+from mesh.files.tet_file import is_mesh
 
 if TYPE_CHECKING:
     from geometry.solid import Solid
+
+LARGEST_MESH_FILE = 2**30  # bytes; a deck of a million ten-node tetrahedra takes a sixth
+_BORES = ("big_end_bore_mm", "small_end_bore_mm")
+KEYS = ("mesh", "unit", *_BORES)
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """A mesh of tetrahedra from another program.
+
+    Attributes
+    ----------
+    path
+        The file.
+    unit
+        Its unit of length, of `geometry.intake.UNITS`; None for millimetres, or the one with which the
+        rod has a usual length.
+    big_end_bore, small_end_bore
+        Diameters that identify the bores, mm, needed if these are not the two largest parallel through-holes.
+    """
+
+    path: Path
+    unit: str | None = None
+    big_end_bore: float | None = None
+    small_end_bore: float | None = None
+
+    @property
+    def named(self) -> tuple[float | None, float | None]:
+        """Diameters of the bores, mm, where they are given."""
+        return self.big_end_bore, self.small_end_bore
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return its keys and values, as a study file holds them."""
+        values = (str(self.path), self.unit, *self.named)
+        return {key: value for key, value in zip(KEYS, values, strict=True) if value is not None}
+
+
+def read_mesh_file(raw: Mapping[str, object], folder: Path) -> MeshFile:
+    """Read the keys of [rod] that describe a mesh; a relative path starts at `folder`.
+
+    Raises
+    ------
+    InvalidValue
+        The file does not exist or has another format, or a key does not go with it.
+    """
+    others = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
+    for key, value in raw.items():
+        rule = "cannot be combined with mesh: the mesh has its own dimensions"
+        require(key in (*KEYS, *others), f"rod.{key}", value, rule, "Remove one of them.")
+    path = located("rod.mesh", checked("rod.mesh", raw["mesh"], str), folder)
+    rule = f"is not a mesh format that is read: {', '.join(MESH_FORMATS)}"
+    remedy = "Write the mesh in one of these, or give a solid as rod.step."
+    require(is_mesh(path), "rod.mesh", str(path), rule, remedy)
+    require(is_file(path), "rod.mesh", str(path), "is not a file", "Name a mesh file.")
+    unit = None if "unit" not in raw else checked("rod.unit", raw["unit"], str)
+    require(unit is None or unit in UNITS, "rod.unit", unit, f"must be one of {', '.join(UNITS)}")
+    bores = [
+        require_positive(f"rod.{key}", checked(f"rod.{key}", raw[key], float)) if key in raw else None
+        for key in _BORES
+    ]
+    return MeshFile(path, unit, *bores)
+
 
 _MASS_KEYS = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
 # Relative difference up to which given and computed mass properties count as equal.

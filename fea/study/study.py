@@ -8,25 +8,39 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from fea.choices import CONTACT, CONVERGED_PERCENT, Assembly, Element, Fatigue, SolverName, Support, Symmetry
-from fea.material import Material
-from fea.study.assembly_materials import BOLT, assembled, bolt_material, table_name
-from fea.study.assembly_table import AssemblyTable, changed, require_pins_in_contact, with_contact
-from fea.study.contact_table import PINS, ContactTable
-from fea.study.duty_table import DutyTable
+from fea.base.choices import (
+    CONTACT,
+    CONVERGED_PERCENT,
+    Assembly,
+    Element,
+    Fatigue,
+    SolverName,
+    Support,
+    Symmetry,
+)
+from fea.base.material import Material
+from fea.study.assembly_table import (
+    BOLT,
+    AssemblyTable,
+    assembled,
+    bolt_material,
+    changed,
+    require_pins_in_contact,
+    table_name,
+    with_contact,
+)
 from fea.study.engine_presets import engine_preset, with_preset
 from fea.study.engine_table import EngineTable
-from fea.study.material_table import MaterialTable
-from fea.study.optimise_table import OptimiseTable
+from fea.study.material_table import SN_KEYS, MaterialTable
+from fea.study.option_tables import PINS, ContactTable, DutyTable, OptimiseTable
 from fea.study.paths import is_file, located, require_size, require_text
-from fea.study.ready import ready_study
 from fea.study.rod_table import RodTable, read_rod, rod_of_file
-from fea.study.sn_line import SN_KEYS
 from fea.study.tables import entries_of, nearest, read_table, toml_text, unknown_key
+from fea.study.template import ready_study
 from geometry.cad.file import is_cad
-from geometry.invalid import InvalidValue, require, require_number, require_positive
+from geometry.errors import InvalidValue, require, require_number, require_positive
 from loads.bearing import PinLoad, parse_pin_load
-from mesh.files.formats import is_mesh
+from mesh.files.tet_file import is_mesh
 
 # A key with 64 dotted parts or more, refused because the parser's time grows with their square.
 _NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from enum import StrEnum
 from typing import Any, TypeVar
 
-from geometry.invalid import InvalidValue, is_finite, shown
+from geometry.errors import InvalidValue, is_finite, shown
 
 Table = TypeVar("Table")
 

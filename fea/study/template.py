@@ -1,8 +1,12 @@
 """The commented study that `fea init` writes; its comments also describe the keys for editors."""
 
 import re
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+from typing import Any
+
+from fea.study.tables import toml_text
 
 _HEADING = re.compile(r"(?m)^(?:# )?\[([\w.]+)\](?: .*)?$\n")
 _KEY = re.compile(r"(?:# )?(\w+) = [^#]*(?:# (.*))?")
@@ -60,3 +64,37 @@ def description(table: str, key: str) -> str:
     words = (key if unit is None else key.removesuffix(f"_{unit}")).replace("_", " ")
     said = comments().get(table, {}).get(key, "")
     return words + (f", {_UNITS[unit]}" if unit else "") + (f": {said}" if said else "")
+
+
+_REST = """
+[material]
+preset = "c70-2005"    # or E_GPa, nu, density_kg_m3, yield_MPa, ultimate_MPa
+
+[engine]
+stroke_mm = 86.0
+bore_mm = 86.0
+piston_mass_kg = 0.55  # with rings and pin
+gas = "otto"
+compression_ratio = 10.0
+peak_pressure_bar = 75.0
+
+[speed]
+rpm = 6000.0
+"""
+
+
+def ready_study(name: str, rod: Mapping[str, Any]) -> tuple[str, str]:
+    """Return what to do about a study without an engine, and one to complete.
+
+    Parameters
+    ----------
+    name
+        Of the study.
+    rod
+        Its [rod] table.
+    """
+    remedy = (
+        f"Name an engine with --engine, or save the lines below as {name}.toml, replace the figures by those "
+        f"of your engine and material, and run fea run {name}.toml."
+    )
+    return remedy, toml_text({"rod": dict(rod)}) + _REST

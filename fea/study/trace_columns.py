@@ -1,14 +1,197 @@
 """Which columns of a table are crank angle and cylinder pressure."""
 
-from typing import NamedTuple
+import re
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from fea.study.trace_keys import TraceKeys
-from fea.study.trace_names import is_angle, is_pressure
+from fea.base.choices import PressureReference, PressureUnit
 from fea.study.trace_table import Table
 from geometry.arrays import Floats
-from geometry.invalid import InvalidValue, require
+from geometry.errors import InvalidValue, require, require_number
+
+_ANGLES = {
+    *(
+        "crank",
+        "crankangle",
+        "crankshaft",
+        "ca",
+        "cad",
+        "deg",
+        "degca",
+        "cadeg",
+        "degree",
+        "degrees",
+        "theta",
+    ),
+    *("phi", "φ", "θ", "angle", "angolo", "angulo", "vilebrequin", "winkel", "kurbelwinkel", "kw", "°ca"),
+    *("°kw", "°", "曲轴转角", "转角"),
+}
+_PRESSURES = {
+    *("p", "press", "pressure", "druck", "zylinderdruck", "pression", "presion", "pressione", "pressao"),
+    *("cylp", "pcyl", "pzyl", "pz", "cylpress", "cylpres", "cylinderpressure", "缸压", "压力", "气缸压力"),
+}
+# Pressures elsewhere than in the cylinder, and quantities derived from its pressure.
+_OTHERS = {
+    *("intake", "inlet", "manifold", "boost", "exhaust", "oil", "fuel", "rail", "injection", "ambient"),
+    *("atmosphere", "atmospheric", "rate", "dp", "derivative", "filter", "spark", "ignition", "rod"),
+}
+# Headings of our own format: gauge pressures.
+DOCUMENTED = ("crank_deg", "pressure_bar")
+_PER_SPEED = re.compile(r"pressure_bar_(\d+(?:\.\d+)?)rpm")
+_UNITS = {unit.lower(): unit for unit in PressureUnit}
+_REFERENCES = {
+    **dict.fromkeys(("a", "abs", "absolute", "absolut", "absolu"), PressureReference.ABSOLUTE),
+    **dict.fromkeys(("g", "ga", "gauge", "gage", "rel", "relative", "relativ"), PressureReference.GAUGE),
+}
+_BRACKETS = re.compile(r"[\[({<]([^\])}>]*)[\])}>]")
+
+
+def speed_of(name: str) -> float | None:
+    """Return the speed, rpm, of a column in our own format with one per speed."""
+    match = _PER_SPEED.fullmatch(name)
+    return None if match is None else float(match[1])
+
+
+def is_documented(angle: str, pressure: str) -> bool:
+    """Whether the headings are those of our own format."""
+    return angle == DOCUMENTED[0] and (pressure == DOCUMENTED[1] or speed_of(pressure) is not None)
+
+
+def is_angle(name: str) -> bool:
+    """Whether a column's name is one of those that crank angles have."""
+    words = _words(name)
+    return bool(words & _ANGLES) and not words & _OTHERS and not is_pressure(name)
+
+
+def is_pressure(name: str) -> bool:
+    """Whether a column's name is one of those that cylinder pressures have."""
+    words = _words(name)
+    known = bool(words & _PRESSURES) or any(re.fullmatch(r"p_?(?:cyl|zyl)\w*", word) for word in words)
+    return known and not words & _OTHERS
+
+
+def unit_of(name: str) -> PressureUnit | None:
+    """Return the unit of pressure in a column's name: in brackets, or a word or suffix of its own."""
+    units = [unit for word in _ordered_words(name) if (unit := _split_unit(word)[0]) is not None]
+    return units[-1] if units else None
+
+
+def reference_of(name: str) -> PressureReference | None:
+    """Return what a column's name says of the reference: ``bara``, ``[bar abs]``, ``psig`` or ``gauge``."""
+    words = _ordered_words(name)
+    units = [i for i, word in enumerate(words) if _split_unit(word)[0] is not None]
+    for i in units:
+        suffix = _split_unit(words[i])[1]
+        if suffix in _REFERENCES:
+            return _REFERENCES[suffix]
+    # A single letter says something only after a unit: "bar (a)".
+    for i, word in enumerate(words):
+        if word in _REFERENCES and (len(word) > 2 or i - 1 in units):
+            return _REFERENCES[word]
+    return None
+
+
+def unknown_unit(name: str) -> str:
+    """Return what stands in brackets where that is not a unit of pressure, as in ``[V]``; else nothing."""
+    inside = [match[1].strip() for match in _BRACKETS.finditer(name)]
+    strange = [
+        text for text in inside if text and unit_of(text) is None and reference_of(f"bar {text}") is None
+    ]
+    return strange[-1] if strange and unit_of(name) is None else ""
+
+
+def _ordered_words(name: str) -> list[str]:
+    """Words of a name in small letters; a capital after two small letters begins a word."""
+    apart = re.sub(r"(?<=[a-z][a-z])(?=[A-Z])", " ", name)
+    return [word for word in re.split(r"[^\w°]+|_", apart.lower()) if word]
+
+
+def _words(name: str) -> set[str]:
+    words = _ordered_words(_BRACKETS.sub(" ", name))
+    return set(words) | {"".join(pair) for pair in pairwise(words)} | _bracketed(name)
+
+
+def _bracketed(name: str) -> set[str]:
+    """Words in brackets, where they are all that the name has: ``[deg]``."""
+    return set() if _ordered_words(_BRACKETS.sub(" ", name)) else set(_ordered_words(name))
+
+
+def _split_unit(word: str) -> tuple[PressureUnit | None, str]:
+    """Split a word into a unit and the letters after it: ``bara``, ``psig``."""
+    for unit, value in _UNITS.items():
+        if word == unit or (word.startswith(unit) and word[len(unit) :] in _REFERENCES):
+            return value, word[len(unit) :]
+    return None, ""
+
+
+# A crank turns by this in a whole four-stroke cycle; smoothing over more than a few degrees flattens a peak.
+_CYCLE_DEG = 720.0
+_WIDEST_SMOOTHING = 10.0
+
+
+@dataclass(frozen=True)
+class TraceKeys:
+    """How a trace is to be read; what is None is found out from the file.
+
+    Attributes
+    ----------
+    angle_column, pressure_column
+        Name or number (from 1) of a column; for pressures also a range (``"2-61"``) to be averaged.
+    angle_offset_deg
+        Added to the angles of the file, so that firing TDC is at 360°.
+    pressure_unit, pressure_reference
+        Of the pressures in the file.
+    smoothing_deg
+        Width of the moving average; 0 for none.
+    strokes
+        4, or 2 for an engine that fires in every revolution.
+    """
+
+    angle_column: str | int | None = None
+    angle_offset_deg: float | None = None
+    pressure_column: str | int | None = None
+    pressure_unit: PressureUnit | None = None
+    pressure_reference: PressureReference | None = None
+    smoothing_deg: float | None = None
+    strokes: int | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse values out of range."""
+        if self.angle_offset_deg is not None:
+            _require_within("angle_offset_deg", self.angle_offset_deg, -_CYCLE_DEG, _CYCLE_DEG)
+        if self.smoothing_deg is not None:
+            _require_within("smoothing_deg", self.smoothing_deg, 0.0, _WIDEST_SMOOTHING)
+        if self.strokes is not None:
+            require(self.strokes in (2, 4), "engine.strokes", self.strokes, "must be 2 or 4")
+
+    @classmethod
+    def of(cls, table: object) -> "TraceKeys":
+        """Take the keys from a table that has them among its fields."""
+        return cls(**{name: getattr(table, name) for name in cls.names()})
+
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """Names of the keys."""
+        return tuple(field.name for field in fields(cls))
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """The keys that say something."""
+        return {name: value for name in self.names() if (value := getattr(self, name)) is not None}
+
+    def with_found(self, **found: object) -> "TraceKeys":
+        """Return the keys with those added that were found out."""
+        return replace(self, **found)  # type: ignore[arg-type]
+
+
+def _require_within(key: str, value: float, least: float, most: float) -> None:
+    require_number(f"engine.{key}", value)
+    rule = f"must lie between {least:g} and {most:g} degrees"
+    require(least <= value <= most, f"engine.{key}", value, rule)
+
 
 # Degrees: columns that span less are no crank angles, those that span more are whole revolutions.
 _LEAST_TURN, _REVOLUTION = 20.0, 350.0

@@ -1,11 +1,12 @@
 """Samples over crank angle, as recorded, become one cycle: cycles averaged, a lone revolution completed."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.invalid import InvalidValue, require
+from geometry.errors import InvalidValue, require
 
 _TURN, _CYCLE = 360.0, 720.0
 _RESET = 0.8  # of a turn: an angle that falls by this much begins anew
@@ -192,3 +193,144 @@ def _require_continuous(recording: Recording, firing: float, source: str) -> Non
     )
     open_valves = _TURN / 2 - from_firing <= _VALVES_OPEN
     require(open_valves or gap <= _CLOSURE, f"{source}: crank angle", seam, rule, "Record two revolutions.")
+
+
+# Degrees about a dead centre in which the peak of a firing or motored engine lies.
+_EARLIEST, _LATEST = -20.0, 60.0
+_HALF_TURN = 180.0
+_SECOND = 0.8  # of the peak: another peak of this height, a revolution away, might be the firing one
+_REPEATS = 0.05  # of the peak: revolutions that differ by less repeat each other
+
+
+def firing_offset(recording: Recording, source: str) -> float:
+    """Find what must be added to the angles of the file so that firing TDC is at 360°.
+
+    TDC is taken to be at a multiple of 180° in the file, where the encoder was set; the peak must lie from
+    20° before to 60° after it.
+
+    Raises
+    ------
+    InvalidValue
+        The peak is elsewhere, or both revolutions have a peak and differ.
+    """
+    peak = float(recording.angles[int(np.argmax(recording.pressures))])
+    before = np.floor((peak - _EARLIEST) / _HALF_TURN) * _HALF_TURN
+    if peak - before > _LATEST:
+        after = before + _HALF_TURN
+        rule = (
+            f"is not near a dead centre at a multiple of 180°: firing TDC may be at {before:g}°, "
+            f"{peak - before:.4g}° before the peak, or at {after:g}°, {after - peak:.4g}° after it "
+            f"(if the engine was motored, at {_axis(recording):.4g}°, about which the pressure is symmetric)"
+        )
+        raise _undecided(f"{source}: peak pressure at", f"{peak:g}°", rule, before, after)
+    if recording.period > _TURN:
+        _require_one_firing(recording, before, peak, source)
+    return _offset(before)
+
+
+def _axis(recording: Recording) -> float:
+    """Middle of the stretch about the peak in which the pressure is above half of it."""
+    i = int(np.argmax(recording.pressures))
+    from_peak = np.roll(recording.pressures, recording.pressures.size // 2 - i)
+    low = np.flatnonzero(from_peak < 0.5 * from_peak.max())
+    middle = recording.pressures.size // 2
+    rises, falls = low[low < middle], low[low > middle]
+    if not (rises.size and falls.size):
+        return float(recording.angles[i])
+    return float(recording.angles[i] + recording.step * ((rises[-1] + falls[0]) / 2 - middle))
+
+
+def _require_one_firing(recording: Recording, tdc: float, peak: float, source: str) -> None:
+    """Refuse a cycle whose other revolution has a peak as well, unless that repeats the first."""
+    other = np.interp(
+        recording.angles + _TURN, recording.angles, recording.pressures, period=recording.period
+    )
+    top = float(recording.pressures.max())
+    from_tdc = np.mod(recording.angles - tdc + _HALF_TURN, recording.period) - _HALF_TURN
+    near = (from_tdc >= _EARLIEST) & (from_tdc <= _LATEST)
+    if float(other[near].max(initial=0.0)) < _SECOND * top:
+        return
+    if float(np.abs(other - recording.pressures).max()) <= _REPEATS * top:
+        return
+    rule = f"and a similar one a revolution away: firing TDC may be at {tdc:g}° or at {tdc + _TURN:g}°"
+    raise _undecided(f"{source}: peak pressure at", f"{peak:g}°", rule, tdc, tdc + _TURN)
+
+
+def _undecided(name: str, value: str, rule: str, first: float, second: float) -> InvalidValue:
+    remedy = f"Set engine.angle_offset_deg = {_offset(first):g} or {_offset(second):g}."
+    return InvalidValue(name, value, rule, remedy)
+
+
+def _offset(tdc: float) -> float:
+    """The offset, above −360° and up to 360°, that brings an angle of the file to 360°."""
+    return float(_TURN - np.mod(tdc, 2 * _TURN))
+
+
+# Smoothed without being asked: samples at most this far apart whose noise is above this part of the peak.
+# A mean over one degree flattens a combustion peak by p″/24, some hundredths of a percent.
+_FINE_DEG, _NOISY = 0.5, 1e-3
+_WIDTH_DEG = 1.0
+# Not smoothed without being asked if the peak changes by more of it and by more times the noise: knocking.
+_MOST_CHANGE, _MOST_NOISE = 0.01, 5.0
+_SAME = 1e-3  # degrees: angles that differ by less than encoders tell apart
+
+
+class Smoothed(NamedTuple):
+    """Smoothed pressures.
+
+    Attributes
+    ----------
+    pressures
+        (n,)
+    width
+        Of the moving average, degrees; 0 for none.
+    change
+        The largest change of a pressure.
+    """
+
+    pressures: Floats
+    width: float
+    change: float
+
+
+def smoothed(angles: Floats, pressures: Floats, step: float, width: float | None) -> Smoothed:
+    """Smooth a cycle by a moving average.
+
+    Parameters
+    ----------
+    angles
+        (n,) degrees, increasing within one cycle.
+    pressures
+        (n,)
+    step
+        Degrees between most samples.
+    width
+        Of the average, degrees; None to decide by the noise.
+    """
+    if width:
+        return _averaged(angles, pressures, width)
+    plain = Smoothed(pressures, 0.0, 0.0)
+    peak, noise = float(np.abs(pressures).max()), _noise(pressures)
+    if width == 0 or step > _FINE_DEG or noise <= _NOISY * peak:
+        return plain
+    found = _averaged(angles, pressures, _WIDTH_DEG)
+    changed = abs(float(found.pressures.max() - pressures.max()))
+    return found if changed <= max(_MOST_CHANGE * peak, _MOST_NOISE * noise) else plain
+
+
+def _averaged(angles: Floats, pressures: Floats, width: float) -> Smoothed:
+    """Mean over the samples within half a width, as many on either side; the cycle repeats."""
+    around = np.concatenate([angles - _CYCLE, angles, angles + _CYCLE])
+    sums = np.concatenate([[0.0], np.cumsum(np.tile(pressures, 3))])
+    half = width / 2 + _SAME
+    first, last = np.searchsorted(around, angles - half), np.searchsorted(around, angles + half, side="right")
+    own = np.arange(angles.size) + angles.size
+    beside = np.minimum(own - first, last - 1 - own)
+    mean = (sums[own + beside + 1] - sums[own - beside]) / (2 * beside + 1)
+    return Smoothed(mean, width, float(np.abs(mean - pressures).max()))
+
+
+def _noise(pressures: Floats) -> float:
+    """Standard deviation of the noise, from the median of second differences (6 σ² for white noise)."""
+    second = np.diff(pressures, n=2)
+    return float(1.4826 * np.median(np.abs(second)) / np.sqrt(6)) if second.size else 0.0

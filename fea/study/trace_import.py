@@ -5,18 +5,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fea.choices import PressureReference, PressureUnit
-from fea.study.trace_columns import Columns, trace_columns
-from fea.study.trace_cycles import Recording, completed, recorded
-from fea.study.trace_keys import TraceKeys
-from fea.study.trace_names import is_documented, reference_of, unit_of, unknown_unit
-from fea.study.trace_phase import firing_offset
+from fea.base.choices import PressureReference, PressureUnit
+from fea.study.trace_columns import (
+    Columns,
+    TraceKeys,
+    is_documented,
+    reference_of,
+    trace_columns,
+    unit_of,
+    unknown_unit,
+)
+from fea.study.trace_cycles import Recording, Smoothed, completed, firing_offset, recorded, smoothed
 from fea.study.trace_reading import Reading, read_as
-from fea.study.trace_smoothing import Smoothed, smoothed
 from fea.study.trace_table import Table, read_table
 from fea.units import BAR, DEG
 from geometry.arrays import Floats
-from geometry.invalid import InvalidValue, require
+from geometry.errors import InvalidValue, require
 from loads.gas import ATMOSPHERE
 from loads.trace import Trace
 

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.choices import PressureReference, PressureUnit
+from fea.base.choices import PressureReference, PressureUnit
 from fea.units import BAR
 from geometry.arrays import Floats
-from geometry.invalid import InvalidValue
-from loads.compression import Exponent, compression_exponent
+from geometry.errors import InvalidValue
 from loads.gas import LARGEST_PEAK
+from loads.trace import Exponent, compression_exponent
 
 _LOWEST_PEAK = 3.0  # bar gauge: a throttled engine that idles reaches no more
 # Least absolute pressures, bar: those of any engine, of nearly all, and of most. A reading is preferred only

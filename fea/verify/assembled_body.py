@@ -5,17 +5,16 @@ from functools import cached_property
 
 import numpy as np
 
-from fea.choices import Support
+from fea.base.choices import Support
+from fea.base.material import Material, of_parts
 from fea.contact.assembled import Assembled, Warming
 from fea.contact.bolt_pull import BoltPull
 from fea.contact.joined_system import Joined
 from fea.contact.mating import MatingFaces
 from fea.contact.problem import ContactProblem
-from fea.material import Material, of_parts
 from fea.solid.parity import Parity
 from fea.solvers.static import Model
-from fea.stress.part_recovery import PartRecovery
-from fea.stress.recovery import ElementStress
+from fea.stress.recovery import ElementStress, PartRecovery
 from fea.verify.body import mirror_planes
 from geometry.arrays import Floats
 from geometry.surfaces import Surface

@@ -6,13 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
-from fea.material import Material
+from fea.base.material import Material
 from fea.solid.parity import Parity
-from fea.solvers.prescribed import displacement
+from fea.solvers.constrained import displacement
 from fea.stress.recovery import Recovery
 from geometry.arrays import Floats, Ints, Mask
-from geometry.mirror import PLANE_AXIS
-from geometry.surfaces import Surface
+from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.tetmesh import TetMesh
 
 # The material of the NAFEMS benchmarks and most others; only some cases use density and strength.

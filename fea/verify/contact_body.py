@@ -5,10 +5,10 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from fea.base.material import Material
 from fea.contact.active_set import Contact
 from fea.contact.interface import PinInBore
 from fea.contact.problem import ContactProblem
-from fea.material import Material
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.parity import Parity
 from fea.solvers.linear.choice import Factor, direct, factorise, schur

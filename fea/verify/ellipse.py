@@ -2,7 +2,7 @@
 
 import math
 
-from geometry.bodies.shape import EllipticArc, Side
+from geometry.bodies import EllipticArc, Side
 from geometry.segments import Line
 from geometry.surfaces import Surface
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.material import Material
+from fea.base.material import Material
 from geometry.arrays import Floats
 
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.bodies.shape import Body, Prism, Side, SideBySide, polygon
+from geometry.bodies import Body, Prism, Side, SideBySide, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body

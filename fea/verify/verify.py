@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from fea.verify import cases
 from fea.verify.benchmark import Benchmark, Row
-from geometry.invalid import require
+from geometry.errors import require
 
 
 def case_names() -> tuple[str, ...]:

@@ -8,30 +8,49 @@ import gmsh
 
 from geometry import kernel
 from geometry.assembly import Assembly, BoltAxis
-from geometry.cad.assembly_text import text_of
-from geometry.cad.bolt_holes import bolt_holes
+from geometry.cad.bolt_holes import Fastener, bolt_holes, removed, spot_faced
 from geometry.cad.cylinders import recognised
-from geometry.cad.fasteners import Fastener, removed
 from geometry.cad.file import CadFile
 from geometry.cad.found_bolts import found_bolts
-from geometry.cad.holes import Hole
-from geometry.cad.interior import Interior
+from geometry.cad.holes import Hole, Interior
 from geometry.cad.joining import parts_of, sharing
 from geometry.cad.joint import Joint, joint_of
-from geometry.cad.part_names import named_parts
-from geometry.cad.placing import placed
+from geometry.cad.members import named_parts
 from geometry.cad.rounds import concave_rounds
-from geometry.cad.spot_face import spot_faced
-from geometry.cad.symmetry import cut_to, smallest_cell
+from geometry.cad.symmetry import cut_to, placed, smallest_cell
 from geometry.contacts import Interface, contact_features, interfaces, with_seats
 from geometry.errors import GeometryError
 from geometry.faces import Bore, Face, Feature, FeatureKind, face_of, faces_of, surfaces
 from geometry.intake import Member, Role
 from geometry.mass import joined
-from geometry.mirror import Mirror
 from geometry.parting import CAP, ROD, seat_disks
 from geometry.solid import Solid
-from geometry.surfaces import Surface
+from geometry.surfaces import Mirror, Surface
+
+
+def text_of(solid: Solid, joint: Joint | None) -> tuple[str, ...]:
+    """Say where the parts touch and where the bolts are."""
+    said = [] if joint is None else [joint.text()]
+    for one in solid.interfaces:
+        first, second = (solid.parts[number].name for number in one.parts)
+        area = solid.mirror.copies * sum(gmsh.model.occ.getMass(2, face) for face in one.faces)
+        said.append(f"{first} and {second} touch over {area:.4g} mm²")
+    return (*said, *map(_bolt, solid.bolts))
+
+
+def _bolt(bolt: BoltAxis) -> str:
+    x, y, z = bolt.point
+    end = (
+        f"thread engaged over {bolt.engaged:.4g} mm in a hole of {2 * bolt.thread_radius:.4g} mm"
+        if bolt.engaged
+        else f"nut on {2 * bolt.nut_radius:.4g} mm"
+    )
+    return (
+        f"bolt through the joint at ({x:.4g}, {y:.4g}, {z:.4g}) mm from the crank pin: hole of "
+        f"{2 * bolt.hole_radius:.4g} mm, head on {2 * bolt.head_radius:.4g} mm, "
+        f"grip {bolt.grip:.4g} mm, {end}"
+    )
+
 
 # Thickness of the ring at the joint over the bore's radius, at most.
 _RING = 0.35

@@ -1,16 +1,19 @@
 """The holes that run through the joint of rod and cap, and what a bolt in each of them presses on."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import gmsh
 import numpy as np
 
+from geometry import kernel
 from geometry.arrays import Floats
-from geometry.cad.holes import Hole, hollow_wall, wall_groups
-from geometry.cad.interior import Interior
+from geometry.cad.cylinders import edge_points, recognised, solid_points
+from geometry.cad.holes import Hole, Interior, hollow_wall, place_text, wall_groups
 from geometry.cad.joint import Joint
 from geometry.cad.seats import Seat, seat_at
-from geometry.faces import Face
+from geometry.errors import GeometryError
+from geometry.faces import Face, faces_of
 
 # Angle between the axis of a hole and the joint's normal, rad; distance of two axes over the radius.
 _PARALLEL, _COAXIAL = 2e-3, 0.1
@@ -143,3 +146,155 @@ def _hole(
     head = seat_at(faces[1], point, direction, cap[1], near.radius)
     nut = seat_at(faces[0], point, -direction, -rod[0], far.radius)
     return BoltHole(point, direction, near.radius, far.radius, rod, cap[1], head, nut)
+
+
+# A fastener's axis is that of its hole within this part of the hole's radius.
+_ALONG_ONE_AXIS = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class Fastener:
+    """A solid that may be a bolt, a nut or a washer.
+
+    Attributes
+    ----------
+    points
+        (n, 3) along its edges, mm.
+    planes
+        Per plane face, points (n, 3) along its edges, mm.
+    """
+
+    points: Floats
+    planes: tuple[Floats, ...]
+
+    @classmethod
+    def of(cls, volume: int) -> "Fastener":
+        """Measure a volume of the open model."""
+        faces = [recognised(face) for face in faces_of((volume,))]
+        planes = tuple(edge_points(face.tag) for face in faces if face.shape == "Plane")
+        return cls(solid_points(volume), planes)
+
+    def is_in(self, hole: BoltHole) -> bool:
+        """Whether its axis is that of a hole."""
+        middle = (self.points.min(axis=0) + self.points.max(axis=0)) / 2
+        return bool(hole.beside(middle[None])[0] < _ALONG_ONE_AXIS * hole.radius)
+
+    def contact(self, hole: BoltHole, level: float) -> float | None:
+        """Outer radius, mm, of its plane face at a position along a hole, if it has one wider than the hole.
+
+        Of a hexagon it is that of the inscribed circle.
+        """
+        slack = 0.05 * hole.radius
+        radii = []
+        for points in self.planes:
+            beside = hole.beside(points)
+            if np.abs(hole.along(points) - level).max() < slack and beside.max() > 1.05 * hole.radius:
+                rim = points[beside > (beside.min() + beside.max()) / 2]
+                radii.append(_inscribed(hole, rim))
+        return max(radii, default=None)
+
+    def end(self, hole: BoltHole) -> float:
+        """Least position along a hole, mm: where it ends in the rod."""
+        return float(hole.along(self.points).min())
+
+
+def _inscribed(hole: BoltHole, rim: Floats) -> float:
+    return float(hole.beside(rim).min())
+
+
+def removed(volumes: Sequence[int]) -> list[Fastener]:
+    """Measure solids and take them out of the model."""
+    found = [Fastener.of(volume) for volume in volumes]
+    gmsh.model.occ.remove([(3, volume) for volume in volumes], recursive=True)
+    gmsh.model.occ.synchronize()
+    return found
+
+
+# Radius of the seat over the hole's: the usual one (hexagons and cylinders of M8 to M12: 1.4 to 1.6), the
+# least, and the step between those that are tried.
+USUAL, _LEAST, _STEP = 1.5, 1.2, 0.05
+# Depth of the cut where it is shallowest, over the hole's radius; least level over the height of the hole;
+# levels that differ by less, over the hole's radius, become one.
+_DEPTH, _LOWEST, _ALIKE = 0.1, 0.3, 0.2
+
+
+def spot_faced(cap: int, holes: Sequence[BoltHole], wanted: float | None) -> tuple[int, list[BoltHole]]:
+    """Cut plane seats for heads around the ends of those holes in a cap that have none.
+
+    Parameters
+    ----------
+    cap
+        Its volume tag; it is used up.
+    holes
+        Through the joint.
+    wanted
+        Radius of the seats, mm; None for the usual one, or less where the cap is narrow.
+
+    Returns
+    -------
+    int, list of BoltHole
+        The new volume, and the holes, all with seats.
+
+    Raises
+    ------
+    GeometryError
+        There is no material for a seat.
+    """
+    bare = [hole for hole in holes if hole.head is None]
+    seats = [_seat(cap, hole, wanted) for hole in bare]
+    if not seats:
+        return cap, list(holes)
+    radius = min(seat.outer for seat in seats)
+    lowest = min(seat.level for seat in seats)
+    found = {}
+    for hole, seat in zip(bare, seats, strict=True):
+        level = lowest if seat.level - lowest < _ALIKE * hole.radius else seat.level
+        found[id(hole)] = Seat(level, hole.radius, radius, round=True)
+    with kernel.attempt("cut seats for the bolts' heads into the cap"):
+        cap = kernel.cut(cap, [_tool(hole, found[id(hole)]) for hole in bare])
+        gmsh.model.occ.synchronize()
+    return cap, [
+        replace(hole, head=found[id(hole)], cap_end=found[id(hole)].level) if id(hole) in found else hole
+        for hole in holes
+    ]
+
+
+def _seat(cap: int, hole: BoltHole, wanted: float | None) -> Seat:
+    """The highest seat of the largest radius for which there is material."""
+    usual = np.arange(USUAL, _LEAST, -_STEP) * hole.radius
+    radii = usual.tolist() if wanted is None else [wanted]
+    for radius in radii:
+        level = _level(cap, hole, radius)
+        if level > _LOWEST * hole.cap_end:
+            return Seat(level, hole.radius, radius, round=True)
+    raise GeometryError(
+        f"the cap has no plane seat for the head of the bolt at {place_text(hole.point)}, and no material "
+        f"around its hole of {2 * hole.radius:.4g} mm to cut one of {2 * radii[-1]:.4g} mm. Add a seat in "
+        "the CAD program"
+    )
+
+
+def _level(cap: int, hole: BoltHole, radius: float) -> float:
+    """Position below which a cylinder around the hole lies in the material, mm."""
+    occ = gmsh.model.occ
+    core, inner = (
+        occ.addCylinder(*hole.point, *(1.1 * hole.cap_end * hole.direction), r)
+        for r in (radius, 1.01 * hole.radius)
+    )
+    with kernel.attempt("look for a seat for a bolt's head on the cap"):
+        tube, _ = occ.cut([(kernel.SOLID, core)], [(kernel.SOLID, inner)])
+        void, _ = occ.cut(tube, [(kernel.SOLID, cap)], removeTool=False)
+        occ.synchronize()
+    # A round or a chamfer of the hole's edge at the joint is no end of the material.
+    lowest = [float(hole.along(solid_points(tag)).min()) for dim, tag in void if dim == kernel.SOLID]
+    tops = [float(hole.along(solid_points(tag)).max()) for dim, tag in void if dim == kernel.SOLID]
+    occ.remove(void, recursive=True)
+    occ.synchronize()
+    ends = [low for low, top in zip(lowest, tops, strict=True) if top > _LOWEST * hole.cap_end]
+    return min(ends, default=hole.cap_end) - _DEPTH * hole.radius
+
+
+def _tool(hole: BoltHole, seat: Seat) -> int:
+    start = hole.point + seat.level * hole.direction
+    height = 2 * (hole.cap_end - seat.level) + 4 * seat.outer
+    return int(gmsh.model.occ.addCylinder(*start, *(height * hole.direction), seat.outer))

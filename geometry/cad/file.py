@@ -43,7 +43,7 @@ class CadFile:
     big_end_bore, small_end_bore
         Diameters, mm, that identify the bores where their size and place do not.
     unit
-        Of `geometry.length_unit.UNITS`: the unit of the lengths in the file, whatever it declares; None: the
+        Of `geometry.intake.UNITS`: the unit of the lengths in the file, whatever it declares; None: the
         declared one, or the one with which the rod has a plausible length.
     solids
         Names of the solids to keep; empty: the rod and what belongs to it.

@@ -1,7 +1,10 @@
 """Read the solids of a CAD file into the open gmsh session."""
 
+import errno
 import math
+import os
 import re
+import sys
 import tempfile
 from codecs import BOM_UTF8
 from collections.abc import Iterator, Sequence
@@ -15,9 +18,27 @@ import numpy as np
 from geometry import kernel
 from geometry.cad.file import FORMATS, CadFormat
 from geometry.cad.freecad import Placement, shapes_of
-from geometry.cad.quiet import quiet
 from geometry.errors import GeometryError
-from geometry.length_unit import DECLARED
+from geometry.intake import DECLARED
+from geometry.rod import Rod
+from geometry.solid import build
+from geometry.surfaces import Mirror
+from geometry.system import replaced
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep the kernel's own messages off standard output, where they would spoil `--json`."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    try:
+        with tempfile.TemporaryFile() as drain:
+            os.dup2(drain.fileno(), 1)
+            yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+
 
 _KINDS = ("points", "curves", "surfaces", "solids")
 _UNNAMED = "Open CASCADE STEP translator"  # stands for no name
@@ -301,3 +322,25 @@ def _unit_of_iges(content: bytes) -> str:
     named = re.search(rb"\d*H(MM|INCH|IN|M|CM|KM|FT|UM)[,;]", b"".join(lines).upper())
     unit = named[1].decode().lower() if named else "mm"
     return {"inch": "in", "um": "µm"}.get(unit, unit)
+
+
+def export_step(rod: Rod, path: Path) -> None:
+    """Write the whole rod as a STEP file in millimetres, inside an open session.
+
+    Raises
+    ------
+    GeometryError
+        The CAD kernel failed.
+    OSError
+        The file cannot be written.
+    """
+    build(rod, Mirror.NONE)
+    with tempfile.TemporaryDirectory() as folder:  # gmsh chooses the format by the file's ending
+        written = Path(folder) / "rod.step"
+        with kernel.attempt(f"write {path}"), quiet():
+            gmsh.write(str(written))
+        content = written.read_bytes()
+    if not content.rstrip().endswith(b"END-ISO-10303-21;"):  # the kernel does not notice a full disk
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+    with replaced(path) as place:
+        place.write_bytes(content)

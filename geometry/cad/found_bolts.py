@@ -4,13 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from geometry.assembly import BoltAxis, BoltSeat
-from geometry.cad.bolt_holes import BoltHole
-from geometry.cad.fasteners import Fastener
+from geometry.cad.bolt_holes import USUAL, BoltHole, Fastener
 from geometry.cad.holes import place_text
 from geometry.cad.seats import Seat
-from geometry.cad.spot_face import USUAL
-from geometry.errors import GeometryError
-from geometry.invalid import require
+from geometry.errors import GeometryError, require
 
 # Largest and least part of the room for a seat that is used.
 _ROOM, _WIDER = 0.98, 1.1

@@ -1,16 +1,38 @@
 """Cylindrical holes of an imported solid: through-holes, and walls that are open on one side."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.cad.edges import edge_points
-from geometry.cad.interior import Interior
-from geometry.faces import Face
+from geometry.cad.cylinders import edge_points, recognised
+from geometry.faces import Face, faces_of
+
+
+class Interior:
+    """The inside of volumes of the open model.
+
+    The kernel takes milliseconds to tell, so it is asked only for volumes whose bounding box holds the point.
+
+    Parameters
+    ----------
+    volumes
+        gmsh's tags.
+    """
+
+    def __init__(self, volumes: Sequence[int]) -> None:
+        self._volumes = tuple(volumes)
+        boxes = np.reshape([gmsh.model.getBoundingBox(3, volume) for volume in volumes], (-1, 2, 3))
+        self._low, self._high = boxes[:, 0], boxes[:, 1]
+
+    def contains(self, point: Floats) -> bool:
+        """Whether a point lies in any of the volumes."""
+        near = ((self._low <= point) & (point <= self._high)).all(axis=1)
+        return any(gmsh.model.isInside(3, self._volumes[at], list(point)) for at in np.flatnonzero(near))
+
 
 _PARALLEL = 1e-4
 # Largest distance of two axes, and difference of two radii, that count as one, relative to the radius: bores
@@ -249,3 +271,46 @@ def _is_hollow(wall: Hole, interior: Interior) -> bool:
         if abs(votes) == 2:
             break
     return votes > 0
+
+
+@dataclass(frozen=True)
+class Walls:
+    """Cylindrical walls of a solid.
+
+    Of a solid with a thousand faces, the kernel takes a minute to tell which are hollow.
+
+    Attributes
+    ----------
+    interior
+        Of the solid.
+    groups
+        Walls with the same axis, those with the largest radius first.
+    """
+
+    interior: Interior
+    groups: tuple[tuple[Hole, ...], ...]
+
+    def hollow(self) -> Iterator[Hole]:
+        """Find the hollow walls, one per axis, the largest radius first."""
+        found: list[Hole] = []
+        for group in self.groups:
+            least = max(wall.radius for wall in group)
+            while found and found[0].radius >= least:
+                yield found.pop(0)
+            wall = hollow_wall(self.interior, group)
+            found = sorted([*found, *([] if wall is None else [wall])], key=lambda wall: -wall.radius)
+        yield from found
+
+    def about(self, bore: Hole, slack: float) -> Iterator[Hole]:
+        """Find the hollow wall on the axis of a bore, up to a distance relative to the bore's radius."""
+        for group in self.groups:
+            if group[0].parallel(bore) and group[0].apart(bore) < slack * bore.radius:
+                wall = hollow_wall(self.interior, group)
+                yield from () if wall is None else (wall,)
+
+
+def walls_of(volume: int) -> Walls:
+    """Return the walls of a volume of the open model."""
+    groups = wall_groups([recognised(face) for face in faces_of((volume,))])
+    groups.sort(key=lambda group: -max(wall.radius for wall in group))
+    return Walls(Interior((volume,)), tuple(map(tuple, groups)))

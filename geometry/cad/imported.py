@@ -12,26 +12,32 @@ from geometry.arrays import Floats
 from geometry.assembly import Assembly
 from geometry.cad.assembled import assembled
 from geometry.cad.bores import HalfOpenError, find_bores
-from geometry.cad.cap import assumed_cap
 from geometry.cad.cylinders import recognised
 from geometry.cad.file import CadFile, MissingCap
 from geometry.cad.formats import declared_unit, read_solids
 from geometry.cad.freecad import linked_files
-from geometry.cad.holes import Hole
-from geometry.cad.interior import Interior
+from geometry.cad.holes import Hole, Interior
 from geometry.cad.joining import joined_parts
+from geometry.cad.joint import assumed_cap
 from geometry.cad.members import member, members
-from geometry.cad.placing import placed
 from geometry.cad.rounds import concave_rounds
-from geometry.cad.symmetry import cut_to, smallest_cell
+from geometry.cad.symmetry import cut_to, placed, smallest_cell
 from geometry.errors import GeometryError
 from geometry.faces import Face, Feature, FeatureKind, faces_of, surfaces
-from geometry.intake import FoundBore, Intake, Member, Role
-from geometry.length_unit import DECLARED, UNITS, is_usual, plausible_unit, usual_units
+from geometry.intake import (
+    DECLARED,
+    UNITS,
+    FoundBore,
+    Intake,
+    Member,
+    Role,
+    is_usual,
+    plausible_unit,
+    usual_units,
+)
 from geometry.mass import joined
-from geometry.mirror import Mirror
 from geometry.solid import Solid
-from geometry.surfaces import Surface
+from geometry.surfaces import Mirror, Surface
 
 
 def import_cad(

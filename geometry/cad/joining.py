@@ -7,9 +7,9 @@ import gmsh
 from geometry import kernel
 from geometry.errors import GeometryError
 from geometry.mass import joined
-from geometry.mirror import Mirror
 from geometry.parting import remove_all
 from geometry.solid import Part, whole_mass
+from geometry.surfaces import Mirror
 
 Entity = tuple[int, int]
 

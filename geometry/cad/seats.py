@@ -7,7 +7,7 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.cad.edges import loop_points
+from geometry.cad.cylinders import loop_points
 from geometry.faces import Face
 
 # Cosine of the angle between a seat's normal and the axis; its distance from the end of the hole's wall (a

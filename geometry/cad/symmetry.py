@@ -8,9 +8,12 @@ import numpy as np
 
 from geometry import kernel
 from geometry.arrays import Floats
-from geometry.cad.edges import edge_points
+from geometry.cad.cylinders import ROUND, edge_points
+from geometry.cad.holes import Hole
 from geometry.errors import GeometryError
-from geometry.mirror import PLANE_AXIS, Mirror
+from geometry.faces import Bore
+from geometry.frame import rod_frame
+from geometry.surfaces import PLANE_AXIS, Mirror
 
 # Of the rod's length: for areas and centres, and for points on the edges, which lie a few micrometres beside
 # their faces in the files of some programs.
@@ -119,3 +122,28 @@ def _holds(face: int, points: Floats, axis: int, slack: float) -> bool:
     image[:, axis] *= -1
     nearest, _ = gmsh.model.getClosestPoint(2, face, image.ravel())
     return bool(np.abs(np.reshape(nearest, (-1, 3)) - image).max(initial=0.0) < slack)
+
+
+def placed(volumes: Sequence[int], big: Hole, small: Hole) -> tuple[Bore, Bore]:
+    """Move the solid so that the big-end bore is the origin, x leads to the small end, z along the pins."""
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415 - only imported solids need it
+
+    frame, length = rod_frame(big.direction, small.center - big.center)
+    turn = Rotation.from_matrix(frame).as_rotvec()
+    angle = float(np.linalg.norm(turn))
+    solids = [(kernel.SOLID, tag) for tag in volumes]
+    with kernel.attempt("place the solid in the rod's frame"):
+        gmsh.model.occ.translate(solids, *(-big.center))
+        if angle > 1e-12:
+            gmsh.model.occ.rotate(solids, 0, 0, 0, *(turn / angle), angle)
+        gmsh.model.occ.synchronize()
+    return (
+        Bore(0.0, big.radius, big.mean_width, slack=_slack(big)),
+        Bore(length, small.radius, small.mean_width, small.taper(frame[0]), slack=_slack(small)),
+    )
+
+
+def _slack(hole: Hole) -> float:
+    """By how much the faces of a bore may differ from its cylinder, mm; 0 where all are the same cylinder."""
+    exact = hole.deviation < 1e-6 * hole.radius and not hole.fitted
+    return 0.0 if exact else 2 * (hole.deviation + ROUND * hole.radius)

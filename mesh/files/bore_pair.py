@@ -8,10 +8,9 @@ import numpy as np
 
 from geometry.arrays import Floats
 from geometry.frame import Balance
-from mesh.errors import MeshError
-from mesh.files.cylinder import fitted_axes, straightest
-from mesh.files.round_hole import RoundHole, round_holes
+from mesh.files.round_hole import RoundHole, fitted_axes, round_holes, straightest
 from mesh.files.skin import Skin
+from mesh.tetmesh import MeshError
 
 _REMEDY = "Give the diameters of the bores as rod.big_end_bore_mm and rod.small_end_bore_mm"
 # Tolerances, over the radius, with which walls are searched: wide while the direction is a guess.

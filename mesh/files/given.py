@@ -9,20 +9,17 @@ import numpy as np
 from geometry.arrays import Floats, Ints
 from geometry.faces import Bore
 from geometry.frame import rod_frame
-from geometry.intake import FoundBore, Intake
-from geometry.length_unit import UNITS, plausible_unit
+from geometry.intake import UNITS, FoundBore, Intake, plausible_unit
 from geometry.surfaces import Surface
-from mesh.errors import MeshError
 from mesh.files.bore_pair import Pair, find_bore_pair
-from mesh.files.cylinder import Axes, fitted_axes
-from mesh.files.faces import boundary_facets
 from mesh.files.mend import Mended, mended
 from mesh.files.reading import read_tets
-from mesh.files.skin import Skin
+from mesh.files.round_hole import Axes, fitted_axes
+from mesh.files.skin import Skin, boundary_facets
 from mesh.numbering import numbered
 from mesh.quality import Quality, measure, scaled_jacobian
 from mesh.quality import mended as straightened
-from mesh.tetmesh import EDGES, TetMesh
+from mesh.tetmesh import EDGES, MeshError, TetMesh
 
 # Root mean square distance of the vertices of a bore from the fitted cylinder, over its radius. A pressure
 # that varies around the bore is meaningless on a rougher one.
@@ -65,11 +62,11 @@ def given_mesh(
     Parameters
     ----------
     path
-        The file; its suffix is one of `mesh.files.formats.FORMATS`.
+        The file; its suffix is one of `mesh.files.tet_file.FORMATS`.
     named
         Diameters of the big-end and the small-end bore, mm, where the two largest holes are not the bores.
     unit
-        Of lengths in the file, of `geometry.length_unit.UNITS`; None for millimetres, or the one with which
+        Of lengths in the file, of `geometry.intake.UNITS`; None for millimetres, or the one with which
         the rod has a usual length.
 
     Raises

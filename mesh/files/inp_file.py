@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from geometry.arrays import Floats, Ints
-from mesh.errors import MeshError
 from mesh.files.tet_file import TetFile, tet_file
+from mesh.tetmesh import MeshError
 
 # The shape of solid elements by the number in their name (C3D10M, C3D20R; DC3D10 for heat).
 _SOLIDS = {

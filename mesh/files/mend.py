@@ -6,11 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from geometry.arrays import Floats, Ints, Mask
-from mesh.errors import MeshError
-from mesh.files.faces import face_counts, folded
+from mesh.files.skin import face_counts, folded
 from mesh.files.tet_file import TetFile
 from mesh.quality import shape
-from mesh.tetmesh import EDGES, FROM_GMSH, TET_TURN, TetMesh
+from mesh.tetmesh import EDGES, FROM_GMSH, TET_TURN, MeshError, TetMesh
 
 # Nodes closer than this part of the mesh's extent are one: text files often hold seven digits.
 _SAME = 1e-7

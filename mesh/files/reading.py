@@ -1,19 +1,129 @@
 """Read the tetrahedra of a file, through meshio or, for Abaqus and CalculiX, from the deck itself."""
 
 import io
+import math
 import re
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import gmsh
 import numpy as np
 
-from mesh.errors import MeshError
-from mesh.files.formats import FORMATS
+from geometry.session import session
 from mesh.files.inp_file import read_inp
-from mesh.files.msh_file import is_msh, read_msh
-from mesh.files.stl_file import read_stl
-from mesh.files.tet_file import TetFile, tet_file
+from mesh.files.tet_file import FORMATS, TetFile, tet_file
+from mesh.tetmesh import FROM_GMSH, MeshError
+
+# Kinds of solid elements, by gmsh's numbers.
+_KINDS = {
+    4: "tetra",
+    11: "tetra10",
+    5: "hexahedron",
+    12: "hexahedron27",
+    17: "hexahedron20",
+    6: "wedge",
+    7: "pyramid",
+}
+_HEAD = b"$MeshFormat"
+
+
+def is_msh(path: Path) -> bool:
+    """Whether a file begins as a .msh file; gmsh would run any other as a script."""
+    with path.open("rb") as file:
+        return file.read(len(_HEAD)) == _HEAD
+
+
+def read_msh(path: Path) -> TetFile:
+    """Read a file, for which `is_msh` holds, in a gmsh session of its own.
+
+    Raises
+    ------
+    MeshError
+        It holds no tetrahedra, or other solid elements too.
+    Exception
+        gmsh cannot read it.
+    """
+    with session():
+        gmsh.open(str(path))
+        return tets_of_model()
+
+
+def tets_of_model() -> TetFile:
+    """Nodes and tetrahedra of the open model.
+
+    Raises
+    ------
+    MeshError
+        There are no tetrahedra, or other solid elements too.
+    """
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    order = np.argsort(tags)
+    ids = tags[order].astype(np.int64)
+    blocks = []
+    for number, kind in _KINDS.items():
+        own, nodes = gmsh.model.mesh.getElementsByType(number)
+        if len(own):
+            rows = np.searchsorted(ids, nodes.astype(np.int64)).reshape(len(own), -1)
+            ours = rows[:, FROM_GMSH[2]] if kind == "tetra10" else rows
+            blocks.append((kind, ours, own.astype(np.int64)))
+    return tet_file(coordinates.reshape(-1, 3)[order], blocks)
+
+
+# Length of the body over the size of the elements: the surface is made of flat triangles, so that smaller
+# elements would follow those rather than the solid.
+PER_LENGTH = 70
+# Angle at which the surface is divided into faces.
+_FACE_ANGLE = math.radians(35.0)
+
+
+def read_stl(path: Path) -> TetFile:
+    """Mesh the volume inside a surface with straight-sided ten-node tetrahedra, in a gmsh session of its own.
+
+    Raises
+    ------
+    MeshError
+        The surface does not close a volume that gmsh can mesh.
+    """
+    with session():
+        try:
+            gmsh.merge(str(path))
+            gmsh.model.mesh.removeDuplicateNodes()
+            _require_closed()
+            gmsh.model.mesh.classifySurfaces(_FACE_ANGLE, True, True, math.pi)  # noqa: FBT003 - gmsh's order
+            gmsh.model.mesh.createGeometry()
+            faces = [tag for _, tag in gmsh.model.getEntities(2)]
+            gmsh.model.geo.addVolume([gmsh.model.geo.addSurfaceLoop(faces)])
+            gmsh.model.geo.synchronize()
+            box = np.reshape(gmsh.model.getBoundingBox(-1, -1), (2, 3))
+            size = float(np.ptp(box, axis=0).max()) / PER_LENGTH
+            for name in ("MeshSizeMin", "MeshSizeMax"):
+                gmsh.option.setNumber(f"Mesh.{name}", size)
+            gmsh.option.setNumber("Mesh.SecondOrderLinear", 1)
+            gmsh.model.mesh.generate(3)
+            gmsh.model.mesh.setOrder(2)
+        except MeshError:
+            raise
+        except Exception as error:  # gmsh raises nothing more specific
+            message = f"its surface could not be meshed ({error}). Export the rod as STEP"
+            raise MeshError(message) from error
+        return tets_of_model()
+
+
+def _require_closed() -> None:
+    """Refuse a surface with edges that do not belong to two triangles."""
+    _, nodes = gmsh.model.mesh.getElementsByType(2)
+    corners = nodes.reshape(-1, 3).astype(np.int64)
+    sides = np.sort(corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    _, uses = np.unique(sides, axis=0, return_counts=True)
+    if not len(corners):
+        raise MeshError("it holds no triangles. Export the rod as STEP")
+    if (uses != 2).any():
+        open_sides = int((uses != 2).sum())
+        raise MeshError(
+            f"its surface is not closed: {open_sides} sides do not belong to exactly two triangles. Export "
+            "the rod as STEP, or repair the surface"
+        )
 
 
 def read_tets(path: Path) -> TetFile:

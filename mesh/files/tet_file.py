@@ -2,11 +2,12 @@
 
 from collections import Counter
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from geometry.arrays import Floats, Ints
-from mesh.errors import MeshError
+from mesh.tetmesh import MeshError
 
 # More than this cannot be solved on any workstation: ten million elements, as for meshes that gmsh makes.
 MOST_TETS = 10_000_000
@@ -102,3 +103,27 @@ _WORDS = {
     "line": "lines",
     "vertex": "points",
 }
+
+
+# meshio's module for each suffix. It could guess them, but `meshio.read` prints errors and ends the program.
+FORMATS = {
+    ".inp": "abaqus",
+    ".msh": "gmsh",
+    ".bdf": "nastran",
+    ".nas": "nastran",
+    ".fem": "nastran",
+    ".med": "med",
+    ".vtk": "vtk",
+    ".vtu": "vtu",
+    ".xdmf": "xdmf",
+    ".xmf": "xdmf",
+    ".mesh": "medit",
+    ".meshb": "medit",
+    ".vol": "netgen",
+    ".stl": "stl",
+}
+
+
+def is_mesh(path: Path) -> bool:
+    """Whether the ending is that of a mesh file that can be read."""
+    return path.suffix.lower() in FORMATS

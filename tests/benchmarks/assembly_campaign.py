@@ -23,18 +23,17 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from rod_studies import random_study
 
-from fea.analysis.prepare import prepare
-from fea.choices import CONTACT, PinModel
-from fea.contact.assembled_rod import AssembledRod
-from fea.contact.rod_contact import acting
+from fea.base.choices import CONTACT, PinModel
+from fea.pins.assembled_rod import AssembledRod
+from fea.pins.rod_contact import acting
+from fea.run.prepare import prepare
 from fea.solid.errors import ContactError
 from fea.study.assembly_table import AssemblyTable
-from fea.study.contact_table import ContactTable
+from fea.study.option_tables import ContactTable
 from fea.study.study import AnalysisTable, MeshTable, SpeedTable, Study
-from geometry.errors import GeometryError
-from geometry.invalid import InvalidValue
-from mesh.errors import MeshError
+from geometry.errors import GeometryError, InvalidValue
 from mesh.sizing import default_size
+from mesh.tetmesh import MeshError
 
 # After this long a rod counts as one that does not end, s.
 PATIENCE = 900.0

@@ -32,12 +32,12 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     """Run one of the modes; seconds without the imports, and the peak memory of the process."""
     from assembled_rods import study
 
-    from fea.analysis.meshing import mesh_loaded
-    from fea.analysis.prepare import prepare
-    from fea.analysis.speed import solve_speed, with_cycle
-    from fea.contact.assembled_rod import AssembledRod  # noqa: F401 - loaded before the clock starts
     from fea.machine.clock import Clock
-    from fea.machine.peak_memory import peak_memory
+    from fea.machine.threads import peak_memory
+    from fea.pins.assembled_rod import AssembledRod  # noqa: F401 - loaded before the clock starts
+    from fea.run.meshing import mesh_loaded
+    from fea.run.prepare import prepare
+    from fea.run.speed import solve_speed, with_cycle
     from fea.study.study import MeshTable
     from mesh.sizing import default_size
 

@@ -22,19 +22,18 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from rod_studies import random_study
 
-from fea.analysis.prepare import prepare
-from fea.choices import CONTACT, PinModel
+from fea.base.choices import CONTACT, PinModel
 from fea.contact.active_set import MOST_CHANGES
+from fea.run.prepare import prepare
 from fea.solid.errors import ContactError
-from fea.study.contact_table import ContactTable
+from fea.study.option_tables import ContactTable
 from fea.study.study import AnalysisTable, MeshTable, SpeedTable, Study
 from fea.units import RPM
-from geometry.errors import GeometryError
-from geometry.invalid import InvalidValue
+from geometry.errors import GeometryError, InvalidValue
 from loads.dynamics import cycle, origin_acceleration
 from loads.slider_crank import cycle_angles
-from mesh.errors import MeshError
 from mesh.sizing import default_size
+from mesh.tetmesh import MeshError
 
 
 class Outcome(NamedTuple):

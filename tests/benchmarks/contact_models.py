@@ -21,15 +21,15 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from rod_studies import random_study
 
-from fea.analysis.prepare import PreparedRod, prepare
-from fea.analysis.speed import solve_speed, with_cycle
-from fea.choices import CONTACT
-from fea.contact.fits import BIG_CLEARANCE, SMALL_CLEARANCE
+from fea.base.choices import CONTACT
+from fea.pins.fits import BIG_CLEARANCE, SMALL_CLEARANCE
+from fea.run.prepare import PreparedRod, prepare
+from fea.run.speed import solve_speed, with_cycle
 from fea.stress.singular import masked_nodes
-from fea.study.contact_table import ContactTable
+from fea.study.option_tables import ContactTable
 from fea.study.rod_table import rod_of_file
 from fea.study.study import MeshTable, SpeedTable, Study, load_study
-from geometry.cad.step_file import export_step
+from geometry.cad.formats import export_step
 from geometry.session import session
 from geometry.surfaces import Surface
 from mesh.sizing import default_size

@@ -19,11 +19,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 
 from cycles import SPEEDS, direct, on_bores
 
-import fea.cycle.pressure_loads as pressure_loads_module
-import fea.cycle.series as series_module
-from fea.analysis.prepare import PreparedRod, prepare
-from fea.choices import Symmetry
+import fea.pins.pressure_loads as pressure_loads_module
+import fea.pins.pressure_loads as series_module
+from fea.base.choices import Symmetry
 from fea.output.inp import write_inp
+from fea.run.prepare import PreparedRod, prepare
 from fea.solid.parity import Parity
 from fea.solid.supports import determinate_restraints, plane_conditions
 from fea.study.flags import Flags

@@ -15,14 +15,14 @@ import time
 import numpy as np
 from scipy.optimize import differential_evolution
 
-from fea.optimise.designs import Designs
-from fea.optimise.run_optimise import searched
-from fea.optimise.search import search
-from fea.optimise.variables import variables
+from fea.apps.optimise.designs import Designs
+from fea.apps.optimise.run_optimise import searched
+from fea.apps.optimise.search import search
+from fea.apps.optimise.variables import variables
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.errors import GeometryError
-from mesh.errors import MeshError
+from mesh.tetmesh import MeshError
 
 POLISHED, APART = 5, 0.15
 SEED = 1

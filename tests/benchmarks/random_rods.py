@@ -23,13 +23,12 @@ def outcome(seed: int) -> dict[str, object]:
     from rods import random_rod
 
     from fea.solid.inertia import inertia
-    from geometry.errors import GeometryError
-    from geometry.invalid import InvalidValue
+    from geometry.errors import GeometryError, InvalidValue
     from geometry.session import session
     from geometry.solid import build
-    from mesh.errors import MeshError
     from mesh.generate import tetrahedralise
     from mesh.sizing import Sizing, default_size, refinements
+    from mesh.tetmesh import MeshError
 
     rod = random_rod(seed)
     if isinstance(rod, InvalidValue):

@@ -65,7 +65,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=200)
     count = parser.parse_args().count
-    from geometry.cad.step_file import export_step
+    from geometry.cad.formats import export_step
     from geometry.presets import PRESETS
     from geometry.session import session
 

@@ -7,14 +7,14 @@ from types import SimpleNamespace
 
 import pytest
 
-from fea.runs import run_study as runs
+from fea.apps import run_study as runs
 
 HEAVY = {"skfem", "scipy", "vtkmodules", "pypardiso", "rich", "matplotlib", "PIL"}
 # Notes which modules are there when the first mesh is, and at the end of the run those that came later.
 WATCHED = """
 import sys
 from contextlib import contextmanager
-from fea.runs import run_study as runs
+from fea.apps import run_study as runs
 
 imported_meanwhile = runs.imported_meanwhile
 
@@ -25,7 +25,7 @@ def watched(names):
     watched.there = set(sys.modules)
 
 runs.imported_meanwhile = watched
-from fea.cli import call
+from fea.cli.program import call
 code = call(["run", "--size", "{size}", "--out", "r"])
 print(*watched.there)
 print(*sorted(set(sys.modules) - watched.there))
@@ -96,10 +96,10 @@ def test_no_thread_imports_while_a_fork_reads_a_cad_file(monkeypatch, step):
 
 
 def test_forces_need_nothing_that_meshes_or_solves(tmp_path):
-    code = "import sys; from fea.cli import call; call(['loads']); print(*sys.modules)"
+    code = "import sys; from fea.cli.program import call; call(['loads']); print(*sys.modules)"
     loaded = said(code, tmp_path).splitlines()[-1].split()
     assert "loads.dynamics" in loaded
-    assert not {"skfem", "scipy", "vtkmodules", "fea.analysis.meshing", "importlib.metadata"} & set(loaded)
+    assert not {"skfem", "scipy", "vtkmodules", "fea.run.meshing", "importlib.metadata"} & set(loaded)
 
 
 def test_leaving_does_not_search_the_libraries_for_garbage(tmp_path):

@@ -11,8 +11,7 @@ from contained import contained
 from mutated import mutated
 
 from fea.machine.forked import allow, apart, say
-from geometry.errors import GeometryError
-from geometry.invalid import InvalidValue
+from geometry.errors import GeometryError, InvalidValue
 from geometry.presets import PRESETS
 
 

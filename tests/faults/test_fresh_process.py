@@ -12,8 +12,8 @@ import pytest
 import works
 
 from fea.machine.fresh_process import in_fresh_process
-from fea.machine.signals import interrupt_once
-from geometry.system.signals import ENDS, held_back
+from fea.machine.streams import interrupt_once
+from geometry.system import ENDS, held_back
 
 
 @pytest.fixture

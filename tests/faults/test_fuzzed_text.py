@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.cli import USAGE, exit_code
-from fea.study.speeds import parse_speeds
+from fea.cli.program import USAGE, exit_code
+from fea.study.paths import parse_speeds
 from fea.study.study import parse_study, shipped_studies
 from fea.study.tables import toml_text
 from fea.study.traces import parse_trace
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 STUDY = """
 [rod]

@@ -11,7 +11,7 @@ import pytest
 from contained import contained
 from program import COARSE, fea
 
-from geometry.cad.step_file import export_step
+from geometry.cad.formats import export_step
 from geometry.presets import PRESETS
 from geometry.session import session
 
@@ -134,7 +134,7 @@ def interrupted(*arguments):
     threading.Timer(0.05, os.killpg, (0, signal.SIGINT)).start()
     return original(*arguments)
 owner.{method} = interrupted
-from fea.cli import call
+from fea.cli.program import call
 sys.exit(call(sys.argv[1:]))
 """
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fea import run
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from geometry.session import session
 
 

@@ -4,15 +4,15 @@ import re
 import numpy as np
 import pytest
 
-from fea.analysis import adapt
-from fea.analysis.adapt import adapt_mesh
-from fea.analysis.meshing import mesh_study
-from fea.analysis.speed import solve_speed
-from fea.analysis.wanted_size import edge_length, predicted_elements, size_ratio, wanted_sizes
-from fea.choices import Element
+from fea.base.choices import Element
 from fea.machine.clock import Clock
+from fea.run import adapt
+from fea.run.adapt import adapt_mesh
+from fea.run.meshing import mesh_study
+from fea.run.speed import solve_speed
+from fea.run.wanted_size import edge_length, predicted_elements, size_ratio, wanted_sizes
 from fea.study.study import AnalysisTable, MeshTable, load_study
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 
 def study(tolerance, size=None):

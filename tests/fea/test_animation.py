@@ -12,16 +12,15 @@ from cycles import analysis
 from PIL import Image
 from program import fea
 
-from fea.analysis.speed import solve_speed
-from fea.choices import Symmetry
-from fea.output.errors import PictureError, StorageError
+from fea.base.choices import Symmetry
 from fea.output.pictures import animation
-from fea.output.pictures.animation import Frames, film, require_film, write_film
+from fea.output.pictures.animation import COUNT, Frames, film, frames, require_film, write_film
 from fea.output.pictures.animation_frames import Motion
-from fea.output.pictures.film import COUNT, frames
 from fea.output.pictures.skin import Skin
+from fea.output.target import PictureError, StorageError
+from fea.run.speed import solve_speed
 from fea.units import DEG
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 RADIUS, LENGTH = 40.0, 100.0
 

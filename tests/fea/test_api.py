@@ -14,13 +14,13 @@ import pytest
 
 import fea
 from fea import analyse, load_study, run
-from fea.analysis.cycle_figures import EnvelopeFigures
 from fea.output import run_files
 from fea.output.json_file import as_dict, read_summary
 from fea.output.run_files import RunFiles, Writer
 from fea.output.text import write_text
+from fea.run.cycle_figures import EnvelopeFigures
 from fea.study.flags import Flags, RunFlags
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 COARSE = {"rpm": 6000, "size": 14}
 
@@ -122,7 +122,7 @@ def test_a_new_format_needs_its_writer_alone(tmp_path, monkeypatch, result):
     assert result.write(folder) == folder  # it is recognised as an earlier run
 
 
-@pytest.mark.parametrize("module", ["fea", "fea.result", "fea.study.study", "fea.solid.scikit_fem"])
+@pytest.mark.parametrize("module", ["fea", "fea.apps.result", "fea.study.study", "fea.solid.scikit_fem"])
 def test_examples_in_docstrings_run(module):
     found = doctest.testmod(import_module(module), raise_on_error=False)
     assert found.attempted > 0

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from assembled_rods import EVERY, study
 
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed, with_cycle
-from fea.cycle import assembled_loads
-from fea.cycle.assembled_loads import _principal
-from fea.cycle.instants import whole_cycle
+from fea.pins.assembled_loads import _principal
+from fea.run.cycle import assembled_loads
+from fea.run.cycle.instants import whole_cycle
+from fea.run.prepare import prepare
+from fea.run.speed import solve_speed, with_cycle
 from fea.solid.parity import Parity
 from fea.study.study import MeshTable
 from fea.units import RPM

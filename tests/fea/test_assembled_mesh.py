@@ -7,19 +7,17 @@ import numpy as np
 import pytest
 from assemblies import SCREWS, SIMPLE
 
-from fea.choices import Symmetry
+from fea.base.choices import Symmetry
 from fea.machine.clock import Clock
 from fea.rod.discretise import MeshRequest, discretise
 from fea.solid.supports import components
-from fea.stress.rim_mask import rim_masks
-from fea.stress.singular import mask_radius, masked_nodes
+from fea.stress.singular import mask_radius, masked_nodes, rim_masks
 from fea.study.study import load_study
 from geometry.assembly import Assembly
-from geometry.mirror import PLANE_AXIS
-from geometry.surfaces import INTERFACES, Surface
+from geometry.surfaces import INTERFACES, PLANE_AXIS, Surface
 from mesh.numbering import scikit_fem_order
 from mesh.rims import rims
-from mesh.size_field import SizeField
+from mesh.sizing import SizeField
 from mesh.tetmesh import FACET_TURN
 
 EVERY = Assembly(bushing=True, shell=1.5, bolt=SCREWS)

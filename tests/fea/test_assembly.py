@@ -6,9 +6,9 @@ from skfem import CellBasis, ElementTetP1, ElementTetP2, ElementVector, MeshTet,
 from skfem.models.elasticity import linear_elasticity
 from strap import strap
 
-from fea.material import Material
+from fea.base.material import Material
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
-from fea.solid.mechanism import rigid_modes
+from fea.solid.supports import rigid_modes
 from geometry.surfaces import Surface
 from mesh.mirror import reflect, unmirrored
 

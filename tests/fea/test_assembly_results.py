@@ -13,17 +13,16 @@ from hypothesis import strategies as st
 from written_figures import buckling, result, summary
 
 from fea import analyse, prepare
-from fea.analysis.assembly_figures import BoltsFigures, JointCaseFigures, JointFigures, OnsetFigures
-from fea.analysis.assembly_report import assembly_figures
-from fea.analysis.survival import factors, survival
-from fea.choices import Symmetry
-from fea.contact.load_limits import LoadLimits
-from fea.contact.onset import LARGEST, WITHIN, onset
+from fea.apps.report_run import prepared_again
+from fea.base.choices import Symmetry
 from fea.output.left_run import LeftRun
 from fea.output.terminal.assembly import assembly_lines
-from fea.runs.repeated import prepared_again
+from fea.pins.load_limits import LARGEST, WITHIN, LoadLimits, onset
+from fea.run.assembly_figures import BoltsFigures, JointCaseFigures, JointFigures, OnsetFigures
+from fea.run.assembly_report import assembly_figures
+from fea.run.survival import factors, survival
 from fea.study.study import parse_study
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
 from loads.cases import ASSEMBLY
 from loads.cases import given as pulled

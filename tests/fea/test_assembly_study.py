@@ -8,17 +8,17 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
-from fea.analysis.assembling import Assembling
-from fea.assess.bolt_choice import choose_bolt
-from fea.assess.bolt_seats import BoltSeats, seats_of
-from fea.choices import BoltGrade, ThreadRolled
+from fea.base.choices import BoltGrade, ThreadRolled
+from fea.judge.bolt_choice import choose_bolt
+from fea.judge.bolt_shape import BoltSeats, seats_of
+from fea.run.assembling import Assembling
 from fea.study.assembly_table import AssemblyTable
 from fea.study.flags import Flags
 from fea.study.material_table import MaterialTable
 from fea.study.schema import study_schema
 from fea.study.study import load_study, parse_study
 from fea.study.template import template
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 ROD = (
     '[rod]\npreset = "leon-2001"\nbushing_mm = 1.5\ncap_bolt_mm = 9.0\ncap_bolt_spacing_mm = 72.0\n'
@@ -222,7 +222,7 @@ def test_a_rod_without_room_for_a_seat_is_refused_with_what_to_do():
 
 
 def test_the_seats_of_a_rod_given_by_dimensions_are_ones_that_can_be_drawn():
-    from geometry.assembly_rules import check
+    from geometry.assembly import check
 
     for spacing in (70.5, 72.0, 78.0):
         study = read("[assembly]\n", ROD.replace("72.0", f"{spacing}"))
@@ -248,7 +248,7 @@ def test_fits_and_temperature_are_judged_and_said():
 
 @pytest.mark.parametrize("key", [field.name for field in dataclasses.fields(AssemblyTable)])
 def test_the_examples_of_the_template_are_ones_that_work(key):
-    from geometry.assembly_rules import check
+    from geometry.assembly import check
 
     needed = {"shell_interference_mm": "shell_thickness_mm", "bushing_interference_mm": "bushing_mm"}
     holes = ("cap_bolt_mm", "cap_bolt_spacing_mm", "cap_boss_length_mm", "cap_boss_fillet_mm")

@@ -8,25 +8,27 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from fea.assess.bolt_compliance import bolt_compliance
-from fea.assess.bolt_result import BoltResult, JointResult
-from fea.assess.bolt_strength import endurance_after, endurance_before, working_stress
-from fea.assess.bolt_tightening import Lever, allowed_preload, tightening_stress
-from fea.assess.clamped_parts import ClampedParts
-from fea.assess.joint_diagram import (
+from fea.base.choices import BoltGrade, ThreadRolled
+from fea.judge.bolt_compliance import ClampedParts, bolt_compliance
+from fea.judge.bolt_result import BoltResult, JointResult
+from fea.judge.bolt_strength import (
+    Lever,
+    allowed_preload,
     bolt_force,
     clamp_force,
     embedding_loss,
+    endurance_after,
+    endurance_before,
     expected_embedding,
     load_factor,
     opening_load,
     thermal_slack,
+    tightening_stress,
+    working_stress,
 )
-from fea.choices import BoltGrade, ThreadRolled
-from fea.rod.bolt import Bolt
-from fea.study.bolt_grades import bolt_strength
-from fea.study.metric_thread import Thread, parse_thread, thread_in_hole
-from geometry.invalid import InvalidValue
+from fea.pins.assembly_state import Bolt
+from fea.study.bolts import Thread, bolt_strength, parse_thread, thread_in_hole
+from geometry.errors import InvalidValue
 
 # Seat of a hexagon bolt (ISO 4014) and medium hole (ISO 273) by nominal diameter, mm.
 SEATS = {8: (11.63, 9.0), 10: (14.63, 11.0), 12: (16.63, 13.5), 16: (22.49, 17.5), 24: (33.61, 26.0)}

@@ -4,9 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strap import LENGTH, SMALL_BORE, WIDTH, strap
 
-from fea.solid.bore import bore_facets
-from fea.solid.bore_load import bore_load
-from fea.solid.clip import parts_within
+from fea.solid.bore import bore_facets, bore_load, parts_within
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure
 from mesh.mirror import reflect, unmirrored

@@ -5,15 +5,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fea.analysis.buckling import buckling_report
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
-from fea.choices import Support, Symmetry
-from fea.output.terminal.buckling import buckling_lines
+from fea.base.choices import Support, Symmetry
+from fea.output.terminal.run_lines import buckling_lines
+from fea.run.buckling import buckling_report
+from fea.run.prepare import prepare
+from fea.run.speed import solve_speed
+from fea.solid.bore_motion import SLIDE_X, TURN_Z, Held, mean_motions, motions
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.geometric_stiffness import GeometricStiffness
 from fea.solid.parity import Parity
-from fea.solid.pins import SLIDE_X, TURN_Z, Held, mean_motions, motions
 from fea.solvers.buckling import Buckling
 from fea.solvers.static import Model
 from fea.study.flags import Flags

@@ -9,15 +9,15 @@ import pytest
 from cycles import direct
 
 from fea import analyse
-from fea.analysis.prepare import prepare
-from fea.choices import CONTACT
+from fea.base.choices import CONTACT
 from fea.output.json_file import read_summary
-from fea.study.contact_table import ContactTable
+from fea.run.prepare import prepare
 from fea.study.flags import Flags
 from fea.study.material_table import MaterialTable
+from fea.study.option_tables import ContactTable
 from fea.study.study import ForcesTable, load_study
 from fea.units import RPM
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
 from loads.cases import given
 

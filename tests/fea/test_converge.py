@@ -4,9 +4,9 @@ import shutil
 
 import pytest
 
-from fea.cli import call
-from fea.output.frd import read_frd
-from fea.output.pictures.png import is_complete_png
+from fea.cli.program import call
+from fea.output.inp import read_frd
+from fea.output.pictures.strokes import is_complete_png
 from fea.study.study import load_study
 from fea.verify.converge import converge as module
 from fea.verify.converge.advice import advice

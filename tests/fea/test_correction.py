@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fea.contact.correction import Correction
+from fea.contact.block_search import Correction
 from fea.contact.guess import Guess
 from fea.contact.trial import EXACT
 

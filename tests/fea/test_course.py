@@ -7,8 +7,8 @@ import pytest
 from engines import LEON
 
 from fea.contact.friction_cycle import MOST_CYCLES, ON_END, FrictionCycle, increments
-from fea.cycle.instants import BEGINNING, course, whole_cycle
-from fea.cycle.instants import INCREMENTS as OF_CYCLE
+from fea.run.cycle.instants import BEGINNING, course, whole_cycle
+from fea.run.cycle.instants import INCREMENTS as OF_CYCLE
 from fea.units import DEG, RPM
 from geometry.mass import MassProperties
 from loads.gas import NoGas

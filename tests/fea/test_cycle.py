@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from cycles import SPEEDS, analysis, superposition_errors
 
-from fea.analysis.speed import solve_speed, with_cycle
-from fea.choices import Symmetry
-from fea.cycle.envelope import NOT_JUDGED
-from fea.cycle.series import series
-from fea.cycle.spots import distinct
+from fea.base.choices import Symmetry
 from fea.output.vtu import write_vtu
+from fea.pins.pressure_loads import series
+from fea.run.cycle.envelope import NOT_JUDGED
+from fea.run.cycle.spots import distinct
+from fea.run.speed import solve_speed, with_cycle
 from fea.stress.stress import von_mises
 from fea.units import RPM
 from loads.bearing import BorePressure

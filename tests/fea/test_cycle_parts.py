@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fea.assess.safety import CAP
-from fea.choices import Fatigue
-from fea.cycle.envelope import _judged, _worse, with_cases
-from fea.material import Material
+from fea.base.choices import Fatigue
+from fea.base.material import Material
+from fea.judge.verdict import CAP
+from fea.run.cycle.envelope import _judged, _worse, with_cases
 
 STEEL, BRONZE = Material(210e3, 0.3, 7.85e-9, 600.0), Material(100e3, 0.34, 8.8e-9, 40.0)
 ANGLES = np.array([0.0, 1.0, 2.0])

@@ -3,10 +3,10 @@
 import gmsh
 import pytest
 
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed, with_cycle
-from fea.analysis.summary import envelope_figures
-from fea.cycle.search import SpeedSearch
+from fea.run.cycle.search import SpeedSearch
+from fea.run.prepare import prepare
+from fea.run.speed import solve_speed, with_cycle
+from fea.run.summary import envelope_figures
 from fea.study.study import parse_study
 from geometry.session import session
 

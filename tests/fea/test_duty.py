@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 
 from fea import load_study
-from fea.analysis import adapt
-from fea.analysis.life import life_of as life_of_loads
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed, with_cycle
-from fea.assess.fatigue import reversed_amplitude
-from fea.assess.life_line import LifeLine
-from fea.choices import Fatigue, Finish
-from fea.cycle.duty import COUNTED
+from fea.base.choices import Fatigue, Finish
+from fea.judge.fatigue import reversed_amplitude
+from fea.judge.life_line import LifeLine
 from fea.machine.clock import Clock
-from fea.rod.duty_loads import DutyLoads
-from fea.study.duty_table import DutyTable
+from fea.rod.loading import DutyLoads
+from fea.run import adapt
+from fea.run.cycle.duty import COUNTED
+from fea.run.life import life_of as life_of_loads
+from fea.run.prepare import prepare
+from fea.run.speed import solve_speed, with_cycle
 from fea.study.material_table import MaterialTable
+from fea.study.option_tables import DutyTable
 from fea.study.study import MeshTable, Study, parse_study
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 SPEEDS, HOURS = (4000.0, 6000.0, 6500.0), (600.0, 350.0, 50.0)
 DUTY = DutyTable(SPEEDS, HOURS)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from fea.contact.block import Block
-from fea.contact.ends import Ends, Product
+from fea.contact.block import Block, Ends, Product
 from fea.contact.guess import Guess, Places
 from fea.contact.joined_system import JoinedSystem, Load
 from fea.contact.tied import Tied

@@ -8,18 +8,17 @@ from energy_errors import effectivity, manufactured_effectivity, rod, rod_effect
 from exact_bodies import HEIGHT, MATERIAL, PROBLEMS, solved
 from nested import nest, nested
 
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
-from fea.assess.verdict import peak
-from fea.choices import Symmetry
-from fea.solid.element import tabulate
-from fea.solid.integration import gauss_block
+from fea.base.choices import Symmetry
+from fea.judge.verdict import peak
+from fea.run.prepare import prepare
+from fea.run.speed import solve_speed
+from fea.solid.element import gauss_block, tabulate
 from fea.stress.error_estimate import ErrorEstimator, sagitta
 from fea.stress.recovery import Recovery
 from fea.stress.stress import von_mises
 from fea.study.study import MeshTable, load_study
 from fea.verify.cases import plate_with_hole, rotating_disc
-from geometry.bodies.shape import block
+from geometry.bodies import block
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from fea import analyse, load_study, run
-from fea.output.frd import read_frd
-from fea.runs.export_run import export_run
+from fea.apps.export_run import export_run
+from fea.output.inp import read_frd
 from fea.study.study import parse_study
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
-from mesh.files.faces import boundary_facets
+from mesh.files.skin import boundary_facets
 
 MATERIAL = '[material]\npreset = "leon-2001"\n'
 ENGINE = """

@@ -7,10 +7,10 @@ import pytest
 from assemblies import NUTS, SIMPLE
 from assembly_files import write_assembly
 
-from fea.analysis.assembling import Assembling
-from fea.analysis.meshing import mesh_study
-from fea.contact.assembled_rod import _pulls
-from fea.result import analyse
+from fea.apps.result import analyse
+from fea.pins.assembled_rod import _pulls
+from fea.run.assembling import Assembling
+from fea.run.meshing import mesh_study
 from fea.study.flags import Flags
 from fea.study.rod_table import rod_of_file
 from fea.study.study import load_study

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from PIL import Image, ImageColor
 
-from fea.output.errors import PictureError
 from fea.output.plots import history as history_plot
 from fea.output.plots.history import plot_histories
+from fea.output.target import PictureError
 
 ANGLES = np.radians(np.arange(721.0))
 

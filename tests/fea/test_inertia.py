@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strap import strap
 
-from fea.rod.case_forces import imbalance
+from fea.pins.case_forces import imbalance
 from fea.solid.inertia import inertia
 from geometry.surfaces import Surface
 from loads.cases import RodMotion

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from fea.contact.active_set import ContactSystem
 from fea.contact.guess import Guess, Places
 from fea.contact.joined_system import JoinedSystem, Load
-from fea.contact.linear import Linear
 from fea.contact.tied import Tied
+from fea.contact.trial import Linear
 from fea.solid.errors import ContactError
 
 PINS, PLACES = 14, 9

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from fea.choices import Support
-from fea.material import Material
+from fea.base.choices import Support
+from fea.base.material import Material
 from fea.solid.parity import Parity, Split
 from fea.solvers.residuals import CHECKED_SINGLY, REFINE_ABOVE
 from fea.solvers.static import Model
-from geometry.bodies.shape import block
+from geometry.bodies import block
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 

@@ -6,14 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fea.analysis.meshing import mesh_study
-from fea.checks import LIMITS
+from fea.base.checks import LIMITS
 from fea.machine.clock import Clock
 from fea.rod.flaws import mass_error, mesh_flaws
+from fea.run.meshing import mesh_study
 from fea.solid.inertia import inertia
 from fea.study.study import parse_study
-from geometry.bodies.draw import draw
-from geometry.bodies.shape import block
+from geometry.bodies import block, draw
 from geometry.session import session
 from mesh.generate import tetrahedralise
 from mesh.quality import measure

@@ -13,17 +13,17 @@ from strap import strap
 from strap_load import tilted_load, without_rigid_motion
 
 from fea import run
-from fea.choices import SolverName, Support
-from fea.cli import call
-from fea.material import Material, Materials
+from fea.base.choices import SolverName, Support
+from fea.base.material import Material, Materials
+from fea.cli.program import call
 from fea.solid.assembly import pattern, stiffness
-from fea.solid.elasticity import stress_from_gradient
+from fea.solid.element import stress_from_gradient
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity
 from fea.solid.supports import determinate_restraints
 from fea.solid.traction import traction_forces
 from fea.solvers import saddle
-from fea.solvers.linear import conjugate_gradients
+from fea.solvers.linear import amg as conjugate_gradients
 from fea.solvers.mixed import MixedModel
 from fea.solvers.pressure import pressure_space
 from fea.solvers.static import Model
@@ -32,7 +32,7 @@ from fea.verify.cases.lame import loaded
 from fea.verify.cases.patch import shaken
 from fea.verify.stability.incompressible import exact
 from fea.verify.stability.pair import solved_pair
-from geometry.bodies.shape import block
+from geometry.bodies import block
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 from mesh.mirror import reflect, unmirrored

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from cycles import analysis
 
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed, with_cycle
-from fea.assess.crossland import crossland, crossland_factors
-from fea.assess.deviatoric import deviatoric
-from fea.choices import Symmetry
-from fea.cycle import multiaxial
+from fea.base.choices import Symmetry
+from fea.judge.crossland import crossland, crossland_factors
+from fea.judge.history import deviatoric
+from fea.run.cycle import multiaxial
+from fea.run.prepare import prepare
+from fea.run.speed import solve_speed, with_cycle
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.units import RPM

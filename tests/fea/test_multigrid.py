@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from strap import strap
 
-from fea.choices import SolverName
-from fea.material import Material
+from fea.base.choices import SolverName
+from fea.base.material import Material
 from fea.solid.assembly import linear_stiffness, pattern, stiffness
 from fea.solid.parity import Parity
 from fea.solid.supports import clamped, plane_conditions

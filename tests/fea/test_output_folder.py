@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from fea.output import folder
-from fea.output.errors import OccupiedError, StorageError
 from fea.output.folder import require_replaceable, run_folder
+from fea.output.target import OccupiedError, StorageError
 
 WRITER = """
 import json, sys, time

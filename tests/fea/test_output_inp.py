@@ -5,9 +5,9 @@ import meshio
 import numpy as np
 import pytest
 
-from fea.material import Material
-from fea.output.errors import StorageError
+from fea.base.material import Material
 from fea.output.inp import write_inp
+from fea.output.target import StorageError
 from geometry.surfaces import Surface
 from mesh.tetmesh import EDGES, TetMesh
 

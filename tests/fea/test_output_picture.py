@@ -11,12 +11,9 @@ from PIL import Image
 from written_figures import buckling, cycle, load, summary
 from written_figures import result as case_result
 
-from fea.analysis.figures import BucklingModeFigures
-from fea.output.errors import PictureError
 from fea.output.json_file import json_text
 from fea.output.pictures import child, picture
 from fea.output.pictures.child import PICTURES, drawing_process, environments, ready_to_draw
-from fea.output.pictures.described import described_by
 from fea.output.pictures.picture import (
     Picture,
     described,
@@ -26,12 +23,13 @@ from fea.output.pictures.picture import (
     take_pictures,
     try_rendering,
 )
-from fea.output.pictures.png import is_complete_png
 from fea.output.pictures.scene import Scene
-from fea.output.pictures.shown import available
-from fea.output.pictures.strokes import require_rod
+from fea.output.pictures.shown import available, described_by
+from fea.output.pictures.strokes import is_complete_png, require_rod
+from fea.output.target import PictureError
 from fea.output.vtu import write_vtu
-from geometry.invalid import InvalidValue
+from fea.run.figures import BucklingModeFigures
+from geometry.errors import InvalidValue
 from mesh.tetmesh import TetMesh
 
 SUMMARY = summary(

@@ -3,10 +3,9 @@ import itertools
 import numpy as np
 import pytest
 
-from fea.output.pictures.bands import Bands
-from fea.output.pictures.scale import band_limits, exaggeration, round_down, round_up
+from fea.output.pictures.frame import View, choose_view
+from fea.output.pictures.scale import Bands, band_limits, exaggeration, round_down, round_up
 from fea.output.pictures.skin import Skin, refined_line
-from fea.output.pictures.view import View, choose_view
 from mesh.tetmesh import EDGES
 
 OUTER = [(1, 3, 5), (3, 2, 5), (2, 4, 5), (4, 1, 5), (3, 1, 6), (2, 3, 6), (4, 2, 6), (1, 4, 6)]

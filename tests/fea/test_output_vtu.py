@@ -6,7 +6,7 @@ import pytest
 import pyvista
 from vtkmodules.vtkCommonDataModel import vtkQuadraticTetra
 
-from fea.output.errors import StorageError
+from fea.output.target import StorageError
 from fea.output.vtu import write_vtu
 from mesh.tetmesh import EDGES, TetMesh
 

@@ -5,10 +5,9 @@ import pytest
 from strap import LENGTH, strap
 from strap_load import COSINE, tilted_load, without_rigid_motion
 
-from fea.choices import Support
-from fea.material import Material
-from fea.solid.bore import bore_facets
-from fea.solid.bore_load import bore_load
+from fea.base.choices import Support
+from fea.base.material import Material
+from fea.solid.bore import bore_facets, bore_load
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
 from fea.solid.supports import plane_conditions, require_restrained

@@ -1,9 +1,9 @@
 import pytest
 
-from fea.assess.plausible import unit_remarks
-from fea.assess.remarks import check_remarks, fatigue_remarks
-from fea.checks import check
-from fea.choices import Fatigue
+from fea.base.checks import check
+from fea.base.choices import Fatigue
+from fea.judge.fatigue import check_remarks, fatigue_remarks
+from fea.judge.plausible import unit_remarks
 from fea.study.engine_table import EngineTable
 from fea.study.material_presets import MATERIALS
 from fea.study.material_table import MaterialTable

@@ -7,12 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fea.assess.press_fit import PressFit, judge_fit, judge_seat, ring_of, warmed
-from fea.assess.ring import Ring
-from fea.study.expansion import thermal_expansion
+from fea.judge.press_fit import PressFit, Ring, judge_fit, judge_seat, ring_of, warmed
 from fea.study.material_presets import MATERIALS
-from fea.study.material_table import MaterialTable
-from geometry.invalid import InvalidValue
+from fea.study.material_table import MaterialTable, thermal_expansion
+from geometry.errors import InvalidValue
 
 STEEL = MaterialTable(E_GPa=207.0, nu=0.3, density_kg_m3=7850.0, yield_MPa=600.0)
 BRONZE = MaterialTable(E_GPa=110.0, nu=0.34, density_kg_m3=8800.0, yield_MPa=250.0)

@@ -7,12 +7,12 @@ import pytest
 import pyvista
 from reports import RPM, reported_rod, solved_at
 
-from fea.analysis.instants import Instants
-from fea.output.pvd import write_pvd
+from fea.output.vtu import write_pvd
+from fea.run.instants import Instants
 from fea.stress.stress import von_mises
 from fea.study.flags import Flags
 from fea.study.study import load_study
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 
 @pytest.fixture(scope="module")

@@ -5,13 +5,12 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from fea.material import Material
-from fea.solid.elasticity import stress_from_gradient
+from fea.base.material import Material
+from fea.solid.element import stress_from_gradient
 from fea.solid.parity import Parity
 from fea.stress.recovery import ElementStress, Recovery
 from fea.stress.recovery_surface import SurfaceStress
-from geometry.mirror import PLANE_AXIS
-from geometry.surfaces import Surface
+from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.mirror import reflect, unmirrored
 from mesh.tetmesh import EDGES, TetMesh
 

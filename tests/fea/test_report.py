@@ -13,7 +13,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reports import HOSTILE, SIZE, reported_rod
 
-from fea.analysis.assembly_figures import (
+from fea.apps.report_run import report_run
+from fea.output.folder import is_earlier_run
+from fea.output.report.assumptions import limits
+from fea.output.report.charts import Heading, chart
+from fea.output.report.coding import HOLE, Packer, corner_steps
+from fea.output.report.page import open_report, page
+from fea.output.report.reported import reported_left
+from fea.output.report.scene import scene
+from fea.output.report.surface import Surface
+from fea.output.report.wording import figure, named
+from fea.output.report.write import reported, still
+from fea.output.target import PictureError
+from fea.run.assembly_figures import (
     AssemblyFigures,
     BoltCaseFigures,
     BoltsFigures,
@@ -22,26 +34,13 @@ from fea.analysis.assembly_figures import (
     JointCaseFigures,
     JointFigures,
 )
-from fea.analysis.motion import Known, agreeing
-from fea.analysis.summary_file import SUMMARY
-from fea.output.earlier import is_earlier_run
-from fea.output.errors import PictureError
-from fea.output.report.assumptions import limits
-from fea.output.report.charts import Heading, chart
-from fea.output.report.coding import HOLE, Packer, corner_steps
-from fea.output.report.left import reported_left
-from fea.output.report.opening import open_report
-from fea.output.report.page import page
-from fea.output.report.scene import scene
-from fea.output.report.surface import Surface
-from fea.output.report.wording import figure, named
-from fea.output.report.write import reported, still
-from fea.runs.report_run import report_run
+from fea.run.motion import Known, agreeing
+from fea.run.summary_file import SUMMARY
 from fea.stress.stress import von_mises
 from fea.study.study import load_study
 from fea.units import DEG
-from geometry.invalid import InvalidValue
-from mesh.files.faces import boundary_facets
+from geometry.errors import InvalidValue
+from mesh.files.skin import boundary_facets
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -53,7 +52,7 @@ def undrawn():
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("fea.output.report.write.draw_pictures", refuse)
-        patch.setattr("fea.runs.report_run.ready_to_draw", nullcontext)
+        patch.setattr("fea.apps.report_run.ready_to_draw", nullcontext)
         yield
 
 
@@ -261,7 +260,7 @@ def test_a_run_that_cannot_be_solved_again_has_no_slider(written, monkeypatch):
     def refuse(_run, _study):
         raise InvalidValue("RUN", "run", "was loaded with other forces")
 
-    monkeypatch.setattr("fea.runs.report_run.prepared_again", refuse)
+    monkeypatch.setattr("fea.apps.report_run.prepared_again", refuse)
     report_run(written)
     text = (written / "report.html").read_text(encoding="utf-8")
     assert "There is no crank-angle slider: the cycle could not be solved again" in text
@@ -272,8 +271,8 @@ def test_a_run_that_cannot_be_solved_again_has_no_slider(written, monkeypatch):
 def test_a_cycle_that_comes_out_otherwise_is_not_shown(written, monkeypatch):
     rod, result, _, _ = reported_rod()
     other = replace(result.motion, even=replace(result.motion.even, stress=1.1 * result.motion.even.stress))
-    monkeypatch.setattr("fea.runs.report_run.prepared_again", lambda _run, _study: rod)
-    monkeypatch.setattr("fea.runs.report_run.motion", lambda *_: other)
+    monkeypatch.setattr("fea.apps.report_run.prepared_again", lambda _run, _study: rod)
+    monkeypatch.setattr("fea.apps.report_run.motion", lambda *_: other)
     report_run(written)
     text = (written / "report.html").read_text(encoding="utf-8")
     assert "solved again, its stress differs from the load cases by " in text

@@ -1,15 +1,14 @@
 import numpy as np
 import pytest
 
-from fea.material import Material
-from fea.solid.body_force import body_forces
-from fea.solid.elasticity import stress_from_gradient
+from fea.base.material import Material
+from fea.solid.element import stress_from_gradient
 from fea.solid.errors import UnderconstrainedError
-from fea.solid.thermal import thermal_forces, thermal_modulus
-from fea.solid.traction import nodal_traction, traction_forces
-from fea.solvers.prescribed import displacement
+from fea.solid.inertia import body_forces
+from fea.solid.traction import nodal_traction, thermal_forces, thermal_modulus, traction_forces
+from fea.solvers.constrained import displacement
 from fea.stress.recovery import Recovery
-from geometry.bodies.shape import Prism, polygon
+from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 

@@ -5,17 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fea.choices import SolverName, Support
-from fea.material import Material, Materials
+from fea.base.choices import SolverName, Support
+from fea.base.material import Material, Materials
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.errors import StagnationError, UnderconstrainedError
 from fea.solid.parity import Parity, Split
 from fea.solid.supports import require_restrained
 from fea.solvers import static as solve
-from fea.solvers.condition import condition_estimate, condition_of, probe
 from fea.solvers.linear.choice import factorise
-from fea.solvers.residuals import REFINE_ABOVE
-from geometry.bodies.shape import block
+from fea.solvers.residuals import REFINE_ABOVE, condition_estimate, condition_of, probe
+from geometry.bodies import block
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 from mesh.tetmesh import TetMesh

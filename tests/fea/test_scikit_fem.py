@@ -13,26 +13,23 @@ from strap import LENGTH, strap
 from strap_load import tilted_load
 
 import fea
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
-from fea.choices import Assembly, SolverName, Support
-from fea.material import Material, Materials
+from fea.base.choices import Assembly, SolverName, Support
+from fea.base.material import Material, Materials
+from fea.run.prepare import prepare
+from fea.run.speed import solve_speed
 from fea.solid import forms
 from fea.solid.assembly import pattern, stiffness
-from fea.solid.body_force import body_forces
 from fea.solid.geometric_stiffness import GeometricStiffness
 from fea.solid.inertia import _assembled_weights as weights
-from fea.solid.inertia import inertia
-from fea.solid.mass import mass_matrix
+from fea.solid.inertia import body_forces, inertia, mass_matrix
 from fea.solid.parity import Parity
 from fea.solid.scikit_fem import assembled_stiffness, basis, stiffness_coo, to_skfem
-from fea.solid.thermal import thermal_forces
-from fea.solid.traction import traction_forces
+from fea.solid.traction import thermal_forces, traction_forces
 from fea.solvers.mixed import MixedModel
 from fea.solvers.static import Model
 from fea.study.flags import Flags
 from fea.study.study import load_study, parse_study
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 

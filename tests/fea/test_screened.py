@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fea.assess.ball import ball_radii
-from fea.assess.deviatoric import deviatoric, extreme_principals
-from fea.assess.history import Extremes
-from fea.assess.history import extremes as everywhere
-from fea.cycle import screened
-from fea.cycle.path import path
-from fea.cycle.screened import Reach, extremes
-from fea.cycle.unit_loads import ALONE, Together, Weights
-from fea.cycle.unit_solutions import PartStress
+from fea.judge.crossland import ball_radii
+from fea.judge.history import Extremes, deviatoric, extreme_principals
+from fea.judge.history import extremes as everywhere
+from fea.pins.unit_loads import ALONE, Together, Weights
+from fea.run.cycle import screened
+from fea.run.cycle.path import path
+from fea.run.cycle.screened import Reach, extremes
+from fea.run.cycle.unit_solutions import PartStress
 from fea.stress.stress import von_mises
 
 NODES, UNITS = 40, 6

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 from fea import run
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
-from fea.checks import LIMITS
+from fea.base.checks import LIMITS
+from fea.run.prepare import prepare
+from fea.run.speed import solve_speed
 from fea.stress.section_balance import SectionBalance
 from fea.study.study import load_study
-from geometry.bodies.shape import block
+from geometry.bodies import block
 from geometry.session import session
 from loads.cases import LoadCase, RodMotion
 from mesh.body import mesh_body

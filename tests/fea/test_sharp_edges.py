@@ -9,14 +9,14 @@ import pytest
 from rich.console import Console
 
 from fea import analyse
-from fea.analysis.meshing import mesh_study
 from fea.output.json_file import as_dict
-from fea.output.pictures.described import described_by
+from fea.output.pictures.shown import described_by
 from fea.output.terminal.run import print_runs
+from fea.run.meshing import mesh_study
 from fea.stress.singular import masked_nodes, singular_nodes
 from fea.study.study import MeshTable, parse_study
-from geometry.bodies.draw import draw as draw_body
-from geometry.bodies.shape import Prism, polygon
+from geometry.bodies import Prism, polygon
+from geometry.bodies import draw as draw_body
 from geometry.session import session
 from geometry.surfaces import Surface
 from mesh.creases import creases

@@ -5,13 +5,13 @@ import dataclasses
 import pytest
 from rods import random_rod
 
-from fea.analysis.meshing import mesh_study
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
-from fea.analysis.summary import case_figures
-from fea.assess.verdict import Verdict, peak
+from fea.judge.verdict import Verdict, peak
+from fea.run.meshing import mesh_study
+from fea.run.prepare import prepare
+from fea.run.speed import solve_speed
+from fea.run.summary import case_figures
 from fea.solid.traction import traction_forces
-from fea.solvers.prescribed import displacement
+from fea.solvers.constrained import displacement
 from fea.stress.error_estimate import ErrorEstimator
 from fea.stress.recovery import Recovery
 from fea.stress.singular import masked_nodes
@@ -19,8 +19,8 @@ from fea.stress.stress import von_mises
 from fea.study.rod_table import RodTable
 from fea.study.study import MeshTable, Study, load_study
 from fea.verify.body import STEEL, held
-from geometry.bodies.shape import Prism, polygon
-from geometry.invalid import InvalidValue
+from geometry.bodies import Prism, polygon
+from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 

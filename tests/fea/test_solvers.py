@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from strap import strap
 
-from fea.choices import SolverName
-from fea.material import Material
+from fea.base.choices import SolverName
+from fea.base.material import Material
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.errors import SingularMatrixError, StagnationError
 from fea.solid.parity import Parity
@@ -55,7 +55,7 @@ def test_the_node_order_is_a_permutation_that_keeps_nodes_together(matrices):
 
 
 def test_stagnation_is_never_returned(matrices, monkeypatch):
-    monkeypatch.setattr("fea.solvers.linear.conjugate_gradients.MOST_ITERATIONS", 2)
+    monkeypatch.setattr("fea.solvers.linear.amg.MOST_ITERATIONS", 2)
     solver = linear_solver(SolverName.AMG, MESH, STEEL, slots=1)
     solver.factorise(0, matrices[0])
     with pytest.raises(StagnationError, match="stagnated at a relative residual"):
@@ -64,7 +64,7 @@ def test_stagnation_is_never_returned(matrices, monkeypatch):
 
 @pytest.mark.parametrize(("free_gib", "solver"), [(24, SolverName.PARDISO), (4, SolverName.AMG), (0.5, None)])
 def test_auto_chooses_by_predicted_memory(free_gib, solver, monkeypatch):
-    monkeypatch.setattr("fea.solvers.linear.memory.available_bytes", lambda: free_gib * 2**30)
+    monkeypatch.setattr("fea.solvers.linear.choice.available_bytes", lambda: free_gib * 2**30)
     if solver is None:
         with pytest.raises(MemoryError, match=r"degrees of freedom need about .* MiB.*times as large"):
             chosen(SolverName.AUTO, 500_000, slots=2)
@@ -75,7 +75,7 @@ def test_auto_chooses_by_predicted_memory(free_gib, solver, monkeypatch):
 def test_memory_under_a_limit_is_seen():
     code = (
         "import resource; resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30)); "
-        "from fea.solvers.linear.memory import available_bytes; print(available_bytes())"
+        "from fea.solvers.linear.choice import available_bytes; print(available_bytes())"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert 0 < float(done.stdout) < 4 * 2**30

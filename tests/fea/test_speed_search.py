@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 from cycles import analysis
 
-from fea.analysis.speed import solve_speed, with_cycle
-from fea.analysis.sweep import SpeedSweep
-from fea.assess.deviatoric import deviatoric
-from fea.assess.fatigue import fatigue_factor
-from fea.assess.history import extremes
-from fea.assess.safety import CAP
-from fea.choices import Fatigue, Region, Symmetry
-from fea.cycle.part_rows import PartRows
-from fea.cycle.search import SpeedSearch
-from fea.material import Marin, Skin
+from fea.base.choices import Fatigue, Region, Symmetry
+from fea.base.material import Marin, Skin
+from fea.judge.fatigue import fatigue_factor
+from fea.judge.history import deviatoric, extremes
+from fea.judge.verdict import CAP
+from fea.run.cycle.search import PartRows, SpeedSearch
+from fea.run.many_speeds import SpeedSweep
+from fea.run.speed import solve_speed, with_cycle
 from fea.units import RPM
 from loads.gas import NoGas
 from loads.peaks import peak_cases

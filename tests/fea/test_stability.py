@@ -8,7 +8,7 @@ from fea.verify.stability.report import write_report
 from fea.verify.stability.row import ExtremeRow, Verdict, judged
 from fea.verify.stability.stability import CASES, stability
 from fea.verify.stability.terminal import counts
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 
 @pytest.fixture(scope="module")

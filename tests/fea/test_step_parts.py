@@ -5,8 +5,8 @@ import math
 import gmsh
 import pytest
 
-from fea.analysis.buckling import column_figures
-from fea.analysis.prepare import prepare
+from fea.run.buckling import column_figures
+from fea.run.prepare import prepare
 from fea.study.study import parse_study
 from geometry.session import session
 from loads.cases import given

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fea.assess.safety import CAP, element_largest, safety_factor
+from fea.judge.verdict import CAP, element_largest, safety_factor
 from fea.stress.stress import principal, von_mises
 
 # Where products underflow, LAPACK's eigenvalues are off by 5e-8.

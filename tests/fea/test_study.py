@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fea.analysis.prepare import prepare
-from fea.choices import Element, Support
+from fea.base.choices import Element, Support
+from fea.run.prepare import prepare
 from fea.study.flags import Flags, python_flags
-from fea.study.speeds import parse_speeds
+from fea.study.paths import parse_speeds
 from fea.study.study import load_study, parse_study, shipped_studies
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 LEON = """
 [rod]

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fea.choices import Element, Region
+from fea.base.choices import Element, Region
+from fea.base.material import Marin, Material, Skin
 from fea.machine.clock import Clock
-from fea.material import Marin, Material, Skin
 from fea.rod.discretise import MeshRequest, discretise
 from fea.rod.surface_regions import SurfaceRegions
 from fea.study.rod_table import CadFile, RodTable
 from fea.study.study import load_study
-from geometry.cad.step_file import export_step
+from geometry.cad.formats import export_step
 from geometry.session import session
 from geometry.surfaces import Surface
 

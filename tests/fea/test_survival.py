@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from written_figures import buckling, cycle, result
 
-from fea.analysis.survival import Answer, Factor, factors, survival
+from fea.run.survival import Answer, Factor, factors, survival
 
 
 def tension(value, error_percent=2.0):

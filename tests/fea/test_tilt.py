@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH, strap
 
-from fea.choices import Support
-from fea.cycle.pressure_loads import PressureLoads
-from fea.rod.bores import Bores
-from fea.rod.case_forces import NodalForces
+from fea.base.choices import Support
+from fea.pins.case_forces import NodalForces
+from fea.pins.pressure_loads import PressureLoads
+from fea.rod.meshed_rod import Bores
 from fea.solid.inertia import inertia
 from fea.solid.tilt import Tilt, resultants
 from fea.solvers.static import Model

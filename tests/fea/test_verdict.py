@@ -3,20 +3,20 @@ import math
 import numpy as np
 import pytest
 
-from fea.analysis.meshing import mesh_study
-from fea.assess.case_error import CaseError
-from fea.assess.case_result import case_result
-from fea.assess.verdict import Verdict, peak
-from fea.choices import CONVERGED_PERCENT
+from fea.base.choices import CONVERGED_PERCENT
+from fea.judge.case_error import CaseError
+from fea.judge.case_result import case_result
+from fea.judge.verdict import Verdict, peak
+from fea.run.meshing import mesh_study
 from fea.solid.traction import traction_forces
-from fea.solvers.prescribed import displacement
+from fea.solvers.constrained import displacement
 from fea.stress.error_estimate import ErrorEstimator
 from fea.stress.recovery import Recovery
 from fea.stress.singular import masked_nodes, singular_nodes
 from fea.stress.stress import von_mises
 from fea.study.study import load_study
 from fea.verify.body import STEEL, held, mirror_planes
-from geometry.bodies.shape import Prism, Side, polygon
+from geometry.bodies import Prism, Side, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from loads.cases import given

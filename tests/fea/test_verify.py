@@ -2,11 +2,11 @@ import json
 
 import pytest
 
-from fea.cli import call
-from fea.output.pictures.png import is_complete_png
+from fea.cli.program import call
+from fea.output.pictures.strokes import is_complete_png
 from fea.verify import verify
 from fea.verify.benchmark import Benchmark, Computed, Goal, Row
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 PEAK = Goal("peak", "MPa", -200.0, 0.5, "a reason")
 

@@ -10,17 +10,16 @@ from assemblies import BOLTED, NUTS, SCREWS, STUBBY, random_assembly
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from geometry.areas import contact_areas
 from geometry.assembly import Assembly, BoltSeat, bolt_axes
-from geometry.cad.edges import edge_points
-from geometry.contact_areas import contact_areas
+from geometry.cad.cylinders import edge_points
 from geometry.dimensions import dimensions
-from geometry.invalid import InvalidValue
-from geometry.mirror import Mirror
+from geometry.errors import InvalidValue
 from geometry.presets import LEON_2001
 from geometry.section import HeightField
 from geometry.session import session
 from geometry.solid import build
-from geometry.surfaces import Surface
+from geometry.surfaces import Mirror, Surface
 
 EVERY = Assembly(bushing=True, shell=1.5, bolt=NUTS)
 NAMES = ["rod", "cap", "bushing", "upper shell", "lower shell"]

@@ -4,8 +4,7 @@ import gmsh
 import numpy as np
 import pytest
 
-from geometry.bodies.draw import draw
-from geometry.bodies.shape import EllipticArc, Prism, Revolution, Side, SideBySide, block
+from geometry.bodies import EllipticArc, Prism, Revolution, Side, SideBySide, block, draw
 from geometry.segments import Arc, Line
 from geometry.session import session
 from geometry.surfaces import Surface

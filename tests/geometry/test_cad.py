@@ -17,8 +17,8 @@ from geometry.cad.imported import import_cad
 from geometry.errors import GeometryError
 from geometry.faces import FeatureKind
 from geometry.intake import Role
-from geometry.mirror import Mirror
 from geometry.session import session
+from geometry.surfaces import Mirror
 
 LENGTH, BIG, SMALL, WIDTH = 150.0, 25.0, 11.0, 20.0
 # Of a link: place along it and radius, the largest one between the others.

@@ -12,12 +12,10 @@ from assembly_files import write_assembly
 from geometry.assembly import Assembly, BoltSeat
 from geometry.cad.file import CadFile
 from geometry.cad.imported import import_cad
-from geometry.errors import GeometryError
-from geometry.invalid import InvalidValue
-from geometry.mirror import Mirror
+from geometry.errors import GeometryError, InvalidValue
 from geometry.session import session
 from geometry.solid import build
-from geometry.surfaces import Surface
+from geometry.surfaces import Mirror, Surface
 
 PLAIN = replace(SIMPLE, bushing=0.0, oil_hole=0.0, big_end_chamfer=0.0)
 BUSHED = replace(PLAIN, bushing=1.5)

@@ -1,15 +1,15 @@
 import pytest
 
+from geometry.errors import InvalidValue
 from geometry.fit import Targets, fit
-from geometry.invalid import InvalidValue
 from geometry.mass import joined
-from geometry.mirror import Mirror
 from geometry.presets import FORSA_G10
 from geometry.proportions import proportioned
 from geometry.rod import Rod
 from geometry.section import HeightField
 from geometry.session import session
 from geometry.solid import build
+from geometry.surfaces import Mirror
 
 STEEL = 7.85e-9
 FREE = ("big_end_ring", "small_end_ring", "shank_depth_small_end")

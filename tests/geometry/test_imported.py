@@ -4,16 +4,15 @@ import gmsh
 import pytest
 
 from geometry.cad.file import CadFile
+from geometry.cad.formats import export_step
 from geometry.cad.imported import import_cad
-from geometry.cad.step_file import export_step
 from geometry.errors import GeometryError
 from geometry.faces import FeatureKind
-from geometry.mirror import Mirror
 from geometry.presets import LEON_2001
 from geometry.proportions import proportioned
 from geometry.session import session
 from geometry.solid import build
-from geometry.surfaces import Surface
+from geometry.surfaces import Mirror, Surface
 
 CENTER = (12.0, -30.0, 7.0)
 

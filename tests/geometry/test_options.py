@@ -5,14 +5,13 @@ import gmsh
 import pytest
 
 from geometry.areas import feature_areas
+from geometry.errors import InvalidValue
 from geometry.faces import FeatureKind
-from geometry.invalid import InvalidValue
-from geometry.mirror import Mirror
 from geometry.proportions import proportioned
 from geometry.section import HeightField
 from geometry.session import session
 from geometry.solid import build
-from geometry.surfaces import Surface
+from geometry.surfaces import Mirror, Surface
 
 PLAIN = {"length": 150, "big_end_bore": 52, "small_end_bore": 22, "small_end_ring": 6.5, "big_end_width": 25}
 OPTIONS = {

@@ -3,7 +3,7 @@ from rods import random_rod
 
 from fea.solid.inertia import inertia
 from geometry.dimensions import dimensions
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from geometry.session import session
 from geometry.solid import build
 from mesh.generate import tetrahedralise

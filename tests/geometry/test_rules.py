@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from geometry.dimensions import ShankSection, dimensions, options
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from geometry.presets import LEON_2001
 from geometry.proportions import proportioned
 from geometry.rod import Rod

@@ -3,12 +3,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from geometry.mirror import Mirror
 from geometry.presets import LEON_2001
 from geometry.proportions import proportioned
 from geometry.section import HeightField
 from geometry.session import session
 from geometry.solid import build
+from geometry.surfaces import Mirror
 
 RODS = {
     "leon": LEON_2001,

@@ -7,11 +7,10 @@ import pytest
 from geometry.areas import feature_areas
 from geometry.errors import GeometryError
 from geometry.faces import FeatureKind
-from geometry.mirror import Mirror
 from geometry.presets import LEON_2001
 from geometry.session import session
 from geometry.solid import build
-from geometry.surfaces import Surface
+from geometry.surfaces import Mirror, Surface
 
 
 def area(faces):

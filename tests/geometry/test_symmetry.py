@@ -6,8 +6,8 @@ import gmsh
 import pytest
 
 from geometry.cad.symmetry import smallest_cell
-from geometry.mirror import Mirror
 from geometry.session import session
+from geometry.surfaces import Mirror
 
 LEAN = 6 * math.tan(math.radians(0.2))  # of a draft of 0.2° over half the thickness, mm
 BORES = ((0, 10), (100, 5))

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from loads.bearing import Arc, BorePressure, Shape
 
 

@@ -6,8 +6,7 @@ import pytest
 from engines import DEG, LEON, LEON_ROD, RPM, rod_of
 
 from fea.study.traces import shipped_trace
-from loads.cylinders import whole_engine
-from loads.dynamics import cycle
+from loads.dynamics import cycle, whole_engine
 from loads.engine import Engine
 from loads.gas import Boyle, NoGas
 

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from loads.engine import Engine
 
 GOOD = {"crank_radius": 47.0, "rod_length": 141.0, "bore": 76.0, "piston_mass": 1.3e-3}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from engines import DEG, LEON, RPM
 
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from loads.engine import Engine
 from loads.gas import ATMOSPHERE, Boyle, NoGas, Otto, dead_centres
 from loads.trace import Trace

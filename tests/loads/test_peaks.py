@@ -5,7 +5,7 @@ import pytest
 from engines import DEG, LEON, LEON_ROD, RPM, rod_of
 
 from fea.study.traces import shipped_trace
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from loads.cases import given
 from loads.dynamics import cycle
 from loads.gas import NoGas

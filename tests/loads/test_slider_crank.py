@@ -6,7 +6,7 @@ from engines import LEON, engines
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from loads.engine import Engine
 from loads.slider_crank import kinematics
 

@@ -6,13 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from measured import ATMOSPHERE, BAR_IN, RATIO, absolute, gauge, written
 
-from fea.choices import PressureReference, PressureUnit
+from fea.base.choices import PressureReference, PressureUnit
+from fea.study.trace_columns import TraceKeys
 from fea.study.trace_import import Surroundings
-from fea.study.trace_keys import TraceKeys
-from fea.study.trace_text import LARGEST_TRACE
+from fea.study.trace_table import LARGEST_TRACE
 from fea.study.traces import parse_trace, read_trace
-from geometry.invalid import InvalidValue
-from loads.compression import compression_exponent
+from geometry.errors import InvalidValue
+from loads.trace import compression_exponent
 
 DEGREES = np.arange(0.0, 720.0)
 FROM_FIRING = np.arange(-360.0, 360.0)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from fea.study.traces import parse_trace, read_trace, shipped_trace
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 GOOD = "crank_deg,pressure_bar\n" + "\n".join(f"{d},{60 if d == 370 else 1}" for d in range(0, 720, 10))
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geometry.circle import Circle, fitted_circle
 from geometry.frame import basis_across
-from mesh.files.cylinder import (
+from geometry.segments import Circle, fitted_circle
+from mesh.files.round_hole import (
     circles_through,
     covered,
     fitted_axes,

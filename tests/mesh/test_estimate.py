@@ -3,9 +3,8 @@ import pytest
 from geometry.presets import PRESETS
 from geometry.session import session
 from geometry.solid import build
-from mesh.estimate import estimate
 from mesh.generate import tetrahedralise
-from mesh.sizing import Sizing, default_size, refinements
+from mesh.sizing import Sizing, default_size, estimate, refinements
 
 
 @pytest.mark.parametrize("name", ["leon-2001", "forsa-g10"])

@@ -9,18 +9,16 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from tet_blocks import deck
 
-from fea.analysis.meshing import mesh_study
-from fea.choices import Element, Symmetry
+from fea.base.choices import Element, Symmetry
+from fea.run.meshing import mesh_study
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.surfaces import Surface
-from mesh.errors import MeshError
 from mesh.files.bore_pair import find_bore_pair
-from mesh.files.faces import boundary_facets
 from mesh.files.given import given_mesh
-from mesh.files.skin import Skin
+from mesh.files.skin import Skin, boundary_facets
 from mesh.files.tet_file import TetFile
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import MeshError, TetMesh
 
 BORES = (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
 

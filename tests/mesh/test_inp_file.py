@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from tet_blocks import block, deck
 
-from mesh.errors import MeshError
 from mesh.files.inp_file import read_inp
 from mesh.files.reading import read_tets
+from mesh.tetmesh import MeshError
 
 
 def read(tmp_path, text):

@@ -6,11 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tet_blocks import block
 
-from mesh.errors import MeshError
-from mesh.files.faces import boundary_facets
 from mesh.files.mend import mended
-from mesh.files.skin import Skin
+from mesh.files.skin import Skin, boundary_facets
 from mesh.quality import scaled_jacobian
+from mesh.tetmesh import MeshError
 
 # Vertices and mid-side nodes of an element whose second and third vertex have changed places.
 INSIDE_OUT = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]}

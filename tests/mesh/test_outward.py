@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from strap import strap
 
-from fea.analysis.meshing import mesh_study
+from fea.run.meshing import mesh_study
 from fea.study.study import load_study
 from geometry.surfaces import Surface
-from mesh.errors import MeshError
 from mesh.mirror import reflect, unmirrored
-from mesh.outward import outward
+from mesh.numbering import outward
+from mesh.tetmesh import MeshError
 
 
 def enclosed(mesh):

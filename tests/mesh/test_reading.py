@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from tet_blocks import block
 
-from mesh.errors import MeshError
-from mesh.files.formats import FORMATS, is_mesh
 from mesh.files.reading import read_tets
+from mesh.files.tet_file import FORMATS, is_mesh
+from mesh.tetmesh import MeshError
 
 FILE = block(order=2)
 

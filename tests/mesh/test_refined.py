@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from geometry.bodies.shape import block
+from geometry.bodies import block
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body
 from mesh.quality import scaled_jacobian, shape

@@ -8,20 +8,16 @@ import gmsh
 import numpy as np
 import pytest
 
-from geometry.bodies.draw import draw
-from geometry.bodies.shape import block
+from geometry.bodies import block, draw
 from geometry.dimensions import ShankSection
 from geometry.proportions import proportioned
 from geometry.session import session
 from geometry.solid import build
-from mesh.errors import MeshError
 from mesh.generate import tetrahedralise
 from mesh.quality import Quality
-from mesh.repair import NOTHING, Repair, Spot, UnsoundMeshError, of_elements
-from mesh.repaired import MAX_ROUNDS, repaired
-from mesh.size_field import SizeField
-from mesh.sizing import Sizing, default_size, refinements
-from mesh.tetmesh import EDGES
+from mesh.repair import MAX_ROUNDS, NOTHING, Repair, Spot, UnsoundMeshError, of_elements, repaired
+from mesh.sizing import SizeField, Sizing, default_size, refinements
+from mesh.tetmesh import EDGES, MeshError
 
 GOOD, BAD = Quality(0.5, 0.5, 0.7, (0.0, 0.0, 0.0)), Quality(0.5, 0.001, 0.7, (0.0, 0.0, 0.0))
 WORSE = replace(BAD, least_shape=0.0001)

@@ -1,13 +1,11 @@
 import numpy as np
 import pytest
 
-from geometry.bodies.draw import draw
-from geometry.bodies.shape import block
+from geometry.bodies import block, draw
 from geometry.session import session
 from mesh.body import mesh_body
 from mesh.generate import tetrahedralise
-from mesh.size_field import SizeField
-from mesh.sizing import Sizing
+from mesh.sizing import SizeField, Sizing
 from mesh.tetmesh import EDGES
 
 BODY = block(10.0, 10.0, 10.0)

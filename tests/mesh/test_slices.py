@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fea.analysis.meshing import mesh_study
-from fea.assess.column import Plane, column
+from fea.judge.column import Plane, column
 from fea.rod.shank import shank
+from fea.run.meshing import mesh_study
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.verify.cases.euler_column import HEIGHT, WIDTH, strut

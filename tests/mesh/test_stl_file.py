@@ -3,13 +3,13 @@
 import gmsh
 import pytest
 
-from geometry.mirror import Mirror
 from geometry.presets import LEON_2001
 from geometry.session import session
 from geometry.solid import build
-from mesh.errors import MeshError
+from geometry.surfaces import Mirror
 from mesh.files.given import given_mesh
 from mesh.files.reading import read_tets
+from mesh.tetmesh import MeshError
 
 
 @pytest.fixture(scope="module")

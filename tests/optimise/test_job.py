@@ -9,7 +9,7 @@ from program import fea
 
 from fea.output.columns_csv import read_columns
 from fea.output.folder import require_replaceable
-from fea.output.pictures.png import is_complete_png
+from fea.output.pictures.strokes import is_complete_png
 from fea.study.study import load_study
 
 STUDY = """

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import LinearConstraint, NonlinearConstraint, minimize
 
-from fea.optimise.designs import Design
-from fea.optimise.limits import Limit
-from fea.optimise.local_model import LocalModel
-from fea.optimise.search import search
+from fea.apps.optimise.designs import Design
+from fea.apps.optimise.limits import Limit
+from fea.apps.optimise.search import LocalModel, search
 
 N, LIMITS = 6, 5
 # What factors of one rod differ by from mesh to mesh, as of rods on meshes of fixed size.

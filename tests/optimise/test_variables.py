@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.optimise.limits import Limit, required
-from fea.optimise.run_optimise import searched
-from fea.optimise.variables import variables
-from fea.study.optimise_table import OptimiseTable, parse_free
+from fea.apps.optimise.limits import Limit, required
+from fea.apps.optimise.run_optimise import searched
+from fea.apps.optimise.variables import variables
+from fea.study.option_tables import OptimiseTable, parse_free
 from fea.study.study import load_study, parse_study
-from geometry.invalid import InvalidValue
-from geometry.walls import walls
+from geometry.errors import InvalidValue
+from geometry.section import walls
 
 LEON = load_study("leon-2001")
 

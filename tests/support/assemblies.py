@@ -6,7 +6,7 @@ import numpy as np
 from rods import random_rod
 
 from geometry.assembly import Assembly, BoltSeat
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from geometry.presets import LEON_2001
 from geometry.rod import Rod
 

@@ -2,9 +2,9 @@
 
 import gmsh
 
-from geometry.mirror import Mirror
 from geometry.session import session
 from geometry.solid import build
+from geometry.surfaces import Mirror
 
 SHANK = 0.9  # radius of a bolt's shank over that of its hole
 

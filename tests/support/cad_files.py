@@ -6,9 +6,9 @@ from pathlib import Path
 
 import gmsh
 
-from geometry.mirror import Mirror
 from geometry.session import session
 from geometry.solid import build
+from geometry.surfaces import Mirror
 
 CAD_ENDINGS = ("step", "igs", "brep", "FCStd")
 

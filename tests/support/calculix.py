@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fea.output.frd import read_frd
-from fea.output.inp import _mesh, _rows, _surfaces
+from fea.output.inp import _mesh, _rows, _surfaces, read_frd
 
 # Stiffness of the contact, MPa per mm: Young's modulus over a hundredth of a millimetre.
 STIFFNESS = 2e7

@@ -37,8 +37,8 @@ def note(what, web):
 
 
 def main():
-    from fea.sweep.run_sweep import run_sweep
-    from fea.sweep.sweep_file import load_sweep
+    from fea.apps.sweep.run_sweep import run_sweep
+    from fea.apps.sweep.sweep_file import load_sweep
 
     address = sys.argv[3] if len(sys.argv) > 3 else None
     report = run_sweep(

@@ -90,7 +90,7 @@ def _call(arguments, work, temporary, stderr):
         os.dup2(os.open(stderr, os.O_WRONLY | os.O_CREAT), 2)
         os.dup2(os.open(os.devnull, os.O_RDWR), 1)
         sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w", buffering=1)  # a test may hold others
-        from fea.cli import call
+        from fea.cli.program import call
 
         code = call(list(map(str, arguments)))
     finally:

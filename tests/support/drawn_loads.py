@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from fea.choices import Support
+from fea.base.choices import Support
 from fea.study.study import AnalysisTable, ForcesTable, SpeedTable, Study
 
 PRESSURES = ("cosine-180", "cosine-120", "uniform-120", "webster")

@@ -15,7 +15,7 @@ LIMITS = {"equilibrium": 1e-6, "section": 0.03, "piston": 1e-6}
 def outcome(seed):
     """What became of a study: refused, rechecked, marked (untrusted), or what must never be."""
     from fea import run
-    from fea.cli import exit_code
+    from fea.cli.program import exit_code
     from fea.study.study import load_study
 
     with tempfile.TemporaryDirectory(prefix="fea-drawn-") as scratch:
@@ -128,7 +128,7 @@ def drawn_rod(seed, draw, folder, *, harsh):
         rod = proportioned(length, big, big * draw.uniform(0.38, 0.62), **drawn_options(draw))
         rod = varied(with_options(rod, draw, plain=kind == "step"), draw, {})
     if kind == "step" and not harsh:
-        from geometry.cad.step_file import export_step
+        from geometry.cad.formats import export_step
         from geometry.session import session
 
         with session():

@@ -5,17 +5,16 @@ from functools import cache
 
 import numpy as np
 
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
-from fea.material import Material
-from fea.solid.element import tabulate
-from fea.solid.integration import gauss_block
+from fea.base.material import Material
+from fea.run.prepare import prepare
+from fea.run.speed import solve_speed
+from fea.solid.element import gauss_block, tabulate
 from fea.stress.error_estimate import ErrorEstimator
 from fea.stress.recovery import ElementStress, Recovery, reference_nodes
 from fea.study.study import MeshTable, load_study
 from fea.verify.body import STEEL
 from fea.verify.cases import manufactured
-from geometry.bodies.shape import block
+from geometry.bodies import block
 from mesh.body import mesh_body
 from mesh.refined import refined
 from mesh.tetmesh import TetMesh

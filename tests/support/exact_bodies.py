@@ -11,11 +11,9 @@ from functools import cache
 import gmsh
 import numpy as np
 
-from fea.material import Material
+from fea.base.material import Material
 from fea.solid.assembly import pattern, stiffness
-from fea.solid.elasticity import stress_from_gradient
-from fea.solid.element import tabulate
-from fea.solid.integration import jacobians
+from fea.solid.element import jacobians, stress_from_gradient, tabulate
 from fea.solvers.linear.choice import factorise
 from fea.stress.recovery import Recovery
 from geometry.surfaces import Surface

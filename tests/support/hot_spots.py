@@ -5,12 +5,12 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from fea.analysis.meshing import mesh_study
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
-from fea.assess.case_result import CaseResult
+from fea.judge.case_result import CaseResult
+from fea.run.meshing import mesh_study
+from fea.run.prepare import prepare
+from fea.run.speed import solve_speed
 from fea.study.study import MeshTable, Study
-from mesh.size_field import SizeField
+from mesh.sizing import SizeField
 
 
 def hot_ratio(cases: Collection[CaseResult], hot: Mapping[float, float]) -> np.ndarray:

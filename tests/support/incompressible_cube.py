@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.material import Material
-from fea.solid.body_force import body_forces
-from fea.solid.element import shape_functions, tabulate
-from fea.solid.integration import gauss_blocks
+from fea.base.material import Material
+from fea.solid.element import gauss_blocks, shape_functions, tabulate
+from fea.solid.inertia import body_forces
 from fea.verify.stability.pair import solved_pair
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh

@@ -6,7 +6,7 @@ from rods import random_rod
 from fea.study.engine_table import EngineTable
 from fea.study.rod_table import RodTable
 from fea.study.study import SpeedTable, Study
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 
 def random_study(seed: int) -> Study | None:

@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from geometry.dimensions import ShankSection, dimensions, options
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 from geometry.proportions import proportioned
 from geometry.rod import Rod
 

@@ -3,11 +3,10 @@
 import numpy as np
 from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH
 
-from fea.solid.bore import bore_facets
-from fea.solid.bore_load import bore_load
+from fea.solid.bore import bore_facets, bore_load
 from fea.solid.inertia import inertia
-from fea.solid.mechanism import rigid_modes
 from fea.solid.parity import Split
+from fea.solid.supports import rigid_modes
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure
 from loads.cases import RodMotion

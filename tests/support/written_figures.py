@@ -1,7 +1,8 @@
 """Figures of runs that were never computed."""
 
-from fea.analysis.cycle_figures import CycleFigures
-from fea.analysis.figures import (
+from fea.base.checks import Check
+from fea.run.cycle_figures import CycleFigures
+from fea.run.figures import (
     BucklingFigures,
     CaseFigures,
     ColumnFigures,
@@ -13,8 +14,7 @@ from fea.analysis.figures import (
     RodFigures,
     Summary,
 )
-from fea.analysis.survival import Factor, survival
-from fea.checks import Check
+from fea.run.survival import Factor, survival
 
 
 def load(**figures):

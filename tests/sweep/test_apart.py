@@ -9,8 +9,8 @@ import pytest
 
 pytest.importorskip("cloudpickle")
 
-from fea.sweep import apart as module
-from fea.sweep.apart import CrashError, EndlessError, apart
+from fea.apps.sweep import apart as module
+from fea.apps.sweep.apart import CrashError, EndlessError, apart
 
 
 @pytest.fixture(autouse=True)

@@ -6,13 +6,13 @@ from types import SimpleNamespace
 
 import pytest
 
-from fea.sweep import cluster, work
-from fea.sweep.cluster import ClusterError
-from fea.sweep.engine import Engine
-from fea.sweep.journal import Done, Journal, State
-from fea.sweep.plan import Row
-from fea.sweep.work import Task, VersionError, program_version
-from geometry.invalid import InvalidValue
+from fea.apps.sweep import cluster, work
+from fea.apps.sweep.cluster import ClusterError
+from fea.apps.sweep.engine import Engine
+from fea.apps.sweep.journal import Done, Journal, State
+from fea.apps.sweep.plan import Row
+from fea.apps.sweep.work import Task, VersionError, program_version
+from geometry.errors import InvalidValue
 
 
 class KilledWorker(Exception):  # noqa: N818 - the name that Dask gives it

@@ -1,7 +1,7 @@
 import pytest
 
-from fea.cli import exit_code
-from fea.sweep import extra
+from fea.apps.sweep import extra
+from fea.cli.program import exit_code
 
 
 def test_the_line_to_type_is_said_where_a_library_is_missing(monkeypatch):

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.output.errors import StorageError
-from fea.sweep.journal import Done, Journal, State
-from fea.sweep.plan import Row
-from geometry.invalid import InvalidValue
+from fea.apps.sweep.journal import Done, Journal, State
+from fea.apps.sweep.plan import Row
+from fea.output.target import StorageError
+from geometry.errors import InvalidValue
 
 META = {"schema": "fea/sweep/1", "version": "1", "sweep": "abc"}
 

@@ -1,7 +1,7 @@
 import pytest
 
-from fea.machine.progress import by_the_minute
-from fea.sweep.progress import Progress, duration
+from fea.apps.sweep.table import Progress, duration
+from fea.machine.clock import by_the_minute
 
 
 class Clock:

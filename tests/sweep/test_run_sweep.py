@@ -13,14 +13,14 @@ import cheap_sweep
 import pytest
 from program import fea
 
-from fea.analysis.survival import factors
-from fea.result import analyse
+from fea.apps.result import analyse
+from fea.apps.sweep.run_sweep import journal_of, run_sweep
+from fea.apps.sweep.sweep_file import load_sweep
+from fea.apps.sweep.table import write_tables
+from fea.apps.sweep.work import attempt
+from fea.run.survival import factors
 from fea.study.study import load_study
-from fea.sweep.run_sweep import journal_of, run_sweep
-from fea.sweep.sweep_file import load_sweep
-from fea.sweep.table import write_tables
-from fea.sweep.work import attempt
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 pytest.importorskip("distributed")
 COUNT = 24
@@ -34,7 +34,7 @@ web_thickness_mm = {{ from = 4.0, to = 6.0 }}
 
 def undisturbed(path, folder):
     """The table of a sweep computed in this process, rod by rod."""
-    from fea.sweep.run_sweep import _task
+    from fea.apps.sweep.run_sweep import _task
 
     sweep = load_sweep(path)
     with journal_of(sweep, folder) as journal:
@@ -184,8 +184,8 @@ def test_failed_rods_are_tried_again_when_asked(tmp_path, monkeypatch):
 
         return type("Inline", (), {"run": staticmethod(run)})
 
-    monkeypatch.setattr("fea.sweep.run_sweep.Engine", inline)
-    monkeypatch.setattr("fea.sweep.run_sweep.cluster", lambda *_: __import__("contextlib").nullcontext())
+    monkeypatch.setattr("fea.apps.sweep.run_sweep.Engine", inline)
+    monkeypatch.setattr("fea.apps.sweep.run_sweep.cluster", lambda *_: __import__("contextlib").nullcontext())
     monkeypatch.setenv("CHEAP_REFUSED", "5.0")
     first = run_sweep(sweep, out, compute=cheap_sweep.compute)
     assert first.failed > 0

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.sweep.sampling import Sampling, designs, saltelli, unit_designs
-from fea.sweep.variation import Choice, Shape, Span
+from fea.apps.sweep.sampling import Sampling, designs, saltelli, unit_designs
+from fea.apps.sweep.variation import Choice, Shape, Span
 
 SPANS = st.builds(
     lambda low, width, shape, share, deviation: Span(

@@ -6,14 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from fea.sweep.journal import Entry, State
-from fea.sweep.pareto import pareto_front
-from fea.sweep.probability import below_one, clopper_pearson
-from fea.sweep.reasons import failures
-from fea.sweep.samples import samples_of
-from fea.sweep.sampling import Sampling, designs
-from fea.sweep.sensitivity import sensitivities
-from fea.sweep.variation import Shape, Span
+from fea.apps.sweep.journal import Entry, State
+from fea.apps.sweep.samples import pareto_front, samples_of
+from fea.apps.sweep.sampling import Sampling, designs
+from fea.apps.sweep.sensitivity import sensitivities
+from fea.apps.sweep.statistics import below_one, clopper_pearson
+from fea.apps.sweep.table import failures
+from fea.apps.sweep.variation import Shape, Span
 
 KEYS = {
     "material.yield_MPa": Span(300, 500),

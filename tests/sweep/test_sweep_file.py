@@ -3,10 +3,10 @@ import tomllib
 
 import pytest
 
-from fea.sweep.plan import rows, study_of
-from fea.sweep.sampling import Sampling
-from fea.sweep.sweep_file import load_sweep, parse_sweep
-from geometry.invalid import InvalidValue
+from fea.apps.sweep.plan import rows, study_of
+from fea.apps.sweep.sampling import Sampling
+from fea.apps.sweep.sweep_file import load_sweep, parse_sweep
+from geometry.errors import InvalidValue
 
 WEB = "rod.web_thickness_mm"
 

@@ -4,9 +4,7 @@ import re
 import numpy as np
 import pytest
 
-from fea.output.sweep_report.drawings import main_effects, matrix, parallel, pareto
-from fea.output.sweep_report.labels import label
-from fea.output.sweep_report.swept import Influenced, Swept
+from fea.output.sweep_report.drawings import Influenced, Swept, label, main_effects, matrix, parallel, pareto
 from fea.output.sweep_report.write import sweep_page
 
 STUDY = '[rod]\nweb_thickness_mm = {}\nname = "</script><b>"\n'

@@ -2,8 +2,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from fea.sweep.cluster import ClusterError
-from fea.sweep.workers import Workers
+from fea.apps.sweep.cluster import ClusterError, Workers
 
 
 def client(threads, processes=None):

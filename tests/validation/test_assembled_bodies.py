@@ -8,7 +8,7 @@ import pytest
 from direct_contact import DirectContact, Screw, Touching
 
 from fea.solid.traction import traction_forces
-from fea.solvers.prescribed import displacement
+from fea.solvers.constrained import displacement
 from fea.stress.recovery import ElementStress
 from fea.verify.assembled_body import AssembledBody, pulled
 from fea.verify.body import STEEL, held

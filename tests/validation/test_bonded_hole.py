@@ -13,7 +13,7 @@ from exact_bodies import HEIGHT, INNER, MATERIAL, PLANES, PROBLEMS, tetrahedrali
 
 from fea.solid.bonded_bore import BondedBore
 from fea.solid.bore import bore_facets
-from fea.solvers.prescribed import displacement
+from fea.solvers.constrained import displacement
 from fea.stress.recovery import Recovery
 from geometry.surfaces import Surface
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fea.assess.column import Column, Plane, column, euler_load
+from fea.judge.column import Column, Plane, column, euler_load
 from geometry.section import Section
 
 E, LENGTH = 207e3, 150.0

@@ -15,11 +15,11 @@ from skfem import Basis, BilinearForm, ElementTetP1, ElementTetP2, ElementVector
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from fea import to_skfem
-from fea.analysis.prepare import prepare
-from fea.choices import CONTACT
+from fea.base.choices import CONTACT
+from fea.run.prepare import prepare
 from fea.solid.parity import Parity
-from fea.study.contact_table import ContactTable
 from fea.study.flags import Flags
+from fea.study.option_tables import ContactTable
 from fea.study.study import ForcesTable, load_study
 from geometry.surfaces import Surface
 

@@ -6,19 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fea.assess.ball import ball_radii
-from fea.assess.crossland import (
+from fea.base.choices import Fatigue, Finish, Loading
+from fea.base.material import Material
+from fea.judge.crossland import (
     TORSION_RATIO,
+    ball_radii,
     crossland,
     crossland_bound,
     crossland_factor,
     crossland_factors,
 )
-from fea.assess.deviatoric import deviatoric, tensor
-from fea.assess.fatigue import fatigue_factor, gerber, goodman, soderberg
-from fea.assess.history import extremes
-from fea.choices import Fatigue, Finish, Loading
-from fea.material import Material
+from fea.judge.fatigue import fatigue_factor, gerber, goodman, soderberg
+from fea.judge.history import deviatoric, extremes, tensor
 from fea.stress.stress import von_mises
 from fea.study.endurance import (
     estimated_endurance,
@@ -29,7 +28,7 @@ from fea.study.endurance import (
 )
 from fea.study.material_table import MaterialTable
 from fea.study.tables import read_table
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 KPSI = 6.894757  # MPa
 TURN = np.linspace(0, 2 * math.pi, 721)

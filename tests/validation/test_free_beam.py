@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 
-from fea.analysis.modes import modes_report, moves
-from fea.solid.inertia import inertia
-from fea.solid.mass import mass_matrix
+from fea.run.modes import modes_report, moves
+from fea.solid.inertia import inertia, mass_matrix
 from fea.solvers.vibration import RIGID, free_modes
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.verify.cases.free_beam import LENGTH, STEEL, THICK, THIN
-from geometry.bodies.shape import block
-from geometry.invalid import InvalidValue
+from geometry.bodies import block
+from geometry.errors import InvalidValue
 from mesh.body import mesh_body
 
 

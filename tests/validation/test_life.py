@@ -8,14 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fea.assess.fatigue import fatigue_factor, reversed_amplitude
-from fea.assess.life_line import SHORT, LifeLine
-from fea.assess.rainflow import rainflow
-from fea.choices import Fatigue, Finish, Loading
-from fea.material import Basquin, Material
-from fea.study.material_table import MaterialTable
-from fea.study.sn_line import fitted
-from geometry.invalid import InvalidValue
+from fea.base.choices import Fatigue, Finish, Loading
+from fea.base.material import Basquin, Material
+from fea.judge.fatigue import fatigue_factor, reversed_amplitude
+from fea.judge.life_line import SHORT, LifeLine, rainflow
+from fea.study.material_table import MaterialTable, fitted
+from geometry.errors import InvalidValue
 
 FORGED = MaterialTable(preset="forged-steel-2005").material()
 ALUMINIUM = Material(

@@ -6,19 +6,17 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from fea.optimise.designs import Design
-from fea.optimise.limits import Limit
-from fea.optimise.search import search
+from fea.apps.optimise.designs import Design
+from fea.apps.optimise.limits import Limit
+from fea.apps.optimise.search import search
 from fea.solid.traction import traction_forces
 from fea.verify.body import STEEL, LoadedBody, held
-from geometry.bodies.draw import draw
-from geometry.bodies.shape import Prism, Side, polygon
+from geometry.bodies import Prism, Side, draw, polygon
 from geometry.segments import Arc, Line
 from geometry.session import session
 from geometry.surfaces import Surface
-from mesh.anchors import anchors
 from mesh.generate import tetrahedralise
-from mesh.moving import MovableMesh
+from mesh.moving import MovableMesh, anchors
 from mesh.sizing import Refinement, Sizing
 
 RADIUS, LENGTH, FORCE, STRENGTH = 5.0, 80.0, 20e3, 250.0

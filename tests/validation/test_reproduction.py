@@ -9,7 +9,7 @@ from fea.verify.reproduce.printed import Cell, column
 from fea.verify.reproduce.row import Row, Slip, Status
 from fea.verify.reproduce.sources import SOURCES, reproduce
 from fea.verify.reproduce.summary import misprinted, summarise
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 ALL = reproduce("all")
 

@@ -11,13 +11,12 @@ import math
 import numpy as np
 import pytest
 
-from fea.assess.sharp_places import SharpPlaces
+from fea.judge.sharp_places import SharpPlaces
 from fea.solid.traction import traction_forces
 from fea.stress.sharp_edges import SharpEdges
 from fea.stress.stress import von_mises
 from fea.verify.body import STEEL, LoadedBody, held
-from geometry.bodies.draw import draw
-from geometry.bodies.shape import Prism, polygon
+from geometry.bodies import Prism, draw, polygon
 from geometry.session import session
 from geometry.surfaces import Surface
 from mesh.creases import creases

@@ -1,5 +1,6 @@
 """Write an animation of the crank cycle, drawn by a separate process that cannot affect the results."""
 
+import math
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -8,10 +9,14 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import numpy.typing as npt
 
-from fea.output.errors import PictureError, StorageError
+from fea.machine.clock import Clock
 from fea.output.pictures.child import REMEDY, environments, run_drawing
 from fea.output.pictures.skin import Skin
-from fea.output.target import require_target
+from fea.output.target import PictureError, StorageError, require_target
+from fea.pins.unit_loads import Weights
+from fea.run.prepare import PreparedRod
+from fea.stress.stress import von_mises
+from fea.units import RPM
 from geometry.arrays import Floats
 
 Singles = npt.NDArray[np.float32]
@@ -103,3 +108,53 @@ def write_film(path: Path, content: bytes) -> None:
         part.unlink(missing_ok=True)
         message = f"{path} could not be written: {error.strerror}. Choose another path, or free disk space."
         raise StorageError(message) from error
+
+
+COUNT = 72  # frames of a cycle: one every 10°
+# Instants computed together: each takes 72 bytes per node of the whole rod.
+BLOCK = 12
+
+
+def filmed(rod: PreparedRod, rpm: float, path: Path, clock: Clock) -> tuple[bytes, str]:
+    """Return the content of the file of an animation, or the reason why it could not be drawn."""
+    try:
+        with clock("animation"):
+            return film(frames(rod, rpm), path.suffix), ""
+    except PictureError as error:
+        return b"", str(error)
+
+
+def frames(rod: PreparedRod, rpm: float) -> Frames:
+    """Compute the frames of an animation at a speed: displacement by solving, stress by superposition."""
+    engine, gas, mesh = rod.engine.engine, rod.engine.gas, rod.mesh.whole
+    angles = np.arange(COUNT) * 4 * math.pi / COUNT
+    outer = Skin.of(mesh.points, mesh.tets)
+    nodes, facets = np.unique(outer.facets, return_inverse=True)
+    displacement = np.empty((COUNT, len(nodes), 3), np.float32)
+    stress = np.empty((COUNT, len(nodes)), np.float32)
+    weights = rod.cycle.weights(engine, gas, rpm * RPM, angles)
+    for start in range(0, COUNT, BLOCK):
+        block = slice(start, start + BLOCK)
+        moved = rod.displacement(rpm, angles[block])[nodes]
+        displacement[block] = np.moveaxis(moved, -1, 0)
+        stress[block] = _von_mises(rod, weights.at(block))[nodes].T
+    return Frames(
+        skin=Skin(mesh.points[nodes], facets.reshape(outer.facets.shape)),
+        displacement=displacement,
+        von_mises=stress,
+        crank_angle=angles,
+        crank_radius=engine.crank_radius,
+        rod_length=engine.rod_length,
+        pin_offset=engine.pin_offset,
+        title=(rod.name, f"{rpm:g} rpm"),
+    )
+
+
+def _von_mises(rod: PreparedRod, weights: Weights) -> Floats:
+    """Von Mises stress (n_nodes, n_instants) of the whole rod; at an interface, the larger one."""
+    units, whole = rod.cycle.units, rod.mesh.mirrored
+    largest = np.full((len(whole.source), weights.even.shape[1]), -np.inf)
+    for number in range(len(units.parts)):
+        tensors = units.tensor(number, weights, whole)
+        largest = np.fmax(largest, von_mises(np.moveaxis(tensors, 1, -1)))
+    return largest

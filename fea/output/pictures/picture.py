@@ -8,15 +8,14 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from fea.analysis.figures import Summary
-from fea.output.errors import PictureError
 from fea.output.pictures.child import PICTURES, REMEDY, environments, run_drawing
-from fea.output.pictures.described import Picture, described, described_by
-from fea.output.pictures.png import is_complete_png
-from fea.output.pictures.shown import chosen_field, point_arrays
+from fea.output.pictures.shown import Picture, chosen_field, described, described_by, point_arrays
+from fea.output.pictures.strokes import is_complete_png
+from fea.output.target import PictureError
 from fea.output.text import make_directory
 from fea.output.vtu import write_vtu
-from geometry.invalid import require
+from fea.run.figures import Summary
+from geometry.errors import require
 from mesh.tetmesh import TetMesh
 
 TIMEOUT = 60.0  # seconds a picture; one takes about one

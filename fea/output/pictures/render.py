@@ -10,11 +10,10 @@ from typing import Any
 from PIL import Image
 
 from fea.output.pictures.child import ordered
-from fea.output.pictures.drawing import draw
-from fea.output.pictures.mesh_drawing import draw_mesh
+from fea.output.pictures.drawing import draw, draw_mesh
 from fea.output.pictures.scene import Scene, read_skin, trial_scene
 from fea.output.pictures.strokes import save
-from geometry.system.signals import die_with_parent
+from geometry.system import die_with_parent
 
 
 def main() -> None:

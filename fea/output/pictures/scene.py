@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 import pyvista
 
-from fea.output.notes import error_bar
-from fea.output.pictures.bands import Bands
-from fea.output.pictures.scale import exaggeration
+from fea.output.pictures.frame import View, choose_view
+from fea.output.pictures.scale import Bands, exaggeration
 from fea.output.pictures.shown import MODE, VON_MISES, Field, field_of
 from fea.output.pictures.skin import Skin
-from fea.output.pictures.view import View, choose_view
+from fea.output.text import error_bar
 from geometry.arrays import Floats, Ints
 
 

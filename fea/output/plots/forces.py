@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.force_report import ForceReport
-from fea.output.errors import PictureError
+from fea.output.target import PictureError
+from fea.run.forces import ForceReport
 
 # Column, title, unit, and factor from the column's unit to that unit.
 _PANELS: tuple[tuple[str, str, str, float], ...] = (
@@ -136,3 +136,18 @@ def _decorate(panel: Any, heading: str, unit: str) -> None:
             color="0.35",
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0},
         )
+
+
+def save(figure: Any, path: Path, dpi: int) -> None:
+    """Write a figure.
+
+    Raises
+    ------
+    PictureError
+        The file could not be written.
+    """
+    try:
+        figure.savefig(path, dpi=dpi)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise PictureError(f"{path} could not be written: {reason}. Choose another directory.") from error

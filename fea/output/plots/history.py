@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from fea.analysis.outcome import Outcome
-from fea.output.errors import PictureError
 from fea.output.pictures.scale import round_up
+from fea.output.target import PictureError
+from fea.run.outcome import Outcome
 from fea.units import DEG
 from geometry.arrays import Floats
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fea.analysis.speed_map import MODES, SpeedMap, rounded
-from fea.output.plots.saving import save
+from fea.output.plots.forces import save
 from fea.output.text import write_text
+from fea.run.speed_map import MODES, SpeedMap, rounded
 
 _COLOURS = {"yield": "C0", "fatigue": "C3", "crossland": "C2"}
 _HIGHEST = 5.0  # upper end of the plot: larger factors are safe

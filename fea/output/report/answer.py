@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-from fea.analysis.figures import CaseFigures, Summary
-from fea.output.terminal.figures import bar, factor, number, place
+from fea.output.terminal.run_lines import bar, factor, number, place
+from fea.run.figures import CaseFigures, Summary
 
 _VERDICTS = {
     "survives": ("The rod survives", "The rod meets the required safety factor of {:g}"),

@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from fea.choices import CONTACT, Element, Finish, Support
-from fea.material import Material
+from fea.base.choices import CONTACT, Element, Finish, Support
+from fea.base.material import Material
 from fea.output.report.reported import Reported
 from fea.output.report.wording import figure, listed
-from fea.study.contact_table import PINS
 from fea.study.engine_table import EngineTable
+from fea.study.option_tables import PINS
 from loads.bearing import Arc, Bonded, BorePressure, Shape, parse_pin_load
 
 _PARTS = {"quarter": "A quarter", "half": "A half"}

@@ -6,12 +6,15 @@ low bytes of all, then the high ones: neighbours differ little, so that most hig
 """
 
 import base64
+import hashlib
+import json
 import zlib
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from markupsafe import Markup
 
 from geometry.arrays import Floats, Ints
 
@@ -104,3 +107,22 @@ def _planes(difference: npt.NDArray[np.int32]) -> bytes:
     zigzag = ((wrapped << 1) ^ (wrapped >> 31)).astype("<u2")
     bytes_ = zigzag.view(np.uint8).reshape(*zigzag.shape, 2)
     return np.ascontiguousarray(np.moveaxis(bytes_, 2, 1)).tobytes()
+
+
+def policy(style: str, script: str) -> str:
+    """What the page may do: run its own script and style, show pictures that it holds, and nothing else."""
+    scripts = f"'{_hash(script)}'" if script else "'none'"
+    return (
+        f"default-src 'none'; script-src {scripts}; style-src '{_hash(style)}'; img-src data:; "
+        "connect-src 'none'; base-uri 'none'; form-action 'none'"
+    )
+
+
+def embedded_json(value: object) -> Markup:
+    """JSON that cannot end the element that holds it."""
+    text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return Markup(text.replace("<", "\\u003c").replace("&", "\\u0026"))  # noqa: S704 - escaped here
+
+
+def _hash(text: str) -> str:
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from fea.analysis.figures import BoreFigures
-from fea.choices import CONTACT
+from fea.base.choices import CONTACT
 from fea.output.report.bores import BORES
 from fea.output.report.reported import Arrays, Reported
+from fea.run.figures import BoreFigures
 from geometry.arrays import Floats
 from loads.bearing import Arc, Bonded, parse_pin_load
 

@@ -1,19 +1,23 @@
 """The page: one HTML file that runs what it holds and fetches nothing."""
 
 import base64
+import webbrowser
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from fea.output.report.answer import answer
-from fea.output.report.embedded import embedded_json, policy
+from fea.output.report.coding import embedded_json, policy
 from fea.output.report.reported import Reported
 from fea.output.report.scene import Scene
 from fea.output.report.sections import Section, sections
 from fea.output.report.tables import head_table
+from fea.output.target import PictureError
+from geometry.errors import require
 
 # In this order, as one script: each uses what stands before it.
 _SCRIPTS = (
@@ -103,3 +107,30 @@ def _scales(usual: float) -> list[tuple[float, str]]:
     return [
         (scale, words or f"× {scale:g}") for scale, words in found.items() if scale in {0, 1} or scale > 1
     ]
+
+
+_MARK = '<meta name="generator" content="conrod-fea">'
+_HEAD = 4096  # characters within which the mark stands
+
+
+def open_report(file: Path) -> None:
+    """Open a report.
+
+    Raises
+    ------
+    InvalidValue
+        There is no such file, or it is no report of this program.
+    PictureError
+        There is no browser.
+    """
+    require(file.is_file(), "FILE", str(file), "is not a file", "Name a report.html that fea wrote.")
+    with file.open(encoding="utf-8", errors="replace") as text:
+        ours = _MARK in text.read(_HEAD)
+    require(ours, "FILE", str(file), "is not a report of fea", "Name a report.html that fea wrote.")
+    if not webbrowser.open(file.resolve().as_uri()):
+        raise PictureError(
+            f"No browser was found to open {file}: open it by hand, or copy it to a machine with one."
+        )
+
+
+REPORT = "report.html"

@@ -6,17 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from fea.analysis.figures import LoadFigures
-from fea.analysis.motion import Motion, ParityMotion
-from fea.choices import Support
+from fea.base.choices import Support
 from fea.output.pictures.scale import exaggeration
 from fea.output.pictures.shown import VON_MISES
 from fea.output.report.coding import LEVELS, Packer, corner_steps
-from fea.output.report.legends import case_fields, envelope_fields, instant_fields
+from fea.output.report.legends import case_fields, envelope_fields, hot_spots, instant_fields
 from fea.output.report.loads import bore_loads, cycle_loads, pressure_kind
 from fea.output.report.reported import Array, Reported
-from fea.output.report.spots import hot_spots
 from fea.output.report.surface import Surface
+from fea.run.figures import LoadFigures
+from fea.run.motion import Motion, ParityMotion
 from geometry.arrays import Floats, Ints
 from mesh.tetmesh import TetMesh
 
@@ -121,7 +120,7 @@ def _case(
 
 def _strength(own: Mapping[str, Array]) -> Floats:
     """Yield strength (n,), MPa, from stress and safety factor; without stress, that of the others."""
-    from fea.assess.safety import CAP  # noqa: PLC0415
+    from fea.judge.verdict import CAP  # noqa: PLC0415
 
     free = own["safety_factor"] < CAP
     strength = np.where(free, own["safety_factor"] * own["von_mises"], np.nan)

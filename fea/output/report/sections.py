@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from fea.analysis.figures import Summary
 from fea.output.report.assumptions import assumptions, limits
 from fea.output.report.charts import Chart, Heading, chart, force_charts
 from fea.output.report.inputs import input_tables
@@ -26,10 +25,8 @@ from fea.output.report.tables import (
     load_table,
 )
 from fea.output.report.wording import figure
-from fea.output.terminal.buckling import buckling_lines
-from fea.output.terminal.figures import factor
-from fea.output.terminal.life import life_lines
-from fea.output.terminal.sharp_edges import sharp_edge_lines
+from fea.output.terminal.run_lines import buckling_lines, factor, life_lines, sharp_edge_lines
+from fea.run.figures import Summary
 
 _SIGN = (
     "The sign of the von Mises stress is that of the mean stress where the curve is largest; elsewhere it is "
@@ -97,7 +94,7 @@ def _results(run: Reported) -> Iterator[Section]:
 def _assembly(run: Reported) -> Iterator[Section]:
     found = run.summary.assembly
     if found is not None:
-        from fea.output.report.assembly_tables import assembly_tables  # noqa: PLC0415 - rods of one piece do without
+        from fea.output.report.tables import assembly_tables  # noqa: PLC0415 - rods of one piece do without
         from fea.output.terminal.assembly import assembly_lines  # noqa: PLC0415
 
         tables, lines = assembly_tables(found), assembly_lines(found)

@@ -8,18 +8,18 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from fea.analysis.force_table import force_columns
-from fea.analysis.outcome import Outcome
-from fea.output.errors import PictureError
 from fea.output.picture_name import picture_name
-from fea.output.pictures.described import described_by
 from fea.output.pictures.picture import draw_pictures
+from fea.output.pictures.shown import described_by
 from fea.output.report.bores import drawn_bores
 from fea.output.report.page import page
 from fea.output.report.reported import Reported
 from fea.output.report.scene import scene
+from fea.output.target import PictureError
 from fea.output.text import write_text
-from fea.rod.load_cases import EngineLoading
+from fea.rod.loading import EngineLoading
+from fea.run.forces import force_columns
+from fea.run.outcome import Outcome
 
 _NOT_KEPT = "the cycle was analysed without what it needs (analyse(…, report=True) keeps that)"
 

@@ -1,13 +1,181 @@
 """The drawings of a sweep."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
-from fea.output.sweep_report.labels import label
-from fea.output.sweep_report.scatter import Axis, Scatter, scatter
-from fea.output.sweep_report.swept import Swept
+from fea.output.pictures.scale import round_up
 from geometry.arrays import Floats, Ints
+
+_UNITS = {
+    "_kg_m3": "kg/m³", "_kg_m2": "kg m²", "_1_K": "1/K", "_mm": "mm", "_MPa": "MPa", "_GPa": "GPa",
+    "_kN": "kN", "_N": "N", "_kg": "kg", "_deg": "°", "_percent": "%", "_bar": "bar", "_C": "°C",
+    "_Hz": "Hz", "_hours": "h",
+}  # fmt: skip
+
+
+def label(name: str) -> str:
+    """Return the name of a key or a column with its unit: ``web thickness (mm)``.
+
+    The table of a key is left out where it is that of the rod.
+    """
+    plain = name.removeprefix("rod.")
+    ending = next((end for end in _UNITS if plain.endswith(end)), "")
+    words = plain.removesuffix(ending).replace(".", " ").replace("_", " ")
+    return f"{words} ({_UNITS[ending]})" if ending else {"factor": "least factor"}.get(words, words)
+
+
+_STEPS = 4
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """A drawing for the template.
+
+    Attributes
+    ----------
+    x, y
+        What the axes show.
+    points
+        Place of each point and the number of its design.
+    line
+        Points of a line; empty where there is none.
+    x_ticks, y_ticks
+        Place and label.
+    limit
+        Height of the line factor = 1; None where it is not in the picture.
+    size
+        Width and height.
+    """
+
+    x: str
+    y: str
+    points: tuple[tuple[float, float, int], ...]
+    line: str
+    x_ticks: tuple[tuple[float, str], ...]
+    y_ticks: tuple[tuple[float, str], ...]
+    limit: float | None
+    size: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Values along one axis of a drawing: what it shows, the values, and where it begins and ends."""
+
+    name: str
+    values: Floats
+    first: float
+    last: float
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The bounds: the values' own, with some room."""
+        known = self.values[np.isfinite(self.values)]
+        low, high = float(known.min()), float(known.max())
+        room = 0.05 * (high - low) or 0.05 * abs(high) or 1.0
+        return low - room, high + room
+
+    def place(self, value: float) -> float:
+        """Return where a value lies."""
+        low, high = self.bounds
+        return round(self.first + (self.last - self.first) * (value - low) / (high - low), 1)
+
+    @property
+    def ticks(self) -> tuple[tuple[float, str], ...]:
+        """Place and label of round values."""
+        low, high = self.bounds
+        step = round_up((high - low) / _STEPS)
+        values = step * np.arange(np.ceil(low / step), np.floor(high / step) + 1)
+        return tuple((self.place(value), f"{value:.5g}".replace("-", "−")) for value in values)
+
+
+def scatter(x: Axis, y: Axis, numbers: Ints, line: Floats | None = None) -> Scatter:
+    """Draw points.
+
+    Parameters
+    ----------
+    x, y
+        With (n,) values, NaN where there is none.
+    numbers
+        (n,) of the designs.
+    line
+        (m, 2) of a line.
+    """
+    known = np.flatnonzero(np.isfinite(x.values) & np.isfinite(y.values))
+    points = tuple((x.place(x.values[n]), y.place(y.values[n]), int(numbers[n])) for n in known)
+    low, high = y.bounds
+    path = "" if line is None else " ".join(f"{x.place(a):g},{y.place(b):g}" for a, b in line)
+    limit = y.place(1.0) if y.name.endswith("factor") and low < 1 < high else None
+    size = (max(x.first, x.last), max(y.first, y.last))
+    return Scatter(label(x.name), label(y.name), points, path, x.ticks, y.ticks, limit, size)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Influenced:
+    """What a figure depends on: a row for each key, as the table shows it.
+
+    Attributes
+    ----------
+    figure
+        Its name.
+    columns
+        Titles of the columns beside the key.
+    rows
+        Key and values, as text.
+    bars
+        Length of the bar of each key, 0 to 1.
+    note
+        What must be known beside it.
+    """
+
+    figure: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, tuple[str, ...]], ...]
+    bars: tuple[float, ...]
+    note: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Swept:
+    """A sweep, a design each.
+
+    Attributes
+    ----------
+    title
+        Its name.
+    counts
+        What became of the rows, in words.
+    keys
+        (n,) values of the varied keys that are numbers, by key.
+    figures
+        (n,) values of mass and factors by name, NaN where there is none.
+    rows
+        (n,) number of the row of the table that a design is shown by.
+    studies
+        (n,) study files.
+    front
+        Numbers of the designs of which none is both lighter and stronger.
+    probabilities
+        Rows of a table: factor, share below 1, interval, rods, rods without a result.
+    influences
+        What matters, by figure.
+    failures
+        Rows, reasons and how many there are.
+    """
+
+    title: str
+    counts: str
+    keys: Mapping[str, Floats]
+    figures: Mapping[str, Floats]
+    rows: Sequence[int]
+    studies: Sequence[str]
+    front: Ints
+    probabilities: Sequence[tuple[str, ...]] = ()
+    influences: Sequence[Influenced] = ()
+    failures: Sequence[tuple[int, str, Any]] = field(default_factory=tuple)
+
 
 # More points than these are not told apart, and make a page slow.
 _MOST_POINTS, _MOST_LINES = 2000, 500

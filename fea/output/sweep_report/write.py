@@ -8,9 +8,8 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from fea.output.report.embedded import embedded_json, policy
-from fea.output.sweep_report.drawings import main_effects, matrix, parallel, pareto
-from fea.output.sweep_report.swept import Swept
+from fea.output.report.coding import embedded_json, policy
+from fea.output.sweep_report.drawings import Swept, main_effects, matrix, parallel, pareto
 from fea.output.text import write_text
 
 _OUTPUT = files("fea") / "output"

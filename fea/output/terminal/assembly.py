@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from fea.analysis.assembly_figures import AssemblyFigures, BoltsFigures, FaceCaseFigures, OnsetFigures
-from fea.output.terminal.figures import factor, number
+from fea.output.terminal.run_lines import factor, number
+from fea.run.assembly_figures import AssemblyFigures, BoltsFigures, FaceCaseFigures, OnsetFigures
 from fea.units import KN
 from loads.cases import ASSEMBLY
 

@@ -6,8 +6,8 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from fea.analysis.force_report import EXTREMES, WHOLE_ENGINE, Extreme, ForceReport, extremes, mean_torque
-from fea.output.notes import gathered
+from fea.output.text import gathered
+from fea.run.forces import EXTREMES, WHOLE_ENGINE, Extreme, ForceReport, extremes, mean_torque
 from fea.units import RPM
 
 _NAMES = {

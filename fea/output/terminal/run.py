@@ -8,18 +8,27 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from fea.analysis.figures import BoreFigures, CaseFigures, LoadFigures, Summary
-from fea.assess.verdict import Verdict
-from fea.choices import CONTACT, Support
+from fea.base.choices import CONTACT, Support
+from fea.judge.verdict import Verdict
 from fea.output.picture_name import picture_name
 from fea.output.target import near
 from fea.output.terminal.assembly import assembly_lines, assembly_tables
-from fea.output.terminal.buckling import buckling_lines
-from fea.output.terminal.endurance import endurance_lines
-from fea.output.terminal.figures import UNKNOWN, bar, factor, kilo, number, place
-from fea.output.terminal.life import life_lines
-from fea.output.terminal.sharp_edges import UNBOUNDED, sharp_cells, sharp_edge_lines
+from fea.output.terminal.run_lines import (
+    UNBOUNDED,
+    UNKNOWN,
+    bar,
+    buckling_lines,
+    endurance_lines,
+    factor,
+    kilo,
+    life_lines,
+    number,
+    place,
+    sharp_cells,
+    sharp_edge_lines,
+)
 from fea.output.terminal.sweep import print_sweep
+from fea.run.figures import BoreFigures, CaseFigures, LoadFigures, Summary
 
 _ENDLESS = 1000
 WIDTH = 88  # of what is not a terminal: a file, a pipe

@@ -8,16 +8,13 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from fea.analysis.figures import Summary
-from fea.analysis.opening_speed import JOINT_OPENING
-from fea.analysis.speed_map import MODES, rounded, speed_map
-from fea.analysis.survival import Answer
-from fea.assess.verdict import Verdict
-from fea.output.notes import gathered
+from fea.judge.verdict import Verdict
 from fea.output.target import near
-from fea.output.terminal.endurance import endurance_lines
-from fea.output.terminal.figures import bar, factor, number
-from fea.output.terminal.life import life_lines
+from fea.output.terminal.run_lines import bar, endurance_lines, factor, life_lines, number
+from fea.output.text import gathered
+from fea.run.figures import Summary
+from fea.run.speed_map import JOINT_OPENING, MODES, rounded, speed_map
+from fea.run.survival import Answer
 
 
 def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:

@@ -12,12 +12,47 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from fea.material import Material, Materials
+from fea.base.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, linear_stiffness
-from fea.solvers.linear.chebyshev import chebyshev
-from fea.solvers.linear.conjugate_gradients import TOLERANCE, conjugate_gradients
+from fea.solvers.linear.amg import TOLERANCE, conjugate_gradients
 from geometry.arrays import Floats, Ints, Mask
 from mesh.tetmesh import EDGES, TetMesh
+
+
+def chebyshev(
+    operator: Callable[[Floats], Floats],
+    diagonal: Floats,
+    right_hand_sides: Floats,
+    bounds: tuple[float, float],
+    steps: int,
+) -> Floats:
+    """Approximate A⁻¹ b, starting from zero, by a symmetric linear operator (Saad 2003, algorithm 12.1).
+
+    Parameters
+    ----------
+    operator
+        A on (n, k) vectors.
+    diagonal
+        (n,) D, by which A is scaled.
+    right_hand_sides
+        (n, k).
+    bounds
+        Bounds of the eigenvalues of D⁻¹A to be damped.
+    steps
+        Degree of the polynomial plus one.
+    """
+    low, high = bounds
+    middle, half = (high + low) / 2, (high - low) / 2
+    inverse = 1 / diagonal[:, None]
+    ratio = rho = half / middle
+    step = inverse * right_hand_sides / middle
+    x = step.copy()
+    for _ in range(steps - 1):
+        last, rho = rho, 1 / (2 / ratio - rho)
+        step = rho * last * step + (2 * rho / half) * inverse * (right_hand_sides - operator(x))
+        x += step
+    return np.asarray(x)
+
 
 # The Chebyshev polynomial damps the upper part of the spectrum of D⁻¹K; the coarse level handles the rest.
 _STEPS = 2

@@ -6,14 +6,14 @@ that second-order elements are exact. Boundary conditions and solution are those
 
 import numpy as np
 
-from fea.choices import Support
+from fea.base.choices import Support
 from fea.solid.inertia import inertia
 from fea.solid.parity import Parity, Split
 from fea.solid.traction import nodal_traction, traction_forces
 from fea.solvers.static import Model
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody
-from geometry.bodies.shape import Prism, polygon
+from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
 from loads.cases import RodMotion
 from mesh.body import mesh_body

@@ -15,13 +15,13 @@ import numpy as np
 from fea.contact.bolt_pull import BoltPull
 from fea.contact.mating import MatingFaces
 from fea.solid.traction import traction_forces
-from fea.solvers.prescribed import displacement
+from fea.solvers.constrained import displacement
 from fea.verify.assembled_body import AssembledBody, pulled
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, held
 from fea.verify.parted import along_x, apart, bars, parted
 from geometry.arrays import Floats
-from geometry.bodies.shape import Revolution, SideBySide, polygon
+from geometry.bodies import Revolution, SideBySide, polygon
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body
 from mesh.separate import separated

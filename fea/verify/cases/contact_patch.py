@@ -9,7 +9,7 @@ from fea.verify.body import STEEL, furthest, held
 from fea.verify.cases.patch import SHAKE, shaken
 from fea.verify.contact_body import TouchedBody
 from geometry.arrays import Floats
-from geometry.bodies.shape import Prism, polygon
+from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from fea.solid.traction import traction_forces
-from fea.solvers.prescribed import displacement
+from fea.solvers.constrained import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, LoadedBody, SolvedBody, held
 from geometry.arrays import Floats
-from geometry.bodies.shape import Prism, polygon
+from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body
 from mesh.tetmesh import TetMesh

@@ -8,14 +8,14 @@ import math
 
 import numpy as np
 
-from fea.choices import Support
+from fea.base.choices import Support
+from fea.solid.bore_motion import SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z, Held
 from fea.solid.parity import Parity
-from fea.solid.pins import SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z, Held
 from fea.solvers.buckling import Buckling
 from fea.solvers.static import Model
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL
-from geometry.bodies.shape import Prism, polygon
+from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 from mesh.tetmesh import TetMesh

@@ -7,10 +7,10 @@ frequency f_EB = (βL)²/2πL² r √(E/ρ), F = βL (cosh βL − cos βL)/(sin
 
 import math
 
-from fea.material import Material
+from fea.base.material import Material
 from fea.solvers.vibration import RIGID, free_modes
 from fea.verify.benchmark import Benchmark, Computed, Goal
-from geometry.bodies.shape import block
+from geometry.bodies import block
 from mesh.body import mesh_body
 
 STEEL = Material(youngs_modulus=207e3, poissons_ratio=0.3, density=7.8e-9, yield_strength=400.0)

@@ -10,15 +10,15 @@ strip is sheared over about its thickness, which beam theory leaves out.
 
 import numpy as np
 
+from fea.base.material import Material
 from fea.contact.joined_system import Joined
 from fea.contact.mating import MatingFaces
-from fea.material import Material
 from fea.solid.traction import traction_forces
 from fea.verify.assembled_body import AssembledBody
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.parted import apart
 from geometry.arrays import Floats
-from geometry.bodies.shape import Prism, SideBySide, polygon
+from geometry.bodies import Prism, SideBySide, polygon
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 

@@ -9,12 +9,12 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from fea.solid.elasticity import stress_from_gradient
+from fea.solid.element import stress_from_gradient
 from fea.solid.traction import traction_forces
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, LoadedBody, furthest, held, nodes_of
 from geometry.arrays import Floats
-from geometry.bodies.shape import Revolution, Side
+from geometry.bodies import Revolution, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body

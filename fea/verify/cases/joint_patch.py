@@ -9,7 +9,7 @@ from fea.verify.body import STEEL, furthest
 from fea.verify.cases.bolted_joint import SIDES, joint
 from fea.verify.parted import along_x, apart
 from geometry.arrays import Floats
-from geometry.bodies.shape import Prism, SideBySide, polygon
+from geometry.bodies import Prism, SideBySide, polygon
 from geometry.surfaces import Surface
 
 LENGTHS, WIDTH, HEIGHT = (0.4, 1.0), 0.6, 0.5  # mm

@@ -8,7 +8,7 @@ from fea.solid.traction import nodal_traction, traction_forces
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, LoadedBody, furthest, held, nodes_of
 from geometry.arrays import Floats
-from geometry.bodies.shape import Prism, Side
+from geometry.bodies import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body

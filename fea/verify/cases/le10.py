@@ -6,7 +6,7 @@ from fea.solid.traction import nodal_traction, traction_forces
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, LoadedBody, held
 from fea.verify.ellipse import INNER_AXES, elliptic_outline
-from geometry.bodies.shape import Prism
+from geometry.bodies import Prism
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body
 from mesh.tetmesh import TetMesh

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from fea.solid.thermal import thermal_forces, thermal_modulus
+from fea.solid.traction import thermal_forces, thermal_modulus
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, LoadedBody, held
 from geometry.arrays import Floats
-from geometry.bodies.shape import Revolution, Side
+from geometry.bodies import Revolution, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body

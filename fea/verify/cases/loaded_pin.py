@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fea.base.material import Material
 from fea.contact.mating import MatingFaces
-from fea.material import Material
 from fea.solid.traction import Traction, traction_forces
 from fea.verify.assembled_body import AssembledBody
 from fea.verify.benchmark import Benchmark, Computed, Goal
@@ -20,7 +20,7 @@ from fea.verify.body import nodes_of
 from fea.verify.cases.lame_fit import outwards
 from fea.verify.parted import parted, radius
 from geometry.arrays import Floats
-from geometry.bodies.shape import Prism, Side, SideBySide
+from geometry.bodies import Prism, Side, SideBySide
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import mesh_body

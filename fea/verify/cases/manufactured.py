@@ -8,14 +8,13 @@ import math
 
 import numpy as np
 
-from fea.solid.body_force import body_forces
-from fea.solid.element import tabulate
-from fea.solid.integration import gauss_blocks
-from fea.solvers.prescribed import displacement
+from fea.solid.element import gauss_blocks, tabulate
+from fea.solid.inertia import body_forces
+from fea.solvers.constrained import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL
 from geometry.arrays import Floats
-from geometry.bodies.shape import block
+from geometry.bodies import block
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 from mesh.refined import refined

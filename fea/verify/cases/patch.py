@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from fea.solid.elasticity import stress_from_gradient
-from fea.solvers.prescribed import displacement
+from fea.solid.element import stress_from_gradient
+from fea.solvers.constrained import displacement
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody, furthest
 from geometry.arrays import Floats
-from geometry.bodies.shape import block
+from geometry.bodies import block
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 from mesh.tetmesh import EDGES, TetMesh

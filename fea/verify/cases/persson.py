@@ -14,14 +14,14 @@ import numpy as np
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from fea.base.material import Material
 from fea.contact.elastic_pin import Pin
 from fea.contact.interface import PinInBore
 from fea.contact.multipliers import Multipliers, radial
-from fea.material import Material
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, held
 from fea.verify.contact_body import TouchedBody, contact_end
-from geometry.bodies.shape import Prism, Side
+from geometry.bodies import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body

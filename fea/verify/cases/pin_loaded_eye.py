@@ -8,14 +8,13 @@ section.
 import math
 from collections.abc import Callable
 
-from fea.solid.bore import bore_facets
-from fea.solid.bore_load import bore_load
-from fea.solvers.prescribed import displacement
+from fea.solid.bore import bore_facets, bore_load
+from fea.solvers.constrained import displacement
 from fea.stress.stress import principal
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody, held, nodes_of
 from geometry.arrays import Floats
-from geometry.bodies.shape import Prism, Side
+from geometry.bodies import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from loads.bearing import Arc as PressedArc

@@ -10,7 +10,7 @@ import math
 from fea.solid.traction import traction_forces
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, LoadedBody, held
-from geometry.bodies.shape import Prism, Side, polygon
+from geometry.bodies import Prism, Side, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body

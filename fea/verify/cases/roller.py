@@ -8,15 +8,15 @@ import math
 
 import numpy as np
 
+from fea.base.material import Material
 from fea.contact.elastic_pin import Pin
 from fea.contact.interface import PinInBore
 from fea.contact.multipliers import Multipliers, radial
-from fea.material import Material
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import held
 from fea.verify.contact_body import TouchedBody, contact_end
 from geometry.arrays import Floats
-from geometry.bodies.shape import Prism, polygon
+from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body
 

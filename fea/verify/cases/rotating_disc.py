@@ -7,14 +7,14 @@ thickness). The mean displacement of the rim is exactly that of plane stress (re
 
 import math
 
-from fea.choices import Support
+from fea.base.choices import Support
 from fea.solid.inertia import inertia
 from fea.solid.parity import Parity
 from fea.solid.traction import traction_forces
 from fea.solvers.static import Model
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody
-from geometry.bodies.shape import Prism, Side
+from geometry.bodies import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from loads.cases import RodMotion

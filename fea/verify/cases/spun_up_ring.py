@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from fea.choices import Support
+from fea.base.choices import Support
 from fea.solid.inertia import inertia
 from fea.solid.parity import Parity, Split
 from fea.solid.traction import nodal_traction, traction_forces
@@ -17,7 +17,7 @@ from fea.solvers.static import Model
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody
 from geometry.arrays import Floats
-from geometry.bodies.shape import Prism, Side
+from geometry.bodies import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from loads.cases import RodMotion

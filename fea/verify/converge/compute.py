@@ -12,16 +12,14 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.adapt import adapt_mesh
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import SpeedResult, solve_speed
-from fea.choices import Element, Symmetry
+from fea.base.choices import Element, Symmetry
+from fea.base.material import Material
 from fea.machine.clock import Clock
-from fea.machine.peak_memory import peak_memory
-from fea.machine.threads import threads
-from fea.material import Material
-from fea.output.frd import read_frd
-from fea.output.inp import write_inp
+from fea.machine.threads import peak_memory, threads
+from fea.output.inp import read_frd, write_inp
+from fea.run.adapt import adapt_mesh
+from fea.run.prepare import prepare
+from fea.run.speed import SpeedResult, solve_speed
 from fea.solid.supports import clamped, determinate_restraints
 from fea.stress.stress import von_mises
 from fea.study.study import MeshTable, Study

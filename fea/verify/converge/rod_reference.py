@@ -4,11 +4,11 @@ import dataclasses
 
 import numpy as np
 
-from fea.analysis.meshing import mesh_study
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import SpeedResult, solve_speed
-from fea.analysis.wanted_size import wanted_sizes
-from fea.assess.case_result import CaseResult
+from fea.judge.case_result import CaseResult
+from fea.run.meshing import mesh_study
+from fea.run.prepare import prepare
+from fea.run.speed import SpeedResult, solve_speed
+from fea.run.wanted_size import wanted_sizes
 from fea.study.study import MeshTable, Study
 from fea.verify.converge.reference import Reference, extrapolated
 

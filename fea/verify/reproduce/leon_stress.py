@@ -12,8 +12,8 @@ from functools import cache
 
 import numpy as np
 
-from fea.analysis.prepare import PreparedRod, prepare
-from fea.analysis.speed import SpeedResult, solve_speed
+from fea.run.prepare import PreparedRod, prepare
+from fea.run.speed import SpeedResult, solve_speed
 from fea.study.study import ForcesTable, MeshTable, load_study
 from fea.verify.reproduce.leon_engine import SOURCE
 from fea.verify.reproduce.printed import decimals, records

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 from fea.verify.reproduce import columba, leon, molina
 from fea.verify.reproduce.table import Table
-from geometry.invalid import require
+from geometry.errors import require
 
 SOURCES: dict[str, Callable[[], list[Table]]] = {
     leon.SOURCE: leon.tables,

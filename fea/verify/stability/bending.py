@@ -5,14 +5,14 @@
 
 import numpy as np
 
-from fea.choices import CONVERGED_PERCENT
+from fea.base.choices import CONVERGED_PERCENT
 from fea.solid.traction import nodal_traction, traction_forces
 from fea.verify.body import STEEL, SolvedBody, held
 from fea.verify.stability.peaks import noticed, peak_of
 from fea.verify.stability.row import ExtremeRow
 from fea.verify.stability.solved import Solved, percent, solved
 from geometry.arrays import Floats
-from geometry.bodies.shape import Prism, polygon
+from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 from mesh.tetmesh import TetMesh

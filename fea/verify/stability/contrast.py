@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from fea.material import Materials
+from fea.base.material import Materials
 from fea.solid.traction import traction_forces
 from fea.verify.body import STEEL, held
 from fea.verify.stability.row import ExtremeRow
 from fea.verify.stability.solved import percent, solved
-from geometry.bodies.shape import Prism, polygon
+from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 

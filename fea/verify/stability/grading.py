@@ -7,7 +7,7 @@ from fea.verify.body import STEEL, SolvedBody, held
 from fea.verify.stability.peaks import peak_of, peak_row
 from fea.verify.stability.row import ExtremeRow
 from fea.verify.stability.solved import solved
-from geometry.bodies.shape import Revolution, Side
+from geometry.bodies import Revolution, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import Fine, mesh_body

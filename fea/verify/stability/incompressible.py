@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fea.checks import LIMITS, check
-from fea.material import Material
+from fea.base.checks import LIMITS, check
+from fea.base.material import Material
 from fea.stress.recovery import Recovery
 from fea.verify.body import STEEL, LoadedBody, mirror_planes
 from fea.verify.cases.lame import INSIDE, OUTSIDE, PRESSURE, loaded
@@ -29,7 +29,7 @@ _A2, _B2 = INSIDE**2, OUTSIDE**2
 
 
 def rows() -> list[ExtremeRow]:
-    """Displacement, then stress, of each method; marked above the limits of `fea.checks`."""
+    """Displacement, then stress, of each method; marked above the limits of `fea.base.checks`."""
     return [row for method in METHODS for row in _rows(method)]
 
 

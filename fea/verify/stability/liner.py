@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fea.material import Materials
+from fea.base.material import Materials
 from fea.solid.traction import traction_forces
 from fea.verify.body import STEEL, held
 from fea.verify.stability.lattice import lattice

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from fea.material import Material
+from fea.base.material import Material
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.supports import require_restrained
-from fea.solvers.condition import condition_estimate
 from fea.solvers.linear.choice import factorise
-from fea.solvers.mixed_system import MixedSystem, shear_materials
+from fea.solvers.mixed import MixedSystem, shear_materials
 from fea.solvers.pressure import pressure_space
+from fea.solvers.residuals import condition_estimate
 from fea.verify.stability.solved import Solved
 from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh

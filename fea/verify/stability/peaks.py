@@ -1,7 +1,7 @@
 """The peak of a solved body with its error bar, as a run prints it."""
 
-from fea.assess.verdict import Peak, Verdict, peak
-from fea.choices import CONVERGED_PERCENT
+from fea.base.choices import CONVERGED_PERCENT
+from fea.judge.verdict import Peak, Verdict, peak
 from fea.stress.error_estimate import ErrorEstimator
 from fea.stress.stress import von_mises
 from fea.verify.body import SolvedBody

@@ -5,16 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from fea.analysis.prepare import PreparedRod, prepare
-from fea.analysis.speed import SpeedResult, solve_speed
-from fea.assess.case_result import CaseResult
-from fea.rod.load_cases import EngineLoading
-from fea.solid.element import tabulate
-from fea.solid.integration import gauss_blocks
+from fea.judge.case_result import CaseResult
+from fea.rod.loading import EngineLoading
+from fea.run.prepare import PreparedRod, prepare
+from fea.run.speed import SpeedResult, solve_speed
+from fea.solid.element import gauss_blocks, tabulate
 from fea.study.engine_table import EngineTable
 from fea.study.study import ForcesTable, MeshTable, load_study
 from fea.verify.stability.row import ExtremeRow, Verdict, judged
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 # The coarsest mesh of a rod.
 SIZE = 12.0

@@ -30,7 +30,7 @@ class ExtremeRow:
     backward_error
         ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖), maximum norms; None if nothing is solved.
     condition_estimate
-        See `fea.solvers.condition`.
+        See `fea.solvers.residuals`.
     energy_error
         |uᵀKu − uᵀf| / uᵀf.
     tolerance_percent

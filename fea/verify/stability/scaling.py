@@ -9,7 +9,7 @@ from fea.verify.body import STEEL, held
 from fea.verify.stability.row import ExtremeRow
 from fea.verify.stability.solved import Solved, solved
 from geometry.arrays import Floats
-from geometry.bodies.shape import Prism, polygon
+from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
 from mesh.body import mesh_body
 from mesh.tetmesh import TetMesh

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fea.checks import check
+from fea.base.checks import check
 from fea.verify.stability.bending import STRESS, beam, bent, stressed
 from fea.verify.stability.peaks import noticed, peak_of
 from fea.verify.stability.row import ExtremeRow

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from fea.checks import check
-from fea.material import Material, Materials
+from fea.base.checks import check
+from fea.base.material import Material, Materials
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.supports import require_restrained
-from fea.solvers.condition import condition_estimate
 from fea.solvers.linear.choice import factorise
-from fea.solvers.residuals import residuals
+from fea.solvers.residuals import condition_estimate, residuals
 from fea.verify.stability.row import ExtremeRow, judged
 from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh

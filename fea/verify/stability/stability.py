@@ -18,7 +18,7 @@ from fea.verify.stability import (
     thin_ring,
 )
 from fea.verify.stability.row import ExtremeRow
-from geometry.invalid import InvalidValue
+from geometry.errors import InvalidValue
 
 CASES = MappingProxyType(
     {

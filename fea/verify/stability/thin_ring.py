@@ -14,7 +14,7 @@ from fea.verify.stability.peaks import peak_of, peak_row
 from fea.verify.stability.row import ExtremeRow
 from fea.verify.stability.solved import solved
 from geometry.arrays import Floats
-from geometry.bodies.shape import Prism, Side
+from geometry.bodies import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.body import mesh_body

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from worker import von_mises
 
-from fea.solid.mechanism import rigid_modes
+from fea.solid.supports import rigid_modes
 
 
 def without_rigid_motion(displacement: np.ndarray, points: np.ndarray) -> np.ndarray:

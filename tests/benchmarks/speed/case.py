@@ -12,12 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from fea.analysis.meshing import mesh_study
-from fea.choices import Support
+from fea.base.choices import Support
 from fea.output.inp import write_inp
-from fea.rod.bores import Bores
-from fea.rod.case_forces import CaseForces, NodalForces
-from fea.rod.meshed_rod import MeshedRod
+from fea.pins.case_forces import CaseForces, NodalForces
+from fea.rod.meshed_rod import Bores, MeshedRod
+from fea.run.meshing import mesh_study
 from fea.solid.inertia import inertia
 from fea.solid.supports import determinate_restraints
 from fea.study.study import load_study

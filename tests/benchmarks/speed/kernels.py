@@ -11,7 +11,7 @@ import numpy as np
 from case import read_case
 from worker import Run
 
-from fea.choices import Support
+from fea.base.choices import Support
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.parity import Parity
 from fea.solvers.linear.pardiso import _ANALYSE, _FACTORISE, _SOLVE, PardisoCholesky

@@ -10,10 +10,9 @@ import numpy as np
 from case import nodal_forces, read_case
 from worker import Run
 
-from fea.choices import SolverName, Support
+from fea.base.choices import SolverName, Support
 from fea.machine.clock import Clock
-from fea.solid.element import tabulate
-from fea.solid.integration import stiffness_degree
+from fea.solid.element import stiffness_degree, tabulate
 from fea.solid.parity import Parity, Split
 from fea.solvers.static import Model
 from fea.stress.recovery import ElementStress, Recovery

@@ -1,0 +1,121 @@
+"""The job behind `fea export`: a run in the format of another program."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fea.apps.report_run import prepared_again, require_same_loads
+from fea.output.inp import Step, write_deck
+from fea.output.left_run import LeftRun, read_run
+from fea.output.mesh_formats import FORMATS, write_mesh
+from fea.output.target import require_target
+from fea.run.prepare import PreparedRod
+from fea.solid.supports import clamped, determinate_restraints
+from fea.study.study import load_study
+from geometry.errors import require
+from geometry.surfaces import Surface
+from loads.cases import LoadCase
+from mesh.files.given import named_mesh
+from mesh.tetmesh import MeshError
+
+SUFFIXES = (".inp", *FORMATS)
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What was written.
+
+    Attributes
+    ----------
+    files
+        Where.
+    notes
+        What the format does not carry, and what a reader must know of the file.
+    """
+
+    files: tuple[Path, ...]
+    notes: tuple[str, ...]
+
+
+def export_run(folder: Path, file: Path) -> Exported:
+    """Write the mesh of a run with its loads or its results.
+
+    Parameters
+    ----------
+    folder
+        Of a run at one speed.
+    file
+        Its suffix chooses the format: ``.inp`` is a deck of all load cases for CalculiX and Abaqus, the
+        others hold the mesh with the results as far as the format carries them.
+
+    Raises
+    ------
+    InvalidValue
+        The folder is not that of a run, or the file cannot be written there.
+    MeshError
+        The bores of the run's mesh were not found, which a deck needs.
+    StorageError
+        The disk, a permission or a missing library prevents writing.
+    """
+    require_target("FILE", file, SUFFIXES)
+    own = file.resolve().parent == folder.resolve()
+    rule = "is inside the folder of the run, whose files are never mixed with others"
+    require(not own, "FILE", str(file), rule, "Name a file in another folder.")
+    run = read_run(folder)
+    return _deck(run, file) if file.suffix.lower() == ".inp" else _results(run, file)
+
+
+def _results(run: LeftRun, file: Path) -> Exported:
+    form = FORMATS[file.suffix.lower()]
+    mesh, notes = run.mesh, []
+    if form.surfaces:
+        try:
+            mesh, _ = named_mesh(run.mesh, (None, None))
+        except MeshError as error:
+            notes.append(f"the surfaces have no names, because {error}")
+    points = {
+        f"{case}_{name}": values for case, own in run.cases.items() for name, values in own.point.items()
+    }
+    cells = {f"{case}_{name}": values for case, own in run.cases.items() for name, values in own.cell.items()}
+    files = write_mesh(file, mesh, points, cells)
+    if form.without:
+        notes.append(f"{file.suffix.lower()} does not carry {form.without}")
+    return Exported(files, tuple(notes))
+
+
+def _deck(run: LeftRun, file: Path) -> Exported:
+    study = load_study(run.study)
+    rod = prepared_again(run, study)
+    rpm = study.speeds()[0]
+    cases = require_same_loads(run, rod.loading.at(rod.mass, rpm).cases)
+    steps = [_step(run, rod, case) for case in cases.values()]
+    materials = dict(zip(rod.mesh.parts, rod.materials, strict=True))
+    heading = [f"{run.summary['study']}{'' if rpm is None else f' at {rpm:g} rpm'}: one step per load case"]
+    write_deck(file, rod.mesh.whole, materials, steps, heading)
+    return Exported((file,), tuple(_deck_notes(rod)))
+
+
+def _deck_notes(rod: PreparedRod) -> list[str]:
+    notes = [
+        "pressures and inertia are nodal forces (*CLOAD); three nodes are held at the run's displacement, so "
+        "that displacements agree"
+        if not rod.clamped
+        else "pressures and inertia are nodal forces (*CLOAD); the big-end bore is held"
+    ]
+    if rod.soft:
+        notes.append(
+            "a part is nearly incompressible: the run solves it with a pressure field, which C3D10 elements "
+            "lack, so that results of the deck differ there"
+        )
+    return notes
+
+
+def _step(run: LeftRun, rod: PreparedRod, case: LoadCase) -> Step:
+    mesh = rod.mesh.whole
+    fixed = clamped(mesh, Surface.BIG_END_BORE) if rod.clamped else determinate_restraints(mesh)
+    displacement = run.cases[case.name].point["displacement"].astype(float)
+    angle = run.summary["loads"][case.name]["crank_deg"]
+    title = case.name if angle is None else f"{case.name}, crank angle {angle:g} degrees"
+    forces = rod.pins.forces(case).forces.symmetric
+    return Step(title, forces, fixed, np.where(fixed, displacement, 0.0))

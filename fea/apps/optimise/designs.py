@@ -1,0 +1,180 @@
+"""Designs of a rod that a search tries: the mesh of one, moved to the next."""
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import count
+
+import numpy as np
+
+from fea.apps.optimise.limits import Limit, limits, required
+from fea.apps.optimise.variables import Variables
+from fea.base.choices import CONVERGED_PERCENT
+from fea.machine.clock import Clock
+from fea.rod.discretise import moved
+from fea.rod.meshed_rod import MeshedRod
+from fea.run.adapt import Adapted, adapt_mesh
+from fea.run.prepare import prepare
+from fea.units import KG
+from geometry.arrays import Floats
+from geometry.errors import GeometryError
+from mesh.tetmesh import MeshError
+
+# Of the way from a rod that can be meshed to one that cannot, after which a search goes less far.
+_SHORTER = 0.5
+_TRIES = 3
+# Meshes that others are moved from.
+_KEPT = 8
+
+
+@dataclass(frozen=True)
+class Design:
+    """A rod that was tried.
+
+    Attributes
+    ----------
+    x
+        (n,) its free dimensions, scaled to 0 … 1 between their bounds.
+    mass_kg
+        Its mass.
+    limits
+        How much of each required factor is left.
+    short
+        Scaled distance from the rod that was asked for, which cannot be drawn, to this one; 0 where it can.
+    fresh
+        Whether its mesh was made for it, rather than moved from another rod's.
+    mesh
+        Number of the mesh that was made for it or that its own was moved from.
+    """
+
+    x: Floats
+    mass_kg: float
+    limits: tuple[Limit, ...]
+    short: float = 0.0
+    fresh: bool = False
+    mesh: int = 0
+
+    @property
+    def margin(self) -> float:
+        """The least margin of all limits."""
+        return min(limit.margin for limit in self.limits)
+
+    @property
+    def governing(self) -> Limit:
+        """The limit with the least margin."""
+        return min(self.limits, key=lambda limit: limit.margin)
+
+
+class Designs:
+    """Computes designs.
+
+    Parameters
+    ----------
+    variables
+        What is free.
+    listener
+        Told each design, and how many meshes were solved.
+    morphing
+        Whether the mesh of one rod is moved to the next, where it can be.
+
+    Attributes
+    ----------
+    tried
+        All designs, in the order in which they were computed.
+    count
+        Number of meshes that were solved.
+    """
+
+    def __init__(
+        self,
+        variables: Variables,
+        listener: Callable[[Design, int], None] = lambda _design, _count: None,
+        *,
+        morphing: bool = True,
+    ) -> None:
+        self.variables = variables
+        self.tried: list[Design] = []
+        self.count = 0
+        self._listener, self._morphing = listener, morphing
+        self._required = required(variables.study)
+        self._made: deque[tuple[Floats, MeshedRod, int]] = deque(maxlen=_KEPT)
+        self._meshes = 0
+        self._sound = variables.start
+        self._coarsest = CONVERGED_PERCENT
+
+    def begin(self, x: Floats) -> Design:
+        """Compute a design on a mesh of its own, refined as its study asks for; others follow from that mesh.
+
+        The first mesh, with which the search covers most of the way, need only be converged.
+
+        Raises
+        ------
+        GeometryError, MeshError
+            The rod cannot be drawn or meshed.
+        """
+        if self._made:
+            self._coarsest = 0.0
+        self._made.clear()
+        self._sound = x
+        adapted, mesh = self._meshed(x)
+        return self._computed(adapted, x, x, mesh=mesh, fresh=True)
+
+    def at(self, x: Floats) -> Design:
+        """Compute a design on the mesh of another, moved; of a rod that cannot be drawn, the nearest one.
+
+        Raises
+        ------
+        GeometryError, MeshError
+            Not even rods much closer to the last one begun can be drawn or meshed.
+        """
+        near = self.variables.nearest_sound(x, self._sound)
+        for tries in count(1):
+            try:
+                adapted, mesh, fresh = self._rod(near)
+            except (GeometryError, MeshError):
+                if tries == _TRIES:
+                    raise
+                near = near + _SHORTER * (self._sound - near)
+            else:
+                return self._computed(adapted, near, x, mesh=mesh, fresh=fresh)
+        raise AssertionError  # the loop has no end
+
+    def nearest(self, x: Floats, sound: Floats) -> Floats:
+        """Return the last design (n,) that can be drawn on the way to `x` from another that can."""
+        return self.variables.nearest_sound(x, sound)
+
+    def _rod(self, x: Floats) -> tuple[Adapted, int, bool]:
+        """The rod on the mesh of the nearest one meshed, moved; where that cannot follow, on its own.
+
+        Also the number of the mesh, and whether it is the rod's own.
+        """
+        if self._morphing:
+            study = self.variables.study_at(x)
+            _, base, number = min(self._made, key=lambda made: float(np.linalg.norm(made[0] - x)))
+            mesh = moved(base, study.rod)
+            if mesh is not None:
+                return Adapted(prepare(study, mesh=mesh)), number, False
+        return *self._meshed(x), True
+
+    def _meshed(self, x: Floats) -> tuple[Adapted, int]:
+        """The rod on a mesh of its own, to which others may be moved, and the number of the mesh."""
+        study = self.variables.study_at(x)
+        tolerance = study.tolerance_percent
+        if tolerance is not None:
+            tolerance = max(tolerance, self._coarsest)
+            study = replace(study, analysis=replace(study.analysis, tolerance_percent=tolerance))
+        adapted = adapt_mesh(study, study.speeds(), Clock(), movable=self._morphing)
+        self._meshes += 1
+        self._made.append((x, adapted.rod.mesh, self._meshes))
+        self.count += max(1, len(adapted.passes)) - 1  # the last one counts with its design
+        return adapted, self._meshes
+
+    def _computed(self, adapted: Adapted, x: Floats, asked: Floats, *, mesh: int, fresh: bool) -> Design:
+        results = [adapted.at(rpm) for rpm in self.variables.study.speeds()]
+        found = limits(adapted.rod, results, self._required)
+        short = float(np.linalg.norm(asked - x))
+        design = Design(x, adapted.rod.mass.mass / KG, found, short, fresh, mesh)
+        self.tried.append(replace(design, short=0.0))
+        self.count += 1
+        self._listener(design, self.count)
+        return design

@@ -1,0 +1,217 @@
+"""What a search has found, as figures for the table, for JSON and for the history."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from fea.apps.optimise.designs import Design
+from fea.apps.optimise.limits import Limit
+from fea.apps.optimise.search import Found
+from fea.apps.optimise.variables import Variables
+from fea.output.target import near
+from fea.run.summary_file import OPTIMISED_SCHEMA
+
+# Of the range of a dimension, and of a required factor: nearer ones count as at the bound, or as governing.
+_AT_BOUND, _ACTIVE = 0.01, 0.02
+
+
+@dataclass(frozen=True, kw_only=True)
+class DimensionFigures:
+    """A free dimension, mm, before and after; `bound` says at which bound it ended."""
+
+    key: str
+    low_mm: float
+    high_mm: float
+    before_mm: float
+    after_mm: float
+    bound: str | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimitFigures:
+    """A limit, before and after: the safety factor and the error bar of the stress behind it.
+
+    `assured_after` is the factor less its bar, `active` whether it keeps the rod from being lighter.
+    """
+
+    name: str
+    required: float
+    before: float
+    before_error_percent: float
+    after: float
+    after_error_percent: float
+    assured_after: float
+    active: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignFigures:
+    """A design that was tried: its mass, the limit with the least margin and the dimensions."""
+
+    number: int
+    mass_kg: float
+    margin: float
+    governing: str
+    new_mesh: bool
+    dimensions_mm: Mapping[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OptimiseFigures:
+    """``optimise.json``.
+
+    `holds` says whether every required factor less its error bar is reached on the last mesh, `trusted`
+    whether every check of that analysis passed; `evaluations` counts the meshes that were solved,
+    `new_meshes` the designs with a mesh of their own, from which others were moved;
+    `stopped_by` names the rules of the shape that keep a dimension from changing further.
+    """
+
+    schema: str = OPTIMISED_SCHEMA
+    study: str
+    mass_before_kg: float
+    mass_after_kg: float
+    saved_percent: float
+    holds: bool
+    trusted: bool
+    ended: str
+    evaluations: int
+    new_meshes: int
+    tolerance_percent: float
+    least_wall_mm: float
+    dimensions: tuple[DimensionFigures, ...]
+    limits: tuple[LimitFigures, ...]
+    stopped_by: tuple[str, ...]
+    history: tuple[DesignFigures, ...]
+    notes: tuple[str, ...]
+    files: tuple[str, ...]
+    total_s: float
+
+    @property
+    def missed(self) -> tuple[LimitFigures, ...]:
+        """The limits that the rod does not hold."""
+        return tuple(limit for limit in self.limits if limit.assured_after < limit.required)
+
+
+def dimension_figures(variables: Variables, best: Design) -> tuple[DimensionFigures, ...]:
+    """Return the free dimensions before and after."""
+    before, after = variables.dimensions(variables.start), variables.dimensions(best.x)
+    return tuple(
+        DimensionFigures(
+            key=key,
+            low_mm=float(low),
+            high_mm=float(high),
+            before_mm=before[key],
+            after_mm=after[key],
+            bound="least" if x < _AT_BOUND else "largest" if x > 1 - _AT_BOUND else None,
+        )
+        for key, low, high, x in zip(variables.keys, variables.low, variables.high, best.x, strict=True)
+    )
+
+
+def limit_figures(before: tuple[Limit, ...], after: tuple[Limit, ...]) -> tuple[LimitFigures, ...]:
+    """Return the limits before and after."""
+    earlier = {limit.name: limit for limit in before}
+    return tuple(
+        LimitFigures(
+            name=limit.name,
+            required=limit.required,
+            before=earlier.get(limit.name, limit).factor,
+            before_error_percent=earlier.get(limit.name, limit).error_percent,
+            after=limit.factor,
+            after_error_percent=limit.error_percent,
+            assured_after=limit.low,
+            active=limit.margin < _ACTIVE,
+        )
+        for limit in after
+    )
+
+
+def history(variables: Variables, found: Found) -> tuple[DesignFigures, ...]:
+    """Return all designs that were tried."""
+    return tuple(
+        DesignFigures(
+            number=number,
+            mass_kg=design.mass_kg,
+            margin=design.margin,
+            governing=design.governing.name,
+            new_mesh=design.fresh,
+            dimensions_mm=variables.dimensions(design.x),
+        )
+        for number, design in enumerate(found.tried, start=1)
+    )
+
+
+def print_table(figures: OptimiseFigures, folder: Path) -> None:
+    """Print the answer, the dimensions and the limits before and after."""
+    console = Console(highlight=False)
+    console.print(answer(figures), markup=False, style="bold", soft_wrap=True)
+    console.print(_dimensions(figures))
+    console.print(_limits(figures))
+    for line in figures.stopped_by:
+        console.print(line, markup=False, soft_wrap=True)
+    meshes = f"{figures.evaluations} meshes solved, for {len(figures.history)} designs; {figures.ended}"
+    check = f"the last rod was meshed again, to error bars of {figures.tolerance_percent:g} %"
+    console.print(f"{meshes}; {check}.", markup=False, soft_wrap=True)
+    for note in () if figures.trusted else ("A check failed: do not trust the result.",):
+        console.print(note, markup=False, soft_wrap=True)
+    study = near(folder / "study.toml")
+    console.print(f"Wrote {study}, with the table and the history beside it: fea run {study}", soft_wrap=True)
+
+
+def answer(figures: OptimiseFigures) -> str:
+    """Say what was found, in a line."""
+    before, after = 1000 * figures.mass_before_kg, 1000 * figures.mass_after_kg
+    if figures.missed:
+        worst = min(figures.missed, key=lambda limit: limit.assured_after / limit.required)
+        return (
+            f"{figures.study}: no rod between these bounds holds; the nearest one has {worst.after:.3g} "
+            f"± {worst.after_error_percent:.2g} % of the required {worst.required:g} ({worst.name})"
+        )
+    change = f"{abs(figures.saved_percent):.3g} % {'lighter' if after < before else 'heavier'}"
+    return f"{figures.study}: {after:.4g} g instead of {before:.4g} g, {change}"
+
+
+def _dimensions(figures: OptimiseFigures) -> Table:
+    table = _table("dimension, mm", "from", "to", "before", "after", "")
+    for one in figures.dimensions:
+        row = (one.low_mm, one.high_mm, one.before_mm, one.after_mm)
+        bound = "" if one.bound is None else f"at its {one.bound} value"
+        table.add_row(one.key.removesuffix("_mm"), *(f"{value:.4g}" for value in row), bound)
+    return table
+
+
+def _limits(figures: OptimiseFigures) -> Table:
+    table = _table("safety factor", "required", "before", "after", "less its bar", "")
+    for limit in figures.limits:
+        after = limit.assured_after
+        said = "does not hold" if after < limit.required else "governs" if limit.active else ""
+        values = (limit.required, limit.before, limit.after, after)
+        table.add_row(limit.name, *(f"{value:.3g}" for value in values), said)
+    return table
+
+
+def _table(first: str, *others: str) -> Table:
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    table.add_column(first)
+    for title in others:
+        table.add_column(title, justify="right" if title else "left")
+    return table
+
+
+def telling(say: Callable[[str], None], most: int) -> Callable[[Design, int], None]:
+    """Return what is to be told each design, and how many meshes of at most so many were solved."""
+    lightest = inf
+
+    def tell(design: Design, count: int) -> None:
+        nonlocal lightest
+        if design.margin >= 0:
+            lightest = min(lightest, design.mass_kg)
+        found = f"lightest that holds: {1000 * lightest:.4g} g" if lightest < inf else "none holds yet"
+        say(f"{count} of at most {most} meshes solved, {found}")
+
+    return tell

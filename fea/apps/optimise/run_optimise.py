@@ -1,0 +1,284 @@
+"""The job behind `fea optimise`: search the lightest rod, mesh it again, and leave what was found."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from fea.apps.optimise.designs import Design, Designs
+from fea.apps.optimise.figures import OptimiseFigures, dimension_figures, history, limit_figures, telling
+from fea.apps.optimise.limits import Limit, limits, required
+from fea.apps.optimise.search import USUAL, Found, search
+from fea.apps.optimise.variables import Variables, variables
+from fea.judge.verdict import CAP
+from fea.machine.clock import Clock
+from fea.output.columns_csv import write_columns
+from fea.output.folder import require_replaceable, run_folder
+from fea.output.json_file import json_text
+from fea.output.pictures.picture import draw_pictures
+from fea.output.pictures.shown import Picture
+from fea.output.plots.forces import save
+from fea.output.target import PictureError
+from fea.output.text import write_text
+from fea.output.vtu import write_vtu
+from fea.run.adapt import adapt_mesh
+from fea.run.outcome import Outcome, outcome
+from fea.run.summary_file import OPTIMISED
+from fea.study.study import Study
+from geometry.arrays import Floats
+from geometry.errors import require
+from mesh.tetmesh import TetMesh
+
+STUDY, HISTORY, COURSE, RODS = "study.toml", "history.csv", "history.png", "rods.png"
+FILES = (STUDY, OPTIMISED, HISTORY, COURSE, RODS)
+YIELDING, FATIGUE = "safety_factor", "fatigue_safety_factor"
+# Between the two rods in the picture, relative to their widths.
+_APART = 1.15
+
+
+def write_files(folder: Path, figures: OptimiseFigures, before: "Checked", after: "Checked") -> str:
+    """Write the files into an empty folder; return why there is no picture of the rods, empty if there is.
+
+    Raises
+    ------
+    StorageError, PictureError
+        Another one could not be written.
+    """
+    write_text(folder / STUDY, after.study.text())
+    write_text(folder / OPTIMISED, json_text(figures))
+    write_columns(folder / HISTORY, _columns(figures))
+    plot_course(folder / COURSE, figures)
+    try:
+        _draw_rods(folder / RODS, figures, before, after)
+    except PictureError as error:  # a search is not lost for it
+        return str(error)
+    return ""
+
+
+def _columns(figures: OptimiseFigures) -> dict[str, Any]:
+    tried = figures.history
+    fixed = {
+        "number": [design.number for design in tried],
+        "mass_kg": [design.mass_kg for design in tried],
+        "margin": [design.margin for design in tried],
+        "new_mesh": [int(design.new_mesh) for design in tried],
+    }
+    keys = tried[0].dimensions_mm
+    return fixed | {key: [design.dimensions_mm[key] for design in tried] for key in keys}
+
+
+def plot_course(path: Path, figures: OptimiseFigures) -> None:
+    """Plot mass and margin of all designs.
+
+    Raises
+    ------
+    PictureError
+        The file could not be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only a plot needs it
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    figure = Figure(figsize=(9, 6), layout="constrained")
+    FigureCanvasAgg(figure)
+    above, below = figure.subplots(2, 1, sharex=True)
+    number = np.array([design.number for design in figures.history])
+    mass = 1000 * np.array([design.mass_kg for design in figures.history])
+    margin = 100 * np.array([design.margin for design in figures.history])
+    holds = margin >= 0
+    above.plot(number[holds], mass[holds], "o", color="C0", ms=4, label="holds")
+    above.plot(number[~holds], mass[~holds], "x", color="C3", ms=5, label="does not hold")
+    lightest = np.minimum.accumulate(np.where(holds, mass, np.inf))
+    known = np.isfinite(lightest)
+    above.step(number[known], lightest[known], where="post", color="0.4", lw=1, label="lightest that holds")
+    above.set_ylabel("mass, g")
+    above.set_title(f"{figures.study}: designs that were tried", fontsize=11)
+    above.legend(frameon=False)
+    below.axhline(0, color="0.3", lw=1)
+    below.plot(number, margin, ".-", color="C0", lw=0.7)
+    below.set_ylabel("least margin, %")
+    below.set_xlabel("design")
+    for panel in (above, below):
+        panel.grid(alpha=0.3)
+    save(figure, path, 110)
+
+
+def _draw_rods(path: Path, figures: OptimiseFigures, before: "Checked", after: "Checked") -> None:
+    """Draw both rods at one scale, the earlier one above, in the least safety factors of all speeds."""
+    field = FATIGUE if all(FATIGUE in _factors(rod) for rod in (before, after)) else YIELDING
+    first, second = (rod.outcomes[0].mesh for rod in (before, after))
+    shift = _APART * (np.ptp(first.points[:, 1]) + np.ptp(second.points[:, 1])) / 2
+    both = TetMesh(
+        np.concatenate([first.points + np.array([0.0, shift, 0.0]), second.points]),
+        np.concatenate([first.tets, second.tets + len(first.points)]),
+    )
+    values = np.concatenate([_factors(rod)[field] for rod in (before, after)])
+    old, new = 1000 * figures.mass_before_kg, 1000 * figures.mass_after_kg
+    title = f"{figures.study}: before, {old:.0f} g (above), and after, {new:.0f} g"
+    with TemporaryDirectory() as scratch:
+        vtu = Path(scratch, "rods.vtu")
+        write_vtu(vtu, both, {"displacement": np.zeros_like(both.points), field: values})
+        draw_pictures([Picture(vtu=vtu, png=path, title=title, field=field)])
+
+
+def _factors(rod: "Checked") -> dict[str, Floats]:
+    """Least safety factors (n_nodes,) of all speeds, by the names of their arrays."""
+    cases = [case.safety_factor for outcome in rod.outcomes for case in outcome.cases.values()]
+    cycles = [outcome.cycle.envelope for outcome in rod.outcomes if outcome.cycle is not None]
+    found = {YIELDING: np.min([*cases, *(cycle.safety_factor for cycle in cycles)], axis=0)}
+    fatigue = [cycle.fatigue_factor for cycle in cycles if cycle.fatigue_factor is not None]
+    if cycles and len(fatigue) == len(cycles):
+        found[FATIGUE] = np.nan_to_num(np.min(fatigue, axis=0), nan=CAP)
+    return found
+
+
+# Of the last mesh, and of the meshes that the search moves, percent.
+TOLERANCE = 2.0
+# Rods that are meshed for the last check, where the first does not hold.
+_CANDIDATES = 3
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A rod on a mesh of its own that is refined to the tolerance."""
+
+    study: Study
+    outcomes: tuple[Outcome, ...]
+    limits: tuple[Limit, ...]
+
+    @property
+    def holds(self) -> bool:
+        """Whether every factor less its bar is reached."""
+        return all(limit.margin >= 0 for limit in self.limits)
+
+    @property
+    def trusted(self) -> bool:
+        """Whether every check passed at every speed."""
+        return all(each.trusted for each in self.outcomes)
+
+
+def optimise(
+    study: Study, folder: Path, say: Callable[[str], None] = lambda _text: None
+) -> tuple[OptimiseFigures, str]:
+    """Search the lightest rod that holds, and leave its study, the table, the history and pictures.
+
+    Parameters
+    ----------
+    study
+        What is asked, with `Study.optimise` or without.
+    folder
+        New, or that of an earlier search.
+    say
+        Told, after each design, how many meshes were solved and what was found.
+
+    Returns
+    -------
+    OptimiseFigures, str
+        What was found, and why the picture of the rods is missing; empty where it is not.
+
+    Raises
+    ------
+    InvalidValue
+        The rod has no dimensions, or a value breaks a rule.
+    OccupiedError, StorageError
+        The folder cannot take the files.
+    GeometryError, MeshError, UnderconstrainedError, SingularMatrixError
+        The rod cannot be drawn, meshed or solved.
+    """
+    require_replaceable(folder)
+    clock = Clock()
+    asked = searched(study)
+    free = variables(asked)
+    table = study.optimise
+    most = (None if table is None else table.evaluations) or USUAL
+    with clock("search"):
+        designs = Designs(free, telling(say, most))
+        found = search(designs, free.start, most)
+    with clock("check"):
+        before = checked(free, found.first.x)
+        best, after = _last(free, found)
+    figures = _figures(free, found, best, before, after, seconds=clock.total)
+    with run_folder(folder) as part:
+        complaint = write_files(part, figures, before, after)
+    return figures, complaint
+
+
+def searched(study: Study) -> Study:
+    """Return the study as the search asks for it: with the crank cycle, refined to the tolerance.
+
+    Mass properties that the study gives are left out: they are those of its own rod.
+
+    Raises
+    ------
+    InvalidValue
+        The rod is in separate parts, or comes from a mesh.
+    """
+    rule = "cannot be combined with fea optimise: every design would take minutes"
+    remedy = "Remove [assembly], then check the lighter rod with it: fea run."
+    require(study.assembly is None, "[assembly]", None, rule, remedy)
+    study.rod.solid()
+    study.require_loading()
+    given, size = study.analysis.tolerance_percent, study.mesh.size_mm
+    tolerance = given if given is not None or size is not None else TOLERANCE
+    cycle = study.engine is not None
+    options = replace(study.analysis, tolerance_percent=tolerance, cycle=cycle)
+    return replace(study, rod=replace(study.rod, mass=None), analysis=options)
+
+
+def checked(free: Variables, x: Floats) -> Checked:
+    """Analyse a rod on a mesh of its own, refined to the tolerance, as `fea run` does."""
+    asked = free.study_at(x)
+    options = asked.analysis
+    tolerance = min(options.tolerance_percent or TOLERANCE, TOLERANCE)
+    study = replace(
+        asked,
+        mesh=replace(asked.mesh, size_mm=None),
+        analysis=replace(options, tolerance_percent=tolerance),
+    )
+    adapted = adapt_mesh(study, study.speeds(), Clock())
+    results = [adapted.at(rpm) for rpm in study.speeds()]
+    outcomes = tuple(outcome(study, adapted, result) for result in results)
+    return Checked(study, outcomes, limits(adapted.rod, results, required(study)))
+
+
+def _last(free: Variables, found: Found) -> tuple[Design, Checked]:
+    """The lightest rod that holds on its last mesh, too; if none of the lightest does, the first of them."""
+    first: tuple[Design, Checked] | None = None
+    for design in found.holding[:_CANDIDATES] or [found.best]:
+        after = checked(free, design.x)
+        first = first or (design, after)
+        if after.holds:
+            return design, after
+    if first is None:
+        raise ValueError("a search tries at least one rod")
+    return first
+
+
+def _figures(
+    free: Variables, found: Found, best: Design, before: Checked, after: Checked, *, seconds: float
+) -> OptimiseFigures:
+    old, new = (each.outcomes[0].summary.rod.mass_kg for each in (before, after))
+    notes = tuple(dict.fromkeys(note for each in after.outcomes for note in each.summary.notes))
+    stopped = tuple(f"{what}: {why}" for what, why in free.obstacles(best.x).items())
+    return OptimiseFigures(
+        study=free.study.name,
+        mass_before_kg=old,
+        mass_after_kg=new,
+        saved_percent=100 * (1 - new / old),
+        holds=after.holds,
+        trusted=after.trusted,
+        ended=found.ended,
+        evaluations=found.count,
+        new_meshes=sum(design.fresh for design in found.tried),
+        tolerance_percent=after.study.analysis.tolerance_percent or TOLERANCE,
+        least_wall_mm=free.least_wall,
+        dimensions=dimension_figures(free, best),
+        limits=limit_figures(before.limits, after.limits),
+        stopped_by=stopped,
+        history=history(free, found),
+        notes=notes,
+        files=FILES,
+        total_s=seconds,
+    )

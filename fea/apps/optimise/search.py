@@ -1,0 +1,336 @@
+"""The search: COBYQA on moved meshes covers the way, a model of all designs tried finds the end.
+
+On one mesh that is moved, figures change smoothly with the dimensions, but all of them are off by what meshes
+scatter by. The last designs each have a mesh of their own, so that one is found that holds there.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.optimize import Bounds, NonlinearConstraint, minimize
+
+from fea.apps.optimise.designs import Design
+from geometry.arrays import Floats
+
+# Scaled distance at which a design counts 1/e of one at the centre, and beyond which it does not count.
+_NEAR, _FAR = 0.12, 0.4
+# What the model of one mesh errs by, over what meshes scatter by, and over what margins change by from one
+# bound of a dimension to the other: no design may tell a slope, which is nothing then.
+_OF_MESHES, _OF_SLOPES = 0.3, 0.01
+
+
+@dataclass(frozen=True)
+class LocalModel:
+    """Mass and margins near a design, linear in the dimensions.
+
+    Attributes
+    ----------
+    centre
+        (n,) scaled dimensions.
+    values, slopes
+        (1 + k,) and (1 + k, n) of the mass, relative to that of the centre, and of each margin, on the mean
+        of meshes.
+    """
+
+    centre: Floats
+    values: Floats
+    slopes: Floats
+
+    @classmethod
+    def of(cls, tried: Sequence[Design], about: Design) -> "LocalModel":
+        """Fit the model about a design to those near it, which have the same limits."""
+        names = [limit.name for limit in about.limits]
+        known = [{limit.name: limit.margin for limit in design.limits} for design in tried]
+        near = [
+            (design, margins)
+            for design, margins in zip(tried, known, strict=True)
+            if np.linalg.norm(design.x - about.x) <= _FAR and margins.keys() >= set(names)
+        ]
+        away = np.array([design.x - about.x for design, _ in near])
+        values = np.array(
+            [[design.mass_kg / about.mass_kg, *(margins[name] for name in names)] for design, margins in near]
+        )
+        meshes = np.unique([design.mesh for design, _ in near])
+        of_mesh = np.array([[design.mesh == mesh for mesh in meshes] for design, _ in near], dtype=float)
+        weight = np.exp(-0.5 * (np.linalg.norm(away, axis=1) / _NEAR) ** 2)[:, None]
+        n, m = away.shape[1], len(meshes)
+        matrix = np.hstack([np.ones((len(near), 1)), away, of_mesh])
+        penalty = np.diag([0.0, *[_OF_SLOPES] * n, *[_OF_MESHES] * m])[1:]
+        found = np.linalg.lstsq(
+            np.vstack([weight * matrix, penalty]),
+            np.vstack([weight * values, np.zeros((n + m, values.shape[1]))]),
+            rcond=None,
+        )[0]
+        return cls(about.x, found[0], found[1 : n + 1].T)
+
+    def at(self, x: Floats) -> tuple[float, Floats]:
+        """Return mass and margins (k,) of a design (n,)."""
+        mass, *margins = self.values + self.slopes @ (x - self.centre)
+        return float(mass), np.array(margins)
+
+
+# How far the dimensions may change within the first round and the second, and the first and the last radius
+# of the trust region: scaled by the bounds.
+_REACH = (1.0, 0.2)
+_FIRST = (0.12, 0.05)
+_LAST = (0.01, 0.003)
+# Of all evaluations, until the first and the second round are over.
+_SHARE = (0.55, 0.8)
+# Saving less mass than this share is no progress: new meshes differ by about as much.
+_SETTLED = 1e-3
+# Designs without progress, over the number of dimensions, after which a round ends; and designs on meshes of
+# their own, after which the search does.
+_PATIENCE, _PATIENT = 2.5, 4
+# How far such a design may be from the one before, and what is kept of it where the next is no better.
+_NEXT, _NEARER = 0.1, 0.7
+# Of what a design lacks, the share that the next one keeps in reserve; and what is kept of it when one holds.
+_RAISED, _LOWERED = 0.5, 0.5
+# Values of the model, over the number of dimensions, that are looked at for its lightest design.
+_OF_MODEL = 25
+# A lacking margin counts as so much more mass.
+_LACKING = 2.0
+# Up to which scaled values are the same, and designs that need no mesh of their own each.
+_DECIMALS, _SAME = 9, 1e-4
+# Of the number of dimensions and one: a round with fewer evaluations compares only neighbours of its start.
+_FEWEST = 2
+# Evaluations of a study that says nothing.
+USUAL = 150
+
+
+class _OverError(Exception):
+    """A round is over: its evaluations are used up, some of which took several meshes, or it stands still."""
+
+
+class Evaluator(Protocol):
+    """What computes designs: `fea.apps.optimise.designs.Designs`, or a stand-in with a known optimum.
+
+    Attributes
+    ----------
+    tried
+        All designs, in the order in which they were computed.
+    count
+        Number of meshes that were solved.
+    """
+
+    tried: list[Design]
+    count: int
+
+    def begin(self, x: Floats) -> Design:
+        """Compute a design (n,) on a mesh of its own, from which others follow."""
+
+    def at(self, x: Floats) -> Design:
+        """Compute a design (n,)."""
+
+    def nearest(self, x: Floats, sound: Floats) -> Floats:
+        """Return the last design (n,) that can be drawn on the way to `x` from another that can."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search has found.
+
+    Attributes
+    ----------
+    tried
+        All designs, the first of which it began with.
+    count
+        Meshes solved.
+    ended
+        Why the search ended.
+    """
+
+    tried: tuple[Design, ...]
+    count: int
+    ended: str
+
+    @property
+    def first(self) -> Design:
+        """The rod that it began with."""
+        return self.tried[0]
+
+    @property
+    def best(self) -> Design:
+        """The lightest rod that holds on a mesh of its own; where none holds, the one that lacks least."""
+        return _best([design for design in self.tried if design.fresh])
+
+    @property
+    def holding(self) -> list[Design]:
+        """The rods that hold on a mesh of their own, the lightest first."""
+        found = [design for design in self.tried if design.fresh and design.margin >= 0]
+        return sorted(found, key=lambda design: design.mass_kg)
+
+    @property
+    def holds(self) -> bool:
+        """Whether the best rod holds."""
+        return self.best.margin >= 0
+
+
+def search(designs: Evaluator, start: Floats, most: int) -> Found:
+    """Search the lightest design that holds.
+
+    Two rounds minimise the mass on moved copies of one mesh each. Further designs follow from what all tried
+    so far say of those near them; each has a mesh of its own.
+
+    Parameters
+    ----------
+    designs
+        Computes them.
+    start
+        (n,) where to begin, scaled.
+    most
+        Number of meshes that may be solved.
+
+    Raises
+    ------
+    GeometryError, MeshError
+        A design cannot be drawn or meshed.
+    """
+    fresh = [designs.begin(start)]
+    dear = designs.count + 1  # a mesh of its own may be refined once more than the first
+    for number, share in enumerate(_SHARE):
+        left = min(round(share * most), most - 2 * dear) - designs.count
+        if left < _FEWEST * (len(start) + 1):
+            break
+        result = _round(designs, fresh[-1], left, number)
+        if np.array_equal(result.x, fresh[-1].x):
+            break
+        before = designs.count
+        fresh.append(designs.begin(result.x))
+        dear = max(dear, designs.count - before + 1)
+    ended = _finished(designs, fresh, most, dear)
+    return Found(tuple(designs.tried), designs.count, ended)
+
+
+def _finished(designs: Evaluator, fresh: list[Design], most: int, dear: int) -> str:
+    """Try designs on meshes of their own until none is lighter; add them to `fresh` and say why it ended.
+
+    Parameters
+    ----------
+    fresh
+        Designs on meshes of their own.
+    most, dear
+        Meshes that may be solved, and that one of these designs may take.
+    """
+    reserve, radius, waited = 0.0, _NEXT, 0
+    while True:
+        about = min(fresh, key=_merit)
+        if waited >= _PATIENT and about.margin >= 0:
+            return f"further designs saved less than {100 * _SETTLED:g} % of the mass"
+        if designs.count + dear > most:
+            return f"the {most} evaluations are used up"
+        x = _lightest(designs, about, reserve, radius)
+        if any(np.abs(x - other.x).max() < _SAME for other in fresh):
+            if about.margin >= 0 or waited >= _PATIENT:
+                return f"no design nearby {'is lighter' if about.margin >= 0 else 'holds'}"
+            reserve, waited = reserve + _RAISED * max(-about.margin, _SETTLED), waited + 1
+            continue
+        design = designs.begin(x)
+        fresh.append(design)
+        saved = 1 - design.mass_kg / about.mass_kg
+        progress = design.margin >= 0 and (saved > _SETTLED or about.margin < 0)
+        reserve = reserve * _LOWERED if design.margin >= 0 else reserve - _RAISED * design.margin
+        waited, radius = (0, radius) if progress else (waited + 1, radius * _NEARER)
+
+
+def _lightest(designs: Evaluator, about: Design, reserve: float, radius: float) -> Floats:
+    """The lightest design near another whose margins keep a reserve, by a model of those tried."""
+    model = LocalModel.of(designs.tried, about)
+    low, high = (np.clip(about.x + side * radius, 0.0, 1.0) for side in (-1, 1))
+
+    def figures(x: Floats) -> tuple[float, Floats]:
+        x = np.clip(x, low, high)
+        mass, margins = model.at(x)
+        return mass, np.append(margins - reserve, -np.linalg.norm(x - designs.nearest(x, about.x)))
+
+    x = _minimised(figures, about.x, (low, high), (radius / 2, _SAME / 10), _OF_MODEL * len(about.x))
+    return designs.nearest(x, about.x)
+
+
+def _merit(design: Design) -> float:
+    """Mass of a design, more where it does not hold."""
+    return design.mass_kg * (1 + _LACKING * max(0.0, -design.margin))
+
+
+def _round(designs: Evaluator, base: Design, most: int, number: int) -> Design:
+    """The best design of one round."""
+    names = [limit.name for limit in base.limits]
+    low, high = (np.clip(base.x + side * _REACH[number], 0.0, 1.0) for side in (-1, 1))
+    known, begin, last = {_key(base.x): base}, len(designs.tried), designs.count + most
+    best, waited = base, 0
+
+    def at(x: Floats) -> Design:
+        nonlocal best, waited
+        x = np.clip(x, low, high)  # constraints are asked for a little outside the bounds, too
+        if _key(x) in known:
+            return known[_key(x)]
+        neighbours = len(known) <= 2 * len(x)
+        if designs.count >= last or waited > _PATIENCE * len(x):
+            raise _OverError
+        known[_key(x)] = design = designs.at(x)
+        progress = _merit(design) < _merit(best) * (1 - _SETTLED)
+        best = min(best, design, key=_merit)
+        waited = 0 if progress or neighbours else waited + 1
+        return design
+
+    def figures(x: Floats) -> tuple[float, Floats]:
+        design = at(x)
+        found = {limit.name: limit.margin for limit in design.limits}
+        return design.mass_kg / base.mass_kg, np.array(
+            [*(found.get(name, 1.0) for name in names), -design.short]
+        )
+
+    with suppress(_OverError):
+        _minimised(figures, base.x, (low, high), (_FIRST[number], _LAST[number]), most)
+    return _best([base, *designs.tried[begin:]])
+
+
+def _minimised(
+    figures: Callable[[Floats], tuple[float, Floats]],
+    start: Floats,
+    bounds: tuple[Floats, Floats],
+    radii: tuple[float, float],
+    most: int,
+) -> Floats:
+    """Return the design with the least mass whose constraints are not negative.
+
+    Parameters
+    ----------
+    figures
+        Mass and constraints of a design, which are asked for together.
+    start, bounds
+        Where to begin; the least and the largest values.
+    radii, most
+        First and last radius of the trust region; evaluations at most.
+    """
+    known = dict[bytes, tuple[float, Floats]]()
+
+    def at(x: Floats) -> tuple[float, Floats]:
+        if x.tobytes() not in known:
+            known[x.tobytes()] = figures(x)
+        return known[x.tobytes()]
+
+    found = minimize(
+        lambda x: at(x)[0],
+        start,
+        method="COBYQA",
+        bounds=Bounds(*bounds),
+        constraints=NonlinearConstraint(lambda x: at(x)[1], 0.0, np.inf),
+        options={"initial_tr_radius": radii[0], "final_tr_radius": radii[1], "maxfev": most},
+    )
+    return np.asarray(np.clip(found.x, *bounds))
+
+
+def _best(some: Sequence[Design]) -> Design:
+    """The lightest design that holds, or the one that lacks least."""
+    holding = [design for design in some if design.margin >= 0]
+    if holding:
+        return min(holding, key=lambda design: design.mass_kg)
+    return max(some, key=lambda design: design.margin)
+
+
+def _key(x: Floats) -> bytes:
+    """What values that differ by rounding have in common."""
+    return (np.round(x, _DECIMALS) + 0.0).tobytes()

@@ -1,0 +1,153 @@
+"""The job behind `fea report`: the report of a run that is on disk."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from fea.machine.clock import Clock
+from fea.output.left_run import LeftRun
+from fea.output.pictures.child import ready_to_draw
+from fea.output.report.page import REPORT
+from fea.output.report.reported import Reported, reported_left
+from fea.output.report.sections import marks
+from fea.output.report.write import leave
+from fea.rod.given import PART, meshed_rod
+from fea.run.cycle_figures import EnvelopeFigures
+from fea.run.motion import Known, agreeing, motion
+from fea.run.prepare import PreparedRod, prepare
+from fea.run.summary_file import SUMMARY
+from fea.solid.errors import ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError
+from fea.study.option_tables import PINS
+from fea.study.study import Study
+from fea.units import DEG
+from geometry.errors import InvalidValue, require
+from loads.cases import LoadCase
+from mesh.files.given import named_mesh
+from mesh.tetmesh import MeshError
+
+# Largest relative difference between the forces of a run and those worked out again.
+_SAME_FORCES = 1e-6
+_OF_ASSEMBLY = (
+    "Export its results as .vtu or .med instead of a deck; fea run study.toml --cycle --report writes a "
+    "report with its cycle."
+)
+
+
+def prepared_again(run: LeftRun, study: Study) -> PreparedRod:
+    """Prepare the study of a run on the run's own mesh.
+
+    Raises
+    ------
+    InvalidValue
+        The rod is an assembly: a run's mesh does not say where its parts touch.
+    MeshError
+        The bores of the run's mesh were not found.
+    """
+    rule = "holds a rod of separate parts, and its mesh does not say where they touch"
+    require(study.assembly is None, "RUN", str(run.folder), rule, _OF_ASSEMBLY)
+    dimensions = study.rod.dimensions
+    known = (None, None) if dimensions is None else (dimensions.big_end_bore, dimensions.small_end_bore)
+    mesh, bores = named_mesh(run.mesh, known)
+    names = _part_names(study, 1 if mesh.part is None else int(mesh.part.max()) + 1)
+    return prepare(study, mesh=meshed_rod(mesh, bores, names))
+
+
+def _part_names(study: Study, count: int) -> Sequence[str]:
+    """Names of the parts in the order of their numbers."""
+    if count == 1:
+        return [next(iter(sorted(study.part_material.keys() - PINS)), PART)]
+    if study.rod.cad is None:
+        return ["rod", "bushing"]
+    from fea.run.study_forces import drawn_solid  # noqa: PLC0415 - only several parts need their solid
+
+    return [part.name for part in drawn_solid(study.rod).parts]
+
+
+def require_same_loads(run: LeftRun, cases: Iterable[LoadCase]) -> Mapping[str, LoadCase]:
+    """Return load cases by their names, if their loads are those of the run.
+
+    Raises
+    ------
+    InvalidValue
+        They are not.
+    """
+    found = {case.name: case for case in cases}
+    remedy = "Repeat the run: fea run study.toml."
+    told = run.summary["loads"]
+    rule = f"holds the cases {', '.join(told)}, but its study gives {', '.join(found)}"
+    require(set(told) == set(found), "RUN", str(run.folder), rule, remedy)
+    for name, case in found.items():
+        then = np.array([told[name][key] for key in ("pin_axial_N", "crank_axial_N")])
+        now = np.array([case.pin_axial, case.crank_axial])
+        if np.abs(then - now).max() > _SAME_FORCES * case.largest_force:
+            rule = f"was loaded with {then[0]:.6g} N at the pin in {name}, but its study gives {now[0]:.6g} N"
+            raise InvalidValue("RUN", str(run.folder), rule, remedy)
+    return found
+
+
+# What may keep the cycle from being solved again; the rest of a report does without.
+_REFUSALS = (
+    InvalidValue, MeshError, ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError,
+)  # fmt: skip
+
+
+def report_run(folder: Path, listener: Callable[[str], None] | None = None) -> list[Path]:
+    """Write the report of a run into its folder, or of each run of one at several speeds.
+
+    Parameters
+    ----------
+    folder
+        That `fea run` has written.
+    listener
+        Told the name of each stage as it begins.
+
+    Returns
+    -------
+    list of Path
+        The reports.
+
+    Raises
+    ------
+    InvalidValue
+        The folder is not that of a run, or its files are damaged.
+    StorageError
+        The disk, a permission or the file system refused.
+    """
+    require(folder.is_dir(), "RUN", str(folder), "is not a directory", "Name a folder that fea run wrote.")
+    clock = Clock(listener)
+    speeds = sorted({place.parent for place in folder.glob(f"*/{SUMMARY}")})
+    with ready_to_draw():
+        if (folder / SUMMARY).is_file() or not speeds:
+            return [_report(folder, clock)]
+        return [_report(speed, clock) for speed in speeds]
+
+
+def _report(folder: Path, clock: Clock) -> Path:
+    with clock("read"):
+        run, left = reported_left(folder)
+    if left is not None and run.cycle is not None:
+        run = _with_motion(run, left, run.cycle, clock)
+    with clock("report"):
+        leave(folder / REPORT, run)
+    return folder / REPORT
+
+
+def _with_motion(run: Reported, left: LeftRun, cycle: EnvelopeFigures, clock: Clock) -> Reported:
+    """The run with its cycle, solved again on the run's own mesh: unit solutions are not kept on disk."""
+    try:
+        with clock("cycle"):
+            rod = prepared_again(left, run.study)
+            require_same_loads(left, rod.loading.at(rod.mass, run.summary.rpm).cases)
+            found = motion(rod, run.summary.rpm or 0.0, cycle.max_von_mises_MPa)
+    except _REFUSALS as error:
+        return replace(run, without_motion=f"the cycle could not be solved again: {error}")
+    same, why = agreeing(found, _known(run))
+    return replace(run, motion=same, without_motion=f"solved again, {why}" if why else "")
+
+
+def _known(run: Reported) -> Iterator[Known]:
+    """The load cases of the run that are instants of the cycle."""
+    for name, angle in marks(run.summary).items():
+        yield Known(angle * DEG, run.cases[name]["von_mises"], run.cases[name]["displacement"])

@@ -1,0 +1,213 @@
+"""The Python interface to an analysis: `analyse` computes, a `Result` shows and writes what was found."""
+
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Unpack
+
+from fea.machine.clock import Clock
+from fea.output.folder import run_folder
+from fea.output.json_file import as_dict, json_text
+from fea.output.run_files import write_files
+from fea.output.target import PictureError
+from fea.output.text import write_text
+from fea.output.vtu import vtk_grid, write_vtu
+from fea.run.adapt import adapt_mesh
+from fea.run.figures import Summary
+from fea.run.outcome import Outcome, outcome
+from fea.run.prepare import PreparedRod
+from fea.run.prepare import prepare as prepared
+from fea.run.summary_file import SUMMARY
+from fea.study.flags import AnalysisFlags, python_flags
+from fea.study.study import DEFAULT_STUDY, Study, load_study
+from geometry.errors import require
+
+if TYPE_CHECKING:
+    import pyvista
+
+
+class Result(Outcome):
+    """What an analysis found at one speed; frozen, in memory only until `write` is called.
+
+    Fields are arrays on the whole rod, mm and MPa; figures are in `summary`, in the units their names say.
+
+    Examples
+    --------
+    >>> from fea import analyse
+    >>> result = analyse("leon-2001", rpm=6000, size=14)
+    >>> sorted(result.cases)
+    ['bending', 'compression', 'gas', 'side', 'tension']
+    >>> tension = result.cases["tension"]
+    >>> 500 < tension.max_von_mises < 800
+    True
+    >>> tension.stress.shape == (len(result.mesh.points), 6)
+    True
+    >>> result.checks["force_balance"].passed
+    True
+    >>> print(result.to_pyvista("tension").array_names[:2])
+    ['displacement', 'stress']
+    """
+
+    def to_pyvista(self, case: str) -> "pyvista.UnstructuredGrid":
+        """Return a load case, or the cycle's ``"envelope"``, as a PyVista grid with the VTU file's arrays.
+
+        Raises
+        ------
+        InvalidValue
+            There is no such case.
+        """
+        import pyvista as pv  # noqa: PLC0415 - only who asks for a grid needs it
+
+        names = [*self.cases, *(["envelope"] if self.cycle is not None else [])]
+        require(case in names, "case", case, f"must be one of {', '.join(names)}")
+        if case == "envelope" and self.cycle is not None:
+            return pv.wrap(vtk_grid(self.mesh, self.envelope_data(), {}))
+        found = self.cases[case]
+        return pv.wrap(vtk_grid(self.mesh, found.point_data(), found.cell_data(self.materials)))
+
+    def write(self, folder: str | Path, *, screenshot: bool = False, report: bool = False) -> Path:
+        """Write what `fea run` leaves into a folder, all or nothing, and return it.
+
+        Parameters
+        ----------
+        folder
+            New, or holding nothing but an earlier run, which is replaced.
+        screenshot
+            Whether to draw each result as a picture as well.
+        report
+            Whether to write `report.html` as well. It turns the crank if the result was analysed with
+            ``report=True``.
+
+        Raises
+        ------
+        OccupiedError
+            The folder holds something other than an earlier run.
+        StorageError
+            The disk, a permission or the file system refused.
+        PictureError
+            This machine cannot draw; the folder is as it was before.
+        """
+        output = replace(self.study.output, screenshot=screenshot, report=report)
+        drawn = replace(self, study=replace(self.study, output=output))
+        with run_folder(Path(folder)) as place:
+            _, complaint = drawn.write_into(place, Clock())
+            if complaint:
+                raise PictureError(complaint)
+        return Path(folder)
+
+    def write_into(
+        self, place: Path, clock: Clock, *, shared_files: tuple[str, ...] | None = None
+    ) -> tuple[Summary, str]:
+        """Write all files of the run into a directory that exists, the summary last.
+
+        Parameters
+        ----------
+        place
+            Where to.
+        clock
+            Times the stages, for the summary.
+        shared_files
+            Of one speed of several, the files beside its folder.
+
+        Returns
+        -------
+        summary, complaint
+            What was written as `summary.json`, and why a picture is missing (empty where none is).
+        """
+        names, complaint = write_files(place, self, clock)
+        summary = replace(
+            self.summary,
+            timings_s=self.summary.timings_s | dict(clock.seconds),
+            total_s=max(clock.total, self.summary.total_s),
+            files=tuple(sorted([*names, SUMMARY])),
+            shared_files=shared_files,
+        )
+        write_text(place / SUMMARY, json_text(summary))
+        return summary, complaint
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as dictionaries and lists: what `summary.json` holds."""
+        return dict(as_dict(self.summary))
+
+    def __repr__(self) -> str:
+        """Return the study, the speed and whether the rod survives in a line."""
+        trusted = "" if self.trusted else ", NOT TO BE TRUSTED"
+        return f"<{self.summary.title}: {self.summary.survival.text}{trusted}>"
+
+    def _repr_html_(self) -> str:
+        """Return the head of a report for a notebook: the answer, the load cases, a picture of the worst."""
+        from fea.output.report.page import head  # noqa: PLC0415 - only a notebook needs it
+        from fea.output.report.write import reported, still  # noqa: PLC0415
+
+        run = reported(self)
+        worst = self.summary.worst_case
+        if worst not in self.cases:
+            return head(run)
+        case = self.cases[worst]
+        with TemporaryDirectory() as scratch:
+            place = Path(scratch)
+            write_vtu(place / f"{worst}.vtu", self.mesh, case.point_data(), case.cell_data(self.materials))
+            return head(replace(run, picture=still(place, run)))
+
+
+def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisFlags]) -> Result:
+    """Analyse a study at one speed and return what was found; nothing is written to disk.
+
+    Parameters
+    ----------
+    study
+        A study, a shipped one by name, or the path of a TOML file.
+    **flags
+        Those of ``fea run`` that ask for figures, by their Python names: ``rpm`` (a number), ``size``,
+        ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``assembly``, ``cycle``,
+        ``fatigue``, ``buckling``, ``tolerance``, ``min_safety``; and ``report``, which keeps what a report
+        needs to show every crank angle.
+
+    Raises
+    ------
+    InvalidValue
+        A value breaks a rule, or the study has several speeds and none is chosen.
+    GeometryError, MeshError
+        No solid or no usable mesh came out.
+    UnderconstrainedError, SingularMatrixError, SolverUnavailableError
+        The equations could not be solved.
+
+    Examples
+    --------
+    >>> from fea import analyse, load_study
+    >>> thin = load_study("leon-2001").with_rod(web_thickness_mm=4.0)
+    >>> result = analyse(thin, rpm=6000, size=14)
+    >>> result.cases["tension"].max_von_mises > analyse(size=14).cases["tension"].max_von_mises
+    True
+    """
+    asked = _asked(study, flags)
+    speeds = asked.speeds()
+    rule = f"has {len(speeds)} speeds, and a result is of one"
+    require(len(speeds) == 1, "STUDY", asked.name, rule, "Choose one: analyse(study, rpm=6000).")
+    adapted = adapt_mesh(asked, speeds, Clock())
+    return result_of(outcome(asked, adapted, adapted.at(speeds[0])))
+
+
+def prepare(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisFlags]) -> PreparedRod:
+    """Draw and mesh the rod of a study, and prepare stiffness, loads and recovery: what `analyse` solves.
+
+    Parameters and errors are those of `analyse`; the mesh is not refined.
+
+    Examples
+    --------
+    >>> from fea import prepare
+    >>> rod = prepare("leon-2001", size=14)
+    >>> sorted(rod.mesh.cell.facets)[:2]
+    [<Surface.BIG_END_BORE: 'big_end_bore'>, <Surface.FREE: 'free'>]
+    """
+    return prepared(_asked(study, flags))
+
+
+def _asked(study: str | Path | Study, flags: AnalysisFlags) -> Study:
+    found = study if isinstance(study, Study) else load_study(study)
+    return python_flags(flags, AnalysisFlags).applied(found)
+
+
+def result_of(found: Outcome) -> Result:
+    """Return an outcome with the means to show and to write it."""
+    return Result(**vars(found))

@@ -1,0 +1,57 @@
+"""Run a study: mesh its rod first, and meanwhile load what the rest needs."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from fea.apps.write_run import places_of
+from fea.machine.ahead import imported_meanwhile
+from fea.machine.clock import Clock
+from fea.output.pictures.child import ready_to_draw
+from fea.output.vtu import LIBRARIES
+from fea.run.meshing import adaptive_mesh
+from fea.study.study import Study
+
+if TYPE_CHECKING:
+    from fea.apps.write_run import RunReport
+
+# What every run loads once it has a mesh. The flaws of a coarse mesh are measured with the first, so that
+# meshing may wait for its import.
+AFTER_THE_MESH = ("fea.solid.inertia", "fea.apps.write_run", *LIBRARIES)
+
+
+def run_study(
+    study: Study, listener: Callable[[str], None] | None = None, ahead: Sequence[str] = ()
+) -> "list[RunReport]":
+    """Analyse a study at each of its speeds and write the runs.
+
+    Parameters
+    ----------
+    study
+        What is asked.
+    listener
+        Told the name of each stage as it begins.
+    ahead
+        Modules to import in a second thread while the rod is drawn and meshed.
+
+    Returns
+    -------
+    list of RunReport
+        In the order of the speeds.
+
+    Raises
+    ------
+    InvalidValue
+        A value breaks a rule.
+    OccupiedError, StorageError
+        The output directory cannot take the run.
+    GeometryError, MeshError, UnderconstrainedError, SingularMatrixError, SolverUnavailableError
+        See the stages.
+    """
+    places = places_of(study)
+    clock = Clock(listener)
+    with ready_to_draw(wanted=study.output.screenshot or study.output.report):
+        with imported_meanwhile(() if study.rod.from_file else ahead):  # a file is read in a fork
+            mesh = adaptive_mesh(study, clock)
+        from fea.apps.write_run import leave_runs  # noqa: PLC0415 - what solves is loaded while gmsh meshes
+
+        return leave_runs(study, mesh, places, clock, listener)

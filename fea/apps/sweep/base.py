@@ -1,0 +1,195 @@
+"""The study that a sweep starts from, and the designs made of it."""
+
+import tomllib
+import typing
+from collections.abc import Iterator, Mapping
+from copy import deepcopy
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from fea.study.rod_table import rod_keys
+from fea.study.study import TABLES, Study, load_study, parse_study, shipped_studies
+from fea.study.tables import toml_text, unknown_key
+from geometry.errors import InvalidValue, require
+
+
+@dataclass(frozen=True)
+class Base:
+    """The study of a sweep, as its file says it, with what all designs have in common.
+
+    Attributes
+    ----------
+    name
+        Of the study.
+    raw
+        Its tables, from the TOML parser.
+    folder
+        Where its relative paths start.
+    files
+        Those that it names.
+    """
+
+    name: str
+    raw: Mapping[str, Any]
+    folder: Path
+    files: tuple[Path, ...]
+
+    def study(self, design: Mapping[str, Any]) -> Study:
+        """Return the study with the values of a design.
+
+        Raises
+        ------
+        InvalidValue
+            They break a rule of the study.
+        """
+        return parse_study(toml_text(changed(self.raw, design)), self.name, self.folder)
+
+    def require_presets_alone(self, keys: Mapping[str, Any]) -> None:
+        """Refuse to change a preset beside keys that would override each of them.
+
+        Raises
+        ------
+        InvalidValue
+            The study gives such keys.
+        """
+        for key in keys:
+            table, _, name = key.rpartition(".")
+            if name != "preset":
+                continue
+            own = _table(self.raw, table)
+            beside = sorted(own.keys() - {"preset"}) if isinstance(own, Mapping) else []
+            beside = [other for other in beside if not isinstance(own[other], Mapping)]
+            rule = f"cannot be changed: [{table}] of the study gives {', '.join(beside)}, which override it"
+            require(not beside, key, None, rule, "Remove those keys from the study.")
+
+
+def read_base(source: str, folder: Path, fixed: Mapping[str, Any]) -> Base:
+    """Read the study of a sweep.
+
+    Parameters
+    ----------
+    source
+        A shipped study, or a file (TOML, CAD or mesh); a relative path starts at `folder`.
+    folder
+        That of the sweep file.
+    fixed
+        What all designs have in common, by key.
+
+    Raises
+    ------
+    InvalidValue
+        It is not a study, or what is fixed breaks a rule.
+    """
+    shipped = source in shipped_studies()
+    place = source if shipped else str(folder / source)
+    study = load_study(place)
+    if shipped:
+        text = (resources.files("fea") / "studies" / f"{source}.toml").read_text(encoding="utf-8")
+        raw = tomllib.loads(text)
+    elif Path(place).suffix.lower() == ".toml":
+        raw = tomllib.loads(Path(place).read_text(encoding="utf-8-sig"))
+    else:
+        raw = {"rod": study.rod.as_dict()}
+    raw.pop("output", None)
+    Base(study.name, raw, study.folder, ()).require_presets_alone(fixed)
+    with_all = changed(raw, fixed)
+    asked = parse_study(toml_text(with_all), study.name, study.folder)
+    return Base(study.name, with_all, study.folder, tuple(files_of(asked.as_dict())))
+
+
+def changed(raw: Mapping[str, Any], design: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a study's tables with other values for some keys."""
+    tables = deepcopy(dict(raw))
+    for key, value in design.items():
+        *above, name = key.split(".")
+        table = tables
+        for step in above:
+            if isinstance(table.get(step), str):  # an engine by its name
+                table[step] = {"preset": table[step]}
+            table = table.setdefault(step, {})
+        table[name] = value
+    return tables
+
+
+def files_of(tables: Mapping[str, Any]) -> list[Path]:
+    """Return the files that the tables of a resolved study name: its paths are absolute."""
+    found = []
+    for value in tables.values():
+        if isinstance(value, Mapping):
+            found += files_of(value)
+        elif isinstance(value, str) and Path(value).is_absolute():
+            found.append(Path(value))
+    return found
+
+
+def _table(raw: Mapping[str, Any], name: str) -> Any:
+    found: Any = raw
+    for step in name.split("."):
+        found = found.get(step, {}) if isinstance(found, Mapping) else {}
+    return found
+
+
+# The files of a run are not written by a sweep, and a sweep searches by itself.
+_TABLES = ("rod", *(name for name in TABLES if name not in ("optimise", "output")))
+
+
+def leaves(where: str, raw: object) -> Iterator[tuple[str, Any]]:
+    """Return what a table of tables says of each key: ``("rod.web_thickness_mm", value)``.
+
+    Keys may be nested (``[vary.rod]``), dotted or quoted (``"rod.web_thickness_mm"``).
+
+    Parameters
+    ----------
+    where
+        Its name in the sweep file, for messages.
+    raw
+        From the TOML parser.
+
+    Raises
+    ------
+    InvalidValue
+        It is not a table, or names a table or a key that a study does not have.
+    """
+    if not isinstance(raw, Mapping):
+        raise InvalidValue(where, raw, f"must be a table, [{where}]")
+    for path, value in _flat(raw, ()):
+        kind_of(".".join(path), where)
+        yield ".".join(path), value
+
+
+def kind_of(key: str, where: str) -> Any:
+    """Return the annotated type of a key of a study.
+
+    Raises
+    ------
+    InvalidValue
+        There is no such key.
+    """
+    table, _, name = key.rpartition(".")
+    first, _, part = table.partition(".")
+    if not table or first not in _TABLES or (part and first != "material"):
+        raise unknown_key(f"[{where}]", table or key, _TABLES)
+    hints = rod_keys() if table == "rod" else typing.get_type_hints(TABLES[first])
+    if name not in hints:
+        raise unknown_key(f"[{where}.{table}]", name, hints)
+    return hints[name]
+
+
+def _flat(raw: Mapping[str, Any], above: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
+    for key, value in raw.items():
+        path = (*above, *key.split("."))
+        if isinstance(value, Mapping) and _is_table(path):
+            yield from _flat(value, path)
+        else:
+            yield path, value
+
+
+def _is_table(path: tuple[str, ...]) -> bool:
+    """Whether a path names a table, or a part's own material, rather than a key."""
+    if len(path) == 1:
+        return True
+    return (
+        len(path) == 2 and path[0] == "material" and path[1] not in typing.get_type_hints(TABLES["material"])
+    )

@@ -1,0 +1,194 @@
+"""Where the rods are computed: processes of this machine, or the workers of a Dask scheduler."""
+
+import json
+import os
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from geometry.errors import InvalidValue, require
+
+# Settings of Dask that a sweep changes; results/sweep.md tells of the trials. Work stealing stays on: a rod
+# that lost its worker and waits behind another moves on. So does the limit for workers that are silent.
+_SETTINGS = {
+    # A crash of a rod ends no worker. If one ends, neither its rod nor one that waits there is to blame.
+    "distributed.scheduler.allowed-failures": 10,
+}
+_CONNECT_SECONDS = 10
+
+
+class ClusterError(OSError):
+    """No scheduler answers, or the connection to it is lost (exit code 7)."""
+
+
+def physical_cores() -> int:
+    """Number of cores that this process may use, without the second threads of each."""
+    import psutil  # noqa: PLC0415 - comes with the extra
+
+    allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(psutil.cpu_count(logical=False) or allowed, allowed)
+
+
+@contextmanager
+def cluster(workers: int | None, address: str | None) -> Iterator[Any]:
+    """Yield a Dask client.
+
+    Parameters
+    ----------
+    workers
+        Number of processes on this machine, of one thread each; default: its physical cores.
+    address
+        That of a scheduler (``tcp://host:8786``), or the path of a scheduler file, in place of this machine.
+
+    Raises
+    ------
+    InvalidValue
+        Both are given, the number is not positive, or it is neither an address nor a scheduler file.
+    ClusterError
+        No scheduler answers.
+    """
+    import dask  # noqa: PLC0415 - comes with the extra
+
+    rule = "cannot be combined with --cluster, which has workers of its own"
+    require(workers is None or address is None, "--workers", workers, rule, "Leave it out.")
+    require(workers is None or workers >= 1, "--workers", workers, "must be at least 1")
+    with dask.config.set(_SETTINGS):
+        if address is None:
+            with _local(workers or physical_cores()) as client:
+                yield client
+        else:
+            with _remote(address) as client:
+                yield client
+
+
+@contextmanager
+def _local(workers: int) -> Iterator[Any]:
+    from distributed import Client, LocalCluster  # noqa: PLC0415 - comes with the extra
+
+    _quiet()
+    try:
+        processes = LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            memory_limit=0,  # the rods' processes are none that Dask could pause
+            dashboard_address=None,
+            worker_dashboard_address=None,
+            silence_logs=50,
+            preload="fea.apps.sweep.preload",
+        )
+    except (OSError, RuntimeError) as error:
+        why = " ".join(str(error).split())
+        raise ClusterError(
+            f"the {workers} workers could not be started ({why}): use fewer --workers."
+        ) from error
+    with processes, Client(processes) as client:
+        yield client
+
+
+@contextmanager
+def _remote(address: str) -> Iterator[Any]:
+    from distributed import Client  # noqa: PLC0415 - comes with the extra
+
+    _quiet()
+    place = _address(address)
+    try:
+        client = Client(place, timeout=_CONNECT_SECONDS)
+    except (OSError, ValueError, RuntimeError) as error:
+        why = " ".join(str(error).split()) or type(error).__name__
+        raise ClusterError(
+            f"--cluster {address}: no scheduler answers ({why}). Start one with `dask scheduler`, and its "
+            "workers with `dask worker ADDRESS --nthreads 1 --nworkers N`, where conrod-fea[sweep] is."
+        ) from error
+    try:
+        yield client
+    finally:
+        client.close(timeout=_CONNECT_SECONDS)
+
+
+def _address(asked: str) -> str:
+    """Return the address of a scheduler from what was asked: itself, or in a scheduler file."""
+    file = Path(asked)
+    if not file.exists():
+        rule = "is neither the address of a scheduler nor an existing scheduler file"
+        require(":" in asked, "--cluster", asked, rule, "An address is, for example, tcp://host:8786.")
+        return asked
+    try:
+        return str(json.loads(file.read_text(encoding="utf-8"))["address"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        rule = "is not a scheduler file, which is JSON with an address"
+        remedy = "`dask scheduler --scheduler-file FILE` writes one."
+        raise InvalidValue("--cluster", asked, rule, remedy) from error
+
+
+def _quiet() -> None:
+    """Silence Dask: what matters is told by the sweep."""
+    import logging  # noqa: PLC0415 - only here
+
+    for name in list(logging.root.manager.loggerDict):  # some have levels of their own
+        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+
+
+# Seconds between two looks, and for which none of this machine's workers may be there.
+_LOOK = 5.0
+_PATIENCE = 300.0
+
+
+class Workers:
+    """The workers of a cluster.
+
+    Parameters
+    ----------
+    client
+        Of Dask.
+    clock
+        Seconds.
+    """
+
+    def __init__(self, client: Any, clock: Callable[[], float] = time.monotonic) -> None:
+        self._client, self._clock = client, clock
+        self._looked, self._seen, self._threads = -float("inf"), clock(), 0
+
+    def threads(self) -> int:
+        """Return how many threads there are.
+
+        Raises
+        ------
+        ClusterError
+            The scheduler is gone, or no worker of this machine stays.
+        """
+        now = self._clock()
+        if now - self._looked < _LOOK:
+            return self._threads
+        self._looked = now
+        try:
+            self._threads = sum(self._client.nthreads().values())
+        except (OSError, RuntimeError, TimeoutError) as error:
+            raise lost(error) from error
+        if self._threads:
+            self._seen = now
+        if (processes := self._client.cluster) is not None:
+            _replace(processes)
+            if now - self._seen > _PATIENCE:
+                raise ClusterError(
+                    f"no worker process has stayed for {_PATIENCE:.0f} s. The rods that came back are in the "
+                    "journal: see that there is memory (use fewer --workers), and run the same command."
+                )
+        return self._threads
+
+
+def lost(why: object) -> ClusterError:
+    """Return the error of a scheduler that is gone."""
+    return ClusterError(
+        f"the connection to the scheduler is lost ({why}). The rods that came back are in the journal: start "
+        "the scheduler again, and run the same command."
+    )
+
+
+def _replace(processes: Any) -> None:
+    """Start workers in place of lost ones: Dask does not where one ended while it started."""
+    processes.scale(len(processes.worker_spec))

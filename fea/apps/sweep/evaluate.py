@@ -1,0 +1,115 @@
+"""One rod at all its speeds: one mesh, one factorisation, and the figures of the table."""
+
+from typing import Any
+
+from fea.apps.sweep.plan import rows, study_of
+from fea.apps.sweep.sweep_file import Sweep
+from fea.machine.clock import Clock
+from fea.run.adapt import Adapted, adapt_mesh
+from fea.run.figures import Summary
+from fea.run.many_speeds import SpeedSweep
+from fea.run.modes import modes_on
+from fea.run.outcome import outcome
+from fea.run.survival import Factor, factors
+from fea.study.study import Study
+from geometry.errors import require
+
+Figures = dict[str, Any]
+
+
+def evaluate(study: Study, frequencies: int = 0) -> dict[float | None, Figures]:
+    """Compute a rod.
+
+    Parameters
+    ----------
+    study
+        With all its speeds.
+    frequencies
+        Number of natural frequencies to find.
+
+    Returns
+    -------
+    dict
+        The figures by speed, rpm (None for given forces), their names with the unit.
+
+    Raises
+    ------
+    InvalidValue, GeometryError, MeshError, UnderconstrainedError, SingularMatrixError
+        See `fea.apps.result.analyse`.
+    """
+    speeds = study.speeds()
+    adapted = adapt_mesh(study, speeds, Clock())
+    shared = {**_critical(study, adapted), **_frequencies(study, adapted, frequencies)}
+    found = {}
+    for rpm in speeds:
+        summary = outcome(study, adapted, adapted.at(rpm)).summary
+        found[rpm] = figures(summary) | shared
+    return found
+
+
+def figures(summary: Summary) -> Figures:
+    """Return the figures of a run that a table has room for."""
+    all_factors = factors(summary.results, summary.buckling, summary.envelope, summary.assembly)
+    found: Figures = {
+        "mass_kg": summary.rod.mass_kg,
+        "center_of_gravity_mm": summary.rod.center_of_gravity_mm[0],
+        "inertia_kg_m2": summary.rod.inertia_kg_m2,
+        "factor": summary.survival.safety_factor,
+        "assured_factor": summary.survival.assured_safety_factor,
+        "mode": summary.survival.mode,
+        "case": summary.survival.case,
+        "answer": summary.survival.answer,
+    }
+    for mode in dict.fromkeys(factor.mode for factor in all_factors):
+        found |= _least(mode, [factor for factor in all_factors if factor.mode == mode])
+    for name, case in summary.results.items():
+        found[f"{name}_factor"] = case.min_safety_factor
+        found[f"{name}_error_percent"] = case.error_percent
+        found[f"{name}_von_mises_MPa"] = case.max_von_mises_MPa
+    if summary.envelope is not None:
+        found["cycle_factor"] = summary.envelope.min_safety_factor
+        found["crossland_factor"] = summary.envelope.min_crossland_safety_factor
+    if summary.life is not None:
+        low, high = summary.life.band_hours
+        found |= {"life_hours": summary.life.hours, "life_low_hours": low, "life_high_hours": high}
+        found["life_endless"] = summary.life.endless
+    found |= {"trusted": summary.trusted, "elements": summary.model.elements}
+    return {name: value for name, value in found.items() if value is not None}
+
+
+def _least(mode: str, found: list[Factor]) -> Figures:
+    """The factor that is least with its bar taken off."""
+    least, name = min(found, key=lambda factor: factor.low), mode.replace(" ", "_")
+    bar = {} if least.error_percent is None else {f"{name}_error_percent": least.error_percent}
+    return {f"{name}_factor": least.value} | bar
+
+
+def _critical(study: Study, adapted: Adapted) -> Figures:
+    """Lowest speed from which each factor of the cycle is below 1; none where it is not within the speeds."""
+    speeds = [rpm for rpm in study.speeds() if rpm is not None]
+    if not study.analysis.cycle or len(speeds) == 1:
+        return {}
+    critical = SpeedSweep(adapted.rod, speeds).critical
+    return {f"critical_{name}_rpm": rpm for name, rpm in critical.items() if rpm is not None}
+
+
+def _frequencies(study: Study, adapted: Adapted, count: int) -> Figures:
+    if not count:
+        return {}
+    report = modes_on(study, adapted.rod.mesh, count)
+    hertz = {f"frequency_{number}_Hz": float(one) for number, one in enumerate(report.elastic, start=1)}
+    return hertz | ({} if report.trusted else {"trusted": False})
+
+
+def study_text(sweep: Sweep, number: int) -> str:
+    """Return the study of a row as a file that ``fea run`` takes.
+
+    Raises
+    ------
+    InvalidValue
+        There is no such row, or its design breaks a rule.
+    """
+    found = rows(sweep)
+    require(0 <= number < len(found), "--study", number, f"must be a row, 0 to {len(found) - 1}")
+    row = found[number]
+    return study_of(sweep, row.design, [row.rpm]).text()

@@ -1,0 +1,229 @@
+"""The journal of a sweep: one SQLite file, which any end of the program leaves whole.
+
+Each change is one transaction in a write-ahead log. A process that dies, at whatever statement, loses what
+was not committed and nothing else.
+"""
+
+import json
+import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from fea.apps.sweep.plan import Row
+from fea.output.target import StorageError
+from geometry.errors import InvalidValue
+
+SCHEMA = "fea/sweep/1"
+_TABLES = """
+CREATE TABLE meta (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE rods (
+    number INTEGER PRIMARY KEY, sample INTEGER NOT NULL, design TEXT NOT NULL, rpm REAL,
+    job TEXT NOT NULL, key TEXT NOT NULL, state TEXT NOT NULL, reason TEXT NOT NULL DEFAULT '',
+    figures TEXT NOT NULL DEFAULT '{}', seconds REAL
+);
+CREATE INDEX rods_of_job ON rods (job);
+CREATE INDEX rods_by_state ON rods (state, number);
+"""
+
+
+class State(StrEnum):
+    """What has become of a row."""
+
+    PENDING = "pending"
+    DONE = "done"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class Done:
+    """What a computed rod gave.
+
+    Attributes
+    ----------
+    job
+        Which rod.
+    figures
+        By speed, rpm (None for given forces).
+    seconds
+        That it took.
+    reason
+        Why there are no figures; empty where there are.
+    """
+
+    job: str
+    figures: Mapping[float | None, Mapping[str, Any]]
+    seconds: float
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A row of the journal."""
+
+    number: int
+    sample: int
+    design: dict[str, Any]
+    rpm: float | None
+    state: State
+    reason: str
+    figures: dict[str, Any]
+
+
+class Journal:
+    """The journal in a file; the caller sees to it that no one else writes to it.
+
+    Parameters
+    ----------
+    path
+        The file; it is created where it is missing.
+
+    Raises
+    ------
+    InvalidValue
+        The file is not a journal.
+    StorageError
+        The disk, a permission or the file system refuses.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with self._reported():
+            self._base = sqlite3.connect(path, isolation_level=None)
+            self._require_ours()
+            self._base.execute("PRAGMA journal_mode = WAL")
+            self._base.execute("PRAGMA synchronous = NORMAL")
+
+    def close(self) -> None:
+        """Close the file."""
+        self._base.close()
+
+    @property
+    def meta(self) -> dict[str, str]:
+        """What the journal is of; empty for a new one."""
+        with self._reported():
+            known = self._base.execute("SELECT count(*) FROM sqlite_master WHERE name = 'meta'").fetchone()[0]
+            return dict(self._base.execute("SELECT name, value FROM meta")) if known else {}
+
+    def begin(self, meta: Mapping[str, str], rows: Sequence[Row]) -> None:
+        """Enter all rows of a new sweep, in one transaction."""
+        with self._transaction():
+            for statement in _TABLES.split(";"):
+                self._base.execute(statement)
+            self._enter(meta, rows)
+
+    def extend(self, meta: Mapping[str, str], rows: Sequence[Row]) -> None:
+        """Enter further rows."""
+        with self._transaction():
+            self._enter(meta, rows)
+
+    def keys(self) -> list[str]:
+        """Return the key of each row, in order."""
+        return [key for (key,) in self._all("SELECT key FROM rods ORDER BY number")]
+
+    def pending(self) -> list[str]:
+        """Return the rods that must be computed, in order."""
+        query = "SELECT job FROM rods WHERE state = 'pending' GROUP BY job ORDER BY min(number)"
+        return [job for (job,) in self._all(query)]
+
+    def counts(self) -> dict[State, int]:
+        """Return how many rows are in each state."""
+        found = dict(self._all("SELECT state, count(*) FROM rods GROUP BY state"))
+        return {state: found.get(state.value, 0) for state in State}
+
+    def asked(self, job: str) -> tuple[dict[str, Any], list[float | None]]:
+        """Return the design of a rod, and all its speeds."""
+        found = self._all("SELECT design, rpm FROM rods WHERE job = ? ORDER BY number", job)
+        speeds = sorted({rpm for _, rpm in found if rpm is not None})
+        return json.loads(found[0][0]), [*speeds] or [None]
+
+    def finish(self, rods: Sequence[Done]) -> None:
+        """Enter what computed rods gave, in one transaction; a row that is done stays as it is."""
+        update = (
+            "UPDATE rods SET state = ?, reason = ?, figures = ?, seconds = ? "
+            "WHERE job = ? AND rpm IS ? AND state != 'done'"
+        )
+        with self._transaction():
+            for rod in rods:
+                if rod.reason:
+                    self._base.execute(
+                        "UPDATE rods SET state = 'failed', reason = ?, seconds = ? "
+                        "WHERE job = ? AND state != 'done'",
+                        (rod.reason, rod.seconds, rod.job),
+                    )
+                for rpm, figures in rod.figures.items():
+                    text = json.dumps(figures)
+                    self._base.execute(update, ("done", "", text, rod.seconds, rod.job, rpm))
+
+    def retry(self) -> int:
+        """Let failed rods be computed again; return how many rows they are."""
+        with self._transaction():
+            query = "UPDATE rods SET state = 'pending', reason = '', seconds = NULL WHERE state = 'failed'"
+            return self._base.execute(query).rowcount
+
+    def entries(self, *numbers: int) -> Iterator[Entry]:
+        """Return the rows of some numbers, or all, in order."""
+        query = "SELECT number, sample, design, rpm, state, reason, figures FROM rods"
+        if numbers:
+            query += f" WHERE number IN ({', '.join('?' * len(numbers))})"
+        with self._reported():
+            for number, sample, design, rpm, state, reason, figures in self._base.execute(
+                f"{query} ORDER BY number", numbers
+            ):
+                values, found = json.loads(design), json.loads(figures)
+                yield Entry(number, sample, values, rpm, State(state), reason, found)
+
+    def _require_ours(self) -> None:
+        """Refuse a database with other tables, before anything in it changes."""
+        found = {
+            name for (name,) in self._base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
+        }
+        if found and found != {"meta", "rods"}:
+            raise sqlite3.DatabaseError(f"it has the tables {', '.join(sorted(found))}")
+
+    def _enter(self, meta: Mapping[str, str], rows: Sequence[Row]) -> None:
+        self._base.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", list(meta.items()))
+        self._base.executemany(
+            "INSERT INTO rods (number, sample, design, rpm, job, key, state, reason) "
+            "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+            [_values(row) for row in rows],
+        )
+
+    def _all(self, query: str, *values: Any) -> list[Any]:
+        with self._reported():
+            return self._base.execute(query, values).fetchall()
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        with self._reported():
+            self._base.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+                self._base.execute("COMMIT")
+            except BaseException:
+                if self._base.in_transaction:  # a full disk has rolled it back already
+                    self._base.execute("ROLLBACK")
+                raise
+
+    @contextmanager
+    def _reported(self) -> Iterator[None]:
+        try:
+            yield
+        except sqlite3.OperationalError as error:
+            raise StorageError(
+                f"{self.path} could not be written: {error}. What was entered before is safe: free disk "
+                "space or the lock, and run the same command again."
+            ) from error
+        except sqlite3.DatabaseError as error:
+            rule = f"is not the journal of a sweep ({error})"
+            raise InvalidValue("--out", str(self.path), rule, "Choose another directory.") from error
+
+
+def _values(row: Row) -> tuple[Any, ...]:
+    state = State.FAILED if row.refused else State.PENDING
+    return (
+        row.number, row.sample, json.dumps(row.design), row.rpm, row.job, row.key, state.value, row.refused,
+    )  # fmt: skip

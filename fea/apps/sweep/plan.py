@@ -1,0 +1,111 @@
+"""The rows of a sweep's table, and the rods that must be computed for them."""
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from fea.apps.sweep.base import files_of
+from fea.apps.sweep.extra import digest
+from fea.apps.sweep.sampling import Design
+from fea.apps.sweep.sweep_file import Sweep
+from fea.study.study import SpeedTable, Study
+from geometry.errors import InvalidValue
+
+SPEED = "speed.rpm"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """A row of the table: a design at one of its speeds.
+
+    Attributes
+    ----------
+    number
+        Of the row, from 0.
+    sample
+        Number of the design, from 0.
+    design
+        Values of the varied keys.
+    rpm
+        The speed; None where forces are given, or where the design is refused.
+    job
+        Digest of the rod to compute, with all its speeds.
+    key
+        Digest of the rod at this speed: equal rows are computed once.
+    refused
+        Why the design is no study; empty where it is one.
+    """
+
+    number: int
+    sample: int
+    design: Mapping[str, Any]
+    rpm: float | None
+    job: str
+    key: str
+    refused: str = ""
+
+
+def rows(sweep: Sweep) -> list[Row]:
+    """Return the rows of a sweep.
+
+    One mesh and one factorisation serve all speeds of a rod: of the study's list of speeds, and of designs
+    that differ in speed alone.
+
+    Raises
+    ------
+    InvalidValue
+        See `Sweep.designs`.
+    """
+    designs = sweep.designs()
+    if designs:
+        sweep.base.require_presets_alone(designs[0])
+    speeds: dict[str, list[float | None]] = {}
+    found: list[tuple[int, Design, float | None, str, str]] = []
+    for sample, design in enumerate(designs):
+        for rpm, rod, refused in _speeds(sweep, design):
+            found.append((sample, design, rpm, rod, refused))
+            if rpm not in speeds.setdefault(rod, []):
+                speeds[rod].append(rpm)
+    jobs = {rod: _digest(rod, sorted(speed or 0.0 for speed in own)) for rod, own in speeds.items()}
+    return [
+        Row(
+            number=number,
+            sample=sample,
+            design=design,
+            rpm=rpm,
+            job=jobs[rod],
+            key=_digest(jobs[rod], rpm),
+            refused=refused,
+        )
+        for number, (sample, design, rpm, rod, refused) in enumerate(found)
+    ]
+
+
+def study_of(sweep: Sweep, design: Mapping[str, Any], speeds: Sequence[float | None]) -> Study:
+    """Return the study of a design at some speeds."""
+    rpm = tuple(speed for speed in speeds if speed is not None)
+    study = sweep.base.study(design)
+    return study if not rpm else replace(study, speed=SpeedTable(rpm[0] if len(rpm) == 1 else rpm))
+
+
+def _speeds(sweep: Sweep, design: Design) -> Iterator[tuple[float | None, str, str]]:
+    """Return speed, digest of the rod whatever its speed, and what is wrong, of each row of a design."""
+    try:
+        study = sweep.base.study(design)
+        study.require_loading()
+        speeds = study.speeds()
+    except InvalidValue as error:
+        yield None, _digest("refused", sorted(design.items())), str(error)
+        return
+    tables = {name: table for name, table in study.as_dict().items() if name not in ("speed", "output")}
+    files = [digest(path) for path in files_of(tables)]
+    rod = _digest(tables, files, sweep.frequencies)
+    for rpm in speeds:
+        yield rpm, rod, ""
+
+
+def _digest(*values: Any) -> str:
+    text = json.dumps(values, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]

@@ -1,0 +1,191 @@
+"""The job behind `fea sweep`: go on where the journal ends, and leave the tables."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from fea.apps.sweep.cluster import cluster
+from fea.apps.sweep.engine import Engine
+from fea.apps.sweep.journal import SCHEMA, Journal, State
+from fea.apps.sweep.plan import Row, rows, study_of
+from fea.apps.sweep.report import report_sweep
+from fea.apps.sweep.statistics import Statistics
+from fea.apps.sweep.sweep_file import Sweep
+from fea.apps.sweep.table import CSV, PARQUET, Progress, failures, write_tables
+from fea.apps.sweep.work import DEFAULT_MINUTES, Task, program_version
+from fea.machine.clock import told
+from fea.output import folder as lock
+from fea.output.target import OccupiedError, StorageError, near
+from fea.output.text import make_directory
+from geometry.errors import require
+
+JOURNAL = "sweep.sqlite"
+REPORT = "report.html"
+_A_YEAR = 365 * 24 * 60
+_OURS = {JOURNAL, f"{JOURNAL}-wal", f"{JOURNAL}-shm", CSV, PARQUET, REPORT}
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepReport:
+    """What a sweep has left.
+
+    Attributes
+    ----------
+    folder
+        Where.
+    computed
+        Rods computed by this call.
+    done, failed, untrusted
+        Rows of the table; those not to be trusted are among the done ones.
+    reasons
+        Number of failed rows by their reason, that of the first where only numbers differ.
+    statistics
+        How likely failure is, and what matters.
+    """
+
+    folder: Path
+    computed: int
+    done: int
+    failed: int
+    untrusted: int
+    reasons: dict[str, int]
+    statistics: Statistics
+
+
+def run_sweep(
+    sweep: Sweep,
+    folder: Path,
+    *,
+    workers: int | None = None,
+    address: str | None = None,
+    retry_failed: bool = False,
+    minutes: float = DEFAULT_MINUTES,
+    silent: bool = True,
+    compute: Callable[..., Any] | None = None,
+) -> SweepReport:
+    """Compute the rods of a sweep that its journal does not have yet, and write the tables.
+
+    Parameters
+    ----------
+    sweep
+        What is asked.
+    folder
+        New, empty, or that of the same sweep.
+    workers, address
+        See `fea.apps.sweep.cluster.cluster`.
+    retry_failed
+        Compute failed rods again.
+    minutes
+        That a rod may take; one that takes longer has failed.
+    silent
+        Show no progress.
+    compute
+        In place of the analysis, for tests: takes a study and the number of frequencies.
+
+    Raises
+    ------
+    InvalidValue
+        The folder holds the journal of another sweep or version, or a value breaks a rule.
+    OccupiedError
+        The folder holds something else, or another process is at work in it.
+    StorageError
+        The disk, a permission or the file system refuses.
+    ClusterError, VersionError
+        The scheduler or a worker cannot be used.
+    """
+    rule = f"must be above 0 and at most {_A_YEAR}"
+    require(0 < minutes <= _A_YEAR, "--limit-minutes", minutes, rule)
+    with journal_of(sweep, folder) as journal:
+        if retry_failed:
+            journal.retry()
+        progress = Progress(len(journal.pending()))
+        try:
+            if progress.total:
+                first = "starting the workers"
+                with told(first, silent=silent) as say, cluster(workers, address) as client:
+                    task = partial(_task, sweep, journal, minutes)
+                    Engine(journal, client, task, compute).run(progress.telling(say))
+        except BaseException:
+            with suppress(StorageError):  # on a full disk the journal comes first
+                write_tables(folder, journal.entries())
+            raise
+        write_tables(folder, journal.entries())
+        found = report_sweep(folder / REPORT, sweep, journal)
+        return _report(folder, journal, progress.done, found)
+
+
+@contextmanager
+def journal_of(sweep: Sweep, folder: Path) -> Iterator[Journal]:
+    """Open the journal of a sweep, or begin one; errors as `run_sweep`."""
+    _require_ours(folder)
+    # What is wrong with the rows is told before anything is written.
+    new = None if (folder / JOURNAL).exists() else rows(sweep)
+    make_directory(folder)
+    owned = lock.take(folder)
+    if owned is None:
+        raise OccupiedError(f"{near(folder)} is in use by another fea sweep: wait for it, or choose --out.")
+    try:
+        journal = Journal(folder / JOURNAL)
+        try:
+            _settle(sweep, folder, journal, new)
+            yield journal
+        finally:
+            journal.close()
+    finally:
+        lock.release(owned)
+
+
+def _require_ours(folder: Path) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise OccupiedError(f"{near(folder)} is a file: --out must name a directory.")
+    others = sorted(entry.name for entry in folder.iterdir()) if folder.is_dir() else []
+    others = [name for name in others if name not in _OURS and not name.startswith(".")]
+    if others:
+        raise OccupiedError(
+            f"{near(folder)} contains {others[0]}, which is not from a sweep: choose another --out."
+        )
+
+
+def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[Row] | None) -> None:
+    """Begin the journal, see that it is this sweep's, or add what a longer sweep has more."""
+    meta, asked = journal.meta, {"schema": SCHEMA, "version": program_version(), "sweep": sweep.identity}
+    where, remedy = str(near(folder)), "Choose another directory with --out, or remove this one."
+    if not meta:
+        journal.begin(asked, rows(sweep) if new is None else new)
+        return
+    schema = meta.get("schema")
+    require(schema == SCHEMA, "--out", where, f"holds a journal of another kind, {schema!r}", remedy)
+    rule = (
+        f"holds a sweep by version {meta['version']}, and this is {asked['version']}: rows would not compare"
+    )
+    require(meta["version"] == asked["version"], "--out", where, rule, remedy)
+    if meta["sweep"] == asked["sweep"]:
+        return
+    wanted, known = rows(sweep), journal.keys()
+    rule = "holds the journal of another sweep: other keys, values, files, seed or study"
+    same = len(wanted) > len(known) and [row.key for row in wanted[: len(known)]] == known
+    require(same, "--out", where, rule, remedy)
+    journal.extend(asked, wanted[len(known) :])
+
+
+def _task(sweep: Sweep, journal: Journal, minutes: float, job: str) -> Task:
+    study = study_of(sweep, *journal.asked(job))
+    folder, version = str(study.folder), program_version()
+    return Task(job, study.name, study.text(), folder, sweep.frequencies, version, 60 * minutes)
+
+
+def _report(folder: Path, journal: Journal, computed: int, found: Statistics) -> SweepReport:
+    counts = journal.counts()
+    untrusted = sum(entry.figures.get("trusted") is False for entry in journal.entries())
+    return SweepReport(
+        folder=folder,
+        computed=computed,
+        done=counts[State.DONE],
+        failed=counts[State.FAILED],
+        untrusted=untrusted,
+        reasons={reason: count for _, reason, count in failures(journal.entries())},
+        statistics=found,
+    )

@@ -1,0 +1,157 @@
+"""The table of a sweep, as CSV and Parquet: a row for each design and speed, in the order of the designs."""
+
+import csv
+import io
+import re
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from fea.apps.sweep.journal import Entry, State
+from fea.output.target import StorageError
+from fea.output.text import write_text
+from geometry.system import replaced
+
+CSV, PARQUET = "sweep.csv", "sweep.parquet"
+FIRST = ("row", "sample", "rpm", "state")
+
+
+def table(entries: Iterable[Entry]) -> tuple[list[str], list[dict[str, Any]]]:
+    """Return the names of the columns, and the rows by them; the varied keys keep their names."""
+    rows = [_row(entry) for entry in entries]
+    names = dict.fromkeys(FIRST)
+    for part in ("design", "figures"):
+        for row in rows:
+            names |= dict.fromkeys(row[part])
+    flat = [{**row["head"], **row["design"], **row["figures"], "reason": row["reason"]} for row in rows]
+    return [*names, "reason"], flat
+
+
+def write_tables(folder: Path, entries: Iterable[Entry]) -> None:
+    """Write the table into a folder, each file completely or not at all.
+
+    Raises
+    ------
+    StorageError
+        The disk, a permission or the file system refuses.
+    """
+    names, rows = table(entries)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, names, restval="", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows([{name: _plain(value) for name, value in row.items()} for row in rows])
+    write_text(folder / CSV, text.getvalue())
+    _write_parquet(folder / PARQUET, names, rows)
+
+
+def _row(entry: Entry) -> dict[str, Any]:
+    design = {key: value for key, value in entry.design.items() if key != "speed.rpm"}
+    head = {"row": entry.number, "sample": entry.sample, "rpm": entry.rpm, "state": entry.state.value}
+    return {"head": head, "design": design, "figures": entry.figures, "reason": entry.reason}
+
+
+def _plain(value: Any) -> Any:
+    return {True: "true", False: "false"}[value] if isinstance(value, bool) else value
+
+
+def _write_parquet(path: Path, names: Sequence[str], rows: Sequence[dict[str, Any]]) -> None:
+    import pyarrow as pa  # noqa: PLC0415 - comes with the extra
+    from pyarrow import parquet  # noqa: PLC0415 - comes with the extra
+
+    columns = {name: _column([row.get(name) for row in rows]) for name in names}
+    try:
+        with replaced(path) as place:
+            parquet.write_table(pa.table(columns), place)
+    except OSError as error:
+        message = f"{path} could not be written: {error}. Choose another --out, or free disk space."
+        raise StorageError(message) from error
+
+
+def _column(values: list[Any]) -> list[Any]:
+    """Return values of one type: numbers that are whole in some rows only are floats, mixtures are text."""
+    kinds = {type(value) for value in values if value is not None}
+    if kinds == {int, float}:
+        return [None if value is None else float(value) for value in values]
+    if len(kinds) > 1 or kinds & {list, dict}:
+        return [None if value is None else str(value) for value in values]
+    return values
+
+
+_MINUTE = 60.0
+# The rate is that of the last so many results: the first ones wait for libraries to load.
+_RECENT = 50
+
+
+class Progress:
+    """Counts what comes back.
+
+    Parameters
+    ----------
+    total
+        Rods to compute now.
+    clock
+        Seconds.
+    """
+
+    def __init__(self, total: int, clock: Callable[[], float] = time.monotonic) -> None:
+        self.total, self.done = total, 0
+        self._clock = clock
+        self._times: deque[tuple[float, int]] = deque([(clock(), 0)], maxlen=_RECENT)
+
+    def add(self, count: int) -> None:
+        """Count rods that came back."""
+        if count:
+            self.done += count
+            self._times.append((self._clock(), self.done))
+
+    @property
+    def rate(self) -> float | None:
+        """Rods a second of late; None before any came back."""
+        (start, before), now = self._times[0], self._clock()
+        return (self.done - before) / (now - start) if self.done > before and now > start else None
+
+    def text(self, threads: int) -> str:
+        """Say how far it is, in a line."""
+        share = f"{self.done} of {self.total} rods"
+        if threads == 0:
+            return f"{share}; no worker is there: waiting for one"
+        rate = self.rate
+        if rate is None:
+            return f"{share}, {threads} at a time"
+        left = (self.total - self.done) / rate
+        return f"{share}, {_rate(rate)}, {duration(left)} left"
+
+    def telling(self, say: Callable[[str], None]) -> Callable[[int, int], None]:
+        """Return what is to be told how many rods came back, and how many threads compute."""
+
+        def tell(count: int, threads: int) -> None:
+            self.add(count)
+            say(self.text(threads))
+
+        return tell
+
+
+def duration(seconds: float) -> str:
+    """Return a time as text: ``"35 s"``, ``"12 min"``, ``"3 h 05 min"``."""
+    if seconds < _MINUTE:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / _MINUTE)
+    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+def _rate(rate: float) -> str:
+    return f"{rate:.2g} a second" if rate >= 1 else f"{_MINUTE * rate:.2g} a minute"
+
+
+_NUMBER = re.compile(r"\d[\d.e+-]*")
+
+
+def failures(entries: Iterable[Entry]) -> list[tuple[int, str, int]]:
+    """Return the first row and the reason of each kind of failure, and how many rows it has."""
+    found: dict[str, list[Entry]] = {}
+    for entry in entries:
+        if entry.state is State.FAILED:
+            found.setdefault(_NUMBER.sub("#", entry.reason), []).append(entry)
+    return [(alike[0].number, alike[0].reason, len(alike)) for alike in found.values()]

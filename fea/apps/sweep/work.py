@@ -1,0 +1,112 @@
+"""What a worker does: compute one rod, and tell why where it cannot."""
+
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fea.apps.sweep.journal import Done
+
+_LONGEST_REASON = 600
+# Longest time of a rod: the largest shipped study takes some minutes on one core.
+DEFAULT_MINUTES = 60.0
+# Times that a rod is begun whose process crashes: memory that ran out may be there later.
+_TRIES = 3
+_OURS = ("fea", "geometry", "loads", "mesh")
+
+
+class Task(NamedTuple):
+    """A rod to compute: its digest, its study as a file, where paths start, and what is asked beside.
+
+    `seconds` are those that it may take.
+    """
+
+    job: str
+    name: str
+    text: str
+    folder: str
+    frequencies: int
+    version: str
+    seconds: float = 60 * DEFAULT_MINUTES
+
+
+class VersionError(OSError):
+    """A worker has another version of this program (exit code 7)."""
+
+
+def program_version() -> str:
+    """Version of this program."""
+    return version("conrod-fea")
+
+
+def work(task: Task, compute: Callable[..., Any] | None = None) -> Done:
+    """Compute a rod in a process of its own; its errors, its crash and its time limit are reasons.
+
+    Parameters
+    ----------
+    task
+        The rod.
+    compute
+        In place of `fea.apps.sweep.evaluate.evaluate`, for tests.
+
+    Raises
+    ------
+    VersionError
+        This worker's version of the program is not that of the sweep.
+    """
+    if task.version != program_version():
+        raise VersionError(
+            f"a worker has version {program_version()} of conrod-fea, and this sweep is of {task.version}: "
+            "start its workers with the same version."
+        )
+    from fea.apps.sweep.apart import CrashError, EndlessError, apart  # noqa: PLC0415 - comes with the extra
+
+    start = time.perf_counter()
+    ends: list[str] = []
+    while len(ends) < _TRIES:
+        try:
+            done: Done = apart(attempt, task, compute, seconds=task.seconds)
+        except EndlessError:
+            reason = (
+                f"took longer than {task.seconds / 60:g} min and was ended: allow more with --limit-minutes, "
+                "or use larger elements"
+            )
+            break
+        except CrashError as error:
+            ends.append(str(error))
+            reason = f"its process crashed {_TRIES} times ({', '.join(dict.fromkeys(ends))}){_cause(ends)}"
+        else:
+            return done
+    return Done(task.job, {}, time.perf_counter() - start, reason)
+
+
+def attempt(task: Task, compute: Callable[..., Any] | None) -> Done:
+    """Compute a rod in this process; arguments as `work`."""
+    from fea.study.study import parse_study  # noqa: PLC0415 - a scheduler imports this module, too
+
+    start = time.perf_counter()
+    try:
+        study = parse_study(task.text, task.name, Path(task.folder))
+        figures = (compute or _analysis())(study, task.frequencies)
+    except Exception as error:  # noqa: BLE001 - whatever it is, the sweep goes on
+        return Done(task.job, {}, time.perf_counter() - start, reason_of(error))
+    return Done(task.job, figures, time.perf_counter() - start)
+
+
+def _cause(ends: list[str]) -> str:
+    """What the system does to a process when its memory ends."""
+    return ": the memory may be too small; use fewer workers or larger elements" if "SIGKILL" in ends else ""
+
+
+def _analysis() -> Callable[..., Any]:
+    from fea.apps.sweep.evaluate import evaluate  # noqa: PLC0415 - what solves is loaded by workers only
+
+    return evaluate
+
+
+def reason_of(error: BaseException) -> str:
+    """Return why a rod failed, in a line."""
+    text = " ".join(str(error).split())
+    ours = type(error).__module__.partition(".")[0] in _OURS
+    return (text if ours and text else f"internal error: {type(error).__name__}: {text}")[:_LONGEST_REASON]

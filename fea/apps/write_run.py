@@ -1,0 +1,240 @@
+"""Solve every speed of a study and leave each run complete in its directory."""
+
+import csv
+import dataclasses
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from fea.apps.result import Result, result_of
+from fea.machine.clock import Clock
+from fea.output.folder import require_replaceable, run_folder
+from fea.output.pictures.animation import filmed, write_film
+from fea.output.text import write_text
+from fea.rod.meshed_rod import MeshedRod
+from fea.run.adapt import Adapted, adapt_mesh
+from fea.run.figures import Summary
+from fea.run.many_speeds import MOST_FULL_RUNS, SpeedSweep
+from fea.run.outcome import outcome, outcome_of
+from fea.run.speed import SpeedResult
+from fea.run.speed_map import case_rows, opening_speeds, speed_map
+from fea.study.study import Study
+from geometry.errors import require
+
+
+class Place(NamedTuple):
+    """Where a speed's run belongs: speed in rpm, folder, and file of its animation."""
+
+    rpm: float | None
+    folder: Path
+    film: Path | None
+
+
+def places_of(study: Study) -> list[Place]:
+    """Return the place of each speed's run, where it may be written.
+
+    Raises
+    ------
+    InvalidValue
+        An animation cannot be written, or is requested without the cycle.
+    OccupiedError, StorageError
+        The output directory cannot take the run.
+    """
+    speeds = study.speeds()
+    folders = _folders(study, speeds)
+    places = [Place(rpm, folder, _film(study, rpm)) for rpm, folder in zip(speeds, folders, strict=True)]
+    require_replaceable(target_of(places))
+    for film in (place.film for place in places if place.film is not None):
+        from fea.output.pictures.animation import require_film  # noqa: PLC0415 - only a film needs it
+
+        require_film(film)
+    return places
+
+
+def target_of(places: Sequence[Place]) -> Path:
+    """Return the directory that is replaced as a whole: a run's own, or the one above several."""
+    return places[0].folder if len(places) == 1 else places[0].folder.parent
+
+
+def _folders(study: Study, speeds: Sequence[float | None]) -> list[Path]:
+    given = study.output.directory
+    if len(speeds) == 1:
+        folder = _default_directory(study, speeds[0]) if given is None else study.folder / given
+        return [folder]
+    parent = Path("results") / study.name if given is None else study.folder / given
+    return [parent / f"{rpm:g}rpm" for rpm in speeds]
+
+
+def _default_directory(study: Study, rpm: float | None) -> Path:
+    """``results/<study>-<rpm>rpm``, or ``results/<study>`` where there is no speed."""
+    return Path("results") / (study.name if rpm is None else f"{study.name}-{rpm:g}rpm")
+
+
+def _film(study: Study, rpm: float | None) -> Path | None:
+    """The file of the animation at a speed, None if none is requested."""
+    if study.output.animate is None:
+        return None
+    rule = "has no effect without the crank cycle"
+    require(study.analysis.cycle, "--animate", study.output.animate, rule, "Add --cycle.")
+    path = study.folder / study.output.animate
+    speeds = study.speeds()
+    return path if len(speeds) == 1 else path.with_stem(f"{path.stem}-{rpm:g}rpm")
+
+
+# Beside the folders of several speeds.
+CASE_MAP = "map.csv"
+CYCLE_MAP = ("cycle_map.csv", "cycle_map.png")
+
+
+@dataclass(frozen=True)
+class RunReport:
+    """One speed's run.
+
+    Attributes
+    ----------
+    folder
+        Where it is.
+    summary
+        What its `summary.json` says.
+    complaint
+        Why there are no pictures, or no animation, although they were asked for; empty otherwise.
+    film
+        The animation's file, if there is one.
+    pages
+        What it holds.
+    """
+
+    folder: Path
+    summary: Summary
+    complaint: str = ""
+    film: Path | None = None
+    pages: bytes = b""
+
+
+def leave_runs(
+    study: Study,
+    mesh: MeshedRod,
+    places: Sequence[Place],
+    clock: Clock,
+    listener: Callable[[str], None] | None = None,
+) -> list[RunReport]:
+    """Solve a study on its first mesh and leave the run of each speed in its place.
+
+    Parameters, results and errors are those of `fea.apps.run_study.run_study`.
+    """
+    prepared = adapt_mesh(study, [place.rpm for place in places], clock, listener, mesh)
+    if len(places) == 1:
+        (rpm, _, film) = places[0]
+        found = result_of(outcome(study, prepared, prepared.at(rpm)))
+        with run_folder(target_of(places)) as part:
+            reports = [_leave(found, prepared, Place(rpm, part, film), clock)]
+    else:
+        with run_folder(target_of(places)) as part:
+            parts = [place._replace(folder=part / place.folder.name) for place in places]
+            reports = _leave_all(study, prepared, parts, clock)
+    for report in reports:
+        if report.film is not None:
+            write_film(report.film, report.pages)
+    return [
+        dataclasses.replace(report, folder=place.folder)
+        for report, place in zip(reports, places, strict=True)
+    ]
+
+
+def _leave_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: Clock) -> list[RunReport]:
+    """Write the runs of several speeds, and the tables over all of them."""
+    shown = study.output.screenshot or study.analysis.buckling or any(place.film for place in places)
+    sweep = None
+    if study.analysis.cycle:
+        with clock("map"):
+            sweep = SpeedSweep(prepared.rod, [place.rpm for place in places if place.rpm is not None])
+    critical = _critical(prepared, sweep, places)
+    if sweep is not None and len(places) > MOST_FULL_RUNS and not shown:
+        reports = _leave_worst(study, prepared, sweep, places, clock)
+    else:
+        reports = [_leave_one(study, prepared, critical, place, clock)[0] for place in places]
+    above, summaries = places[0].folder.parent, [report.summary for report in reports]
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(case_rows(summaries))
+    write_text(above / CASE_MAP, text.getvalue())
+    found = speed_map(summaries)
+    if found is not None:
+        from fea.output.plots.speed_map import plot_speed_map, write_speed_map  # noqa: PLC0415 - only a sweep
+
+        with clock("plot"):
+            table, plot = CYCLE_MAP
+            write_speed_map(above / table, found)
+            plot_speed_map(above / plot, study.name, found)
+    return reports
+
+
+def _critical(
+    prepared: Adapted, sweep: SpeedSweep | None, places: Sequence[Place]
+) -> Mapping[str, float | None] | None:
+    """Return the speeds from which the rod fails or its joint opens, as far as they are known."""
+    if sweep is not None:
+        return sweep.critical
+    return opening_speeds(prepared.rod, [place.rpm for place in places if place.rpm is not None]) or None
+
+
+def _leave_worst(
+    study: Study, prepared: Adapted, sweep: SpeedSweep, places: Sequence[Place], clock: Clock
+) -> list[RunReport]:
+    """Leave full runs at the worst of many speeds, and at the others their figures."""
+    full = {
+        place.rpm: _leave_one(study, prepared, sweep.critical, place, clock)
+        for place in places
+        if place.rpm is not None and place.rpm in sweep.worst
+    }
+    reports = []
+    for place in places:
+        rpm = place.rpm
+        if rpm is None or rpm in full:
+            reports.append(full[rpm or 0.0][0])
+            continue
+        near = min(full, key=lambda other: (other < rpm, abs(other - rpm)))  # inertia grows with speed
+        summary = sweep.summary(rpm, full[near][1], prepared.passes)
+        place.folder.mkdir()
+        found = result_of(outcome_of(study, prepared.rod, summary))
+        written, _ = found.write_into(place.folder, clock, shared_files=_shared(study))
+        reports.append(RunReport(place.folder, written))
+    return reports
+
+
+def _leave_one(
+    study: Study,
+    prepared: Adapted,
+    critical: Mapping[str, float | None] | None,
+    place: Place,
+    clock: Clock,
+) -> tuple[RunReport, SpeedResult]:
+    """Write the run of one speed of several; return what it left, and what was found at that speed."""
+    solved = prepared.at(place.rpm)
+    found = result_of(outcome(study, prepared, solved))
+    if critical is not None:
+        summary = dataclasses.replace(found.summary, critical_speeds_rpm=critical)
+        found = dataclasses.replace(found, summary=summary)
+    return _leave(found, prepared, place, clock, shared_files=_shared(study)), solved
+
+
+def _leave(
+    found: Result,
+    prepared: Adapted,
+    place: Place,
+    clock: Clock,
+    shared_files: tuple[str, ...] | None = None,
+) -> RunReport:
+    """Write one speed's run into its folder, which is made where it is missing."""
+    place.folder.mkdir(exist_ok=True)
+    pages, refused = b"", ""
+    if place.film is not None and place.rpm is not None:
+        pages, refused = filmed(prepared.rod, place.rpm, place.film, clock)
+    written, complaint = found.write_into(place.folder, clock, shared_files=shared_files)
+    return RunReport(place.folder, written, complaint or refused, place.film if pages else None, pages)
+
+
+def _shared(study: Study) -> tuple[str, ...]:
+    """Names of the files beside the folders of several speeds."""
+    return (CASE_MAP, *CYCLE_MAP) if study.analysis.cycle else (CASE_MAP,)

@@ -1,0 +1,1 @@
+"""What every stage shares: closed choices, the limits of checks, materials."""

@@ -1,0 +1,141 @@
+"""The fixed choices of a study and of the command line."""
+
+from enum import StrEnum
+
+from geometry.surfaces import Mirror
+
+# A peak stress counts as mesh-converged within this error bar, unless another tolerance is asked for: it is
+# less than the uncertainty of the assumed pressure distribution or of a material's strength.
+CONVERGED_PERCENT = 5.0
+
+
+# Name of the bore pressure that comes from contact with the pins instead of being prescribed.
+CONTACT = "contact"
+
+
+class Element(StrEnum):
+    """Order of the tetrahedra."""
+
+    P1 = "p1"
+    P2 = "p2"
+
+    @property
+    def order(self) -> int:
+        """1 or 2."""
+        return 1 if self is Element.P1 else 2
+
+
+class Support(StrEnum):
+    """How the rod is held."""
+
+    INERTIA_RELIEF = "inertia-relief"
+    CLAMPED = "clamped"
+
+
+class Symmetry(StrEnum):
+    """Part of the rod that is solved: a given mirror cell, or (auto) the smallest one that the rod has."""
+
+    AUTO = "auto"
+    NONE = Mirror.NONE.value
+    HALF = Mirror.HALF.value
+    QUARTER = Mirror.QUARTER.value
+
+
+class SolverName(StrEnum):
+    """The linear solvers."""
+
+    AUTO = "auto"
+    PARDISO = "pardiso"
+    CHOLMOD = "cholmod"
+    AMG = "amg"
+
+
+class Assembly(StrEnum):
+    """What assembles the stiffness and the nodal forces of inertia: batched kernels or scikit-fem."""
+
+    BATCHED = "batched"
+    SCIKIT_FEM = "scikit-fem"
+
+
+class PinModel(StrEnum):
+    """How a pin in contact gives way: as an elastic body of revolution, or not at all."""
+
+    ELASTIC = "elastic"
+    RIGID = "rigid"
+
+
+class Split(StrEnum):
+    """How a big end is split into rod and cap; an oblique joint is given by its angle."""
+
+    STRAIGHT = "straight"
+
+
+class BoltGrade(StrEnum):
+    """Property classes of bolts (ISO 898-1)."""
+
+    G8_8 = "8.8"
+    G9_8 = "9.8"
+    G10_9 = "10.9"
+    G12_9 = "12.9"
+
+
+class ThreadRolled(StrEnum):
+    """Whether a bolt's thread was rolled before or after its heat treatment."""
+
+    BEFORE = "before-heat-treatment"
+    AFTER = "after-heat-treatment"
+
+
+class Finish(StrEnum):
+    """How a part's surface was made."""
+
+    GROUND = "ground"
+    MACHINED = "machined"
+    HOT_ROLLED = "hot-rolled"
+    AS_FORGED = "as-forged"
+    SHOT_PEENED = "shot-peened"  # a forging
+
+
+class Loading(StrEnum):
+    """How a part is loaded, other than the rotating-bending specimens of its endurance limit."""
+
+    BENDING = "bending"
+    AXIAL = "axial"
+
+
+class Region(StrEnum):
+    """Part of a rod's surface that is made in one way."""
+
+    BORES = "bores"
+    FACES = "faces"  # beside the bores, across the pins
+    REST = "rest"
+
+
+class Fatigue(StrEnum):
+    """The mean-stress corrections for fatigue."""
+
+    GOODMAN = "goodman"
+    GERBER = "gerber"
+    SODERBERG = "soderberg"
+
+
+class PressureUnit(StrEnum):
+    """Units in which a pressure trace may be given."""
+
+    BAR = "bar"
+    KPA = "kPa"
+    MPA = "MPa"
+    PA = "Pa"
+    PSI = "psi"
+
+    @property
+    def bar(self) -> float:
+        """One of it in bar."""
+        return {"bar": 1.0, "kPa": 1e-2, "MPa": 10.0, "Pa": 1e-5, "psi": 0.06894757293168361}[self.value]
+
+
+class PressureReference(StrEnum):
+    """What a pressure is measured against: vacuum, or the pressure in the crankcase."""
+
+    ABSOLUTE = "absolute"
+    GAUGE = "gauge"

@@ -1,0 +1,110 @@
+"""`fea export`."""
+
+import sys
+from pathlib import Path
+
+from rich.console import Console
+
+
+def export(run: Path, file: Path, *, json: bool = False, quiet: bool = False) -> None:
+    """Write a run for another program: a CalculiX deck with its loads, or its mesh with the results.
+
+    Parameters
+    ----------
+    run
+        The folder of a run at one speed, such as results/leon-2001-6000rpm.
+    file
+        The file to write. .inp: a deck for CalculiX and Abaqus with every load case as a step; .vtu, .vtk,
+        .xdmf, .msh, .med: mesh and results; .bdf, .nas: the mesh; .stl, .ply: its surface.
+    json
+        Print what was written as JSON and nothing else.
+    quiet
+        Print nothing.
+    """
+    from fea.apps.export_run import export_run
+
+    made = export_run(run, file)
+    if json:
+        from fea.output.json_file import json_text
+
+        sys.stdout.write(json_text({"files": [str(path) for path in made.files], "notes": list(made.notes)}))
+    elif not quiet:
+        for path in made.files:
+            sys.stdout.write(f"Wrote {path}\n")
+        for note in made.notes:
+            sys.stdout.write(f"Note: {note}.\n")
+
+
+def report(run: Path, *, threads: int | None = None, json: bool = False, quiet: bool = False) -> None:
+    """Write the report of an earlier run: the whole analysis in one file, with the rod in 3-D.
+
+    Parameters
+    ----------
+    run
+        The folder of a run, such as results/leon-2001-6000rpm, or that of a run at several speeds. The
+        report is report.html in the folder of each speed.
+    threads
+        Number of solver threads; default: all processors.
+    json
+        Print what was written as JSON and nothing else.
+    quiet
+        Print nothing.
+    """
+    from fea.machine.threads import limit_threads
+
+    limit_threads(threads)
+
+    from fea.apps.report_run import report_run
+    from fea.machine.clock import stages
+    from fea.output.target import near
+
+    with stages(silent=quiet or json) as listener:
+        reports = report_run(run, listener)
+    if json:
+        from fea.output.json_file import json_text
+
+        sys.stdout.write(json_text({"files": [str(path) for path in reports]}))
+    elif not quiet:
+        for path in reports:
+            sys.stdout.write(f"Wrote {near(path)}\n")
+
+
+def view(file: Path, *, field: str | None = None, out: Path | None = None) -> None:
+    """Draw a result: a load case, the envelope of the crank cycle, or a mode; or open a report.
+
+    Parameters
+    ----------
+    file
+        The .vtu file of a run or of `fea modes`; or a report, report.html, which your browser opens.
+    field
+        Field to draw. Load case: von_mises, principal_1, principal_3, safety_factor or displacement;
+        envelope.vtu: also mean, amplitude, fatigue_safety_factor or crossland_safety_factor; modes: mode_1,
+        mode_2, …. Default: the first of these that the file has.
+    out
+        The .png file to write; default: next to the result.
+    """
+    if file.suffix.lower() == ".html":
+        _open(file, field, out)
+        return
+    from fea.output.pictures.picture import picture_of
+    from fea.output.target import require_target
+
+    require_target("--out", out, (".png",))
+    picture = picture_of(file, out or file.with_suffix(".png"), field)
+    _say(f"Wrote {picture}")
+
+
+def _open(file: Path, field: str | None, out: Path | None) -> None:
+    """Open a report in the browser."""
+    from fea.output.report.page import open_report
+    from geometry.errors import require
+
+    for option, value in (("--field", field), ("--out", out)):
+        rule = "cannot be used with a report, which shows every field"
+        require(value is None, option, None if value is None else str(value), rule, "Leave it out.")
+    open_report(file)
+    _say(f"Opened {file}")
+
+
+def _say(text: str) -> None:
+    Console(soft_wrap=True, highlight=False).print(text, markup=False)

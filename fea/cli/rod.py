@@ -1,0 +1,110 @@
+"""`fea rod`."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from fea.machine.exit_codes import CHECK_FAILED
+from fea.study.study import DEFAULT_STUDY
+
+
+def rod(
+    study: str = DEFAULT_STUDY,
+    *,
+    size: float | None = None,
+    step: Path | None = None,
+    screenshot: bool = False,
+    fit: str | None = None,
+    mass_kg: float | None = None,
+    center_of_gravity_mm: float | None = None,
+    inertia_kg_m2: float | None = None,
+    json: bool = False,
+    quiet: bool = False,
+) -> int:
+    """Show mass properties and sections of the rod; export STEP; fit dimensions to a mass.
+
+    Parameters
+    ----------
+    study
+        A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.
+    size
+        Element size, mm; default: 1/28 of the rod's length, smaller on fillets, bores and webs.
+    step
+        Write the whole solid to this STEP file.
+    screenshot
+        Save a picture of the meshed rod as results/STUDY-rod.png.
+    fit
+        Dimensions to adjust until the rod meets the targets below (or those in [rod]): keys separated by
+        commas, such as shank_width_mm,web_thickness_mm. Prints the study with the fitted rod, and exits with
+        code 5 if a target is missed.
+    mass_kg
+        Target mass for --fit, kg.
+    center_of_gravity_mm
+        Target centre of gravity for --fit, mm from the crank pin.
+    inertia_kg_m2
+        Target moment of inertia for --fit, kg m², about the pin-parallel axis through the centre of gravity.
+    json
+        Print the figures as JSON and nothing else.
+    quiet
+        Print nothing.
+    """
+    from fea.study.flags import Flags
+    from fea.study.study import load_study
+
+    asked = Flags(size=size).applied(load_study(study))
+    if fit is not None:
+        from fea.run.rod_report import fitted
+
+        table, found = fitted(asked, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
+        if json:
+            from fea.output.json_file import json_text
+
+            outcome = {"met": found.met, "residuals": found.residuals, "at_limit": found.at_limit}
+            sys.stdout.write(json_text(outcome | {"rod": vars(found.rod)}))
+        elif not quiet:
+            sys.stdout.write(f"# {found.text()}\n{replace(asked, rod=table).text()}")
+        if not found.met:
+            sys.stderr.write(f"fea: {found.text()}. The printed rod comes closest to the targets\n")
+        return 0 if found.met else CHECK_FAILED
+
+    from fea.run.rod_report import rod_report
+
+    _require_plain(step, mass_kg, center_of_gravity_mm, inertia_kg_m2)
+    figures, mesh = rod_report(asked)
+    written: list[Path] = []
+    if step is not None:
+        from geometry.cad.formats import export_step
+        from geometry.session import session
+
+        with session():
+            export_step(asked.rod.solid(), step)
+        written.append(step)
+    if screenshot:
+        from fea.output.pictures.picture import picture_of_mesh
+
+        written.append(picture_of_mesh(mesh, asked.name, Path("results")))
+    if json:
+        from fea.output.json_file import json_text
+
+        sys.stdout.write(json_text(figures))
+    elif not quiet:
+        from fea.output.terminal.rod import print_rod
+
+        print_rod(figures)
+        for path in written:
+            sys.stdout.write(f"Wrote {path}\n")
+    return 0
+
+
+def _require_plain(
+    step: Path | None, mass_kg: float | None, center_of_gravity_mm: float | None, inertia_kg_m2: float | None
+) -> None:
+    """Refuse targets without --fit, and a STEP file in a directory that does not exist."""
+    from fea.output.target import require_target
+    from geometry.errors import require
+
+    targets = {"mass": mass_kg, "center-of-gravity": center_of_gravity_mm, "inertia": inertia_kg_m2}
+    remedy = "Name the dimensions to adjust with --fit."
+    for name, target in targets.items():
+        require(target is None, f"target {name}", target, "has no effect without --fit", remedy)
+    require_target("--step", step, (".step", ".stp"))

@@ -1,0 +1,94 @@
+"""`fea sweep`."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fea.machine.exit_codes import CHECK_FAILED
+
+if TYPE_CHECKING:
+    from fea.apps.sweep.run_sweep import SweepReport
+
+_MOST_REASONS = 10
+
+
+def sweep(
+    file: Path,
+    *,
+    workers: int | None = None,
+    cluster: str | None = None,
+    out: Path | None = None,
+    retry_failed: bool = False,
+    limit_minutes: float = 60.0,
+    study: int | None = None,
+    json: bool = False,
+    quiet: bool = False,
+) -> int:
+    """Compute many variants of a study: ranges, tolerances, the Pareto front, what matters most.
+
+    Parameters
+    ----------
+    file
+        The sweep: a study, what varies in it, and how the designs are chosen.
+    workers
+        Number of processes on this machine; default: its physical cores.
+    cluster
+        Address of a Dask scheduler (tcp://host:8786), or a scheduler file, in place of this machine.
+    out
+        Directory of the results; default: results/SWEEP. A sweep that was ended goes on where it was.
+    retry_failed
+        Compute failed rods again.
+    limit_minutes
+        Minutes that a rod may take; one that takes longer is ended and listed as failed.
+    study
+        Print the study of this row of the table, which fea run takes, and compute nothing.
+    json
+        Print what was done as JSON and nothing else.
+    quiet
+        Print nothing.
+    """
+    from fea.apps.sweep.sweep_file import load_sweep
+
+    asked = load_sweep(file)
+    if study is not None:
+        from fea.apps.sweep.evaluate import study_text
+
+        sys.stdout.write(study_text(asked, study))
+        return 0
+    from fea.apps.sweep.extra import require_extra
+
+    require_extra()
+    from fea.apps.sweep.run_sweep import run_sweep
+
+    report = run_sweep(
+        asked,
+        Path("results") / asked.name if out is None else out,
+        workers=workers,
+        address=cluster,
+        retry_failed=retry_failed,
+        minutes=limit_minutes,
+        silent=quiet or json,
+    )
+    if json:
+        from fea.output.json_file import json_text
+
+        sys.stdout.write(json_text(report))
+    elif not quiet:
+        _print(report)
+    return CHECK_FAILED if report.failed or report.untrusted else 0
+
+
+def _print(report: "SweepReport") -> None:
+    from fea.output.target import near
+
+    said = f"{report.done} rows done, {report.computed} rods computed now"
+    sys.stdout.write(f"{said}; {report.failed} failed, {report.untrusted} not to be trusted\n")
+    for reason, count in sorted(report.reasons.items(), key=lambda item: -item[1])[:_MOST_REASONS]:
+        sys.stdout.write(f"  {count} ×: {reason}\n")
+    if report.reasons:
+        sys.stdout.write("Failed rods are tried again with --retry-failed.\n")
+    for one in report.statistics.probabilities:
+        bounds = f"{one.low:.3g} and {one.high:.3g}"
+        sys.stdout.write(f"P({one.name} < 1) = {one.estimate:.3g}, 95 % between {bounds}\n")
+    for file in sorted(report.folder.glob("[rs]*")):
+        sys.stdout.write(f"Wrote {near(file)}\n")

@@ -1,0 +1,197 @@
+"""What the commands that compare results with known ones share: JSON rows, tables and reports."""
+
+import sys
+from collections.abc import Callable, Iterable
+from functools import partial
+from pathlib import Path
+from typing import Protocol
+
+from fea.machine.exit_codes import CHECK_FAILED
+from fea.study.study import DEFAULT_STUDY
+
+
+class Row(Protocol):
+    """One result and what it is compared with."""
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the figures by their JSON keys."""
+
+
+def quoted(command: str, report: Path) -> str:
+    """Return a command with its report, as the report quotes it: only the name of an absolute path."""
+    return f"{command} --report {report.name if report.is_absolute() else report.as_posix()}"
+
+
+def show(
+    rows: Iterable[Row],
+    digits: int,
+    table: Callable[[], None],
+    *,
+    report: Path | None,
+    json: bool,
+    quiet: bool,
+) -> None:
+    """Print rows as JSON with so many significant digits, or as a table with the path of the report."""
+    if json:
+        from fea.output.json_file import json_text
+
+        sys.stdout.write(json_text([row.as_dict() for row in rows], digits))
+    elif not quiet:
+        table()
+        if report is not None:
+            sys.stdout.write(f"Wrote {report}\n")
+
+
+_DIGITS = 9
+
+
+def verify(*cases: str, json: bool = False, report: Path | None = None, quiet: bool = False) -> int:
+    """Solve benchmark problems with known answers, with the elements, solver and recovery of a run.
+
+    Parameters
+    ----------
+    cases
+        Cases to solve (le1, le10, le11, lame, goodier, cook, …); default: all of them.
+    json
+        Print every row as JSON and nothing else.
+    report
+        Write a Markdown report to this file (.md), with its plot next to it; it also solves every case on
+        coarser meshes.
+    quiet
+        Print nothing.
+    """
+    from fea.machine.clock import stages
+    from fea.output.target import require_report
+    from fea.verify.terminal import print_verification
+    from fea.verify.verify import verify as compute
+
+    require_report(report)
+    with stages(silent=quiet) as listener:
+        rows = compute(cases, listener)
+        if report is not None:
+            from fea.verify.verification_report import write_report
+
+            write_report(report, rows, quoted(" ".join(["fea verify", *cases]), report), listener)
+    show(rows, _DIGITS, partial(print_verification, rows), report=report, json=json, quiet=quiet)
+    return 0 if all(row.passed for row in rows) else CHECK_FAILED
+
+
+_STABILITY_DIGITS = 9
+
+
+def stability(*cases: str, json: bool = False, report: Path | None = None, quiet: bool = False) -> int:
+    """Solve ill-conditioned and extreme cases with known answers: no wrong result may pass unnoticed.
+
+    Parameters
+    ----------
+    cases
+        Cases to solve (contrast, slender, incompressible, …); default: all of them.
+    json
+        Print every row as JSON and nothing else.
+    report
+        Write a Markdown report to this file (.md), with its plot next to it.
+    quiet
+        Print nothing.
+    """
+    from fea.machine.clock import stages
+    from fea.output.target import require_report
+    from fea.verify.stability.stability import stability as compute
+    from fea.verify.stability.terminal import print_stability
+
+    require_report(report)
+    with stages(silent=quiet) as listener:
+        rows = compute(cases, listener)
+    if report is not None:
+        from fea.verify.stability.report import write_report
+
+        write_report(report, rows, quoted(" ".join(["fea stability", *cases]), report))
+    show(rows, _STABILITY_DIGITS, partial(print_stability, rows), report=report, json=json, quiet=quiet)
+    return 0 if all(row.passed for row in rows) else CHECK_FAILED
+
+
+_CONVERGE_DIGITS = 6
+
+
+def converge(
+    study: str = DEFAULT_STUDY,
+    *,
+    minutes: float = 10.0,
+    json: bool = False,
+    report: Path | None = None,
+    quiet: bool = False,
+) -> int:
+    """Measure error against run time, for a rod and two problems with exact solutions.
+
+    Parameters
+    ----------
+    study
+        A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file; its first load case at its
+        first speed is solved.
+    minutes
+        Time for all compared computations, in minutes; the reference solution, on a very fine mesh of the
+        rod, takes some minutes more.
+    json
+        Print every row as JSON and nothing else.
+    report
+        Write a Markdown report to this file (.md), with its plot next to it.
+    quiet
+        Print nothing.
+    """
+    from fea.machine.clock import stages
+    from fea.output.target import require_report
+    from fea.study.study import load_study
+    from fea.verify.converge.advice import advice
+    from fea.verify.converge.converge import converge as compute
+    from fea.verify.converge.terminal import print_comparison
+    from geometry.errors import require_positive
+
+    require_positive("--minutes", minutes)
+    asked = load_study(study)
+    require_report(report)
+    with stages(silent=quiet or json) as listener:
+        found = compute(asked, minutes, listener)
+    if report is not None:
+        from fea.verify.converge.report import write_report
+
+        write_report(report, found, quoted(f"fea converge {study} --minutes {minutes:g}", report))
+    rod = [row for row in found.rows if row.computation.problem == "rod"]
+    advised = advice(rod, found.references["rod"].uncertainty_percent)
+    table = partial(print_comparison, found.rows, advised)
+    show(found.rows, _CONVERGE_DIGITS, table, report=report, json=json, quiet=quiet)
+    return 0
+
+
+# The studies print up to ten significant digits; every one is compared.
+_REPRODUCE_DIGITS = 12
+
+
+def reproduce(
+    source: str = "all", *, json: bool = False, report: Path | None = None, quiet: bool = False
+) -> int:
+    """Compare published figures with computed ones: every printed cell, and why it differs.
+
+    Parameters
+    ----------
+    source
+        leon-2001, columba-2022, molina-2024 or all.
+    json
+        Print every row as JSON and nothing else.
+    report
+        Write a Markdown report to this file (.md), with its plots next to it.
+    quiet
+        Print nothing.
+    """
+    from fea.output.target import require_report
+    from fea.verify.reproduce.sources import reproduce as compare
+    from fea.verify.reproduce.summary import summarise
+    from fea.verify.reproduce.terminal import print_reproduction
+
+    require_report(report)
+    tables = compare(source)
+    if report is not None:
+        from fea.verify.reproduce.report import write_report
+
+        write_report(report, tables, quoted(f"fea reproduce {source}", report))
+    rows = [row for table in tables for row in table.rows]
+    show(rows, _REPRODUCE_DIGITS, partial(print_reproduction, tables), report=report, json=json, quiet=quiet)
+    return CHECK_FAILED if summarise(tables).unexplained else 0

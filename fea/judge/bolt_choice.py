@@ -1,0 +1,279 @@
+"""The bolts of a study's cap: what it says of them, and what is assumed where it says nothing."""
+
+from dataclasses import dataclass
+
+from fea.base.choices import ThreadRolled
+from fea.base.material import Material
+from fea.judge.assumed import Assumed
+from fea.judge.bolt_compliance import BoltCompliance, ClampedParts, bolt_compliance
+from fea.judge.bolt_shape import BoltSeats, BoltShape, bolt_shape
+from fea.judge.bolt_strength import (
+    UTILISATION,
+    Lever,
+    allowed_preload,
+    embedding_loss,
+    expected_embedding,
+    load_factor,
+    tightening_stress,
+)
+from fea.pins.assembly_state import Bolt
+from fea.study.assembly_table import BOLT, DEFAULT_GRADE, AssemblyTable, bolt_material
+from fea.study.bolts import PROOF_RATIO, BoltStrength, bolt_strength
+from fea.study.material_table import MaterialTable
+from fea.units import KN, N_M, UM
+from geometry.errors import require
+
+_TIGHTENED = ("bolt_preload_kN", "bolt_torque_Nm", "bolt_stretch_mm")
+
+
+def tightening_remarks(bolt: Bolt, table: AssemblyTable, torque: float) -> tuple[str, ...]:
+    """Judge the end of tightening, by a torque in N·mm.
+
+    Raises
+    ------
+    InvalidValue
+        The bolt breaks.
+    """
+    force, turned = bolt.assembly_preload, table.bolt_stretch_mm is None
+    stress = force / bolt.least_area
+    if turned:
+        stress = tightening_stress(force, bolt.thread, bolt.least_diameter, bolt.thread_friction)
+    _require_whole(bolt, table, stress)
+    how = f"by {torque / N_M:.3g} N·m" if turned else "by stretching"
+    torsion = ", with the torsion of tightening" if turned else ""
+    said = (
+        f"bolts: {bolt.thread.name}, tightened to {force / KN:.3g} kN {how}: "
+        f"{force / bolt.proof_load:.0%} of the proof load, "
+        f"{stress / bolt.yield_strength:.0%} of the yield strength{torsion}"
+    )
+    if stress > bolt.yield_strength:
+        return said, "bolts: tightening yields them, so that only a measured preload can be relied on"
+    if force > bolt.proof_load:
+        return said, "bolts: the preload exceeds the proof load, so that they may not keep their length"
+    return (said,)
+
+
+def _require_whole(bolt: Bolt, table: AssemblyTable, stress: float) -> None:
+    key = next((key for key in _TIGHTENED if getattr(table, key) is not None), _TIGHTENED[0])
+    rule = (
+        f"breaks the bolt: {bolt.assembly_preload / KN:.4g} kN make {stress:.0f} MPa in {bolt.thread.name}, "
+        f"whose ultimate strength is {bolt.ultimate_strength:g} MPa"
+    )
+    remedy = "Reduce it, or choose a thicker or stronger bolt."
+    require(stress < bolt.ultimate_strength, f"assembly.{key}", getattr(table, key), rule, remedy)
+
+
+def seat_remarks(bolt: Bolt, clamped: Material) -> tuple[str, ...]:
+    """Warn of seats that creep under the preload (VDI 2230-1, step R10).
+
+    The limiting pressures of table A9 are 0.75 to 1.5 times the ultimate strength; here it stands for them.
+    """
+    pressure = bolt.assembly_preload / bolt.least_seat_area
+    limit = clamped.ultimate_strength or clamped.yield_strength
+    if pressure <= limit:
+        return ()
+    said = (
+        f"bolts: {pressure:.0f} MPa under head or nut, and the strength of the rod is {limit:g} MPa: "
+        "the seat may creep and the preload fall (assembly.bolt_head_mm, assembly.bolt_nut_mm)"
+    )
+    return (said,)
+
+
+def scatter_remarks(bolt: Bolt, factor: float | None) -> tuple[str, ...]:
+    """Say how small the preload may be, F_Mmax/α_A (VDI 2230-1, step R6), where α_A is given."""
+    if factor is None or factor == 1:
+        return ()
+    least = bolt.assembly_preload / factor
+    said = (
+        f"bolts: tightening with a factor of {factor:g} may leave only {least / KN:.3g} kN; "
+        f"the figures are those of {bolt.assembly_preload / KN:.3g} kN"
+    )
+    return (said,)
+
+
+def embedding_remark(given: float | None, loss: float, expected: float) -> str:
+    """Say what embedding takes of the preload: by a given amount, µm, or about; losses in N."""
+    if given is not None:
+        return f"bolts: embedding takes {loss / KN:.2g} kN of the preload"
+    return (
+        f"bolts: embedding is not deducted; by table 5 of VDI 2230 it takes about {expected / KN:.2g} kN "
+        "(assembly.bolt_embedding_um)"
+    )
+
+
+# Of thread and head, of oiled steel: within friction class B of VDI 2230, table A5 (0.08 to 0.16).
+FRICTION = 0.12
+
+
+@dataclass(frozen=True)
+class ChosenBolt:
+    """A bolt, and what a reader must know of it.
+
+    Attributes
+    ----------
+    bolt
+        The bolt.
+    compliance
+        Its parts.
+    parts_compliance
+        δ_P of the clamped parts by VDI 2230's deformation cone, mm/N, for comparison.
+    torque
+        That gives its preload, N·mm.
+    assumed
+        What the study does not say, in words.
+    said
+        Of its tightening.
+    """
+
+    bolt: Bolt
+    compliance: BoltCompliance
+    parts_compliance: float
+    torque: float
+    assumed: tuple[str, ...]
+    said: tuple[str, ...]
+
+    @property
+    def load_factor(self) -> float:
+        """Φ_K by VDI 2230, of a central load at the seats, for comparison."""
+        return load_factor(self.compliance.total, self.parts_compliance)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a reader must know."""
+        assumed = [f"bolts: assumed are {', '.join(self.assumed)}"] if self.assumed else []
+        return (*assumed, *self.said)
+
+
+def choose_bolt(
+    table: AssemblyTable, seats: BoltSeats, own: MaterialTable | None, clamped: Material
+) -> ChosenBolt:
+    """Complete what a study says of its bolts.
+
+    Parameters
+    ----------
+    table
+        [assembly].
+    seats
+        The room that the rod has.
+    own
+        [material.bolt], if it is given.
+    clamped
+        Material of the rod.
+
+    Raises
+    ------
+    InvalidValue
+        The bolt does not fit the rod, or tightening breaks it.
+    """
+    assumed = Assumed()
+    shape = bolt_shape(table, seats, assumed)
+    strength = _strength(table, own, shape, assumed)
+    compliance, parts = _compliances(table, shape, seats, own, clamped.youngs_modulus)
+    friction = _friction(table, assumed)
+    lever = Lever(shape.thread, (shape.head + seats.hole) / 2, *friction)
+    limit = allowed_preload(shape.thread, shape.least_diameter, friction[0], strength.yield_strength)
+    preload = _preload(table, lever, compliance, limit, assumed)
+    loss = embedding_loss((table.bolt_embedding_um or 0.0) * UM, compliance.total, parts)
+    rule = f"takes {loss / KN:.3g} kN, all of the preload of {preload / KN:.3g} kN"
+    remedy = "Check the unit, or tighten the bolts more."
+    require(loss < preload, "assembly.bolt_embedding_um", table.bolt_embedding_um, rule, remedy)
+    bolt = Bolt(
+        thread=shape.thread,
+        preload=preload - loss,
+        assembly_preload=preload,
+        stiffness=1 / compliance.total,
+        head_diameter=shape.head,
+        nut_diameter=shape.nut,
+        engaged=shape.grip.engaged,
+        grip=shape.grip.length,
+        hole=seats.hole,
+        shank_diameter=shape.shank,
+        proof=strength.proof,
+        yield_strength=strength.yield_strength,
+        ultimate_strength=strength.ultimate,
+        thread_friction=friction[0],
+        head_friction=friction[1],
+        rolled=_rolled(table, assumed),
+    )
+    torque = lever.torque(preload)
+    expected = embedding_loss(expected_embedding(), compliance.total, parts)
+    said = (
+        *tightening_remarks(bolt, table, torque),
+        *seat_remarks(bolt, clamped),
+        *scatter_remarks(bolt, table.bolt_tightening_factor),
+        embedding_remark(table.bolt_embedding_um, loss, expected),
+    )
+    return ChosenBolt(bolt, compliance, parts, torque, tuple(assumed), said)
+
+
+def _strength(
+    table: AssemblyTable, own: MaterialTable | None, shape: BoltShape, assumed: Assumed
+) -> BoltStrength:
+    """Strengths of [material.bolt] where it has them, else those of the property class."""
+    given = None if own is None else own.resolved()
+    if given is None or given.yield_MPa is None:
+        if table.grade is None:
+            assumed.append(f"property class {DEFAULT_GRADE.value} (assembly.bolt_grade)")
+        return bolt_strength(table.grade or DEFAULT_GRADE, shape.thread.diameter)
+    key, rule = "material.bolt.ultimate_MPa", "must be given, at least as large as the yield strength"
+    ultimate = given.ultimate_MPa or 0.0
+    require(ultimate >= given.yield_MPa, key, given.ultimate_MPa, rule, "The bolt's limits follow from it.")
+    return BoltStrength(PROOF_RATIO * given.yield_MPa, given.yield_MPa, ultimate)
+
+
+def _compliances(
+    table: AssemblyTable, shape: BoltShape, seats: BoltSeats, own: MaterialTable | None, rod_modulus: float
+) -> tuple[BoltCompliance, float]:
+    """Compliance of the bolt, and of the parts by the guideline."""
+    material = bolt_material({} if own is None else {BOLT: own}, table.grade)
+    modulus, grip = material.material().youngs_modulus, shape.grip
+    bolt = bolt_compliance(
+        shape.thread,
+        grip=grip.length,
+        free_thread=shape.free_thread,
+        shank_area=shape.shank_area,
+        modulus=modulus,
+        counter_modulus=modulus if grip.nut else rod_modulus,
+        nut=grip.nut,
+    )
+    parts = ClampedParts(grip.length, shape.head, seats.hole, seats.outer, rod_modulus, grip.nut)
+    return bolt, parts.compliance
+
+
+def _friction(table: AssemblyTable, assumed: Assumed) -> tuple[float, float]:
+    """μ_G and μ_K."""
+    thread = assumed.or_else(
+        table.thread_friction, FRICTION, "friction {:g} in the thread (assembly.thread_friction)"
+    )
+    head = assumed.or_else(
+        table.head_friction, FRICTION, "friction {:g} under the head (assembly.head_friction)"
+    )
+    return thread, head
+
+
+def _preload(
+    table: AssemblyTable,
+    lever: Lever,
+    compliance: BoltCompliance,
+    limit: float,
+    assumed: Assumed,
+) -> float:
+    """Force after tightening, N."""
+    if table.bolt_torque_Nm is not None:
+        return lever.preload(table.bolt_torque_Nm * N_M)
+    if table.bolt_stretch_mm is not None:
+        return table.bolt_stretch_mm / compliance.between_ends
+    if table.bolt_preload_kN is not None:
+        return table.bolt_preload_kN * KN
+    assumed.append(
+        f"preload {limit / KN:.3g} kN, {UTILISATION:.0%} of the yield strength in tightening as in VDI 2230 "
+        "(assembly.bolt_preload_kN, bolt_torque_Nm or bolt_stretch_mm)"
+    )
+    return limit
+
+
+def _rolled(table: AssemblyTable, assumed: Assumed) -> ThreadRolled:
+    if table.bolt_thread_rolled is not None:
+        return table.bolt_thread_rolled
+    assumed.append("thread rolled before heat treatment (assembly.bolt_thread_rolled)")
+    return ThreadRolled.BEFORE

@@ -1,0 +1,146 @@
+"""What the forces of a cycle mean for a bolt (VDI 2230-1:2015, steps R7 to R10 and R12).
+
+The bolt of the model carries a force along its axis only: bending of its shank, which the guideline adds for
+eccentric joints, is not contained.
+"""
+
+from dataclasses import dataclass
+
+from fea.judge.bolt_strength import alternating_stress, endurance, tightening_stress, working_stress
+from fea.pins.assembly_state import Bolt
+from geometry.arrays import Floats
+
+
+@dataclass(frozen=True)
+class BoltResult:
+    """A bolt over load cases or a cycle.
+
+    Attributes
+    ----------
+    largest_force, least_force
+        N, and their places in the sequence.
+    amplitude
+        σ_a in the thread, MPa.
+    endurance
+        σ_AS, MPa, at the mean force.
+    tightening_use
+        Von Mises stress at the end of tightening over the yield strength.
+    working_safety
+        S_F: yield strength over the von Mises stress at the largest force.
+    proof_use
+        Largest force over the proof load.
+    seat_pressure
+        Largest pressure under head or nut, MPa.
+    """
+
+    largest_force: float
+    least_force: float
+    largest_at: int
+    least_at: int
+    amplitude: float
+    endurance: float
+    tightening_use: float
+    working_safety: float
+    proof_use: float
+    seat_pressure: float
+
+    @property
+    def fatigue_safety(self) -> float:
+        """S_D = σ_AS/σ_a; infinite for a force that does not change."""
+        return self.endurance / self.amplitude if self.amplitude > 0 else float("inf")
+
+    @property
+    def force_amplitude(self) -> float:
+        """Half of the force's range, N."""
+        return (self.largest_force - self.least_force) / 2
+
+    @classmethod
+    def of(cls, bolt: Bolt, forces: Floats, *, turned: bool = True) -> "BoltResult":
+        """Judge a bolt.
+
+        Parameters
+        ----------
+        bolt
+            The bolt.
+        forces
+            (k,) its force at k instants, N.
+        turned
+            Whether it was tightened by turning, or stretched.
+        """
+        top, low = int(forces.argmax()), int(forces.argmin())
+        largest, least = float(forces[top]), float(forces[low])
+        stress = bolt.assembly_preload / bolt.least_area
+        if turned:
+            stress = tightening_stress(
+                bolt.assembly_preload, bolt.thread, bolt.least_diameter, bolt.thread_friction
+            )
+        most = max(largest, bolt.assembly_preload)
+        return cls(
+            largest_force=largest,
+            least_force=least,
+            largest_at=top,
+            least_at=low,
+            amplitude=alternating_stress(bolt.thread.stress_area, largest, least),
+            endurance=endurance(bolt, (largest + least) / 2),
+            tightening_use=stress / bolt.yield_strength,
+            working_safety=bolt.yield_strength / working_stress(bolt, largest, torsion=turned),
+            proof_use=largest / bolt.proof_load,
+            seat_pressure=most / bolt.least_seat_area,
+        )
+
+
+@dataclass(frozen=True)
+class JointResult:
+    """The cap's joint over load cases or a cycle.
+
+    Attributes
+    ----------
+    least_clamp
+        Least force between cap and rod, N, and its place in the sequence; of the least preload where the
+        tightening factor α_A is given.
+    slip_reserve
+        S_G, the least over the sequence: friction times clamp over shear.
+    load_factor
+        Φ: change of the bolts' force over the load, from where the joint is clamped least; None where the
+        joint opens or no load acts.
+    """
+
+    least_clamp: float
+    least_at: int
+    slip_reserve: float
+    load_factor: float | None
+
+    @classmethod
+    def of(
+        cls,
+        bolts: Floats,
+        clamp: Floats,
+        shear: Floats,
+        *,
+        assembled: tuple[float, float],
+        friction: float,
+        tightening_factor: float = 1.0,
+    ) -> "JointResult":
+        """Judge a joint.
+
+        Parameters
+        ----------
+        bolts, clamp, shear
+            (k,) sum of the bolts' forces, and normal (pressing positive) and shear force between cap and rod
+            at k instants, N.
+        assembled
+            Bolts' force and clamp as assembled, N.
+        friction
+            μ between cap and rod.
+        tightening_factor
+            α_A = F_Mmax/F_Mmin: the clamp falls by what the least preload lacks of the largest (R12/1).
+        """
+        lack = assembled[0] * (1 - 1 / tightening_factor)
+        held = (clamp - lack).clip(min=0.0)
+        at = int(held.argmin())
+        needed = abs(shear)
+        loaded = needed > 0
+        reserve = float((friction * held[loaded] / needed[loaded]).min()) if loaded.any() else float("inf")
+        gained, lost = float(bolts[at]) - assembled[0], assembled[1] - float(clamp[at])
+        closed = clamp[at] > 0 and gained + lost > 0
+        return cls(float(held[at]), at, reserve, gained / (gained + lost) if closed else None)

@@ -1,0 +1,182 @@
+"""Strength of bolts in service (VDI 2230-1:2015, steps R8 and R9).
+
+Forces in N, lengths in mm, stresses in MPa.
+"""
+
+import math
+from dataclasses import dataclass
+
+from fea.base.choices import ThreadRolled
+from fea.pins.assembly_state import Bolt
+from fea.study.bolts import Thread
+
+# ν of VDI 2230, tables A1 to A4: share of R_p0.2 that tightening uses.
+UTILISATION = 0.9
+# Rounded in the guideline from 1/(2π) and 1/(2 cos 30°), and from 2/√3.
+_PITCH_SHARE, _FLANK_SHARE, _FLANK = 0.16, 0.58, 1.155
+
+
+@dataclass(frozen=True)
+class Lever:
+    """What turns torque into preload (R13/1, after Kellermann & Klein 1955).
+
+    Attributes
+    ----------
+    thread
+        Of the bolt.
+    friction_diameter
+        D_Km: mean diameter of the friction under the head, mm.
+    thread_friction, head_friction
+        μ_G and μ_K.
+    """
+
+    thread: Thread
+    friction_diameter: float
+    thread_friction: float
+    head_friction: float
+
+    @property
+    def length(self) -> float:
+        """M_A/F_M = 0.16 P + 0.58 d₂ μ_G + D_Km/2 μ_K, mm."""
+        pitch, flank = self.thread.pitch, self.thread.pitch_diameter * self.thread_friction
+        return _PITCH_SHARE * pitch + _FLANK_SHARE * flank + self.friction_diameter / 2 * self.head_friction
+
+    def torque(self, preload: float) -> float:
+        """M_A of a preload F_M."""
+        return preload * self.length
+
+    def preload(self, torque: float) -> float:
+        """F_M of a tightening torque M_A."""
+        return torque / self.length
+
+
+def thread_torque(preload: float, thread: Thread, thread_friction: float) -> float:
+    """M_G = F_M d₂/2 [P/(π d₂) + 1.155 μ_G]: the part of the torque that twists the bolt (step R8)."""
+    return preload * thread.pitch_diameter / 2 * _slope(thread, thread_friction)
+
+
+def _slope(thread: Thread, thread_friction: float) -> float:
+    return thread.pitch / (math.pi * thread.pitch_diameter) + _FLANK * thread_friction
+
+
+def twist_ratio(thread: Thread, diameter: float, thread_friction: float) -> float:
+    """τ_M/σ_M = 3/2 d₂/d₀ [P/(π d₂) + 1.155 μ_G] while a bolt is tightened (step R7).
+
+    Shear yields over the whole section of least diameter d₀, whose modulus is W_P = π d₀³/12.
+    """
+    return 1.5 * thread.pitch_diameter / diameter * _slope(thread, thread_friction)
+
+
+def tightening_stress(preload: float, thread: Thread, diameter: float, thread_friction: float) -> float:
+    """σ_red,M = σ_M √[1 + 3 (τ_M/σ_M)²]: von Mises stress at the end of tightening (step R7)."""
+    tension = preload / (math.pi / 4 * diameter**2)
+    return tension * math.hypot(1.0, math.sqrt(3) * twist_ratio(thread, diameter, thread_friction))
+
+
+def allowed_preload(
+    thread: Thread,
+    diameter: float,
+    thread_friction: float,
+    yield_strength: float,
+    utilisation: float = UTILISATION,
+) -> float:
+    """F_Mzul: the preload at which tightening uses a share of the yield strength (R7; tables A1 to A4)."""
+    return utilisation * yield_strength / tightening_stress(1.0, thread, diameter, thread_friction)
+
+
+# k_τ: share of the torsion of tightening that remains in service.
+_TORSION_LEFT = 0.5
+# F_Sm/F_0.2 below which the endurance of threads rolled after heat treatment rises no further (step R9).
+_LEAST_MEAN = 0.3
+
+
+def working_stress(bolt: Bolt, largest_force: float, *, torsion: bool = True) -> float:
+    """σ_red,B = √[σ_z² + 3 (k_τ τ)²] at the largest force (step R8).
+
+    Parameters
+    ----------
+    bolt
+        The bolt.
+    largest_force
+        F_Smax, N.
+    torsion
+        Whether the bolt was tightened by turning; a bolt that was stretched has none.
+    """
+    tension = largest_force / bolt.least_area
+    if not torsion:
+        return tension
+    twisting = thread_torque(bolt.assembly_preload, bolt.thread, bolt.thread_friction)
+    shear = twisting / (math.pi / 16 * bolt.least_diameter**3)
+    return math.hypot(tension, math.sqrt(3) * _TORSION_LEFT * shear)
+
+
+def alternating_stress(area: float, largest: float, least: float) -> float:
+    """σ_a = (F_SAo − F_SAu)/(2 A): A is the thread's stress area A_S (R9/1)."""
+    return (largest - least) / (2 * area)
+
+
+def endurance_before(diameter: float) -> float:
+    """σ_ASV = 0.85 (150/d + 45): endurance of threads rolled before heat treatment (step R9), d in mm.
+
+    For 2·10⁶ cycles and more, a mean force of 0.3 to 1 times the force at yield, classes 8.8 to 12.9.
+    """
+    return 0.85 * (150 / diameter + 45)
+
+
+def endurance_after(diameter: float, mean_force: float, yield_force: float) -> float:
+    """σ_ASG = (2 − F_Sm/F_0.2) σ_ASV: endurance of threads rolled after heat treatment (step R9).
+
+    F_Sm is the mean force of the cycle, preload included; below 0.3 F_0.2 nothing more is gained, and
+    beyond F_0.2 nothing is left of what rolling gave.
+    """
+    ratio = min(max(mean_force / yield_force, _LEAST_MEAN), 1.0)
+    return (2 - ratio) * endurance_before(diameter)
+
+
+def endurance(bolt: Bolt, mean_force: float) -> float:
+    """σ_AS of a bolt's thread at the mean force of the cycle."""
+    diameter = bolt.thread.diameter
+    if bolt.rolled is ThreadRolled.BEFORE:
+        return endurance_before(diameter)
+    return endurance_after(diameter, mean_force, bolt.yield_strength * bolt.thread.stress_area)
+
+
+def load_factor(bolt: float, parts: float, introduction: float = 1.0) -> float:
+    """Φ_n = n δ_P/(δ_S + δ_P): share of an axial load that the bolt carries (R3)."""
+    return introduction * parts / (bolt + parts)
+
+
+def bolt_force(preload: float, factor: float, load: float) -> float:
+    """F_S = F_V + Φ F_A while the joint is closed, and F_A after it opened."""
+    return load if load > opening_load(preload, factor) else preload + factor * load
+
+
+def clamp_force(preload: float, factor: float, load: float) -> float:
+    """F_K = F_V − (1 − Φ) F_A: force between the parts; 0 after the joint opened."""
+    return max(preload - (1 - factor) * load, 0.0)
+
+
+def opening_load(preload: float, factor: float) -> float:
+    """F_A at which the joint of a central load opens: F_V/(1 − Φ)."""
+    return preload / (1 - factor)
+
+
+def embedding_loss(embedding: float, bolt: float, parts: float) -> float:
+    """F_Z = f_Z/(δ_S + δ_P): preload that embedding by f_Z takes (R4/1)."""
+    return embedding / (bolt + parts)
+
+
+def thermal_slack(grip: float, bolt_expansion: float, parts_expansion: float, warming: float) -> float:
+    """l_K (α_S − α_P) ΔT: by how much more a bolt expands than the parts; over δ_S + δ_P, ΔF_Vth (R4/2)."""
+    return grip * (bolt_expansion - parts_expansion) * warming
+
+
+# f_Z, µm, of thread, each seat of head or nut, each inner joint, by the roughness R_z up to µm (VDI 2230-1,
+# table 5, for axial load; the shares under transverse load are larger).
+_EMBEDDING = {10.0: (3.0, 2.5, 1.5), 40.0: (3.0, 3.0, 2.0), 160.0: (3.0, 4.0, 3.0)}
+
+
+def expected_embedding(roughness: float = 40.0, *, seats: int = 2, joints: int = 1) -> float:
+    """f_Z of table 5, mm, of parts with a roughness R_z of at most 160 µm, in steel."""
+    thread, seat, joint = next(amounts for most, amounts in _EMBEDDING.items() if roughness <= most)
+    return (thread + seats * seat + joints * joint) * 1e-3

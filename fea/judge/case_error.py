@@ -1,0 +1,132 @@
+"""Estimated errors of the load cases on the whole rod."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fea.base.material import Material
+from fea.rod.meshed_rod import MeshedRod
+from fea.solid.parity import Parity
+from fea.stress.error_estimate import ErrorEstimate, ErrorEstimator
+from fea.stress.singular import mask_radius, near_rims, nodes_near, rim_masks, singular_nodes
+from geometry.arrays import Floats, Mask
+from geometry.surfaces import Surface
+
+
+@dataclass(frozen=True)
+class CaseError:
+    """Estimated errors of the fields of one load case.
+
+    Attributes
+    ----------
+    part_von_mises
+        Per part (n_nodes,) error of the von Mises stress, MPa; NaN at nodes outside the part.
+    element_percent
+        (n_elements,) energy norm of the error in each element over that of the solution in the whole rod, in
+        percent: the root of the sum of squares is the error of the whole.
+    masked
+        (n_nodes,) near stress singularities, where the exact stress is infinite.
+    sharp
+        (n_nodes,) those of them that are near an edge, which on a finer mesh may turn out to be rounded.
+    """
+
+    part_von_mises: tuple[Floats, ...]
+    element_percent: Floats
+    masked: Mask
+    sharp: Mask
+
+    @property
+    def energy_percent(self) -> float:
+        """Error of the whole rod in the energy norm, percent (Zienkiewicz & Zhu 1987, eq. 17)."""
+        return float(np.sqrt((self.element_percent**2).sum()))
+
+
+class CaseErrors:
+    """Estimates errors on the cell, for each side of y = 0, and maps them to the whole rod.
+
+    Parameters
+    ----------
+    mesh
+        The meshed rod.
+    materials
+        One per part.
+    held
+        Surfaces whose displacement is prescribed.
+
+    Attributes
+    ----------
+    masked
+        Nodes of the cell near stress singularities, where the exact stress is infinite.
+    rims
+        Of parts that touch, near which the nodes are among them.
+    """
+
+    def __init__(self, mesh: MeshedRod, materials: Sequence[Material], held: tuple[Surface, ...]) -> None:
+        self._mesh = mesh
+        self._estimator = ErrorEstimator(mesh.cell, materials)
+        whole = mesh.mirrored
+        creases = mesh.cell_creases
+        radius = mask_radius(mesh.cell)
+        sharp = nodes_near(mesh.cell, singular_nodes(mesh.cell, (), creases), radius)
+        of_held = nodes_near(mesh.cell, singular_nodes(mesh.cell, held, creases), radius) if held else sharp
+        self.rims = rim_masks(mesh.cell, radius)
+        self.masked = of_held | near_rims(mesh.cell, self.rims)
+        self._masked, self._sharp = self.masked[whole.source], sharp[whole.source]
+        beyond = whole.sign[:, 1] < 0
+        self._node_side = beyond.astype(int)
+        self._element_side = beyond[whole.mesh.tets].any(axis=1).astype(int)
+
+    def __call__(
+        self,
+        displacement: Mapping[Parity, Floats],
+        stresses: Mapping[Parity, Sequence[Floats]],
+        pressure: Mapping[Parity, Mapping[int, Floats]],
+    ) -> list[CaseError]:
+        """Estimate the error of each case.
+
+        Parameters
+        ----------
+        displacement
+            Per parity (n_nodes, 3, n_cases), mm, on the cell.
+        stresses
+            Per parity and part (n_nodes, 6, n_cases), MPa, recovered on the cell.
+        pressure
+            Per parity, by the number of each part that has a pressure, (n_nodes, n_cases), MPa.
+        """
+        even, odd = Parity.SYMMETRIC, Parity.ANTISYMMETRIC
+        soft = pressure.get(even, {})
+        if odd not in displacement:
+            return self._on_whole([self._estimator(displacement[even], stresses[even], soft)])
+        return self._on_whole(
+            [
+                self._estimator(
+                    displacement[even] + sign * displacement[odd],
+                    [s + sign * a for s, a in zip(stresses[even], stresses[odd], strict=True)],
+                    {number: p + sign * pressure[odd][number] for number, p in soft.items()},
+                )
+                for sign in (1, -1)  # the side y > 0, then the side y < 0 reflected
+            ]
+        )
+
+    def _on_whole(self, sides: Sequence[ErrorEstimate]) -> list[CaseError]:
+        whole = self._mesh.mirrored
+        side = self._element_side if len(sides) > 1 else np.zeros_like(self._element_side)
+        energy = np.stack([found.energy for found in sides])[side, whole.element_source]
+        solution = np.stack([found.solution for found in sides])[side, whole.element_source]
+        total = (energy + solution).sum(axis=0)
+        share = 100 * np.sqrt(np.divide(energy, total, out=np.zeros_like(energy), where=total > 0))
+        parts = [self._nodal([found.stress[part] for found in sides]) for part in range(len(sides[0].stress))]
+        return [
+            CaseError(tuple(part[:, case] for part in parts), share[:, case], self._masked, self._sharp)
+            for case in range(share.shape[1])
+        ]
+
+    def _nodal(self, sides: Sequence[Floats]) -> Floats:
+        """Map nodal errors of both sides to the whole rod; on y = 0 the larger counts."""
+        values = np.stack(sides)
+        if len(values) == 1:
+            return np.asarray(values[0][self._mesh.mirrored.source])
+        on_plane = np.unique(self._mesh.cell.facets[Surface.SYMMETRY_Y])
+        values[:, on_plane] = values[:, on_plane].max(axis=0)
+        return np.asarray(values[self._node_side, self._mesh.mirrored.source])

@@ -1,0 +1,246 @@
+"""The result of a load case: fields on the whole rod and their extremes."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.base.material import Material
+from fea.judge.case_error import CaseError
+from fea.judge.sharp_places import SharpPlace, SharpPlaces, mattering
+from fea.judge.verdict import CAP, Peak, Verdict, element_largest, peak, safety_factor
+from fea.pins.assembly_state import AssemblyState
+from fea.pins.touch import Touch
+from fea.stress.stress import principal, von_mises
+from geometry.arrays import Floats, Mask
+from geometry.surfaces import Surface
+from loads.cases import LoadCase
+from mesh.tetmesh import TetMesh
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseResult:
+    """Fields of one load case on the whole rod.
+
+    Attributes
+    ----------
+    load
+        What acts.
+    mesh
+        Of the whole rod.
+    displacement
+        (n_nodes, 3), mm, relative to the bores.
+    stress
+        (n_nodes, 6), MPa, components XX YY ZZ XY YZ XZ.
+    von_mises
+        (n_nodes,), MPa.
+    principal
+        (n_nodes, 3), MPa, largest first.
+    safety_factor
+        (n_nodes,) against yielding.
+    part_von_mises
+        Per part (n_nodes,), MPa, NaN at nodes outside the part. At an interface the fields above are those
+        of the part that is closer to yielding.
+    error
+        Estimated errors of the fields.
+    von_mises_error
+        (n_nodes,) estimated error of `von_mises`, MPa.
+    contact_pressure
+        (n_nodes,) of the pins in contact and between separate parts, MPa, 0 elsewhere; None where the pins'
+        pressure is prescribed.
+    gap
+        (n_nodes,) between separate parts, mm, 0 elsewhere; None for a rod of one piece.
+    assembly
+        Bolts and interfaces of a rod of separate parts.
+    made
+        (n_nodes, 3) displacement at which the bores of such a rod were made round, mm.
+    touch
+        Where the pins touch the bores; empty where their pressure is prescribed.
+    sharp
+        What can be said of the rod's sharp re-entrant edges, the worst first; empty where it has none.
+    """
+
+    load: LoadCase
+    mesh: TetMesh
+    displacement: Floats
+    stress: Floats
+    von_mises: Floats
+    principal: Floats
+    safety_factor: Floats
+    part_von_mises: tuple[Floats, ...]
+    error: CaseError
+    von_mises_error: Floats
+    contact_pressure: Floats | None = None
+    gap: Floats | None = None
+    assembly: AssemblyState | None = None
+    made: Floats | None = None
+    touch: Mapping[Surface, Touch] = field(default_factory=dict)
+    sharp: tuple[SharpPlace, ...] = ()
+
+    @property
+    def finite(self) -> bool:
+        """Whether every value is finite."""
+        return bool(np.isfinite(self.stress).all() and np.isfinite(self.displacement).all())
+
+    @property
+    def max_von_mises(self) -> float:
+        """Largest von Mises stress away from singular places, MPa."""
+        return self.peak.value
+
+    @property
+    def at(self) -> Floats:
+        """Place (3,) of the largest von Mises stress, mm."""
+        return np.asarray(self.mesh.points[self.peak.node])
+
+    @property
+    def min_safety_factor(self) -> float:
+        """Smallest safety factor against yielding, away from singular places."""
+        return 1 / self.worst.value
+
+    @property
+    def sharp_mattering(self) -> tuple[SharpPlace, ...]:
+        """The sharp edges that matter beside the rest of the rod, the worst first."""
+        if not self.sharp:
+            return ()
+        diverging = self.verdict() is Verdict.DIVERGING
+        return mattering(self.sharp, self.min_safety_factor, diverging=diverging)
+
+    @property
+    def sharp_governing(self) -> tuple[SharpPlace, ...]:
+        """Those of them whose structural stress matters: elements beside them should be small."""
+        return mattering(self.sharp, self.min_safety_factor, diverging=False) if self.sharp else ()
+
+    @property
+    def max_principal(self) -> float:
+        """Largest principal stress away from singular places, MPa."""
+        return float(self.principal[self.counts, 0].max())
+
+    @property
+    def min_principal(self) -> float:
+        """Least principal stress away from singular places, MPa."""
+        return float(self.principal[self.counts, 2].min())
+
+    @property
+    def max_displacement(self) -> float:
+        """The largest displacement, mm."""
+        return float(np.linalg.norm(self.displacement, axis=1).max())
+
+    @property
+    def distortion(self) -> Floats:
+        """Displacement (n_nodes, 3) since the bores were made, mm."""
+        return self.displacement if self.made is None else self.displacement - self.made
+
+    @property
+    def counts(self) -> Mask:
+        """Nodes (n_nodes,) that count for the figures: those away from singular places, if there are any."""
+        masked = self.error.masked
+        return ~masked if not masked.all() else masked
+
+    def point_data(self) -> dict[str, npt.NDArray[np.float64]]:
+        """Arrays at the nodes, by their names in the VTU file."""
+        found = {
+            "displacement": self.displacement,
+            "stress": self.stress,
+            "von_mises": self.von_mises,
+            "principal_1": self.principal[:, 0],
+            "principal_2": self.principal[:, 1],
+            "principal_3": self.principal[:, 2],
+            "safety_factor": self.safety_factor,
+        }
+        contact = {"contact_pressure": self.contact_pressure, "gap": self.gap}
+        return found | {name: values for name, values in contact.items() if values is not None}
+
+    def cell_data(self, materials: Sequence[Material]) -> dict[str, npt.NDArray[Any]]:
+        """Arrays of the elements, by their names in the VTU file: the worst nodal value of each element."""
+        mesh = self.mesh
+        largest, factor = np.empty((2, len(mesh.tets)))
+        for number, (equivalent, material) in enumerate(zip(self.part_von_mises, materials, strict=True)):
+            own = slice(None) if mesh.part is None else mesh.part == number
+            largest[own] = element_largest(equivalent, mesh.tets[own])
+            factor[own] = safety_factor(largest[own], material.yield_strength)
+        found = {"von_mises": largest, "safety_factor": factor, "error_percent": self.error.element_percent}
+        return found if mesh.part is None else found | {"part": mesh.part.astype(np.uint8)}
+
+    @property
+    def judged(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+        """Von Mises stress, and utilisation (one over the safety factor), each (n_nodes,) with its error."""
+        utilisation = 1 / self.safety_factor
+        free = self.safety_factor < CAP  # a capped factor does not depend on the stress
+        ratio = np.divide(utilisation, self.von_mises, out=np.zeros_like(utilisation), where=free)
+        return (self.von_mises, self.von_mises_error), (utilisation, self.von_mises_error * ratio)
+
+    @cached_property
+    def peak(self) -> Peak:
+        """The largest von Mises stress, MPa."""
+        return peak(*self.judged[0], self.error.masked)
+
+    @cached_property
+    def worst(self) -> Peak:
+        """The largest utilisation."""
+        return peak(*self.judged[1], self.error.masked)
+
+    @property
+    def error_percent(self) -> float:
+        """Error bar of the largest von Mises stress or of the smallest safety factor, whichever is larger."""
+        return max(self.peak.error_percent, self.worst.error_percent)
+
+    def verdict(self, tolerance_percent: float | None = None) -> Verdict:
+        """The worse of the verdicts on the largest von Mises stress and on the smallest safety factor."""
+        severity = list(Verdict)
+        return max(
+            (found.verdict(tolerance_percent) for found in (self.peak, self.worst)), key=severity.index
+        )
+
+
+def case_result(
+    load: LoadCase,
+    mesh: TetMesh,
+    displacement: Floats,
+    stresses: Sequence[Floats],
+    *,
+    materials: Sequence[Material],
+    error: CaseError,
+    contact_pressure: Floats | None = None,
+    gap: Floats | None = None,
+    assembly: AssemblyState | None = None,
+    made: Floats | None = None,
+    touch: Mapping[Surface, Touch] | None = None,
+    sharp: SharpPlaces | None = None,
+) -> CaseResult:
+    """Return the result of a case from its displacement (n_nodes, 3) and each part's stress (n_nodes, 6)."""
+    equivalents = tuple(von_mises(stress) for stress in stresses)
+    factors = [
+        safety_factor(equivalent, material.yield_strength)
+        for equivalent, material in zip(equivalents, materials, strict=True)
+    ]
+    stress, equivalent, factor, off = stresses[0], equivalents[0], factors[0], error.part_von_mises[0]
+    others = zip(stresses[1:], equivalents[1:], factors[1:], error.part_von_mises[1:], strict=True)
+    for its_stress, its_equivalent, its_factor, its_error in others:
+        worse = np.isnan(factor) | (its_factor < factor)
+        stress = np.where(worse[:, None], its_stress, stress)
+        equivalent = np.where(worse, its_equivalent, equivalent)
+        off = np.where(worse, its_error, off)
+        factor = np.where(worse, its_factor, factor)
+    found = CaseResult(
+        load=load,
+        mesh=mesh,
+        displacement=displacement,
+        stress=stress,
+        von_mises=equivalent,
+        principal=principal(stress),
+        safety_factor=factor,
+        part_von_mises=equivalents,
+        error=error,
+        von_mises_error=off,
+        contact_pressure=contact_pressure,
+        gap=gap,
+        assembly=assembly,
+        made=made,
+        touch=touch or {},
+    )
+    if sharp is None:
+        return found
+    return replace(found, sharp=sharp(stress, off, factor, found.min_safety_factor))

@@ -1,0 +1,277 @@
+"""Judges load cases at sharp re-entrant edges.
+
+The structural (hot-spot) stress is extrapolated to the edge from the surface beside it, at 0.4 and 1.0
+thicknesses (IIW recommendations, Hobbacher 2016, section 2.2.3): the stress that the edge would carry without
+its notch effect. That effect is fitted to the stress along both flanks (`fea.stress.notch`).
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fea.judge.verdict import CAP
+from fea.stress.notch import NotchField, VNotch, fitted
+from fea.stress.sharp_edges import SharpEdges
+from fea.stress.stress import von_mises
+from fea.stress.walk import Walks
+from geometry.arrays import Floats, Ints
+
+# Element size, of the shorter flank and within so much of the thickness, with which the structural stress and
+# the notch are known to a few percent; not less than this share of the thickness.
+FINE, FINE_WITHIN, _FINEST = 0.12, 0.6, 0.08
+# An edge matters where its structural stress uses at least this share of the strength that the worst place of
+# its case uses; up to so many edges do in a case.
+SHARE, _MATTERING, _IF_DIVERGING = 0.5, 4, 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class SharpPlace:
+    """A sharp re-entrant edge under one load case.
+
+    Attributes
+    ----------
+    at
+        (3,) where its structural stress is largest, mm.
+    between
+        The faces that meet there, in words.
+    opening, length
+        Angle of the notch, outside the material, rad, and length of the connected edge, mm.
+    thickness
+        The measure t of the extrapolation, mm: of the material behind the flank with the larger structural
+        stress, or the length of that flank where it is shorter.
+    stress
+        Structural stress across the edge, MPa, tension positive.
+    von_mises, bar
+        Of the structural stress, MPa, and its error bar, from the errors where it is read.
+    yield_strength
+        Of the part there, MPa.
+    notch
+        The singular field; None where the flanks do not tell.
+    shorter
+        The smaller measure of both flanks, mm.
+    plane
+        Von Mises stress over the stress across the edge, at the surface of a fillet: plane strain along it.
+    """
+
+    at: Floats
+    between: tuple[str, str]
+    opening: float
+    length: float
+    thickness: float
+    stress: float
+    von_mises: float
+    bar: float
+    yield_strength: float
+    notch: NotchField | None
+    shorter: float
+    plane: float
+
+    @property
+    def safety_factor(self) -> float:
+        """Against yielding, by the structural stress."""
+        return min(self.yield_strength / max(self.von_mises, 1e-300), CAP)
+
+    @property
+    def exponent(self) -> float:
+        """1 − λ₁: the elastic stress grows as r^(λ₁ − 1) towards the edge."""
+        return 1 - VNotch(self.opening).opens
+
+    @property
+    def error_percent(self) -> float:
+        """The bar relative to the structural stress."""
+        return 100 * self.bar / self.von_mises if self.von_mises > 0 else 0.0
+
+    @property
+    def element_size(self) -> float:
+        """Element size that the place asks for, mm."""
+        return max(FINE * self.shorter, _FINEST * self.thickness)
+
+    def fillet(self, required: float) -> float | None:
+        """Smallest fillet radius, mm, whose peak has this safety factor; None where none is small enough.
+
+        No fillet helps where the structural stress is too high already.
+        """
+        if self.notch is None or self.safety_factor < required:
+            return None
+        return self.notch.radius(self.yield_strength / required / self.plane)
+
+    def peak_with(self, radius: float) -> float | None:
+        """Von Mises stress at the peak of a fillet, MPa; None where the flanks do not tell."""
+        return None if self.notch is None else self.plane * abs(self.notch.peak(radius))
+
+
+def worst_of_edges(cases: Iterable[Sequence[SharpPlace]]) -> list[SharpPlace]:
+    """Return each edge once, as it is in the load case where its safety factor is least."""
+    worst: dict[tuple[str, str], SharpPlace] = {}
+    for place in (place for places in cases for place in places):
+        if place.between not in worst or place.safety_factor < worst[place.between].safety_factor:
+            worst[place.between] = place
+    return sorted(worst.values(), key=lambda place: place.safety_factor)
+
+
+def mattering(
+    places: Sequence[SharpPlace], least_factor: float, *, diverging: bool
+) -> tuple[SharpPlace, ...]:
+    """Return the places that matter beside the rest of the rod.
+
+    Parameters
+    ----------
+    places
+        Of one case, the worst first.
+    least_factor
+        The least safety factor of the rest.
+    diverging
+        Whether the stress near singular places exceeds that of the rest: then at least two places matter.
+    """
+    limit = min([least_factor, *(place.safety_factor for place in places)]) / SHARE
+    kept = [place for place in places if place.safety_factor <= limit]
+    return tuple(places[: max(min(len(kept), _MATTERING), _IF_DIVERGING if diverging else 0)])
+
+
+# Steps of a walk over one thickness, and the weights of the stress after 0.4 and 1.0 of it.
+_STEPS = 10
+_READ, _WEIGHTS = [3, 9], np.array([1.67, -0.67])
+# Edges of the mesh that are looked at on each place: those with the highest stress.
+_MOST = 8
+# The notch is fitted over this share of the thickness, beyond so many elements from the edge: the stress in
+# those that touch it is wrong. They may take this share of the way.
+_NOTCH, _BEYOND, _WRONG = 0.5, 1.5, 0.6
+# Share of a step that the way ends before the end of a short flank.
+_SHORT = 0.3
+# Reference points beyond this share of the rod would lie on another part of it.
+_LONGEST = 0.25
+
+
+class SharpPlaces:
+    """Judges load cases at the sharp edges of a rod.
+
+    Parameters
+    ----------
+    edges
+        Of the whole rod.
+    poisson
+        ν.
+    """
+
+    def __init__(self, edges: SharpEdges, poisson: float) -> None:
+        self._edges, self._poisson = edges, poisson
+
+    def __call__(
+        self, stress: Floats, error: Floats, safety_factor: Floats, least_factor: float
+    ) -> tuple[SharpPlace, ...]:
+        """Judge one case; the place with the highest structural stress comes first.
+
+        Parameters
+        ----------
+        stress
+            (n_nodes, 6), MPa.
+        error
+            (n_nodes,) of the von Mises stress, MPa.
+        safety_factor
+            (n_nodes,) against yielding.
+        least_factor
+            The smallest away from singular places: edges with more than twice as much even where they are
+            singular are left out.
+        """
+        edges, equivalent = self._edges, von_mises(stress)
+        rows = _hottest(edges, 1 / safety_factor, SHARE / least_factor)
+        if not rows.size:
+            return ()
+        measure, spots, bars = self._structural(rows, stress, error)
+        fields = self._notches(rows, measure, stress)
+        found = []
+        for number in np.unique(edges.place[rows]):
+            own = np.flatnonzero(edges.place[rows] == number)
+            sizes = von_mises(spots[own])
+            if not np.isfinite(sizes).any():
+                continue
+            k, side = np.unravel_index(np.nanargmax(sizes), sizes.shape)
+            at, row = own[k], rows[own[k]]
+            node = edges.nodes[row, 0]
+            found.append(
+                SharpPlace(
+                    at=edges.middle[row],
+                    between=edges.between[number],
+                    opening=float(edges.opening[row]),
+                    length=float(edges.length[row]),
+                    thickness=float(measure[at, side]),
+                    stress=_across(spots[at, side], edges.away[row, side]),
+                    von_mises=float(sizes[k, side]),
+                    bar=float(bars[at, side]),
+                    yield_strength=float(safety_factor[node] * equivalent[node]),
+                    notch=fields[at],
+                    shorter=float(measure[at].min()),
+                    plane=math.sqrt(1 - self._poisson + self._poisson**2),
+                )
+            )
+        return tuple(sorted(found, key=lambda place: place.safety_factor))
+
+    def _structural(self, rows: Ints, stress: Floats, error: Floats) -> tuple[Floats, Floats, Floats]:
+        """Measure t (n, 2), structural stress (n, 2, 6) and its bar (n, 2) per flank; NaN without one."""
+        n = len(rows)
+        measure, spots, bars = np.empty((n, 2)), np.empty((n, 2, 6)), np.empty((n, 2))
+        for side in (0, 1):
+            measure[:, side], walks = self._flank(rows, side)
+            lost = walks.reached < _STEPS
+            spots[:, side] = np.einsum("s,nsc->nc", _WEIGHTS, walks.of(stress)[:, _READ])
+            bars[:, side] = walks.of(error)[:, _READ] @ np.abs(_WEIGHTS)
+            spots[lost, side] = bars[lost, side] = np.nan
+        return measure, spots, bars
+
+    def _flank(self, rows: Ints, side: int) -> tuple[Floats, Walks]:
+        """Walk one thickness over a flank, or to its end where that is nearer."""
+        edges = self._edges
+        most = _LONGEST * float(np.ptp(edges.ground.points, axis=0).max())
+        measure = np.minimum(edges.thickness(rows)[:, side], most)
+        for more in (1.0, -_SHORT):  # the end lies within the next step; then a little before it
+            walks = edges.walks(side, measure / _STEPS, _STEPS, rows)
+            short = walks.reached < _STEPS
+            if not short.any():
+                return measure, walks
+            measure = np.where(short, measure * np.maximum(walks.reached + more, 0.5) / _STEPS, measure)
+        return measure, edges.walks(side, measure / _STEPS, _STEPS, rows)
+
+    def _notches(self, rows: Ints, measure: Floats, stress: Floats) -> list[NotchField | None]:
+        """Fit the notch field of each edge over half the smaller of the measures of its flanks."""
+        edges = self._edges
+        step = _NOTCH * measure.min(axis=1) / _STEPS
+        flanks = [edges.walks(side, step, _STEPS, rows) for side in (0, 1)]
+        sampled = [
+            np.einsum("nsi,nsij,nsj->ns", walk.ahead, _tensor(walk.of(stress)), walk.ahead) for walk in flanks
+        ]
+        distance = step[:, None] * np.arange(1, _STEPS + 1)
+        found: list[NotchField | None] = []
+        for k, row in enumerate(rows):
+            first = _BEYOND * edges.size[row]
+            if first > _WRONG * distance[k, -1] or any(walk.reached[k] < _STEPS for walk in flanks):
+                found.append(None)
+                continue
+            use = distance[k] >= first
+            notch = VNotch(float(edges.opening[row]))
+            found.append(fitted(notch, distance[k, use], sampled[0][k, use], sampled[1][k, use]))
+        return found
+
+
+def _hottest(edges: SharpEdges, usage: Floats, least: float) -> Ints:
+    """Rows of the edges of the mesh with the highest usage (n_nodes,), on each place with at least so much.
+
+    Where an edge ends, at a corner, its stress is that of the corner: there it is not looked at.
+    """
+    heat = usage[edges.nodes].mean(axis=1)
+    inner = ~edges.at_end
+    hot = [number for number in np.unique(edges.place) if heat[edges.place == number].max() >= least]
+    rows = [np.flatnonzero((edges.place == number) & inner) for number in hot]
+    return np.concatenate(
+        [np.zeros(0, dtype=np.int64), *(own[np.argsort(-heat[own], kind="stable")[:_MOST]] for own in rows)]
+    )
+
+
+def _tensor(stress: Floats) -> Floats:
+    """Matrices (…, 3, 3) of tensors (…, 6)."""
+    return np.asarray(stress[..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])
+
+
+def _across(stress: Floats, direction: Floats) -> float:
+    return float(direction @ _tensor(stress) @ direction)

@@ -1,0 +1,105 @@
+"""The error bar of a peak stress, and the verdict on it.
+
+The peak of a case is the largest von Mises stress over the nodes, each with its estimated error. The true
+peak may therefore be as high as the largest sum of stress and error over *all* nodes: if the elements are too
+large, a place that seems to be second may be the worst one. The error bar is the excess of that sum over the
+computed peak, applied in both directions.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from fea.base.choices import CONVERGED_PERCENT
+from geometry.arrays import Floats, Ints, Mask
+
+
+class Verdict(StrEnum):
+    """The verdict that follows from an error bar."""
+
+    CONVERGED = "converged"
+    NOT_CONVERGED = "not converged"
+    DIVERGING = "diverging"
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest value of a field over the nodes that count, with its error bar.
+
+    Attributes
+    ----------
+    node
+        Node of the peak.
+    value
+        Its value.
+    bar
+        The true peak lies within `value` ± `bar`.
+    bar_node
+        Node that sets the bar: the largest sum of value and error.
+    unmasked
+        The largest over all nodes.
+    singular
+        The largest near stress singularities, which grows without limit as the mesh is refined; 0 without
+        such places.
+    """
+
+    node: int
+    value: float
+    bar: float
+    bar_node: int
+    unmasked: float
+    singular: float = 0.0
+
+    @property
+    def error_percent(self) -> float:
+        """The bar relative to the value."""
+        return 100 * self.bar / self.value if self.value > 0 else 0.0
+
+    def verdict(self, tolerance_percent: float | None = None) -> Verdict:
+        """Return the verdict for the tolerance, or for `CONVERGED_PERCENT` without one (or with 0).
+
+        It is diverging if the stress near a singularity exceeds the peak: it grows with every refinement.
+        """
+        if self.unmasked > self.value:
+            return Verdict.DIVERGING
+        within = self.error_percent <= (tolerance_percent or CONVERGED_PERCENT)
+        return Verdict.CONVERGED if within else Verdict.NOT_CONVERGED
+
+
+def peak(value: Floats, error: Floats, masked: Mask | None = None) -> Peak:
+    """Find the peak of a field.
+
+    Parameters
+    ----------
+    value, error
+        (n_nodes,) the field and the estimated error of each value.
+    masked
+        (n_nodes,) nodes near stress singularities; they count in `Peak.unmasked` only.
+    """
+    counts = np.ones(value.shape, dtype=bool) if masked is None or masked.all() else ~masked
+    node = int(np.where(counts, value, -np.inf).argmax())
+    highest = np.where(counts, value + error, -np.inf)
+    bar_node = int(highest.argmax())
+    return Peak(
+        node=node,
+        value=float(value[node]),
+        bar=float(highest[bar_node] - value[node]),
+        bar_node=bar_node,
+        unmasked=float(value.max()),
+        singular=float(value[~counts].max(initial=0.0)),
+    )
+
+
+# Upper limit of the factor, which would be infinite at zero stress; it keeps colour scales readable.
+CAP = 100.0
+
+
+def safety_factor(von_mises: Floats, yield_strength: float) -> Floats:
+    """Yield strength over von Mises stress, at most `CAP`."""
+    return np.asarray(yield_strength / np.maximum(von_mises, yield_strength / CAP))
+
+
+def element_largest(nodal: Floats, tets: Ints) -> Floats:
+    """Largest nodal value of each element, (n_elements,)."""
+    return np.asarray(nodal[tets].max(axis=1))

@@ -1,0 +1,210 @@
+"""Buckling on the terminal."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from fea.output.text import error_bar
+from fea.run.cycle_figures import CycleFigures, DutyFigures, EnduranceFigures, LifeFigures, SurfaceFigures
+from fea.run.figures import BucklingFigures, ColumnFigures, SharpEdgeFigures, Summary
+
+_SIDES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
+
+
+def buckling_lines(found: BucklingFigures) -> list[str]:
+    """Return a line on the column formulas and one on the buckling modes, as far as there are any."""
+    return [*_column(found.column), *_modes(found)]
+
+
+def _column(column: ColumnFigures) -> list[str]:
+    """The plane that buckles first."""
+    factors = {name: plane.safety_factor for name, plane in column.planes.items()}
+    known = {name: factor for name, factor in factors.items() if factor is not None}
+    if column.case is None or not known:
+        return []
+    side = min(known, key=lambda name: known[name])
+    plane, force = column.planes[side], column.force_N
+    loads = {"Euler": plane.euler_N, "Johnson": plane.johnson_N, "Rankine": plane.rankine_N}
+    said = ", ".join(f"{name} {load / force:.2f}" for name, load in loads.items())
+    return [f"Buckling safety factors under {force / 1000:.1f} kN ({column.case}), {_SIDES[side]}: {said}."]
+
+
+def _modes(found: BucklingFigures) -> list[str]:
+    """The lowest factor of each case."""
+    if found.modes is None:
+        return []
+    if not found.modes:
+        return ["No load case compresses the rod, so it cannot buckle."]
+    cases = [
+        f"{case} {modes[0].factor:.2f} ({modes[0].moves})" for case, modes in found.modes.items() if modes
+    ]
+    return [f"Buckling modes of the solid, load factors: {', '.join(cases)}."] if cases else []
+
+
+UNKNOWN = "–"
+# Wider or narrower than their columns.
+_MANY_NEWTONS, _FAR_TOO_MANY, _SMALL_FACTOR = 999e3, 99_999e3, 0.095
+
+
+def number(value: float | None, form: str) -> str:
+    """Return a number in a format, without a negative zero."""
+    return UNKNOWN if value is None else format(value + 0.0, form)
+
+
+def bar(percent: float | None) -> str:
+    """Return an error bar."""
+    return UNKNOWN if percent is None else error_bar(percent)
+
+
+def place(coordinates: Iterable[float]) -> str:
+    """Return coordinates in mm, to a tenth."""
+    return ", ".join(number(coordinate, ".1f") for coordinate in coordinates)
+
+
+def kilo(newtons: float | None) -> str:
+    """Return a force in kN with its sign: a tenth, whole ones where it is large, short where it is huge."""
+    if newtons is None:
+        return UNKNOWN
+    form = "+z.1f" if abs(newtons) < _MANY_NEWTONS else "+.0f" if abs(newtons) < _FAR_TOO_MANY else "+.1e"
+    return format(newtons / 1000, form)
+
+
+def factor(value: float | None) -> str:
+    """Return a safety factor: two places, or two digits where it is so small that those would be zeros."""
+    return number(value, ".2f" if value is None or value >= _SMALL_FACTOR else ".2g")
+
+
+def endurance_lines(envelope: CycleFigures) -> list[str]:
+    """Return a line per part, which names the part where there are several."""
+    parts = envelope.endurance or {}
+    return [_line(f" of {part}" if len(parts) > 1 else "", found) for part, found in parts.items()]
+
+
+def _line(of_part: str, found: EnduranceFigures) -> str:
+    limit = f"{number(found.specimen_MPa, '.4g')} MPa"
+    said = f"Endurance limit{of_part}: {limit}{' (estimated)' if found.estimated else ''}"
+    factors = {"size": found.size_factor, "load": found.load_factor, "reliability": found.reliability_factor}
+    surfaces = found.regions.values()
+    if all(factor == 1 for factor in (*factors.values(), *(skin.surface_factor for skin in surfaces))):
+        return f"{said}, not reduced for surface, size, load or reliability."
+    product = " × ".join(f"{factor:.3g} ({name})" for name, factor in factors.items())
+    regions = "; ".join(_region(*item) for item in _alike(found.regions).items())
+    return f"{said} × {product} × surface: {regions}."
+
+
+def _alike(regions: Mapping[str, SurfaceFigures]) -> dict[SurfaceFigures, list[str]]:
+    """Gather the names of the regions that are alike."""
+    names: dict[SurfaceFigures, list[str]] = {}
+    for name, skin in regions.items():
+        names.setdefault(skin, []).append(name)
+    return names
+
+
+def _region(skin: SurfaceFigures, names: list[str]) -> str:
+    assumed = ", assumed" if skin.assumed else ""
+    made = f"{skin.surface_factor:.3g} ({skin.finish}{assumed})"
+    return f"{' and '.join(names)} {made} = {number(skin.endurance_MPa, '.4g')} MPa"
+
+
+# Entries with less of the damage are not listed.
+_LEAST_PERCENT = 1.0
+
+
+def life_lines(life: LifeFigures | None) -> list[str]:
+    """Return the lines; none without a life."""
+    if life is None:
+        return []
+    low, high = (hours_text(hours) for hours in life.band_hours)
+    band = f"{low} to {high}" if low != high else low
+    times = "" if life.duties is None else f" ({number(life.duties, '.3g')} times the duty)"
+    said = f"Life over the duty: {hours_text(life.hours)}{times} at ({place(life.at_mm)}) mm in {life.part}"
+    if life.endless:
+        largest = max(entry.reversed_amplitude_MPa for entry in life.duty)
+        limit = f"the endurance limit is {number(life.endurance_MPa, '.4g')} MPa"
+        said += f", where the largest reversed amplitude is {number(largest, '.4g')} MPa and {limit}"
+    lines = [f"{said}; {band} with {life.band_of} (±{life.band_percent:.3g} %)."]
+    if not life.endless:
+        single = number(life.largest_range_percent, ".4g")
+        lines.append(f"Damage there: {_shares(life.duty)}; {single} % by the largest range of each cycle.")
+    return lines
+
+
+def hours_text(hours: float | None) -> str:
+    """Return hours with three digits, or that there is no end."""
+    return "no end" if hours is None else f"{number(hours, '.3g')} h"
+
+
+def _shares(duty: Sequence[DutyFigures]) -> str:
+    """Return the shares of the damage that matter, the largest first."""
+    by_damage = sorted(duty, key=lambda entry: -(entry.damage_percent or 0.0))
+    said = [_share(entry) for entry in by_damage if (entry.damage_percent or 0.0) >= _LEAST_PERCENT]
+    others = len(duty) - len(said)
+    rest = f"less than {_LEAST_PERCENT:g} % at each of the rest ({others})" if others else ""
+    return ", ".join(filter(None, (*said, rest)))
+
+
+def _share(entry: DutyFigures) -> str:
+    gas = "" if entry.gas is None else f" ({entry.gas})"
+    return f"{number(entry.damage_percent, '.3g')} % at {entry.rpm:g} rpm{gas}"
+
+
+# A fillet radius, mm, that any tool leaves.
+_SMALL = 0.1
+UNBOUNDED = "the elastic stress right at the sharp edges below is infinite and not part of this factor"
+
+
+def sharp_cells(edge: SharpEdgeFigures) -> list[str]:
+    """Return the row of the worst sharp edge of a load case."""
+    return [
+        f"  edge {edge.name}",
+        *[""] * 4,
+        number(edge.structural_von_mises_MPa, ".1f"),
+        bar(edge.error_percent),
+        place(edge.at_mm),
+        factor(edge.safety_factor),
+        "",
+    ]
+
+
+def sharp_edge_lines(summary: Summary) -> list[str]:
+    """Return a line for each sharp edge that matters, in its worst load case, and which figure decides."""
+    worst: dict[str, tuple[str, SharpEdgeFigures]] = {}
+    for case, result in summary.results.items():
+        for edge in result.sharp_edges or ():
+            if edge.name not in worst or edge.safety_factor < worst[edge.name][1].safety_factor:
+                worst[edge.name] = case, edge
+    lines = [_edge_line(*worst[name]) for name in sorted(worst, key=lambda name: (len(name), name))]
+    return [*lines, _decision(summary)] if lines else []
+
+
+def _edge_line(case: str, edge: SharpEdgeFigures) -> str:
+    one, other = edge.between
+    stress = f"{edge.structural_von_mises_MPa:.0f} MPa ± {bar(edge.error_percent)} %"
+    return (
+        f"Sharp edge {edge.name} at ({place(edge.at_mm)}) mm, between {one} and {other} "
+        f"({edge.opening_deg:.0f}° open, {edge.length_mm:.0f} mm long): structural stress {stress} in "
+        f"{case}, safety factor {factor(edge.safety_factor)}; {fillet(edge)}."
+    )
+
+
+def fillet(edge: SharpEdgeFigures) -> str:
+    """Say which fillet the edge needs."""
+    asked = f"a factor of {edge.required_safety_factor:g}"
+    if edge.safety_factor < edge.required_safety_factor:
+        return f"no fillet gives {asked}, the section itself is too weak"
+    if edge.largest_fillet_mm is None:
+        return "which fillet it needs cannot be said: short flanks, a narrow notch or large elements"
+    if edge.fillet_radius_mm is None:
+        return f"the peak has {asked} only with a fillet of more than {edge.largest_fillet_mm:.1f} mm"
+    if edge.fillet_radius_mm < _SMALL:
+        return f"even with a fillet of {_SMALL:g} mm the peak there would have {asked}"
+    return f"with a fillet of {edge.fillet_radius_mm:.2g} mm the peak there would have {asked}"
+
+
+def _decision(summary: Summary) -> str:
+    """Say which of the figures to decide by."""
+    cycle = " (the fatigue factors of the cycle leave these edges out)" if summary.envelope else ""
+    return (
+        "Which to use: against yielding under static load, the factor of the first line, the least of the "
+        "peaks away from sharp edges and the structural stresses at them (extrapolated from 0.4 and 1.0 "
+        "thicknesses beside the edge, IIW); against fatigue, give the edges the fillets above and run "
+        f"again{cycle}."
+    )

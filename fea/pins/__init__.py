@@ -1,0 +1,1 @@
+"""What loads the bores: one model a file, each for load cases and for the crank cycle."""

@@ -1,0 +1,185 @@
+"""From the unknowns of an assembly to the figures of its bolts and interfaces."""
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from fea.contact.assembled import Assembled
+from fea.contact.joined_system import Joined
+from fea.contact.multipliers import Multipliers
+from fea.contact.problem import ContactProblem
+from fea.pins.assembly_state import AssemblyState, BoltState, FaceState, Place
+from fea.solid.parity import Parity, Split
+from geometry.arrays import Floats, Ints, Mask
+from geometry.surfaces import Surface
+
+# Distance of vertices from the bore, over its radius, within which they are on its edge.
+_ON_EDGE = 1e-4
+
+
+class AssemblyStates:
+    """Sums up steps of an assembly.
+
+    Parameters
+    ----------
+    assembled
+        The parts put together.
+    friction
+        Coefficient μ between them.
+    bolts
+        (n, 3) where the axes of the bolts of the cell meet the joint, mm.
+    big_radius
+        Of the big end's bore, mm.
+    """
+
+    def __init__(self, assembled: Assembled, friction: float, bolts: Floats, big_radius: float) -> None:
+        self._assembled, self._friction = assembled, friction
+        problem = assembled.problem
+        self._names = [Surface(own.name) for own in problem.faces]
+        self._bolts = _with_images(bolts) if problem.fold.both_sides else bolts
+        self._count = [round(2 * bolt.share) if problem.cut_z else 1 for bolt in problem.bolts]
+        away = np.hypot(*assembled.touching.place[:, :2].T)
+        joint = assembled.touching.face == self._number(Surface.JOINT)
+        self._edge = joint & (np.abs(away - big_radius) < _ON_EDGE * big_radius)
+
+    def _number(self, surface: Surface) -> int:
+        return self._names.index(surface) if surface in self._names else -1
+
+    def __call__(self, found: Joined) -> AssemblyState:
+        """Sum up one state."""
+        forces = found.values[self._assembled.bolts]
+        counts = np.resize(self._count, len(forces))
+        bolts = (
+            BoltState(_place(at), float(force), int(count))
+            for at, force, count in zip(self._bolts, forces, counts, strict=True)
+        )
+        return AssemblyState(
+            tuple(bolts), {name: self._face(number, found) for number, name in enumerate(self._names)}
+        )
+
+    def pressure(self, found: Joined) -> Floats:
+        """Pressure (k,) at each place of `Assembled.touching`, MPa."""
+        closed = ~found.guess.opened[: len(self._position)]
+        return np.where(closed, np.maximum(found.values[self._assembled.touching.normal], 0.0), 0.0)
+
+    def gap(self, found: Joined) -> Floats:
+        """Mean gap (k,) about each place of `Assembled.touching`, mm; 0 where it is closed."""
+        opened = found.guess.opened[: len(self._position)]
+        return np.where(opened, found.gap[self._position] / self._assembled.touching.area, 0.0)
+
+    def edge(self, found: Joined) -> tuple[Floats, Floats]:
+        """Pressures and gaps (m,) along the edge of the bore at the joint, MPa and mm."""
+        return self.pressure(found)[self._edge], self.gap(found)[self._edge]
+
+    @cached_property
+    def _position(self) -> Ints:
+        """Of the normal gaps (k,) among those of all interfaces."""
+        return np.searchsorted(self._assembled.joined, self._assembled.touching.normal)
+
+    def _face(self, number: int, found: Joined) -> FaceState:
+        touching = self._assembled.touching
+        own = np.flatnonzero(touching.face == number)
+        area, pressure, gap = touching.area[own], self.pressure(found)[own], self.gap(found)[own]
+        opened, slipping = found.guess.opened[own], found.guess.slipping[own]
+        force, widest = float(pressure @ area), int(gap.argmax())
+        plane = self._names[number] is Surface.JOINT
+        edge = self._edge[own]
+        return FaceState(
+            area=float(area.sum()),
+            force=force,
+            least=float(pressure.min()),
+            largest=float(pressure.max()),
+            open_share=_share(area, opened),
+            opening=float(gap[widest]),
+            opening_at=_place(touching.place[own[widest]]) if gap[widest] > 0 else None,
+            slipping_share=_share(area[~opened], slipping[~opened]),
+            slip=float(self._slip(own, found).max()),
+            shear=float(np.linalg.norm(self._shear(own, found))) if plane else 0.0,
+            friction=self._friction * force,
+            edge_pressure=float(pressure[edge].min()) if edge.any() else None,
+        )
+
+    def _slip(self, own: Ints, found: Joined) -> Floats:
+        """Slip (k,) of places that touch since the parts were put together, mm."""
+        touching, joined = self._assembled.touching, self._assembled.joined
+        at = touching.shear[own]
+        slipped = found.gap - self._assembled.tightened.gap
+        moments = slipped[np.searchsorted(joined, np.maximum(at, joined[0]))]
+        slip = np.hypot(*np.where(at >= 0, moments, 0.0).T) / touching.area[own]
+        return np.asarray(np.where(found.guess.opened[own], 0.0, slip))
+
+    def _shear(self, own: Ints, found: Joined) -> Floats:
+        """Resultant (2,) along the tangents of a plane interface, N.
+
+        Of a shear stress at an image across y = 0 the direction is the image of the tangent: the second one
+        reverses. About z = 0 stresses along z cancel.
+        """
+        problem, touching = self._assembled.problem, self._assembled.touching
+        at = touching.shear[own]
+        stress = np.where(at >= 0, found.values[at], 0.0)
+        image = touching.normal[own] >= len(problem.fold.on_y)
+        stress[:, 1] *= np.where(image, -1.0, 1.0)
+        sums = touching.area[own] @ stress
+        return np.asarray(sums * [0.0 if problem.cut_z else 1.0, 1.0])
+
+
+def _share(area: Floats, mask: Mask) -> float:
+    total = float(area.sum())
+    return float(area[mask].sum() / total) if total > 0 else 0.0
+
+
+def _with_images(places: Floats) -> Floats:
+    return np.concatenate([places, places * [1.0, -1.0, 1.0]])
+
+
+def _place(point: Floats) -> Place:
+    x, y, z = (float(value) for value in point)
+    return x, y, z
+
+
+def pressure_at_nodes(problem: ContactProblem, values: Floats) -> Split:
+    """Pressure (n_nodes,) of pins and on both sides of interfaces, of unknowns (n,): MPa, 0 elsewhere.
+
+    Where a bore and an interface meet, that of the interface counts.
+    """
+    found = {}
+    for parity, own in problem.fold.parts(values).items():
+        nodal = np.zeros(len(problem.mesh.points))
+        for number, bore in enumerate(problem.bores):
+            nodes, pressure = bore.multipliers.at_nodes(own[problem.own(number)][:, None])
+            nodal[nodes] = pressure[:, 0]
+        found[parity] = _on_interfaces(problem, own, nodal)
+    return Split(found[Parity.SYMMETRIC], found.get(Parity.ANTISYMMETRIC))
+
+
+def gap_at_nodes(problem: ContactProblem, normal: Ints, gap: Floats) -> Split:
+    """Gap (n_nodes,) on both sides of interfaces: mm, 0 elsewhere.
+
+    Parameters
+    ----------
+    problem
+        The parts.
+    normal
+        (k,) unknowns that are pressures between parts.
+    gap
+        (k,) at their places, mm.
+    """
+    every = np.zeros(problem.fold.size)
+    every[normal] = gap
+    found = {
+        parity: _on_interfaces(problem, own, np.zeros(len(problem.mesh.points)))
+        for parity, own in problem.fold.parts(every).items()
+    }
+    return Split(found[Parity.SYMMETRIC], found.get(Parity.ANTISYMMETRIC))
+
+
+def _on_interfaces(problem: ContactProblem, own: Floats, nodal: Floats) -> Floats:
+    """Put the values that belong to the vertices of interfaces at the nodes of both sides."""
+    for number, faces in enumerate(problem.faces, len(problem.bores)):
+        pressing: Multipliers = faces.pressing
+        at_vertices = own[problem.own(number)][: pressing.size, None]
+        for side in (pressing, replace(pressing, facets=faces.opposite[1])):
+            nodes, values = side.at_nodes(at_vertices)
+            nodal[nodes] = values[:, 0]
+    return nodal

@@ -1,0 +1,166 @@
+"""The pins of a rod: what a study says of them, and what is assumed where it says nothing.
+
+The defaults are those of passenger-car engines. Clearances in workshop manuals: piston pin of 21 mm,
+0.004-0.020 mm (Mazda 6, V6 3.0, 2008); crank pin of 41.96 mm, 0.020-0.058 mm (Yanmar 3YM30). The bore of a
+piston pin is about 0.6 of its diameter; its bosses leave some play beside the rod.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from fea.base.choices import PinModel
+from fea.contact.elastic_pin import Pin
+from fea.rod.meshed_rod import Bores
+from fea.study.option_tables import CRANK_PIN, PISTON_PIN, ContactTable
+from geometry.errors import require
+from geometry.surfaces import Surface
+
+# Diametral clearance over the diameter of the bore; bore over the diameter of a piston pin; distance of the
+# piston's bosses over the width of the rod; length over which a boss carries the pin over its diameter.
+SMALL_CLEARANCE, BIG_CLEARANCE, PIN_BORE, BOSS_GAP, BOSS_LENGTH = 0.6e-3, 1e-3, 0.6, 1.1, 0.8
+# Carbon and case-hardening steels.
+STEEL = (206e3, 0.3)
+# Largest clearance and interference over the diameter: beyond, circles are no longer nearly concentric, and
+# the press fit alone strains the rod by more than metals stand.
+LARGEST_CLEARANCE, LARGEST_INTERFERENCE = 0.02, 0.003
+
+
+@dataclass(frozen=True)
+class Fits:
+    """The pins of a rod.
+
+    Attributes
+    ----------
+    small_clearance, big_clearance
+        Radius of the bore minus that of the pin, mm.
+    piston_pin, crank_pin
+        None for a rigid one.
+    assumed
+        What the study does not say, in words.
+    relief
+        Length and radial depth of the relief at the ends of the small end's bore, mm, if it has one.
+    """
+
+    small_clearance: float
+    big_clearance: float
+    piston_pin: Pin | None
+    crank_pin: Pin | None
+    assumed: tuple[str, ...]
+    relief: tuple[float, float] | None = None
+
+    @property
+    def sharp(self) -> tuple[Surface, ...]:
+        """Bores whose ends an elastic pin presses on as it bends, where the exact pressure is infinite."""
+        small = self.piston_pin is not None and self.relief is None
+        pressed = {Surface.SMALL_END_BORE: small, Surface.BIG_END_BORE: self.crank_pin is not None}
+        return tuple(surface for surface, touches in pressed.items() if touches)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a reader must know of the pins."""
+        said = [f"contact: assumed are {', '.join(self.assumed)}"] if self.assumed else []
+        if self.sharp:
+            ends = " and ".join(surface.value.replace("_", " ") for surface in self.sharp)
+            said.append(
+                f"contact: the bending pin presses on the sharp ends of the {ends}, where the exact stress "
+                "is infinite, and the figures leave out the places near them (contact.small_end_relief_mm "
+                "relieves those of the small end)"
+            )
+        return tuple(said)
+
+    @classmethod
+    def of(cls, table: ContactTable, bores: Bores, stiffness: Mapping[str, tuple[float, float]]) -> "Fits":
+        """Complete what a study says of the pins.
+
+        Parameters
+        ----------
+        table
+            [contact].
+        bores
+            Of the rod.
+        stiffness
+            E, MPa, and ν of pins, by their names, where they are given.
+
+        Raises
+        ------
+        InvalidValue
+            A pin does not fit the rod.
+        """
+        assumed: list[str] = []
+
+        def given(key: str, value: float | None, default: float, what: str) -> float:
+            if value is None:
+                assumed.append(f"{what} {default:.3g} mm (contact.{key})")
+            return default if value is None else value
+
+        small, big = (
+            _clearance(
+                key, given(key, getattr(table, key), share * 2 * radius, f"{end}-end clearance"), radius
+            )
+            for key, share, radius, end in (
+                ("small_end_clearance_mm", SMALL_CLEARANCE, bores.small_radius, "small"),
+                ("big_end_clearance_mm", BIG_CLEARANCE, bores.big_radius, "big"),
+            )
+        )
+        piston_pin = None
+        if table.piston_pin is PinModel.ELASTIC:
+            diameter, width = 2 * bores.small_radius, bores.small_width + abs(bores.small_taper)
+            bore = given(
+                "piston_pin_bore_mm", table.piston_pin_bore_mm, PIN_BORE * diameter, "piston-pin bore"
+            )
+            gap = given(
+                "piston_boss_gap_mm",
+                table.piston_boss_gap_mm,
+                BOSS_GAP * width,
+                "distance of the piston's bosses",
+            )
+            default = gap + 2 * BOSS_LENGTH * diameter
+            length = given("piston_pin_length_mm", table.piston_pin_length_mm, default, "piston-pin length")
+            rule = f"must be smaller than 0.95 times the pin's diameter, {diameter:g} mm"
+            require(bore < 0.95 * diameter, "contact.piston_pin_bore_mm", bore, rule)
+            rule = (
+                f"must be at least the width of the small end, {width:g} mm, which the bosses would overlap"
+            )
+            require(gap >= width, "contact.piston_boss_gap_mm", gap, rule)
+            rule = f"must exceed 1.02 times the distance of the piston's bosses, {gap:g} mm, which carry it"
+            require(length > 1.02 * gap, "contact.piston_pin_length_mm", length, rule)
+            if PISTON_PIN not in stiffness:
+                assumed.append("piston pin of steel, 206 GPa ([material.piston_pin])")
+            E, nu = stiffness.get(PISTON_PIN, STEEL)
+            piston_pin = Pin(bores.small_radius, bore / 2, width / 2, (gap / 2, length / 2), E, nu)
+        relief = table.small_end_relief_mm
+        if relief is not None:
+            length, depth = relief
+            half, most = bores.small_width / 2, LARGEST_CLEARANCE * bores.small_radius
+            name, given_relief = "contact.small_end_relief_mm", list(relief)
+            require(
+                length <= half, name, given_relief, f"its length must be at most half the bore's, {half:g} mm"
+            )
+            require(depth <= most, name, given_relief, f"its depth must be at most {most:.3g} mm")
+        return cls(
+            small_clearance=small / 2,
+            big_clearance=big / 2,
+            piston_pin=piston_pin,
+            crank_pin=_crank_pin(bores, stiffness),
+            assumed=tuple(assumed),
+            relief=None if relief is None else (relief[0], relief[1]),
+        )
+
+
+def _clearance(key: str, clearance: float, radius: float) -> float:
+    name, diameter = f"contact.{key}", 2 * radius
+    most = LARGEST_CLEARANCE * diameter
+    rule = f"must be at most {LARGEST_CLEARANCE:.0%} of the bore, {most:.3g} mm"
+    require(clearance <= most, name, clearance, rule)
+    most = LARGEST_INTERFERENCE * diameter
+    rule = f"must not be below −{most:.3g} mm: a press fit of more than {LARGEST_INTERFERENCE:.1%} yields"
+    require(clearance >= -most, name, clearance, rule)
+    return clearance
+
+
+def _crank_pin(bores: Bores, stiffness: Mapping[str, tuple[float, float]]) -> Pin | None:
+    """A solid crank pin held by webs beside the rod, if its material is given; a rigid one otherwise."""
+    if CRANK_PIN not in stiffness:
+        return None
+    half, radius = bores.big_width / 2, bores.big_radius
+    return Pin(radius, 0.0, half, (1.02 * half, 1.02 * half + radius), *stiffness[CRANK_PIN])

@@ -1,0 +1,178 @@
+"""What loads the rod, and its load cases at one speed."""
+
+from dataclasses import dataclass
+
+from fea.study.engine_table import EngineTable, engine_remarks
+from fea.study.option_tables import DutyTable
+from fea.units import RPM
+from geometry.errors import InvalidValue
+from geometry.mass import MassProperties
+from loads.absorbed import absorbed
+from loads.cases import LoadCase, given
+from loads.dynamics import cycle
+from loads.engine import Engine
+from loads.gas import GasModel
+from loads.peaks import load_case, peak_cases
+from loads.slider_crank import cycle_angles
+
+
+@dataclass(frozen=True)
+class Omission:
+    """Something that is left out of an analysis.
+
+    Attributes
+    ----------
+    what, why
+        In words.
+    """
+
+    what: str
+    why: str
+
+
+@dataclass(frozen=True)
+class SpeedLoads:
+    """The load cases of one speed.
+
+    Attributes
+    ----------
+    cases
+        Those that are solved.
+    left_out
+        Those that do not occur, and why.
+    notes
+        Assumptions of the gas model and of an engine of the library.
+    """
+
+    cases: tuple[LoadCase, ...]
+    left_out: tuple[Omission, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class EngineLoading:
+    """An engine and its gas load the rod.
+
+    Attributes
+    ----------
+    engine, gas
+        In coherent units.
+    table
+        What the study says of them.
+    """
+
+    engine: Engine
+    gas: GasModel
+    table: EngineTable
+
+    @classmethod
+    def of(cls, table: EngineTable, rod_length: float) -> "EngineLoading":
+        """Read the engine of a study, for a rod of a length, mm.
+
+        Raises
+        ------
+        InvalidValue
+            A value of the engine breaks a rule.
+        """
+        engine = table.engine(rod_length)
+        return cls(engine, table.gas_model(engine), table)
+
+    def with_gas(self, gas: str) -> "EngineLoading":
+        """Return the engine with another gas, named as in [engine].
+
+        Raises
+        ------
+        InvalidValue
+            See `EngineTable.gas_model`.
+        """
+        table = self.table.with_gas(gas)
+        return EngineLoading(self.engine, table.gas_model(self.engine), table)
+
+    def at(self, rod: MassProperties, rpm: float | None) -> SpeedLoads:
+        """Find the peak cases of the crank cycle.
+
+        Parameters
+        ----------
+        rod
+            Mass properties of the meshed rod.
+        rpm
+            Engine speed.
+
+        Raises
+        ------
+        InvalidValue
+            Nothing loads the rod, or no speed is given.
+        """
+        if rpm is None:
+            raise InvalidValue("speed.rpm", None, "is missing: an engine needs a speed", "Give one.")
+        peaks = peak_cases(self.engine, rod, self.gas, rpm * RPM)
+        if not peaks.cases:
+            rule, remedy = "applies no load to the rod", "Choose a speed above 0, or an engine with gas."
+            raise InvalidValue("speed.rpm", rpm, rule, remedy)
+        omitted = tuple(Omission(f"case {name}", why) for name, why in peaks.left_out)
+        if rpm == 0:
+            omitted += (Omission("inertia of the rod", "the engine stands still"),)
+        return SpeedLoads(peaks.cases, omitted, self.notes(rod, rpm))
+
+    def notes(self, rod: MassProperties, rpm: float) -> tuple[str, ...]:
+        """Return what a user must know about the engine and its gas at a speed."""
+        torque = cycle(self.engine, rod, self.gas, rpm * RPM, cycle_angles()).torque
+        of_gas = (*self.gas.remarks, self.gas.note(rpm * RPM), absorbed(self.gas, torque))
+        told = (*of_gas, *engine_remarks(self.table, self.engine.rod_length, rpm))
+        return tuple(note for note in told if note)
+
+    def instant(self, rod: MassProperties, rpm: float, angle: float) -> LoadCase:
+        """Return what acts on the rod at a crank angle, rad."""
+        return load_case(self.engine, rod, self.gas, rpm * RPM, angle, name="instant")
+
+
+@dataclass(frozen=True)
+class GivenForces:
+    """A given pin force loads the rod, which is at rest.
+
+    Attributes
+    ----------
+    pin
+        Axial and transverse force on the piston-pin bore, N, tension positive.
+    """
+
+    pin: tuple[float, float]
+
+    def at(self, _rod: MassProperties, _rpm: float | None) -> SpeedLoads:
+        """Return the one load case there is."""
+        reason = "forces are given"
+        spared = (Omission("dynamics", reason), Omission("inertia of the rod", reason))
+        return SpeedLoads((given(*self.pin),), spared, ())
+
+
+Loading = EngineLoading | GivenForces
+
+
+@dataclass(frozen=True)
+class DutyLoads:
+    """A duty and its loads.
+
+    Attributes
+    ----------
+    table
+        What the study says.
+    loadings
+        The engine with the gas of every entry.
+    """
+
+    table: DutyTable
+    loadings: tuple[EngineLoading, ...]
+
+    @classmethod
+    def of(cls, table: DutyTable, loading: EngineLoading) -> "DutyLoads":
+        """Read the gas of every entry; without any it is the engine's.
+
+        Raises
+        ------
+        InvalidValue
+            A gas needs a key of the engine that is missing, or a file that cannot be read.
+        """
+        if table.gas is None:
+            return cls(table, (loading,) * len(table.rpm))
+        of_gas = {gas: loading.with_gas(gas) for gas in table.gas}
+        return cls(table, tuple(of_gas[gas] for gas in table.gas))

@@ -1,0 +1,137 @@
+"""Buckling in a run: column formulas always, modes of the meshed rod where they are asked for."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fea.base.checks import Check, check
+from fea.judge.column import Column, Plane, column
+from fea.rod.loading import Omission
+from fea.run.figures import BucklingFigures, BucklingModeFigures, ColumnFigures, PlaneFigures
+from fea.run.modes import moves
+from fea.run.prepare import PreparedRod
+from fea.run.solve import PinModel
+from fea.run.speed import SpeedResult
+from fea.solid.parity import Parity
+from fea.solvers.buckling import BucklingMode
+from geometry.arrays import Floats
+from loads.cases import LoadCase
+from mesh.mirror import MirroredMesh
+
+COUNT = 3
+_NO_CONTACT = Omission("contact in the buckling modes", "they are found with the pressure cosine-180")
+_ONLY_PULLED = Omission("buckling modes", "no load case compresses the rod")
+# The stress of these is the reference load of the eigenvalue problem.
+_CASES = ("compression", "gas", "given")
+
+
+@dataclass(frozen=True)
+class BucklingReport:
+    """Buckling at one speed.
+
+    Attributes
+    ----------
+    figures
+        For the summary.
+    shapes
+        Mode shapes (n_nodes, 3) of the worst case by name, their largest displacement 1 mm.
+    checks
+        By name.
+    left_out
+        What was not computed, and why.
+    """
+
+    figures: BucklingFigures
+    shapes: Mapping[str, Floats] = field(default_factory=dict)
+    checks: Mapping[str, Check] = field(default_factory=dict)
+    left_out: tuple[Omission, ...] = ()
+
+
+def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
+    """Judge the rod against buckling at one speed.
+
+    Parameters
+    ----------
+    rod
+        The meshed rod.
+    result
+        Its load cases.
+
+    Raises
+    ------
+    SingularMatrixError
+        A factorisation broke down.
+    """
+    columns = column_figures(rod, result.loads.cases)
+    pushed = [case for case in result.loads.cases if case.name in _CASES and compression(case) > 0]
+    if not rod.options.buckling:
+        return BucklingReport(BucklingFigures(column=columns, min_safety_factor=columns.min_safety_factor))
+    if not pushed:
+        figures = BucklingFigures(column=columns, modes={}, min_safety_factor=columns.min_safety_factor)
+        return BucklingReport(figures, left_out=(_ONLY_PULLED,))
+    with rod.clock("buckling"):
+        # A buckling load is a multiple of the load; contact is not.
+        prescribed = PinModel(rod.nodal_forces, rod.model)
+        displacement = prescribed.equilibrium(pushed).solution.displacement
+        by_case = rod.buckling.modes(displacement, COUNT)
+    found = {case.name: modes for case, modes in zip(pushed, by_case, strict=True)}
+    every = [mode for modes in by_case for mode in modes]
+    worst = min(found, key=lambda name: min((mode.factor for mode in found[name]), default=np.inf))
+    whole = rod.mesh.mirrored
+    factors = [mode.factor for mode in every]
+    factors += [] if columns.min_safety_factor is None else [columns.min_safety_factor]
+    figures = BucklingFigures(
+        column=columns,
+        modes={name: tuple(_mode(whole, mode) for mode in modes) for name, modes in found.items()},
+        shapes_of=worst,
+        min_safety_factor=min(factors, default=None),
+    )
+    shapes = {f"mode_{i}": _shape(whole, mode) for i, mode in enumerate(found[worst], start=1)}
+    residual = max((mode.residual for mode in every), default=0.0)
+    left_out = (_NO_CONTACT,) if rod.options.in_contact else ()
+    return BucklingReport(figures, shapes, {"buckling": check("buckling", residual)}, left_out)
+
+
+def column_figures(rod: PreparedRod, cases: Sequence[LoadCase]) -> ColumnFigures:
+    """Return what the column formulas say of the load case that compresses the rod most."""
+    worst = max(cases, key=compression)
+    force = compression(worst)
+    stations, least = rod.sections
+    material = rod.shank_material
+    planes = {
+        plane.value: _plane(
+            column(plane, stations, least, material.youngs_modulus, material.yield_strength), force
+        )
+        for plane in Plane
+    }
+    return ColumnFigures(
+        force_N=force, case=worst.name if force else None, least_area_mm2=least.area, planes=planes
+    )
+
+
+def compression(case: LoadCase) -> float:
+    """Return the larger force that compresses the rod, at either end, N; 0 where it is pulled."""
+    return max(0.0, -case.pin_axial, -case.crank_axial)
+
+
+def _plane(found: Column, force: float) -> PlaneFigures:
+    return PlaneFigures(
+        slenderness=found.slenderness,
+        euler_N=found.euler,
+        johnson_N=found.johnson,
+        rankine_N=found.rankine,
+        safety_factor=found.least / force if force else None,
+    )
+
+
+def _mode(whole: MirroredMesh, mode: BucklingMode) -> BucklingModeFigures:
+    return BucklingModeFigures(factor=mode.factor, moves=moves(whole.mesh.points, _shape(whole, mode)))
+
+
+def _shape(whole: MirroredMesh, mode: BucklingMode) -> Floats:
+    """Displacement (n_nodes, 3) of the whole rod, its largest 1 mm."""
+    shape = whole.vector(mode.shape[Parity.SYMMETRIC], mode.shape.get(Parity.ANTISYMMETRIC))
+    if mode.parity_z is Parity.ANTISYMMETRIC:
+        shape = shape * whole.sign[:, 2:]
+    return np.asarray(shape / np.linalg.norm(shape, axis=1).max())

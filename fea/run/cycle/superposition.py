@@ -1,0 +1,306 @@
+"""The whole crank cycle of a rod at any speed, from one set of unit solutions."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fea.base.checks import LIMITS, Check
+from fea.base.choices import Fatigue
+from fea.base.material import Material
+from fea.judge.case_result import CaseResult
+from fea.judge.fatigue import fatigue_remarks
+from fea.pins.assembly_state import AssemblyState
+from fea.pins.pressure_loads import TOLERANCE
+from fea.pins.touch import Touch
+from fea.pins.unit_loads import Course, Instants, UnitLoads, Weights
+from fea.rod.meshed_rod import MeshedRod
+from fea.rod.surface_regions import SurfaceRegions
+from fea.run.cycle.assembly_history import assembly_columns
+from fea.run.cycle.envelope import Envelope, envelope, with_cases, worst_multiaxial
+from fea.run.cycle.instants import course, instants, of_cases, whole_cycle
+from fea.run.cycle.spots import Spot, distinct, spots
+from fea.run.cycle.unit_solutions import UnitSolutions
+from fea.stress.stress import von_mises
+from fea.units import DEG
+from geometry.arrays import Floats, Ints, Mask
+from geometry.mass import MassProperties
+from geometry.surfaces import Surface
+from loads.cases import LoadCase
+from loads.engine import Engine
+from loads.gas import GasModel
+from loads.slider_crank import cycle_angles
+
+# Limit of the check ``superposition`` if the pressure jumps, where the series does not converge: the error
+# that counts as mesh-converged.
+AT_JUMPS = 0.05
+# Stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads.
+Direct = Callable[[Instants, Course], Sequence[Floats]]
+_AWAY = "the safety factors of the cycle also leave out places where the exact stress is infinite (singular)"
+
+
+@dataclass(frozen=True)
+class CycleResult:
+    """A cycle at one speed.
+
+    Attributes
+    ----------
+    angles
+        (n_instants,) crank angles of the histories, rad: every degree.
+    envelope
+        On the whole rod.
+    spots
+        The worst places against yielding, the worst first.
+    weakest
+        The worst place against fatigue, or None if no fatigue strength is known.
+    superposition
+        Largest difference between superposed and directly solved von Mises stress over the peak cases,
+        relative to the largest stress of each case.
+    of_parts
+        The same at the worst instants of a cycle that friction makes differ from the peak cases, relative to
+        the largest stress of each part; None for a rod of one piece.
+    series_error
+        Largest error of the series of the bore pressure, relative to its peak.
+    unit_solutions
+        Number of unit solutions.
+    jumps
+        Whether the bore pressure jumps at the ends of its arc.
+    remarks
+        Notes about the material for the user.
+    multiaxial
+        The worst place by Crossland's criterion, or None if no endurance limit is known.
+    counts
+        (n_nodes,) nodes that count: those that are not near a stress singularity.
+    touches
+        Contact of the pins with the bores at every degree; empty where their pressure is prescribed.
+    states
+        Bolts and interfaces at every degree; empty for a rod of one piece.
+    regions
+        Of the surface of the whole rod.
+    weights
+        Of the unit loads at every degree.
+    """
+
+    angles: Floats
+    envelope: Envelope
+    spots: tuple[Spot, ...]
+    weakest: Spot | None
+    superposition: float
+    of_parts: float | None
+    series_error: float
+    unit_solutions: int
+    jumps: bool
+    counts: Mask
+    regions: SurfaceRegions
+    weights: Weights
+    remarks: tuple[str, ...] = ()
+    multiaxial: Spot | None = None
+    touches: tuple[Mapping[Surface, Touch], ...] = ()
+    states: tuple[AssemblyState, ...] = ()
+
+    def checks(self) -> dict[str, Check]:
+        """Compare the superposition with the directly solved cases and instants."""
+        limit = AT_JUMPS if self.jumps else LIMITS["superposition"]
+        found = {"superposition": Check(self.superposition, limit)}
+        if self.of_parts is not None:
+            found["superposition_of_parts"] = Check(self.of_parts, LIMITS["superposition_of_parts"])
+        return found
+
+    def contact_columns(self) -> dict[str, Floats]:
+        """Return, over the crank angle, the largest contact pressure on each bore, its place and the arc."""
+        columns = {"crank_deg": self.angles / DEG}
+        for surface in self.touches[0]:
+            end, own = surface.value.removesuffix("_bore"), [instant[surface] for instant in self.touches]
+            columns[f"{end}_pressure_MPa"] = np.array([touch.pressure for touch in own])
+            columns[f"{end}_at_deg"] = np.array([touch.angle for touch in own]) / DEG
+            columns[f"{end}_z_mm"] = np.array([touch.z for touch in own])
+            columns[f"{end}_arc_deg"] = np.array([touch.arc for touch in own]) / DEG
+        return columns | assembly_columns(self.states)
+
+    def notes(self) -> tuple[str, ...]:
+        """Return the notes about the cycle for the user."""
+        said = self.remarks if self.counts.all() else (*self.remarks, _AWAY)
+        if self.jumps:
+            why = "jumps at the ends of its arc"
+        elif self.series_error > 2 * TOLERANCE:
+            why = "acts on a narrow arc"
+        else:
+            return said
+        apart = f"{100 * self.superposition:.2g} % of the largest stress of each peak case"
+        return (
+            *said,
+            f"the bore pressure {why}, so that the superposed stress may err there by up to {apart}",
+        )
+
+
+@dataclass(frozen=True)
+class CycleAnalysis:
+    """Superposes the unit solutions of a rod.
+
+    Attributes
+    ----------
+    mesh
+        The meshed rod.
+    rod
+        Its mass properties, from the quadrature of the inertia fields.
+    materials
+        One per part.
+    loads, units
+        The unit loads and their solutions.
+    fatigue
+        The mean-stress correction.
+    masked
+        Nodes of the cell near stress singularities, which do not count.
+    regions
+        Of the surface of the cell.
+    direct
+        Stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads; None where the
+        peak cases are such instants.
+    """
+
+    mesh: MeshedRod
+    rod: MassProperties
+    materials: tuple[Material, ...]
+    loads: UnitLoads
+    units: UnitSolutions
+    fatigue: Fatigue
+    masked: Mask
+    regions: SurfaceRegions
+    direct: Direct | None = None
+
+    @property
+    def counts(self) -> Mask:
+        """Nodes of the cell that count; all nodes if none would be left."""
+        return np.ones_like(self.masked) if self.masked.all() else ~self.masked
+
+    def weights(self, engine: Engine, gas: GasModel, speed: float, angles: Floats) -> Weights:
+        """Weights of the unit solutions at crank angles (n_instants,), rad; speed in rad/s."""
+        every = instants(engine, gas, self.rod, speed, angles)
+        if not self.loads.remembers:
+            return self.loads.weights(every)
+        return self.loads.weights(every, course(engine, gas, self.rod, speed, angles))
+
+    def case_weights(self, cases: Sequence[LoadCase]) -> Weights:
+        """Weights (n_units, n_cases) of load cases."""
+        return self.loads.weights(of_cases(cases))
+
+    def at(self, engine: Engine, gas: GasModel, speed: float, cases: Sequence[CaseResult]) -> CycleResult:
+        """Compute the cycle at one speed.
+
+        Parameters
+        ----------
+        engine, gas, speed
+            The engine, its gas pressure and its speed in rad/s.
+        cases
+            The peak cases at that speed, directly solved: the envelope includes them.
+        """
+        degrees = cycle_angles()
+        peaks = [case for case in cases if case.load.motion is not None]
+        angles = np.concatenate([degrees, [case.load.crank_angle or 0.0 for case in peaks]])
+        every = self.weights(engine, gas, speed, angles)
+        whole, regions = self.mesh.mirrored, self.regions.at(self.mesh.mirrored.source)
+        found = envelope(
+            self.units,
+            every,
+            angles,
+            whole,
+            materials=self.materials,
+            criterion=self.fatigue,
+            regions=regions,
+        )
+        found = with_cases(found, cases)
+        count = len(degrees)
+        of_degrees, of_peaks = every.at(slice(count)), every.at(slice(count, None))
+        if self.loads.remembers and peaks:  # they were solved without what came before
+            of_peaks = self.case_weights([case.load for case in peaks])
+        points, length = whole.mesh.points, self.mesh.bores.rod_length
+        counts = self.counts[whole.source]
+        worst = [node for node in distinct(points, np.where(counts, -found.usage, 0), length) if counts[node]]
+        weakest = _least(found.fatigue_factor, counts)
+        multiaxial, factors = worst_multiaxial(
+            found, self.units, of_degrees, whole, self.materials, counts=counts, regions=regions
+        )
+        endurance = _endurance(found.fatigue_part, self.materials, regions)
+        found = replace(found, crossland_factor=factors, endurance=endurance)
+        places = [(node, int(found.part[node])) for node in worst]
+        places += [(node, int(found.fatigue_part[node])) for node in weakest]
+        histories = spots(places, self.units, of_degrees, whole)
+        around = whole_cycle(engine, gas, self.rod, speed)
+        contacts = self.loads.contacts(of_degrees, *around)
+        solved = [case.part_von_mises for case in peaks]
+        return CycleResult(
+            angles=degrees,
+            envelope=found,
+            spots=histories[: len(worst)],
+            weakest=histories[-1] if weakest else None,
+            superposition=self._difference(of_peaks, solved),
+            of_parts=self._remembered(of_degrees, around, histories, solved),
+            series_error=self.loads.series_error,
+            unit_solutions=self.units.count,
+            jumps=self.loads.jumps,
+            counts=counts,
+            regions=regions,
+            weights=of_degrees,
+            remarks=fatigue_remarks(self.materials, self.fatigue),
+            multiaxial=multiaxial,
+            touches=contacts.touches,
+            states=contacts.states,
+        )
+
+    def _difference(
+        self, weights: Weights, solved: Sequence[Sequence[Floats]], largest: Sequence[float] | None = None
+    ) -> float:
+        """Largest error of superposed von Mises stress.
+
+        Parameters
+        ----------
+        weights
+            Of the instants.
+        solved
+            (n_nodes,) of each part at each of them.
+        largest
+            What it is relative to, for each part: by default the largest stress of the instant.
+        """
+        worst = 0.0
+        for number in range(len(self.units.parts)):
+            tensors = self.units.tensor(number, weights, self.mesh.mirrored)
+            for k, stress in enumerate(solved):
+                apart = np.nanmax(np.abs(von_mises(tensors[..., k]) - stress[number]))
+                size = np.nanmax(stress[number]) if largest is None else largest[number]
+                worst = max(worst, float(apart / size))
+        return worst
+
+    def _remembered(
+        self,
+        weights: Weights,
+        around: tuple[Instants, Course],
+        histories: Sequence[Spot],
+        peaks: Sequence[Sequence[Floats]],
+    ) -> float | None:
+        """Error at the instants at which places are worst, if friction makes these depend on the cycle.
+
+        It is relative to the largest stress of each part, of the peak cases too.
+        """
+        if self.direct is None:
+            return None
+        which = np.unique([np.abs(spot.signed).argmax() for spot in histories])
+        every, course = around
+        stresses = self.direct(Instants(*(own[..., which] for own in every)), course)
+        solved = [[von_mises(own[..., k]) for own in stresses] for k in range(len(which))]
+        largest = [float(np.nanmax(own)) for own in zip(*solved, *peaks, strict=True)]
+        return self._difference(weights.at(which), solved, largest)
+
+
+def _endurance(part: Ints, materials: Sequence[Material], regions: SurfaceRegions) -> Floats | None:
+    """Endurance limit (n_nodes,) of the part given at each node; None if every surface is as polished."""
+    surface = np.stack([regions.factors(material) for material in materials])
+    limits = np.array([[material.endurance_limit or np.nan] for material in materials])
+    return None if (surface == 1).all() else (surface * limits)[part, np.arange(len(part))]
+
+
+def _least(factor: Floats | None, counts: Mask) -> list[int]:
+    """Node of the smallest factor among those that count; none if no strength is known."""
+    if factor is None:
+        return []
+    judged = np.where(counts, factor, np.nan)
+    return [] if np.isnan(judged).all() else [int(np.nanargmin(judged))]

@@ -1,0 +1,142 @@
+"""From a solution on the mirror cell to fields on the whole rod.
+
+This is the only place between solvers and results that knows of parities: what solves hands over the parts
+about y = 0, what judges gets the whole rod.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fea.base.material import Material
+from fea.judge.case_error import CaseError, CaseErrors
+from fea.pins.case_forces import CaseForces
+from fea.run.solve import Equilibrium
+from fea.solid.bore_motion import referred_to_bores
+from fea.solid.parity import Parity, Split
+from fea.solvers.static import Solution
+from fea.stress.recovery import PartRecovery
+from geometry.arrays import Floats
+from geometry.surfaces import Surface
+from mesh.mirror import MirroredMesh
+
+
+@dataclass(frozen=True)
+class CaseFields:
+    """Fields of one load case on the whole rod.
+
+    Attributes
+    ----------
+    displacement
+        (n_nodes, 3), mm.
+    stresses
+        Per part (n_nodes, 6), MPa; NaN at nodes that are not the part's.
+    error
+        Estimated errors of the stresses.
+    contact_pressure
+        (n_nodes,) of the pins in contact and between separate parts, MPa, 0 elsewhere; None where the pins'
+        pressure is prescribed.
+    gap
+        (n_nodes,) between separate parts, mm, 0 elsewhere; None for a rod of one piece.
+    """
+
+    displacement: Floats
+    stresses: tuple[Floats, ...]
+    error: CaseError
+    contact_pressure: Floats | None = None
+    gap: Floats | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class FieldRecovery:
+    """Carries solutions to the whole rod and recovers their stress.
+
+    Attributes
+    ----------
+    mirrored
+        The whole rod from the cell.
+    materials
+        One per part.
+    recovery, errors
+        Nodal stress of each part on the cell, and its estimated error.
+    rod_length
+        Distance of the bores, mm, relative to which displacement is given; None where a clamp holds the rod.
+    """
+
+    mirrored: MirroredMesh
+    materials: tuple[Material, ...]
+    recovery: PartRecovery
+    errors: CaseErrors
+    rod_length: float | None
+
+    def displaced(self, found: Equilibrium) -> Floats:
+        """Displacement (n_nodes, 3, n_cases) of the whole rod, mm, with its thermal expansion."""
+        growth = [case.growth for case in found.forces if case.growth is not None]
+        return self.displacement(found.solution.moved(growth) if growth else found.solution)
+
+    def displacement(self, solution: Solution) -> Floats:
+        """Displacement (n_nodes, 3, n_cases) of the whole rod, mm."""
+        even, odd = (solution.displacement.get(parity) for parity in Parity)
+        displacement = self.mirrored.vector(np.asarray(even), odd)
+        if self.rod_length is None:
+            return displacement
+        return referred_to_bores(self.mirrored.mesh, displacement, self.rod_length)
+
+    def _on_cell(self, found: Equilibrium) -> dict[Parity, list[Floats]]:
+        """Stress per parity and part (n_nodes, 6, n_cases) on the cell."""
+        solution = found.solution
+        return {
+            parity: self.recovery.nodal_stress(
+                u, self.materials, parity, _traction(found.forces, parity), solution.pressure.get(parity)
+            )
+            for parity, u in solution.displacement.items()
+        }
+
+    def _on_whole(self, stress: Mapping[Parity, Sequence[Floats]]) -> list[Floats]:
+        """Stress per part (n_nodes, 6, n_cases) on the whole rod."""
+        odd = stress.get(Parity.ANTISYMMETRIC)
+        return [
+            self.mirrored.tensor(even, None if odd is None else odd[number])
+            for number, even in enumerate(stress[Parity.SYMMETRIC])
+        ]
+
+    def stresses(self, found: Equilibrium) -> list[Floats]:
+        """Recover the stress of every load case: per part (n_nodes, 6, n_cases) on the whole rod."""
+        return self._on_whole(self._on_cell(found))
+
+    def __call__(self, found: Equilibrium) -> list[CaseFields]:
+        """Recover the fields of each load case."""
+        solution, stress = found.solution, self._on_cell(found)
+        displacement, tensors = self.displaced(found), self._on_whole(stress)
+        errors = self.errors(solution.displacement, stress, solution.pressure)
+        return [
+            CaseFields(
+                displacement[..., index],
+                tuple(tensor[..., index] for tensor in tensors),
+                error,
+                self._contact_pressure(found.forces[index]),
+                self._scalar(found.forces[index].gap),
+            )
+            for index, error in enumerate(errors)
+        ]
+
+    def _contact_pressure(self, forces: CaseForces) -> Floats | None:
+        if forces.pressure is not None:
+            return self._scalar(forces.pressure)
+        if not forces.touch:
+            return None
+        tractions = forces.traction.values()
+        whole = [self.mirrored.vector(own.symmetric, own.antisymmetric) for own in tractions]
+        return np.asarray(np.linalg.norm(np.sum(whole, axis=0), axis=1))
+
+    def _scalar(self, field: Split | None) -> Floats | None:
+        return None if field is None else self.mirrored.scalar(field.symmetric, field.antisymmetric)
+
+
+def _traction(forces: Sequence[CaseForces], parity: Parity) -> dict[Surface, Floats]:
+    """Traction (n_nodes, 3, n_cases) of one parity on each pressed surface."""
+    return {
+        surface: np.stack([case.traction[surface].part(parity) for case in forces], axis=-1)
+        for surface in forces[0].traction
+    }

@@ -1,0 +1,94 @@
+"""How far the answer depends on how the pins press on the bores."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fea.base.choices import CONTACT
+from fea.judge.verdict import CAP
+from fea.pins.case_forces import NodalForces
+from fea.run.figures import PinModelFigures
+from fea.run.prepare import PreparedRod
+from fea.run.solve import PinModel
+from fea.stress.singular import masked_nodes
+from fea.stress.stress import von_mises
+from geometry.arrays import Mask
+from loads.bearing import BorePressure
+from loads.cases import LoadCase
+
+# Smallest safety factors by the name of the pressure on the bores.
+Factors = dict[str, float]
+# The two that are in use: for a pin with little clearance, and for one with much.
+_OTHERS = ("cosine-180", "uniform-120")
+
+
+def least_factors(rod: PreparedRod, cases: Sequence[LoadCase], known: float | None = None) -> Factors | None:
+    """Compute the smallest safety factor under the pressure asked for and under another one, by its name.
+
+    Parameters
+    ----------
+    rod
+        On a coarse mesh where there is one, which shows the ratios just as well: its errors affect all alike.
+        Contact is looked at too if they differ, but only if the factors of this mesh are not `known`.
+    cases
+        Load cases.
+    known
+        The factor under the pressure asked for, if it has been computed.
+
+    Returns
+    -------
+    dict or None
+        None where the pins are in contact already.
+    """
+    if rod.options.in_contact:
+        return None
+    with rod.clock("pin model"):
+        asked = rod.options.pressure
+        name = next(other for other in _OTHERS if other != asked)
+        pressure = BorePressure.parse(name)
+        forces = NodalForces(rod.mesh.cell, rod.mesh.bores, rod.inertia, pressure, rod.options.support)
+        counts = ~rod.fields.errors.masked[rod.mesh.mirrored.source]
+        own = _least(rod, rod.pins, cases, counts) if known is None else known
+        found = {asked: own, name: _least(rod, PinModel(forces, rod.model), cases, counts)}
+        if known is not None or not PinModelFigures(min_safety_factors=found).matters or rod.without_contact:
+            return found
+        near = masked_nodes(rod.mesh.cell, rod.fits.sharp, rod.mesh.cell_creases)[rod.mesh.mirrored.source]
+        return found | {CONTACT: _least(rod, PinModel(rod.contact, rod.model), cases, counts & ~near)}
+
+
+def pin_model_figures(
+    coarse: Factors | None, rod: PreparedRod, cases: Sequence[LoadCase], asked: float
+) -> PinModelFigures | None:
+    """Compare the smallest safety factor with that under other pressures.
+
+    Parameters
+    ----------
+    coarse
+        The factors on an earlier mesh, where there is one.
+    rod
+        On the mesh that gives the answer.
+    cases
+        Load cases.
+    asked
+        The smallest safety factor on this mesh under the pressure that was asked for.
+
+    Returns
+    -------
+    PinModelFigures or None
+        None where the pins are in contact already.
+    """
+    found = coarse or least_factors(rod, cases, asked if asked < CAP else None)
+    if found is None:
+        return None
+    scale = asked / found[rod.options.pressure]
+    return PinModelFigures(min_safety_factors={name: scale * factor for name, factor in found.items()})
+
+
+def _least(rod: PreparedRod, pins: PinModel, cases: Sequence[LoadCase], counts: Mask) -> float:
+    """The smallest safety factor of all cases at the nodes (n_nodes,) that count, or at all if none does."""
+    stresses = rod.fields.stresses(pins.equilibrium(cases))
+    chosen = counts if counts.any() else slice(None)
+    return min(
+        material.yield_strength / float(np.nanmax(von_mises(np.moveaxis(stress[chosen], 1, -1))))
+        for material, stress in zip(rod.materials, stresses, strict=True)
+    )

@@ -1,0 +1,174 @@
+"""Element sizes that a tolerance on the peaks asks for, from the errors of a solution."""
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from fea.judge.case_result import CaseResult
+from fea.judge.sharp_places import FINE_WITHIN, SharpPlace, worst_of_edges
+from fea.rod.meshed_rod import MeshedRod
+from fea.stress.stress import von_mises
+from geometry.arrays import Floats, Mask
+from mesh.sizing import SizeField
+from mesh.tetmesh import EDGES, TetMesh
+
+# The error of the stress falls with this power of the element size, by element order.
+_RATE = {1: 1.0, 2: 2.2}
+# Where an earlier pass refined without success the stress is less smooth (at the ends of fillets the
+# curvature jumps): the rate is lower there, and elements shrink by this ratio to make a pass worth while.
+_ROUGH_RATE, _ROUGH_RATIO = 1.5, 0.6
+# Share of the tolerance that is aimed at: predictions scatter, and another pass costs a whole solution,
+# whereas smaller elements at the peaks cost next to nothing.
+_AIM = 0.7
+# Under refinement the stress of other places than the peak rises by about this share of their error.
+_RISE = 0.4
+# A first mesh may be too coarse to follow a fillet, which then looks like a sharp edge, where the stress is
+# singular: elements there shrink by this ratio.
+_SHARP_RATIO = 0.5
+# No element shrinks more than this in one pass: error estimates are too vague to extrapolate further.
+LEAST_RATIO = 0.2
+# Beyond this error in the energy norm a whole rod is too coarse for any peak to be trusted; elements with
+# more than their share of it shrink (Zienkiewicz & Zhu 1987, eq. 21), and no further than by half.
+ENERGY_PERCENT = 20.0
+_LEAST_ENERGY_RATIO = 0.5
+# Mean length of the edges that gmsh makes, over the size it was asked for.
+REALISED = 1.25
+# Stands for "no size is wanted here": larger than any element, mm.
+_NO_WISH = 1e6
+
+
+def size_ratio(
+    mesh: TetMesh,
+    cases: Sequence[CaseResult],
+    tolerance_percent: float,
+    *,
+    again: bool = False,
+    fatigue: bool = False,
+) -> Floats:
+    """Factor (n_nodes,) on the size of the elements that brings the peaks of every case within a tolerance.
+
+    Parameters
+    ----------
+    mesh
+        The whole rod.
+    cases
+        Solved on it.
+    tolerance_percent
+        Of the largest von Mises stress and of the least safety factor.
+    again
+        Whether the mesh has been refined for this tolerance already.
+    fatigue
+        Whether the largest stress amplitude between the cases is a peak as well.
+    """
+    tolerance, masked = tolerance_percent / 100, cases[0].error.masked
+    judged = [pair for case in cases for pair in case.judged]
+    if fatigue and len(cases) > 1:
+        judged.append(_amplitude(cases))
+    ratio = np.ones(len(mesh.points))
+    for value, error in judged:
+        ratio = np.minimum(ratio, _nodal_ratio(value, error, masked, mesh, tolerance, again=again))
+    if not again and not masked.all():
+        ratio[cases[0].error.sharp] = np.minimum(ratio[cases[0].error.sharp], _SHARP_RATIO)
+    for place in worst_of_edges(case.sharp_governing for case in cases):
+        ratio = np.minimum(ratio, _sharp_ratio(place, mesh, tolerance_percent))
+    for case in cases:
+        np.minimum.at(ratio, mesh.tets, _energy_ratio(case, mesh, _RATE[mesh.order])[:, None])
+    return ratio
+
+
+def _amplitude(cases: Sequence[CaseResult]) -> tuple[Floats, Floats]:
+    """Largest amplitude of the von Mises stress between any two cases (n_nodes,), and its error, MPa."""
+    pairs = [
+        (von_mises(one.stress - other.stress) / 2, (one.von_mises_error + other.von_mises_error) / 2)
+        for one, other in itertools.combinations(cases, 2)
+    ]
+    value, error = pairs[0]
+    for other, its_error in pairs[1:]:
+        larger = other > value
+        value, error = np.where(larger, other, value), np.where(larger, its_error, error)
+    return value, error
+
+
+def wanted_sizes(mesh: MeshedRod, ratio: Floats) -> SizeField | None:
+    """Sizes on what gmsh meshed, from a factor at each node of the whole; None where no factor is below 1."""
+    drawn = mesh.drawn
+    on_drawn = np.ones(len(drawn.points))
+    np.minimum.at(on_drawn, mesh.drawn_node, ratio)
+    # The elements around a node decide its error: all their vertices get the size, or none would.
+    np.minimum.at(on_drawn, drawn.tets[:, :4], on_drawn[drawn.tets].min(axis=1)[:, None])
+    if not (on_drawn < 1).any():
+        return None
+    size = np.where(on_drawn < 1, on_drawn * edge_length(drawn) / REALISED, np.inf)
+    return SizeField(drawn.points, drawn.tets[:, :4], np.minimum(size, _NO_WISH))
+
+
+def _nodal_ratio(
+    value: Floats, own_error: Floats, masked: Mask, mesh: TetMesh, tolerance: float, *, again: bool
+) -> Floats:
+    """Factor on the size at each node of the whole, for the bar of a field's peak."""
+    ratio = np.ones(len(value))
+    if masked.all():
+        return ratio
+    # What a first mesh says is vague, and a further pass dearer than elements; of first order they are many.
+    vague = mesh.order == 2 and not again
+    error = np.where(masked, 0.0, own_error)
+    hottest = int(np.where(masked, -np.inf, value).argmax())
+    error = _around(error, mesh) if vague else error
+    aim = _AIM * tolerance * value[hottest]
+    # A node counts as far as its stress and error together reach beyond the peak's bar.
+    allowed = np.maximum(value[hottest] - value - _RISE * error + aim, aim)
+    factor = np.divide(allowed, error, out=np.ones_like(error), where=~masked & (error > 0))
+    ratio = np.minimum(ratio, factor ** (1 / (_ROUGH_RATE if again else _RATE[mesh.order])))
+    if again:
+        ratio[ratio < 1] = np.minimum(ratio[ratio < 1], _ROUGH_RATIO)
+    return np.asarray(np.maximum(ratio, LEAST_RATIO))
+
+
+def _sharp_ratio(place: SharpPlace, mesh: TetMesh, tolerance_percent: float) -> Floats:
+    """Factor on the size at each node, for the stress beside a sharp edge and its images."""
+    apart = np.linalg.norm(np.abs(mesh.points) * [0, 1, 1] - np.abs(place.at) * [0, 1, 1], axis=1)
+    near = np.hypot(apart, mesh.points[:, 0] - place.at[0]) <= FINE_WITHIN * place.thickness
+    length = edge_length(mesh)
+    factor = REALISED * place.element_size / length
+    if place.error_percent > tolerance_percent:
+        factor = np.minimum(factor, _ROUGH_RATIO)
+    return np.where(near & np.isfinite(length), np.clip(factor, LEAST_RATIO, 1.0), 1.0)
+
+
+def _around(error: Floats, mesh: TetMesh) -> Floats:
+    """Largest error (n_nodes,) over the elements at each node: by chance it is too small at single nodes."""
+    largest = error.copy()
+    np.maximum.at(largest, mesh.tets, error[mesh.tets].max(axis=1)[:, None])
+    return largest
+
+
+def _energy_ratio(case: CaseResult, mesh: TetMesh, rate: float) -> Floats:
+    """Factor on the size of each element, for the error in the energy norm."""
+    share = case.error.element_percent
+    if case.error.energy_percent <= ENERGY_PERCENT:
+        return np.ones_like(share)
+    permitted = ENERGY_PERCENT / np.sqrt(share.size)
+    factor = (permitted / np.maximum(share, permitted)) ** (1 / (rate + 1.5))  # volume counts as h^(3/2)
+    smooth = ~case.error.masked[mesh.tets].any(axis=1)
+    return np.where(smooth, np.maximum(factor, _LEAST_ENERGY_RATIO), 1.0)
+
+
+def edge_length(mesh: TetMesh) -> Floats:
+    """Mean length (n_nodes,) of the edges at each vertex, mm; infinite at other nodes."""
+    total, count = np.zeros((2, len(mesh.points)))
+    for a, b in EDGES:
+        length = np.linalg.norm(mesh.points[mesh.tets[:, a]] - mesh.points[mesh.tets[:, b]], axis=1)
+        for end in (a, b):
+            total += np.bincount(mesh.tets[:, end], length, minlength=total.size)
+            count += np.bincount(mesh.tets[:, end], minlength=total.size)
+    return np.divide(total, count, out=np.full_like(total, np.inf), where=count > 0)
+
+
+def predicted_elements(mesh: MeshedRod, wanted: SizeField, growth: float) -> float:
+    """How many elements of the whole rod the wanted sizes will make."""
+    graded = wanted.graded(growth)
+    tets = mesh.drawn.tets[:, :4]
+    expected = REALISED * graded.size[tets].mean(axis=1)
+    ratio = np.minimum(1.0, expected / edge_length(mesh.drawn)[tets].mean(axis=1))
+    return float((ratio**-3.0).sum()) * len(mesh.whole.tets) / len(tets)

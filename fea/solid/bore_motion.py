@@ -1,0 +1,106 @@
+"""How a pin supports a bore: constraints on the mean motions of the bore's surface."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fea.solid.bore import bore_facets
+from fea.solid.parity import Parity
+from fea.solid.traction import traction_forces
+from geometry.arrays import Floats
+from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
+
+SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z = range(6)
+# Each motion's parity about y = 0 and about z = 0.
+MOTION_PARITY = (
+    (Parity.SYMMETRIC, Parity.SYMMETRIC),
+    (Parity.ANTISYMMETRIC, Parity.SYMMETRIC),
+    (Parity.SYMMETRIC, Parity.ANTISYMMETRIC),
+    (Parity.ANTISYMMETRIC, Parity.ANTISYMMETRIC),
+    (Parity.SYMMETRIC, Parity.ANTISYMMETRIC),
+    (Parity.ANTISYMMETRIC, Parity.SYMMETRIC),
+)
+
+
+@dataclass(frozen=True)
+class Held:
+    """A surface and the mean motions of it that are constrained.
+
+    Attributes
+    ----------
+    surface
+        A bore, or the end of a strut.
+    center
+        x of the centre (x, 0, 0) about which it turns, mm.
+    motions
+        The constrained ones of `SLIDE_X` … `TURN_Z`.
+    """
+
+    surface: Surface
+    center: float
+    motions: tuple[int, ...]
+
+
+def held_by_pins(rod_length: float) -> tuple[Held, Held]:
+    """Pinned in the plane of motion and built-in sideways; the small end is free to slide along the rod."""
+    return (
+        Held(Surface.BIG_END_BORE, 0.0, (SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
+        Held(Surface.SMALL_END_BORE, rod_length, (SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
+    )
+
+
+def motions(points: Floats, center: float) -> Floats:
+    """The six rigid motions (6, n_nodes, 3) about (`center`, 0, 0): slides, then turns by one radian."""
+    arm = points - np.array([center, 0.0, 0.0])
+    slides = np.broadcast_to(np.eye(3)[:, None, :], (3, *points.shape))
+    return np.concatenate([slides, np.cross(np.eye(3)[:, None, :], arm[None])])
+
+
+def mean_motions(mesh: TetMesh, surface: Surface, center: float) -> Floats:
+    """The rows (6, n_nodes, 3) whose product with a displacement gives the six mean motions of a surface.
+
+    A mean rotation is that of the rigid motion closest in the least-squares sense. On a cell of a symmetric
+    body only the rows with the parity of the field are meaningful.
+    """
+
+    def row(motion: int) -> Floats:
+        weights = traction_forces(mesh, surface, lambda places, _: motions(places, center)[motion])
+        return np.asarray(weights / (weights * motions(mesh.points, center)[motion]).sum())
+
+    return np.stack([row(motion) for motion in range(6)])
+
+
+def has_parity(motion: int, y: Parity | None, z: Parity | None) -> bool:
+    """Whether a motion belongs to fields of a parity about y = 0 and z = 0 (None: not cut there)."""
+    own_y, own_z = MOTION_PARITY[motion]
+    return y in (None, own_y) and z in (None, own_z)
+
+
+def bore_mean(mesh: TetMesh, surface: Surface, field: Floats) -> Floats:
+    """Area mean of a nodal field (n_nodes, …) over a bore."""
+    bore = bore_facets(mesh, surface, 0.0)
+    nodal = bore.areas @ bore.shape_values
+    weights = np.bincount(bore.nodes.ravel(), nodal.ravel(), minlength=len(mesh.points))
+    return np.asarray(np.tensordot(weights / weights.sum(), field, axes=1))
+
+
+def referred_to_bores(mesh: TetMesh, displacement: Floats, rod_length: float) -> Floats:
+    """Displacement (n_nodes, 3, n_cases) minus the rigid motion of the line between the bores.
+
+    The mean of the big-end bore is at rest and that of the small-end bore stays on the x axis.
+
+    Parameters
+    ----------
+    mesh
+        The whole rod.
+    displacement
+        mm, small.
+    rod_length
+        Distance between the bores, mm.
+    """
+    moved = displacement - bore_mean(mesh, Surface.BIG_END_BORE, displacement)
+    _, across_y, across_z = bore_mean(mesh, Surface.SMALL_END_BORE, moved) / rod_length
+    x, y, z = (coordinate[:, None] for coordinate in mesh.points.T)
+    turn = np.stack([-across_y * y - across_z * z, across_y * x, across_z * x], axis=1)
+    return np.asarray(moved - turn)

@@ -1,0 +1,222 @@
+"""Bodies swept from a plane outline, as data."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import gmsh
+
+from geometry.errors import GeometryError
+from geometry.kernel import SOLID, Place, Placing, attempt, in_plan, in_profile
+from geometry.segments import Arc, Line, Point
+from geometry.surfaces import Surface
+
+
+@dataclass(frozen=True)
+class EllipticArc:
+    """A piece, less than half, of an ellipse about the origin.
+
+    Attributes
+    ----------
+    semi_axes
+        Along the first and the second coordinate, mm.
+    begin, end
+        Values of the parameter t in (a cos t, b sin t), rad.
+    """
+
+    semi_axes: tuple[float, float]
+    begin: float
+    end: float
+
+    def at(self, share: float) -> Point:
+        """Return the point at a share (0…1) of the parameter's range."""
+        t = self.begin + share * (self.end - self.begin)
+        return self.semi_axes[0] * math.cos(t), self.semi_axes[1] * math.sin(t)
+
+    @property
+    def start(self) -> Point:
+        """First point."""
+        return self.at(0)
+
+
+Curve = Line | Arc | EllipticArc
+
+
+@dataclass(frozen=True)
+class Side:
+    """A piece of an outline, and the name of the surface that it sweeps."""
+
+    curve: Curve
+    surface: Surface
+
+
+@dataclass(frozen=True)
+class Prism:
+    """An outline in x and y, extruded along z.
+
+    Attributes
+    ----------
+    sides
+        A closed chain: each curve starts where the one before ends.
+    levels
+        z of the bottom, of planes at which the body is split so that nodes lie there, and of the top, mm.
+    bottom, top
+        Names of these faces.
+    """
+
+    sides: tuple[Side, ...]
+    levels: tuple[float, ...]
+    bottom: Surface = Surface.SYMMETRY_Z
+    top: Surface = Surface.FREE
+
+
+@dataclass(frozen=True)
+class Revolution:
+    """An outline in r and z, r ≥ 0, turned about the z axis by a quarter from y = 0 to x = 0.
+
+    The end faces are `Surface.SYMMETRY_Y` and `Surface.SYMMETRY_X`.
+
+    Attributes
+    ----------
+    sides
+        A closed chain; a straight side on the axis sweeps no surface, and its name is not used.
+    """
+
+    sides: tuple[Side, ...]
+
+
+@dataclass(frozen=True)
+class SideBySide:
+    """Bodies that touch, so that a mesh of them has common nodes where they do.
+
+    Attributes
+    ----------
+    parts
+        A face that two of them share lies inside the body, and its name is not used.
+    """
+
+    parts: tuple[Prism | Revolution, ...]
+
+
+Body = Prism | Revolution | SideBySide
+
+
+def polygon(*corners: tuple[Point, Surface]) -> tuple[Side, ...]:
+    """Join corners by straight sides, each named with the corner it starts from."""
+    starts = [corner for corner, _ in corners]
+    ends = starts[1:] + starts[:1]
+    return tuple(Side(Line(a, b), name) for (a, name), b in zip(corners, ends, strict=True))
+
+
+def block(length: float, width: float, height: float, name: Surface = Surface.FREE) -> Prism:
+    """Box from the origin to (`length`, `width`, `height`), all of whose faces are called `name`."""
+    corners = ((0.0, 0.0), (length, 0.0), (length, width), (0.0, width))
+    return Prism(polygon(*((corner, name) for corner in corners)), (0.0, height), name, name)
+
+
+_Named = list[tuple[Surface, int]]
+
+
+def draw(body: Body) -> dict[Surface, tuple[int, ...]]:
+    """Draw a body in a new model of the open session.
+
+    Returns
+    -------
+    dict
+        gmsh's face tags per surface.
+
+    Raises
+    ------
+    GeometryError
+        The CAD kernel failed.
+    """
+    gmsh.model.add("body")
+    with attempt("sweep the outline"):
+        named = _side_by_side(body) if isinstance(body, SideBySide) else _swept(body)
+    gmsh.model.occ.synchronize()
+    for _, volume in gmsh.model.getEntities(SOLID):
+        gmsh.model.mesh.setOutwardOrientation(volume)  # a swept face may point inwards
+    faces: dict[Surface, tuple[int, ...]] = {}
+    for surface, tag in named:
+        faces[surface] = (*faces.get(surface, ()), tag)
+    return faces
+
+
+def _swept(body: Prism | Revolution) -> _Named:
+    return _prism(body) if isinstance(body, Prism) else _revolution(body)
+
+
+def _prism(body: Prism) -> _Named:
+    base = _face(body.sides, in_plan)
+    gmsh.model.occ.translate([(2, base)], 0, 0, body.levels[0])
+    named, floor = [(body.bottom, base)], base
+    for low, high in pairwise(body.levels):
+        floor_and_sides = gmsh.model.occ.extrude([(2, floor)], 0, 0, high - low)
+        floor, *lateral = _faces(floor_and_sides)
+        named += _by_side(body.sides, lateral)
+    return [*named, (body.top, floor)]
+
+
+def _revolution(body: Revolution) -> _Named:
+    base = _face(body.sides, in_profile)
+    swept = gmsh.model.occ.revolve([(2, base)], 0, 0, 0, 0, 0, 1, math.pi / 2)
+    end, *lateral = _faces(swept)
+    sweeping = [side for side in body.sides if not _on_axis(side.curve)]
+    return [(Surface.SYMMETRY_Y, base), (Surface.SYMMETRY_X, end), *_by_side(sweeping, lateral)]
+
+
+def _side_by_side(body: SideBySide) -> _Named:
+    """Draw the parts and join them: faces change their tags, but not their middles."""
+    occ = gmsh.model.occ
+    middles = [(name, occ.getCenterOfMass(2, tag)) for part in body.parts for name, tag in _swept(part)]
+    joined, _ = occ.fragment(occ.getEntities(SOLID), [])
+    occ.synchronize()
+    outer = gmsh.model.getBoundary(joined, combined=True, oriented=False)
+
+    def named(tag: int) -> Surface:
+        middle = occ.getCenterOfMass(2, tag)
+        return min(middles, key=lambda own: math.dist(own[1], middle))[0]
+
+    return [(named(tag), tag) for _, tag in outer]
+
+
+def _faces(swept: Sequence[tuple[int, int]]) -> list[int]:
+    return [tag for dimension, tag in swept if dimension == 2]
+
+
+def _by_side(sides: Sequence[Side], lateral: Sequence[int]) -> _Named:
+    """Name swept faces: the kernel lists them in the order of the sides."""
+    if len(sides) != len(lateral):
+        raise GeometryError(f"the CAD kernel swept {len(lateral)} faces from {len(sides)} sides")
+    return [(side.surface, tag) for side, tag in zip(sides, lateral, strict=True)]
+
+
+def _on_axis(curve: Curve) -> bool:
+    return isinstance(curve, Line) and abs(curve.start[0]) + abs(curve.end[0]) < 1e-12 * curve.length
+
+
+def _face(sides: Sequence[Side], place: Placing) -> int:
+    occ = gmsh.model.occ
+    corners = [occ.addPoint(*place(side.curve.start)) for side in sides]
+    helpers: list[int] = []
+    curves = []
+    for side, begin, end in zip(sides, corners, corners[1:] + corners[:1], strict=True):
+        match side.curve:
+            case Line():
+                curves.append(occ.addLine(begin, end))
+            case Arc() as arc:
+                helpers.append(occ.addPoint(*place(arc.at(0.5))))
+                curves.append(occ.addCircleArc(begin, helpers[-1], end, center=False))
+            case EllipticArc() as arc:
+                center, major = (occ.addPoint(*point) for point in _axes(arc, place))
+                helpers += [center, major]
+                curves.append(occ.addEllipseArc(begin, center, major, end))
+    occ.remove([(0, helper) for helper in helpers])  # else they would be meshed as loose nodes
+    return int(occ.addPlaneSurface([occ.addCurveLoop(curves)]))
+
+
+def _axes(arc: EllipticArc, place: Placing) -> tuple[Place, Place]:
+    """Return the centre and a point on the major axis."""
+    a, b = arc.semi_axes
+    return place((0.0, 0.0)), place((a, 0.0) if a >= b else (0.0, b))

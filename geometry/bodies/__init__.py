@@ -1,1 +1,0 @@
-"""Simple bodies with named surfaces: the geometry of published benchmark problems."""
