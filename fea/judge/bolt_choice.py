@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from fea.base.choices import ThreadRolled
 from fea.base.material import Material
+from fea.contact.assembly_state import Bolt
 from fea.judge.assumed import Assumed
 from fea.judge.bolt_compliance import BoltCompliance, ClampedParts, bolt_compliance
 from fea.judge.bolt_shape import BoltSeats, BoltShape, bolt_shape
@@ -16,7 +17,6 @@ from fea.judge.bolt_strength import (
     load_factor,
     tightening_stress,
 )
-from fea.pins.assembly_state import Bolt
 from fea.study.assembly_table import BOLT, DEFAULT_GRADE, AssemblyTable, bolt_material
 from fea.study.bolts import PROOF_RATIO, BoltStrength, bolt_strength
 from fea.study.material_table import MaterialTable

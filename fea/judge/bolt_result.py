@@ -6,8 +6,8 @@ eccentric joints, is not contained.
 
 from dataclasses import dataclass
 
+from fea.contact.assembly_state import Bolt
 from fea.judge.bolt_strength import alternating_stress, endurance, tightening_stress, working_stress
-from fea.pins.assembly_state import Bolt
 from geometry.arrays import Floats
 
 

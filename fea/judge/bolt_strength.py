@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 from fea.base.choices import ThreadRolled
-from fea.pins.assembly_state import Bolt
+from fea.contact.assembly_state import Bolt
 from fea.study.bolts import Thread
 
 # ν of VDI 2230, tables A1 to A4: share of R_p0.2 that tightening uses.

@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.base.material import Material
+from fea.contact.assembly_state import AssemblyState
+from fea.contact.touch import Touch
 from fea.judge.case_error import CaseError
 from fea.judge.sharp_places import SharpPlace, SharpPlaces, mattering
 from fea.judge.verdict import CAP, Peak, Verdict, element_largest, peak, safety_factor
-from fea.pins.assembly_state import AssemblyState
-from fea.pins.touch import Touch
 from fea.stress.stress import principal, von_mises
 from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface

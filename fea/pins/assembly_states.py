@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 
 from fea.contact.assembled import Assembled
+from fea.contact.assembly_state import AssemblyState, BoltState, FaceState, Place
 from fea.contact.joined_system import Joined
 from fea.contact.multipliers import Multipliers
 from fea.contact.problem import ContactProblem
-from fea.pins.assembly_state import AssemblyState, BoltState, FaceState, Place
 from fea.solid.parity import Parity, Split
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fea.base.choices import Support
-from fea.pins.assembly_state import AssemblyState
+from fea.contact.assembly_state import AssemblyState
+from fea.contact.touch import Touch
 from fea.pins.pin_loads import pin_loads
-from fea.pins.touch import Touch
 from fea.rod.meshed_rod import Bores
 from fea.solid.bore import bore_facets
 from fea.solid.inertia import Inertia

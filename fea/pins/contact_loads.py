@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fea.contact.touch import Touch
 from fea.pins.rod_contact import RodContact
-from fea.pins.touch import Touch
 from fea.pins.unit_loads import Contacts, Course, Instants, Together, Weights, inertial_fields
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Parity

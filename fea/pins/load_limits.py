@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 from scipy.optimize import brentq
 
+from fea.contact.assembly_state import AssemblyState, FaceState
 from fea.pins.assembled_rod import AssembledRod
-from fea.pins.assembly_state import AssemblyState, FaceState
 from geometry.surfaces import Surface
 from loads.cases import LoadCase
 

@@ -10,10 +10,10 @@ from fea.contact.interface import PinInBore
 from fea.contact.mating import MatingFaces
 from fea.contact.multipliers import Multipliers, radial
 from fea.contact.problem import ContactProblem
+from fea.contact.touch import Touch
 from fea.machine.threads import one_blas_thread
 from fea.pins.case_forces import CaseForces
 from fea.pins.fits import Fits
-from fea.pins.touch import Touch
 from fea.rod.meshed_rod import Bores
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia
 from fea.solid.parity import Parity, Split

@@ -10,8 +10,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from fea.pins.assembly_state import AssemblyState
-from fea.pins.touch import Touch
+from fea.contact.assembly_state import AssemblyState
+from fea.contact.touch import Touch
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface

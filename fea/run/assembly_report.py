@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fea.contact.assembly_state import AssemblyState, FaceState
 from fea.judge.bolt_result import BoltResult
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
-from fea.pins.assembly_state import AssemblyState, FaceState
 from fea.rod.loading import Omission
 from fea.run.assembling import Assembling
 from fea.run.assembly_figures import (

@@ -10,7 +10,7 @@ from skfem.quadrature import get_quadrature
 
 from fea.base.material import Constants, Material
 from geometry.arrays import Floats, Ints
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import EDGES, TetMesh
 
 _ELEMENTS = {4: ElementTetP1, 10: ElementTetP2, 3: ElementTriP1, 6: ElementTriP2}
 
@@ -68,6 +68,22 @@ VOLUME_DEGREE = 5
 def stiffness_degree(n_nodes: int) -> int:
     """Polynomial degree of grad N : grad N on a straight-sided element."""
     return 0 if n_nodes == 4 else 2
+
+
+_VERTICES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+
+
+def reference_nodes(n_nodes: int) -> Floats:
+    """Places (n_nodes, 3) of the nodes of the reference tetrahedron."""
+    if n_nodes == len(_VERTICES):
+        return _VERTICES
+    return np.vstack([_VERTICES, [(_VERTICES[a] + _VERTICES[b]) / 2 for a, b in EDGES]])
+
+
+def gauss_places(n_nodes: int) -> Floats:
+    """Places (n_places, 3) of the stiffness's Gauss points in the reference tetrahedron."""
+    values = tabulate(n_nodes, stiffness_degree(n_nodes)).values
+    return np.asarray(values @ reference_nodes(n_nodes))
 
 
 def blocks(n_elements: int, size: int = BLOCK) -> Iterator[slice]:

@@ -10,8 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from fea.base.material import Material
-from fea.solid.element import gauss_blocks, shape_functions, stiffness_degree
-from fea.stress.recovery import gauss_places
+from fea.solid.element import gauss_blocks, gauss_places, shape_functions, stiffness_degree
 from geometry.arrays import Floats, Ints
 from mesh.tetmesh import EDGES, TetMesh
 

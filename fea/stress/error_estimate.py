@@ -27,8 +27,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.base.material import Material
-from fea.solid.element import blocks, gauss_blocks, shape_functions, tabulate
-from fea.stress.recovery import ElementStress, extrapolation, reference_nodes
+from fea.solid.element import blocks, gauss_blocks, reference_nodes, shape_functions, tabulate
+from fea.stress.recovery import ElementStress, extrapolation
 from fea.stress.stress import von_mises
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import PLANE_AXIS

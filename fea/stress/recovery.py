@@ -10,39 +10,24 @@ from scipy import sparse
 from fea.base.material import Material
 from fea.solid.element import (
     COMPONENTS,
+    gauss_places,
     inverse_and_determinant,
     jacobians,
+    reference_nodes,
     shape_functions,
-    stiffness_degree,
     stress_from_gradient,
-    tabulate,
 )
 from fea.solid.parity import Parity
 from fea.stress.recovery_surface import SurfaceStress
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import PLANE_AXIS, Surface
-from mesh.tetmesh import EDGES, TetMesh, submesh
-
-_VERTICES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+from mesh.tetmesh import TetMesh, submesh
 
 
 def stress_parity(plane: Surface) -> npt.NDArray[np.int64]:
     """Sign (6,) of each stress component when a symmetric field is mirrored about `plane`."""
     axis = PLANE_AXIS[plane]
     return np.array([-1 if (i == axis) != (j == axis) else 1 for i, j in COMPONENTS])
-
-
-def reference_nodes(n_nodes: int) -> Floats:
-    """Places (n_nodes, 3) of the nodes of the reference tetrahedron."""
-    if n_nodes == len(_VERTICES):
-        return _VERTICES
-    return np.vstack([_VERTICES, [(_VERTICES[a] + _VERTICES[b]) / 2 for a, b in EDGES]])
-
-
-def gauss_places(n_nodes: int) -> Floats:
-    """Places (n_places, 3) of the stiffness's Gauss points in the reference tetrahedron."""
-    values = tabulate(n_nodes, stiffness_degree(n_nodes)).values
-    return np.asarray(values @ reference_nodes(n_nodes))
 
 
 def extrapolation(n_nodes: int) -> Floats:

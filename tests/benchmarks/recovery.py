@@ -29,9 +29,16 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from exact_bodies import HEIGHT, INNER, MATERIAL, PLANES, PROBLEMS, Problem, solve, tetrahedralise
 
-from fea.solid.element import gauss_block, shape_functions, stress_from_gradient, tabulate
+from fea.solid.element import (
+    gauss_block,
+    gauss_places,
+    reference_nodes,
+    shape_functions,
+    stress_from_gradient,
+    tabulate,
+)
 from fea.stress.boundary_skin import facet_normals
-from fea.stress.recovery import ElementStress, Recovery, extrapolation, gauss_places, reference_nodes
+from fea.stress.recovery import ElementStress, Recovery, extrapolation
 from mesh.mirror import reflect, unmirrored
 from mesh.tetmesh import EDGES, TetMesh
 

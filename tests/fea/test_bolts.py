@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from fea.base.choices import BoltGrade, ThreadRolled
+from fea.contact.assembly_state import Bolt
 from fea.judge.bolt_compliance import ClampedParts, bolt_compliance
 from fea.judge.bolt_result import BoltResult, JointResult
 from fea.judge.bolt_strength import (
@@ -26,7 +27,6 @@ from fea.judge.bolt_strength import (
     tightening_stress,
     working_stress,
 )
-from fea.pins.assembly_state import Bolt
 from fea.study.bolts import Thread, bolt_strength, parse_thread, thread_in_hole
 from geometry.errors import InvalidValue
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from fea.contact.assembly_state import AssemblyState
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
 from fea.output.plots.forces import save
-from fea.pins.assembly_state import AssemblyState
 from fea.run.cycle.assembly_history import bolt_forces
 from fea.run.cycle.superposition import CycleResult
 from fea.units import DEG, KN

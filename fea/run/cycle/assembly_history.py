@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fea.pins.assembly_state import AssemblyState
+from fea.contact.assembly_state import AssemblyState
 from fea.units import UM
 from geometry.arrays import Floats
 from geometry.surfaces import Surface

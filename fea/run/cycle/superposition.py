@@ -8,11 +8,11 @@ import numpy as np
 from fea.base.checks import LIMITS, Check
 from fea.base.choices import Fatigue
 from fea.base.material import Material
+from fea.contact.assembly_state import AssemblyState
+from fea.contact.touch import Touch
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import fatigue_remarks
-from fea.pins.assembly_state import AssemblyState
 from fea.pins.pressure_loads import TOLERANCE
-from fea.pins.touch import Touch
 from fea.pins.unit_loads import Course, Instants, UnitLoads, Weights
 from fea.rod.meshed_rod import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
