@@ -53,7 +53,7 @@ class ElementStress:
         n_nodes = mesh.tets.shape[1]
         self._tets = mesh.tets
         at = (gauss_places(n_nodes) if places is None else places).T
-        self._linear, _ = shape_functions(len(_VERTICES), at)
+        self._linear, _ = shape_functions(4, at)
         _, self._slopes = shape_functions(n_nodes, at)
         self._inverse, _ = inverse_and_determinant(jacobians(mesh.points[mesh.tets], self._slopes))
 
@@ -85,7 +85,7 @@ class ElementStress:
         if pressure is None:
             return stress_from_gradient(gradient, material).swapaxes(-1, -2)
         stress = stress_from_gradient(gradient, material.without_lambda()).swapaxes(-1, -2)
-        stress[:, :, :3] += (self._linear @ pressure[self._tets[:, : len(_VERTICES)]])[:, :, None]
+        stress[:, :, :3] += (self._linear @ pressure[self._tets[:, :4]])[:, :, None]
         return stress
 
 
