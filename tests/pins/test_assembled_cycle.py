@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from assembled_rods import EVERY, study
 
+from fea.pins import assembled_loads
 from fea.pins.assembled_loads import _principal
-from fea.run.cycle import assembled_loads
 from fea.run.cycle.instants import whole_cycle
 from fea.run.prepare import prepare
 from fea.run.speed import solve_speed, with_cycle

@@ -7,7 +7,7 @@ from cycles import analysis
 from fea.base.choices import Symmetry
 from fea.judge.crossland import crossland, crossland_factors
 from fea.judge.history import deviatoric
-from fea.run.cycle import multiaxial
+from fea.run.cycle import envelope as envelopes
 from fea.run.prepare import prepare
 from fea.run.speed import solve_speed, with_cycle
 from fea.study.flags import Flags
@@ -18,8 +18,8 @@ from fea.units import RPM
 def test_no_node_of_the_rod_is_worse(monkeypatch):
     rod = analysis(Symmetry.QUARTER, 14.0)
     looked = []
-    known = multiaxial.spots
-    monkeypatch.setattr(multiaxial, "spots", lambda nodes, *rest: looked.extend(nodes) or known(nodes, *rest))
+    known = envelopes.spots
+    monkeypatch.setattr(envelopes, "spots", lambda nodes, *rest: looked.extend(nodes) or known(nodes, *rest))
     found = with_cycle(rod, solve_speed(rod, 6000.0)).cycle
     cycle = rod.cycle
     weights = cycle.weights(rod.engine.engine, rod.engine.gas, 6000 * RPM, found.angles)
@@ -79,7 +79,7 @@ def test_where_parts_meet_the_lesser_factor_counts_though_the_other_part_is_near
     shared = ~np.isnan(factors).any(axis=0)
     assert (found.envelope.part[shared] == 0).any()  # by yielding alone the bushing would not be looked at
     least = factors.min(axis=0)
-    worst, _ = multiaxial.worst_multiaxial(
+    worst, _ = envelopes.worst_multiaxial(
         found.envelope, cycle.units, weights, whole, rod.materials, counts=shared, regions=found.regions
     )
     best = crossland(deviatoric(worst.stress), rod.materials[worst.part])
