@@ -1,4 +1,4 @@
-"""Do rods of engines that live survive here? Fatigue factors at the redline, by the finish of the surface.
+"""Are rods that are known to last predicted to last? Fatigue factors at the redline, by finish.
 
     python tests/benchmarks/production_rods.py --report results/production-rods.md
 
@@ -198,7 +198,7 @@ def main() -> None:
         report.write_text(text, encoding="utf-8")
 
 
-TEXT = """# Do rods of engines that live survive here?
+TEXT = """# Are rods that are known to last predicted to last?
 
 Made by `python tests/benchmarks/production_rods.py --report results/production-rods.md`.
 
