@@ -303,7 +303,7 @@ class PreparedRod:
             nu, most = max(m.poissons_ratio for m in self.materials), LIMITS["poissons_ratio_p2"]
             return f"supports displacement elements only, and ν = {nu:g} of a part exceeds {most}"
         solver = SolverName(self.model.solver)  # the one that was chosen
-        return AnalysisTable(support=self.options.support, solver=solver).without_contact
+        return AnalysisTable(support=self.options.support, solver=solver).contact_obstacle
 
     @property
     def _spanned_speeds(self) -> list[float]:

@@ -124,7 +124,7 @@ class AnalysisTable:
     def __post_init__(self) -> None:
         """Refuse values out of range."""
         if self.in_contact:
-            clamped, why = self.support is Support.CLAMPED, self.without_contact
+            clamped, why = self.support is Support.CLAMPED, self.contact_obstacle
             remedy = "Use inertia-relief." if clamped else "Choose another --solver."
             require(not why, "analysis.pressure", CONTACT, why, remedy)
         else:
@@ -142,7 +142,7 @@ class AnalysisTable:
         return self.pressure == CONTACT
 
     @property
-    def without_contact(self) -> str:
+    def contact_obstacle(self) -> str:
         """Why there can be no contact, as a rule; empty where it is possible."""
         if self.support is Support.CLAMPED:
             return 'cannot be combined with support = "clamped", which replaces the crank pin'
