@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.contact.active_set import Contact, ContactSystem
+from fea.contact.condensed import CondensedInterface
+from fea.contact.friction_system import ContactState, FrictionSystem, Load, Trials
 from fea.contact.guess import Guess, Places
-from fea.contact.joined_system import Joined, JoinedSystem, Load, Trials
 from fea.contact.problem import ContactProblem
-from fea.contact.tied import Tied
 from fea.contact.trial import EXACT, Exact
 from fea.machine.threads import one_blas_thread
 from fea.solid.errors import UnsettledError
@@ -49,7 +49,7 @@ class Warming:
 
 
 @dataclass(frozen=True)
-class Touching:
+class InterfaceVertices:
     """The vertices of all mating faces and of their images across y = 0.
 
     Attributes
@@ -73,7 +73,7 @@ class Touching:
     area: Floats
 
     @classmethod
-    def of(cls, problem: ContactProblem) -> "Touching":
+    def of(cls, problem: ContactProblem) -> "InterfaceVertices":
         """Collect those of a problem."""
         normal, shear, face, node = [], [], [], []
         for number, own in enumerate(problem.faces):
@@ -84,13 +84,13 @@ class Touching:
             face.append(np.full(own.pressing.size, number))
             node.append(own.pressing.nodes)
         cells, both = np.concatenate(normal), np.concatenate(shear)
-        fold = problem.fold
-        off = ~fold.on_y[cells] if fold.both_sides else np.zeros(len(cells), dtype=bool)
+        unfolding = problem.unfolding
+        off = ~unfolding.on_y[cells] if unfolding.both_sides else np.zeros(len(cells), dtype=bool)
         place = problem.mesh.points[np.concatenate(node)]
-        images = np.where(both[off] >= 0, fold.images_of(both[off]), -1)
-        numbers = np.concatenate([cells, fold.images_of(cells[off])])
+        images = np.where(both[off] >= 0, unfolding.images_of(both[off]), -1)
+        numbers = np.concatenate([cells, unfolding.images_of(cells[off])])
         faces = np.concatenate(face)
-        moments = problem.fold.moments(_ones(problem))
+        moments = problem.unfolding.moments(_ones(problem))
         return cls(
             normal=numbers,
             shear=np.concatenate([both, images]),
@@ -157,13 +157,13 @@ class Assembled:
         bores, faces = len(problem.bores), len(problem.faces)
         self.pins = self._numbers(range(bores))
         self.bolts = self._numbers(range(bores + faces, bores + faces + len(problem.bolts)))
-        self.touching = Touching.of(problem)
+        self.vertices = InterfaceVertices.of(problem)
         self._preload = np.tile(preload, len(self.bolts) // max(len(preload), 1))
-        self._tied = Tied.of(problem.compliance, self._P, self.pins)
+        self._condensed = CondensedInterface.of(problem.compliance, self._P, self.pins)
         of_motion = [
             f"the {name}" for name, (own, _) in zip(names, moved, strict=False) for _ in range(own.shape[1])
         ]
-        self._system = JoinedSystem(self._tied, problem.rigid, self._places(friction), of_motion)
+        self._system = FrictionSystem(self._condensed, problem.rigid, self._places(friction), of_motion)
         self._made = problem.initial.copy()
         with one_blas_thread():
             self.tightened = self._tightened()
@@ -172,12 +172,12 @@ class Assembled:
     def _numbers(self, items: Iterable[int]) -> Ints:
         """Unknowns of bores, faces and bolts, by their place among all of these."""
         cells = [np.arange(*self.problem.starts[[item, item + 1]]) for item in items]
-        return self.problem.fold.with_images(np.concatenate([*cells, np.zeros(0, dtype=np.int64)]))
+        return self.problem.unfolding.with_images(np.concatenate([*cells, np.zeros(0, dtype=np.int64)]))
 
     def _places(self, friction: float) -> Places:
-        position = np.full(self.problem.fold.size + 1, -1)  # the last one stands for none
-        position[self._tied.joined] = np.arange(len(self._tied.joined))
-        normal, shear = self.touching.normal, self.touching.shear
+        position = np.full(self.problem.unfolding.size + 1, -1)  # the last one stands for none
+        position[self._condensed.interface] = np.arange(len(self._condensed.interface))
+        normal, shear = self.vertices.normal, self.vertices.shear
         none = np.full((len(self.bolts), 2), -1)
         return Places(
             normal=position[np.concatenate([normal, self.bolts])],
@@ -187,9 +187,9 @@ class Assembled:
             rubbing=np.asarray((np.concatenate([shear, none]) >= 0).any(axis=1)),
         )
 
-    def _tightened(self) -> Joined:
+    def _tightened(self) -> ContactState:
         """Close the fits under the preload of the bolts, lock these, and take the bores as round."""
-        C, normal, bolts = self.problem.compliance, self.touching.normal, self.bolts
+        C, normal, bolts = self.problem.compliance, self.vertices.normal, self.bolts
         pulled = C[:, bolts] @ self._preload
         system = ContactSystem(C[np.ix_(normal, normal)], self._P[normal])
         found = system.solve((self._made + pulled)[normal], -self._P[bolts].T @ self._preload)
@@ -207,25 +207,25 @@ class Assembled:
         """The same for one end of the rod each, while the other sticks: `together` joins their states."""
         return tuple(self._with(system) for system in self._system.ends)
 
-    def _with(self, system: JoinedSystem) -> "Assembled":
+    def _with(self, system: FrictionSystem) -> "Assembled":
         found = copy(self)
         found._system = system  # noqa: SLF001 - a copy of itself
         return found
 
-    def together(self, states: Sequence[Joined]) -> Joined:
+    def together(self, states: Sequence[ContactState]) -> ContactState:
         """One state of the rod from those of `ends` under the same load."""
         return self._system.together(states)
 
     @property
-    def joined(self) -> Ints:
-        """The unknowns (n_J,) that gaps `Joined.gap` belong to."""
-        return self._tied.joined
+    def interface(self) -> Ints:
+        """The unknowns (n_J,) that gaps `ContactState.gap` belong to."""
+        return self._condensed.interface
 
     @property
     def _idle(self) -> Load:
         return Load(self._made, np.zeros(self.problem.rigid.shape[1]), np.zeros(self._P.shape[1]))
 
-    def _warmed(self, warming: Warming) -> Joined:
+    def _warmed(self, warming: Warming) -> ContactState:
         """Let parts, bolts and pins expand, without any load."""
         self._made = self._made + self._expansion(warming)
         found = self.step(self._idle, self.tightened)
@@ -242,22 +242,22 @@ class Assembled:
             even[-len(problem.bolts) :] += [
                 bolt.share * growth for bolt, growth in zip(problem.bolts, warming.bolts, strict=True)
             ]
-        parts = {parity: np.zeros_like(even) for parity in problem.fold.parities()}
+        parts = {parity: np.zeros_like(even) for parity in problem.unfolding.parities()}
         parts[Parity.SYMMETRIC] = even
-        return problem.fold.moments(parts)
+        return problem.unfolding.moments(parts)
 
-    def _joined(self, values: Floats, gap: Floats, found: Contact) -> Joined:
+    def _joined(self, values: Floats, gap: Floats, found: Contact) -> ContactState:
         """Return a state without friction."""
-        places = np.concatenate([self.touching.normal, self.bolts])
+        places = np.concatenate([self.vertices.normal, self.bolts])
         opened = values[places] <= 0
         gap[places[~opened]] = 0.0
         guess = Guess.closed(len(self.pins), len(places))
-        return Joined(
+        return ContactState(
             load=self._idle,
             values=values,
-            gap=gap[self._tied.joined],
+            gap=gap[self._condensed.interface],
             guess=replace(guess, opened=opened),
-            loose=np.zeros(len(self._tied.free[1])),
+            loose=np.zeros(len(self._condensed.free[1])),
             residual=found.residual,
             imbalance=found.imbalance,
             changes=found.changes,
@@ -266,11 +266,11 @@ class Assembled:
     def step(
         self,
         load: Load,
-        state: Joined,
-        like: Joined | None = None,
+        state: ContactState,
+        like: ContactState | None = None,
         exact: Exact = EXACT,
         last: Trials | None = None,
-    ) -> Joined:
+    ) -> ContactState:
         """Go on from a state, in smaller steps where a larger one does not settle.
 
         Parameters
@@ -282,7 +282,7 @@ class Assembled:
         exact
             How exactly the laws shall hold.
         last
-            See `JoinedSystem.step`.
+            See `FrictionSystem.step`.
 
         Raises
         ------
@@ -294,7 +294,9 @@ class Assembled:
                 return self._system.step(load, state.gap, like.guess, exact, last=last)
         return self._divided(load, state, exact, last, HALVINGS)
 
-    def _divided(self, load: Load, state: Joined, exact: Exact, last: Trials | None, halvings: int) -> Joined:
+    def _divided(
+        self, load: Load, state: ContactState, exact: Exact, last: Trials | None, halvings: int
+    ) -> ContactState:
         try:
             return self._system.step(load, state.gap, state.guess, exact, last=last)
         except UnsettledError:
@@ -306,10 +308,10 @@ class Assembled:
     def between(
         self,
         loads: Sequence[Load],
-        ends: tuple[Joined, Joined],
+        ends: tuple[ContactState, ContactState],
         shares: Sequence[float],
         exact: Exact = EXACT,
-    ) -> list[Joined]:
+    ) -> list[ContactState]:
         """Find states between two increments, whose slips they divide.
 
         Parameters
@@ -328,7 +330,7 @@ class Assembled:
         """
         earlier, later = ends
         gaps = [(1 - share) * earlier.gap + share * later.gap for share in shares]
-        found, like, last = list[Joined](), earlier, Trials()
+        found, like, last = list[ContactState](), earlier, Trials()
         for load, offsets in zip(loads, self._system.offsets(loads, gaps), strict=True):
             sticking = replace(like.guess, slipping=np.zeros_like(like.guess.slipping))
             try:
@@ -338,19 +340,21 @@ class Assembled:
             found.append(like)
         return found
 
-    def tied_loads(self) -> Floats:
+    def sticking_loads(self) -> Floats:
         """Values (n, n_loads) of the unknowns under unit loads, without pins, while everything sticks."""
-        found = np.zeros((self.problem.fold.size, self.problem.loaded.shape[1]))
-        joined = self._tied.joined
-        found[joined] = self._tied.V @ self._resultants - self._tied.S @ self.problem.loaded[joined]
+        found = np.zeros((self.problem.unfolding.size, self.problem.loaded.shape[1]))
+        interface = self._condensed.interface
+        found[interface] = (
+            self._condensed.V @ self._resultants - self._condensed.S @ self.problem.loaded[interface]
+        )
         return found
 
     @property
-    def tied_start(self) -> Floats:
+    def sticking_start(self) -> Floats:
         """Values (n,) of the unknowns at the engine's temperature without pins."""
-        found = np.zeros(self.problem.fold.size)
-        joined = self._tied.joined
-        found[joined] = self._tied.S @ (self.start.gap - self._made[joined])
+        found = np.zeros(self.problem.unfolding.size)
+        interface = self._condensed.interface
+        found[interface] = self._condensed.S @ (self.start.gap - self._made[interface])
         return found
 
     def load(self, forces: Sequence[Floats], weights: Floats, moments: Floats | None = None) -> Load:
@@ -359,9 +363,11 @@ class Assembled:
         gap = self._made + problem.loaded @ weights + problem.bent(forces)
         return Load(gap, problem.sums(forces, moments), self._resultants @ weights)
 
-    def displacement(self, state: Joined) -> dict[Parity, Floats]:
+    def displacement(self, state: ContactState) -> dict[Parity, Floats]:
         """Displacement (n_nodes, 3) per parity of the parts as rigid bodies, mm."""
-        found = {parity: np.zeros(self.problem.mesh.points.size) for parity in self.problem.fold.parities()}
+        found = {
+            parity: np.zeros(self.problem.mesh.points.size) for parity in self.problem.unfolding.parities()
+        }
         for amount, (parity, moves) in zip(self._system.part_motion(state), self._motions, strict=True):
             found[parity] += amount * moves
         return {parity: own.reshape(-1, 3) for parity, own in found.items()}

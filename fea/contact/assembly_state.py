@@ -83,7 +83,7 @@ class FaceState:
         return self.force / self.area
 
     @property
-    def slip_reserve(self) -> float | None:
+    def slip_safety(self) -> float | None:
         """What friction can carry over the shear; None without either (VDI 2230-1, step R12)."""
         return self.friction / self.shear if self.shear > _ROUNDING * self.friction > 0 else None
 

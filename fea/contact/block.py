@@ -8,8 +8,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
+from fea.contact.condensed import CondensedInterface
 from fea.contact.guess import Offsets, Places
-from fea.contact.tied import Tied
 from geometry.arrays import Floats, Ints, Mask
 
 # Coupling, in terms of unknowns of unit stiffness, up to which unknowns may be in different blocks; and that
@@ -24,7 +24,7 @@ class Effects:
     Attributes
     ----------
     A, B, S
-        (n_p, n_p), (n_J, n_p), (n_J, n_J), as in `fea.contact.tied`.
+        (n_p, n_p), (n_J, n_p), (n_J, n_J), as in `fea.contact.condensed`.
     """
 
     A: Floats
@@ -63,9 +63,9 @@ class Effects:
         """The same in terms of unknowns of unit stiffness, where that is needed again and again."""
         return self.of_unit_stiffness()
 
-    def part(self, joined: Ints, pins: Ints) -> "Effects":
+    def part(self, interface: Ints, pins: Ints) -> "Effects":
         """Those of some unknowns."""
-        matrices = (self.A, pins, pins), (self.B, joined, pins), (self.S, joined, joined)
+        matrices = (self.A, pins, pins), (self.B, interface, pins), (self.S, interface, interface)
         return Effects(*(np.ascontiguousarray(own[np.ix_(rows, columns)]) for own, rows, columns in matrices))
 
 
@@ -75,7 +75,7 @@ class Block:
 
     Attributes
     ----------
-    pins, joined, motions, sites
+    pins, interface, motions, sites
         (n_p,) of the pins' pressures; (n_J,) of stresses between parts and bolt forces; (m,) of the motions
         that only the pins resist; (k,) of the places.
     effects
@@ -83,11 +83,11 @@ class Block:
     R
         (n_p, m) moments of the motions.
     places
-        Where parts touch, by positions in `joined`.
+        Where parts touch, by positions in `interface`.
     """
 
     pins: Ints
-    joined: Ints
+    interface: Ints
     motions: Ints
     sites: Ints
     effects: Effects
@@ -95,10 +95,12 @@ class Block:
     places: Places
 
     @classmethod
-    def whole(cls, tied: Tied, R: Floats, places: Places) -> "Block":
+    def whole(cls, condensed: CondensedInterface, R: Floats, places: Places) -> "Block":
         """Everything."""
-        pins, joined, motions, sites = (np.arange(n) for n in (*tied.B.shape[::-1], R.shape[1], places.size))
-        return cls(pins, joined, motions, sites, Effects(tied.A, tied.B, tied.S), R, places)
+        pins, interface, motions, sites = (
+            np.arange(n) for n in (*condensed.B.shape[::-1], R.shape[1], places.size)
+        )
+        return cls(pins, interface, motions, sites, Effects(condensed.A, condensed.B, condensed.S), R, places)
 
     @cached_property
     def rubs(self) -> bool:
@@ -116,29 +118,29 @@ class Block:
         """The same, where all slip is given."""
         return replace(self, places=self.places.sticking)
 
-    def part(self, pins: Ints, joined: Ints, motions: Ints) -> "Block":
+    def part(self, pins: Ints, interface: Ints, motions: Ints) -> "Block":
         """Some of the unknowns; no place may be divided."""
-        position = np.full(len(self.joined) + 1, -1)  # the last one stands for none
-        position[joined] = np.arange(len(joined))
+        position = np.full(len(self.interface) + 1, -1)  # the last one stands for none
+        position[interface] = np.arange(len(interface))
         sites = np.flatnonzero(position[self.places.normal] >= 0)
         every = self.places.of(sites)
         places = replace(every, normal=position[every.normal], tangential=position[every.tangential])
         return Block(
             pins=pins,
-            joined=joined,
+            interface=interface,
             motions=motions,
             sites=sites,
-            effects=self.effects.part(joined, pins),
+            effects=self.effects.part(interface, pins),
             R=self.R[np.ix_(pins, motions)],
             places=places,
         )
 
     def divided(self) -> list["Block"]:
         """Blocks that hardly know of each other."""
-        n_p, n_J = len(self.pins), len(self.joined)
+        n_p, n_J = len(self.pins), len(self.interface)
         label = self._labels()
-        pins, joined, motions = np.split(label, [n_p, n_p + n_J])
-        own, kinds = np.unique(np.concatenate([pins, joined])), (pins, joined, motions)
+        pins, interface, motions = np.split(label, [n_p, n_p + n_J])
+        own, kinds = np.unique(np.concatenate([pins, interface])), (pins, interface, motions)
         if len(own) < 2:
             return [self]
         # A motion that nothing resists goes to any of the blocks, where it is found not to be in balance.
@@ -148,8 +150,8 @@ class Block:
     def _labels(self) -> Ints:
         """Number (n_p + n_J + m,) of the block of every unknown and every motion."""
         even, scaled = self.even, self.effects.of_unit_stiffness()
-        n_p, n_J, m = len(self.pins), len(self.joined), self.R.shape[1]
-        joined = np.arange(n_p, n_p + n_J)
+        n_p, n_J, m = len(self.pins), len(self.interface), self.R.shape[1]
+        interface = np.arange(n_p, n_p + n_J)
         linked = np.zeros((n_p + n_J + m,) * 2, dtype=bool)
         A, B = scaled.A - even @ (even.T @ scaled.A), scaled.B
         linked[:n_p, :n_p] = _strong(A - (A @ even) @ even.T)
@@ -157,7 +159,7 @@ class Block:
         linked[n_p : n_p + n_J, n_p : n_p + n_J] = _strong(scaled.S)
         linked[n_p + n_J :, :n_p] = np.abs(self.R.T) > NOTHING
         normal, shear = np.broadcast_arrays(self.places.normal[:, None], self.places.tangential)
-        linked[joined[normal[shear >= 0]], joined[shear[shear >= 0]]] = True
+        linked[interface[normal[shear >= 0]], interface[shear[shear >= 0]]] = True
         _, label = connected_components(sparse.csr_array(linked), directed=False)
         return np.asarray(label, dtype=np.int64)
 
@@ -249,15 +251,20 @@ class Coupling:
     def of(cls, whole: Block, blocks: Sequence[Block], to: int, by: int) -> "Coupling":
         """Between two blocks."""
         own, other, every = blocks[to], blocks[by], whole.effects
+        there = other.interface
         press, unit, its = own.effects.press, own.effects.unit, other.effects
-        nothing = np.zeros((len(other.joined), 0))
-        slip = Product.of(every.B[np.ix_(other.joined, own.pins)], its.unit, press, own.even)
+        nothing = np.zeros((len(other.interface), 0))
+        slip = Product.of(every.B[np.ix_(there, own.pins)], its.unit, press, own.even)
         return cls(
             by=by,
             gap_by_pins=Product.of(every.A[np.ix_(own.pins, other.pins)], press, its.press, other.even),
             gap_by_slip=slip.transposed,
-            stress_by_pins=Product.of(every.B[np.ix_(own.joined, other.pins)], unit, its.press, other.even),
-            stress_by_slip=Product.of(every.S[np.ix_(own.joined, other.joined)], unit, its.unit, nothing),
+            stress_by_pins=Product.of(
+                every.B[np.ix_(own.interface, other.pins)], unit, its.press, other.even
+            ),
+            stress_by_slip=Product.of(
+                every.S[np.ix_(own.interface, other.interface)], unit, its.unit, nothing
+            ),
         )
 
     def shifted(self, offsets: Offsets, pressure: Floats, moved: Floats) -> Offsets:
@@ -306,10 +313,10 @@ class Ends:
     def slipped(self, number: int, gap: Floats) -> tuple[Floats, Floats]:
         """Stresses S y (n_J, n) and gaps Bᵀ y (n_p, n) of a block under gaps y of all unknowns."""
         own = self.blocks[number]
-        here = gap[own.joined]
+        here = gap[own.interface]
         stress, pin_gap = own.effects.S @ here, own.effects.B.T @ here
         for other in self.couplings[number]:
-            there = gap[self.blocks[other.by].joined]
+            there = gap[self.blocks[other.by].interface]
             stress = other.stress_by_slip.added(stress, there)
             pin_gap = other.gap_by_slip.added(pin_gap, there)
         return stress, pin_gap

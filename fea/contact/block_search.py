@@ -112,7 +112,7 @@ class BlockSearch:
         Parameters
         ----------
         problem
-            A block, its tied state, where to begin, how exactly the laws shall hold, and an earlier solution.
+            A block, its sticking state, the first guess, the exactness of the laws, an earlier solution.
 
         Raises
         ------

@@ -10,7 +10,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 import numpy as np
 
 from fea.contact.assembled import Assembled
-from fea.contact.joined_system import Joined, Load, Trials
+from fea.contact.friction_system import ContactState, Load, Trials
 from fea.contact.trial import Exact
 from fea.machine.threads import one_blas_thread, threads
 from geometry.arrays import Floats, Ints
@@ -38,7 +38,7 @@ class FrictionCycle:
         self._assembled = assembled
         self._ends = [_CycleOfEnd(end, steps) for end in assembled.ends]
 
-    def at(self, loads: Sequence[Load], places: Floats) -> list[Joined]:
+    def at(self, loads: Sequence[Load], places: Floats) -> list[ContactState]:
         """States at instants of the cycle.
 
         Parameters
@@ -75,7 +75,7 @@ class _Instants:
         return np.asarray(self._order[self._before[self._order] == increment])
 
 
-_Found = Future[dict[int, Joined]]
+_Found = Future[dict[int, ContactState]]
 
 
 class _CycleOfEnd:
@@ -92,7 +92,7 @@ class _CycleOfEnd:
     def __init__(self, end: Assembled, steps: Sequence[Load]) -> None:
         self._end, self._steps = end, steps
         self._exact = _exact(end)
-        self._settled: list[Joined] | None = None
+        self._settled: list[ContactState] | None = None
 
     def go_through(self, instants: _Instants, pool: ThreadPoolExecutor) -> list[_Found]:
         """Go through the cycle until friction has settled, and leave the instants to a pool.
@@ -121,7 +121,9 @@ class _CycleOfEnd:
             begin(first)
         return [begun[first] for first in cycle]
 
-    def _between(self, states: Sequence[Joined], first: int, instants: _Instants) -> dict[int, Joined]:
+    def _between(
+        self, states: Sequence[ContactState], first: int, instants: _Instants
+    ) -> dict[int, ContactState]:
         """States, by the numbers of the instants, from an increment up to the next."""
         ends, own = (states[first], states[first + 1]), instants.after(first % len(self._steps))
         at, way = own[instants.share[own] == 0], own[instants.share[own] > 0]
@@ -132,9 +134,9 @@ class _CycleOfEnd:
         return found
 
 
-def increments(end: Assembled, loads: Sequence[Load], exact: Exact = OF_COURSE) -> Iterator[Joined]:
+def increments(end: Assembled, loads: Sequence[Load], exact: Exact = OF_COURSE) -> Iterator[ContactState]:
     """States of one end of the rod at the increments of one cycle after the other, till friction settles."""
-    state, states, last = end.start, list[Joined](), Trials()
+    state, states, last = end.start, list[ContactState](), Trials()
     for load in loads:
         state = end.step(load, state, exact=exact, last=last)
         states.append(state)
@@ -152,26 +154,26 @@ def increments(end: Assembled, loads: Sequence[Load], exact: Exact = OF_COURSE) 
 
 def _exact(end: Assembled) -> Exact:
     """How exactly the laws shall hold at one end; the other presses as when the parts were put together."""
-    return OF_COURSE._replace(elsewhere=float(end.start.values[end.touching.normal].max(initial=0.0)))
+    return OF_COURSE._replace(elsewhere=float(end.start.values[end.vertices.normal].max(initial=0.0)))
 
 
-def _largest(end: Assembled, states: Sequence[Joined]) -> tuple[float, float]:
+def _largest(end: Assembled, states: Sequence[ContactState]) -> tuple[float, float]:
     """Largest bolt force, N, and largest pressure, MPa."""
     values = np.abs([state.values for state in states])
-    bolts, pressures = values[:, end.bolts], values[:, end.touching.normal]
+    bolts, pressures = values[:, end.bolts], values[:, end.vertices.normal]
     return float(bolts.max(initial=0.0)), float(pressures.max(initial=0.0))
 
 
-def _alike(end: Assembled, before: Joined, after: Joined, largest: tuple[float, float]) -> bool:
+def _alike(end: Assembled, before: ContactState, after: ContactState, largest: tuple[float, float]) -> bool:
     """Whether a state is that of the cycle before."""
     change = np.abs(after.values - before.values)
-    kinds = (end.bolts, SETTLED), (end.touching.normal, SETTLED_PLACES)
+    kinds = (end.bolts, SETTLED), (end.vertices.normal, SETTLED_PLACES)
     return all(
         change[which].max(initial=0.0) <= share * size
         for (which, share), size in zip(kinds, largest, strict=True)
     )
 
 
-def _together(parts: Sequence[_Found]) -> dict[int, Joined]:
+def _together(parts: Sequence[_Found]) -> dict[int, ContactState]:
     """All instants of one end."""
     return {number: state for part in parts for number, state in part.result().items()}

@@ -10,7 +10,7 @@ from geometry.arrays import Floats, Ints, Mask
 
 @dataclass(frozen=True)
 class Places:
-    """Where parts touch, by the positions of its unknowns in `Tied.joined`.
+    """Where parts touch, by the positions of its unknowns in `CondensedInterface.interface`.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ class Guess:
 
 @dataclass(frozen=True)
 class Offsets:
-    """The tied state under a load, without any pressure of the pins.
+    """The sticking state under a load, without any pressure of the pins.
 
     Attributes
     ----------
@@ -132,8 +132,8 @@ class Offsets:
     gap: Floats
     least: float = 1e-300
 
-    def of(self, pins: Ints, joined: Ints, motions: Ints) -> "Offsets":
+    def of(self, pins: Ints, interface: Ints, motions: Ints) -> "Offsets":
         """Offsets of some of the unknowns and motions."""
         return Offsets(
-            self.stress[joined], self.pin_gap[pins], self.forces[motions], self.gap[joined], self.least
+            self.stress[interface], self.pin_gap[pins], self.forces[motions], self.gap[interface], self.least
         )

@@ -8,12 +8,9 @@ import numpy as np
 from scipy import sparse
 
 from fea.contact.active_set import Contact, ContactSystem
-from fea.contact.bolt_pull import BoltPull
-from fea.contact.fold import Fold
-from fea.contact.interface import PinInBore
-from fea.contact.mating import MatingFaces
+from fea.contact.interfaces import BoltPull, MatingFaces, PinInBore
 from fea.solid.bore_motion import has_parity, motions
-from fea.solid.parity import Parity
+from fea.solid.parity import MirrorUnfolding, Parity
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -53,7 +50,7 @@ class ContactProblem:
     ----------
     forces
         (3 n_nodes, n_cell) nodal forces of a unit of each unknown of the cell.
-    fold
+    unfolding
         Leads from the cell to all unknowns.
     cell_compliance
         Per parity (n_cell, n_cell) moments of the displacements of unit unknowns.
@@ -83,7 +80,7 @@ class ContactProblem:
         across = [np.zeros(bore.multipliers.size, dtype=bool) for bore in self.bores]
         across += [own.across for own in self.faces]
         none = np.zeros(len(self.bolts), dtype=bool)
-        self.fold = Fold(
+        self.unfolding = MirrorUnfolding(
             np.concatenate([*on_y, none]), both_sides and self.cut_y, images, np.concatenate([*across, none])
         )
         n_nodes = len(mesh.points)
@@ -94,10 +91,10 @@ class ContactProblem:
         sizes = [bore.multipliers.size for bore in self.bores] + [own.size for own in self.faces]
         self.starts = np.cumsum([0, *sizes, *(1 for _ in self.bolts)])
         found, loaded = {}, {}
-        for parity in self.fold.parities():
+        for parity in self.unfolding.parities():
             found[parity], loaded[parity] = self._compliance(body, parity, loads[parity])
-        self.loaded = self.fold.moments(loaded)
-        self.cell_compliance, self.compliance = found, self.fold.compliance(found)
+        self.loaded = self.unfolding.moments(loaded)
+        self.cell_compliance, self.compliance = found, self.unfolding.compliance(found)
         as_made = [bore.initial() for bore in self.bores] + [own.initial() for own in self.faces]
         self.initial = self.gaps([*as_made, np.zeros(len(self.bolts))])
         self.rigid = self._rigid()
@@ -123,10 +120,10 @@ class ContactProblem:
     def gaps(self, even: Sequence[Floats], odd: Sequence[Floats] | None = None) -> Floats:
         """Moments (n,) over the whole body of gaps with an even and an odd part on the cell."""
         parts = {Parity.SYMMETRIC: np.concatenate(even)}
-        if self.fold.both_sides:
+        if self.unfolding.both_sides:
             none = np.zeros_like(parts[Parity.SYMMETRIC])
             parts[Parity.ANTISYMMETRIC] = none if odd is None else np.concatenate(odd)
-        return self.fold.moments(parts)
+        return self.unfolding.moments(parts)
 
     def _rigid(self) -> Floats:
         """Moments (n, m) of the free motions: of each pin along x and y, and of a body that may tilt."""
@@ -135,7 +132,7 @@ class ContactProblem:
         for number, bore in enumerate(self.bores):
             along_x, along_y = ([*none[:number], shift, *none[number + 1 :]] for shift in bore.shifted())
             columns.append(self.gaps(along_x))
-            if self.fold.both_sides:
+            if self.unfolding.both_sides:
                 columns.append(self.gaps(none, along_y))
             elif not self.cut_y:
                 columns.append(self.gaps(along_y))
@@ -145,7 +142,7 @@ class ContactProblem:
                 self.gaps([*turned, *others])
                 for turned in zip(*(bore.tilted() for bore in self.bores), strict=True)
             ]
-        return np.stack(columns, axis=1) if columns else np.zeros((self.fold.size, 0))
+        return np.stack(columns, axis=1) if columns else np.zeros((self.unfolding.size, 0))
 
     def moved(self, nodes: Ints) -> tuple[Floats, Floats]:
         """Free rigid motions of a part.
@@ -162,10 +159,10 @@ class ContactProblem:
         """
         columns, resultants = [], []
         for parity, moves in self.motions(nodes):
-            moments = {own: np.zeros(self.forces.shape[1]) for own in self.fold.parities()}
+            moments = {own: np.zeros(self.forces.shape[1]) for own in self.unfolding.parities()}
             moments[parity] = -(self.forces.T @ moves)
-            columns.append(self.fold.moments(moments))
-            resultants.append(self.fold.images * (moves @ self._cell_loads[parity]))
+            columns.append(self.unfolding.moments(moments))
+            resultants.append(self.unfolding.images * (moves @ self._cell_loads[parity]))
         return np.stack(columns, axis=1), np.stack(resultants)
 
     def motions(self, nodes: Ints) -> list[tuple[Parity, Floats]]:
@@ -173,7 +170,7 @@ class ContactProblem:
         points = self.mesh.points
         unit = motions(points[nodes], float(points[nodes, 0].mean()))
         found = []
-        for parity in self.fold.parities():
+        for parity in self.unfolding.parities():
             y = parity if self.cut_y else None
             z = Parity.SYMMETRIC if self.cut_z else None
             for motion in range(6):
@@ -197,7 +194,7 @@ class ContactProblem:
 
     def bent(self, forces: Sequence[Floats]) -> Floats:
         """Moments (n,) of the gap that the supports of elastic pins open, for the forces (2,) of the pins."""
-        found = np.zeros(self.fold.size)
+        found = np.zeros(self.unfolding.size)
         for number, (bore, force) in enumerate(zip(self.bores, forces, strict=True)):
             if bore.deflection is None or bore.pin is None:
                 continue
@@ -229,7 +226,7 @@ class ContactProblem:
 
     def sums(self, forces: Sequence[Floats], moments: Floats | None = None) -> Floats:
         """Resultants (m,) along the columns of `rigid`; parameters as for `solve`."""
-        axes = 2 if self.fold.both_sides or not self.cut_y else 1
+        axes = 2 if self.unfolding.both_sides or not self.cut_y else 1
         sums = [force[:axes] for force in forces]
         if self.bores and not self.cut_z:
             sums.append(np.zeros(2) if moments is None else moments)

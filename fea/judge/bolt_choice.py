@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from fea.base.choices import ThreadRolled
 from fea.base.material import Material
 from fea.contact.assembly_state import Bolt
-from fea.judge.assumed import Assumed
-from fea.judge.bolt_compliance import BoltCompliance, ClampedParts, bolt_compliance
-from fea.judge.bolt_shape import BoltSeats, BoltShape, bolt_shape
-from fea.judge.bolt_strength import (
+from fea.judge.bolt_shape import Assumed, BoltSeats, BoltShape, bolt_shape
+from fea.judge.vdi2230 import (
     UTILISATION,
+    BoltCompliance,
+    ClampedParts,
     Lever,
     allowed_preload,
+    bolt_compliance,
     embedding_loss,
     expected_embedding,
     load_factor,

@@ -7,7 +7,7 @@ eccentric joints, is not contained.
 from dataclasses import dataclass
 
 from fea.contact.assembly_state import Bolt
-from fea.judge.bolt_strength import alternating_stress, endurance, tightening_stress, working_stress
+from fea.judge.vdi2230 import alternating_stress, endurance, tightening_stress, working_stress
 from geometry.arrays import Floats
 
 
@@ -98,7 +98,7 @@ class JointResult:
     least_clamp
         Least force between cap and rod, N, and its place in the sequence; of the least preload where the
         tightening factor α_A is given.
-    slip_reserve
+    slip_safety
         S_G, the least over the sequence: friction times clamp over shear.
     load_factor
         Φ: change of the bolts' force over the load, from where the joint is clamped least; None where the
@@ -107,7 +107,7 @@ class JointResult:
 
     least_clamp: float
     least_at: int
-    slip_reserve: float
+    slip_safety: float
     load_factor: float | None
 
     @classmethod

@@ -13,9 +13,8 @@ import numpy as np
 
 from fea.judge.verdict import CAP
 from fea.stress.notch import NotchField, VNotch, fitted
-from fea.stress.sharp_edges import SharpEdges
+from fea.stress.sharp_edges import SharpEdges, Walks
 from fea.stress.stress import von_mises
-from fea.stress.walk import Walks
 from geometry.arrays import Floats, Ints
 
 # Element size, of the shorter flank and within so much of the thickness, with which the structural stress and

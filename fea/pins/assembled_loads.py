@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.contact.friction_cycle import FrictionCycle
-from fea.contact.joined_system import Joined
+from fea.contact.friction_system import ContactState
 from fea.pins.assembled_rod import AssembledRod
 from fea.pins.contact_loads import SMOOTH, ContactFields, of_unit_work, touches
 from fea.pins.unit_loads import Contacts, Course, Instants, Together, Weights, inertial_fields
@@ -41,7 +41,7 @@ class _Cycle(NamedTuple):
     """A cycle, and states that were found before by what acts."""
 
     cycle: FrictionCycle
-    known: dict[bytes, Joined]
+    known: dict[bytes, ContactState]
 
 
 class AssembledLoads:
@@ -67,20 +67,20 @@ class AssembledLoads:
         alone: Sequence[Instants],
     ) -> None:
         self._contact, self._inertia = contact, inertia
-        self._fold, self._assembled = contact.problem.fold, contact.assembled
+        self._unfolding, self._assembled = contact.problem.unfolding, contact.assembled
         self._spanned = frozenset(_key(course) for _, course in cycles)
         self._cycles: dict[bytes, _Cycle] = {}
-        self._joined = self._assembled.tied_loads(), self._assembled.tied_start[:, None]
+        self._joined = self._assembled.sticking_loads(), self._assembled.sticking_start[:, None]
         over_cycles = [(self.states(*cycle), cycle[0].motions) for cycle in cycles]
         of_cases = [(self.states(cases, None), cases.motions) for cases in alone]
         rests = [self._rest(*own) for own in over_cycles] + [_OF_CASES * self._rest(*own) for own in of_cases]
         largest = np.max([np.abs(state.values) for states, _ in over_cycles for state in states], axis=0)
-        self._spans = self._spanning(self._fold.parts(np.hstack(rests)), largest)
-        self._inertial, self._start = map(self._fold.parts, self._joined)
+        self._spans = self._spanning(self._unfolding.parts(np.hstack(rests)), largest)
+        self._inertial, self._start = map(self._unfolding.parts, self._joined)
         count = {parity: own.patterns.shape[1] for parity, own in self._spans.items()}
         self.together = Together(*(slice(SMOOTH, count.get(parity, 0)) for parity in Parity))
 
-    def _rest(self, states: Sequence[Joined], motions: Floats) -> Floats:
+    def _rest(self, states: Sequence[ContactState], motions: Floats) -> Floats:
         """Unknowns (n, n_instants) less those of the parts put together and of inertia in the joined rod."""
         inertial, start = self._joined
         values = np.stack([state.values for state in states], axis=1)
@@ -90,7 +90,7 @@ class AssembledLoads:
         """Span states (n_cell, n_states) of each parity, whose unknowns reach the values `largest` (n,)."""
         problem, bolts = self._contact.problem, self._assembled.bolts
         pressure, force = np.delete(largest, bolts).max(), largest[bolts].max(initial=0.0)
-        scale = np.ones(len(problem.fold.on_y))
+        scale = np.ones(len(problem.unfolding.on_y))
         if force > 0:  # both count in their own sizes
             scale[len(scale) - len(problem.bolts) :] = pressure / force
         scaled = {parity: scale[:, None] * own for parity, own in parts.items()}
@@ -108,8 +108,10 @@ class AssembledLoads:
 
     def _pin_forces(self, parity: Parity, values: Floats) -> Floats:
         """Resultants (m, k) of the pins in states (n_cell, k) of one parity."""
-        parts = {own: values if own is parity else np.zeros_like(values) for own in self._fold.parities()}
-        return np.asarray(self._contact.problem.rigid.T @ self._fold.joined(parts))
+        parts = {
+            own: values if own is parity else np.zeros_like(values) for own in self._unfolding.parities()
+        }
+        return np.asarray(self._contact.problem.rigid.T @ self._unfolding.unfolded(parts))
 
     def fields(self) -> tuple[ContactFields, ContactFields]:
         """Return the even and the odd unit loads."""
@@ -136,7 +138,7 @@ class AssembledLoads:
             No state of contact between the parts carries the load.
         """
         motions = instants.motions
-        rest = self._fold.parts(self._rest(self.states(instants, course), motions))
+        rest = self._unfolding.parts(self._rest(self.states(instants, course), motions))
         one = np.ones((1, motions.shape[1]))
         found = []
         for parity, moved in zip(Parity, (motions[:2], motions[2:]), strict=True):
@@ -144,7 +146,7 @@ class AssembledLoads:
             found.append(np.concatenate([*known, moved]))
         return Weights(*found)
 
-    def states(self, instants: Instants, course: Course | None) -> Sequence[Joined]:
+    def states(self, instants: Instants, course: Course | None) -> Sequence[ContactState]:
         """States at n instants: of a cycle, or each of them from the parts put together."""
         if course is None:
             return self._contact.solutions(instants.pin, instants.crank, instants.motions)

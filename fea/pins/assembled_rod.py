@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.contact.assembled import Assembled, Warming
-from fea.contact.bolt_pull import BoltPull
 from fea.contact.friction_cycle import FrictionCycle
-from fea.contact.joined_system import Joined, Load
-from fea.contact.mating import MatingFaces
+from fea.contact.friction_system import ContactState, Load
+from fea.contact.interfaces import BoltPull, MatingFaces
 from fea.contact.multipliers import Direction, radial
 from fea.machine.threads import one_blas_thread
 from fea.pins.assembly_states import AssemblyStates, gap_at_nodes, pressure_at_nodes
@@ -111,7 +110,9 @@ class AssembledRod(RodContact):
             for sides in mesh.interfaces
         ]
         self.bolt_axes = _of_cell(mesh, putting.bolts)
-        self._known: dict[bytes, Joined] = {}  # load cases are asked for again where the cycle is checked
+        self._known: dict[
+            bytes, ContactState
+        ] = {}  # load cases are asked for again where the cycle is checked
         bolts = _pulls(mesh, self.bolt_axes, putting.stiffness)
         super().__init__(model, bores, inertia, fits, faces=faces, bolts=bolts)
         body = components(mesh)
@@ -125,13 +126,13 @@ class AssembledRod(RodContact):
         at = np.array([bolt.point for bolt in self.bolt_axes]).reshape(-1, 3)
         self.states = AssemblyStates(self.assembled, putting.friction, at, bores.big_radius)
 
-    def _solved(self, pin: Floats, crank: Floats, motion: Floats) -> Joined:
+    def _solved(self, pin: Floats, crank: Floats, motion: Floats) -> ContactState:
         key = b"".join(own.tobytes() for own in (pin, crank, motion))
         if key not in self._known:
             self._known[key] = self.assembled.step(self._load(pin, crank, motion), self.assembled.start)
         return self._known[key]
 
-    def solutions(self, pin: Floats, crank: Floats, motions: Floats) -> list[Joined]:
+    def solutions(self, pin: Floats, crank: Floats, motions: Floats) -> list[ContactState]:
         """States at k instants, each of them from that in which the parts were put together.
 
         Parameters and errors are those of `RodContact.solutions`.
@@ -157,11 +158,11 @@ class AssembledRod(RodContact):
         except ContactError as error:
             raise type(error)(f"{case.name}: {error}") from error
 
-    def under(self, case: LoadCase, state: Joined) -> CaseForces:
+    def under(self, case: LoadCase, state: ContactState) -> CaseForces:
         """Nodal forces of everything that acts in a case whose state is known."""
         return self._forces(case, state)
 
-    def scaled(self, case: LoadCase, factor: float) -> Joined:
+    def scaled(self, case: LoadCase, factor: float) -> ContactState:
         """Find the state under a multiple of everything that acts in a case.
 
         Raises
@@ -184,15 +185,15 @@ class AssembledRod(RodContact):
         found = self.assembled.start if warm else self.assembled.tightened
         return replace(self._forces(assembled(), found), touch={})
 
-    def _pressing(self, found: Joined) -> Floats:
+    def _pressing(self, found: ContactState) -> Floats:
         """Unknowns (n,) with pressures of exactly zero where parts have parted."""
         values = found.values.copy()
-        values[self.assembled.touching.normal] = self.states.pressure(found)
+        values[self.assembled.vertices.normal] = self.states.pressure(found)
         return values
 
     def _forces(self, case: LoadCase, found: Solved) -> CaseForces:
         forces = super()._forces(case, found)
-        if not isinstance(found, Joined):
+        if not isinstance(found, ContactState):
             raise TypeError("the parts of an assembly are solved step by step")
         state, moved = self.states(found), self.assembled.displacement(found)
         shift = Split(moved[Parity.SYMMETRIC], moved.get(Parity.ANTISYMMETRIC))
@@ -203,7 +204,7 @@ class AssembledRod(RodContact):
             largest=max(case.largest_force, state.bolt_force),
             assembly=state,
             pressure=pressure_at_nodes(self.problem, self._pressing(found)),
-            gap=gap_at_nodes(self.problem, self.assembled.touching.normal, self.states.gap(found)),
+            gap=gap_at_nodes(self.problem, self.assembled.vertices.normal, self.states.gap(found)),
         )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from fea.contact.assembled import Assembled
 from fea.contact.assembly_state import AssemblyState, BoltState, FaceState, Place
-from fea.contact.joined_system import Joined
+from fea.contact.friction_system import ContactState
 from fea.contact.multipliers import Multipliers
 from fea.contact.problem import ContactProblem
 from fea.solid.parity import Parity, Split
@@ -37,16 +37,16 @@ class AssemblyStates:
         self._assembled, self._friction = assembled, friction
         problem = assembled.problem
         self._names = [Surface(own.name) for own in problem.faces]
-        self._bolts = _with_images(bolts) if problem.fold.both_sides else bolts
+        self._bolts = _with_images(bolts) if problem.unfolding.both_sides else bolts
         self._count = [round(2 * bolt.share) if problem.cut_z else 1 for bolt in problem.bolts]
-        away = np.hypot(*assembled.touching.place[:, :2].T)
-        joint = assembled.touching.face == self._number(Surface.JOINT)
+        away = np.hypot(*assembled.vertices.place[:, :2].T)
+        joint = assembled.vertices.face == self._number(Surface.JOINT)
         self._edge = joint & (np.abs(away - big_radius) < _ON_EDGE * big_radius)
 
     def _number(self, surface: Surface) -> int:
         return self._names.index(surface) if surface in self._names else -1
 
-    def __call__(self, found: Joined) -> AssemblyState:
+    def __call__(self, found: ContactState) -> AssemblyState:
         """Sum up one state."""
         forces = found.values[self._assembled.bolts]
         counts = np.resize(self._count, len(forces))
@@ -58,29 +58,29 @@ class AssemblyStates:
             tuple(bolts), {name: self._face(number, found) for number, name in enumerate(self._names)}
         )
 
-    def pressure(self, found: Joined) -> Floats:
+    def pressure(self, found: ContactState) -> Floats:
         """Pressure (k,) at each place of `Assembled.touching`, MPa."""
         closed = ~found.guess.opened[: len(self._position)]
-        return np.where(closed, np.maximum(found.values[self._assembled.touching.normal], 0.0), 0.0)
+        return np.where(closed, np.maximum(found.values[self._assembled.vertices.normal], 0.0), 0.0)
 
-    def gap(self, found: Joined) -> Floats:
+    def gap(self, found: ContactState) -> Floats:
         """Mean gap (k,) about each place of `Assembled.touching`, mm; 0 where it is closed."""
         opened = found.guess.opened[: len(self._position)]
-        return np.where(opened, found.gap[self._position] / self._assembled.touching.area, 0.0)
+        return np.where(opened, found.gap[self._position] / self._assembled.vertices.area, 0.0)
 
-    def edge(self, found: Joined) -> tuple[Floats, Floats]:
+    def edge(self, found: ContactState) -> tuple[Floats, Floats]:
         """Pressures and gaps (m,) along the edge of the bore at the joint, MPa and mm."""
         return self.pressure(found)[self._edge], self.gap(found)[self._edge]
 
     @cached_property
     def _position(self) -> Ints:
         """Of the normal gaps (k,) among those of all interfaces."""
-        return np.searchsorted(self._assembled.joined, self._assembled.touching.normal)
+        return np.searchsorted(self._assembled.interface, self._assembled.vertices.normal)
 
-    def _face(self, number: int, found: Joined) -> FaceState:
-        touching = self._assembled.touching
-        own = np.flatnonzero(touching.face == number)
-        area, pressure, gap = touching.area[own], self.pressure(found)[own], self.gap(found)[own]
+    def _face(self, number: int, found: ContactState) -> FaceState:
+        vertices = self._assembled.vertices
+        own = np.flatnonzero(vertices.face == number)
+        area, pressure, gap = vertices.area[own], self.pressure(found)[own], self.gap(found)[own]
         opened, slipping = found.guess.opened[own], found.guess.slipping[own]
         force, widest = float(pressure @ area), int(gap.argmax())
         plane = self._names[number] is Surface.JOINT
@@ -92,7 +92,7 @@ class AssemblyStates:
             largest=float(pressure.max()),
             open_share=_share(area, opened),
             opening=float(gap[widest]),
-            opening_at=_place(touching.place[own[widest]]) if gap[widest] > 0 else None,
+            opening_at=_place(vertices.place[own[widest]]) if gap[widest] > 0 else None,
             slipping_share=_share(area[~opened], slipping[~opened]),
             slip=float(self._slip(own, found).max()),
             shear=float(np.linalg.norm(self._shear(own, found))) if plane else 0.0,
@@ -100,27 +100,27 @@ class AssemblyStates:
             edge_pressure=float(pressure[edge].min()) if edge.any() else None,
         )
 
-    def _slip(self, own: Ints, found: Joined) -> Floats:
+    def _slip(self, own: Ints, found: ContactState) -> Floats:
         """Slip (k,) of places that touch since the parts were put together, mm."""
-        touching, joined = self._assembled.touching, self._assembled.joined
-        at = touching.shear[own]
+        vertices, interface = self._assembled.vertices, self._assembled.interface
+        at = vertices.shear[own]
         slipped = found.gap - self._assembled.tightened.gap
-        moments = slipped[np.searchsorted(joined, np.maximum(at, joined[0]))]
-        slip = np.hypot(*np.where(at >= 0, moments, 0.0).T) / touching.area[own]
+        moments = slipped[np.searchsorted(interface, np.maximum(at, interface[0]))]
+        slip = np.hypot(*np.where(at >= 0, moments, 0.0).T) / vertices.area[own]
         return np.asarray(np.where(found.guess.opened[own], 0.0, slip))
 
-    def _shear(self, own: Ints, found: Joined) -> Floats:
+    def _shear(self, own: Ints, found: ContactState) -> Floats:
         """Resultant (2,) along the tangents of a plane interface, N.
 
         Of a shear stress at an image across y = 0 the direction is the image of the tangent: the second one
         reverses. About z = 0 stresses along z cancel.
         """
-        problem, touching = self._assembled.problem, self._assembled.touching
-        at = touching.shear[own]
+        problem, vertices = self._assembled.problem, self._assembled.vertices
+        at = vertices.shear[own]
         stress = np.where(at >= 0, found.values[at], 0.0)
-        image = touching.normal[own] >= len(problem.fold.on_y)
+        image = vertices.normal[own] >= len(problem.unfolding.on_y)
         stress[:, 1] *= np.where(image, -1.0, 1.0)
-        sums = touching.area[own] @ stress
+        sums = vertices.area[own] @ stress
         return np.asarray(sums * [0.0 if problem.cut_z else 1.0, 1.0])
 
 
@@ -144,7 +144,7 @@ def pressure_at_nodes(problem: ContactProblem, values: Floats) -> Split:
     Where a bore and an interface meet, that of the interface counts.
     """
     found = {}
-    for parity, own in problem.fold.parts(values).items():
+    for parity, own in problem.unfolding.parts(values).items():
         nodal = np.zeros(len(problem.mesh.points))
         for number, bore in enumerate(problem.bores):
             nodes, pressure = bore.multipliers.at_nodes(own[problem.own(number)][:, None])
@@ -165,11 +165,11 @@ def gap_at_nodes(problem: ContactProblem, normal: Ints, gap: Floats) -> Split:
     gap
         (k,) at their places, mm.
     """
-    every = np.zeros(problem.fold.size)
+    every = np.zeros(problem.unfolding.size)
     every[normal] = gap
     found = {
         parity: _on_interfaces(problem, own, np.zeros(len(problem.mesh.points)))
-        for parity, own in problem.fold.parts(every).items()
+        for parity, own in problem.unfolding.parts(every).items()
     }
     return Split(found[Parity.SYMMETRIC], found.get(Parity.ANTISYMMETRIC))
 

@@ -78,10 +78,10 @@ class ContactLoads:
     def __init__(self, contact: RodContact, inertia: Inertia) -> None:
         self._contact, self._inertia = contact, inertia
         problem = contact.problem
-        n_cell = len(problem.fold.on_y)
+        n_cell = len(problem.unfolding.on_y)
         self._patterns, self._weighing = {}, {}
         for parity, compliance in problem.cell_compliance.items():
-            own = np.flatnonzero(problem.fold.has(parity))
+            own = np.flatnonzero(problem.unfolding.has(parity))
             self._patterns[parity], self._weighing[parity] = np.zeros((2, n_cell, len(own)))
             patterns = of_unit_work(compliance[np.ix_(own, own)])
             self._patterns[parity][own], self._weighing[parity][own] = patterns
@@ -112,8 +112,8 @@ class ContactLoads:
         """
         pin, crank, motions = instants.pin, instants.crank, instants.motions
         solved = self._contact.solutions(pin, crank, motions)
-        parts = self._contact.problem.fold.parts(np.stack([each.values for each in solved], axis=1))
-        none = np.zeros((len(self._contact.problem.fold.on_y), pin.shape[1]))
+        parts = self._contact.problem.unfolding.parts(np.stack([each.values for each in solved], axis=1))
+        none = np.zeros((len(self._contact.problem.unfolding.on_y), pin.shape[1]))
         even, odd = (self._weighing[parity].T @ parts.get(parity, none) for parity in Parity)
         return Weights(
             np.concatenate([even, motions[:_INERTIAL]]), np.concatenate([odd, motions[_INERTIAL:]])
@@ -125,7 +125,7 @@ class ContactLoads:
         for parity, own in zip(Parity, weights, strict=True):
             patterns = self._patterns[parity]
             parts[parity] = patterns @ own[: patterns.shape[1]]
-        pressure = self._contact.problem.fold.joined(parts)
+        pressure = self._contact.problem.unfolding.unfolded(parts)
         return Contacts(touches(self._contact, pressure, slice(None)))
 
 

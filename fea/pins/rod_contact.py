@@ -5,9 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from fea.contact.bolt_pull import BoltPull
-from fea.contact.interface import PinInBore
-from fea.contact.mating import MatingFaces
+from fea.contact.interfaces import BoltPull, MatingFaces, PinInBore
 from fea.contact.multipliers import Multipliers, radial
 from fea.contact.problem import ContactProblem
 from fea.contact.touch import Touch
@@ -100,9 +98,9 @@ class RodContact:
         # Place and bore of each unknown.
         nodes = np.concatenate([bore.multipliers.nodes for bore in pins])
         owner = np.repeat(np.arange(len(pins)), [bore.multipliers.size for bore in pins])
-        fold, cells = self.problem.fold, np.arange(len(nodes))
-        off = ~fold.on_y[cells] if fold.both_sides else np.zeros(len(nodes), dtype=bool)
-        self._pins = fold.with_images(cells)
+        unfolding, cells = self.problem.unfolding, np.arange(len(nodes))
+        off = ~unfolding.on_y[cells] if unfolding.both_sides else np.zeros(len(nodes), dtype=bool)
+        self._pins = unfolding.with_images(cells)
         images = mesh.points[nodes[off]] * [1.0, -1.0, 1.0]
         self._vertices = np.concatenate([mesh.points[nodes], images])
         self._owner = np.concatenate([owner, owner[off]])
@@ -148,7 +146,7 @@ class RodContact:
 
     def _forces(self, case: LoadCase, found: Solved) -> CaseForces:
         """Nodal forces of a solution and of the inertia of its case."""
-        parts = self.problem.fold.parts(found.values)
+        parts = self.problem.unfolding.parts(found.values)
         forces = {parity: (self.problem.forces @ own).reshape(-1, 3) for parity, own in parts.items()}
         if case.motion is not None:
             inertial = self._inertia.forces(case.motion)

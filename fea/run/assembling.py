@@ -9,7 +9,7 @@ import numpy as np
 
 from fea.judge.bolt_choice import ChosenBolt, choose_bolt
 from fea.judge.bolt_shape import BoltSeats, seats_of
-from fea.judge.fit_choice import ROD, ChosenFit, Expansions, FitRadii, choose_fits, radii_of
+from fea.judge.press_fit import ROD, ChosenFit, Expansions, FitRadii, choose_fits, radii_of
 from fea.rod.meshed_rod import Bores, MeshedRod
 from fea.study.assembly_table import (
     BOLT,

@@ -63,7 +63,7 @@ class Onsets:
 
     @cached_property
     def _possible(self) -> bool:
-        return self._rod.contact.problem.fold.size <= MOST_UNKNOWNS
+        return self._rod.contact.problem.unfolding.size <= MOST_UNKNOWNS
 
     def opens(self) -> OnsetFigures | None:
         """When the joint opens at the edge of the bore."""
@@ -239,7 +239,7 @@ def _joint(
             separating_N=state.separating(assembled),
             edge_pressure_MPa=joint.edge_pressure,
             shear_N=joint.shear,
-            slip_reserve=joint.slip_reserve,
+            slip_reserve=joint.slip_safety,
         )
     return JointFigures(
         friction=friction,
@@ -254,7 +254,7 @@ def _joint_cycle(cycle: CycleResult) -> JointCycleFigures:
     joint, angle = [state.joint for state in cycle.states], cycle.angles / DEG
     clamp, opening = np.array([own.force for own in joint]), np.array([own.opening for own in joint])
     least, widest = int(clamp.argmin()), int(opening.argmax())
-    reserves = [own.slip_reserve for own in joint if own.slip_reserve is not None]
+    reserves = [own.slip_safety for own in joint if own.slip_safety is not None]
     return JointCycleFigures(
         min_clamp_force_N=float(clamp[least]),
         min_clamp_crank_deg=float(angle[least]),

@@ -173,7 +173,7 @@ def opening_speed(rod: PreparedRod, speeds: Sequence[float]) -> float | None:
     if number is None:
         return None
     rpm = rising[number]
-    if number == 0 or rod.contact.problem.fold.size > MOST_UNKNOWNS:
+    if number == 0 or rod.contact.problem.unfolding.size > MOST_UNKNOWNS:
         return rpm
     low = rising[number - 1]
     return float(brentq(lambda speed: _edge(rod, speed), low, rpm, xtol=_WITHIN * rpm))

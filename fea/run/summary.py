@@ -13,8 +13,7 @@ from fea.base.choices import Fatigue
 from fea.base.material import Material
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
-from fea.judge.crossland import crossland
-from fea.judge.fatigue import fatigue_factor
+from fea.judge.fatigue import crossland, fatigue_factor
 from fea.judge.history import deviatoric, extremes
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
 from fea.judge.verdict import Verdict, safety_factor

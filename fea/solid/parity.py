@@ -1,11 +1,12 @@
 """Symmetric and antisymmetric parts about y = 0."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
 
-from geometry.arrays import Floats
+from geometry.arrays import Floats, Ints, Mask
 
 
 class Parity(IntEnum):
@@ -33,3 +34,116 @@ class Split:
         if parity is Parity.SYMMETRIC:
             return self.symmetric
         return np.zeros_like(self.symmetric) if self.antisymmetric is None else self.antisymmetric
+
+
+@dataclass(frozen=True)
+class MirrorUnfolding:
+    """How unknowns on the whole body, such as pressures, follow from the cell.
+
+    Of a cell that is cut at y = 0 and loaded in both parities, the unknowns are those of the cell, then
+    those at their images off the plane. Otherwise they are those of the cell.
+
+    Attributes
+    ----------
+    on_y
+        (n_cell,) which of the cell's unknowns are at places on y = 0.
+    both_sides
+        Whether the images across y = 0 are unknowns of their own.
+    images
+        How many cells make the whole body.
+    across
+        (n_cell,) which of those on y = 0 act across the plane, so that they have only an odd part; the others
+        have only an even one. None by default.
+    """
+
+    on_y: Mask
+    both_sides: bool
+    images: int
+    across: Mask | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return len(self.on_y) + (int((~self.on_y).sum()) if self.both_sides else 0)
+
+    def parities(self) -> tuple[Parity, ...]:
+        """Return the parities that the unknowns have."""
+        return tuple(Parity) if self.both_sides else (Parity.SYMMETRIC,)
+
+    def has(self, parity: Parity) -> Mask:
+        """Which of the cell's unknowns (n_cell,) have a part of this parity."""
+        across = self._across
+        return ~(self.on_y & (across if parity is Parity.SYMMETRIC else ~across))
+
+    @property
+    def _across(self) -> Mask:
+        return np.zeros_like(self.on_y) if self.across is None else self.across
+
+    def images_of(self, cells: Ints) -> Ints:
+        """Unknowns (n,) that are the images of unknowns of the cell; those on y = 0 are their own."""
+        if not self.both_sides:
+            return cells
+        off = ~self.on_y
+        number = np.where(off, len(off) + np.cumsum(off) - 1, np.arange(len(off)))
+        return np.asarray(number[cells])
+
+    def with_images(self, cells: Ints) -> Ints:
+        """Unknowns of the cell, then their images across y = 0."""
+        if not self.both_sides:
+            return cells
+        return np.concatenate([cells, self.images_of(cells[~self.on_y[cells]])])
+
+    def parts(self, values: Floats) -> dict[Parity, Floats]:
+        """Values (n_cell, …) on the cell of each parity from those of the unknowns (n, …)."""
+        if not self.both_sides:
+            return {Parity.SYMMETRIC: values}
+        here, off = values[: len(self.on_y)], ~self.on_y
+        there = here.copy()
+        there[off] = values[len(self.on_y) :]
+        across = self.on_y & self._across
+        there[across] = -here[across]
+        return {Parity.SYMMETRIC: (here + there) / 2, Parity.ANTISYMMETRIC: (here - there) / 2}
+
+    def unfolded(self, parts: dict[Parity, Floats]) -> Floats:
+        """Unknowns (n, …) from values (n_cell, …) on the cell of each parity: the inverse of `parts`."""
+        even = parts[Parity.SYMMETRIC]
+        if not self.both_sides:
+            return even
+        odd = parts[Parity.ANTISYMMETRIC]
+        return np.concatenate([even + odd, (even - odd)[~self.on_y]])
+
+    def moments(self, parts: dict[Parity, Floats]) -> Floats:
+        """Moments (n, …) over the whole body from those (n_cell, …) on the cell of each parity.
+
+        It is the transpose of `parts`, times the number of images: pressure times moment is work.
+        """
+        even = self.images * parts[Parity.SYMMETRIC]
+        if not self.both_sides:
+            return even
+        odd = self.images * parts[Parity.ANTISYMMETRIC]
+        off, across = (
+            mask.reshape(-1, *(1,) * (even.ndim - 1)) for mask in (~self.on_y, self.on_y & self._across)
+        )
+        here = np.where(off, (even + odd) / 2, np.where(across, odd, even))
+        return np.concatenate([here, ((even - odd) / 2)[~self.on_y]])
+
+    def compliance(self, of_cell: Mapping[Parity, Floats]) -> Floats:
+        """Moments (n, n) of unit unknowns from those (n_cell, n_cell) on the cell of each parity.
+
+        It is `moments` of these times `parts` of the unit matrix, of which only the entries that are not zero
+        are multiplied.
+        """
+        if not self.both_sides:
+            return self.images * of_cell[Parity.SYMMETRIC]
+        off, across = ~self.on_y, self.on_y & self._across
+        cell = np.concatenate([np.arange(len(off)), np.flatnonzero(off)])
+        even = np.where(off, 0.5, np.where(across, 0.0, 1.0))
+        odd = np.where(off, 0.5, np.where(across, 1.0, 0.0))
+        found = np.zeros((len(cell),) * 2)
+        for parity, here, sign in ((Parity.SYMMETRIC, even, 1.0), (Parity.ANTISYMMETRIC, odd, -1.0)):
+            share = np.concatenate([here, sign * here[off]])
+            own = of_cell[parity][np.ix_(cell, cell)]
+            own *= self.images * share
+            own *= share[:, None]
+            found += own
+        return found

@@ -14,8 +14,8 @@ import numpy as np
 from scipy import sparse
 
 from fea.base.choices import SolverName
+from fea.solid.assembly import GeometricStiffness
 from fea.solid.bore_motion import SLIDE_Y, SLIDE_Z, TURN_X, TURN_Z, Held, has_parity, mean_motions, motions
-from fea.solid.geometric_stiffness import GeometricStiffness
 from fea.solid.parity import Parity
 from fea.solvers.constrained import Constrained, constrained, stopping
 from fea.solvers.linear.amg import Operator

@@ -48,7 +48,7 @@ class Recording:
 
 
 def recorded(angles: Floats, pressures: Floats, source: str, first_line: int) -> Recording:
-    """Fold recorded samples into one cycle, or one revolution where there is no more.
+    """MirrorUnfolding recorded samples into one cycle, or one revolution where there is no more.
 
     Parameters
     ----------

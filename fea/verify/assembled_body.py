@@ -8,9 +8,8 @@ import numpy as np
 from fea.base.choices import Support
 from fea.base.material import Material, of_parts
 from fea.contact.assembled import Assembled, Warming
-from fea.contact.bolt_pull import BoltPull
-from fea.contact.joined_system import Joined
-from fea.contact.mating import MatingFaces
+from fea.contact.friction_system import ContactState
+from fea.contact.interfaces import BoltPull, MatingFaces
 from fea.contact.problem import ContactProblem
 from fea.solid.parity import Parity
 from fea.solvers.static import Model
@@ -60,16 +59,16 @@ class AssembledBody:
         self.assembled = Assembled(self.problem, nodes, friction, np.array(preload), warming)
 
     @property
-    def start(self) -> Joined:
+    def start(self) -> ContactState:
         """The parts put together."""
         return self.assembled.start
 
-    def step(self, weights: Sequence[float] | Floats, state: Joined | None = None) -> Joined:
+    def step(self, weights: Sequence[float] | Floats, state: ContactState | None = None) -> ContactState:
         """Go on from a state, or from the start, to weights (n_loads,) of the loads."""
         load = self.assembled.load([], np.array(weights))
         return self.assembled.step(load, self.start if state is None else state)
 
-    def stresses(self, state: Joined, face: int = 0) -> tuple[Floats, Floats, Floats]:
+    def stresses(self, state: ContactState, face: int = 0) -> tuple[Floats, Floats, Floats]:
         """Pressures (n,) at the vertices of one interface on the cell, and shear stresses along its tangents.
 
         Those that do not exist are zero.
@@ -79,14 +78,14 @@ class AssembledBody:
         along, around = (np.where(at >= 0, values[at], 0.0) for at in own.tangential)
         return values[: own.pressing.size], along, around
 
-    def tension(self, state: Joined) -> Floats:
+    def tension(self, state: ContactState) -> Floats:
         """Force (n_bolts,) of each bolt of the cell, N."""
         return self._on_cell(state)[self.problem.starts[len(self.problem.faces)] :]
 
-    def _on_cell(self, state: Joined) -> Floats:
-        return self.problem.fold.parts(state.values)[Parity.SYMMETRIC]
+    def _on_cell(self, state: ContactState) -> Floats:
+        return self.problem.unfolding.parts(state.values)[Parity.SYMMETRIC]
 
-    def displacement(self, state: Joined, weights: Sequence[float] | Floats | None = None) -> Floats:
+    def displacement(self, state: ContactState, weights: Sequence[float] | Floats | None = None) -> Floats:
         """Displacement (n_nodes, 3) of a state under weights (n_loads,) of the loads, mm."""
         applied = self._loads @ np.array(weights) if weights is not None else 0.0
         fixed, solve = self._model.restrained(Parity.SYMMETRIC)
@@ -94,7 +93,7 @@ class AssembledBody:
         bent = solve(forces[:, None]).reshape(-1, 3)
         return np.asarray(bent + self.assembled.displacement(state)[Parity.SYMMETRIC])
 
-    def stress(self, state: Joined, weights: Sequence[float] | Floats | None = None) -> list[Floats]:
+    def stress(self, state: ContactState, weights: Sequence[float] | Floats | None = None) -> list[Floats]:
         """Nodal stress (n_nodes, 6) of each part, MPa; NaN outside the part.
 
         On the surfaces that the loads act on it is that of free ones.

@@ -7,7 +7,7 @@ from scipy import sparse
 
 from fea.base.material import Material
 from fea.contact.active_set import Contact
-from fea.contact.interface import PinInBore
+from fea.contact.interfaces import PinInBore
 from fea.contact.problem import ContactProblem
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.parity import Parity
@@ -58,7 +58,7 @@ class TouchedBody:
 
     @cached_property
     def _weights(self) -> Floats:
-        return self.problem.fold.moments({Parity.SYMMETRIC: self._pin.multipliers.weights})
+        return self.problem.unfolding.moments({Parity.SYMMETRIC: self._pin.multipliers.weights})
 
     def stress(self, pressure: Floats) -> Floats:
         """Nodal stress (n_nodes, 6) under pressures (n,), MPa."""

@@ -64,7 +64,7 @@ def solved(rod, case, folder):
         np.array([[-case.crank_axial], [case.crank_transverse]]),
         weights(case.motion)[:, None],
     )[0]
-    values = problem.fold.parts(found.values)[Parity.SYMMETRIC]
+    values = problem.unfolding.parts(found.values)[Parity.SYMMETRIC]
     pins = np.zeros_like(values)
     pins[: problem.starts[2]] = values[: problem.starts[2]]
     forces = (problem.forces @ pins).reshape(-1, 3)
@@ -150,13 +150,14 @@ def main():
     arguments = parser.parse_args()
     command = " ".join(["python tests/benchmarks/assembly_calculix.py", *sys.argv[1:]])
     rod, lines = report(arguments.size)
+    unknowns = rod.contact.problem.unfolding.size
     text = "\n".join(
         [
             "# An assembled rod against CalculiX",
             "",
             f"Made by `{command}`: León's rod with cap, bolts, bushing and",
             "shells under the axial loads of 6000 rpm, without friction; a quarter of it,",
-            f"{len(rod.mesh.cell.points)} nodes, {rod.contact.problem.fold.size} unknowns of contact here.",
+            f"{len(rod.mesh.cell.points)} nodes, {unknowns} unknowns of contact here.",
             "",
             "| case | quantity | here | CalculiX | difference % |",
             "| --- | --- | ---: | ---: | ---: |",

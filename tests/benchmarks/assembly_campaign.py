@@ -117,7 +117,7 @@ def outcome(seed: int) -> Outcome | None:
     changes = [each.changes for each in found]
     return Outcome(
         seed,
-        unknowns=contact.problem.fold.size,
+        unknowns=contact.problem.unfolding.size,
         residual=max(each.residual for each in [*found, contact.assembled.start]),
         imbalance=max(each.imbalance for each in found),
         most_changes=max(changes),

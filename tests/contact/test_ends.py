@@ -5,9 +5,9 @@ import pytest
 from scipy.linalg import block_diag
 
 from fea.contact.block import Block, Ends, Product
+from fea.contact.condensed import CondensedInterface
+from fea.contact.friction_system import FrictionSystem, Load
 from fea.contact.guess import Guess, Places
-from fea.contact.joined_system import JoinedSystem, Load
-from fea.contact.tied import Tied
 
 PINS, PLACES, FRICTION = 12, 8, 0.3
 SIZE = PINS + 3 * PLACES
@@ -24,7 +24,7 @@ class TwoEnds:
         self.R = block_diag(*(self._of_pins(rng) for _ in range(2)))
         self.P = block_diag(*rng.normal(size=(2, SIZE, 3)))
         self.pins = np.concatenate([np.arange(PINS), SIZE + np.arange(PINS)])
-        self.tied = Tied.of(self.C, self.P, self.pins)
+        self.condensed = CondensedInterface.of(self.C, self.P, self.pins)
         normal = np.arange(PLACES)
         shear = PLACES + np.arange(2 * PLACES).reshape(PLACES, 2)
         self.places = Places(
@@ -50,14 +50,14 @@ class TwoEnds:
         return np.vstack([rng.normal(size=(PINS, 2)), np.zeros((3 * PLACES, 2))])
 
     def solved(self):
-        system = JoinedSystem(self.tied, self.R, self.places)
+        system = FrictionSystem(self.condensed, self.R, self.places)
         gap = np.zeros(2 * 3 * PLACES)
         found = system.step(self.load, gap, Guess.closed(2 * PINS, 2 * PLACES))
         alone = [end.step(self.load, gap, Guess.closed(2 * PINS, 2 * PLACES)) for end in system.ends]
         return found, system.together(alone), system.part_motion(found)
 
     def blocks(self):
-        return Ends.of(Block.whole(self.tied, self.R[self.pins], self.places)).blocks
+        return Ends.of(Block.whole(self.condensed, self.R[self.pins], self.places)).blocks
 
 
 def as_one(monkeypatch):

@@ -10,11 +10,12 @@ from scipy.integrate import quad
 
 from fea.base.choices import BoltGrade, ThreadRolled
 from fea.contact.assembly_state import Bolt
-from fea.judge.bolt_compliance import ClampedParts, bolt_compliance
 from fea.judge.bolt_result import BoltResult, JointResult
-from fea.judge.bolt_strength import (
+from fea.judge.vdi2230 import (
+    ClampedParts,
     Lever,
     allowed_preload,
+    bolt_compliance,
     bolt_force,
     clamp_force,
     embedding_loss,
@@ -235,12 +236,12 @@ def test_a_joint_over_load_cases():
     found = JointResult.of(bolts, clamp, shear, assembled=(70e3, 70e3), friction=0.15)
     assert (found.least_at, found.least_clamp) == (1, pytest.approx(54e3))
     assert found.load_factor == pytest.approx(0.2)
-    assert found.slip_reserve == pytest.approx(min(0.15 * 54e3 / 3e3, 0.15 * 78e3 / 5e3))
+    assert found.slip_safety == pytest.approx(min(0.15 * 54e3 / 3e3, 0.15 * 78e3 / 5e3))
     scattered = JointResult.of(
         bolts, clamp, shear, assembled=(70e3, 70e3), friction=0.15, tightening_factor=1.4
     )
     assert scattered.least_clamp == pytest.approx(54e3 - 20e3)
     calm = JointResult.of(bolts[:1], clamp[:1], shear[:1], assembled=(70e3, 70e3), friction=0.15)
-    assert (calm.slip_reserve, calm.load_factor) == (math.inf, None)
+    assert (calm.slip_safety, calm.load_factor) == (math.inf, None)
     open_ = JointResult.of(bolts, clamp * [1, 0, 1], shear, assembled=(70e3, 70e3), friction=0.15)
-    assert (open_.least_clamp, open_.load_factor, open_.slip_reserve) == (0.0, None, 0.0)
+    assert (open_.least_clamp, open_.load_factor, open_.slip_safety) == (0.0, None, 0.0)

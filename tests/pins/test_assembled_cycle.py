@@ -45,13 +45,13 @@ def test_the_unit_loads_span_the_state_at_every_instant(rod, result, instants):
         parity: fields.patterns @ own
         for parity, fields, own in zip(Parity, loads.fields(), result.cycle.weights, strict=True)
     }
-    off = np.abs(contact.problem.fold.joined(parts) - states)
+    off = np.abs(contact.problem.unfolding.unfolded(parts) - states)
     bolts = contact.assembled.bolts
     assert off[bolts].max() < BOLTS * np.abs(states[bolts]).max()
     places = np.setdiff1d(np.arange(len(states)), bolts)
     assert off[places].max() < PLACES * np.abs(states[places]).max()
     forces = contact.problem.rigid.T @ states
-    error = contact.problem.rigid.T @ contact.problem.fold.joined(parts) - forces
+    error = contact.problem.rigid.T @ contact.problem.unfolding.unfolded(parts) - forces
     assert np.abs(error).max() < 1e-9 * np.abs(forces).max()
     assert sum(fields.count for fields in loads.fields()) < len(states)
     assert result.checks["superposition"].passed

@@ -89,7 +89,7 @@ def test_the_cap_is_in_equilibrium_across_and_along_an_oblique_joint():
     state = contact.states(found)
     assert state.bolt_force - state.joint.force == pytest.approx(-(pin @ normal), rel=1e-6)
     assert state.joint.shear == pytest.approx(abs(pin @ [-normal[1], normal[0]]), rel=1e-6)
-    assert state.joint.slip_reserve == pytest.approx(state.joint.friction / state.joint.shear)
+    assert state.joint.slip_safety == pytest.approx(state.joint.friction / state.joint.shear)
 
 
 def test_the_load_factor_divides_the_load_between_bolts_and_joint(pulled_rod):

@@ -10,9 +10,9 @@ from fea.output.terminal.run_lines import buckling_lines
 from fea.run.buckling import buckling_report
 from fea.run.prepare import prepare
 from fea.run.speed import solve_speed
+from fea.solid.assembly import GeometricStiffness
 from fea.solid.bore_motion import SLIDE_X, TURN_Z, Held, mean_motions, motions
 from fea.solid.errors import UnderconstrainedError
-from fea.solid.geometric_stiffness import GeometricStiffness
 from fea.solid.parity import Parity
 from fea.solvers.buckling import Buckling
 from fea.solvers.static import Model

@@ -5,7 +5,7 @@ import pytest
 from cycles import analysis
 
 from fea.base.choices import Symmetry
-from fea.judge.crossland import crossland, crossland_factors
+from fea.judge.fatigue import crossland, crossland_factors
 from fea.judge.history import deviatoric
 from fea.run.cycle import envelope as envelopes
 from fea.run.prepare import prepare

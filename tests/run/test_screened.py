@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fea.judge.crossland import ball_radii
+from fea.judge.fatigue import ball_radii
 from fea.judge.history import Extremes, deviatoric, extreme_principals
 from fea.judge.history import extremes as everywhere
 from fea.pins.unit_loads import ALONE, Together, Weights

@@ -18,8 +18,7 @@ from fea.base.material import Material, Materials
 from fea.run.prepare import prepare
 from fea.run.speed import solve_speed
 from fea.solid import forms
-from fea.solid.assembly import pattern, stiffness
-from fea.solid.geometric_stiffness import GeometricStiffness
+from fea.solid.assembly import GeometricStiffness, pattern, stiffness
 from fea.solid.inertia import _assembled_weights as weights
 from fea.solid.inertia import body_forces, inertia, mass_matrix
 from fea.solid.parity import Parity

@@ -8,15 +8,18 @@ import pytest
 
 from fea.base.choices import Fatigue, Finish, Loading
 from fea.base.material import Material
-from fea.judge.crossland import (
+from fea.judge.fatigue import (
     TORSION_RATIO,
     ball_radii,
     crossland,
     crossland_bound,
     crossland_factor,
     crossland_factors,
+    fatigue_factor,
+    gerber,
+    goodman,
+    soderberg,
 )
-from fea.judge.fatigue import fatigue_factor, gerber, goodman, soderberg
 from fea.judge.history import deviatoric, extremes, tensor
 from fea.stress.stress import von_mises
 from fea.study.endurance import (

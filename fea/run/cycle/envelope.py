@@ -11,8 +11,7 @@ import numpy.typing as npt
 from fea.base.choices import Fatigue
 from fea.base.material import Material
 from fea.judge.case_result import CaseResult
-from fea.judge.crossland import crossland_bound, crossland_factors
-from fea.judge.fatigue import fatigue_factor
+from fea.judge.fatigue import crossland_bound, crossland_factors, fatigue_factor
 from fea.judge.history import deviatoric
 from fea.judge.verdict import safety_factor
 from fea.pins.unit_loads import Weights

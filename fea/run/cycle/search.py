@@ -25,8 +25,7 @@ from itertools import pairwise
 import numpy as np
 
 from fea.base.choices import Region
-from fea.judge.crossland import crossland_factors
-from fea.judge.fatigue import fatigue_factor
+from fea.judge.fatigue import crossland_factors, fatigue_factor
 from fea.judge.history import deviator_norm, deviatoric, extreme_principals, signed_equivalent
 from fea.judge.verdict import CAP, safety_factor
 from fea.pins.unit_loads import Weights

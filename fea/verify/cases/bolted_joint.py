@@ -12,8 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fea.contact.bolt_pull import BoltPull
-from fea.contact.mating import MatingFaces
+from fea.contact.interfaces import BoltPull, MatingFaces
 from fea.solid.traction import traction_forces
 from fea.solvers.constrained import displacement
 from fea.verify.assembled_body import AssembledBody, pulled

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fea.contact.interface import PinInBore
+from fea.contact.interfaces import PinInBore
 from fea.contact.multipliers import Multipliers
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, furthest, held

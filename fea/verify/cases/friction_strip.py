@@ -11,8 +11,8 @@ strip is sheared over about its thickness, which beam theory leaves out.
 import numpy as np
 
 from fea.base.material import Material
-from fea.contact.joined_system import Joined
-from fea.contact.mating import MatingFaces
+from fea.contact.friction_system import ContactState
+from fea.contact.interfaces import MatingFaces
 from fea.solid.traction import traction_forces
 from fea.verify.assembled_body import AssembledBody
 from fea.verify.benchmark import Benchmark, Computed, Goal
@@ -107,7 +107,7 @@ class Strip:
         self.pulled = force
         return found
 
-    def _moved(self, state: Joined, force: float) -> float:
+    def _moved(self, state: ContactState, force: float) -> float:
         """Movement of the strip's end relative to the plates, from the work of the forces."""
         return 2 * float((self._pull * self.body.displacement(state, [1.0, force])).sum())
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from fea.base.material import Material
 from fea.contact.assembled import Warming
-from fea.contact.mating import MatingFaces
+from fea.contact.interfaces import MatingFaces
 from fea.solid.traction import traction_forces
 from fea.verify.assembled_body import AssembledBody
 from fea.verify.benchmark import Benchmark, Computed, Goal

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.base.material import Material
-from fea.contact.mating import MatingFaces
+from fea.contact.interfaces import MatingFaces
 from fea.solid.traction import Traction, traction_forces
 from fea.verify.assembled_body import AssembledBody
 from fea.verify.benchmark import Benchmark, Computed, Goal

@@ -10,7 +10,7 @@ import numpy as np
 
 from fea.base.material import Material
 from fea.contact.elastic_pin import Pin
-from fea.contact.interface import PinInBore
+from fea.contact.interfaces import PinInBore
 from fea.contact.multipliers import Multipliers, radial
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import held

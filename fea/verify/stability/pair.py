@@ -9,8 +9,7 @@ from fea.base.material import Material
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.supports import require_restrained
 from fea.solvers.linear.choice import factorise
-from fea.solvers.mixed import MixedSystem, shear_materials
-from fea.solvers.pressure import pressure_space
+from fea.solvers.mixed import MixedSystem, pressure_space, shear_materials
 from fea.solvers.residuals import condition_estimate
 from fea.verify.stability.solved import Solved
 from geometry.arrays import Floats

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fea.contact.active_set import ContactSystem
+from fea.contact.condensed import CondensedInterface
+from fea.contact.friction_system import FrictionSystem, Load
 from fea.contact.guess import Guess, Places
-from fea.contact.joined_system import JoinedSystem, Load
-from fea.contact.tied import Tied
 from fea.contact.trial import Linear
 from fea.solid.errors import ContactError
 
@@ -40,8 +40,8 @@ class Problem:
             bolt=np.zeros(PLACES, dtype=bool),
             rubbing=np.full(PLACES, bool(friction)),
         )
-        self.tied = Tied.of(self.C, self.P, self.pins)
-        self.system = JoinedSystem(self.tied, self.R, self.places)
+        self.condensed = CondensedInterface.of(self.C, self.P, self.pins)
+        self.system = FrictionSystem(self.condensed, self.R, self.places)
         self.gap = self.rng.normal(size=self.n)
         self.gap[self.normal] -= 5.0  # a press fit
 
@@ -109,8 +109,8 @@ def test_a_part_that_only_friction_would_hold_is_named():
     alone = problem.P.copy()
     alone[PINS:, 2] = 0.0  # nothing between the parts resists this motion, and no pin does
     alone[:PINS, 2] = 0.0
-    tied = Tied.of(problem.C, alone, problem.pins)
-    system = JoinedSystem(tied, problem.R, problem.places, ["the cap", "the cap", "the bushing"])
+    condensed = CondensedInterface.of(problem.C, alone, problem.pins)
+    system = FrictionSystem(condensed, problem.R, problem.places, ["the cap", "the cap", "the bushing"])
     with pytest.raises(ContactError, match="the bushing slides away"):
         system.step(problem.load(), *problem.start())
 

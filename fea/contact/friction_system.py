@@ -5,7 +5,7 @@ Unilateral contact and Coulomb friction, implicit in the step:
     λ_n ≥ 0,  y_n ≥ 0,  λ_n y_n = 0
     |λ_t| ≤ μ λ_n,  and where it slips  λ_t = −μ λ_n Δy_t / |Δy_t|
 
-with the gaps y of `fea.contact.tied`. The primal-dual active set is a semismooth Newton method (Alart &
+with the gaps y of `fea.contact.condensed`. The primal-dual active set is a semismooth Newton method (Alart &
 Curnier 1991; Hüeber, Stadler & Wohlmuth 2008), whose unknowns are the pressures of the pins that touch and
 the gaps of what opens or slips: few, as long as the parts hold together.
 """
@@ -18,8 +18,8 @@ import numpy as np
 
 from fea.contact.block import Block, Ends
 from fea.contact.block_search import UNSETTLED, BlockSearch
+from fea.contact.condensed import CondensedInterface
 from fea.contact.guess import Guess, Offsets, Places
-from fea.contact.tied import Tied
 from fea.contact.trial import EXACT, ROUNDING, Exact, Trial
 from fea.machine.threads import side_by_side
 from fea.solid.errors import UnsettledError
@@ -58,7 +58,7 @@ class Load:
 
 
 @dataclass(frozen=True)
-class Joined:
+class ContactState:
     """The end of a step.
 
     Attributes
@@ -91,12 +91,12 @@ class Joined:
     changes: int
 
 
-class JoinedSystem:
+class FrictionSystem:
     """Steps from state to state.
 
     Parameters
     ----------
-    tied
+    condensed
         The condensed problem.
     rigid
         R (n, m) of the pins.
@@ -106,35 +106,37 @@ class JoinedSystem:
         (k,) of the part that each motion of the parts moves, with its article.
     """
 
-    def __init__(self, tied: Tied, rigid: Floats, places: Places, names: Sequence[str] = ()) -> None:
-        self._tied, self._places = tied, places
-        free, self._loose = tied.free
-        R = np.hstack([rigid[tied.pins], free])
+    def __init__(
+        self, condensed: CondensedInterface, rigid: Floats, places: Places, names: Sequence[str] = ()
+    ) -> None:
+        self._condensed, self._places = condensed, places
+        free, self._loose = condensed.free
+        R = np.hstack([rigid[condensed.pins], free])
         scale = np.abs(R).max(axis=0, initial=0.0)
         self._scale = np.where(scale > 0, scale, 1.0)
-        self._whole = Block.whole(tied, R / self._scale, places)
+        self._whole = Block.whole(condensed, R / self._scale, places)
         self._ends = Ends.of(self._whole)
         self._solved = range(len(self._ends.blocks))
         self._search = BlockSearch(self._loose, len(scale), names)
 
     @property
-    def ends(self) -> tuple["JoinedSystem", ...]:
+    def ends(self) -> tuple["FrictionSystem", ...]:
         """The same for one block each, while the others keep their gaps: `together` joins their states."""
         return tuple(self._alone(number) for number in self._solved)
 
-    def _alone(self, number: int) -> "JoinedSystem":
+    def _alone(self, number: int) -> "FrictionSystem":
         found = copy(self)
         found._solved = range(number, number + 1)  # noqa: SLF001 - a copy of itself
         return found
 
-    def together(self, states: Sequence[Joined]) -> Joined:
+    def together(self, states: Sequence[ContactState]) -> ContactState:
         """One state of the whole from those of `ends` under the same load."""
-        tied, guess = self._tied, states[0].guess
+        condensed, guess = self._condensed, states[0].guess
         values, gap = states[0].values.copy(), states[0].gap.copy()
         parts = list[tuple[Ints, Ints, Guess]]()
         for own, state in zip(self._ends.blocks, states, strict=True):
-            numbers = np.concatenate([tied.pins[own.pins], tied.joined[own.joined]])
-            values[numbers], gap[own.joined] = state.values[numbers], state.gap[own.joined]
+            numbers = np.concatenate([condensed.pins[own.pins], condensed.interface[own.interface]])
+            values[numbers], gap[own.interface] = state.values[numbers], state.gap[own.interface]
             parts.append((own.pins, own.sites, state.guess.of(own.pins, own.sites)))
         return replace(
             states[0],
@@ -147,11 +149,11 @@ class JoinedSystem:
             changes=sum(state.changes for state in states),
         )
 
-    def part_motion(self, state: Joined) -> Floats:
+    def part_motion(self, state: ContactState) -> Floats:
         """Motions (k,) of the parts."""
-        tied, load = self._tied, state.load
-        open_gap = state.gap - load.gap[tied.joined]
-        return tied.motions(open_gap, state.values[tied.pins], load.parts, state.loose)
+        condensed, load = self._condensed, state.load
+        open_gap = state.gap - load.gap[condensed.interface]
+        return condensed.motions(open_gap, state.values[condensed.pins], load.parts, state.loose)
 
     def step(
         self,
@@ -162,7 +164,7 @@ class JoinedSystem:
         *,
         rubbing: bool = True,
         last: Trials | None = None,
-    ) -> Joined:
+    ) -> ContactState:
         """Find the state under a load.
 
         Parameters
@@ -199,8 +201,8 @@ class JoinedSystem:
         *,
         rubbing: bool = True,
         last: Trials | None = None,
-    ) -> Joined:
-        """The same where the tied state is known; see `step` and `offsets`."""
+    ) -> ContactState:
+        """The same where the state that sticks is known; see `step` and `offsets`."""
         ends = self._ends if rubbing else self._ends.sticking
         trials, changes = self._settled(ends, offsets, guess, exact, last or {})
         if last is not None:
@@ -214,7 +216,7 @@ class JoinedSystem:
         blocks = ends.blocks
         calm = _CALM * max(self._pressed(offsets, guess), exact.elsewhere)
         offsets = replace(offsets, least=max(calm, offsets.least))
-        parts = [offsets.of(own.pins, own.joined, own.motions) for own in blocks]
+        parts = [offsets.of(own.pins, own.interface, own.motions) for own in blocks]
         guesses = [
             _begun(own, part, guess.of(own.pins, own.sites)) for own, part in zip(blocks, parts, strict=True)
         ]
@@ -223,7 +225,7 @@ class JoinedSystem:
             np.zeros(len(own.pins)) if number == alone else own.carrying(each.touching, part.forces)
             for number, (own, each, part) in enumerate(zip(blocks, guesses, parts, strict=True))
         ]
-        moved = [np.zeros(len(own.joined)) for own in blocks]
+        moved = [np.zeros(len(own.interface)) for own in blocks]
         found, changes = Trials(), 0
         each = map if ends is self._ends.sticking else side_by_side  # without friction, hardly worth a thread
         for _ in range(_SWEEPS):
@@ -253,42 +255,42 @@ class JoinedSystem:
         return float(np.abs(offsets.stress[closed]).max(initial=0.0))
 
     def offsets(self, loads: Sequence[Load], gaps: Sequence[Floats]) -> list[Offsets]:
-        """Tied states of the blocks under loads, with the gaps y_J (n_J,) at the beginning of each step."""
-        tied = self._tied
+        """Sticking states of the blocks under loads, from gaps y_J (n_J,)."""
+        condensed = self._condensed
         begin, given = np.stack(gaps, axis=1), np.stack([load.gap for load in loads], axis=1)
         # What is open now follows from the load, not from what was open before.
         begin[self._places.normal] = 0.0
         parts = np.stack([load.parts for load in loads], axis=1)
         pins = np.stack([load.pins for load in loads], axis=1)
-        left = begin - given[tied.joined]
-        stress, pin_gap = tied.V @ parts, given[tied.pins] + tied.G @ parts
+        left = begin - given[condensed.interface]
+        stress, pin_gap = condensed.V @ parts, given[condensed.pins] + condensed.G @ parts
         for number in self._solved:
             block = self._ends.blocks[number]
             by_slip = self._ends.slipped(number, left)
-            stress[block.joined] += by_slip[0]
+            stress[block.interface] += by_slip[0]
             pin_gap[block.pins] += by_slip[1]
         forces = np.concatenate([pins, self._loose @ parts]) / self._scale[:, None]
         columns = (np.ascontiguousarray(own.T) for own in (stress, pin_gap, forces, begin))
         return [Offsets(*instant) for instant in zip(*columns, strict=True)]
 
-    def _joined(self, trials: Trials, changes: int, load: Load, before: Floats, guess: Guess) -> Joined:
+    def _joined(self, trials: Trials, changes: int, load: Load, before: Floats, guess: Guess) -> ContactState:
         """State of some blocks; the others keep their gaps (n_J,), and what is guessed of them."""
-        tied, whole = self._tied, self._whole
-        pressure, stress = np.zeros(len(tied.pins)), np.zeros(len(tied.joined))
+        condensed, whole = self._condensed, self._whole
+        pressure, stress = np.zeros(len(condensed.pins)), np.zeros(len(condensed.interface))
         gap, motion = before.copy(), np.zeros(len(self._scale))
         parts = [(whole.pins, whole.sites, guess)]
         for number, trial in trials.items():
             own = self._ends.blocks[number]
-            pressure[own.pins], stress[own.joined] = trial.solution.pressure, trial.solution.stress
-            gap[own.joined], motion[own.motions] = trial.gap, trial.solution.motion
+            pressure[own.pins], stress[own.interface] = trial.solution.pressure, trial.solution.stress
+            gap[own.interface], motion[own.motions] = trial.gap, trial.solution.motion
             parts.append((own.pins, own.sites, trial.guess))
         values = np.zeros(len(load.gap))
-        values[tied.pins], values[tied.joined] = np.maximum(pressure, 0.0), stress
-        return Joined(
+        values[condensed.pins], values[condensed.interface] = np.maximum(pressure, 0.0), stress
+        return ContactState(
             load=load,
             values=values,
             gap=gap,
-            guess=Guess.together(len(tied.pins), whole.places.size, parts),
+            guess=Guess.together(len(condensed.pins), whole.places.size, parts),
             loose=(motion / self._scale)[len(load.pins) :],
             residual=max(trial.residual for trial in trials.values()),
             imbalance=max(trial.imbalance for trial in trials.values()),

@@ -22,12 +22,12 @@ _UNRESISTED = 1e-9
 
 
 @dataclass(frozen=True)
-class Tied:
+class CondensedInterface:
     """The condensed problem.
 
     Attributes
     ----------
-    pins, joined
+    pins, interface
         (n_p,), (n_J,) numbers of the unknowns: pressures of the pins; stresses between parts and bolt forces.
     A, B, S
         (n_p, n_p), (n_J, n_p), (n_J, n_J) as in the module's description.
@@ -41,7 +41,7 @@ class Tied:
     """
 
     pins: Ints
-    joined: Ints
+    interface: Ints
     A: Floats
     B: Floats
     S: Floats
@@ -55,7 +55,7 @@ class Tied:
     _coupling: Floats
 
     @classmethod
-    def of(cls, compliance: Floats, parts: Floats, pins: Ints) -> "Tied":
+    def of(cls, compliance: Floats, parts: Floats, pins: Ints) -> "CondensedInterface":
         """Condense everything but the pins.
 
         Parameters
@@ -67,18 +67,18 @@ class Tied:
         pins
             (n_p,) the unknowns that are kept.
         """
-        joined = np.setdiff1d(np.arange(len(compliance)), pins)
-        P_p, P_J = parts[pins], parts[joined]
+        interface = np.setdiff1d(np.arange(len(compliance)), pins)
+        P_p, P_J = parts[pins], parts[interface]
         size = np.abs(parts).max(axis=0, initial=0.0)
         size[size == 0] = 1.0
-        _, values, rows = np.linalg.svd(P_J / size, full_matrices=len(joined) < len(size))
+        _, values, rows = np.linalg.svd(P_J / size, full_matrices=len(interface) < len(size))
         values = np.append(values, np.zeros(len(rows) - len(values)))
         resisted = values > _UNRESISTED * values.max(initial=1e-300)
         share = rows.T / size[:, None]
         kept, loose = share[:, resisted], share[:, ~resisted]
         # The transpose is stored by columns, so that LAPACK overwrites it.
-        factor = cho_factor(compliance[np.ix_(joined, joined)].T, lower=True, overwrite_a=True)
-        C_Jp = compliance[np.ix_(joined, pins)]
+        factor = cho_factor(compliance[np.ix_(interface, interface)].T, lower=True, overwrite_a=True)
+        C_Jp = compliance[np.ix_(interface, pins)]
         moved = cho_solve(factor, P_J @ kept)
         schur = (P_J @ kept).T @ moved
         inverse = np.linalg.inv((schur + schur.T) / 2)
@@ -96,7 +96,7 @@ class Tied:
         A += own @ inverse @ own.T - C_Jp.T @ V @ own.T - own @ V.T @ C_Jp
         return cls(
             pins=pins,
-            joined=joined,
+            interface=interface,
             A=(A + A.T) / 2,
             B=B,
             S=S,

@@ -1,0 +1,420 @@
+"""A bore and its pin."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from fea.contact.elastic_pin import Pin, harmonics
+from fea.contact.multipliers import Direction, Multipliers
+from fea.solid.parity import Parity
+from geometry.arrays import Floats, Ints, Mask
+from geometry.surfaces import Surface
+from mesh.tetmesh import FACET_TURN, TetMesh
+
+# Harmonics of an elastic pin's deflection, at least and at most: facets follow none that are finer.
+FEWEST, HARMONICS = 16, 64
+# Orders of half a cosine cos φ over |φ| < π/2, and its coefficients; those beyond do not reach the bore.
+CARRIED = (0, 1, 2, 4, 6, 8, 10, 12)
+_HALF_COSINE = np.array(
+    [1 / np.pi, 0.5, *(2 / np.pi * (-1) ** (n // 2 + 1) / (n * n - 1) for n in CARRIED[2:])]
+)
+
+
+@dataclass(frozen=True)
+class PinInBore:
+    """A pin in a bore whose axis is parallel to z.
+
+    Attributes
+    ----------
+    multipliers
+        The pressures on the bore.
+    center
+        (x, z) of the middle of the bore and of the pin, mm.
+    clearance
+        Radius of the bore minus that of the pin, mm; negative for a press fit.
+    relief
+        Length and radial depth of the relief at either end of the bore, mm: it widens like a parabola.
+    pin
+        None for a rigid one.
+    cut_y, cut_z
+        Whether the cell represents its mirror images about y = 0, z = 0.
+    harmonics
+        Highest one of an elastic pin's deflection; by default what the facets can follow.
+    """
+
+    multipliers: Multipliers
+    center: tuple[float, float]
+    clearance: float
+    pin: Pin | None
+    cut_y: bool
+    cut_z: bool
+    relief: tuple[float, float] | None = None
+    harmonics: int | None = None
+
+    def initial(self) -> Floats:
+        """Moments (n,) of the gap around the centred pin, as both are made."""
+        gap = np.full_like(self.multipliers.areas, self.clearance)
+        if self.relief is not None:
+            length, depth = self.relief
+            off = np.abs(self.multipliers.places[..., 2] - self.center[1])
+            gap += depth * np.maximum(0.0, 1 - (off.max() - off) / length) ** 2
+        return self.multipliers.moments(gap)
+
+    def harmonic(self, order: int, field: Floats) -> dict[Parity, Floats]:
+        """Moments (n, k) of cos nφ and of sin nφ times fields (n_facets n_points, k)."""
+        waves = {Parity.SYMMETRIC: np.cos, Parity.ANTISYMMETRIC: np.sin}
+        average, turned = self.multipliers.averaging, order * self._angle
+        return {parity: average @ (wave(turned)[:, None] * field) for parity, wave in waves.items()}
+
+    def resolved(self) -> int:
+        """Number of equilateral facets around the bore: its facets follow no higher harmonics."""
+        side = np.sqrt(4 / np.sqrt(3) * self.multipliers.areas.sum(axis=1).mean())
+        x, y, _ = self.multipliers.places.reshape(-1, 3).T
+        radius = float(np.hypot(x - self.center[0], y).mean())
+        return int(np.clip(2 * np.pi * radius / side, FEWEST, HARMONICS))
+
+    @cached_property
+    def _angle(self) -> Floats:
+        x, y, _ = self.multipliers.places.reshape(-1, 3).T
+        return np.asarray(np.arctan2(y, x - self.center[0]))
+
+    def shifted(self) -> tuple[Floats, Floats]:
+        """Moments (n,) of the radial part of a unit shift of the pin along x, and along y."""
+        found = self.harmonic(1, np.ones((len(self._angle), 1)))
+        return found[Parity.SYMMETRIC][:, 0], found[Parity.ANTISYMMETRIC][:, 0]
+
+    def tilted(self) -> tuple[Floats, Floats]:
+        """Moments (n,) of the radial part of a unit turn of the rod about x, and about y."""
+        found = self.harmonic(1, self.multipliers.places[..., 2].reshape(-1, 1))
+        return -found[Parity.ANTISYMMETRIC][:, 0], found[Parity.SYMMETRIC][:, 0]
+
+    @cached_property
+    def deflection(self) -> "Deflection | None":
+        """How the pin gives way, on the cell; None for a rigid one."""
+        return None if self.pin is None else Deflection.of(self, self.pin)
+
+
+@dataclass(frozen=True)
+class Deflection:
+    """Inward displacement of an elastic pin, as moments on the cell.
+
+    Attributes
+    ----------
+    compliance
+        Per parity (n, n), of pressures on the bore.
+    carried
+        Per parity (n, n_orders), of pressures of 1 MPa times cos nφ or sin nφ on the supports.
+    """
+
+    compliance: dict[Parity, Floats]
+    carried: dict[Parity, Floats]
+
+    @classmethod
+    def of(cls, bore: PinInBore, pin: Pin) -> "Deflection":
+        """Add up the harmonics."""
+        size = bore.multipliers.size
+        compliance = {parity: np.zeros((size, size)) for parity in Parity}
+        carried = {parity: np.zeros((size, len(CARRIED))) for parity in Parity}
+        z = bore.multipliers.places[..., 2].ravel() - bore.center[1]
+        highest = bore.harmonics or bore.resolved()
+        for mirrored in (True,) if bore.cut_z else (True, False):
+            stations, answers = harmonics(pin, highest, mirrored=mirrored)
+            along = _between(stations, np.abs(z)) * (1.0 if mirrored else np.sign(z)[:, None])
+            for answer in answers:
+                for parity, moments in bore.harmonic(answer.order, along).items():
+                    share = (2 if bore.cut_y else 1) * (1 if bore.cut_z else 0.5)
+                    compliance[parity] += share * moments @ answer.compliance @ moments.T
+                    if mirrored and answer.order in CARRIED:
+                        column = list(CARRIED).index(answer.order)
+                        carried[parity][:, column] = moments @ answer.carried
+        if not bore.cut_y:
+            compliance = {Parity.SYMMETRIC: sum(compliance.values(), np.zeros((size, size)))}
+        return cls(compliance, carried)
+
+    def pressed(self, pin: Pin, force: Floats) -> dict[Parity, Floats]:
+        """Moments (n,) of the deflection by the supports, for a force (2,) of the pin on the whole rod, N.
+
+        They press with half a cosine around the side opposite to the force, constant along their length.
+        """
+        near, far = pin.carried or (0.0, np.inf)
+        peak = 2 * float(np.hypot(*force)) / (np.pi * pin.radius * 2 * (far - near))
+        turned = np.array(CARRIED) * (np.arctan2(force[1], force[0]) + np.pi)
+        waves = {Parity.SYMMETRIC: np.cos(turned), Parity.ANTISYMMETRIC: np.sin(turned)}
+        return {parity: self.carried[parity] @ (peak * _HALF_COSINE * wave) for parity, wave in waves.items()}
+
+
+def _between(stations: Floats, z: Floats) -> Floats:
+    """Values (n, n_stations) at places z of the quadratic functions: every other station ends an element."""
+    ends = stations[::2]
+    element = np.clip(np.searchsorted(ends, z, side="right") - 1, 0, len(ends) - 2)
+    s = np.clip((z - ends[element]) / (ends[element + 1] - ends[element]), 0.0, 1.0)
+    values = np.zeros((len(z), len(stations)))
+    rows = np.arange(len(z))
+    for place, value in enumerate(((1 - s) * (1 - 2 * s), 4 * s * (1 - s), s * (2 * s - 1))):
+        values[rows, 2 * element + place] = value
+    return values
+
+
+@dataclass(frozen=True)
+class MatingFaces:
+    """The two sides of an interface on the cell.
+
+    The unknowns are the pressures at the vertices, then, with friction, the shear stresses along the first
+    tangent and along the second one. Positive, they push the first side along the direction and the second
+    side against it.
+
+    Attributes
+    ----------
+    name
+        Of the interface.
+    pressing
+        The pressures on the first side.
+    opposite
+        The surface of the second side, and (n_facets, n_facet_nodes) its facets in the order of the first.
+    tangents
+        Directions of friction: the second one reverses under reflection about y = 0, the first one does not.
+    along, around
+        (m,) vertices with shear stress along either tangent; none without friction.
+    interference
+        By how much the parts overlap before they are put together, normal to the face, mm.
+    """
+
+    name: str
+    pressing: Multipliers
+    opposite: tuple[Surface, Ints]
+    tangents: tuple[Direction, Direction]
+    along: Ints
+    around: Ints
+    interference: float = 0.0
+
+    @classmethod
+    def of(
+        cls,
+        mesh: TetMesh,
+        sides: tuple[Surface, Surface],
+        direction: Direction,
+        *,
+        interference: float = 0.0,
+        friction: bool = True,
+    ) -> "MatingFaces":
+        """Set up the faces of an interface of a cell, whose tangents are z and the one square to it.
+
+        Parameters
+        ----------
+        mesh
+            The cell, with both sides as `mesh.separate.separated` leaves them.
+        sides
+            Their surfaces.
+        direction
+            In which a pressure pushes the first side; square to z.
+        interference
+            mm.
+        friction
+            Whether there is any.
+        """
+        first, second = sides
+        pressing = Multipliers.of(mesh, first, direction)
+        every = np.arange(pressing.size) if friction else np.zeros(0, dtype=np.int64)
+        # The shear stress along z of a field that is symmetric about z = 0 vanishes there.
+        free = ~np.isin(pressing.nodes, mesh.facets.get(Surface.SYMMETRY_Z, ()))
+        facets = mesh.facets[second]
+        return cls(
+            name=str(first),
+            pressing=pressing,
+            opposite=(second, facets[:, FACET_TURN[facets.shape[1]]]),
+            tangents=(_along_z, _square_to(direction)),
+            along=every[free[every]],
+            around=every,
+            interference=interference,
+        )
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns on the cell."""
+        return self.pressing.size + len(self.along) + len(self.around)
+
+    @property
+    def on_y(self) -> Mask:
+        """Which unknowns (size,) are at places on y = 0."""
+        own = self.pressing.on_y
+        return np.concatenate([own, own[self.along], own[self.around]])
+
+    @property
+    def across(self) -> Mask:
+        """Which unknowns (size,) reverse under reflection about y = 0 where they lie on it."""
+        return np.arange(self.size) >= self.pressing.size + len(self.along)
+
+    @property
+    def tangential(self) -> tuple[Ints, Ints]:
+        """Per vertex (m,) the numbers of its shear stresses among the unknowns; −1 where it has none."""
+        found = []
+        start = self.pressing.size
+        for own in (self.along, self.around):
+            number = np.full(self.pressing.size, -1)
+            number[own] = start + np.arange(len(own))
+            found.append(number)
+            start += len(own)
+        return found[0], found[1]
+
+    @cached_property
+    def _sides(self) -> tuple[tuple[Multipliers, Ints | None], ...]:
+        """Multipliers of each kind of unknown, and the vertices that have it."""
+        along, around = (replace(self.pressing, direction=tangent) for tangent in self.tangents)
+        return (self.pressing, None), (along, self.along), (around, self.around)
+
+    @cached_property
+    def _second(self) -> Multipliers:
+        """Multipliers of the pressure on the second side."""
+        return replace(self.pressing, facets=self.opposite[1])
+
+    def forces(self, n_nodes: int) -> sparse.csr_array:
+        """Nodal forces (3 n_nodes, size) of unit stresses, N."""
+        columns = []
+        for own, vertices in self._sides:
+            first = own.forces(n_nodes)
+            both = first - replace(own, facets=self.opposite[1]).forces(n_nodes)
+            columns.append(both if vertices is None else both[:, vertices])
+        return sparse.csr_array(sparse.hstack(columns))
+
+    def initial(self) -> Floats:
+        """Moments (size,) of the gap between the parts as made."""
+        found = np.zeros(self.size)
+        found[: self.pressing.size] = -self.interference * self.pressing.weights
+        return found
+
+    def traction(self, values: Floats, points: Floats) -> dict[Surface, Floats]:
+        """Traction (n_nodes, 3, k) on each side of stresses (size, k), MPa."""
+        kinds = []
+        for (_, vertices), direction in zip(
+            self._sides, (self.pressing.direction, *self.tangents), strict=True
+        ):
+            count = self.pressing.size if vertices is None else len(vertices)
+            own, values = values[:count], values[count:]
+            every = np.zeros((self.pressing.size, own.shape[1]))
+            every[slice(None) if vertices is None else vertices] = own
+            kinds.append((every, direction))
+        found = {}
+        for surface, side, sign in (
+            (self.pressing.surface, self.pressing, 1.0),
+            (self.opposite[0], self._second, -1.0),
+        ):
+            traction = np.zeros((len(points), 3, values.shape[1]))
+            for every, direction in kinds:
+                nodes, stress = side.at_nodes(every)
+                traction[nodes] += sign * stress[:, None] * direction(points[nodes])[..., None]
+            found[surface] = traction
+        return found
+
+
+def _along_z(places: Floats) -> Floats:
+    return np.broadcast_to([0.0, 0.0, 1.0], places.shape)
+
+
+def _square_to(direction: Direction) -> Direction:
+    """Direction square to z and to another one."""
+
+    def around(places: Floats) -> Floats:
+        return np.cross([0.0, 0.0, 1.0], direction(places))
+
+    return around
+
+
+@dataclass(frozen=True)
+class BoltPull:
+    """A bolt on the cell, or one of a pair of images about z = 0.
+
+    Attributes
+    ----------
+    name
+        Of the bolt.
+    forces
+        (3 n_nodes,) nodal forces on the cell of a bolt force of 1 N, N.
+    share
+        Of the bolt that belongs to the cell: one half if the plane z = 0 cuts it.
+    stiffness
+        Of what the mesh does not hold, head, shank and thread, N/mm.
+    traction
+        Per surface (n_nodes, 3) of a bolt force of 1 N, MPa.
+    """
+
+    name: str
+    forces: Floats
+    share: float
+    stiffness: float
+    traction: dict[Surface, Floats]
+
+    @classmethod
+    def of(
+        cls,
+        mesh: TetMesh,
+        name: str,
+        seats: dict[Surface, Ints],
+        axis: Floats,
+        stiffness: float,
+        *,
+        share: float,
+        point: Floats | None = None,
+    ) -> "BoltPull":
+        """Spread the force of a bolt over its seats, as a traction along its axis.
+
+        The traction is uniform but for a small linear part, which leads its resultant through the axis: the
+        centroids of meshed annuli lie beside it, on either end by another distance, and a pair of forces
+        that do not oppose each other would be a moment.
+
+        Parameters
+        ----------
+        mesh
+            The cell.
+        name
+            Of the bolt.
+        seats
+            Of `BOLT_HEAD` and `BOLT_THREAD`, the numbers of the facets that belong to this bolt.
+        axis
+            (3,) unit direction from the thread to the head.
+        stiffness, share
+            See the class.
+        point
+            (3,) on the axis, mm; without it the traction is uniform.
+        """
+        n_nodes = len(mesh.points)
+        forces, traction = np.zeros(3 * n_nodes), {}
+        for surface, sign in ((Surface.BOLT_HEAD, -1.0), (Surface.BOLT_THREAD, 1.0)):
+            facets = mesh.facets[surface][seats[surface]]
+            own = TetMesh(mesh.points, mesh.tets, {surface: facets})
+            pull = sign * axis
+            pressed = Multipliers.of(own, surface, _constant(pull))
+            across = np.zeros((0, 3)) if point is None else _levers(axis, halved=share < 1)
+            origin = np.zeros(3) if point is None else point
+            spread = share * _through(pressed, across, origin)
+            led = replace(pressed, direction=_linear(pull, across, origin, spread))
+            forces += np.asarray(led.forces(n_nodes).sum(axis=1)).ravel()
+            nodes = np.unique(facets)
+            traction[surface] = np.zeros((n_nodes, 3))
+            traction[surface][nodes] = led.direction(mesh.points[nodes])
+        return cls(name, forces, share, stiffness, traction)
+
+
+def _constant(vector: Floats) -> Direction:
+    return lambda places: np.broadcast_to(vector, places.shape)
+
+
+def _levers(axis: Floats, *, halved: bool) -> Floats:
+    """Unit vectors (n, 3) across an axis in which the cell holds the whole seat: not z if z = 0 halves it."""
+    in_plane = np.cross([0.0, 0.0, 1.0], axis)
+    return np.array([in_plane] if halved else [in_plane, np.cross(axis, in_plane)])
+
+
+def _through(pressed: Multipliers, across: Floats, origin: Floats) -> Floats:
+    """Coefficients (1 + n,) of the traction 1, (x − origin) · across of resultant 1 through the origin."""
+    basis = np.concatenate(
+        [np.ones((1, *pressed.areas.shape)), np.einsum("nk,fqk->nfq", across, pressed.places - origin)]
+    )
+    moments = np.einsum("ifq,jfq,fq->ij", basis, basis, pressed.areas)
+    return np.asarray(np.linalg.solve(moments, np.eye(len(basis))[0]))
+
+
+def _linear(pull: Floats, across: Floats, origin: Floats, spread: Floats) -> Direction:
+    """Traction along `pull` with these coefficients."""
+    return lambda places: (spread[0] + (places - origin) @ (spread[1:] @ across))[..., None] * pull
