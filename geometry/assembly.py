@@ -3,10 +3,9 @@
 import math
 from dataclasses import dataclass
 
-from geometry.bosses import Bosses
 from geometry.dimensions import Dimensions
 from geometry.errors import InvalidValue, require, require_number
-from geometry.outline import Outline
+from geometry.outline import Bosses, Outline
 from geometry.surfaces import Mirror
 
 Vector = tuple[float, float, float]

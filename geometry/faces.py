@@ -8,10 +8,9 @@ from enum import StrEnum
 import gmsh
 
 from geometry.outline import Outline
-from geometry.pocket import Pocket, web_pocket
 from geometry.rod import Rod
 from geometry.segments import Arc
-from geometry.step import ring_steps
+from geometry.side_faces import Pocket, ring_steps, web_pocket
 from geometry.surfaces import PLANE_AXIS, Mirror, Surface
 
 _SLACK = 1e-6  # of the rod's length

@@ -8,10 +8,9 @@ import gmsh
 
 from geometry.errors import GeometryError
 from geometry.outline import Outline
-from geometry.pocket import Pocket, space_beside, web_pocket
 from geometry.rod import Rod
 from geometry.segments import Arc, Line, Point, Segment
-from geometry.step import RingStep, ring_steps
+from geometry.side_faces import Pocket, RingStep, ring_steps, space_beside, web_pocket
 from geometry.surfaces import Mirror
 
 Place = tuple[float, float, float]

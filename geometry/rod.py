@@ -1,16 +1,20 @@
 """A rod: its dimensions, checked."""
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 from geometry import rules
-from geometry.dimensions import Dimensions
+from geometry.dimensions import Dimensions, ShankSection, options
+from geometry.errors import require_number, require_positive
+from geometry.rules import leave_a_shank
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rod(Dimensions):
     """A connecting rod whose dimensions obey every rule.
 
-    Every dimension must be given; `geometry.proportions.proportioned` derives missing ones.
+    Every dimension must be given; `geometry.rod.proportioned` derives missing ones.
 
     Raises
     ------
@@ -20,3 +24,78 @@ class Rod(Dimensions):
 
     def __post_init__(self) -> None:
         rules.check(self)
+
+
+def proportioned(length: float, big_end_bore: float, small_end_bore: float, **given: Any) -> Rod:
+    """Complete a rod from the distance of its bores and their diameters.
+
+    Parameters
+    ----------
+    length, big_end_bore, small_end_bore
+        mm.
+    **given
+        Any other field of `Rod`; the rest follows from these, in usual proportions of forged
+        automotive rods (ours: no published rule).
+
+    Returns
+    -------
+    Rod
+
+    Raises
+    ------
+    InvalidValue
+        A given or derived dimension breaks a rule.
+    """
+    rod: dict[str, Any] = {
+        name: require_positive(f"rod.{name}_mm", value)
+        for name, value in (
+            ("length", length), ("big_end_bore", big_end_bore), ("small_end_bore", small_end_bore),
+        )
+    }  # fmt: skip
+    for name, value in given.items():
+        if name == "shank_section":
+            rod[name] = value
+        else:
+            check = require_number if name in options() else require_positive
+            rod[name] = check(f"rod.{name}_mm", value)
+
+    def default(name: str, value: float) -> float:
+        return float(rod.setdefault(name, value))
+
+    rod.setdefault("shank_section", ShankSection.I)
+    big, small = rod["big_end_bore"], rod["small_end_bore"]
+    big_radius = big / 2 + default("big_end_ring", 0.18 * big)
+    small_radius = small / 2 + default("small_end_ring", 0.28 * small)
+    leave_a_shank(rod["length"], big_radius, small_radius)  # before a derived dimension is blamed
+    gap = rod["length"] - big_radius - small_radius
+
+    width = default("big_end_width", min(0.5 * big, rod.get("small_end_width", big)))
+    width = min(width, default("small_end_width", width))
+    shank = default("shank_width", 0.7 * width)
+    step = (max(rod["big_end_width"], rod["small_end_width"]) - shank) / 2
+    default("ring_step_radius", max(min(1.5 * step, 0.1 * gap), 0.1))
+
+    lesser = default("shank_depth_small_end", min(1.1 * small_radius, 1.2 * big_radius))
+    greater = default("shank_depth_big_end", min(1.25 * lesser, 1.5 * big_radius))
+    default("big_end_fillet", max(min(0.5 * big, 0.3 * gap), 0.1))
+    default("small_end_fillet", max(min(0.8 * small, 0.3 * gap), 0.1))
+
+    depth = min(lesser, greater)
+    flange = default("flange_thickness", 0.18 * depth)
+    web = default("web_thickness", 0.35 * shank)
+    corner = default("pocket_corner_radius", max(min(0.6 * (depth / 2 - flange), 0.1 * gap), 0.12))
+    default("pocket_floor_radius", max(min(0.5 * corner, 0.3 * (shank - web)), 0.1))
+    default("pocket_setback", 0.05 * gap)
+    if bolt := rod.get("cap_bolt", 0.0):
+        _default_bosses(rod, bolt, big_radius)
+    return Rod(**rod)
+
+
+def _default_bosses(rod: dict[str, Any], bolt: float, ring: float) -> None:
+    """Complete the bosses: the holes are as close to the bore as plane seats allow."""
+    half = (rod.get("cap_boss_length") or 1.3 * ring) / 2
+    fillet = rod.get("cap_boss_fillet") or 0.12 * ring
+    seat = math.sqrt(max((ring + fillet) ** 2 - (half + fillet) ** 2, 0.0))
+    inner = max(seat, 0.53 * rod["big_end_bore"], ring - 1.5 * bolt)
+    spacing = rod.get("cap_bolt_spacing") or 2 * inner + 1.05 * bolt
+    rod |= {"cap_boss_length": 2 * half, "cap_boss_fillet": fillet, "cap_bolt_spacing": spacing}

@@ -1,11 +1,9 @@
 """The rules that the dimensions of a rod must obey; each message names the dimension to change."""
 
-from geometry.bosses import Bosses
 from geometry.dimensions import Dimensions, ShankSection, dimensions, options
 from geometry.errors import InvalidValue, require, require_number
-from geometry.outline import Outline
-from geometry.pocket import Pocket, web_pocket
-from geometry.step import ring_steps
+from geometry.outline import Bosses, Outline
+from geometry.side_faces import Pocket, ring_steps, web_pocket
 
 
 def check_options(rod: Dimensions) -> None:

@@ -7,16 +7,15 @@ from dataclasses import dataclass, replace
 import gmsh
 
 from geometry import kernel
-from geometry.areas import check_areas, check_contacts
 from geometry.assembly import Assembly, BoltAxis, bolt_axes, check
-from geometry.contacts import Interface, bodies, contact_features, interfaces, with_seats
 from geometry.errors import GeometryError, require
 from geometry.faces import Bore, Face, Feature, faces_of, features, surfaces
-from geometry.intake import Intake
+from geometry.features import check_areas, check_contacts
+from geometry.imports import ImportReport
 from geometry.kernel import bushed, chamfers, holes, tools_above
 from geometry.mass import MassProperties, joined
 from geometry.outline import Outline
-from geometry.parting import parted
+from geometry.parts import Interface, bodies, contact_features, interfaces, parted, with_seats
 from geometry.rod import Rod
 from geometry.segments import Line, Segment
 from geometry.surfaces import PLANE_AXIS, Mirror, Surface
@@ -29,7 +28,7 @@ class Part:
     Attributes
     ----------
     name
-        ``"rod"``, ``"bushing"``, another of `geometry.parting`, or the name in the imported file.
+        ``"rod"``, ``"bushing"``, another of `geometry.parts`, or the name in the imported file.
     volumes
         gmsh's volume tags.
     mass
@@ -59,7 +58,7 @@ class Solid:
         The faces that need small elements.
     mass
         Of the whole rod (also when a cell was drawn) for density 1: the mass is the volume, mm³.
-    intake
+    imported
         What was made of the file that it comes from; None for a rod drawn from dimensions.
     bolts
         Of the whole rod, also when a cell was drawn; empty for a rod without an assembly.
@@ -73,7 +72,7 @@ class Solid:
     faces: dict[Surface, tuple[int, ...]]
     features: tuple[Feature, ...]
     mass: MassProperties
-    intake: Intake | None = None
+    imported: ImportReport | None = None
     bolts: tuple[BoltAxis, ...] = ()
     interfaces: tuple[Interface, ...] = ()
 

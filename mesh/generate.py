@@ -1,12 +1,14 @@
 """Mesh the solid in the open gmsh session and return the mesh as arrays."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import gmsh
 import numpy as np
 
 from geometry.arrays import Ints
+from geometry.bodies import Body, draw
+from geometry.session import session
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.numbering import numbered, outward
 from mesh.quality import Quality, measure, mended, scaled_jacobian
@@ -134,3 +136,56 @@ def snapped(mesh: TetMesh) -> TetMesh:
         if plane in mesh.facets:
             points[mesh.facets[plane].ravel(), axis] = 0.0
     return replace(mesh, points=points)
+
+
+@dataclass(frozen=True)
+class Fine:
+    """Smaller elements on a surface.
+
+    Attributes
+    ----------
+    size
+        Edge length on it, mm.
+    reach
+        Distance from the surface's edges within which the size stays, mm.
+    """
+
+    size: float
+    reach: float = 0.0
+
+
+def mesh_body(
+    body: Body,
+    size: float,
+    *,
+    order: int = 2,
+    fine: Mapping[Surface, Fine] | None = None,
+    growth: float = 0.4,
+) -> TetMesh:
+    """Draw and mesh a body in a gmsh session of its own.
+
+    Parameters
+    ----------
+    body
+        What to mesh.
+    size
+        Edge length away from fine surfaces, mm.
+    order
+        1 or 2.
+    fine
+        Surfaces with smaller elements.
+    growth
+        Increase of the edge length per distance from them, mm/mm.
+
+    Raises
+    ------
+    GeometryError, MeshError
+        No solid or no usable mesh could be made.
+    """
+    with session():
+        faces = draw(body)
+        refinements = [
+            Refinement(faces[surface], asked.size, 4 * asked.reach) for surface, asked in (fine or {}).items()
+        ]
+        mesh, _ = tetrahedralise(faces, refinements, Sizing(size, order, growth))
+    return mesh

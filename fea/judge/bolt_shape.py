@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from fea.study.assembly_table import AssemblyTable
 from fea.study.bolts import Thread, thread_in_hole
-from geometry.bosses import bosses
 from geometry.errors import InvalidValue, require
+from geometry.outline import bosses
 from geometry.rod import Rod
 
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from fea.output.target import StorageError
 from geometry.arrays import Ints
-from mesh.files.skin import boundary_facets
+from mesh.files.surface_mesh import boundary_facets
 from mesh.tetmesh import TetMesh
 
 Array = npt.NDArray[Any]

@@ -19,7 +19,7 @@ from fea.study.rod_table import LARGEST_MESH_FILE, MeshFile, RodTable
 from geometry.assembly import Assembly
 from geometry.errors import GeometryError, InvalidValue, require
 from geometry.faces import Bore
-from geometry.intake import Intake, Role
+from geometry.imports import ImportReport, Role
 from geometry.session import session
 from geometry.surfaces import Mirror
 from mesh.files.given import GivenMesh, mean_edge
@@ -93,7 +93,7 @@ def _read(file: MeshFile) -> GivenMesh:
 def _meshed(given: GivenMesh, *, of_surface: bool) -> MeshedRod:
     notes = (_OF_SURFACE,) if of_surface else (_FIXED, _STIFF) if given.mesh.order == 1 else (_FIXED,)
     meshing = Meshing(given.size, given.quality, NOTHING, (), given=notes)
-    return replace(meshed_rod(given.mesh, given.bores, [PART]), meshing=meshing, intake=given.intake)
+    return replace(meshed_rod(given.mesh, given.bores, [PART]), meshing=meshing, imported=given.imported)
 
 
 def meshed_rod(mesh: TetMesh, bores: tuple[Bore, Bore], parts: Sequence[str]) -> MeshedRod:
@@ -124,31 +124,31 @@ def meshed_rod(mesh: TetMesh, bores: tuple[Bore, Bore], parts: Sequence[str]) ->
     )
 
 
-def found_assembly(rod: RodTable, intake: Intake) -> tuple[str, ...]:
+def found_assembly(rod: RodTable, report: ImportReport) -> tuple[str, ...]:
     """Return the joint, bolts and interfaces of a file, in words; empty where it has no cap of its own.
 
     Parameters
     ----------
     rod
         The file.
-    intake
+    report
         What was made of it.
     """
-    if intake.assembly or rod.cad is None:
-        return intake.assembly
-    if not any(one.kept and one.role is Role.CAP for one in intake.members):
+    if report.assembly or rod.cad is None:
+        return report.assembly
+    if not any(one.kept and one.role is Role.CAP for one in report.solids):
         return ()
     job = partial(_read_listing, rod)
     try:
         found = job() if memory_limit() is not None else apart(job, f"read {rod.cad.path}")
     except (InvalidValue, GeometryError) as error:
         return (f"cannot be assembled with [assembly]: {error}",)
-    return (*found.assembly, *(text for text in found.assumed if text not in intake.assumed))
+    return (*found.assembly, *(text for text in found.assumed if text not in report.assumed))
 
 
-def _read_listing(rod: RodTable) -> Intake:
+def _read_listing(rod: RodTable) -> ImportReport:
     with session():
-        found = rod.draw(assembly=Assembly()).intake
+        found = rod.draw(assembly=Assembly()).imported
     if found is None:
-        raise ValueError("a solid from a file has an intake")
+        raise ValueError("a solid from a file has an import report")
     return found

@@ -12,7 +12,7 @@ from fea.rod.loading import Omission
 from geometry.arrays import Ints
 from geometry.assembly import BoltAxis
 from geometry.faces import Bore
-from geometry.intake import Intake
+from geometry.imports import ImportReport
 from geometry.solid import Solid
 from geometry.surfaces import Mirror, Surface
 from mesh.creases import Creases
@@ -143,7 +143,7 @@ class MeshedRod:
         Which mirror cell is solved.
     meshing
         Size, quality and repairs.
-    intake
+    imported
         What was made of the CAD file; None for a rod drawn from dimensions.
     bolts
         Of the whole rod; empty without an assembly. Parts that only touch have nodes of their own in `cell`
@@ -160,7 +160,7 @@ class MeshedRod:
     parts: dict[str, float]
     symmetry: Mirror
     meshing: Meshing
-    intake: Intake | None = None
+    imported: ImportReport | None = None
     creases: Creases | None = None
     bolts: tuple[BoltAxis, ...] = ()
     movable: "MovableMesh | None" = None
@@ -182,7 +182,7 @@ class MeshedRod:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a reader must know of the mesh."""
-        assumed = () if self.intake is None else self.intake.assumed
+        assumed = () if self.imported is None else self.imported.assumed
         return (*assumed, *self.meshing.notes(self.bores.rod_length))
 
     @property
@@ -231,7 +231,7 @@ def put_together(drawn: Drawn, symmetry: Mirror) -> MeshedRod:
         parts={part.name: part.mass.mass for part in solid.parts},
         symmetry=symmetry,
         meshing=drawn.meshing,
-        intake=solid.intake,
+        imported=solid.imported,
         bolts=solid.bolts,
         movable=drawn.movable,
     )

@@ -20,7 +20,7 @@ from fea.study.study import Study
 from fea.units import KG, KG_M2
 from geometry.errors import require
 from geometry.fit import Fit, Targets, fit
-from geometry.intake import Intake
+from geometry.imports import ImportReport
 from geometry.rod import Rod
 from geometry.section import Section, least_section, sections
 from mesh import slices
@@ -152,19 +152,22 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
             mass_error=mesh.mass_error(rod.mass, materials),
         ),
         bores=_bores(mesh),
-        unit=None if mesh.intake is None else mesh.intake.unit,
-        solids=None if mesh.intake is None else _solids(mesh.intake, materials[0].density),
-        assumed=(*study.material_remarks, *(() if mesh.intake is None else mesh.intake.assumed)),
-        assembly=() if mesh.intake is None else found_assembly(study.rod, mesh.intake),
+        unit=None if mesh.imported is None else mesh.imported.unit,
+        solids=None if mesh.imported is None else _solids(mesh.imported, materials[0].density),
+        assumed=(
+            *study.material_remarks,
+            *(() if mesh.imported is None else mesh.imported.assumed),
+        ),
+        assembly=() if mesh.imported is None else found_assembly(study.rod, mesh.imported),
     )
     return report, mesh.whole
 
 
 def _bores(mesh: MeshedRod) -> tuple[RodBoreFigures, ...]:
-    if mesh.intake is not None:
+    if mesh.imported is not None:
         return tuple(
             RodBoreFigures(diameter_mm=bore.diameter, width_mm=bore.width, at_mm=bore.center)
-            for bore in mesh.intake.bores
+            for bore in mesh.imported.bores
         )
     bores = mesh.bores
     return (
@@ -173,7 +176,7 @@ def _bores(mesh: MeshedRod) -> tuple[RodBoreFigures, ...]:
     )
 
 
-def _solids(intake: Intake, density: float) -> tuple[SolidFigures, ...]:
+def _solids(report: ImportReport, density: float) -> tuple[SolidFigures, ...]:
     return tuple(
         SolidFigures(
             name=one.name,
@@ -182,7 +185,7 @@ def _solids(intake: Intake, density: float) -> tuple[SolidFigures, ...]:
             mass_kg=density * one.volume / KG,
             size_mm=one.size,
         )
-        for one in intake.members
+        for one in report.solids
     )
 
 

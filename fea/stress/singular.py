@@ -14,8 +14,7 @@ import numpy as np
 from fea.stress.boundary_skin import facet_normals, shared_edges, skin
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import PLANE_AXIS, Surface
-from mesh.creases import Creases
-from mesh.rims import Rim, rims
+from mesh.creases import Creases, Rim, rims
 from mesh.tetmesh import EDGES, FACET_EDGES, TetMesh
 
 # Radius of the mask, over the smallest measure.

@@ -12,16 +12,14 @@ from fea.study.paths import is_file, located
 from fea.study.tables import checked, nearest, unknown_key
 from fea.units import KG, KG_M2
 from geometry.assembly import Assembly
-from geometry.cad.file import FORMATS, CadFile, CadFormat, MissingCap, is_cad
 from geometry.dimensions import ShankSection, dimensions, options
 from geometry.errors import InvalidValue, require, require_positive
-from geometry.intake import UNITS
+from geometry.imports import FORMATS, UNITS, CadFile, CadFormat, MissingCap, is_cad
 from geometry.mass import MassProperties
 from geometry.presets import PRESETS
-from geometry.proportions import proportioned
-from geometry.rod import Rod
-from mesh.files.tet_file import FORMATS as MESH_FORMATS
-from mesh.files.tet_file import is_mesh
+from geometry.rod import Rod, proportioned
+from mesh.files.tets import FORMATS as MESH_FORMATS
+from mesh.files.tets import is_mesh
 
 if TYPE_CHECKING:
     from geometry.solid import Solid
@@ -40,7 +38,7 @@ class MeshFile:
     path
         The file.
     unit
-        Its unit of length, of `geometry.intake.UNITS`; None for millimetres, or the one with which the
+        Its unit of length, of `geometry.imports.UNITS`; None for millimetres, or the one with which the
         rod has a usual length.
     big_end_bore, small_end_bore
         Diameters that identify the bores, mm, needed if these are not the two largest parallel through-holes.

@@ -17,7 +17,7 @@ from fea.study.rod_table import rod_keys, sufficient
 from fea.study.study import TABLES
 from fea.study.tables import required
 from fea.study.template import description
-from geometry.intake import UNITS
+from geometry.imports import UNITS
 from geometry.presets import PRESETS
 
 # Beside a study that `fea init` writes, whose first line names it.

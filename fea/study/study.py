@@ -37,10 +37,10 @@ from fea.study.paths import is_file, located, require_size, require_text
 from fea.study.rod_table import RodTable, read_rod, rod_of_file
 from fea.study.tables import entries_of, nearest, read_table, toml_text, unknown_key
 from fea.study.template import ready_study
-from geometry.cad.file import is_cad
 from geometry.errors import InvalidValue, require, require_number, require_positive
+from geometry.imports import is_cad
 from loads.bearing import PinLoad, parse_pin_load
-from mesh.files.tet_file import is_mesh
+from mesh.files.tets import is_mesh
 
 # A key with 64 dotted parts or more, refused because the parser's time grows with their square.
 _NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")

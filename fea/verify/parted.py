@@ -11,7 +11,7 @@ from geometry.arrays import Floats
 from geometry.bodies import Body, Prism, Side, SideBySide, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
-from mesh.body import Fine, mesh_body
+from mesh.generate import Fine, mesh_body
 from mesh.numbering import numbered
 from mesh.separate import Interfaces, separated
 from mesh.tetmesh import TetMesh
@@ -52,7 +52,7 @@ def apart(
     Parameters
     ----------
     body, size, order, fine
-        As for `mesh.body.mesh_body`; faces of elements lie where the parts touch.
+        As for `mesh.generate.mesh_body`; faces of elements lie where the parts touch.
     splits, measure
         As for `parted`.
     interfaces

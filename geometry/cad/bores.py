@@ -13,7 +13,7 @@ from geometry.cad.cylinders import ROUND, loop_points
 from geometry.cad.holes import CLOSED, Hole, Interior, hollow_walls, place_text, through_holes
 from geometry.errors import GeometryError
 from geometry.faces import Face
-from geometry.frame import Balance
+from geometry.holes import Balance
 from geometry.segments import fitted_circle
 
 # Largest deviation from a circle, relative to the radius, with which an opening is meant to be round: that of

@@ -16,10 +16,9 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
-from geometry.cad.file import FORMATS, CadFormat
 from geometry.cad.freecad import Placement, shapes_of
 from geometry.errors import GeometryError
-from geometry.intake import DECLARED
+from geometry.imports import DECLARED, FORMATS, CadFormat
 from geometry.rod import Rod
 from geometry.solid import build
 from geometry.surfaces import Mirror

@@ -13,7 +13,7 @@ from geometry.cad.cylinders import edge_points
 from geometry.cad.holes import Hole
 from geometry.errors import GeometryError
 from geometry.faces import Face
-from geometry.frame import basis_across
+from geometry.holes import basis_across
 
 # A plane lies farther from the big end's centre than this part of the bore's radius only by mistake; faces
 # of serrations and fractures lie within this part of it from their mean plane.

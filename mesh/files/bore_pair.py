@@ -7,9 +7,9 @@ from itertools import combinations
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.frame import Balance
+from geometry.holes import Balance
 from mesh.files.round_hole import RoundHole, fitted_axes, round_holes, straightest
-from mesh.files.skin import Skin
+from mesh.files.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError
 
 _REMEDY = "Give the diameters of the bores as rod.big_end_bore_mm and rod.small_end_bore_mm"
@@ -27,12 +27,12 @@ _HALF = 0.42
 Pair = tuple[RoundHole, RoundHole]
 
 
-def find_bore_pair(skin: Skin, named: tuple[float | None, float | None] = (None, None)) -> Pair:
+def find_bore_pair(surface: SurfaceMesh, named: tuple[float | None, float | None] = (None, None)) -> Pair:
     """Find the bores of the big and the small end: the two largest parallel through-holes.
 
     Parameters
     ----------
-    skin
+    surface
         The boundary of the mesh.
     named
         Diameters of the big-end and the small-end bore, mm, if the user has given them.
@@ -43,17 +43,17 @@ def find_bore_pair(skin: Skin, named: tuple[float | None, float | None] = (None,
         No two holes can be the bores, several pairs can, or the pair found leaves out a larger hole or lies
         off the centre of gravity. The message lists the holes.
     """
-    found = [round_holes(skin, direction, _CLOSE) for direction in _aligned(skin, _directions(skin))]
+    found = [round_holes(surface, direction, _CLOSE) for direction in _aligned(surface, _directions(surface))]
     pairs = [pair for pair in (_pair(holes, named) for holes in found) if pair is not None]
     every = sorted((hole for holes in found for hole in holes), key=lambda hole: -hole.radius)
     if not pairs:
         raise MeshError(f"no two parallel round bores were found on its surface. {_listed(every)}. {_REMEDY}")
-    best = _straightened(skin, _largest(pairs))
+    best = _straightened(surface, _largest(pairs))
     _require_only(best, every, named)
     if not any(named):
         _require_largest(best, every)
-        _require_between(best, skin)
-    return _heavier_first(best, skin) if _alike(*best) and not any(named) else best
+        _require_between(best, surface)
+    return _heavier_first(best, surface) if _alike(*best) and not any(named) else best
 
 
 def _largest(pairs: Sequence[Pair]) -> Pair:
@@ -63,10 +63,10 @@ def _largest(pairs: Sequence[Pair]) -> Pair:
     return max(alike, key=lambda pair: pair[0].area + pair[1].area)
 
 
-def _straightened(skin: Skin, pair: Pair) -> Pair:
+def _straightened(surface: SurfaceMesh, pair: Pair) -> Pair:
     """The same holes along the axis that fits their walls, with all facets that lie on them then."""
-    clouds = [skin.points[np.unique(skin.facets[bore.facets])] for bore in pair]
-    holes = round_holes(skin, fitted_axes(clouds, pair[0].direction).direction, _CLOSE)
+    clouds = [surface.points[np.unique(surface.facets[bore.facets])] for bore in pair]
+    holes = round_holes(surface, fitted_axes(clouds, pair[0].direction).direction, _CLOSE)
     found = [max(holes, key=lambda hole: _common(hole, bore), default=bore) for bore in pair]
     lost = any(hole.area < bore.area for hole, bore in zip(found, pair, strict=True))
     return pair if lost else (found[0], found[1])
@@ -77,9 +77,9 @@ def _common(hole: RoundHole, bore: RoundHole) -> int:
     return int(np.isin(hole.facets, bore.facets).sum())
 
 
-def _directions(skin: Skin) -> list[Floats]:
+def _directions(surface: SurfaceMesh) -> list[Floats]:
     """Directions that most of the surface faces, and the principal axes of the normals."""
-    normals, areas = skin.normals, skin.areas
+    normals, areas = surface.normals, surface.areas
     left = areas.copy()
     found = []
     for _ in range(_DIRECTIONS):
@@ -106,15 +106,15 @@ def _distinct(directions: Sequence[Floats], sine: float) -> list[Floats]:
     return kept
 
 
-def _aligned(skin: Skin, guesses: Sequence[Floats]) -> list[Floats]:
+def _aligned(surface: SurfaceMesh, guesses: Sequence[Floats]) -> list[Floats]:
     """Directions of the walls found along guesses, without repetition."""
     kept: list[Floats] = []
     for guess in guesses:
-        closed = [hole for hole in round_holes(skin, guess, _WIDE) if hole.turn >= _HALF]
+        closed = [hole for hole in round_holes(surface, guess, _WIDE) if hole.turn >= _HALF]
         if not closed:
             continue
         wall = np.unique(np.concatenate([hole.facets for hole in closed[:2]]))
-        direction = straightest(skin.normals[wall], skin.areas[wall])
+        direction = straightest(surface.normals[wall], surface.areas[wall])
         kept.append(direction * np.sign(direction[np.argmax(np.abs(direction))]))
     return _distinct(kept, 1e-4)
 
@@ -184,10 +184,10 @@ def _require_largest(pair: Pair, holes: Sequence[RoundHole]) -> None:
             )
 
 
-def _require_between(pair: Pair, skin: Skin) -> None:
+def _require_between(pair: Pair, surface: SurfaceMesh) -> None:
     """Refuse bores with the centre of gravity far from the line between them."""
     big, small = pair
-    balance = Balance.of(big.direction, big.center, small.center, skin.center)
+    balance = Balance.of(big.direction, big.center, small.center, surface.center)
     if not balance.is_that_of_a_rod:
         raise MeshError(
             f"the two largest through-holes cannot be the bores, because {balance.text()}. {_listed(pair)}. "
@@ -195,9 +195,9 @@ def _require_between(pair: Pair, skin: Skin) -> None:
         )
 
 
-def _heavier_first(pair: Pair, skin: Skin) -> Pair:
+def _heavier_first(pair: Pair, surface: SurfaceMesh) -> Pair:
     """Of two equal bores, take the one nearer to the centre of gravity for the big end's."""
-    one, other = (float(np.linalg.norm(skin.center - bore.center)) for bore in pair)
+    one, other = (float(np.linalg.norm(surface.center - bore.center)) for bore in pair)
     return pair[::-1] if other < one * (1 - 1e-6) else pair
 
 

@@ -8,14 +8,14 @@ import numpy as np
 
 from geometry.arrays import Floats, Ints
 from geometry.faces import Bore
-from geometry.frame import rod_frame
-from geometry.intake import UNITS, FoundBore, Intake, plausible_unit
+from geometry.holes import rod_frame
+from geometry.imports import UNITS, BoreLocation, ImportReport, plausible_unit
 from geometry.surfaces import Surface
 from mesh.files.bore_pair import Pair, find_bore_pair
-from mesh.files.mend import Mended, mended
 from mesh.files.reading import read_tets
 from mesh.files.round_hole import Axes, fitted_axes
-from mesh.files.skin import Skin, boundary_facets
+from mesh.files.surface_mesh import SurfaceMesh, boundary_facets
+from mesh.files.tets import Mended, mended
 from mesh.numbering import numbered
 from mesh.quality import Quality, measure, scaled_jacobian
 from mesh.quality import mended as straightened
@@ -43,7 +43,7 @@ class GivenMesh:
         Mean length of the elements' edges, mm.
     quality
         Of the elements.
-    intake
+    imported
         Where the bores are in the file, in millimetres, and what was mended or assumed.
     """
 
@@ -51,7 +51,7 @@ class GivenMesh:
     bores: tuple[Bore, Bore]
     size: float
     quality: Quality
-    intake: Intake
+    imported: ImportReport
 
 
 def given_mesh(
@@ -62,11 +62,11 @@ def given_mesh(
     Parameters
     ----------
     path
-        The file; its suffix is one of `mesh.files.tet_file.FORMATS`.
+        The file; its suffix is one of `mesh.files.tets.FORMATS`.
     named
         Diameters of the big-end and the small-end bore, mm, where the two largest holes are not the bores.
     unit
-        Of lengths in the file, of `geometry.intake.UNITS`; None for millimetres, or the one with which
+        Of lengths in the file, of `geometry.imports.UNITS`; None for millimetres, or the one with which
         the rod has a usual length.
 
     Raises
@@ -89,8 +89,8 @@ def given_mesh(
     if unit is not None or usual == "mm":
         return found
     said = f"the mesh is taken to be in {usual}, because in mm the rod would be of no usual length (rod.unit)"
-    intake = replace(found.intake, assumed=(said, *found.intake.assumed))
-    return replace(found, intake=intake)
+    imported = replace(found.imported, assumed=(said, *found.imported.assumed))
+    return replace(found, imported=imported)
 
 
 def _first_guess(points: Floats) -> str:
@@ -103,20 +103,20 @@ def _measured(sound: Mended, unit: str, named: tuple[float | None, float | None]
     mesh, curved = straightened(scaled)
     _require_jacobians(mesh)
     facets = boundary_facets(mesh.tets)
-    skin = Skin(mesh.points, facets[:, :3])
-    pair = find_bore_pair(skin, named)
-    axes = _axes(skin, pair)
-    placed, bores = _placed(mesh, skin, pair, axes)
+    surface = SurfaceMesh(mesh.points, facets[:, :3])
+    pair = find_bore_pair(surface, named)
+    axes = _axes(surface, pair)
+    placed, bores = _placed(mesh, surface, pair, axes)
     whole = replace(placed, facets=_named(facets, pair))
     rough = f"the bores are cylinders to {100 * axes.residual:.2g} % of their radius"
-    assumed = (*sound.notes, *([rough] if axes.residual > _ROUGH else []), *_cavities(skin))
-    intake = Intake(unit, (), _found(pair, bores), assumed)
-    return GivenMesh(numbered(whole)[0], bores, mean_edge(placed), measure(whole, curved), intake)
+    assumed = (*sound.notes, *([rough] if axes.residual > _ROUGH else []), *_cavities(surface))
+    imported = ImportReport(unit, (), _found(pair, bores), assumed)
+    return GivenMesh(numbered(whole)[0], bores, mean_edge(placed), measure(whole, curved), imported)
 
 
-def _found(pair: Pair, bores: tuple[Bore, Bore]) -> tuple[FoundBore, FoundBore]:
+def _found(pair: Pair, bores: tuple[Bore, Bore]) -> tuple[BoreLocation, BoreLocation]:
     big, small = (
-        FoundBore(2 * bore.radius, (float(x), float(y), float(z)), bore.width)
+        BoreLocation(2 * bore.radius, (float(x), float(y), float(z)), bore.width)
         for (x, y, z), bore in zip((hole.center for hole in pair), bores, strict=True)
     )
     return big, small
@@ -138,21 +138,21 @@ def named_mesh(mesh: TetMesh, named: tuple[float | None, float | None]) -> tuple
         Its bores cannot be identified.
     """
     facets = boundary_facets(mesh.tets)
-    skin = Skin(mesh.points, facets[:, :3])
-    pair = find_bore_pair(skin, named)
+    surface = SurfaceMesh(mesh.points, facets[:, :3])
+    pair = find_bore_pair(surface, named)
     if pair[0].center[0] > pair[1].center[0]:
         pair = pair[::-1]
-    _, bores = _placed(mesh, skin, pair, _axes(skin, pair))
+    _, bores = _placed(mesh, surface, pair, _axes(surface, pair))
     return replace(mesh, facets=_named(facets, pair)), bores
 
 
-def _cavities(skin: Skin) -> list[str]:
+def _cavities(surface: SurfaceMesh) -> list[str]:
     """Say so where the boundary has closed parts inside: elements may be missing there."""
-    shells = skin.patches(np.ones(len(skin.facets), dtype=bool), math.inf)
+    shells = surface.patches(np.ones(len(surface.facets), dtype=bool), math.inf)
     if len(shells) == 1:
         return []
     least = min(shells, key=len)
-    x, y, z = skin.corners[least].reshape(-1, 3).mean(axis=0)
+    x, y, z = surface.corners[least].reshape(-1, 3).mean(axis=0)
     said = (
         f"the mesh has {len(shells) - 1} closed cavities inside, the smallest with {len(least)} facets "
         f"around ({x:.4g}, {y:.4g}, {z:.4g}) of the file: is an element missing?"
@@ -171,9 +171,9 @@ def _require_jacobians(mesh: TetMesh) -> None:
         )
 
 
-def _axes(skin: Skin, pair: Pair) -> Axes:
+def _axes(surface: SurfaceMesh, pair: Pair) -> Axes:
     """Cylinders through the vertices of both walls, about parallel axes."""
-    clouds = [skin.points[np.unique(skin.facets[bore.facets])] for bore in pair]
+    clouds = [surface.points[np.unique(surface.facets[bore.facets])] for bore in pair]
     axes = fitted_axes(clouds, pair[0].direction)
     if axes.residual > _ROUGHEST:
         raise MeshError(
@@ -184,17 +184,17 @@ def _axes(skin: Skin, pair: Pair) -> Axes:
     return axes
 
 
-def _placed(mesh: TetMesh, skin: Skin, pair: Pair, axes: Axes) -> tuple[TetMesh, tuple[Bore, Bore]]:
+def _placed(mesh: TetMesh, surface: SurfaceMesh, pair: Pair, axes: Axes) -> tuple[TetMesh, tuple[Bore, Bore]]:
     """The mesh with the big-end bore at the origin, the small end along x and the pins along z."""
     z = axes.direction
-    heights = [skin.corners[bore.facets] @ z for bore in pair]
+    heights = [surface.corners[bore.facets] @ z for bore in pair]
     middles = [(height.min() + height.max()) / 2 for height in heights]
     big, small = (c + (m - c @ z) * z for c, m in zip(axes.centers, middles, strict=True))
     turn, length = rod_frame(z, small - big)
     placed = replace(mesh, points=(mesh.points - big) @ turn.T)
     corners = (
-        ((skin.corners - big) @ turn.T)[pair[0].facets],
-        ((skin.corners - small) @ turn.T)[pair[1].facets],
+        ((surface.corners - big) @ turn.T)[pair[0].facets],
+        ((surface.corners - small) @ turn.T)[pair[1].facets],
     )
     widths = [_width(own, float(radius)) for own, radius in zip(corners, axes.radii, strict=True)]
     return placed, (

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import Floats, Ints, Mask
-from geometry.frame import basis_across
+from geometry.holes import basis_across
 from geometry.segments import Circle, fitted_circle
-from mesh.files.skin import Skin
+from mesh.files.surface_mesh import SurfaceMesh
 
 
 def circles_through(triples: Floats) -> tuple[Floats, Floats]:
@@ -173,12 +173,12 @@ class RoundHole:
         return f"diameter {2 * self.radius:.4g} mm at ({x:.4g}, {y:.4g}, {z:.4g}){lacks}{blind}"
 
 
-def round_holes(skin: Skin, direction: Floats, tolerance: float) -> list[RoundHole]:
+def round_holes(surface: SurfaceMesh, direction: Floats, tolerance: float) -> list[RoundHole]:
     """Find the concave cylindrical walls along a direction, the largest radius first.
 
     Parameters
     ----------
-    skin
+    surface
         The boundary.
     direction
         Unit vector.
@@ -186,15 +186,15 @@ def round_holes(skin: Skin, direction: Floats, tolerance: float) -> list[RoundHo
         Largest distance of vertices from the cylinder, over its radius.
     """
     across = basis_across(direction)
-    flat = _Plan(skin.corners @ across.T, skin.normals @ across.T, skin.areas)
-    side = np.abs(skin.normals @ direction) < _LEAN
-    extent = float(np.ptp(skin.corners[side].reshape(-1, 3), axis=0).max()) if side.any() else 0.0
+    flat = _Plan(surface.corners @ across.T, surface.normals @ across.T, surface.areas)
+    side = np.abs(surface.normals @ direction) < _LEAN
+    extent = float(np.ptp(surface.corners[side].reshape(-1, 3), axis=0).max()) if side.any() else 0.0
     circles: list[Circle] = []
-    for patch in skin.patches(side, _SHARPEST):
+    for patch in surface.patches(side, _SHARPEST):
         if flat.turns(patch) >= _LEAST_TURN:
             circles += _circles(flat, patch, tolerance, extent / 2)
     walls = [(circle, flat.wall(circle, side, tolerance)) for circle in _distinct(circles)]
-    found = [_hole(skin, flat, circle, wall, direction) for circle, wall in walls if len(wall)]
+    found = [_hole(surface, flat, circle, wall, direction) for circle, wall in walls if len(wall)]
     return sorted(found, key=lambda hole: -hole.radius)
 
 
@@ -293,11 +293,11 @@ def _distinct(circles: list[Circle]) -> list[Circle]:
     return kept
 
 
-def _hole(skin: Skin, flat: _Plan, circle: Circle, wall: Ints, direction: Floats) -> RoundHole:
+def _hole(surface: SurfaceMesh, flat: _Plan, circle: Circle, wall: Ints, direction: Floats) -> RoundHole:
     """Describe the wall on a circle, fitted again to all of its corners."""
     across = basis_across(direction)
     circle = fitted_circle(flat.corners[wall].reshape(-1, 2)) or circle
-    heights = skin.corners[wall] @ direction
+    heights = surface.corners[wall] @ direction
     arms = flat.corners[wall] - circle.center
     middle = (heights.min() + heights.max()) / 2
     return RoundHole(
@@ -305,7 +305,7 @@ def _hole(skin: Skin, flat: _Plan, circle: Circle, wall: Ints, direction: Floats
         direction=direction,
         radius=circle.radius,
         height=float(np.ptp(heights)),
-        area=float(skin.areas[wall].sum()),
+        area=float(surface.areas[wall].sum()),
         turn=covered(np.arctan2(arms[..., 1], arms[..., 0])),
         through=not _crossed(flat.corners, circle.center),
         facets=wall,

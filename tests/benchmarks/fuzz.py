@@ -54,7 +54,7 @@ SHIPPED = '"leon-2001"'
 def whole(ending: str, number: int) -> str:
     """One of three rods as a CAD file: I-section, rectangular with holes, with a bushing."""
     from geometry.presets import PRESETS
-    from geometry.proportions import proportioned
+    from geometry.rod import proportioned
 
     rods = (
         PRESETS["leon-2001"],

@@ -10,11 +10,11 @@ from assemblies import BOLTED, NUTS, SCREWS, STUBBY, random_assembly
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geometry.areas import contact_areas
 from geometry.assembly import Assembly, BoltSeat, bolt_axes
 from geometry.cad.cylinders import edge_points
 from geometry.dimensions import dimensions
 from geometry.errors import InvalidValue
+from geometry.features import contact_areas
 from geometry.presets import LEON_2001
 from geometry.section import HeightField
 from geometry.session import session

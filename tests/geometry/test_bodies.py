@@ -106,7 +106,7 @@ def test_a_block_is_one_surface():
 
 @pytest.mark.parametrize("body", [Prism(PIPE, (0.0, 2.0)), Revolution(SHELL)])
 def test_facets_point_outwards(body):
-    from mesh.body import mesh_body
+    from mesh.generate import mesh_body
 
     mesh = mesh_body(body, 0.8)
     a, b, c = mesh.points[np.concatenate(list(mesh.facets.values()))[:, :3]].transpose(1, 0, 2)

@@ -11,12 +11,11 @@ import pytest
 from cad_files import freecad_document
 
 from geometry.cad.bores import HalfOpenError
-from geometry.cad.file import CadFile, MissingCap
 from geometry.cad.formats import declared_unit
 from geometry.cad.imported import import_cad
 from geometry.errors import GeometryError
 from geometry.faces import FeatureKind
-from geometry.intake import Role
+from geometry.imports import CadFile, MissingCap, Role
 from geometry.session import session
 from geometry.surfaces import Mirror
 
@@ -115,23 +114,23 @@ def drive(tmp_path_factory):
 
 def test_the_rod_and_what_belongs_to_it_are_picked_out_of_an_assembly(drive):
     found = imported(drive)
-    roles = [one.role for one in found.intake.members]
+    roles = [one.role for one in found.imported.solids]
     assert sorted(role for role in roles if role is not Role.OTHER) == sorted(
         [Role.ROD, Role.CAP, Role.BUSHING, Role.PIN, Role.BOLT, Role.BOLT]
     )
     assert roles.count(Role.OTHER) == 2
-    kept = {one.role for one in found.intake.members if one.kept}
+    kept = {one.role for one in found.imported.solids if one.kept}
     assert kept == {Role.ROD, Role.CAP, Role.BUSHING}
     assert [bore.radius for bore in found.bores] == pytest.approx([BIG, SMALL - 2])
     assert found.bores[1].x == pytest.approx(LENGTH)
     assert found.mirror is Mirror.QUARTER
-    assert any("left out of drive.step" in text for text in found.intake.assumed)
+    assert any("left out of drive.step" in text for text in found.imported.assumed)
 
 
 def test_named_solids_override_the_choice(drive):
-    names = [one.name for one in imported(drive).intake.members if one.role in (Role.ROD, Role.CAP)]
+    names = [one.name for one in imported(drive).imported.solids if one.role in (Role.ROD, Role.CAP)]
     found = imported(drive, solids=tuple(names))
-    assert [one.name for one in found.intake.members if one.kept] == names
+    assert [one.name for one in found.imported.solids if one.kept] == names
     assert found.bores[1].radius == pytest.approx(SMALL)
     with session(), pytest.raises(GeometryError, match=r"rod\.solids names 'rot', but the solids .* are: "):
         import_cad(CadFile(drive, solids=("rot",)))
@@ -154,7 +153,7 @@ def test_a_rod_without_its_cap_is_refused_or_given_one(tmp_path):
         import_cad(CadFile(path))
     found = imported(path, cap=MissingCap.ASSUMED)
     ring = math.pi / 2 * ((BIG + 9) ** 2 - BIG**2) * WIDTH
-    assert found.intake.members[1].volume == pytest.approx(ring, rel=1e-9)
+    assert found.imported.solids[1].volume == pytest.approx(ring, rel=1e-9)
     assert found.mirror is Mirror.QUARTER
     whole = imported(written(tmp_path / "whole.step", rod))
     assert found.mass.mass == pytest.approx(whole.mass.mass, rel=1e-9)
@@ -166,7 +165,7 @@ def test_two_rods_alike_are_one_and_different_ones_must_be_chosen(tmp_path):
         rod(occ, z=40)
 
     found = imported(written(tmp_path / "twice.step", twice))
-    assert [one.kept for one in found.intake.members] == [True, False]
+    assert [one.kept for one in found.imported.solids] == [True, False]
 
     def different(occ):
         rod(occ)
@@ -204,7 +203,7 @@ def test_surfaces_that_close_volumes_become_solids(tmp_path, ending):
         occ.remove(occ.getEntities(3))
 
     found = imported(written(tmp_path / f"shells.{ending}", shells))
-    assert [one.kept for one in found.intake.members] == [True, False]
+    assert [one.kept for one in found.imported.solids] == [True, False]
     assert found.mass.mass == pytest.approx(imported(written(tmp_path / "rod.step", rod)).mass.mass, rel=1e-3)
 
     def half_open(occ):
@@ -252,17 +251,17 @@ def test_a_round_in_strips_is_measured_as_one(tmp_path):
 def test_a_wrong_unit_is_told_by_the_rods_length(tmp_path, scale, unit):
     path = written(tmp_path / "rod.step", rod, scale)
     found = imported(path)
-    assert found.intake.unit == unit
+    assert found.imported.unit == unit
     assert found.bores[1].x == pytest.approx(LENGTH, rel=1e-6)
     assert found.bores[0].radius == pytest.approx(BIG, rel=1e-3)
-    assert any("taken to be in" in text for text in found.intake.assumed) == (unit != "mm")
+    assert any("taken to be in" in text for text in found.imported.assumed) == (unit != "mm")
 
 
 def test_a_file_in_metres_is_the_same_as_one_in_millimetres(tmp_path):
     path = written(tmp_path / "metres.step", rod, 1e-3)
     path.write_text(path.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT($,.METRE.)"))
     metres, millimetres = imported(path), imported(written(tmp_path / "mm.step", rod))
-    assert (metres.intake.unit, metres.intake.assumed) == ("m", ())
+    assert (metres.imported.unit, metres.imported.assumed) == ("m", ())
     assert metres.bores[1].x == pytest.approx(millimetres.bores[1].x, rel=1e-12)
     assert metres.mass.mass == pytest.approx(millimetres.mass.mass, rel=1e-9)
 
@@ -280,7 +279,7 @@ def test_the_same_numbers_in_millimetres_give_the_same_bits_whatever_the_file_de
             gmsh.option.setNumber("Mesh.MeshSizeMax", 10)
             gmsh.model.mesh.generate(2)
             nodes = gmsh.model.mesh.getNodes()[1].tobytes()
-        return solid.intake.unit, solid.mass, solid.bores, nodes
+        return solid.imported.unit, solid.mass, solid.bores, nodes
 
     assert bits(told, unit) == bits(plain)
 
@@ -385,7 +384,11 @@ def test_a_hollow_pin_shorter_than_the_bore_is_no_bushing(tmp_path):
         sleeve(occ, LENGTH, (SMALL - 2, 5), WIDTH - 2)
 
     found = imported(written(tmp_path / "pin.step", draw))
-    assert [one.role for one in found.intake.members] == [Role.ROD, Role.BUSHING, Role.PIN]
+    assert [one.role for one in found.imported.solids] == [
+        Role.ROD,
+        Role.BUSHING,
+        Role.PIN,
+    ]
     assert found.bores[1].radius == pytest.approx(SMALL - 2)
 
 
@@ -396,8 +399,12 @@ def test_what_belongs_to_the_rod_beside_is_left_out(tmp_path):
             sleeve(occ, 0, (BIG, BIG - 2), WIDTH, z)
 
     found = imported(written(tmp_path / "pair.step", draw))
-    assert [one.role for one in found.intake.members if one.kept] == [Role.ROD, Role.CAP, Role.BUSHING]
-    assert Role.OTHER_ROD in [one.role for one in found.intake.members]
+    assert [one.role for one in found.imported.solids if one.kept] == [
+        Role.ROD,
+        Role.CAP,
+        Role.BUSHING,
+    ]
+    assert Role.OTHER_ROD in [one.role for one in found.imported.solids]
     assert found.bores[0].width == pytest.approx(WIDTH)
 
 
@@ -411,7 +418,7 @@ def test_rods_with_the_same_bores_and_other_shanks_must_be_chosen(tmp_path):
 
     path = written(tmp_path / "alike.step", draw)
     refused(path, r"several solids .* could be the rod: .* mm³")
-    assert imported(path, solids=("part 2",)).intake.members[1].role is Role.ROD
+    assert imported(path, solids=("part 2",)).imported.solids[1].role is Role.ROD
 
 
 def test_parts_that_do_not_touch_are_refused(tmp_path):
@@ -456,7 +463,7 @@ def test_a_rod_with_a_hole_in_its_shank_is_found_among_other_parts(tmp_path):
     path = written(tmp_path / "lightened.step", draw)
     refused(path, "more than one pair of holes could be the bores")
     found = imported(path, big_end_bore=2 * BIG, small_end_bore=2 * SMALL)
-    assert [one.role for one in found.intake.members if one.kept] == [Role.ROD]
+    assert [one.role for one in found.imported.solids if one.kept] == [Role.ROD]
 
 
 def test_bolt_holes_of_a_cap_alone_are_no_bores(tmp_path):
@@ -486,7 +493,7 @@ def test_solids_of_the_same_name_are_numbered(tmp_path):
     text = re.sub(r"PRODUCT\('[^']*',\s*'[^']*'", r"PRODUCT('Body','\\X2\\00DC\\X0\\ \t1'", path.read_text())
     path.write_text(text)
     found = imported(path)
-    assert [one.name for one in found.intake.members] == ["Ü 1 1", "Ü 1 2"]
+    assert [one.name for one in found.imported.solids] == ["Ü 1 1", "Ü 1 2"]
     assert len(imported(path, solids=("Ü 1",)).parts) == 2
     refused(path, "half open", solids=("Ü 1 1",))
 
@@ -499,17 +506,17 @@ def test_a_unit_that_no_rod_is_drawn_in_is_named(tmp_path, declared, name):
     path.write_text(path.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", f"SI_UNIT({declared},.METRE.)"))
     assert declared_unit(path) == name
     found = imported(path)
-    assert found.intake.unit == ("cm" if name == "cm" else "mm")
+    assert found.imported.unit == ("cm" if name == "cm" else "mm")
     assert found.bores[1].x == pytest.approx(LENGTH * (10 if name == "cm" else 1))
-    assert any(f"because in {name}, as the file" in said for said in found.intake.assumed) == (name != "cm")
+    assert any(f"because in {name}, as the file" in said for said in found.imported.assumed) == (name != "cm")
 
 
 def test_a_length_that_is_unusual_is_told(tmp_path):
     path = written(tmp_path / "model.step", rod, 1 / 6)
     assert 'apart, which is unusual for a rod; with rod.unit = "in"' in " ".join(
-        imported(path).intake.assumed
+        imported(path).imported.assumed
     )
-    assert imported(path, unit="mm").intake.assumed == ()
+    assert imported(path, unit="mm").imported.assumed == ()
 
 
 def test_a_byte_order_mark_is_skipped_and_a_cut_file_called_so(tmp_path):
@@ -530,5 +537,5 @@ def test_few_walls_of_a_large_solid_are_examined(tmp_path, monkeypatch):
     path = written(tmp_path / "plate.step", draw)
     asked, inside = [], gmsh.model.isInside
     monkeypatch.setattr(gmsh.model, "isInside", lambda *given: asked.append(given) or inside(*given))
-    assert [one.kept for one in imported(path).intake.members] == [True, False]
+    assert [one.kept for one in imported(path).imported.solids] == [True, False]
     assert sum(volume == 2 for _, volume, *_ in asked) < 60  # fewer than one for each hole

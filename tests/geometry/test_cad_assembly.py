@@ -10,9 +10,9 @@ from assemblies import NUTS, SCREWS, SIMPLE
 from assembly_files import write_assembly
 
 from geometry.assembly import Assembly, BoltSeat
-from geometry.cad.file import CadFile
 from geometry.cad.imported import import_cad
 from geometry.errors import GeometryError, InvalidValue
+from geometry.imports import CadFile
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror, Surface
@@ -72,12 +72,12 @@ def test_a_written_assembly_comes_back(folder, bolt):
     assert found == pytest.approx(expected, rel=1e-6)
     for axis, own in zip(solid.bolts, drawn.bolts, strict=True):
         assert vars(axis) == {key: pytest.approx(value, abs=1e-9) for key, value in vars(own).items()}
-    assert not any("assumed" in text or "does not show" in text for text in solid.intake.assumed)
+    assert not any("assumed" in text or "does not show" in text for text in solid.imported.assumed)
 
 
 def test_what_is_found_is_said(nuts):
     solid, _ = opened(nuts, TOUCHING)
-    said = "\n".join(solid.intake.assembly)
+    said = "\n".join(solid.imported.assembly)
     assert "joint: straight, 1001 mm² on 2 faces, plane" in said
     assert "rod and bushing touch over 2545 mm²" in said
     assert "(0, 36.3, 0) mm from the crank pin: hole of 9 mm, head on 14 mm, grip 40 mm, nut on 13 mm" in said
@@ -87,7 +87,7 @@ def test_holes_alone_give_bolts_of_usual_proportions(plain):
     solid, found = opened(plain, Assembly())
     assert [axis.grip for axis in solid.bolts] == pytest.approx([40.0, 40.0])
     assert found[Surface.BOLT_HEAD] == pytest.approx(math.pi / 2 * (13.5**2 - 9**2), rel=1e-6)
-    assert "heads, which the file does not show, press on 13.5 mm" in "\n".join(solid.intake.assumed)
+    assert "heads, which the file does not show, press on 13.5 mm" in "\n".join(solid.imported.assumed)
 
 
 def test_a_rod_in_one_piece_is_split_and_gets_shells(folder):
@@ -124,7 +124,7 @@ def test_an_oblique_cap_of_a_file_is_found_with_its_angle(folder):
     assert (first.head, first.head_radius) == pytest.approx((8.0, 5.25), abs=1e-9)
     assert first.engaged == pytest.approx(1.5 * 7.0)
     assert area[Surface.BOLT_THREAD] == pytest.approx(2 * math.pi * 7.0 * first.engaged, rel=1e-6)
-    assert "joint: oblique by 30°" in found.intake.assembly[0]
+    assert "joint: oblique by 30°" in found.imported.assembly[0]
 
 
 def test_a_serrated_joint_is_found_near_its_mean_plane(folder):
@@ -143,7 +143,7 @@ def test_a_serrated_joint_is_found_near_its_mean_plane(folder):
         occ.synchronize()
         gmsh.write(str(path))
     solid, area = opened(path, Assembly())
-    text = solid.intake.assembly[0]
+    text = solid.imported.assembly[0]
     assert "joint: straight" in text
     assert "within 1 mm of a plane" in text
     slope = math.hypot(4.0, 1.0) / 4.0
@@ -165,14 +165,14 @@ def test_heads_without_seats_get_them_cut(folder):
         occ.synchronize()
         gmsh.write(str(path))
     solid, area = opened(path, Assembly())
-    assert any("no plane seats for the bolts' heads: they are cut" in text for text in solid.intake.assumed)
+    assert any("no plane seats for the bolts' heads: they are cut" in text for text in solid.imported.assumed)
     radius = solid.bolts[0].head_radius
     assert area[Surface.BOLT_HEAD] == pytest.approx(2 * math.pi * (radius**2 - 4.5**2), rel=1e-6)
 
 
 def test_solids_may_be_named_by_the_user(nuts):
     with session():
-        told = import_cad(CadFile(nuts), assembly=TOUCHING).intake.members
+        told = import_cad(CadFile(nuts), assembly=TOUCHING).imported.solids
     by_role = {str(one.role): one.name for one in told}
     kept = [one.name for one in told if one.kept]
     bolts = [one.name for one in told if not one.kept]

@@ -4,8 +4,7 @@ from geometry.errors import InvalidValue
 from geometry.fit import Targets, fit
 from geometry.mass import joined
 from geometry.presets import FORSA_G10
-from geometry.proportions import proportioned
-from geometry.rod import Rod
+from geometry.rod import Rod, proportioned
 from geometry.section import HeightField
 from geometry.session import session
 from geometry.solid import build

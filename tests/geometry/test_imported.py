@@ -3,13 +3,13 @@ import math
 import gmsh
 import pytest
 
-from geometry.cad.file import CadFile
 from geometry.cad.formats import export_step
 from geometry.cad.imported import import_cad
 from geometry.errors import GeometryError
 from geometry.faces import FeatureKind
+from geometry.imports import CadFile
 from geometry.presets import LEON_2001
-from geometry.proportions import proportioned
+from geometry.rod import proportioned
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror, Surface
@@ -124,7 +124,7 @@ def test_the_unit_of_the_file_is_respected_if_it_can_be(tmp_path, leon, declared
         solid = import_cad(CadFile(path, unit=given), Mirror.NONE)
     assert solid.bores[1].x == pytest.approx(141 * scale)
     assert solid.mass.mass == pytest.approx(101968.5 * scale**3, rel=1e-5)
-    assert any("taken to be in mm" in text for text in solid.intake.assumed) == (scale == 1)
+    assert any("taken to be in mm" in text for text in solid.imported.assumed) == (scale == 1)
 
 
 def test_several_solids_stay_parts_that_share_their_faces(tmp_path):

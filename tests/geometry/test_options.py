@@ -4,10 +4,10 @@ from dataclasses import replace
 import gmsh
 import pytest
 
-from geometry.areas import feature_areas
 from geometry.errors import InvalidValue
 from geometry.faces import FeatureKind
-from geometry.proportions import proportioned
+from geometry.features import feature_areas
+from geometry.rod import proportioned
 from geometry.section import HeightField
 from geometry.session import session
 from geometry.solid import build

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from geometry.outline import Outline
-from geometry.pocket import web_pocket
 from geometry.presets import LEON_2001
 from geometry.segments import Arc, Line
+from geometry.side_faces import web_pocket
 
 OUTLINE = Outline(LEON_2001)
 

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from geometry.dimensions import ShankSection, dimensions, options
 from geometry.errors import InvalidValue
 from geometry.presets import LEON_2001
-from geometry.proportions import proportioned
-from geometry.rod import Rod
+from geometry.rod import Rod, proportioned
 
 ROD = proportioned(141, 50, 22, big_end_width=30, small_end_width=28)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from geometry.presets import LEON_2001
-from geometry.proportions import proportioned
+from geometry.rod import proportioned
 from geometry.section import HeightField
 from geometry.session import session
 from geometry.solid import build

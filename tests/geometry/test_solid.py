@@ -4,9 +4,9 @@ from dataclasses import replace
 import gmsh
 import pytest
 
-from geometry.areas import feature_areas
 from geometry.errors import GeometryError
 from geometry.faces import FeatureKind
+from geometry.features import feature_areas
 from geometry.presets import LEON_2001
 from geometry.session import session
 from geometry.solid import build

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geometry.frame import basis_across
+from geometry.holes import basis_across
 from geometry.segments import Circle, fitted_circle
 from mesh.files.round_hole import (
     circles_through,

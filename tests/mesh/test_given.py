@@ -16,8 +16,8 @@ from fea.study.study import load_study
 from geometry.surfaces import Surface
 from mesh.files.bore_pair import find_bore_pair
 from mesh.files.given import given_mesh
-from mesh.files.skin import Skin, boundary_facets
-from mesh.files.tet_file import TetFile
+from mesh.files.surface_mesh import SurfaceMesh, boundary_facets
+from mesh.files.tets import TetFile
 from mesh.tetmesh import MeshError, TetMesh
 
 BORES = (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
@@ -41,7 +41,7 @@ def curved():
 
 
 def skin(mesh):
-    return Skin(mesh.points, boundary_facets(mesh.tets)[:, :3])
+    return SurfaceMesh(mesh.points, boundary_facets(mesh.tets)[:, :3])
 
 
 def pair_of(mesh, *named):
@@ -98,7 +98,7 @@ def test_the_unit_is_recognised_by_the_length_of_the_rod_or_given(coarse, tmp_pa
     )
     found = given_mesh(tmp_path / "rod.inp", unit=unit)
     assert found.bores[1].x == pytest.approx(coarse.bores.rod_length, rel=1e-9)
-    assert [note.split(",")[0] for note in found.intake.assumed] == [
+    assert [note.split(",")[0] for note in found.imported.assumed] == [
         f"the mesh is taken to be in {said}"
     ] * bool(said)
 

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 from tet_blocks import block, deck
 
-from mesh.files.inp_file import read_inp
-from mesh.files.reading import read_tets
+from mesh.files.reading import read_inp, read_tets
 from mesh.tetmesh import MeshError
 
 

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tet_blocks import block
 
-from mesh.files.mend import mended
-from mesh.files.skin import Skin, boundary_facets
+from mesh.files.surface_mesh import SurfaceMesh, boundary_facets
+from mesh.files.tets import mended
 from mesh.quality import scaled_jacobian
 from mesh.tetmesh import MeshError
 
@@ -16,7 +16,7 @@ INSIDE_OUT = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]}
 
 
 def volume(mesh):
-    return Skin(mesh.points, boundary_facets(mesh.tets)[:, :3]).volume
+    return SurfaceMesh(mesh.points, boundary_facets(mesh.tets)[:, :3]).volume
 
 
 @pytest.mark.parametrize("order", [1, 2])

@@ -6,7 +6,7 @@ import pytest
 from tet_blocks import block
 
 from mesh.files.reading import read_tets
-from mesh.files.tet_file import FORMATS, is_mesh
+from mesh.files.tets import FORMATS, is_mesh
 from mesh.tetmesh import MeshError
 
 FILE = block(order=2)

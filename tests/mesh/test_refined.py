@@ -3,7 +3,7 @@ import pytest
 
 from geometry.bodies import block
 from geometry.surfaces import Surface
-from mesh.body import Fine, mesh_body
+from mesh.generate import Fine, mesh_body
 from mesh.quality import scaled_jacobian, shape
 from mesh.refined import raised, refined
 

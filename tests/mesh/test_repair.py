@@ -10,7 +10,7 @@ import pytest
 
 from geometry.bodies import block, draw
 from geometry.dimensions import ShankSection
-from geometry.proportions import proportioned
+from geometry.rod import proportioned
 from geometry.session import session
 from geometry.solid import build
 from mesh.generate import tetrahedralise

@@ -3,8 +3,7 @@ import pytest
 
 from geometry.bodies import block, draw
 from geometry.session import session
-from mesh.body import mesh_body
-from mesh.generate import tetrahedralise
+from mesh.generate import mesh_body, tetrahedralise
 from mesh.sizing import SizeField, Sizing
 from mesh.tetmesh import EDGES
 

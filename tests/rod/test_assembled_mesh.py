@@ -15,8 +15,8 @@ from fea.stress.singular import mask_radius, masked_nodes, rim_masks
 from fea.study.study import load_study
 from geometry.assembly import Assembly
 from geometry.surfaces import INTERFACES, PLANE_AXIS, Surface
+from mesh.creases import rims
 from mesh.numbering import scikit_fem_order
-from mesh.rims import rims
 from mesh.sizing import SizeField
 from mesh.tetmesh import FACET_TURN
 

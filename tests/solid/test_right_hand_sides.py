@@ -10,7 +10,7 @@ from fea.solvers.constrained import displacement
 from fea.stress.recovery import Recovery
 from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 
 STEEL = Material(210e3, 0.3, 7.85e-9, 400.0)
 CORNERS = (

@@ -10,7 +10,7 @@ from fea.solvers.residuals import CHECKED_SINGLY, REFINE_ABOVE
 from fea.solvers.static import Model
 from geometry.bodies import block
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 
 COLUMNS = 3 * CHECKED_SINGLY
 

@@ -33,7 +33,7 @@ from fea.verify.stability.incompressible import exact
 from fea.verify.stability.pair import solved_pair
 from geometry.bodies import block
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 from mesh.mirror import reflect, unmirrored
 from mesh.refined import refined
 

@@ -16,7 +16,7 @@ from fea.solvers.linear.choice import factorise
 from fea.solvers.residuals import REFINE_ABOVE, condition_estimate, condition_of, probe
 from geometry.bodies import block
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 from mesh.tetmesh import TetMesh
 
 STEEL = Material(210e3, 0.3, 7.85e-9, 400.0)

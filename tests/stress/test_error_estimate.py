@@ -20,7 +20,7 @@ from fea.study.study import MeshTable, load_study
 from fea.verify.cases import plate_with_hole, rotating_disc
 from geometry.bodies import block
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 
 
 @pytest.mark.parametrize("name", PROBLEMS)

@@ -13,7 +13,7 @@ from fea.study.study import load_study
 from geometry.bodies import block
 from geometry.session import session
 from loads.cases import LoadCase, RodMotion
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 
 LENGTH, SIDE, DENSITY, FORCE = 100.0, 10.0, 7.8e-9, 2e4
 AREA, INERTIA = SIDE**2, SIDE**4 / 12

@@ -22,7 +22,7 @@ from fea.verify.body import STEEL, held
 from geometry.bodies import Prism, polygon
 from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 
 RODS = 6
 

@@ -105,7 +105,7 @@ def drawn_rod(seed, draw, folder, *, harsh):
     from fea.study.rod_table import RodTable
     from fea.study.tables import toml_text
     from geometry.presets import PRESETS
-    from geometry.proportions import proportioned
+    from geometry.rod import proportioned
 
     kind = draw.choice(["preset", "scaled", "proportioned", "proportioned", "step"])
     if harsh:
@@ -173,7 +173,7 @@ def drawn_options(draw):
 def with_options(rod, draw, *, plain):
     """The rod with what it may have besides; a `plain` one has no second part."""
     from geometry.dimensions import options
-    from geometry.proportions import proportioned
+    from geometry.rod import proportioned
 
     sizes = {
         "small_end_crown_width": 0.6 * rod.small_end_width,

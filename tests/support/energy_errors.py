@@ -15,7 +15,7 @@ from fea.study.study import MeshTable, load_study
 from fea.verify.body import STEEL
 from fea.verify.cases import manufactured
 from geometry.bodies import block
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 from mesh.refined import refined
 from mesh.tetmesh import TetMesh
 

@@ -6,8 +6,7 @@ import numpy as np
 
 from geometry.dimensions import ShankSection, dimensions, options
 from geometry.errors import InvalidValue
-from geometry.proportions import proportioned
-from geometry.rod import Rod
+from geometry.rod import Rod, proportioned
 
 
 def random_rod(seed: int) -> Rod | InvalidValue:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mesh.files.tet_file import TetFile
+from mesh.files.tets import TetFile
 from mesh.tetmesh import EDGES
 
 # Six tetrahedra that fill a cube, by its corners: 1 along x, 2 along y, 4 along z.

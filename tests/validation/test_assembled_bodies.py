@@ -17,7 +17,7 @@ from fea.verify.cases.bolted_joint import EDGE, PRELOAD, SIDES, STIFFNESS
 from fea.verify.parted import along_x as measure
 from fea.verify.parted import bars, parted
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 from mesh.numbering import numbered
 from mesh.separate import separated
 

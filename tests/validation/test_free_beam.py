@@ -11,7 +11,7 @@ from fea.study.study import load_study
 from fea.verify.cases.free_beam import LENGTH, STEEL, THICK, THIN
 from geometry.bodies import block
 from geometry.errors import InvalidValue
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 
 
 @pytest.fixture(scope="module")

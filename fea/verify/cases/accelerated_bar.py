@@ -16,7 +16,7 @@ from fea.verify.body import STEEL, SolvedBody
 from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
 from loads.cases import RodMotion
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 
 LENGTH, HALF_WIDTH, HALF_HEIGHT = 100.0, 8.0, 5.0
 ACCELERATION = 2e7  # mm/s², of the order of a rod's at 6000 rpm

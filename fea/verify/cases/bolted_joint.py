@@ -22,7 +22,7 @@ from fea.verify.parted import along_x, apart, bars, parted
 from geometry.arrays import Floats
 from geometry.bodies import Revolution, SideBySide, polygon
 from geometry.surfaces import Surface
-from mesh.body import Fine, mesh_body
+from mesh.generate import Fine, mesh_body
 from mesh.separate import separated
 from mesh.tetmesh import TetMesh
 

@@ -11,7 +11,7 @@ from fea.verify.contact_body import TouchedBody
 from geometry.arrays import Floats
 from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 
 LENGTH, WIDTH, HEIGHT, FORCE = 1.0, 0.6, 0.5, 100.0
 _WHY = "only rounding errors remain, on elements of any shape"

@@ -11,7 +11,7 @@ from fea.verify.body import STEEL, LoadedBody, SolvedBody, held
 from geometry.arrays import Floats
 from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
-from mesh.body import Fine, mesh_body
+from mesh.generate import Fine, mesh_body
 from mesh.tetmesh import TetMesh
 
 THICKNESS = 0.6

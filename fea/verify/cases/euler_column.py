@@ -17,7 +17,7 @@ from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL
 from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 from mesh.tetmesh import TetMesh
 
 LENGTH, WIDTH, HEIGHT = 600.0, 12.0, 16.0  # along x, y and z

@@ -11,7 +11,7 @@ from fea.base.material import Material
 from fea.solvers.vibration import RIGID, free_modes
 from fea.verify.benchmark import Benchmark, Computed, Goal
 from geometry.bodies import block
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 
 STEEL = Material(youngs_modulus=207e3, poissons_ratio=0.3, density=7.8e-9, yield_strength=400.0)
 LENGTH, THIN, THICK = 1000.0, 20.0, 30.0

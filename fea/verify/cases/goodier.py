@@ -17,7 +17,7 @@ from geometry.arrays import Floats
 from geometry.bodies import Revolution, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
-from mesh.body import Fine, mesh_body
+from mesh.generate import Fine, mesh_body
 from mesh.tetmesh import TetMesh
 
 Complexes = npt.NDArray[np.complex128]

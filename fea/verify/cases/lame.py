@@ -11,7 +11,7 @@ from geometry.arrays import Floats
 from geometry.bodies import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
-from mesh.body import Fine, mesh_body
+from mesh.generate import Fine, mesh_body
 from mesh.tetmesh import TetMesh
 
 INSIDE, OUTSIDE, THICKNESS, PRESSURE = 10.0, 20.0, 3.0, 100.0

@@ -10,7 +10,7 @@ from fea.verify.body import STEEL, LoadedBody, held
 from fea.verify.ellipse import INNER_AXES, elliptic_outline
 from geometry.bodies import Prism
 from geometry.surfaces import Surface
-from mesh.body import Fine, mesh_body
+from mesh.generate import Fine, mesh_body
 from mesh.tetmesh import TetMesh
 
 PRESSURE = 10.0  # outward on the outer ellipse, MPa

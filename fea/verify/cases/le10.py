@@ -8,7 +8,7 @@ from fea.verify.body import STEEL, LoadedBody, held
 from fea.verify.ellipse import INNER_AXES, elliptic_outline
 from geometry.bodies import Prism
 from geometry.surfaces import Surface
-from mesh.body import Fine, mesh_body
+from mesh.generate import Fine, mesh_body
 from mesh.tetmesh import TetMesh
 
 PRESSURE = 1.0  # on the top, MPa

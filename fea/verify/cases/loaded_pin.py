@@ -23,7 +23,7 @@ from geometry.arrays import Floats
 from geometry.bodies import Prism, Side, SideBySide
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 from mesh.numbering import numbered
 from mesh.separate import separated
 from mesh.tetmesh import TetMesh

@@ -16,7 +16,7 @@ from fea.verify.body import STEEL
 from geometry.arrays import Floats
 from geometry.bodies import block
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 from mesh.refined import refined
 from mesh.tetmesh import TetMesh
 

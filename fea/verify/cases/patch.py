@@ -9,7 +9,7 @@ from fea.verify.body import STEEL, SolvedBody, furthest
 from geometry.arrays import Floats
 from geometry.bodies import block
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 from mesh.tetmesh import EDGES, TetMesh
 
 # An arbitrary gradient without any symmetry, and a translation that keeps the displacement away from zero.

@@ -24,7 +24,7 @@ from fea.verify.contact_body import TouchedBody, contact_end
 from geometry.bodies import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
-from mesh.body import Fine, mesh_body
+from mesh.generate import Fine, mesh_body
 from mesh.tetmesh import TetMesh
 
 RADIUS, OUTSIDE, FORCE = 10.0, 600.0, 1000.0  # mm, mm, N/mm

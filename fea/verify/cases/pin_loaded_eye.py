@@ -19,7 +19,7 @@ from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from loads.bearing import Arc as PressedArc
 from loads.bearing import BorePressure
-from mesh.body import Fine, mesh_body
+from mesh.generate import Fine, mesh_body
 
 RADIUS, OUTSIDE, LENGTH, HALF_THICKNESS, FORCE = 10.0, 20.0, 100.0, 5.0, 10e3
 NET_STRESS = FORCE / (2 * (OUTSIDE - RADIUS) * 2 * HALF_THICKNESS)

@@ -13,7 +13,7 @@ from fea.verify.body import STEEL, LoadedBody, held
 from geometry.bodies import Prism, Side, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
-from mesh.body import Fine, mesh_body
+from mesh.generate import Fine, mesh_body
 from mesh.tetmesh import TetMesh
 
 RADIUS, THICKNESS, TENSION = 5.0, 1.0, 100.0

@@ -18,7 +18,7 @@ from fea.verify.contact_body import TouchedBody, contact_end
 from geometry.arrays import Floats
 from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
-from mesh.body import Fine, mesh_body
+from mesh.generate import Fine, mesh_body
 
 RADIUS, FORCE, DEPTH, HALF_WIDTH, NEAR = 50.0, 35e3, 200.0, 100.0, 12.0  # mm, N/mm
 ROLLER, BLOCK = (210e3, 0.3), Material(70e3, 0.3, 2.7e-9, 400.0)

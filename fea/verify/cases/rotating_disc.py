@@ -18,7 +18,7 @@ from geometry.bodies import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from loads.cases import RodMotion
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 from mesh.tetmesh import TetMesh
 
 RADIUS, HALF_THICKNESS, OMEGA = 100.0, 5.0, 1000.0

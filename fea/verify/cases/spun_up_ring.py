@@ -21,7 +21,7 @@ from geometry.bodies import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from loads.cases import RodMotion
-from mesh.body import Fine, mesh_body
+from mesh.generate import Fine, mesh_body
 from mesh.tetmesh import TetMesh
 
 INSIDE, MIDDLE, OUTSIDE, HALF_THICKNESS, ALPHA = 20.0, 30.0, 50.0, 3.0, 1e6

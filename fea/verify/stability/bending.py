@@ -14,7 +14,7 @@ from fea.verify.stability.solved import Solved, percent, solved
 from geometry.arrays import Floats
 from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 from mesh.tetmesh import TetMesh
 
 DEPTH, WIDTH, LENGTH, STRESS = 4.0, 6.0, 20.0, 100.0

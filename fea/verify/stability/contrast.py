@@ -11,7 +11,7 @@ from fea.verify.stability.row import ExtremeRow
 from fea.verify.stability.solved import percent, solved
 from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 
 LENGTH, HALF = 20.0, 2.0
 CONTRASTS = (1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9)

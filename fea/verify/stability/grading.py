@@ -10,7 +10,7 @@ from fea.verify.stability.solved import solved
 from geometry.bodies import Revolution, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
-from mesh.body import Fine, mesh_body
+from mesh.generate import Fine, mesh_body
 from mesh.tetmesh import TetMesh
 
 OUTSIDE, SIZE, PRESSURE = 40.0, 10.0, 100.0

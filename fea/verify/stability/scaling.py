@@ -11,7 +11,7 @@ from fea.verify.stability.solved import Solved, solved
 from geometry.arrays import Floats
 from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 from mesh.tetmesh import TetMesh
 
 SCALES = (1e-3, 1e-1, 1e1, 1e3)

@@ -17,7 +17,7 @@ from geometry.arrays import Floats
 from geometry.bodies import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
-from mesh.body import mesh_body
+from mesh.generate import mesh_body
 
 BORE, THICKNESS, SIZE, PRESSURE = 20.0, 6.0, 3.0, 1.0
 WALLS = (20.0, 10.0, 5.0, 2.0, 1.0)

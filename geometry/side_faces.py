@@ -1,7 +1,8 @@
-"""The web pockets of an I-section shank: a trapezium along the taper with rounded corners, in closed form."""
+"""The step from a ring's face down to the narrower shank: concentric with the ring, rounded at its foot."""
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -9,7 +10,102 @@ from geometry.arrays import Floats
 from geometry.dimensions import Dimensions
 from geometry.outline import Edge
 from geometry.segments import Arc, Line, Point, Segment, half_chord, mirrored
-from geometry.step import ring_steps
+
+# The step begins outside the ring, by this fraction of its outer radius, so that it crosses the outline at
+# an angle; at the ring itself it would touch the outline tangentially.
+LAND = 0.06
+
+
+@dataclass(frozen=True)
+class RingStep:
+    """A ring's side face and the step at its rim, as half-width z over the distance from the bore's axis.
+
+    Attributes
+    ----------
+    center
+        x of the bore's axis, mm.
+    rim
+        Distance at which the ring's face ends, mm.
+    foot
+        Distance from which on the shank's face is flat, mm; equals `rim` where there is no step.
+    ring, shank
+        Half-widths of ring and shank, mm.
+    radius
+        Of the concave arc at the foot, mm.
+    """
+
+    center: float
+    rim: float
+    foot: float
+    ring: float
+    shank: float
+    radius: float
+
+    @property
+    def height(self) -> float:
+        """Height of the step, mm."""
+        return self.ring - self.shank
+
+    @property
+    def sweep(self) -> float:
+        """Angle of the concave arc, rad."""
+        return math.acos(1 - min(self.height / self.radius, 1.0)) if self.height else 0.0
+
+    def half_width(self, distance: Floats) -> Floats:
+        """Return z of the faces at distances from the bore's axis, mm."""
+        short = np.clip(self.foot - distance, 0.0, self.radius)
+        flank = self.shank + self.radius - half_chord(self.radius, short)
+        return np.where(distance <= self.rim, self.ring, flank)
+
+    def space_above(self, top: float, far: float) -> tuple[Segment, ...]:
+        """Return the closed profile (distance, z) of all that lies above these faces.
+
+        Parameters
+        ----------
+        top, far
+            The profile reaches above `top`, or the arc if that is higher, and out to `far`, mm.
+        """
+        ceiling = 1.1 * max(top, self.shank + self.radius)
+        beyond, roof = (far, self.shank), (far, ceiling)
+        center, quarter = (self.foot, self.shank + self.radius), math.pi / 2
+        if self.height == 0:
+            return _closed([(0.0, self.shank), beyond, roof, (0.0, ceiling)])
+        if self.ring < top:  # the ring's own face is part of it
+            arc = Arc(center, self.radius, -quarter - self.sweep, self.sweep)
+            wall = [(self.rim, self.ring)] if self.height > self.radius else []
+            axis = [(0.0, ceiling), (0.0, self.ring)]
+            return (arc, *_chain([arc.end, beyond, roof, *axis, *wall, arc.start]))
+        # The arc goes on above the ring's face to the vertical: it then crosses that face cleanly.
+        arc = Arc(center, self.radius, -2 * quarter, quarter)
+        return (arc, *_chain([arc.end, beyond, roof, (arc.start[0], ceiling), arc.start]))
+
+
+def ring_steps(rod: Dimensions) -> tuple[RingStep, RingStep]:
+    """Return the steps of big and small end."""
+    return (
+        _step(0.0, rod.big_end_radius, rod.big_end_width / 2, rod),
+        _step(rod.length, rod.small_end_radius, rod.small_end_width / 2, rod),
+    )
+
+
+def _step(center: float, ring_radius: float, ring: float, rod: Dimensions) -> RingStep:
+    shank = rod.shank_width / 2
+    height = ring - shank
+    # A wall lower than a twentieth of the radius would be a sliver: the arc then takes the whole step.
+    radius = rod.ring_step_radius
+    radius = height if radius < height < 1.05 * radius else radius
+    rim = (1 + LAND) * ring_radius
+    rise = min(height, radius)
+    reach = math.sqrt(radius**2 - (radius - rise) ** 2)
+    return RingStep(center, rim, rim + reach, ring, shank, radius)
+
+
+def _chain(points: list[Point]) -> tuple[Line, ...]:
+    return tuple(Line(a, b) for a, b in pairwise(points))
+
+
+def _closed(points: list[Point]) -> tuple[Line, ...]:
+    return _chain([*points, points[0]])
 
 
 @dataclass(frozen=True)

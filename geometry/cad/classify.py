@@ -15,9 +15,9 @@ from geometry.cad.formats import NamedSolid
 from geometry.cad.holes import CLOSED, Hole, Walls, walls_of
 from geometry.errors import GeometryError, InvalidValue, require
 from geometry.faces import Bore, faces_of
-from geometry.frame import Balance, rod_frame
-from geometry.intake import Member, Role
-from geometry.parting import BUSHING, CAP, LOWER_SHELL, ROD, UPPER_SHELL, divided
+from geometry.holes import Balance, rod_frame
+from geometry.imports import CadSolid, Role
+from geometry.parts import BUSHING, CAP, LOWER_SHELL, ROD, UPPER_SHELL, divided
 
 # A rod's distance of the bores is at least this part of its length, and its width along the pins and its
 # breadth at most these: 0.6 to 0.8, 0.1 to 0.4 and 0.3 to 0.6 on rods.
@@ -40,18 +40,18 @@ ROLES = {
 _OVERHANG, _THIN = 1.25, 0.75
 
 
-def member(tag: int, name: str, role: Role, *, kept: bool = True) -> Member:
+def member(tag: int, name: str, role: Role, *, kept: bool = True) -> CadSolid:
     """Measure a solid of the open model."""
     box = np.reshape(gmsh.model.getBoundingBox(3, tag), (2, 3))
     x, y, z = np.ptp(box, axis=0).tolist()
-    return Member(tag, name, role, kept, float(gmsh.model.occ.getMass(3, tag)), (x, y, z))
+    return CadSolid(tag, name, role, kept, float(gmsh.model.occ.getMass(3, tag)), (x, y, z))
 
 
 def members(
     solids: Sequence[NamedSolid],
     chosen: Sequence[str] = (),
     named: tuple[float | None, float | None] = (None, None),
-) -> list[Member]:
+) -> list[CadSolid]:
     """Tell the solids of a file apart.
 
     Parameters
@@ -92,14 +92,14 @@ def _split(text: str, known: set[str]) -> tuple[str, Role | None]:
     return name.strip(), ROLES[role.strip().lower()]
 
 
-def _as_said(one: Member, names: set[str], roles: Mapping[str, Role | None]) -> Member:
+def _as_said(one: CadSolid, names: set[str], roles: Mapping[str, Role | None]) -> CadSolid:
     role = next((roles[name] for name in names if name in roles), None)
     return one if role is None else replace(one, role=role, kept=role is not Role.BOLT)
 
 
 def _told_apart(
     names: Mapping[int, str], wanted: set[int], named: tuple[float | None, float | None]
-) -> list[Member]:
+) -> list[CadSolid]:
     """Tell solids apart by their shapes; empty `wanted`: keep the rod and what belongs to it."""
     walls = {tag: walls_of(tag) for tag in names}
     alike = _rods(walls, named) or _rods(walls) or _rods(walls, tried=_TRIED)
@@ -210,7 +210,9 @@ def _is_slender(volume: int) -> bool:
 _ORDER = (ROD, CAP, BUSHING, UPPER_SHELL, LOWER_SHELL)
 
 
-def named_parts(kept: Sequence[Member], bores: tuple[Bore, Bore], assembly: Assembly) -> dict[str, list[int]]:
+def named_parts(
+    kept: Sequence[CadSolid], bores: tuple[Bore, Bore], assembly: Assembly
+) -> dict[str, list[int]]:
     """Volumes by the names of the parts; a rod in one piece is split, and shells are cut out of its ring."""
     volumes: dict[str, list[int]] = {}
     for one in kept:
@@ -255,7 +257,7 @@ def _divided(
     return {name: [tag] for name, tag in made.items()}
 
 
-def _name(one: Member, bores: tuple[Bore, Bore]) -> str:
+def _name(one: CadSolid, bores: tuple[Bore, Bore]) -> str:
     """What a solid is in the assembly."""
     if one.role in (Role.ROD, Role.CAP, Role.ASSUMED_CAP):
         return ROD if one.role is Role.ROD else CAP

@@ -7,14 +7,13 @@ import gmsh
 import numpy as np
 
 from geometry.assembly import Assembly
-from geometry.contacts import Interface
 from geometry.errors import GeometryError
 from geometry.faces import Feature, FeatureKind
-from geometry.pocket import Pocket, slanted_half_width
+from geometry.parts import Interface
 from geometry.rod import Rod
 from geometry.section import HeightField
 from geometry.segments import Arc
-from geometry.step import RingStep
+from geometry.side_faces import Pocket, RingStep, slanted_half_width
 from geometry.surfaces import Mirror, Surface
 
 # Relative. The expected areas are sampled, because the integrands have kinks; a face that is missing or
@@ -129,7 +128,7 @@ def check_contacts(
     Raises
     ------
     GeometryError
-        Faces are missing, or their area is off by more than `geometry.areas.TOLERANCE`.
+        Faces are missing, or their area is off by more than `geometry.features.TOLERANCE`.
     """
     drawn = {surface: [*named.get(surface, ())] for surface in (Surface.BOLT_HEAD, Surface.BOLT_THREAD)}
     for interface in found:

@@ -10,7 +10,7 @@ from mesh.tetmesh import FACE_NODES, FACES
 
 
 @dataclass(frozen=True)
-class Skin:
+class SurfaceMesh:
     """Boundary triangles, by the vertices of the facets.
 
     Attributes

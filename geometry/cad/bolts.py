@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from geometry.assembly import BoltAxis, BoltSeat
-from geometry.cad.bolt_holes import USUAL, BoltHole, Fastener
+from geometry.cad.bolt_holes import USUAL, BoltHole, Fastener, Seat
 from geometry.cad.holes import place_text
-from geometry.cad.seats import Seat
 from geometry.errors import GeometryError, require
 
 # Largest and least part of the room for a seat that is used.

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
 
 Vector = tuple[float, float, float]
 
@@ -21,7 +22,7 @@ class Role(StrEnum):
 
 
 @dataclass(frozen=True)
-class Member:
+class CadSolid:
     """A solid of the file.
 
     Attributes
@@ -49,7 +50,7 @@ class Member:
 
 
 @dataclass(frozen=True)
-class FoundBore:
+class BoreLocation:
     """A bore as it lies in the file: diameter, middle of its axis and mean width, mm."""
 
     diameter: float
@@ -58,14 +59,14 @@ class FoundBore:
 
 
 @dataclass(frozen=True)
-class Intake:
+class ImportReport:
     """What was made of a file.
 
     Attributes
     ----------
     unit
-        Of the lengths in the file, of `geometry.intake.UNITS`.
-    members
+        Of the lengths in the file, of `geometry.imports.UNITS`.
+    solids
         Its solids, in the order of the file.
     bores
         Of the big and the small end.
@@ -76,8 +77,8 @@ class Intake:
     """
 
     unit: str
-    members: tuple[Member, ...]
-    bores: tuple[FoundBore, FoundBore]
+    solids: tuple[CadSolid, ...]
+    bores: tuple[BoreLocation, BoreLocation]
     assumed: tuple[str, ...]
     assembly: tuple[str, ...] = ()
 
@@ -113,3 +114,62 @@ def plausible_unit(length: float, unit: str) -> str:
     if _BELIEVED[0] <= length <= _BELIEVED[1]:
         return unit
     return next(usual_units(length / DECLARED[unit]), unit)
+
+
+class CadFormat(StrEnum):
+    """A format of CAD files."""
+
+    STEP = "STEP"
+    IGES = "IGES"
+    BREP = "Open CASCADE BREP"
+    FREECAD = "FreeCAD"
+
+
+FORMATS = {
+    ".step": CadFormat.STEP,
+    ".stp": CadFormat.STEP,
+    ".igs": CadFormat.IGES,
+    ".iges": CadFormat.IGES,
+    ".brep": CadFormat.BREP,
+    ".brp": CadFormat.BREP,
+    ".fcstd": CadFormat.FREECAD,
+}
+
+
+class MissingCap(StrEnum):
+    """What to do about a rod without its cap."""
+
+    REFUSED = "refused"
+    ASSUMED = "assumed"
+
+
+@dataclass(frozen=True)
+class CadFile:
+    """A rod from a CAD program.
+
+    Attributes
+    ----------
+    path
+        The file; its ending tells the format.
+    big_end_bore, small_end_bore
+        Diameters, mm, that identify the bores where their size and place do not.
+    unit
+        Of `geometry.imports.UNITS`: the unit of the lengths in the file, whatever it declares; None: the
+        declared one, or the one with which the rod has a plausible length.
+    solids
+        Names of the solids to keep; empty: the rod and what belongs to it.
+    cap
+        What to do where the cap of the big end is missing.
+    """
+
+    path: Path
+    big_end_bore: float | None = None
+    small_end_bore: float | None = None
+    unit: str | None = None
+    solids: tuple[str, ...] = ()
+    cap: MissingCap = MissingCap.REFUSED
+
+
+def is_cad(path: Path) -> bool:
+    """Whether the ending is that of a CAD file that can be read."""
+    return path.suffix.lower() in FORMATS
