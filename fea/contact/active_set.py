@@ -27,30 +27,15 @@ BALANCE = 1e-9
 
 @dataclass(frozen=True)
 class Contact:
-    """A solution.
+    """A solution."""
 
-    Attributes
-    ----------
-    pressure
-        λ (n,), not negative, MPa.
-    motion
-        d (m,).
-    gap
-        w (n,), the moments of the gap; rounding where the pressure is positive.
-    changes
-        How many contact areas were tried.
-    residual
-        Largest overlap, or gap under pressure, relative to the largest part that the gap is made of.
-    imbalance
-        Largest error of the resultants, relative to them.
-    """
-
-    pressure: Floats
-    motion: Floats
-    gap: Floats
-    changes: int
+    pressure: Floats  # λ (n,), not negative, MPa
+    motion: Floats  # d (m,)
+    gap: Floats  # w (n,), the moments of the gap; rounding where the pressure is positive
+    changes: int  # how many contact areas were tried
+    # Largest overlap, or gap under pressure, relative to the largest part that the gap is made of
     residual: float
-    imbalance: float
+    imbalance: float  # largest error of the resultants, relative to them
 
     @property
     def values(self) -> Floats:

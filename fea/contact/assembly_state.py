@@ -16,65 +16,31 @@ Place = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class BoltState:
-    """A bolt, or a pair of them that are images about z = 0.
+    """A bolt, or a pair of them that are images about z = 0."""
 
-    Attributes
-    ----------
-    at
-        Where its axis meets the joint, mm.
-    force
-        Of each, N.
-    count
-        One, or two for a pair.
-    """
-
-    at: Place
-    force: float
-    count: int
+    at: Place  # where its axis meets the joint, mm
+    force: float  # of each, N
+    count: int  # one, or two for a pair
 
 
 @dataclass(frozen=True, kw_only=True)
 class FaceState:
-    """An interface between two parts.
+    """An interface between two parts."""
 
-    Attributes
-    ----------
-    area
-        mm².
-    force
-        Sum of pressure times area, N: of a plane joint, the force that clamps it.
-    least, largest
-        Of the pressures at the vertices, MPa; 0 where the parts have parted.
-    open_share
-        Of the area.
-    opening
-        Largest gap, mm.
-    opening_at
-        Where that is; None where nothing has opened.
-    slipping_share
-        Of the area that touches, where friction is used up.
-    slip
-        Largest, since the parts were put together, mm.
-    shear
-        Resultant of the shear stresses on a plane joint, N; 0 on a cylindrical seat.
-    friction
-        What friction can carry, N.
-    edge_pressure
-        Of the joint: the least pressure at the edge of the bore, MPa; 0 where it has opened there. None for
-        other interfaces.
-    """
-
-    area: float
-    force: float
+    area: float  # mm²
+    force: float  # sum of pressure times area, N: of a plane joint, the force that clamps it
+    # least, largest: of the pressures at the vertices, MPa; 0 where the parts have parted
     least: float
     largest: float
-    open_share: float
-    opening: float
-    opening_at: Place | None
-    slipping_share: float
-    slip: float
-    shear: float
-    friction: float
+    open_share: float  # of the area
+    opening: float  # largest gap, mm
+    opening_at: Place | None  # where that is; None where nothing has opened
+    slipping_share: float  # of the area that touches, where friction is used up
+    slip: float  # largest, since the parts were put together, mm
+    shear: float  # resultant of the shear stresses on a plane joint, N; 0 on a cylindrical seat
+    friction: float  # what friction can carry, N
+    # Of the joint: the least pressure at the edge of the bore, MPa; 0 where it has opened there. None for
+    # other interfaces.
     edge_pressure: float | None = None
 
     @property
@@ -90,18 +56,10 @@ class FaceState:
 
 @dataclass(frozen=True)
 class AssemblyState:
-    """Bolts and interfaces under one load.
+    """Bolts and interfaces under one load."""
 
-    Attributes
-    ----------
-    bolts
-        All bolts, once each.
-    faces
-        Interfaces by their first surface.
-    """
-
-    bolts: tuple[BoltState, ...]
-    faces: Mapping[Surface, FaceState]
+    bolts: tuple[BoltState, ...]  # all bolts, once each
+    faces: Mapping[Surface, FaceState]  # interfaces by their first surface
 
     @property
     def bolt_force(self) -> float:
@@ -126,53 +84,30 @@ class AssemblyState:
 
 @dataclass(frozen=True)
 class Bolt:
-    """One of the equal bolts of a cap.
-
-    Attributes
-    ----------
-    thread
-        Its thread.
-    preload
-        Force after tightening, less what embedding takes of it, N.
-    stiffness
-        Force over the elongation of what is not in the solid mesh: head, shank, free and engaged thread,
-        and the threads of nut or hole, N/mm.
-    head_diameter, nut_diameter
-        Outer diameters of the seats, mm; that of the nut is 0 for a screw in a threaded hole.
-    engaged
-        Length of thread in the rod from the end of the grip, mm; 0 with a nut.
-    grip
-        From the seat of the head to that of the nut, or to the first thread that carries, mm.
-    hole
-        Diameter of the hole, mm.
-    shank_diameter
-        mm.
-    proof, yield_strength, ultimate_strength
-        S_p, R_p0.2 and R_m, MPa.
-    thread_friction, head_friction
-        μ_G and μ_K.
-    rolled
-        When the thread was rolled.
-    assembly_preload
-        Force after tightening, before embedding, N.
-    """
+    """One of the equal bolts of a cap."""
 
     thread: Thread
-    preload: float
+    preload: float  # force after tightening, less what embedding takes of it, N
+    # Force over the elongation of what is not in the solid mesh: head, shank, free and engaged thread, and
+    # the threads of nut or hole, N/mm
     stiffness: float
+    # head_diameter, nut_diameter: outer diameters of the seats, mm; that of the nut is 0 for a screw in a
+    # threaded hole
     head_diameter: float
     nut_diameter: float
-    engaged: float
-    grip: float
-    hole: float
-    shank_diameter: float
+    engaged: float  # length of thread in the rod from the end of the grip, mm; 0 with a nut
+    grip: float  # from the seat of the head to that of the nut, or to the first thread that carries, mm
+    hole: float  # diameter of the hole, mm
+    shank_diameter: float  # mm
+    # proof, yield_strength, ultimate_strength: S_p, R_p0.2 and R_m, MPa
     proof: float
     yield_strength: float
     ultimate_strength: float
+    # thread_friction, head_friction: μ_G and μ_K
     thread_friction: float
     head_friction: float
-    rolled: ThreadRolled
-    assembly_preload: float
+    rolled: ThreadRolled  # when the thread was rolled
+    assembly_preload: float  # force after tightening, before embedding, N
 
     @property
     def compliance(self) -> float:

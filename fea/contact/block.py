@@ -19,14 +19,9 @@ _WEAK, NOTHING = 1e-6, 1e-11
 
 @dataclass(frozen=True)
 class Effects:
-    """What pressures of the pins and slips do to gaps and stresses.
+    """What pressures of the pins and slips do to gaps and stresses."""
 
-    Attributes
-    ----------
-    A, B, S
-        (n_p, n_p), (n_J, n_p), (n_J, n_J), as in `fea.contact.condensed`.
-    """
-
+    # A, B, S: (n_p, n_p), (n_J, n_p), (n_J, n_J), as in `fea.contact.condensed`
     A: Floats
     B: Floats
     S: Floats
@@ -71,28 +66,17 @@ class Effects:
 
 @dataclass(frozen=True)
 class Block:
-    """Some of the unknowns, by their numbers in the whole problem, and what is between them.
+    """Some of the unknowns, by their numbers in the whole problem, and what is between them."""
 
-    Attributes
-    ----------
-    pins, interface, motions, sites
-        (n_p,) of the pins' pressures; (n_J,) of stresses between parts and bolt forces; (m,) of the motions
-        that only the pins resist; (k,) of the places.
-    effects
-        Of these pressures and slips.
-    R
-        (n_p, m) moments of the motions.
-    places
-        Where parts touch, by positions in `interface`.
-    """
-
+    # pins, interface, motions, sites: (n_p,) of the pins' pressures; (n_J,) of stresses between parts and
+    # bolt forces; (m,) of the motions that only the pins resist; (k,) of the places
     pins: Ints
     interface: Ints
     motions: Ints
     sites: Ints
-    effects: Effects
-    R: Floats
-    places: Places
+    effects: Effects  # of these pressures and slips
+    R: Floats  # (n_p, m) moments of the motions
+    places: Places  # where parts touch, by positions in `interface`
 
     @classmethod
     def whole(cls, condensed: CondensedInterface, R: Floats, places: Places) -> "Block":
@@ -231,17 +215,11 @@ class Product:
 
 @dataclass(frozen=True)
 class Coupling:
-    """What pressures and slips of one block do to another.
+    """What pressures and slips of one block do to another."""
 
-    Attributes
-    ----------
-    by
-        The number of the other block.
-    gap_by_pins, gap_by_slip, stress_by_pins, stress_by_slip
-        (n_p, n_p'), (n_p, n_J'), (n_J, n_p'), (n_J, n_J').
-    """
-
-    by: int
+    by: int  # the number of the other block
+    # gap_by_pins, gap_by_slip, stress_by_pins, stress_by_slip: (n_p, n_p'), (n_p, n_J'), (n_J, n_p'), (n_J,
+    # n_J')
     gap_by_pins: Product
     gap_by_slip: Product
     stress_by_pins: Product
@@ -276,18 +254,10 @@ class Coupling:
 
 @dataclass(frozen=True)
 class Ends:
-    """A problem in blocks.
+    """A problem in blocks."""
 
-    Attributes
-    ----------
-    blocks
-        That hardly know of each other.
-    couplings
-        For each block, what the others do to it.
-    """
-
-    blocks: tuple[Block, ...]
-    couplings: tuple[tuple[Coupling, ...], ...]
+    blocks: tuple[Block, ...]  # that hardly know of each other
+    couplings: tuple[tuple[Coupling, ...], ...]  # for each block, what the others do to it
 
     @classmethod
     def of(cls, whole: Block) -> "Ends":

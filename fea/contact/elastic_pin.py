@@ -31,46 +31,27 @@ _AXES = 3
 
 @dataclass(frozen=True)
 class Pin:
-    """A pin in the middle of its bore, symmetric about z = 0.
+    """A pin in the middle of its bore, symmetric about z = 0."""
 
-    Attributes
-    ----------
-    radius, inner_radius
-        mm; 0 inside for a solid pin.
-    touching
-        Half of the length over which it may touch the bore, mm.
-    carried
-        Distances from the middle between which its supports carry it, mm; None for a slice of a long pin
-        (plane strain).
-    youngs_modulus, poissons_ratio
-        E, MPa, and ν.
-    """
-
+    # radius, inner_radius: mm; 0 inside for a solid pin
     radius: float
     inner_radius: float
-    touching: float
+    touching: float  # half of the length over which it may touch the bore, mm
+    # Distances from the middle between which its supports carry it, mm; None for a slice of a long pin (plane
+    # strain)
     carried: tuple[float, float] | None
+    # youngs_modulus, poissons_ratio: E, MPa, and ν
     youngs_modulus: float
     poissons_ratio: float
 
 
 @dataclass(frozen=True)
 class Harmonic:
-    """The pin's answer to pressures of one harmonic.
+    """The pin's answer to pressures of one harmonic."""
 
-    Attributes
-    ----------
-    order
-        n.
-    compliance
-        (n_z, n_z) inward displacement at the stations, mm, of forces that work on it, N.
-    carried
-        (n_z,) inward displacement of a pressure cos nφ of 1 MPa on the supports, mm.
-    """
-
-    order: int
-    compliance: Floats
-    carried: Floats
+    order: int  # n
+    compliance: Floats  # (n_z, n_z) inward displacement at the stations, mm, of forces that work on it, N
+    carried: Floats  # (n_z,) inward displacement of a pressure cos nφ of 1 MPa on the supports, mm
 
 
 @cache

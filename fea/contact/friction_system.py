@@ -36,21 +36,11 @@ Trials = dict[int, Trial]
 
 @dataclass(frozen=True)
 class Load:
-    """What acts at the end of a step.
+    """What acts at the end of a step."""
 
-    Attributes
-    ----------
-    gap
-        g (n,), moments of the gap that everything but the unknowns leaves.
-    pins
-        (m,) resultants along the free motions of the pins.
-    parts
-        (k,) resultants of other loads along the free motions of the parts.
-    """
-
-    gap: Floats
-    pins: Floats
-    parts: Floats
+    gap: Floats  # g (n,), moments of the gap that everything but the unknowns leaves
+    pins: Floats  # (m,) resultants along the free motions of the pins
+    parts: Floats  # (k,) resultants of other loads along the free motions of the parts
 
     def halfway(self, other: "Load") -> "Load":
         """Return the load between this one and another."""
@@ -59,36 +49,17 @@ class Load:
 
 @dataclass(frozen=True)
 class ContactState:
-    """The end of a step.
+    """The end of a step."""
 
-    Attributes
-    ----------
-    load
-        At the end.
-    values
-        λ (n,): pressures and shear stresses, MPa, and bolt forces, N.
-    gap
-        y_J (n_J,), moments of the gaps and slips of the interfaces since the parts were put together.
-    guess
-        What touches, opens and slips.
-    loose
-        (m,) motions of the parts that only the pins resist.
-    residual
-        Largest violation of contact or friction, relative to the largest stress.
-    imbalance
-        Largest error of the resultants of the pins, relative to them.
-    changes
-        How many states were tried.
-    """
-
-    load: Load
-    values: Floats
+    load: Load  # at the end
+    values: Floats  # λ (n,): pressures and shear stresses, MPa, and bolt forces, N
+    # y_J (n_J,), moments of the gaps and slips of the interfaces since the parts were put together
     gap: Floats
-    guess: Guess
-    loose: Floats
-    residual: float
-    imbalance: float
-    changes: int
+    guess: Guess  # what touches, opens and slips
+    loose: Floats  # (m,) motions of the parts that only the pins resist
+    residual: float  # largest violation of contact or friction, relative to the largest stress
+    imbalance: float  # largest error of the resultants of the pins, relative to them
+    changes: int  # how many states were tried
 
 
 class FrictionSystem:

@@ -10,27 +10,13 @@ from geometry.arrays import Floats, Ints, Mask
 
 @dataclass(frozen=True)
 class Places:
-    """Where parts touch, by the positions of its unknowns in `CondensedInterface.interface`.
+    """Where parts touch, by the positions of its unknowns in `CondensedInterface.interface`."""
 
-    Attributes
-    ----------
-    normal
-        (k,) of the pressure, or of a bolt's force.
-    tangential
-        (k, 2) of the shear stresses; −1 where there is none.
-    friction
-        (k,) coefficient μ.
-    bolt
-        (k,) which are bolts.
-    rubbing
-        (k,) where friction decides on slip; elsewhere slip is given or there is no shear stress.
-    """
-
-    normal: Ints
-    tangential: Ints
-    friction: Floats
-    bolt: Mask
-    rubbing: Mask
+    normal: Ints  # (k,) of the pressure, or of a bolt's force
+    tangential: Ints  # (k, 2) of the shear stresses; −1 where there is none
+    friction: Floats  # (k,) coefficient μ
+    bolt: Mask  # (k,) which are bolts
+    rubbing: Mask  # (k,) where friction decides on slip; elsewhere slip is given or there is no shear stress
 
     @property
     def size(self) -> int:
@@ -49,25 +35,14 @@ class Places:
 
 @dataclass(frozen=True)
 class Guess:
-    """What touches, opens and slips.
+    """What touches, opens and slips."""
 
-    Attributes
-    ----------
-    touching
-        (n_p,) which pressures of the pins act.
-    opened, slipping
-        (k,) which places are open; which slip.
-    direction
-        (k, 2) of the shear stress where they slip.
-    ratio
-        (k,) friction over the length that `direction` was found from, at most 1.
-    """
-
-    touching: Mask
+    touching: Mask  # (n_p,) which pressures of the pins act
+    # opened, slipping: (k,) which places are open; which slip
     opened: Mask
     slipping: Mask
-    direction: Floats
-    ratio: Floats
+    direction: Floats  # (k, 2) of the shear stress where they slip
+    ratio: Floats  # (k,) friction over the length that `direction` was found from, at most 1
 
     def of(self, pins: Ints, sites: Ints) -> "Guess":
         """Return what it says of some pressures of the pins and some places."""
@@ -110,27 +85,13 @@ class Guess:
 
 @dataclass(frozen=True)
 class Offsets:
-    """The sticking state under a load, without any pressure of the pins.
+    """The sticking state under a load, without any pressure of the pins."""
 
-    Attributes
-    ----------
-    stress
-        λ_J (n_J,).
-    pin_gap
-        (n_p,) moments of the gaps of the pins.
-    forces
-        (m,) resultants along the motions that only the pins resist.
-    gap
-        y_J (n_J,) at the beginning of the step.
-    least
-        Size of the stresses elsewhere, MPa: what is little beside them is nothing.
-    """
-
-    stress: Floats
-    pin_gap: Floats
-    forces: Floats
-    gap: Floats
-    least: float = 1e-300
+    stress: Floats  # λ_J (n_J,)
+    pin_gap: Floats  # (n_p,) moments of the gaps of the pins
+    forces: Floats  # (m,) resultants along the motions that only the pins resist
+    gap: Floats  # y_J (n_J,) at the beginning of the step
+    least: float = 1e-300  # size of the stresses elsewhere, MPa: what is little beside them is nothing
 
     def of(self, pins: Ints, interface: Ints, motions: Ints) -> "Offsets":
         """Offsets of some of the unknowns and motions."""

@@ -24,33 +24,18 @@ _HALF_COSINE = np.array(
 
 @dataclass(frozen=True)
 class PinInBore:
-    """A pin in a bore whose axis is parallel to z.
+    """A pin in a bore whose axis is parallel to z."""
 
-    Attributes
-    ----------
-    multipliers
-        The pressures on the bore.
-    center
-        (x, z) of the middle of the bore and of the pin, mm.
-    clearance
-        Radius of the bore minus that of the pin, mm; negative for a press fit.
-    relief
-        Length and radial depth of the relief at either end of the bore, mm: it widens like a parabola.
-    pin
-        None for a rigid one.
-    cut_y, cut_z
-        Whether the cell represents its mirror images about y = 0, z = 0.
-    harmonics
-        Highest one of an elastic pin's deflection; by default what the facets can follow.
-    """
-
-    multipliers: Multipliers
-    center: tuple[float, float]
-    clearance: float
-    pin: Pin | None
+    multipliers: Multipliers  # the pressures on the bore
+    center: tuple[float, float]  # (x, z) of the middle of the bore and of the pin, mm
+    clearance: float  # radius of the bore minus that of the pin, mm; negative for a press fit
+    pin: Pin | None  # none for a rigid one
+    # cut_y, cut_z: whether the cell represents its mirror images about y = 0, z = 0
     cut_y: bool
     cut_z: bool
+    # Length and radial depth of the relief at either end of the bore, mm: it widens like a parabola
     relief: tuple[float, float] | None = None
+    # Highest one of an elastic pin's deflection; by default what the facets can follow
     harmonics: int | None = None
 
     def initial(self) -> Floats:
@@ -98,17 +83,10 @@ class PinInBore:
 
 @dataclass(frozen=True)
 class Deflection:
-    """Inward displacement of an elastic pin, as moments on the cell.
+    """Inward displacement of an elastic pin, as moments on the cell."""
 
-    Attributes
-    ----------
-    compliance
-        Per parity (n, n), of pressures on the bore.
-    carried
-        Per parity (n, n_orders), of pressures of 1 MPa times cos nφ or sin nφ on the supports.
-    """
-
-    compliance: dict[Parity, Floats]
+    compliance: dict[Parity, Floats]  # per parity (n, n), of pressures on the bore
+    # Per parity (n, n_orders), of pressures of 1 MPa times cos nφ or sin nφ on the supports
     carried: dict[Parity, Floats]
 
     @classmethod
@@ -164,29 +142,18 @@ class MatingFaces:
     The unknowns are the pressures at the vertices, then, with friction, the shear stresses along the first
     tangent and along the second one. Positive, they push the first side along the direction and the second
     side against it.
-
-    Attributes
-    ----------
-    name
-        Of the interface.
-    pressing
-        The pressures on the first side.
-    opposite
-        The surface of the second side, and (n_facets, n_facet_nodes) its facets in the order of the first.
-    tangents
-        Directions of friction: the second one reverses under reflection about y = 0, the first one does not.
-    along, around
-        (m,) vertices with shear stress along either tangent; none without friction.
-    interference
-        By how much the parts overlap before they are put together, normal to the face, mm.
     """
 
-    name: str
-    pressing: Multipliers
+    name: str  # of the interface
+    pressing: Multipliers  # the pressures on the first side
+    # The surface of the second side, and (n_facets, n_facet_nodes) its facets in the order of the first
     opposite: tuple[Surface, Ints]
+    # Directions of friction: the second one reverses under reflection about y = 0, the first one does not
     tangents: tuple[Direction, Direction]
+    # along, around: (m,) vertices with shear stress along either tangent; none without friction
     along: Ints
     around: Ints
+    # By how much the parts overlap before they are put together, normal to the face, mm
     interference: float = 0.0
 
     @classmethod
@@ -323,27 +290,13 @@ def _square_to(direction: Direction) -> Direction:
 
 @dataclass(frozen=True)
 class BoltPull:
-    """A bolt on the cell, or one of a pair of images about z = 0.
-
-    Attributes
-    ----------
-    name
-        Of the bolt.
-    forces
-        (3 n_nodes,) nodal forces on the cell of a bolt force of 1 N, N.
-    share
-        Of the bolt that belongs to the cell: one half if the plane z = 0 cuts it.
-    stiffness
-        Of what the mesh does not hold, head, shank and thread, N/mm.
-    traction
-        Per surface (n_nodes, 3) of a bolt force of 1 N, MPa.
-    """
+    """A bolt on the cell, or one of a pair of images about z = 0."""
 
     name: str
-    forces: Floats
-    share: float
-    stiffness: float
-    traction: dict[Surface, Floats]
+    forces: Floats  # (3 n_nodes,) nodal forces on the cell of a bolt force of 1 N, N
+    share: float  # of the bolt that belongs to the cell: one half if the plane z = 0 cuts it
+    stiffness: float  # of what the mesh does not hold, head, shank and thread, N/mm
+    traction: dict[Surface, Floats]  # per surface (n_nodes, 3) of a bolt force of 1 N, MPa
 
     @classmethod
     def of(

@@ -9,24 +9,12 @@ from geometry.arrays import Floats
 
 @dataclass(frozen=True)
 class Touch:
-    """Contact of a pin with its bore.
+    """Contact of a pin with its bore."""
 
-    Attributes
-    ----------
-    pressure
-        The largest, MPa.
-    angle
-        Where it is, about the bore's axis from rod +x, rad.
-    z
-        Where it is along the bore, mm.
-    arc
-        Angle around the bore over which they touch anywhere, to the distance of two vertices, rad.
-    """
-
-    pressure: float
-    angle: float
-    z: float
-    arc: float
+    pressure: float  # the largest, MPa
+    angle: float  # where it is, about the bore's axis from rod +x, rad
+    z: float  # where it is along the bore, mm
+    arc: float  # angle around the bore over which they touch anywhere, to the distance of two vertices, rad
 
     @classmethod
     def of(cls, pressure: Floats, angle: Floats, z: Floats) -> "Touch":

@@ -22,20 +22,12 @@ class Law:
 
     Where a place is open, λ = 0. Where it slips, λ_t = μ λ_n d, with the direction d of the shear stress less
     the stiffness times the slip, and the derivative of that direction.
-
-    Attributes
-    ----------
-    moving
-        (n,) positions of these gaps in the block: first of what is open, then of what slips.
-    weights
-        D L D⁻¹ (n, n_J); None where nothing slips, so that it selects `moving`.
-    give
-        Rows, columns and values of D K D (n, n) where it is not zero.
     """
 
-    moving: Ints
+    moving: Ints  # (n,) positions of these gaps in the block: first of what is open, then of what slips
+    # D L D⁻¹ (n, n_J); None where nothing slips, so that it selects `moving`
     weights: sparse.csr_array | None
-    give: tuple[Ints, Ints, Floats]
+    give: tuple[Ints, Ints, Floats]  # rows, columns and values of D K D (n, n) where it is not zero
 
     def of_rows(self, values: Floats) -> Floats:
         """D L D⁻¹ times values (n_J, …)."""
@@ -82,55 +74,29 @@ class Law:
 
 
 class Solution(NamedTuple):
-    """What solves it.
+    """What solves it."""
 
-    Attributes
-    ----------
-    pressure
-        (n_p,) of the pins, MPa.
-    motion
-        (m,) of the pins.
-    moved
-        (n_J,) change of the gaps in the step.
-    stress
-        λ_J (n_J,).
-    pin_gap
-        (n_p,) moments of the gaps of the pins.
-    """
-
-    pressure: Floats
-    motion: Floats
-    moved: Floats
-    stress: Floats
-    pin_gap: Floats
+    pressure: Floats  # (n_p,) of the pins, MPa
+    motion: Floats  # (m,) of the pins
+    moved: Floats  # (n_J,) change of the gaps in the step
+    stress: Floats  # λ_J (n_J,)
+    pin_gap: Floats  # (n_p,) moments of the gaps of the pins
 
 
 @dataclass(frozen=True)
 class Linear:
-    """The pressures of the pins that touch, the gaps of what opens or slips, and the motions of the pins.
+    """The pressures of the pins that touch, the gaps of what opens or slips, and the motions of the pins."""
 
-    Attributes
-    ----------
-    block, guess, law
-        What it belongs to, and the law of the gaps.
-    active
-        (n_a,) which pressures of the pins act.
-    matrix
-        (n, n).
-    by_pins, by_slip
-        (n_J, n_a), (n_J, n_d) what pressures and gaps do to the stresses between the parts.
-    reach
-        (m,) the scale of the motions.
-    """
-
+    # block, guess, law: what it belongs to, and the law of the gaps
     block: Block
     guess: Guess
     law: Law
-    active: Ints
-    matrix: Floats
+    active: Ints  # (n_a,) which pressures of the pins act
+    matrix: Floats  # (n, n)
+    # by_pins, by_slip: (n_J, n_a), (n_J, n_d) what pressures and gaps do to the stresses between the parts
     by_pins: Floats
     by_slip: Floats
-    reach: Floats
+    reach: Floats  # (m,) the scale of the motions
 
     @classmethod
     def of(cls, block: Block, guess: Guess) -> "Linear":
@@ -191,20 +157,12 @@ ROUNDING = 1e-11
 
 
 class Exact(NamedTuple):
-    """How exactly laws shall hold, relative to the largest stress.
+    """How exactly laws shall hold, relative to the largest stress."""
 
-    Attributes
-    ----------
-    violation
-        Of contact and friction.
-    direction
-        Error of the shear stress where places slip, which Newton's method makes small at once.
-    elsewhere
-        Pressure between parts that are not solved for, MPa: what is nothing beside it is nothing at all.
-    """
-
-    violation: float = ROUNDING
+    violation: float = ROUNDING  # of contact and friction
+    # Error of the shear stress where places slip, which Newton's method makes small at once
     direction: float = 1e-9
+    # Pressure between parts that are not solved for, MPa: what is nothing beside it is nothing at all
     elsewhere: float = 0.0
 
 
@@ -213,22 +171,13 @@ EXACT = Exact()
 
 @dataclass(frozen=True)
 class Trial:
-    """The solution of a guess.
+    """The solution of a guess."""
 
-    Attributes
-    ----------
-    linear, offsets
-        The problem that is solved, and under what load.
-    solution
-        What solves it.
-    factor
-        Of its matrix, or of one nearby.
-    """
-
+    # linear, offsets: the problem that is solved, and under what load
     linear: Linear
     offsets: Offsets
-    solution: Solution
-    factor: Factor | None
+    solution: Solution  # what solves it
+    factor: Factor | None  # of its matrix, or of one nearby
 
     @classmethod
     def of(cls, block: Block, offsets: Offsets, guess: Guess, last: "Trial | None" = None) -> "Trial":

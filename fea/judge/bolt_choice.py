@@ -108,30 +108,14 @@ FRICTION = 0.12
 
 @dataclass(frozen=True)
 class ChosenBolt:
-    """A bolt, and what a reader must know of it.
-
-    Attributes
-    ----------
-    bolt
-        The bolt.
-    compliance
-        Its parts.
-    parts_compliance
-        δ_P of the clamped parts by VDI 2230's deformation cone, mm/N, for comparison.
-    torque
-        That gives its preload, N·mm.
-    assumed
-        What the study does not say, in words.
-    said
-        Of its tightening.
-    """
+    """A bolt, and what a reader must know of it."""
 
     bolt: Bolt
-    compliance: BoltCompliance
-    parts_compliance: float
-    torque: float
-    assumed: tuple[str, ...]
-    said: tuple[str, ...]
+    compliance: BoltCompliance  # its parts
+    parts_compliance: float  # δ_P of the clamped parts by VDI 2230's deformation cone, mm/N, for comparison
+    torque: float  # that gives its preload, N·mm
+    assumed: tuple[str, ...]  # what the study does not say, in words
+    said: tuple[str, ...]  # of its tightening
 
     @property
     def load_factor(self) -> float:

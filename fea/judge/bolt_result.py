@@ -13,36 +13,19 @@ from geometry.arrays import Floats
 
 @dataclass(frozen=True)
 class BoltResult:
-    """A bolt over load cases or a cycle.
+    """A bolt over load cases or a cycle."""
 
-    Attributes
-    ----------
-    largest_force, least_force
-        N, and their places in the sequence.
-    amplitude
-        σ_a in the thread, MPa.
-    endurance
-        σ_AS, MPa, at the mean force.
-    tightening_use
-        Von Mises stress at the end of tightening over the yield strength.
-    working_safety
-        S_F: yield strength over the von Mises stress at the largest force.
-    proof_use
-        Largest force over the proof load.
-    seat_pressure
-        Largest pressure under head or nut, MPa.
-    """
-
+    # largest_force, least_force: N, and their places in the sequence
     largest_force: float
     least_force: float
     largest_at: int
     least_at: int
-    amplitude: float
-    endurance: float
-    tightening_use: float
-    working_safety: float
-    proof_use: float
-    seat_pressure: float
+    amplitude: float  # σ_a in the thread, MPa
+    endurance: float  # σ_AS, MPa, at the mean force
+    tightening_use: float  # von Mises stress at the end of tightening over the yield strength
+    working_safety: float  # S_F: yield strength over the von Mises stress at the largest force
+    proof_use: float  # largest force over the proof load
+    seat_pressure: float  # largest pressure under head or nut, MPa
 
     @property
     def fatigue_safety(self) -> float:
@@ -91,23 +74,15 @@ class BoltResult:
 
 @dataclass(frozen=True)
 class JointResult:
-    """The cap's joint over load cases or a cycle.
+    """The cap's joint over load cases or a cycle."""
 
-    Attributes
-    ----------
-    least_clamp
-        Least force between cap and rod, N, and its place in the sequence; of the least preload where the
-        tightening factor α_A is given.
-    slip_safety
-        S_G, the least over the sequence: friction times clamp over shear.
-    load_factor
-        Φ: change of the bolts' force over the load, from where the joint is clamped least; None where the
-        joint opens or no load acts.
-    """
-
+    # Least force between cap and rod, N, and its place in the sequence; of the least preload where the
+    # tightening factor α_A is given
     least_clamp: float
     least_at: int
-    slip_safety: float
+    slip_safety: float  # S_G, the least over the sequence: friction times clamp over shear
+    # Φ: change of the bolts' force over the load, from where the joint is clamped least; None where the joint
+    # opens or no load acts
     load_factor: float | None
 
     @classmethod

@@ -27,30 +27,15 @@ _ROOM = 0.98
 
 @dataclass(frozen=True)
 class BoltSeats:
-    """A hole through cap and rod, with plane seats around it.
+    """A hole through cap and rod, with plane seats around it."""
 
-    Attributes
-    ----------
-    hole
-        Diameter, mm.
-    length
-        From the head's seat to the far seat, or to the end of a hole that does not go through, mm.
-    cap
-        From the head's seat to the joint, mm.
-    room
-        Largest radius of a seat around the axis, mm.
-    outer
-        Diameter of a cylinder around the axis that the clamped parts fill, mm.
-    through
-        Whether there is a far seat for a nut.
-    """
-
-    hole: float
+    hole: float  # diameter, mm
+    # From the head's seat to the far seat, or to the end of a hole that does not go through, mm
     length: float
-    cap: float
-    room: float
-    outer: float
-    through: bool = True
+    cap: float  # from the head's seat to the joint, mm
+    room: float  # largest radius of a seat around the axis, mm
+    outer: float  # diameter of a cylinder around the axis that the clamped parts fill, mm
+    through: bool = True  # whether there is a far seat for a nut
 
 
 def seats_of(rod: Rod) -> BoltSeats:
@@ -83,18 +68,10 @@ _PLAIN = 0.05
 
 @dataclass(frozen=True)
 class Grip:
-    """How a bolt holds.
+    """How a bolt holds."""
 
-    Attributes
-    ----------
-    length
-        Of the grip, mm.
-    engaged
-        Length of thread in the rod, mm; 0 with a nut.
-    """
-
-    length: float
-    engaged: float
+    length: float  # of the grip, mm
+    engaged: float  # length of thread in the rod, mm; 0 with a nut
 
     @property
     def nut(self) -> bool:

@@ -16,18 +16,10 @@ _DIRECTIONS = np.linspace(0.0, np.pi, 181)
 
 @dataclass(frozen=True)
 class BoreShape:
-    """Change of a bore's diameter, mean along the bore.
+    """Change of a bore's diameter, mean along the bore."""
 
-    Attributes
-    ----------
-    direction
-        (n,) from rod +x, 0 … π, rad.
-    change
-        (n,) of the diameter in that direction, mm.
-    """
-
-    direction: Floats
-    change: Floats
+    direction: Floats  # (n,) from rod +x, 0 … π, rad
+    change: Floats  # (n,) of the diameter in that direction, mm
 
     @property
     def widest(self) -> tuple[float, float]:

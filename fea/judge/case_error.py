@@ -16,24 +16,15 @@ from geometry.surfaces import Surface
 
 @dataclass(frozen=True)
 class CaseError:
-    """Estimated errors of the fields of one load case.
+    """Estimated errors of the fields of one load case."""
 
-    Attributes
-    ----------
-    part_von_mises
-        Per part (n_nodes,) error of the von Mises stress, MPa; NaN at nodes outside the part.
-    element_percent
-        (n_elements,) energy norm of the error in each element over that of the solution in the whole rod, in
-        percent: the root of the sum of squares is the error of the whole.
-    masked
-        (n_nodes,) near stress singularities, where the exact stress is infinite.
-    sharp
-        (n_nodes,) those of them that are near an edge, which on a finer mesh may turn out to be rounded.
-    """
-
+    # Per part (n_nodes,) error of the von Mises stress, MPa; NaN at nodes outside the part
     part_von_mises: tuple[Floats, ...]
+    # (n_elements,) energy norm of the error in each element over that of the solution in the whole rod, in
+    # percent: the root of the sum of squares is the error of the whole
     element_percent: Floats
-    masked: Mask
+    masked: Mask  # (n_nodes,) near stress singularities, where the exact stress is infinite
+    # (n_nodes,) those of them that are near an edge, which on a finer mesh may turn out to be rounded
     sharp: Mask
 
     @property

@@ -23,61 +23,31 @@ from mesh.tetmesh import TetMesh
 
 @dataclass(frozen=True, kw_only=True)
 class CaseResult:
-    """Fields of one load case on the whole rod.
+    """Fields of one load case on the whole rod."""
 
-    Attributes
-    ----------
-    load
-        What acts.
-    mesh
-        Of the whole rod.
-    displacement
-        (n_nodes, 3), mm, relative to the bores.
-    stress
-        (n_nodes, 6), MPa, components XX YY ZZ XY YZ XZ.
-    von_mises
-        (n_nodes,), MPa.
-    principal
-        (n_nodes, 3), MPa, largest first.
-    safety_factor
-        (n_nodes,) against yielding.
-    part_von_mises
-        Per part (n_nodes,), MPa, NaN at nodes outside the part. At an interface the fields above are those
-        of the part that is closer to yielding.
-    error
-        Estimated errors of the fields.
-    von_mises_error
-        (n_nodes,) estimated error of `von_mises`, MPa.
-    contact_pressure
-        (n_nodes,) of the pins in contact and between separate parts, MPa, 0 elsewhere; None where the pins'
-        pressure is prescribed.
-    gap
-        (n_nodes,) between separate parts, mm, 0 elsewhere; None for a rod of one piece.
-    assembly
-        Bolts and interfaces of a rod of separate parts.
-    made
-        (n_nodes, 3) displacement at which the bores of such a rod were made round, mm.
-    touch
-        Where the pins touch the bores; empty where their pressure is prescribed.
-    sharp
-        What can be said of the rod's sharp re-entrant edges, the worst first; empty where it has none.
-    """
-
-    load: LoadCase
-    mesh: TetMesh
-    displacement: Floats
-    stress: Floats
-    von_mises: Floats
-    principal: Floats
-    safety_factor: Floats
+    load: LoadCase  # what acts
+    mesh: TetMesh  # of the whole rod
+    displacement: Floats  # (n_nodes, 3), mm, relative to the bores
+    stress: Floats  # (n_nodes, 6), MPa, components XX YY ZZ XY YZ XZ
+    von_mises: Floats  # (n_nodes,), MPa
+    principal: Floats  # (n_nodes, 3), MPa, largest first
+    safety_factor: Floats  # (n_nodes,) against yielding
+    # Per part (n_nodes,), MPa, NaN at nodes outside the part. At an interface the fields above are those of
+    # the part that is closer to yielding.
     part_von_mises: tuple[Floats, ...]
-    error: CaseError
-    von_mises_error: Floats
+    error: CaseError  # estimated errors of the fields
+    von_mises_error: Floats  # (n_nodes,) estimated error of `von_mises`, MPa
+    # (n_nodes,) of the pins in contact and between separate parts, MPa, 0 elsewhere; None where the pins'
+    # pressure is prescribed
     contact_pressure: Floats | None = None
+    # (n_nodes,) between separate parts, mm, 0 elsewhere; None for a rod of one piece
     gap: Floats | None = None
-    assembly: AssemblyState | None = None
+    assembly: AssemblyState | None = None  # bolts and interfaces of a rod of separate parts
+    # (n_nodes, 3) displacement at which the bores of such a rod were made round, mm
     made: Floats | None = None
+    # Where the pins touch the bores; empty where their pressure is prescribed
     touch: Mapping[Surface, Touch] = field(default_factory=dict)
+    # What can be said of the rod's sharp re-entrant edges, the worst first; empty where it has none
     sharp: tuple[SharpPlace, ...] = ()
 
     @property

@@ -39,21 +39,11 @@ class Plane(StrEnum):
 
 @dataclass(frozen=True)
 class Column:
-    """Critical loads of a column that bends in one plane.
+    """Critical loads of a column that bends in one plane."""
 
-    Attributes
-    ----------
-    slenderness
-        Effective length over the radius of gyration of the smallest section.
-    euler
-        Elastic critical load for the varying sections, N.
-    squash
-        Yield strength times the smallest area, N.
-    """
-
-    slenderness: float
-    euler: float
-    squash: float
+    slenderness: float  # effective length over the radius of gyration of the smallest section
+    euler: float  # elastic critical load for the varying sections, N
+    squash: float  # yield strength times the smallest area, N
 
     @property
     def johnson(self) -> float:

@@ -74,24 +74,14 @@ NO_SIGN = 1e-9
 
 @dataclass(frozen=True)
 class Extremes:
-    """Extremes of stress histories, each (n,).
+    """Extremes of stress histories, each (n,)."""
 
-    Attributes
-    ----------
-    von_mises
-        Largest von Mises stress, MPa.
-    instant
-        Number of the instant of the largest von Mises stress.
-    principal_1, principal_3
-        Largest and least principal stress, MPa.
-    highest, lowest
-        Of the signed equivalent stress, MPa.
-    """
-
-    von_mises: Floats
-    instant: Ints
+    von_mises: Floats  # largest von Mises stress, MPa
+    instant: Ints  # number of the instant of the largest von Mises stress
+    # principal_1, principal_3: largest and least principal stress, MPa
     principal_1: Floats
     principal_3: Floats
+    # highest, lowest: of the signed equivalent stress, MPa
     highest: Floats
     lowest: Floats
 

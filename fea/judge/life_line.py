@@ -27,24 +27,12 @@ SHORT = 1e3
 
 @dataclass(frozen=True)
 class LifeLine:
-    """The S–N line of places of a part.
+    """The S–N line of places of a part."""
 
-    Attributes
-    ----------
-    basquin
-        Of specimens, with the factors that lower all of it.
-    knee
-        Cycles at the endurance limit.
-    limit
-        Endurance limit of the places, MPa, (n,) or one for all.
-    endless
-        Whether cycles below the limit do no damage alone.
-    """
-
-    basquin: Basquin
-    knee: float
-    limit: Floats
-    endless: bool
+    basquin: Basquin  # of specimens, with the factors that lower all of it
+    knee: float  # cycles at the endurance limit
+    limit: Floats  # endurance limit of the places, MPa, (n,) or one for all
+    endless: bool  # whether cycles below the limit do no damage alone
 
     @classmethod
     def of(cls, material: Material, surface: Floats | float = 1.0) -> "LifeLine | None":

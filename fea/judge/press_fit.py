@@ -16,18 +16,12 @@ from geometry.rod import Rod
 
 @dataclass(frozen=True)
 class Ring:
-    """A ring or bush.
+    """A ring or bush."""
 
-    Attributes
-    ----------
-    inner, outer
-        Radii, mm.
-    youngs_modulus, poissons_ratio
-        E, MPa, and ν.
-    """
-
+    # inner, outer: radii, mm
     inner: float
     outer: float
+    # youngs_modulus, poissons_ratio: E, MPa, and ν
     youngs_modulus: float
     poissons_ratio: float
 
@@ -78,19 +72,12 @@ LEAST_BACK_PRESSURE = 8.0
 
 @dataclass(frozen=True)
 class PressFit:
-    """A ring pressed into another.
+    """A ring pressed into another."""
 
-    Attributes
-    ----------
-    inner, outer
-        The rings, which share a radius.
-    interference
-        By how much the outer diameter of the one exceeds the bore of the other, mm.
-    """
-
+    # inner, outer: the rings, which share a radius
     inner: Ring
     outer: Ring
-    interference: float
+    interference: float  # by how much the outer diameter of the one exceeds the bore of the other, mm
 
     @property
     def pressure(self) -> float:
@@ -204,21 +191,11 @@ ROD = "rod"
 
 @dataclass(frozen=True)
 class Expansions:
-    """Thermal expansion by part, 1/K, and how much warmer than its drawing the assembly is.
+    """Thermal expansion by part, 1/K, and how much warmer than its drawing the assembly is."""
 
-    Attributes
-    ----------
-    by_part
-        α of the rod (cap included), and of bolt, bushing and shell.
-    warming
-        K.
-    assumed
-        What the study does not say, in words.
-    """
-
-    by_part: Mapping[str, float]
-    warming: float
-    assumed: tuple[str, ...]
+    by_part: Mapping[str, float]  # α of the rod (cap included), and of bolt, bushing and shell
+    warming: float  # K
+    assumed: tuple[str, ...]  # what the study does not say, in words
 
     @classmethod
     def of(cls, table: AssemblyTable, materials: Mapping[str, MaterialTable]) -> "Expansions":
@@ -268,21 +245,11 @@ class FitRadii:
 
 @dataclass(frozen=True)
 class ChosenFit:
-    """A press fit, and what a reader must know of it.
+    """A press fit, and what a reader must know of it."""
 
-    Attributes
-    ----------
-    fit
-        By Lamé, at the assembly's temperature.
-    given
-        Diametral interference as the study says, at the reference temperature, mm.
-    remarks
-        In words.
-    """
-
-    fit: PressFit
-    given: float
-    remarks: tuple[str, ...]
+    fit: PressFit  # by Lamé, at the assembly's temperature
+    given: float  # diametral interference as the study says, at the reference temperature, mm
+    remarks: tuple[str, ...]  # in words
 
     @property
     def interference(self) -> float:

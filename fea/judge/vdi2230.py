@@ -18,20 +18,11 @@ _PITCH_SHARE, _FLANK_SHARE, _FLANK = 0.16, 0.58, 1.155
 
 @dataclass(frozen=True)
 class Lever:
-    """What turns torque into preload (R13/1, after Kellermann & Klein 1955).
-
-    Attributes
-    ----------
-    thread
-        Of the bolt.
-    friction_diameter
-        D_Km: mean diameter of the friction under the head, mm.
-    thread_friction, head_friction
-        μ_G and μ_K.
-    """
+    """What turns torque into preload (R13/1, after Kellermann & Klein 1955)."""
 
     thread: Thread
-    friction_diameter: float
+    friction_diameter: float  # D_Km: mean diameter of the friction under the head, mm
+    # thread_friction, head_friction: μ_G and μ_K
     thread_friction: float
     head_friction: float
 
@@ -189,21 +180,14 @@ _ENGAGED, _NUT, _THREADED_HOLE = 0.5, 0.4, 0.33
 
 @dataclass(frozen=True)
 class BoltCompliance:
-    """Compliances in series, mm/N.
+    """Compliances in series, mm/N."""
 
-    Attributes
-    ----------
-    head, shank, free_thread, engaged
-        Of the bolt: δ_SK, Σδ_i, δ_Gew and δ_G.
-    counterpart
-        δ_M: of the threads of nut or hole.
-    """
-
+    # head, shank, free_thread, engaged: of the bolt: δ_SK, Σδ_i, δ_Gew and δ_G
     head: float
     shank: float
     free_thread: float
     engaged: float
-    counterpart: float
+    counterpart: float  # δ_M: of the threads of nut or hole
 
     @property
     def between_ends(self) -> float:
@@ -258,30 +242,14 @@ def bolt_compliance(
 
 @dataclass(frozen=True)
 class ClampedParts:
-    """Parts under a bolt, clamped along its axis.
+    """Parts under a bolt, clamped along its axis."""
 
-    Attributes
-    ----------
-    grip
-        l_K, mm.
-    seat
-        d_W: outer diameter of the head's seat, mm.
-    hole
-        d_h, mm.
-    outer
-        D_A: diameter of a cylinder around the bolt that the parts fill, mm.
-    modulus
-        E_P, MPa.
-    nut
-        Whether a nut seats on the far side, too; else the bolt is screwed into the last part.
-    """
-
-    grip: float
-    seat: float
-    hole: float
-    outer: float
-    modulus: float
-    nut: bool = True
+    grip: float  # l_K, mm
+    seat: float  # d_W: outer diameter of the head's seat, mm
+    hole: float  # d_h, mm
+    outer: float  # D_A: diameter of a cylinder around the bolt that the parts fill, mm
+    modulus: float  # E_P, MPa
+    nut: bool = True  # whether a nut seats on the far side, too; else the bolt is screwed into the last part
 
     @property
     def slope(self) -> float:

@@ -62,42 +62,22 @@ FACET_DEGREE = 10
 
 @dataclass(frozen=True)
 class FacetPoints:
-    """Quadrature points of facets or of parts of them.
+    """Quadrature points of facets or of parts of them."""
 
-    Attributes
-    ----------
-    nodes
-        (n_facets, n_facet_nodes).
-    shape_values
-        (n_points, n_facet_nodes), or (n_facets, n_points, n_facet_nodes) if each facet has its own points.
-    areas
-        (n_facets, n_points) weight times area, mm².
-    angle
-        (n_facets, n_points) about the bore's axis from rod +x, rad.
-    """
-
-    nodes: Ints
+    nodes: Ints  # (n_facets, n_facet_nodes)
+    # (n_points, n_facet_nodes), or (n_facets, n_points, n_facet_nodes) if each facet has its own points
     shape_values: Floats
-    areas: Floats
-    angle: Floats
+    areas: Floats  # (n_facets, n_points) weight times area, mm²
+    angle: Floats  # (n_facets, n_points) about the bore's axis from rod +x, rad
 
 
 @dataclass(frozen=True)
 class BoreFacets(FacetPoints):
-    """Quadrature points of a bore's facets.
+    """Quadrature points of a bore's facets."""
 
-    Attributes
-    ----------
-    corners
-        (n_facets, n_facet_nodes, 3) places of the nodes from the bore's axis, mm.
-    node_angle
-        (n_facets, n_facet_nodes) angle of the nodes, rad.
-    cut_y, cut_z
-        Whether the cell represents its mirror images about y = 0, z = 0.
-    """
-
-    corners: Floats
-    node_angle: Floats
+    corners: Floats  # (n_facets, n_facet_nodes, 3) places of the nodes from the bore's axis, mm
+    node_angle: Floats  # (n_facets, n_facet_nodes) angle of the nodes, rad
+    # cut_y, cut_z: whether the cell represents its mirror images about y = 0, z = 0
     cut_y: bool
     cut_z: bool
 
@@ -190,21 +170,11 @@ ANGLE_DECIMALS = 9
 
 @dataclass(frozen=True)
 class BoreLoad:
-    """A bore pressure on the cell.
+    """A bore pressure on the cell."""
 
-    Attributes
-    ----------
-    forces
-        Nodal forces, N.
-    traction
-        At the bore's nodes, MPa, zero elsewhere.
-    scale
-        Factor on the analytic peak pressure that made the resultant exact.
-    """
-
-    forces: Split
-    traction: Split
-    scale: float
+    forces: Split  # nodal forces, N
+    traction: Split  # at the bore's nodes, MPa, zero elsewhere
+    scale: float  # factor on the analytic peak pressure that made the resultant exact
 
 
 def bore_load(

@@ -25,21 +25,11 @@ MOTION_PARITY = (
 
 @dataclass(frozen=True)
 class Held:
-    """A surface and the mean motions of it that are constrained.
+    """A surface and the mean motions of it that are constrained."""
 
-    Attributes
-    ----------
-    surface
-        A bore, or the end of a strut.
-    center
-        x of the centre (x, 0, 0) about which it turns, mm.
-    motions
-        The constrained ones of `SLIDE_X` … `TURN_Z`.
-    """
-
-    surface: Surface
-    center: float
-    motions: tuple[int, ...]
+    surface: Surface  # A bore, or the end of a strut
+    center: float  # x of the centre (x, 0, 0) about which it turns, mm
+    motions: tuple[int, ...]  # the constrained ones of `SLIDE_X` … `TURN_Z`
 
 
 def held_by_pins(rod_length: float) -> tuple[Held, Held]:

@@ -21,20 +21,11 @@ class Tabulation:
 
     The nodes are numbered as in `mesh.tetmesh.TetMesh`: scikit-fem, like VTK, orders the edges of a
     tetrahedron (0,1), (1,2), (0,2), (0,3), (1,3), (2,3).
-
-    Attributes
-    ----------
-    weights
-        (n_points,) quadrature weights on the reference simplex.
-    values
-        (n_points, n_nodes) shape functions.
-    gradients
-        (n_points, n_nodes, dim) derivatives with respect to reference coordinates.
     """
 
-    weights: Floats
-    values: Floats
-    gradients: Floats
+    weights: Floats  # (n_points,) quadrature weights on the reference simplex
+    values: Floats  # (n_points, n_nodes) shape functions
+    gradients: Floats  # (n_points, n_nodes, dim) derivatives with respect to reference coordinates
 
 
 def shape_functions(n_nodes: int, points: Floats) -> tuple[Floats, Floats]:
@@ -94,18 +85,10 @@ def blocks(n_elements: int, size: int = BLOCK) -> Iterator[slice]:
 
 @dataclass(frozen=True)
 class GaussBlock:
-    """Physical quantities at the Gauss points of a block of elements.
+    """Physical quantities at the Gauss points of a block of elements."""
 
-    Attributes
-    ----------
-    gradients
-        (n_elements, n_points, n_nodes, 3) shape-function gradients, 1/mm.
-    volumes
-        (n_elements, n_points) quadrature weight times Jacobian determinant, mm³.
-    """
-
-    gradients: Floats
-    volumes: Floats
+    gradients: Floats  # (n_elements, n_points, n_nodes, 3) shape-function gradients, 1/mm
+    volumes: Floats  # (n_elements, n_points) quadrature weight times Jacobian determinant, mm³
 
 
 def inverse_and_determinant(jacobian: Floats) -> tuple[Floats, Floats]:

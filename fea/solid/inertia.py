@@ -25,24 +25,16 @@ ODD_MOTIONS = (RodMotion((0.0, 1.0), 0.0, 0.0), RodMotion((0.0, 0.0), 0.0, 1.0))
 
 @dataclass(frozen=True)
 class Inertia:
-    """Integrals over a meshed body from which the inertia forces of a planar rigid motion follow.
+    """Integrals over a meshed body from which the inertia forces of a planar rigid motion follow."""
 
-    Attributes
-    ----------
-    weight, weight_x, weight_y, weight_z
-        ∫ρ N_a dV, ∫ρ N_a x dV, ∫ρ N_a y dV, ∫ρ N_a z dV per node, (n_nodes,), t and t·mm.
-    properties
-        Of the whole body, from the same quadrature, so that forces computed from both balance to rounding.
-    cut_y
-        Whether the mesh is cut at y = 0.
-    """
-
+    # At each node (n_nodes,) the integrals of ρ N_a, t, and of ρ N_a times x, y and z, t·mm
     weight: Floats
     weight_x: Floats
     weight_y: Floats
     weight_z: Floats
+    # Of the whole body, from the same quadrature, so that forces computed from both balance to rounding
     properties: MassProperties
-    cut_y: bool
+    cut_y: bool  # whether the mesh is cut at y = 0
 
     def forces(self, motion: RodMotion) -> Split:
         """D'Alembert forces −ρ(a₀ + α × x − ω² x) as nodal forces, N."""

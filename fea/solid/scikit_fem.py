@@ -34,19 +34,13 @@ _ROUNDINGS = 16 * np.finfo(float).eps
 
 
 class SkfemMesh(NamedTuple):
-    """A mesh of scikit-fem, and whose nodes its nodes are.
+    """A mesh of scikit-fem, and whose nodes its nodes are."""
 
-    Attributes
-    ----------
-    mesh
-        `skfem.MeshTet2`, as curved as the `TetMesh`, or `skfem.MeshTet` of first order. Its boundaries have
-        the names of the surfaces, its subdomains those of the parts.
-    nodes
-        (n_nodes,) the node of the `TetMesh` behind each node: 0, 1, 2, … where `mesh.numbering` numbered it,
-        as it does for all meshes that `fea` makes.
-    """
-
+    # `skfem.MeshTet2`, as curved as the `TetMesh`, or `skfem.MeshTet` of first order. Its boundaries have the
+    # names of the surfaces, its subdomains those of the parts.
     mesh: Any
+    # (n_nodes,) the node of the `TetMesh` behind each node: 0, 1, 2, … where `mesh.numbering` numbered it, as
+    # it does for all meshes that `fea` makes
     nodes: Ints
 
 

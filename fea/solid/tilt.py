@@ -21,18 +21,11 @@ _OUT_OF_PLANE = (2, 3, 4)
 
 @dataclass(frozen=True)
 class Tilt:
-    """The inertia of a body without a mirror plane that keeps it in its plane of motion.
+    """The inertia of a body without a mirror plane that keeps it in its plane of motion."""
 
-    Attributes
-    ----------
-    points
-        (n_nodes, 3), mm.
-    fields
-        Nodal forces (3, n_nodes, 3) of rigid accelerations with one resultant each: a force of 1 N along z, a
-        moment of 1 N·mm about x, and about y.
-    """
-
-    points: Floats
+    points: Floats  # (n_nodes, 3), mm
+    # Nodal forces (3, n_nodes, 3) of rigid accelerations with one resultant each: a force of 1 N along z, a
+    # moment of 1 N·mm about x, and about y
     fields: Floats
 
     @classmethod

@@ -79,24 +79,12 @@ _DEGREE = 3
 
 @dataclass(frozen=True)
 class BucklingMode:
-    """A buckling mode.
+    """A buckling mode."""
 
-    Attributes
-    ----------
-    factor
-        λ > 0: the reference load times λ is critical.
-    shape
-        Per parity about y = 0, (n_nodes, 3).
-    parity_z
-        About z = 0.
-    residual
-        ‖φ + λ K⁻¹K_σ φ‖ / ‖φ‖, maximum norms.
-    """
-
-    factor: float
-    shape: dict[Parity, Floats]
-    parity_z: Parity
-    residual: float
+    factor: float  # λ > 0: the reference load times λ is critical
+    shape: dict[Parity, Floats]  # per parity about y = 0, (n_nodes, 3)
+    parity_z: Parity  # about z = 0
+    residual: float  # ‖φ + λ K⁻¹K_σ φ‖ / ‖φ‖, maximum norms
 
 
 class Buckling:

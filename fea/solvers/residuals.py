@@ -25,23 +25,13 @@ class Residuals:
 
     If there are many right-hand sides of a direct solver, random sums of them are checked instead, with each
     column divided by ‖K‖ ‖u‖ + ‖f‖.
-
-    Attributes
-    ----------
-    backward_error
-        ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖), maximum norms (Rigal & Gaches 1967).
-    energy
-        |uᵀKu − uᵀf| / uᵀf.
-    reaction
-        Largest force at a restraint of inertia relief, N (for sums: relative to that scale); ideally zero.
-    imbalance
-        ‖Ku − f‖ / ‖f‖, maximum norms.
     """
 
-    backward_error: float
-    energy: float
+    backward_error: float  # ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖), maximum norms (Rigal & Gaches 1967)
+    energy: float  # |uᵀKu − uᵀf| / uᵀf
+    # Largest force at a restraint of inertia relief, N (for sums: relative to that scale); ideally zero
     reaction: float
-    imbalance: float
+    imbalance: float  # ‖Ku − f‖ / ‖f‖, maximum norms
 
     @property
     def excess(self) -> float:

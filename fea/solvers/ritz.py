@@ -30,18 +30,10 @@ _DEPENDENT = 1e-10
 
 @dataclass(frozen=True)
 class Space:
-    """Vectors and the forces that cause them.
+    """Vectors and the forces that cause them."""
 
-    Attributes
-    ----------
-    vectors
-        Z (n, m), ZᵀKZ = 1.
-    forces
-        F (n, m) with K⁻¹F = Z.
-    """
-
-    vectors: Floats
-    forces: Floats
+    vectors: Floats  # Z (n, m), ZᵀKZ = 1
+    forces: Floats  # F (n, m) with K⁻¹F = Z
 
     def __matmul__(self, weights: Floats) -> "Space":
         return Space(self.vectors @ weights, self.forces @ weights)
@@ -61,24 +53,12 @@ class Space:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Eigenvalues and vectors.
+    """Eigenvalues and vectors."""
 
-    Attributes
-    ----------
-    values
-        θ (k,), in decreasing order.
-    vectors
-        φ (n, k).
-    residuals
-        ‖φ − K⁻¹A φ/θ‖ / ‖φ‖ (k,), maximum norms.
-    space
-        The space to start from for a similar A.
-    """
-
-    values: Floats
-    vectors: Floats
-    residuals: Floats
-    space: Space
+    values: Floats  # θ (k,), in decreasing order
+    vectors: Floats  # φ (n, k)
+    residuals: Floats  # ‖φ − K⁻¹A φ/θ‖ / ‖φ‖ (k,), maximum norms
+    space: Space  # the space to start from for a similar A
 
 
 def largest(

@@ -34,24 +34,13 @@ _MASS_STEPS = 5
 
 @dataclass(frozen=True)
 class Constraint:
-    """The matrices that couple displacement and pressure.
+    """The matrices that couple displacement and pressure."""
 
-    Attributes
-    ----------
-    divergence
-        D (n_pressures, n_displacements), without the columns of constrained displacements.
-    mass
-        M (n_pressures, n_pressures).
-    compliance
-        (n_pressures,) 1/λ: C = compliance · M; constant among coupled pressures.
-    scale
-        (n_pressures,) 1/(2 μ) + 1/λ: scale · M preconditions S.
-    """
-
+    # D (n_pressures, n_displacements), without the columns of constrained displacements
     divergence: sparse.csr_array
-    mass: sparse.csr_array
-    compliance: Floats
-    scale: Floats
+    mass: sparse.csr_array  # M (n_pressures, n_pressures)
+    compliance: Floats  # (n_pressures,) 1/λ: C = compliance · M; constant among coupled pressures
+    scale: Floats  # (n_pressures,) 1/(2 μ) + 1/λ: scale · M preconditions S
 
     def compressed(self, p: Floats) -> Floats:
         """C p."""

@@ -26,21 +26,12 @@ _SHARE = 1e-2
 
 @dataclass(frozen=True)
 class Modes:
-    """Modes of vibration.
+    """Modes of vibration."""
 
-    Attributes
-    ----------
-    frequencies
-        (n_modes,) f = ω/2π, Hz, increasing; the first six are the rigid-body modes of a free body.
-    shapes
-        (n_nodes, 3, n_modes), scaled to φᵀ M φ = 1 t·mm².
-    backward_error
-        Largest ‖Kφ − ω²Mφ‖ / (‖K‖ ‖φ‖ + ω² ‖M‖ ‖φ‖), maximum norms.
-    """
-
+    # (n_modes,) f = ω/2π, Hz, increasing; the first six are the rigid-body modes of a free body
     frequencies: Floats
-    shapes: Floats
-    backward_error: float
+    shapes: Floats  # (n_nodes, 3, n_modes), scaled to φᵀ M φ = 1 t·mm²
+    backward_error: float  # largest ‖Kφ − ω²Mφ‖ / (‖K‖ ‖φ‖ + ω² ‖M‖ ‖φ‖), maximum norms
 
 
 def free_modes(mesh: TetMesh, material: Material | Materials, density: float | Floats, count: int) -> Modes:

@@ -25,15 +25,9 @@ _RISE = PchipInterpolator(_OPENINGS, _RISES)
 
 @dataclass(frozen=True)
 class VNotch:
-    """A re-entrant corner between two flat flanks.
+    """A re-entrant corner between two flat flanks."""
 
-    Attributes
-    ----------
-    opening
-        Angle of the notch, outside the material, rad: 0 for a crack, π for a flat surface.
-    """
-
-    opening: float
+    opening: float  # angle of the notch, outside the material, rad: 0 for a crack, π for a flat surface
 
     @property
     def half(self) -> float:
@@ -99,23 +93,14 @@ _SMALLEST = 1e-3
 
 @dataclass(frozen=True)
 class NotchField:
-    """The singular stress at a sharp notch.
-
-    Attributes
-    ----------
-    notch
-        Its angle.
-    opening, sliding
-        Coefficients of the stress along the flanks: the mean of both flanks is opening · r^(λ₁ − 1), half
-        their difference sliding · r^(λ₂ − 1), MPa with r in mm.
-    longest
-        The fit is of the stress up to this distance, mm, and a fillet may have it as its radius.
-    """
+    """The singular stress at a sharp notch."""
 
     notch: VNotch
+    # opening, sliding: coefficients of the stress along the flanks: the mean of both flanks is opening ·
+    # r^(λ₁ − 1), half their difference sliding · r^(λ₂ − 1), MPa with r in mm
     opening: float
     sliding: float
-    longest: float
+    longest: float  # the fit is of the stress up to this distance, mm, and a fillet may have it as its radius
 
     @property
     def intensity(self) -> float:

@@ -25,22 +25,13 @@ _OFF = 0.4
 
 @dataclass(frozen=True)
 class Walks:
-    """Places (n, n_steps) on a surface, on n ways.
+    """Places (n, n_steps) on a surface, on n ways."""
 
-    Attributes
-    ----------
-    nodes, weights
-        (n, n_steps, n_nodes_of_a_facet): a nodal field there is the weighted sum of its values.
-    ahead
-        (n, n_steps, 3) unit direction of the way.
-    reached
-        (n,) how many steps stay on the facets.
-    """
-
+    # nodes, weights: (n, n_steps, n_nodes_of_a_facet): a nodal field there is the weighted sum of its values
     nodes: Ints
     weights: Floats
-    ahead: Floats
-    reached: Ints
+    ahead: Floats  # (n, n_steps, 3) unit direction of the way
+    reached: Ints  # (n,) how many steps stay on the facets
 
     def of(self, field: Floats) -> Floats:
         """Values (n, n_steps, …) of a field (n_points, …)."""
@@ -50,21 +41,11 @@ class Walks:
 
 @dataclass(frozen=True)
 class Ground:
-    """Facets to walk on.
+    """Facets to walk on."""
 
-    Attributes
-    ----------
-    points
-        (n_points, 3).
-    facets
-        (n_facets, 3) or (n_facets, 6), outward.
-    patch
-        (n_facets,) number of the face each belongs to: a way stays on one.
-    """
-
-    points: Floats
-    facets: Ints
-    patch: Ints
+    points: Floats  # (n_points, 3)
+    facets: Ints  # (n_facets, 3) or (n_facets, 6), outward
+    patch: Ints  # (n_facets,) number of the face each belongs to: a way stays on one
 
     def walk(self, start: Floats, ahead: Floats, facet: Ints, step: Floats, count: int) -> Walks:
         """Walk straight ahead over the facets.
@@ -179,44 +160,23 @@ _END, _END_MOST = 0.25, 0.02
 
 @dataclass(frozen=True)
 class SharpEdges:
-    """Edges of the mesh on sharp re-entrant edges of the rod, each with its two flanks.
+    """Edges of the mesh on sharp re-entrant edges of the rod, each with its two flanks."""
 
-    Attributes
-    ----------
-    middle, size
-        (n, 3) middle of each and (n,) its length, mm.
-    nodes
-        (n, 2) the vertices at its ends.
-    opening
-        (n,) angle of the notch, outside the material, rad.
-    facet
-        (n, 2) of `ground` on either side.
-    normal, away
-        (n, 2, 3) outward normal of either flank there, and its tangent that leads away from the edge.
-    place
-        (n,) number of the place: one edge of the rod, with its mirror images.
-    between
-        Per place, the two faces that meet there, in words.
-    length
-        (n,) of the connected edge of the rod that it is part of, mm.
-    at_end
-        (n,) whether it is next to an end of that edge.
-    ground
-        The surface of the rod.
-    """
-
+    # middle, size: (n, 3) middle of each and (n,) its length, mm
     middle: Floats
     size: Floats
-    nodes: Ints
-    opening: Floats
-    facet: Ints
+    nodes: Ints  # (n, 2) the vertices at its ends
+    opening: Floats  # (n,) angle of the notch, outside the material, rad
+    facet: Ints  # (n, 2) of `ground` on either side
+    # normal, away: (n, 2, 3) outward normal of either flank there, and its tangent that leads away from the
+    # edge
     normal: Floats
     away: Floats
-    place: Ints
-    between: tuple[tuple[str, str], ...]
-    length: Floats
-    at_end: Mask
-    ground: Ground
+    place: Ints  # (n,) number of the place: one edge of the rod, with its mirror images
+    between: tuple[tuple[str, str], ...]  # per place, the two faces that meet there, in words
+    length: Floats  # (n,) of the connected edge of the rod that it is part of, mm
+    at_end: Mask  # (n,) whether it is next to an end of that edge
+    ground: Ground  # the surface of the rod
 
     @classmethod
     def of(cls, mesh: TetMesh, creases: Creases) -> "SharpEdges | None":

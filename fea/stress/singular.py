@@ -23,21 +23,11 @@ _SHARE = 0.25
 
 @dataclass(frozen=True)
 class RimMask:
-    """The rims of one name.
+    """The rims of one name."""
 
-    Attributes
-    ----------
-    name
-        In words.
-    nodes
-        (n,) on them.
-    radius
-        Within which stress is left out, mm.
-    """
-
-    name: str
-    nodes: Ints
-    radius: float
+    name: str  # in words
+    nodes: Ints  # (n,) on them
+    radius: float  # within which stress is left out, mm
 
 
 def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
