@@ -9,8 +9,10 @@ Importing this package loads nothing else: a name is loaded when it is first use
 True
 """
 
+import sys
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, Unpack
 
 if TYPE_CHECKING:
@@ -32,6 +34,17 @@ __all__ = [
     "stiffness_coo",
     "to_skfem",
 ]
+
+
+class _Package(ModuleType):
+    """Keeps the function `run`, which an import of the subpackage `fea.run` would replace."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name != "run" or not isinstance(value, ModuleType):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
 
 # Where each public name is defined.
 _HOMES = {

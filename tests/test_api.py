@@ -139,3 +139,8 @@ def test_every_public_name_is_there():
     assert all(getattr(fea, name) is not None for name in fea.__all__)
     with pytest.raises(AttributeError, match="nonsense"):
         _ = fea.nonsense
+
+
+def test_the_rooms_of_the_package_hide_no_public_name():
+    program = "import fea, fea.run.prepare; from fea import run; assert callable(fea.run) and callable(run)"
+    subprocess.run([sys.executable, "-c", program], check=True)
