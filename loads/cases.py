@@ -1,104 +1,129 @@
-"""Load cases: everything that acts on the rod at one crank angle."""
+"""Load cases: the crank angles of a cycle with the largest forces on the rod, and cases of a rod at rest."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from typing import NamedTuple
 
+import numpy as np
+
+from geometry.arrays import Floats
 from geometry.errors import require, require_number
+from loads.crank_cycle import CrankCycle
+from loads.gas import CYCLE
+from loads.instants import Instants, joined
+
+Measure = Callable[[Instants], Floats]
+
+# A grid of half a degree finds every peak of the motion, and a trace's own samples find every peak of the
+# pressure. A grid a hundred times finer then locates the peak (not a parabola, because a trace has kinks).
+_COARSE = math.radians(0.5)
+_FINE = _COARSE / 100
+# Peaks that differ by less than this (relative) are repetitions of one peak.
+_EQUAL = 1e-6
 
 
-@dataclass(frozen=True)
-class RodMotion:
-    """Rigid-body motion of the rod in its own frame.
+class Peaks(NamedTuple):
+    """The load cases that occur, and the names of the others with the reason why they do not."""
 
-    Attributes
-    ----------
-    acceleration
-        (x, y) acceleration of the rod frame's origin (the crank-pin centre), mm/s², in rod axes.
-    angular_velocity, angular_acceleration
-        About rod +z, rad/s and rad/s² (those of the rod: minus the derivatives of β = asin(λ sin θ)).
+    cases: Instants
+    left_out: tuple[tuple[str, str], ...]
+
+
+# Forces below this fraction of the largest axial force are rounding errors.
+_ROUNDING = 1e-12
+# The quantity that is largest in each case; if even its maximum is not positive, the case does not occur.
+_MEASURES: dict[str, tuple[Measure, str]] = {
+    "tension": (
+        lambda c: np.maximum(c.pin_axial, c.crank_axial),
+        "the rod is in compression throughout the cycle",
+    ),
+    "compression": (
+        lambda c: -np.minimum(c.pin_axial, c.crank_axial),
+        "the rod is in tension throughout the cycle",
+    ),
+    "side": (lambda c: np.abs(c.wall), "there is no force between piston and wall"),
+    "bending": (lambda c: np.abs(c.crank_transverse), "there is no transverse force on the crank end"),
+}
+
+
+def peak_cases(cycle: CrankCycle) -> Peaks:
+    """Find the peak cases of a cycle.
+
+    ``tension`` and ``compression`` have the largest axial force at either end of the rod, ``side`` the
+    largest wall force, ``bending`` the largest transverse force at the crank end; each contains everything
+    that acts at its crank angle, which is located to 0.005°. ``gas`` is the peak gas force alone, on a rod
+    at rest along the cylinder: the condition of low speed, where inertia does not relieve the gas force
+    (Shenoy & Fatemi, SAE 2005-01-0987).
     """
+    coarse = np.union1d(np.arange(0, CYCLE - _COARSE / 2, _COARSE), cycle.gas.samples)
+    whole = cycle.at(coarse)
+    least = _ROUNDING * max(np.abs(whole.pin_axial).max(), np.abs(whole.crank_axial).max())
+    cases, left_out = [], []
+    for name, (measure, reason) in _MEASURES.items():
+        angle, largest = _refine(measure, cycle, whole)
+        if largest > least:
+            cases.append(cycle.at(np.array([angle]))[0].named(name))
+        else:
+            left_out.append((name, reason))
+    angle, largest = _refine(lambda c: c.gas, cycle, whole)
+    if largest > 0:
+        cases.append(gas_alone(largest, angle))
+    else:
+        left_out.append(("gas", "there is no gas force on the piston"))
+    return Peaks(joined(cases), tuple(left_out))
 
-    acceleration: tuple[float, float]
-    angular_velocity: float
-    angular_acceleration: float
 
-
-@dataclass(frozen=True)
-class LoadCase:
-    """What acts on the rod at one instant; forces on the rod in rod axes, N, tension positive.
-
-    Attributes
-    ----------
-    name
-        ``tension``, ``compression``, ``side``, ``bending``, ``gas``, ``given`` or ``assembly``.
-    crank_angle
-        rad, with firing TDC at 2π; None for a case that does not come from a crank cycle.
-    pin_axial, crank_axial
-        Positive pulls that end outwards (pin: along +x, crank: along −x).
-    pin_transverse, crank_transverse
-        Along rod +y.
-    gas, wall
-        Gas force on the piston (positive towards the crank); force of the wall on the piston (engine +y).
-    torque
-        On the crank, N·mm, positive drives it.
-    motion
-        The rod's motion, or None for a rod at rest.
-    """
-
-    name: str
-    crank_angle: float | None
-    pin_axial: float
-    pin_transverse: float
-    crank_axial: float
-    crank_transverse: float
-    gas: float | None = None
-    wall: float | None = None
-    torque: float | None = None
-    motion: RodMotion | None = None
-
-    @property
-    def largest_force(self) -> float:
-        """The larger of the forces at pin and crank, N."""
-        pin = math.hypot(self.pin_axial, self.pin_transverse)
-        return max(pin, math.hypot(self.crank_axial, self.crank_transverse))
+def gas_alone(force: float, crank_angle: float) -> Instants:
+    """Return the case of the gas force (N, towards the crank; peak at `crank_angle`) on a rod at rest."""
+    return Instants(
+        names=np.array("gas"),
+        pin=np.array([-force, 0.0]),
+        crank=np.array([force, 0.0]),
+        crank_angle=np.array(crank_angle),
+        gas=np.array(force),
+        wall=np.zeros(()),
+        torque=np.zeros(()),
+    )
 
 
 # Nothing but bolts and fits.
 ASSEMBLY = "assembly"
 
 
-def assembled() -> LoadCase:
-    """Make the case of a rod that is put together and at rest: nothing acts on it but its bolts and fits."""
-    return LoadCase(
-        name=ASSEMBLY,
-        crank_angle=None,
-        pin_axial=0.0,
-        pin_transverse=0.0,
-        crank_axial=0.0,
-        crank_transverse=0.0,
-    )
+def assembled() -> Instants:
+    """Return the case of an assembled rod at rest: nothing acts on it but its bolts and fits."""
+    return Instants(names=np.array(ASSEMBLY), pin=np.zeros(2), crank=np.zeros(2))
 
 
-def given(pin_axial: float, pin_transverse: float = 0.0) -> LoadCase:
-    """Make a case from a given pin force, N, without an engine: the crank end reacts it, the rod is at rest.
+def given(pin_axial: float, pin_transverse: float = 0.0) -> Instants:
+    """Return the case of a given pin force, N, on a rod at rest, which the crank end reacts.
 
-    The axial part is balanced at the crank end; a transverse part is not (its moment needs a clamped
-    big end).
+    The axial part is balanced at the crank end; a transverse part is not (its moment needs a clamped big
+    end).
 
     Raises
     ------
     InvalidValue
-        When a force is not a finite number, or there is none.
+        A force is not a finite number, or there is none.
     """
-    axial = require_number("forces.pin_N", pin_axial)
-    transverse = require_number("forces.pin_N", pin_transverse)
+    force = [require_number("forces.pin_N", pin_axial), require_number("forces.pin_N", pin_transverse)]
     rule, remedy = "at least one component must not be zero", "Give [axial, transverse] in newtons."
-    require(bool(axial or transverse), "forces.pin_N", [axial, transverse], rule, remedy)
-    return LoadCase(
-        name="given",
-        crank_angle=None,
-        pin_axial=axial,
-        pin_transverse=transverse,
-        crank_axial=axial,
-        crank_transverse=-transverse,
-    )
+    require(any(force), "forces.pin_N", force, rule, remedy)
+    return Instants(names=np.array("given"), pin=np.array(force), crank=-np.array(force))
+
+
+def _refine(measure: Measure, cycle: CrankCycle, whole: Instants) -> tuple[float, float]:
+    """Crank angle (rad, within the cycle) and value of the largest `measure`.
+
+    The transverse force at the crank end does not depend on the gas pressure, so it has equal peaks at
+    several angles of the cycle: of these, the one with the largest axial force is taken.
+    """
+    values = measure(whole)
+    equal = values >= values.max() - _EQUAL * abs(values.max())
+    along = np.maximum(np.abs(whole.pin_axial), np.abs(whole.crank_axial))
+    peak = whole.crank_angle[int(np.argmax(np.where(equal, along, -1.0)))]
+    # The fine grid contains the coarse peak, so that its maximum is never smaller.
+    near = peak + _FINE * np.arange(-100, 101)
+    values = measure(cycle.at(near))
+    i = int(np.argmax(values))
+    return float(np.mod(near[i], CYCLE)), float(values[i])

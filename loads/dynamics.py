@@ -19,9 +19,9 @@ import numpy.typing as npt
 
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
-from loads.cases import RodMotion
 from loads.engine import Engine
 from loads.gas import GasModel
+from loads.instants import Instants
 from loads.slider_crank import Kinematics, kinematics
 
 
@@ -38,49 +38,33 @@ class Vector(NamedTuple):
     y: Floats
 
 
-@dataclass(frozen=True)
-class Cycle:
-    """Motion and forces of one cylinder; every array has the broadcast shape of crank angle and speed.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EngineInstants(Instants):
+    """Instants of one cylinder; every array has the broadcast shape of crank angle and speed.
 
     Attributes
     ----------
     motion
         Kinematics of piston and rod.
-    gas
-        Gas force on the piston, N, positive towards the crank.
-    pin_axial, pin_transverse, crank_axial, crank_transverse
-        Forces on the rod in rod axes, N: axial positive where it pulls that end outwards, transverse
-        along +y.
-    pin_x, pin_y, crank_x, crank_y
-        The same forces on the rod in the engine frame, N.
-    wall, friction
-        Force of the wall on the piston: normal, along engine +y, and tangential, along engine +x, N.
-    torque
-        On the crank, N·mm, positive drives it.
+    friction
+        Force of the wall on the piston along engine +x, N; `wall` is along +y.
     shaking_x, shaking_y
-        Force of the mechanism on the frame, gas on the head included, N.
+        Force of the mechanism on the frame, gas on the head included, engine axes, N.
     """
 
     motion: Kinematics
-    gas: Floats
-    pin_axial: Floats
-    pin_transverse: Floats
-    crank_axial: Floats
-    crank_transverse: Floats
-    pin_x: Floats
-    pin_y: Floats
-    crank_x: Floats
-    crank_y: Floats
-    wall: Floats
     friction: Floats
-    torque: Floats
     shaking_x: Floats
     shaking_y: Floats
+
+    def in_engine_axes(self, force: Floats) -> Vector:
+        """Turn a force (2, n) on the rod, `pin` or `crank`, into engine axes."""
+        return to_engine_axes(Vector(*force), self.motion.rod_angle)
 
 
 def cycle(
     engine: Engine, rod: MassProperties, gas: GasModel, speed: npt.ArrayLike, crank_angle: npt.ArrayLike
-) -> Cycle:
+) -> EngineInstants:
     """Compute the forces at given crank angles and constant speeds.
 
     Parameters
@@ -102,35 +86,21 @@ def cycle(
     beta, theta = motion.rod_angle, motion.crank_angle
     inertia_x, inertia_y = to_engine_axes(Vector(rod.mass * acceleration.x, rod.mass * acceleration.y), beta)
     crank = Vector(inertia_x - pin.x, inertia_y - pin.y)
-    pin_axial, pin_transverse = to_rod_axes(pin, beta)
-    crank_along, crank_transverse = to_rod_axes(crank, beta)
-    return Cycle(
-        motion=motion,
+    return EngineInstants(
+        pin=np.stack(to_rod_axes(pin, beta)),
+        crank=np.stack(to_rod_axes(crank, beta)),
+        acceleration=np.stack(origin_acceleration(engine, motion)),
+        angular_velocity=-motion.rod_rate,
+        angular_acceleration=-motion.rod_acceleration,
+        crank_angle=theta,
+        speed=motion.speed,
         gas=gas_force,
-        pin_axial=pin_axial,
-        pin_transverse=pin_transverse,
-        crank_axial=-crank_along,
-        crank_transverse=crank_transverse,
-        pin_x=pin.x,
-        pin_y=pin.y,
-        crank_x=crank.x,
-        crank_y=crank.y,
         wall=pin.y,
-        friction=engine.piston_mass * motion.piston_acceleration + gas_force + pin.x,
         torque=engine.crank_radius * (crank.x * np.sin(theta) - crank.y * np.cos(theta)),
+        motion=motion,
+        friction=engine.piston_mass * motion.piston_acceleration + gas_force + pin.x,
         shaking_x=-engine.piston_mass * motion.piston_acceleration - inertia_x,
         shaking_y=-inertia_y,
-    )
-
-
-def rod_motion(engine: Engine, speed: float, crank_angle: float) -> RodMotion:
-    """Rigid-body motion of the rod at one crank angle (rad) and speed (rad/s), in rod axes."""
-    motion = kinematics(engine, crank_angle, speed)
-    a_x, a_y = origin_acceleration(engine, motion)
-    return RodMotion(
-        acceleration=(float(a_x), float(a_y)),
-        angular_velocity=-float(motion.rod_rate),
-        angular_acceleration=-float(motion.rod_acceleration),
     )
 
 
@@ -196,7 +166,7 @@ class WholeEngine:
         the distances of the cylinders.
     """
 
-    cylinders: tuple[Cycle, ...]
+    cylinders: tuple[EngineInstants, ...]
     torque: Floats
     shaking_x: Floats
     shaking_y: Floats

@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
-from loads.gas import ATMOSPHERE, CYCLE, LARGEST_PEAK, too_high
+from loads.gas import ATMOSPHERE, CYCLE, LARGEST_PEAK, GasModel, too_high
 
 _SMALLEST_PEAK = 0.1  # MPa: every engine that compresses its charge exceeds it
 _IDLING_PEAK = 2.0  # MPa: only engines that idle or are motored stay below it
@@ -269,3 +269,25 @@ def _travel(theta: Floats) -> Floats:
     """Way of the piston from TDC over its stroke."""
     rod = (1 - np.sqrt(1 - (_ROD_RATIO * np.sin(theta)) ** 2)) / _ROD_RATIO
     return np.asarray((1 - np.cos(theta) + rod) / 2, dtype=np.float64)
+
+
+_ROUNDING = 1e-9  # of the largest torque
+
+
+def absorbed(gas: GasModel, torque: Floats) -> str:
+    """Say so where an engine with a measured pressure absorbs power.
+
+    Parameters
+    ----------
+    gas
+        What gave the pressure; computed cycles may absorb power.
+    torque
+        (n,) N·mm at equal steps over the cycle, whose end repeats its start.
+    """
+    mean = float(np.mean(torque[:-1]))
+    if not isinstance(gas, Trace) or mean >= -_ROUNDING * float(np.abs(torque).max()):
+        return ""
+    return (
+        f"the mean torque over the cycle is {mean / 1e3:.4g} N·m: the engine absorbs power, as a motored one "
+        "does. If it fires, the crank angles of the pressure trace are wrong: see angle_offset_deg"
+    )

@@ -15,7 +15,7 @@ from fea.solid.supports import clamped, determinate_restraints
 from fea.study.study import load_study
 from geometry.errors import require
 from geometry.surfaces import Surface
-from loads.cases import LoadCase
+from loads.instants import Instants
 from mesh.files.given import named_mesh
 from mesh.tetmesh import MeshError
 
@@ -111,7 +111,7 @@ def _deck_notes(rod: PreparedRod) -> list[str]:
     return notes
 
 
-def _step(run: LeftRun, rod: PreparedRod, case: LoadCase) -> Step:
+def _step(run: LeftRun, rod: PreparedRod, case: Instants) -> Step:
     mesh = rod.mesh.whole
     fixed = clamped(mesh, Surface.BIG_END_BORE) if rod.clamped else determinate_restraints(mesh)
     displacement = run.cases[case.name].point["displacement"].astype(float)

@@ -23,7 +23,7 @@ from fea.study.option_tables import PINS
 from fea.study.study import Study
 from fea.units import DEG
 from geometry.errors import InvalidValue, require
-from loads.cases import LoadCase
+from loads.instants import Instants
 from mesh.files.given import named_mesh
 from mesh.tetmesh import MeshError
 
@@ -65,7 +65,7 @@ def _part_names(study: Study, count: int) -> Sequence[str]:
     return [part.name for part in drawn_solid(study.rod).parts]
 
 
-def require_same_loads(run: LeftRun, cases: Iterable[LoadCase]) -> Mapping[str, LoadCase]:
+def require_same_loads(run: LeftRun, cases: Iterable[Instants]) -> Mapping[str, Instants]:
     """Return load cases by their names, if their loads are those of the run.
 
     Raises

@@ -17,7 +17,7 @@ from fea.judge.verdict import CAP, Peak, Verdict, element_largest, peak, safety_
 from fea.stress.stress import principal, von_mises
 from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
-from loads.cases import LoadCase
+from loads.instants import Instants
 from mesh.tetmesh import TetMesh
 
 
@@ -25,7 +25,7 @@ from mesh.tetmesh import TetMesh
 class CaseResult:
     """Fields of one load case on the whole rod."""
 
-    load: LoadCase  # what acts
+    load: Instants  # what acts
     mesh: TetMesh  # of the whole rod
     displacement: Floats  # (n_nodes, 3), mm, relative to the bores
     stress: Floats  # (n_nodes, 6), MPa, components XX YY ZZ XY YZ XZ
@@ -166,7 +166,7 @@ class CaseResult:
 
 
 def case_result(
-    load: LoadCase,
+    load: Instants,
     mesh: TetMesh,
     displacement: Floats,
     stresses: Sequence[Floats],

@@ -15,10 +15,13 @@ from fea.contact.friction_cycle import FrictionCycle
 from fea.contact.friction_system import ContactState
 from fea.pins.assembled_rod import AssembledRod
 from fea.pins.contact_loads import SMOOTH, ContactFields, of_unit_work, touches
-from fea.pins.unit_loads import Contacts, Course, Instants, Together, Weights, inertial_fields
+from fea.pins.rod_contact import acting, key
+from fea.pins.unit_loads import Contacts, Together, Weights, inertial_fields
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Parity
 from geometry.arrays import Floats
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants
 
 # Largest error of a pressure, relative to the largest, and of a bolt force likewise, that the patterns may
 # leave over a cycle: stresses, which are larger, err less. Of load cases, some of which have little stress,
@@ -63,15 +66,15 @@ class AssembledLoads:
         self,
         contact: AssembledRod,
         inertia: Inertia,
-        cycles: Sequence[tuple[Instants, Course]],
+        cycles: Sequence[CrankCycle],
         alone: Sequence[Instants],
     ) -> None:
         self._contact, self._inertia = contact, inertia
         self._unfolding, self._assembled = contact.problem.unfolding, contact.assembled
-        self._spanned = frozenset(_key(course) for _, course in cycles)
+        self._spanned = frozenset(map(_key, cycles))
         self._cycles: dict[bytes, _Cycle] = {}
         self._joined = self._assembled.sticking_loads(), self._assembled.sticking_start[:, None]
-        over_cycles = [(self.states(*cycle), cycle[0].motions) for cycle in cycles]
+        over_cycles = [(self.states(cycle.degrees, cycle), cycle.degrees.motions) for cycle in cycles]
         of_cases = [(self.states(cases, None), cases.motions) for cases in alone]
         rests = [self._rest(*own) for own in over_cycles] + [_OF_CASES * self._rest(*own) for own in of_cases]
         largest = np.max([np.abs(state.values) for states, _ in over_cycles for state in states], axis=0)
@@ -129,7 +132,7 @@ class AssembledLoads:
         own = [self._spans[parity].patterns, self._start[parity], self._inertial[parity][:, motions]]
         return np.hstack(own)
 
-    def weights(self, instants: Instants, course: Course | None = None) -> Weights:
+    def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the unit loads at n instants, as `UnitLoads.weights`.
 
         Raises
@@ -138,7 +141,7 @@ class AssembledLoads:
             No state of contact between the parts carries the load.
         """
         motions = instants.motions
-        rest = self._unfolding.parts(self._rest(self.states(instants, course), motions))
+        rest = self._unfolding.parts(self._rest(self.states(instants, cycle), motions))
         one = np.ones((1, motions.shape[1]))
         found = []
         for parity, moved in zip(Parity, (motions[:2], motions[2:]), strict=True):
@@ -146,32 +149,31 @@ class AssembledLoads:
             found.append(np.concatenate([*known, moved]))
         return Weights(*found)
 
-    def states(self, instants: Instants, course: Course | None) -> Sequence[ContactState]:
+    def states(self, instants: Instants, crank_cycle: CrankCycle | None) -> Sequence[ContactState]:
         """States at n instants: of a cycle, or each of them from the parts put together."""
-        if course is None:
-            return self._contact.solutions(instants.pin, instants.crank, instants.motions)
-        every = zip(instants.pin.T, instants.crank.T, instants.motions.T, strict=True)
-        keys = [b"".join(own.tobytes() for own in instant) for instant in every]
-        cycle, known = self._cycle(course)
+        if crank_cycle is None:
+            return self._contact.solutions(instants)
+        keys = [key(*instant) for instant in acting(instants)]
+        cycle, known = self._cycle(crank_cycle)
         left = [number for number, key in enumerate(keys) if key not in known]
         if left:
-            acting = (own[:, left] for own in (instants.pin, instants.crank, instants.motions))
-            found = cycle.at(self._contact.loads(*acting), course.places[left])
+            some = instants[np.array(left)]
+            found = cycle.at(self._contact.loads(some), crank_cycle.places(some.crank_angle))
             known.update(zip([keys[number] for number in left], found, strict=True))
         return [known[key] for key in keys]
 
-    def _cycle(self, course: Course) -> _Cycle:
+    def _cycle(self, crank_cycle: CrankCycle) -> _Cycle:
         """A cycle with what is known of it: kept for what is spanned and the last one."""
-        key, steps = _key(course), course.steps
+        key = _key(crank_cycle)
         if key not in self._cycles:
             kept = {own: cycle for own, cycle in self._cycles.items() if own in self._spanned}
-            made = self._contact.cycle(steps.pin, steps.crank, steps.motions)
+            made = self._contact.cycle(crank_cycle.increments)
             self._cycles = kept | {key: _Cycle(made, {})}
         return self._cycles[key]
 
-    def contacts(self, weights: Weights, instants: Instants, course: Course) -> Contacts:  # noqa: ARG002
+    def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002
         """Contact of the pins with the bores, bolts and interfaces at each instant."""
-        solved = self.states(instants, course)
+        solved = self.states(instants, cycle)
         values = np.stack([state.values for state in solved], axis=1)
         return Contacts(
             touches(self._contact, values, self._assembled.pins),
@@ -204,5 +206,5 @@ def _singular(states: Floats) -> tuple[Floats, Floats]:
     return sizes, states @ (vectors / sizes) if few else vectors
 
 
-def _key(course: Course) -> bytes:
-    return course.steps.pin.tobytes() + course.steps.motions.tobytes()
+def _key(cycle: CrankCycle) -> bytes:
+    return cycle.increments.pin.tobytes() + cycle.increments.motions.tobytes()

@@ -14,7 +14,7 @@ from fea.machine.threads import one_blas_thread
 from fea.pins.assembly_states import AssemblyStates, gap_at_nodes, pressure_at_nodes
 from fea.pins.case_forces import CaseForces
 from fea.pins.fits import Fits
-from fea.pins.rod_contact import RodContact, Solved, acting
+from fea.pins.rod_contact import RodContact, Solved, acting, key
 from fea.rod.meshed_rod import Bores
 from fea.solid.errors import ContactError
 from fea.solid.inertia import Inertia
@@ -24,7 +24,8 @@ from fea.solvers.static import Model
 from geometry.arrays import Floats, Ints
 from geometry.assembly import BoltAxis
 from geometry.surfaces import Surface
-from loads.cases import ASSEMBLY, LoadCase, assembled
+from loads.cases import ASSEMBLY, assembled
+from loads.instants import Instants
 from mesh.tetmesh import TetMesh
 
 # Distance from a mirror plane, over the hole's radius, within which a bolt's axis lies on it.
@@ -127,42 +128,42 @@ class AssembledRod(RodContact):
         self.states = AssemblyStates(self.assembled, putting.friction, at, bores.big_radius)
 
     def _solved(self, pin: Floats, crank: Floats, motion: Floats) -> ContactState:
-        key = b"".join(own.tobytes() for own in (pin, crank, motion))
-        if key not in self._known:
-            self._known[key] = self.assembled.step(self._load(pin, crank, motion), self.assembled.start)
-        return self._known[key]
+        asked = key(pin, crank, motion)
+        if asked not in self._known:
+            self._known[asked] = self.assembled.step(self._load(pin, crank, motion), self.assembled.start)
+        return self._known[asked]
 
-    def solutions(self, pin: Floats, crank: Floats, motions: Floats) -> list[ContactState]:
-        """States at k instants, each of them from that in which the parts were put together.
+    def solutions(self, instants: Instants) -> list[ContactState]:
+        """States at instants, each of them from that in which the parts were put together.
 
-        Parameters and errors are those of `RodContact.solutions`.
+        Errors are those of `RodContact.solutions`.
         """
         with one_blas_thread():
-            return [self._solved(*instant) for instant in zip(pin.T, crank.T, motions.T, strict=True)]
+            return [self._solved(*instant) for instant in acting(instants)]
 
-    def cycle(self, pin: Floats, crank: Floats, motions: Floats) -> FrictionCycle:
-        """A cycle with increments of which the parameters are those of `solutions`."""
-        return FrictionCycle(self.assembled, self.loads(pin, crank, motions))
+    def cycle(self, increments: Instants) -> FrictionCycle:
+        """A cycle with increments."""
+        return FrictionCycle(self.assembled, self.loads(increments))
 
-    def loads(self, pin: Floats, crank: Floats, motions: Floats) -> list[Load]:
-        """What acts between the parts at k instants; parameters as for `solutions`."""
-        return [self._load(*instant) for instant in zip(pin.T, crank.T, motions.T, strict=True)]
+    def loads(self, instants: Instants) -> list[Load]:
+        """What acts between the parts at instants."""
+        return [self._load(*instant) for instant in acting(instants)]
 
     def _load(self, pin: Floats, crank: Floats, motion: Floats) -> Load:
         return self.assembled.load((pin, crank), motion, self._tilted(motion))
 
-    def __call__(self, case: LoadCase) -> CaseForces:
+    def __call__(self, case: Instants) -> CaseForces:
         """Nodal forces of everything that acts in a case; see `RodContact`."""
         try:
             return self.assembly() if case.name == ASSEMBLY else super().__call__(case)
         except ContactError as error:
             raise type(error)(f"{case.name}: {error}") from error
 
-    def under(self, case: LoadCase, state: ContactState) -> CaseForces:
+    def under(self, case: Instants, state: ContactState) -> CaseForces:
         """Nodal forces of everything that acts in a case whose state is known."""
         return self._forces(case, state)
 
-    def scaled(self, case: LoadCase, factor: float) -> ContactState:
+    def scaled(self, case: Instants, factor: float) -> ContactState:
         """Find the state under a multiple of everything that acts in a case.
 
         Raises
@@ -170,7 +171,7 @@ class AssembledRod(RodContact):
         ContactError
             No state of contact carries it.
         """
-        pin, crank, motion = (factor * own for own in acting(case))
+        pin, crank, motion = (factor * own for own in (case.pin, case.crank, case.motions))
         with one_blas_thread():
             return self._solved(pin, crank, motion)
 
@@ -191,7 +192,7 @@ class AssembledRod(RodContact):
         values[self.assembled.vertices.normal] = self.states.pressure(found)
         return values
 
-    def _forces(self, case: LoadCase, found: Solved) -> CaseForces:
+    def _forces(self, case: Instants, found: Solved) -> CaseForces:
         forces = super()._forces(case, found)
         if not isinstance(found, ContactState):
             raise TypeError("the parts of an assembly are solved step by step")
@@ -201,7 +202,7 @@ class AssembledRod(RodContact):
             forces,
             shift=shift,
             growth=self._growth,
-            largest=max(case.largest_force, state.bolt_force),
+            largest=max(float(case.largest_force), state.bolt_force),
             assembly=state,
             pressure=pressure_at_nodes(self.problem, self._pressing(found)),
             gap=gap_at_nodes(self.problem, self.assembled.vertices.normal, self.states.gap(found)),

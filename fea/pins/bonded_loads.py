@@ -4,7 +4,7 @@ import numpy as np
 
 from fea.base.choices import Support
 from fea.pins.pressure_loads import StoredFields
-from fea.pins.unit_loads import ALONE, Contacts, Course, Instants, Weights, inertial_fields
+from fea.pins.unit_loads import ALONE, Contacts, Weights, inertial_fields
 from fea.rod.meshed_rod import Bores
 from fea.solid.bonded_bore import BondedBore
 from fea.solid.bore import bore_facets
@@ -12,6 +12,8 @@ from fea.solid.inertia import Inertia
 from fea.solid.tilt import Tilt
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants
 from mesh.tetmesh import TetMesh
 
 
@@ -62,15 +64,14 @@ class BondedLoads:
             traction[surface][..., number] = bond.traction[axis]
         return StoredFields(tuple(loads), traction)
 
-    def weights(self, instants: Instants, course: Course | None = None) -> Weights:  # noqa: ARG002
+    def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:  # noqa: ARG002
         """Weights of the unit loads at n instants, as `UnitLoads.weights`."""
-        pin, crank, acceleration, rate, turning = instants
-        given = {Surface.SMALL_END_BORE: pin, Surface.BIG_END_BORE: crank}
+        given = {Surface.SMALL_END_BORE: instants.pin, Surface.BIG_END_BORE: instants.crank}
         forces = [given[surface] for surface in self._bonds]
-        even = [*(force[:1] for force in forces), acceleration[:1], rate[None] ** 2]
-        odd = [*(force[1:] for force in forces), acceleration[1:], turning[None]]
+        even = [*(force[:1] for force in forces), instants.motions[:2]]
+        odd = [*(force[1:] for force in forces), instants.motions[2:]]
         return Weights(np.concatenate(even), np.concatenate(odd))
 
-    def contacts(self, weights: Weights, instants: Instants, course: Course) -> Contacts:  # noqa: ARG002
+    def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002
         """Nothing: the load on the bores is prescribed."""
         return Contacts()

@@ -17,7 +17,7 @@ from fea.solid.tilt import Tilt
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from loads.bearing import PinLoad
-from loads.cases import LoadCase
+from loads.instants import Instants
 from mesh.tetmesh import TetMesh
 
 
@@ -93,21 +93,21 @@ class NodalForces:
         self._pins = pin_loads(pressure, bores, facets, len(mesh.points))
         self._tilt = Tilt.where_free(mesh, inertia, held=support is Support.CLAMPED)
 
-    def __call__(self, case: LoadCase) -> CaseForces:
+    def __call__(self, case: Instants) -> CaseForces:
         """Nodal forces of everything that acts in `case`."""
-        pin, crank = (case.pin_axial, case.pin_transverse), (-case.crank_axial, case.crank_transverse)
-        loads = {Surface.SMALL_END_BORE: self._pins(Surface.SMALL_END_BORE, pin, case.pin_axial)}
+        pin, crank = ((float(x), float(y)) for x, y in (case.pin, case.crank))
+        loads = {Surface.SMALL_END_BORE: self._pins(Surface.SMALL_END_BORE, pin, float(case.pin_axial))}
         if self._support is not Support.CLAMPED:
-            loads[Surface.BIG_END_BORE] = self._pins(Surface.BIG_END_BORE, crank, case.crank_axial)
+            loads[Surface.BIG_END_BORE] = self._pins(Surface.BIG_END_BORE, crank, float(case.crank_axial))
         parts = [load.forces for load in loads.values()]
-        if case.motion is not None:
-            parts.append(self._inertia.forces(case.motion))
-        forces, tilt = self._upright(_total(parts), case.largest_force)
+        if case.motions.any():
+            parts.append(self._inertia.forces(case))
+        forces, tilt = self._upright(_total(parts), float(case.largest_force))
         return CaseForces(
             forces,
             {surface: load.traction for surface, load in loads.items()},
             max((load.scale for load in loads.values()), key=lambda scale: abs(scale - 1)),
-            case.largest_force,
+            float(case.largest_force),
             tilt,
         )
 

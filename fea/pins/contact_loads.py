@@ -12,11 +12,13 @@ import numpy as np
 
 from fea.contact.touch import Touch
 from fea.pins.rod_contact import RodContact
-from fea.pins.unit_loads import Contacts, Course, Instants, Together, Weights, inertial_fields
+from fea.pins.unit_loads import Contacts, Together, Weights, inertial_fields
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants
 
 # Patterns of either parity that are bounded each by itself.
 SMOOTH = 10
@@ -102,7 +104,7 @@ class ContactLoads:
         )
         return even, odd
 
-    def weights(self, instants: Instants, course: Course | None = None) -> Weights:  # noqa: ARG002
+    def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:  # noqa: ARG002
         """Weights of the unit loads at n instants, as `UnitLoads.weights`.
 
         Raises
@@ -110,16 +112,15 @@ class ContactLoads:
         ContactError
             No pressure on a bore has the force of its pin.
         """
-        pin, crank, motions = instants.pin, instants.crank, instants.motions
-        solved = self._contact.solutions(pin, crank, motions)
+        motions, solved = instants.motions, self._contact.solutions(instants)
         parts = self._contact.problem.unfolding.parts(np.stack([each.values for each in solved], axis=1))
-        none = np.zeros((len(self._contact.problem.unfolding.on_y), pin.shape[1]))
+        none = np.zeros((len(self._contact.problem.unfolding.on_y), len(instants)))
         even, odd = (self._weighing[parity].T @ parts.get(parity, none) for parity in Parity)
         return Weights(
             np.concatenate([even, motions[:_INERTIAL]]), np.concatenate([odd, motions[_INERTIAL:]])
         )
 
-    def contacts(self, weights: Weights, instants: Instants, course: Course) -> Contacts:  # noqa: ARG002
+    def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002
         """Contact of the pins with the bores at each instant."""
         parts = {}
         for parity, own in zip(Parity, weights, strict=True):

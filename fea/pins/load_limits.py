@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 from fea.contact.assembly_state import AssemblyState, FaceState
 from fea.pins.assembled_rod import AssembledRod
 from geometry.surfaces import Surface
-from loads.cases import LoadCase
+from loads.instants import Instants
 
 # Least and largest multiple that are tried, relative error of the multiple, and most steps to it.
 LEAST, LARGEST, WITHIN, _MOST = 1 / 1024, 8.0, 0.02, 12
@@ -60,7 +60,7 @@ class LoadLimits:
         Its state.
     """
 
-    def __init__(self, rod: AssembledRod, case: LoadCase, known: AssemblyState) -> None:
+    def __init__(self, rod: AssembledRod, case: Instants, known: AssemblyState) -> None:
         self._rod, self._case = rod, case
         self._states = {0.0: rod.states(rod.assembled.start), 1.0: known}
 

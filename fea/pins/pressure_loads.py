@@ -8,7 +8,7 @@ from functools import cache, cached_property, reduce
 import numpy as np
 
 from fea.base.choices import Support
-from fea.pins.unit_loads import ALONE, Contacts, Course, Instants, Weights, inertial_fields
+from fea.pins.unit_loads import ALONE, Contacts, Weights, inertial_fields
 from fea.rod.meshed_rod import Bores
 from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction, wrapped
 from fea.solid.inertia import Inertia
@@ -17,6 +17,8 @@ from fea.units import DEG
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from loads.bearing import Arc, BorePressure, Shape
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants
 from mesh.tetmesh import TetMesh
 
 Wave = Callable[[Floats], Floats]
@@ -260,16 +262,15 @@ class PressureLoads:
             loads = tuple(self._tilt.balanced(load) for load in loads)
         return StoredFields(loads, every)
 
-    def weights(self, instants: Instants, course: Course | None = None) -> Weights:  # noqa: ARG002
+    def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:  # noqa: ARG002
         """Weights of the unit loads at n instants, as `UnitLoads.weights`."""
-        pin, crank, acceleration, rate, turning = instants
-        forces = {Surface.SMALL_END_BORE: pin, Surface.BIG_END_BORE: crank}
+        forces = {Surface.SMALL_END_BORE: instants.pin, Surface.BIG_END_BORE: instants.crank}
         pressed = [bore.weights(forces[bore.surface]) for bore in self.bores]
-        even = [*(weights.even for weights in pressed), acceleration[:1], rate[None] ** 2]
-        odd = [*(weights.odd for weights in pressed), acceleration[1:], turning[None]]
+        even = [*(weights.even for weights in pressed), instants.motions[:2]]
+        odd = [*(weights.odd for weights in pressed), instants.motions[2:]]
         return Weights(np.concatenate(even), np.concatenate(odd))
 
-    def contacts(self, weights: Weights, instants: Instants, course: Course) -> Contacts:  # noqa: ARG002
+    def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002
         """Nothing: the load on the bores is prescribed."""
         return Contacts()
 

@@ -1,6 +1,6 @@
 """Contact of a rod with its two pins: from a load case to pressures and nodal forces."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -19,7 +19,7 @@ from fea.solid.tilt import resultants
 from fea.solvers.static import Model
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
-from loads.cases import LoadCase, RodMotion
+from loads.instants import Instants
 
 _MOTIONS = (*EVEN_MOTIONS, *ODD_MOTIONS)
 
@@ -105,24 +105,16 @@ class RodContact:
         self._vertices = np.concatenate([mesh.points[nodes], images])
         self._owner = np.concatenate([owner, owner[off]])
 
-    def solutions(self, pin: Floats, crank: Floats, motions: Floats) -> Sequence[Solved]:
-        """Solve k instants one after another.
-
-        Parameters
-        ----------
-        pin, crank
-            (2, k) forces on the rod along rod x and y, N.
-        motions
-            (4, k) weights of the unit motions.
+    def solutions(self, instants: Instants) -> Sequence[Solved]:
+        """Solve instants one after another.
 
         Raises
         ------
         ContactError
             No pressure on a bore has the force of its pin.
         """
-        instants = zip(pin.T, crank.T, motions.T, strict=True)
         with one_blas_thread():
-            return [self._solved(*instant) for instant in instants]
+            return [self._solved(*instant) for instant in acting(instants)]
 
     def _solved(self, pin: Floats, crank: Floats, motion: Floats) -> Solved:
         return self.problem.solve((pin, crank), motion, self._tilted(motion))
@@ -131,7 +123,7 @@ class RodContact:
         """Moments (2,) that the pins must have on a rod that may tilt."""
         return None if self._tilting is None else -self._tilting @ motion
 
-    def __call__(self, case: LoadCase) -> CaseForces:
+    def __call__(self, case: Instants) -> CaseForces:
         """Nodal forces of everything that acts in a case.
 
         Raises
@@ -141,15 +133,15 @@ class RodContact:
             parts come apart.
         """
         with one_blas_thread():
-            found = self._solved(*acting(case))
+            found = self._solved(case.pin, case.crank, case.motions)
         return self._forces(case, found)
 
-    def _forces(self, case: LoadCase, found: Solved) -> CaseForces:
+    def _forces(self, case: Instants, found: Solved) -> CaseForces:
         """Nodal forces of a solution and of the inertia of its case."""
         parts = self.problem.unfolding.parts(found.values)
         forces = {parity: (self.problem.forces @ own).reshape(-1, 3) for parity, own in parts.items()}
-        if case.motion is not None:
-            inertial = self._inertia.forces(case.motion)
+        if case.motions.any():
+            inertial = self._inertia.forces(case)
             forces = {parity: own + inertial.part(parity) for parity, own in forces.items()}
         traction = {parity: self.traction(own[:, None]) for parity, own in parts.items()}
         odd = Parity.ANTISYMMETRIC
@@ -160,7 +152,7 @@ class RodContact:
                 for surface, even in traction[Parity.SYMMETRIC].items()
             },
             scale=1.0,
-            largest=case.largest_force,
+            largest=float(case.largest_force),
             touch=self.touch(found.values),
             checks={"contact_gap": found.residual, "contact_balance": found.imbalance},
         )
@@ -195,16 +187,14 @@ class RodContact:
         return found
 
 
-def acting(case: LoadCase) -> tuple[Floats, Floats, Floats]:
-    """Forces (2,) on the rod at pin and crank along rod x and y, N, and weights (4,) of the unit motions."""
-    pin = np.array([case.pin_axial, case.pin_transverse])
-    crank = np.array([-case.crank_axial, case.crank_transverse])
-    return pin, crank, _weights(case.motion)
+Acting = tuple[Floats, Floats, Floats]
 
 
-def _weights(motion: RodMotion | None) -> Floats:
-    """Weights (4,) of the unit motions."""
-    if motion is None:
-        return np.zeros(len(_MOTIONS))
-    (along, across), spin = motion.acceleration, motion.angular_velocity
-    return np.array([along, spin**2, across, motion.angular_acceleration])
+def acting(instants: Instants) -> Iterator[Acting]:
+    """Yield the forces (2,) at pin and crank and the weights (4,) of the motion of each instant."""
+    return zip(instants.pin.T, instants.crank.T, instants.motions.T, strict=True)
+
+
+def key(*acting: Floats) -> bytes:
+    """What tells whether the same acts."""
+    return b"".join(own.tobytes() for own in acting)

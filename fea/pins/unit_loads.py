@@ -8,68 +8,13 @@ weights follow from the forces and the motion.
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
-import numpy as np
-
 from fea.contact.assembly_state import AssemblyState
 from fea.contact.touch import Touch
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
-
-# Crank angle of a four-stroke cycle, rad, and decimal places to which rounding leaves the share of an
-# increment.
-_CYCLE, _DIGITS = 4 * np.pi, 9
-
-
-class Instants(NamedTuple):
-    """What acts on the rod at n instants.
-
-    Attributes
-    ----------
-    pin, crank
-        (2, n) forces on the rod along rod x and y, N.
-    acceleration
-        (2, n) of the rod frame's origin in rod axes, mm/s².
-    rate, turning
-        (n,) angular velocity and acceleration of the rod about +z, rad/s and rad/s².
-    """
-
-    pin: Floats
-    crank: Floats
-    acceleration: Floats
-    rate: Floats
-    turning: Floats
-
-    @property
-    def motions(self) -> Floats:
-        """Weights (4, n) of `EVEN_MOTIONS`, then of `ODD_MOTIONS`."""
-        return np.stack([self.acceleration[0], self.rate**2, self.acceleration[1], self.turning])
-
-
-class Course(NamedTuple):
-    """A whole cycle, which instants belong to.
-
-    Attributes
-    ----------
-    angles
-        (n,) crank angles of the instants, rad.
-    step_angles
-        (m,) those of its increments in their order, rad; the first follows the last.
-    steps
-        What acts at the increments.
-    """
-
-    angles: Floats
-    step_angles: Floats
-    steps: Instants
-
-    @property
-    def places(self) -> Floats:
-        """Numbers (n,) of the increments before the instants, with the share of the way to the next."""
-        first = self.step_angles[0]
-        ends = np.append(self.step_angles, first + _CYCLE)
-        places = np.interp((self.angles - first) % _CYCLE, ends - first, np.arange(len(ends)))
-        return np.asarray(np.round(places, _DIGITS) % len(self.step_angles))
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants
 
 
 class Weights(NamedTuple):
@@ -154,19 +99,19 @@ class UnitLoads(Protocol):
     def fields(self) -> tuple[Fields, Fields]:
         """Return the even and the odd unit loads."""
 
-    def weights(self, instants: Instants, course: Course | None = None) -> Weights:
+    def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the unit loads at n instants.
 
         Parameters
         ----------
         instants
             What acts.
-        course
-            The cycle that they belong to, where friction makes them depend on it; by default each of them
+        cycle
+            The one that they belong to, where friction makes them depend on it; by default each of them
             follows on the rod as it was put together.
         """
 
-    def contacts(self, weights: Weights, instants: Instants, course: Course) -> Contacts:
+    def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:
         """Contact at the instants of a cycle, whose weights are known."""
 
 

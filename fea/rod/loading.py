@@ -7,13 +7,12 @@ from fea.study.option_tables import DutyTable
 from fea.units import RPM
 from geometry.errors import InvalidValue
 from geometry.mass import MassProperties
-from loads.absorbed import absorbed
-from loads.cases import LoadCase, given
-from loads.dynamics import cycle
+from loads.cases import given, peak_cases
+from loads.crank_cycle import CrankCycle
 from loads.engine import Engine
 from loads.gas import GasModel
-from loads.peaks import load_case, peak_cases
-from loads.slider_crank import cycle_angles
+from loads.instants import Instants
+from loads.trace import absorbed
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class SpeedLoads:
         Assumptions of the gas model and of an engine of the library.
     """
 
-    cases: tuple[LoadCase, ...]
+    cases: Instants
     left_out: tuple[Omission, ...]
     notes: tuple[str, ...]
 
@@ -105,8 +104,8 @@ class EngineLoading:
         """
         if rpm is None:
             raise InvalidValue("speed.rpm", None, "is missing: an engine needs a speed", "Give one.")
-        peaks = peak_cases(self.engine, rod, self.gas, rpm * RPM)
-        if not peaks.cases:
+        peaks = peak_cases(self.crank_cycle(rod, rpm))
+        if not len(peaks.cases):
             rule, remedy = "applies no load to the rod", "Choose a speed above 0, or an engine with gas."
             raise InvalidValue("speed.rpm", rpm, rule, remedy)
         omitted = tuple(Omission(f"case {name}", why) for name, why in peaks.left_out)
@@ -116,14 +115,14 @@ class EngineLoading:
 
     def notes(self, rod: MassProperties, rpm: float) -> tuple[str, ...]:
         """Return what a user must know about the engine and its gas at a speed."""
-        torque = cycle(self.engine, rod, self.gas, rpm * RPM, cycle_angles()).torque
+        torque = self.crank_cycle(rod, rpm).degrees.torque
         of_gas = (*self.gas.remarks, self.gas.note(rpm * RPM), absorbed(self.gas, torque))
         told = (*of_gas, *engine_remarks(self.table, self.engine.rod_length, rpm))
         return tuple(note for note in told if note)
 
-    def instant(self, rod: MassProperties, rpm: float, angle: float) -> LoadCase:
-        """Return what acts on the rod at a crank angle, rad."""
-        return load_case(self.engine, rod, self.gas, rpm * RPM, angle, name="instant")
+    def crank_cycle(self, rod: MassProperties, rpm: float) -> CrankCycle:
+        """Return the crank cycle at a speed."""
+        return CrankCycle(self.engine, rod, self.gas, rpm * RPM)
 
 
 @dataclass(frozen=True)
@@ -142,7 +141,7 @@ class GivenForces:
         """Return the one load case there is."""
         reason = "forces are given"
         spared = (Omission("dynamics", reason), Omission("inertia of the rod", reason))
-        return SpeedLoads((given(*self.pin),), spared, ())
+        return SpeedLoads(given(*self.pin)[None], spared, ())
 
 
 Loading = EngineLoading | GivenForces

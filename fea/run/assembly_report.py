@@ -33,7 +33,8 @@ from fea.solid.errors import ContactError
 from fea.study.material_table import REFERENCE_TEMPERATURE
 from fea.units import DEG, UM
 from geometry.surfaces import Surface
-from loads.cases import ASSEMBLY, LoadCase
+from loads.cases import ASSEMBLY
+from loads.instants import Instants
 
 if TYPE_CHECKING:
     from fea.pins.load_limits import LoadLimits
@@ -54,7 +55,7 @@ class Onsets:
     """
 
     def __init__(
-        self, rod: PreparedRod, cases: Mapping[str, LoadCase], states: Mapping[str, AssemblyState]
+        self, rod: PreparedRod, cases: Mapping[str, Instants], states: Mapping[str, AssemblyState]
     ) -> None:
         self._rod, self._cases = rod, cases
         self._states = {name: state for name, state in states.items() if name != ASSEMBLY}

@@ -1,6 +1,6 @@
 """Buckling in a run: column formulas always, modes of the meshed rod where they are asked for."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,7 +16,7 @@ from fea.run.speed import SpeedResult
 from fea.solid.parity import Parity
 from fea.solvers.buckling import BucklingMode
 from geometry.arrays import Floats
-from loads.cases import LoadCase
+from loads.instants import Instants
 from mesh.mirror import MirroredMesh
 
 COUNT = 3
@@ -64,10 +64,11 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
         A factorisation broke down.
     """
     columns = column_figures(rod, result.loads.cases)
-    pushed = [case for case in result.loads.cases if case.name in _CASES and compression(case) > 0]
+    cases = result.loads.cases
+    pushed = cases[np.isin(cases.names, _CASES) & (compression(cases) > 0)]
     if not rod.options.buckling:
         return BucklingReport(BucklingFigures(column=columns, min_safety_factor=columns.min_safety_factor))
-    if not pushed:
+    if not len(pushed):
         figures = BucklingFigures(column=columns, modes={}, min_safety_factor=columns.min_safety_factor)
         return BucklingReport(figures, left_out=(_ONLY_PULLED,))
     with rod.clock("buckling"):
@@ -93,10 +94,10 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
     return BucklingReport(figures, shapes, {"buckling": check("buckling", residual)}, left_out)
 
 
-def column_figures(rod: PreparedRod, cases: Sequence[LoadCase]) -> ColumnFigures:
+def column_figures(rod: PreparedRod, cases: Instants) -> ColumnFigures:
     """Return what the column formulas say of the load case that compresses the rod most."""
-    worst = max(cases, key=compression)
-    force = compression(worst)
+    worst = cases[int(compression(cases).argmax())]
+    force = float(compression(worst))
     stations, least = rod.sections
     material = rod.shank_material
     planes = {
@@ -110,9 +111,9 @@ def column_figures(rod: PreparedRod, cases: Sequence[LoadCase]) -> ColumnFigures
     )
 
 
-def compression(case: LoadCase) -> float:
+def compression(cases: Instants) -> Floats:
     """Return the larger force that compresses the rod, at either end, N; 0 where it is pulled."""
-    return max(0.0, -case.pin_axial, -case.crank_axial)
+    return np.maximum(0.0, -np.minimum(cases.pin_axial, cases.crank_axial))
 
 
 def _plane(found: Column, force: float) -> PlaneFigures:

@@ -10,12 +10,11 @@ from fea.run.figure_types import WhereKnown
 from fea.units import BAR, DEG, M_S, M_S2, N_M, RPM
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
-from loads.absorbed import absorbed
-from loads.dynamics import Cycle, WholeEngine, cycle, whole_engine
+from loads.dynamics import EngineInstants, WholeEngine, cycle, whole_engine
 from loads.engine import Engine
 from loads.gas import GasModel
 from loads.slider_crank import cycle_angles
-from loads.trace import Trace
+from loads.trace import Trace, absorbed
 
 
 def force_columns(
@@ -36,7 +35,7 @@ def force_columns(
     return columns(cycle(engine, rod, gas, rpm * RPM, angles), rpm)
 
 
-def columns(c: Cycle, rpm: float) -> dict[str, npt.ArrayLike]:
+def columns(c: EngineInstants, rpm: float) -> dict[str, npt.ArrayLike]:
     """Columns of a computed cycle."""
     motion = c.motion
     return {

@@ -11,7 +11,7 @@ from fea.judge.verdict import safety_factor
 from fea.pins.unit_loads import Weights
 from fea.run.prepare import PreparedRod
 from fea.stress.stress import principal, von_mises
-from fea.units import DEG, RPM
+from fea.units import DEG
 from geometry.arrays import Floats
 
 # Instants computed together: each takes some 200 bytes per node of the whole rod.
@@ -49,8 +49,7 @@ class Instants:
         closer to yielding.
         """
         angles = np.array(self.degrees) * DEG
-        loading = self.rod.engine
-        weights = self.rod.cycle.weights(loading.engine, loading.gas, self.rpm * RPM, angles)
+        weights = self.rod.cycle.weights(self.rod.crank_cycle(self.rpm), angles)
         for start in range(0, len(angles), _BLOCK):
             block = slice(start, start + _BLOCK)
             moved = self.rod.displacement(self.rpm, angles[block])

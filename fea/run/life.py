@@ -14,9 +14,7 @@ from fea.run.figure_types import vector
 from fea.run.prepare import PreparedRod
 from fea.study.endurance import SCATTER
 from fea.study.option_tables import DutyTable
-from fea.units import RPM
 from geometry.arrays import Floats
-from loads.slider_crank import cycle_angles
 
 # Of a four-stroke cycle, 720°, that the angles of a history cover.
 _CYCLES_PER_HOUR = 30.0  # at 1 rpm
@@ -82,10 +80,9 @@ def _entries(rod: PreparedRod, duty: DutyLoads) -> Iterator[DutyEntry]:
     """The cycle of every entry at every degree and at its peaks, as `CycleAnalysis.at` takes its extremes."""
     table = duty.table
     for rpm, share, loading in zip(table.rpm, table.shares, duty.loadings, strict=True):
-        cases = loading.at(rod.mass, rpm).cases
-        peaks = [case.crank_angle or 0.0 for case in cases if case.motion is not None]
-        angles = np.sort(np.concatenate([cycle_angles(), peaks]))
-        weights = rod.cycle.weights(loading.engine, loading.gas, rpm * RPM, angles)
+        cycle, cases = loading.crank_cycle(rod.mass, rpm), loading.at(rod.mass, rpm).cases
+        angles = np.sort(np.append(cycle.degrees.crank_angle, cases.crank_angle[cases.in_cycle]))
+        weights = rod.cycle.weights(cycle, angles)
         yield DutyEntry(weights, share * rpm * _CYCLES_PER_HOUR)
 
 

@@ -63,7 +63,7 @@ class SpeedSweep:
         self._rod, loading = rod, rod.engine
         # A speed at which nothing loads the rod is refused.
         self._loads = {rpm: loading.at(rod.mass, rpm) for rpm in speeds}
-        self._search = SpeedSearch(rod.cycle, loading.engine, loading.gas, sorted(speeds))
+        self._search = SpeedSearch(rod.cycle, rod.crank_cycle, sorted(speeds))
         self._found = dict(zip(sorted(speeds), side_by_side(self._search.at, sorted(speeds)), strict=True))
         self.critical = {name: self._critical(mode) for name, mode in _MODES.items()}
         self.critical |= opening_speeds(rod, speeds)
@@ -101,7 +101,7 @@ class SpeedSweep:
             Of the refinement of the mesh.
         """
         found, loads = self._found[rpm], self._loads[rpm]
-        columns = column_figures(self._rod, [peak.case for peak in found.cases])
+        columns = column_figures(self._rod, loads.cases)
         elsewhere = {item.what for item in near.loads.left_out}
         shared = [item for item in near.left_out if item.what not in elsewhere]
         summary = summary_of(
@@ -124,7 +124,7 @@ class SpeedSweep:
         case = min(found.cases, key=lambda peak: peak.factor)
         place, angle, multiaxial = found.yielding.at, found.yielding.crank_angle, _crossland(found)
         if case.factor < found.yielding.factor:
-            place, angle = case.at, case.case.crank_angle
+            place, angle = case.at, float(case.case.crank_angle)
         return CycleFigures(
             min_safety_factor=_yielding(found),
             at_mm=vector(place),

@@ -13,7 +13,6 @@ from fea.run.prepare import PreparedRod
 from fea.solid.parity import Parity, Split
 from fea.solvers.static import Solution
 from fea.stress.stress import von_mises
-from fea.units import RPM
 from geometry.arrays import Floats, Ints, Mask
 from loads.slider_crank import cycle_angles
 
@@ -143,7 +142,7 @@ def motion(rod: PreparedRod, rpm: float, peak: float, weights: Weights | None = 
     """
     analysis, whole, angles = rod.cycle, rod.mesh.mirrored, cycle_angles()
     if weights is None:
-        weights = analysis.weights(rod.engine.engine, rod.engine.gas, rpm * RPM, angles)
+        weights = analysis.weights(rod.crank_cycle(rpm), angles)
     nodes = np.unique(np.concatenate([own.ravel() for own in whole.mesh.facets.values()]))
     cell, row = np.unique(whole.source[nodes], return_inverse=True)
     part = _parts(analysis.units.parts, rod, cell, weights)

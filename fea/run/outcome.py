@@ -121,9 +121,9 @@ def _motion(rod: PreparedRod, summary: Summary, result: SpeedResult) -> tuple[Mo
     if summary.rpm is None or cycle is None or not isinstance(envelope, EnvelopeFigures):
         return None, ""
     peaks = [
-        Known(case.load.crank_angle, case.von_mises, case.displacement)
+        Known(float(case.load.crank_angle), case.von_mises, case.displacement)
         for case in result.cases.values()
-        if case.load.crank_angle is not None and case.load.motion is not None
+        if case.load.in_cycle
     ]
     with rod.clock("report"):
         return agreeing(motion(rod, summary.rpm, envelope.max_von_mises_MPa, cycle.weights), peaks)

@@ -1,7 +1,5 @@
 """How far the answer depends on how the pins press on the bores."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from fea.base.choices import CONTACT
@@ -14,7 +12,7 @@ from fea.stress.singular import masked_nodes
 from fea.stress.stress import von_mises
 from geometry.arrays import Mask
 from loads.bearing import BorePressure
-from loads.cases import LoadCase
+from loads.instants import Instants
 
 # Smallest safety factors by the name of the pressure on the bores.
 Factors = dict[str, float]
@@ -22,7 +20,7 @@ Factors = dict[str, float]
 _OTHERS = ("cosine-180", "uniform-120")
 
 
-def least_factors(rod: PreparedRod, cases: Sequence[LoadCase], known: float | None = None) -> Factors | None:
+def least_factors(rod: PreparedRod, cases: Instants, known: float | None = None) -> Factors | None:
     """Compute the smallest safety factor under the pressure asked for and under another one, by its name.
 
     Parameters
@@ -57,7 +55,7 @@ def least_factors(rod: PreparedRod, cases: Sequence[LoadCase], known: float | No
 
 
 def pin_model_figures(
-    coarse: Factors | None, rod: PreparedRod, cases: Sequence[LoadCase], asked: float
+    coarse: Factors | None, rod: PreparedRod, cases: Instants, asked: float
 ) -> PinModelFigures | None:
     """Compare the smallest safety factor with that under other pressures.
 
@@ -84,7 +82,7 @@ def pin_model_figures(
     return PinModelFigures(min_safety_factors={name: scale * factor for name, factor in found.items()})
 
 
-def _least(rod: PreparedRod, pins: PinModel, cases: Sequence[LoadCase], counts: Mask) -> float:
+def _least(rod: PreparedRod, pins: PinModel, cases: Instants, counts: Mask) -> float:
     """The smallest safety factor of all cases at the nodes (n_nodes,) that count, or at all if none does."""
     stresses = rod.fields.stresses(pins.equilibrium(cases))
     chosen = counts if counts.any() else slice(None)

@@ -17,13 +17,12 @@ from fea.machine.clock import Clock
 from fea.pins.bonded_loads import BondedLoads
 from fea.pins.case_forces import NodalForces
 from fea.pins.pressure_loads import PressureLoads
-from fea.pins.unit_loads import Course, Instants, UnitLoads
+from fea.pins.unit_loads import UnitLoads
 from fea.rod.loading import DutyLoads, EngineLoading, GivenForces, Loading
 from fea.rod.meshed_rod import MeshedRod
 from fea.rod.shank import part_at, shank
 from fea.rod.surface_regions import SurfaceRegions
 from fea.run.assembling import Assembling
-from fea.run.cycle.instants import as_cases, of_cases, whole_cycle
 from fea.run.cycle.superposition import CycleAnalysis, Direct
 from fea.run.cycle.unit_solutions import unit_solutions
 from fea.run.fields import FieldRecovery
@@ -39,7 +38,6 @@ from fea.stress.section_balance import SectionBalance
 from fea.stress.sharp_edges import SharpEdges
 from fea.study.option_tables import ContactTable
 from fea.study.study import AnalysisTable, Study
-from fea.units import RPM
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
 from geometry.mass import MassProperties
@@ -48,6 +46,8 @@ from geometry.section import Section
 from geometry.surfaces import INTERFACES, Surface
 from loads.bearing import Bonded
 from loads.cases import assembled
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants
 
 if TYPE_CHECKING:
     from fea.pins.assembled_loads import AssembledLoads
@@ -162,6 +162,10 @@ class PreparedRod:
             raise InvalidValue("STUDY", self.name, rule, "Add an [engine].")
         return self.loading
 
+    def crank_cycle(self, rpm: float) -> CrankCycle:
+        """Return the crank cycle at a speed; errors as of `engine`."""
+        return self.engine.crank_cycle(self.mass, rpm)
+
     @property
     def material(self) -> Material | Materials:
         """Elastic constants of every element of the cell, or of each part."""
@@ -194,8 +198,7 @@ class PreparedRod:
         InvalidValue
             There is no engine.
         """
-        cases = [self.engine.instant(self.mass, rpm, angle) for angle in angles]
-        return self.fields.displaced(self.pins.equilibrium(cases))
+        return self.fields.displaced(self.pins.equilibrium(self.crank_cycle(rpm).at(angles)))
 
     @cached_property
     def cycle(self) -> CycleAnalysis:
@@ -207,7 +210,6 @@ class PreparedRod:
         masked = self.fields.errors.masked
         return CycleAnalysis(
             mesh=mesh,
-            rod=self.mass,
             materials=self.materials,
             loads=loads,
             units=units,
@@ -217,11 +219,11 @@ class PreparedRod:
             direct=direct,
         )
 
-    def _directly(self, loads: "AssembledLoads", instants: Instants, course: Course) -> list[Floats]:
+    def _directly(self, loads: "AssembledLoads", instants: Instants, cycle: CrankCycle) -> list[Floats]:
         """Stress per part (n_nodes, 6, n) of an assembled rod at n instants of a cycle."""
-        states = iter(loads.states(instants, course))
+        states = iter(loads.states(instants, cycle))
         pins = PinModel(lambda case: self.held_together.under(case, next(states)), self.model)
-        return self.fields.stresses(pins.equilibrium(as_cases(instants, "instant")))
+        return self.fields.stresses(pins.equilibrium(instants))
 
     @cached_property
     def life(self) -> "Life | None":
@@ -265,7 +267,7 @@ class PreparedRod:
         if self.putting is None:
             return None
         forces = self.held_together.assembly(warm=False)
-        found = PinModel(lambda _: forces, self.model).equilibrium([assembled()])
+        found = PinModel(lambda _: forces, self.model).equilibrium(assembled()[None])
         return np.asarray(self.fields.displaced(found)[..., 0])
 
     @cached_property
@@ -314,10 +316,9 @@ class PreparedRod:
     def _assembled_loads(self) -> "AssembledLoads":
         from fea.pins.assembled_loads import AssembledLoads  # noqa: PLC0415 - rods of one piece do without
 
-        engine, gas = self.engine.engine, self.engine.gas
         speeds = self._spanned_speeds
-        cycles = [whole_cycle(engine, gas, self.mass, rpm * RPM) for rpm in speeds]
-        alone = [of_cases(self.loading.at(self.mass, rpm).cases) for rpm in speeds]
+        cycles = [self.crank_cycle(rpm) for rpm in speeds]
+        alone = [self.loading.at(self.mass, rpm).cases for rpm in speeds]
         return AssembledLoads(self.held_together, self.inertia, cycles, alone)
 
     def _unit_loads(self) -> tuple[UnitLoads, Direct | None]:

@@ -1,11 +1,11 @@
 """From load cases to equilibrium: how the pins load the rod, and the displacement that follows."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from fea.pins.case_forces import CaseForces
 from fea.solvers.static import Model, Solution
-from loads.cases import LoadCase
+from loads.instants import Instants
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Equilibrium:
         The displacement under them, a column per case.
     """
 
-    cases: tuple[LoadCase, ...]
+    cases: Instants
     forces: tuple[CaseForces, ...]
     solution: Solution
 
@@ -39,10 +39,10 @@ class PinModel:
         The stiffness of the cell.
     """
 
-    forces: Callable[[LoadCase], CaseForces]
+    forces: Callable[[Instants], CaseForces]
     model: Model
 
-    def equilibrium(self, cases: Sequence[LoadCase]) -> Equilibrium:
+    def equilibrium(self, cases: Instants) -> Equilibrium:
         """Solve load cases, all with one factorisation per parity.
 
         Raises
@@ -59,4 +59,4 @@ class PinModel:
         shifts = [case.shift for case in forces if case.shift is not None]
         if shifts:
             solution = solution.moved(shifts)
-        return Equilibrium(tuple(cases), forces, solution)
+        return Equilibrium(cases, forces, solution)

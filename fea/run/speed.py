@@ -20,8 +20,8 @@ from fea.run.solve import Equilibrium
 from fea.solid.parity import Parity
 from fea.solvers.static import Solution
 from fea.stress.section_balance import SectionBalance
-from fea.units import RPM
 from loads.cases import assembled
+from loads.instants import joined
 
 
 def speed_checks(rod: PreparedRod, found: Equilibrium, cases: Sequence[CaseResult]) -> dict[str, Check]:
@@ -156,7 +156,7 @@ def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
     with rod.clock("loads"):
         loads = rod.loading.at(rod.mass, rpm)
     if rod.putting is not None:
-        loads = replace(loads, cases=(*loads.cases, assembled()))
+        loads = replace(loads, cases=joined([loads.cases, assembled()]))
     found = rod.pins.equilibrium(loads.cases)
     with rod.clock("stress"):
         cases = judge(rod, found)
@@ -182,10 +182,9 @@ def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
 
 def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
     """Work out the whole crank cycle at a speed whose load cases are solved."""
-    engine, gas = rod.engine.engine, rod.engine.gas
-    cycle = rod.cycle
+    analysis, cycle = rod.cycle, rod.crank_cycle(static.rpm or 0.0)
     with rod.clock("cycle"):
-        history = cycle.at(engine, gas, (static.rpm or 0.0) * RPM, tuple(static.cases.values()))
+        history = analysis.at(cycle, tuple(static.cases.values()))
     checks, notes = {**static.checks, **history.checks()}, (*static.notes, *history.notes())
     return replace(static, checks=checks, notes=notes, cycle=history)
 

@@ -47,8 +47,9 @@ from fea.run.prepare import PreparedRod
 from fea.run.speed import SpeedResult
 from fea.run.survival import factors, survival
 from fea.units import DEG, KG, KG_M2, N_M
+from geometry.arrays import Floats
 from geometry.surfaces import Surface
-from loads.cases import LoadCase
+from loads.instants import Instants
 from mesh.quality import Quality
 from mesh.repair import Repair
 
@@ -207,18 +208,22 @@ def summary_of(
     )
 
 
-def load_figures(case: LoadCase) -> LoadFigures:
+def load_figures(case: Instants) -> LoadFigures:
     """Return what acts in a load case."""
     return LoadFigures(
-        crank_deg=None if case.crank_angle is None else case.crank_angle / DEG,
-        gas_N=case.gas,
-        pin_axial_N=case.pin_axial,
-        pin_transverse_N=case.pin_transverse,
-        crank_axial_N=case.crank_axial,
-        crank_transverse_N=case.crank_transverse,
-        wall_N=case.wall,
-        torque_Nm=None if case.torque is None else case.torque / N_M,
+        crank_deg=_known(case.crank_angle / DEG),
+        gas_N=_known(case.gas),
+        pin_axial_N=float(case.pin_axial),
+        pin_transverse_N=float(case.pin_transverse),
+        crank_axial_N=float(case.crank_axial),
+        crank_transverse_N=float(case.crank_transverse),
+        wall_N=_known(case.wall),
+        torque_Nm=_known(case.torque / N_M),
     )
+
+
+def _known(value: Floats) -> float | None:
+    return None if np.isnan(value) else float(value)
 
 
 def case_figures(

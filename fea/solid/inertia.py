@@ -15,12 +15,12 @@ from fea.solid.scikit_fem import by_point, volume_forces, volume_moments
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from geometry.surfaces import Surface
-from loads.cases import RodMotion
+from loads.instants import Instants, in_motion
 from mesh.tetmesh import TetMesh
 
 # Unit motions whose forces are even about y = 0 (acceleration along x, spin) and odd (along y, spinning up).
-EVEN_MOTIONS = (RodMotion((1.0, 0.0), 0.0, 0.0), RodMotion((0.0, 0.0), 1.0, 0.0))
-ODD_MOTIONS = (RodMotion((0.0, 1.0), 0.0, 0.0), RodMotion((0.0, 0.0), 0.0, 1.0))
+EVEN_MOTIONS = (in_motion((1.0, 0.0)), in_motion((0.0, 0.0), 1.0))
+ODD_MOTIONS = (in_motion((0.0, 1.0)), in_motion((0.0, 0.0), 0.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,9 @@ class Inertia:
     properties: MassProperties
     cut_y: bool  # whether the mesh is cut at y = 0
 
-    def forces(self, motion: RodMotion) -> Split:
+    def forces(self, motion: Instants) -> Split:
         """D'Alembert forces −ρ(a₀ + α × x − ω² x) as nodal forces, N."""
-        (ax, ay), alpha = motion.acceleration, motion.angular_acceleration
-        square = motion.angular_velocity**2
+        ax, square, ay, alpha = motion.motions
         none = np.zeros_like(self.weight)
         symmetric = np.stack(
             [square * self.weight_x - ax * self.weight, square * self.weight_y, none], axis=1

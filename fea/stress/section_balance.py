@@ -6,7 +6,7 @@ from functools import cached_property
 from fea.solid.inertia import mass_beyond
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
-from loads.cases import LoadCase, RodMotion
+from loads.instants import Instants
 from mesh.slices import Slice, cut
 from mesh.tetmesh import TetMesh
 
@@ -35,7 +35,7 @@ class SectionBalance:
         self._whole, self._cell, self._density = whole, cell, density
         self._rod_length, self._station = rod_length, station
 
-    def error(self, case: LoadCase, stress: Floats) -> float:
+    def error(self, case: Instants, stress: Floats) -> float:
         """Equilibrium error of a case's nodal stress (n_nodes, 6), MPa, at the section.
 
         Returns
@@ -47,7 +47,7 @@ class SectionBalance:
         *force, moment = self._acting(case)
         *carried, bent = self._carried(stress)
         off = max(abs(force[0] - carried[0]), abs(force[1] - carried[1]), abs(moment - bent) / self._gyration)
-        return off / (case.largest_force + abs(moment) / self._gyration)
+        return off / (float(case.largest_force) + abs(moment) / self._gyration)
 
     @cached_property
     def _slice(self) -> Slice:
@@ -63,12 +63,12 @@ class SectionBalance:
     def _beyond(self) -> MassProperties:
         return mass_beyond(self._cell, self._density, self._station)
 
-    def _acting(self, case: LoadCase) -> tuple[float, float, float]:
+    def _acting(self, case: Instants) -> tuple[float, float, float]:
         """Forces along x and y beyond the section, N, and their moment about its point at y = 0, N·mm."""
-        x, y = case.pin_axial, case.pin_transverse
+        x, y = map(float, case.pin)
         moment = (self._rod_length - self._station) * y
-        if case.motion is not None:
-            along, across, turning = _inertia(self._beyond, case.motion)
+        if case.motions.any():
+            along, across, turning = _inertia(self._beyond, case)
             center_x, center_y, _ = self._beyond.center
             moment += (center_x - self._station) * across - center_y * along + turning
             x, y = x + along, y + across
@@ -83,10 +83,10 @@ class SectionBalance:
         return float(along), float(across), float(-areas @ products / 12)
 
 
-def _inertia(body: MassProperties, motion: RodMotion) -> tuple[float, float, float]:
+def _inertia(body: MassProperties, motion: Instants) -> tuple[float, float, float]:
     """D'Alembert force along x and y, N, and moment about the centre of gravity, N·mm."""
     x, y, _ = body.center
-    (ax, ay), alpha, square = motion.acceleration, motion.angular_acceleration, motion.angular_velocity**2
+    ax, square, ay, alpha = map(float, motion.motions)
     return (
         -body.mass * (ax - alpha * y - square * x),
         -body.mass * (ay + alpha * x - square * y),

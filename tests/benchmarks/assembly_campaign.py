@@ -25,7 +25,6 @@ from rod_studies import random_study
 
 from fea.base.choices import CONTACT, PinModel
 from fea.pins.assembled_rod import AssembledRod
-from fea.pins.rod_contact import acting
 from fea.run.prepare import prepare
 from fea.solid.errors import ContactError
 from fea.study.assembly_table import AssemblyTable
@@ -107,10 +106,9 @@ def outcome(seed: int) -> Outcome | None:
         if isinstance(study, InvalidValue):
             raise study
         rod = prepare(study)
-        contact, found = rod.contact, []
+        contact = rod.contact
         assert isinstance(contact, AssembledRod)
-        for case in rod.loading.at(rod.mass, study.speed.speeds()[0]).cases:
-            found += contact.solutions(*(own[:, None] for own in acting(case)))
+        found = contact.solutions(rod.loading.at(rod.mass, study.speed.speeds()[0]).cases)
     except (InvalidValue, GeometryError, MeshError, ContactError) as error:
         seconds = time.perf_counter() - start
         return Outcome(seed, seconds=seconds, refused=f"{type(error).__name__}: {error}")

@@ -28,10 +28,7 @@ from fea.run.prepare import prepare
 from fea.solid.errors import ContactError
 from fea.study.option_tables import ContactTable
 from fea.study.study import AnalysisTable, MeshTable, SpeedTable, Study
-from fea.units import RPM
 from geometry.errors import GeometryError, InvalidValue
-from loads.dynamics import cycle, origin_acceleration
-from loads.slider_crank import cycle_angles
 from mesh.sizing import default_size
 from mesh.tetmesh import MeshError
 
@@ -80,13 +77,9 @@ def outcome(seed: int) -> Outcome | None:
         return None
     try:
         rod = prepare(study)
-        contact, engine = rod.contact, rod.engine
-        c = cycle(engine.engine, rod.mass, engine.gas, study.speed.speeds()[0] * RPM, cycle_angles())
-        x, y = origin_acceleration(engine.engine, c.motion)
-        motions = np.stack([x, c.motion.rod_rate**2, y, -c.motion.rod_acceleration])
-        pin, crank = np.stack([c.pin_axial, c.pin_transverse]), np.stack([-c.crank_axial, c.crank_transverse])
+        contact, instants = rod.contact, rod.crank_cycle(study.speed.speeds()[0]).degrees
         start = time.perf_counter()
-        found = contact.solutions(pin, crank, motions)
+        found = contact.solutions(instants)
         seconds = time.perf_counter() - start
     except (InvalidValue, GeometryError, MeshError, ContactError) as error:
         return Outcome(seed, refused=f"{type(error).__name__}: {error}")

@@ -28,7 +28,6 @@ from fea.solid.parity import Parity
 from fea.solid.supports import determinate_restraints, plane_conditions
 from fea.study.flags import Flags
 from fea.study.study import load_study
-from fea.units import RPM
 
 COMMAND = "python tests/benchmarks/cycle_cost.py results/cycle.md"
 STEPS = (1, 3, 6)
@@ -111,7 +110,7 @@ def _superposed(rod: PreparedRod, order: int, exact: dict) -> tuple[list[np.ndar
         rod.__dict__.pop("cycle", None)
         cycle, errors = rod.cycle, []
         for rpm, (angles, stress, peaks) in exact.items():
-            weights = cycle.weights(rod.engine.engine, rod.engine.gas, rpm * RPM, angles)
+            weights = cycle.weights(rod.crank_cycle(rpm), angles)
             found = cycle.units.tensor(0, weights, rod.mesh.mirrored)
             errors.append((np.abs(found - stress).max(axis=1) / peaks).max(axis=1))
     finally:
@@ -133,7 +132,7 @@ def calculix() -> list[str]:
         for count in STEPS:
             job, model, steps = Path(folder) / "job.inp", "", ""
             for angle in np.linspace(0, 4 * math.pi, count, endpoint=False):
-                forces = rod.nodal_forces(rod.engine.instant(rod.mass, 6000, angle)).forces
+                forces = rod.nodal_forces(rod.crank_cycle(6000).at(angle)).forces
                 write_inp(job, cell, rod.materials[0], forces.symmetric, fixed)
                 model, step = job.read_text().split("*STEP", maxsplit=1)
                 steps += "*STEP" + step.replace("*CLOAD", "*CLOAD, OP=NEW")

@@ -22,7 +22,6 @@ from fea.run.rod_report import fitted
 from fea.run.speed import SpeedResult, solve_speed
 from fea.study.material_table import MaterialTable
 from fea.study.study import MeshTable, Study, parse_study
-from fea.units import RPM
 from mesh.sizing import default_size
 
 INCH = 25.4  # mm
@@ -119,7 +118,7 @@ def prepared(study: Study, pressure: str) -> tuple[PreparedRod, SpeedResult]:
 def judged(rod: PreparedRod, static: SpeedResult, steel: MaterialTable) -> CycleResult:
     """Work out the cycle with other strengths: the stresses are the same."""
     cycle = dataclasses.replace(rod.cycle, materials=(steel.material(),))
-    return cycle.at(rod.engine.engine, rod.engine.gas, static.rpm * RPM, tuple(static.cases.values()))
+    return cycle.at(rod.crank_cycle(static.rpm), tuple(static.cases.values()))
 
 
 def factor(found: CycleResult) -> float:

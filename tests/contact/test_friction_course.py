@@ -7,10 +7,10 @@ import pytest
 from engines import LEON
 
 from fea.contact.friction_cycle import MOST_CYCLES, ON_END, FrictionCycle, increments
-from fea.run.cycle.instants import BEGINNING, course, whole_cycle
-from fea.run.cycle.instants import INCREMENTS as OF_CYCLE
 from fea.units import DEG, RPM
 from geometry.mass import MassProperties
+from loads.crank_cycle import BEGINNING, CrankCycle
+from loads.crank_cycle import INCREMENTS as OF_CYCLE
 from loads.gas import NoGas
 
 INCREMENTS = 24
@@ -91,12 +91,11 @@ def test_instants_are_between_increments_of_the_last_cycle(threads, monkeypatch)
 
 
 def test_increments_are_shorter_where_the_forces_change():
-    rod = ROD
-    instants, own = whole_cycle(LEON, NoGas(), rod, 6000 * RPM)
-    degrees = own.step_angles / DEG
+    cycle = CrankCycle(LEON, ROD, NoGas(), 6000 * RPM)
+    instants, degrees = cycle.degrees, cycle.increments.crank_angle / DEG
     np.testing.assert_allclose(degrees, np.round(degrees), atol=1e-9)
     assert len(degrees) == OF_CYCLE
-    assert degrees[0] == pytest.approx(BEGINNING)
+    assert degrees[0] == pytest.approx(BEGINNING / DEG)
     lengths = np.diff(np.append(degrees, degrees[0] + 720))
     assert lengths.min() >= 1
     assert lengths.max() <= 2 * 720 / OF_CYCLE + 1
@@ -106,13 +105,12 @@ def test_increments_are_shorter_where_the_forces_change():
 
 
 def test_places_tell_the_increments_around_an_instant():
-    rod = ROD
     angles = np.arange(-360.0, 1081.0) * DEG
-    own = course(LEON, NoGas(), rod, 6000 * RPM, angles)
-    ends = np.append(own.step_angles, own.step_angles[0] + 720 * DEG)
-    before, share = np.floor(own.places).astype(int), own.places % 1
+    cycle = CrankCycle(LEON, ROD, NoGas(), 6000 * RPM)
+    places, steps = cycle.places(angles), cycle.increments.crank_angle
+    ends = np.append(steps, steps[0] + 720 * DEG)
+    before, share = np.floor(places).astype(int), places % 1
     back = (1 - share) * ends[before] + share * ends[before + 1]
     np.testing.assert_allclose(np.cos((back - angles) / 2), 1.0, atol=1e-12)
     for rounding in (-1e-13, 0.0, 1e-13):
-        same = course(LEON, NoGas(), rod, 6000 * RPM, own.step_angles + rounding)
-        np.testing.assert_array_equal(same.places, np.arange(OF_CYCLE))
+        np.testing.assert_array_equal(cycle.places(steps + rounding), np.arange(OF_CYCLE))

@@ -8,12 +8,10 @@ from assembled_rods import EVERY, study
 
 from fea.pins import assembled_loads
 from fea.pins.assembled_loads import _principal
-from fea.run.cycle.instants import whole_cycle
 from fea.run.prepare import prepare
 from fea.run.speed import solve_speed, with_cycle
 from fea.solid.parity import Parity
 from fea.study.study import MeshTable
-from fea.units import RPM
 
 SPEED = 6000.0
 # Of the largest pressure: what the unit loads may leave out at any place, and of the bolts' forces.
@@ -35,7 +33,8 @@ def result(rod):
 
 @pytest.fixture(scope="module")
 def instants(rod):
-    return whole_cycle(rod.engine.engine, rod.engine.gas, rod.mass, SPEED * RPM)
+    cycle = rod.crank_cycle(SPEED)
+    return cycle.degrees, cycle
 
 
 def test_the_unit_loads_span_the_state_at_every_instant(rod, result, instants):

@@ -14,7 +14,6 @@ from fea.apps.result import analyse
 from fea.base.choices import Element, Support, Symmetry
 from fea.pins.bonded_loads import BondedLoads
 from fea.pins.case_forces import NodalForces, imbalance
-from fea.pins.unit_loads import Instants
 from fea.rod.meshed_rod import Bores
 from fea.run.prepare import prepare
 from fea.run.speed import solve_speed
@@ -26,7 +25,7 @@ from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.surfaces import Surface
 from loads.bearing import Bonded, parse_pin_load
-from loads.cases import LoadCase, RodMotion
+from loads.instants import in_motion
 from mesh.mirror import reflect, unmirrored
 
 BORES = Bores(LENGTH, BIG_BORE, WIDTH, SMALL_BORE, WIDTH)
@@ -101,14 +100,11 @@ def test_on_a_plain_bore_the_traction_is_uniform(cell):
 def test_the_unit_loads_of_a_cycle_span_every_instant(cell, support):
     mesh = CELLS[cell]
     body = inertia(mesh, 7.7e-9)
-    case = LoadCase("any", 0.3, 3000.0, -500.0, 2500.0, 800.0, motion=RodMotion((-2e6, 1e6), 300.0, 3e4))
+    pin, crank = np.array([3000.0, -500.0]), np.array([-2500.0, 800.0])
+    case = dataclasses.replace(in_motion((-2e6, 1e6), 300.0, 3e4), pin=pin, crank=crank)
     direct = NodalForces(mesh, BORES, body, parse_pin_load("bonded"), support)(case)
     loads = BondedLoads(mesh, BORES, body, support)
-    of_case = np.array([[case.pin_axial, case.pin_transverse], [-case.crank_axial, case.crank_transverse]])
-    pin, crank = of_case[..., None]
-    motion = case.motion
-    rate, turning = np.array([motion.angular_velocity]), np.array([motion.angular_acceleration])
-    weights = loads.weights(Instants(pin, crank, np.array(motion.acceleration)[:, None], rate, turning))
+    weights = loads.weights(case[None])
     parts = [
         np.tensordot(weight[:, 0], fields.forces(slice(None)), axes=1)
         for weight, fields in zip(weights, loads.fields(), strict=True)
@@ -177,7 +173,7 @@ def test_a_rod_in_motion_is_in_balance_without_symmetry():
     body = inertia(mesh, 7.7e-9)
     rod, accelerated = body.properties, 1e6
     pull = rod.mass * accelerated
-    case = LoadCase("any", 0.0, 0.0, 0.0, -pull, 0.0, motion=RodMotion((accelerated, 0.0), 0.0, 0.0))
+    case = dataclasses.replace(in_motion((accelerated, 0.0)), crank=np.array([pull, 0.0]))
     forces = NodalForces(mesh, BORES, body, Bonded(), Support.INERTIA_RELIEF)(case).forces
     force, _ = imbalance(mesh.points, forces, images(mesh))
     assert force < 1e-10 * pull

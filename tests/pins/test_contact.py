@@ -16,10 +16,10 @@ from fea.study.flags import Flags
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import ContactTable
 from fea.study.study import ForcesTable, load_study
-from fea.units import RPM
 from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
 from loads.cases import given
+from loads.instants import joined
 
 SIZE = 14.0
 
@@ -50,8 +50,8 @@ def test_the_pressures_on_each_bore_have_the_force_of_its_pin(quarter, name):
     case = quarter.cases[name]
     mesh, load = quarter.mesh, case.load
     forces = {
-        Surface.SMALL_END_BORE: (load.pin_axial, load.pin_transverse),
-        Surface.BIG_END_BORE: (-load.crank_axial, load.crank_transverse),
+        Surface.SMALL_END_BORE: load.pin,
+        Surface.BIG_END_BORE: load.crank,
     }
     assert (case.contact_pressure >= 0).all()
     for bore, force in forces.items():
@@ -81,7 +81,7 @@ def test_the_mirror_cell_changes_nothing(quarter, symmetry):
 def test_superposed_contact_is_directly_solved_contact(rod, rpm):
     angles = np.random.default_rng(int(rpm)).uniform(0, 4 * math.pi, 20)
     stress, peaks = direct(rod, rpm, angles)
-    weights = rod.cycle.weights(rod.engine.engine, rod.engine.gas, rpm * RPM, angles)
+    weights = rod.cycle.weights(rod.crank_cycle(rpm), angles)
     superposed = rod.cycle.units.tensor(0, weights, rod.mesh.mirrored)
     assert (np.abs(superposed - stress).max(axis=(0, 1)) / peaks).max() < 1e-8
 
@@ -89,7 +89,7 @@ def test_superposed_contact_is_directly_solved_contact(rod, rpm):
 def test_a_neat_fit_of_rigid_pins_is_linear_in_its_load():
     neat = study(small_end_clearance_mm=0.0, big_end_clearance_mm=0.0, piston_pin="rigid")
     rod = prepare(dataclasses.replace(neat, engine=None, forces=ForcesTable((1e3, 0.0))))
-    one, thousand = rod.fields(rod.pins.equilibrium([given(1e3), given(1e6)]))
+    one, thousand = rod.fields(rod.pins.equilibrium(joined([given(1e3), given(1e6)])))
     largest = np.abs(thousand.stresses[0]).max()
     assert np.abs(thousand.stresses[0] - 1e3 * one.stresses[0]).max() < 1e-9 * largest
 

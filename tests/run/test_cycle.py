@@ -15,7 +15,6 @@ from fea.run.cycle.envelope import NOT_JUDGED
 from fea.run.cycle.spots import distinct
 from fea.run.speed import solve_speed, with_cycle
 from fea.stress.stress import von_mises
-from fea.units import RPM
 from loads.bearing import BorePressure
 
 
@@ -81,7 +80,7 @@ def test_envelope_is_no_less_than_any_peak_case(at_6000):
 def test_envelope_is_the_largest_of_the_instants(quarter, at_6000):
     angles = at_6000.cycle.angles[::6]
     cycle = quarter.cycle
-    weights = cycle.weights(quarter.engine.engine, quarter.engine.gas, 6000 * RPM, angles)
+    weights = cycle.weights(quarter.crank_cycle(6000), angles)
     tensors = np.moveaxis(cycle.units.tensor(0, weights, quarter.mesh.mirrored), 1, -1)
     envelope, some = at_6000.cycle.envelope, slice(None, None, 50)
     roots = np.linalg.eigvalsh(tensors[some][..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])

@@ -12,7 +12,6 @@ from fea.run.prepare import prepare
 from fea.run.speed import solve_speed, with_cycle
 from fea.study.flags import Flags
 from fea.study.study import load_study
-from fea.units import RPM
 
 
 def test_no_node_of_the_rod_is_worse(monkeypatch):
@@ -22,7 +21,7 @@ def test_no_node_of_the_rod_is_worse(monkeypatch):
     monkeypatch.setattr(envelopes, "spots", lambda nodes, *rest: looked.extend(nodes) or known(nodes, *rest))
     found = with_cycle(rod, solve_speed(rod, 6000.0)).cycle
     cycle = rod.cycle
-    weights = cycle.weights(rod.engine.engine, rod.engine.gas, 6000 * RPM, found.angles)
+    weights = cycle.weights(rod.crank_cycle(6000), found.angles)
     tensors = cycle.units.tensor(0, weights, rod.mesh.mirrored)
     factors = crossland_factors(deviatoric(tensors), rod.materials[0])
     best = crossland(deviatoric(found.multiaxial.stress), rod.materials[0])
@@ -70,7 +69,7 @@ def test_where_parts_meet_the_lesser_factor_counts_though_the_other_part_is_near
     rod = prepare(flags.applied(load_study(str(tmp_path / "bushed.toml"))))
     found, whole = with_cycle(rod, solve_speed(rod, 6000.0)).cycle, rod.mesh.mirrored
     cycle = rod.cycle
-    weights = cycle.weights(rod.engine.engine, rod.engine.gas, 6000 * RPM, found.angles)
+    weights = cycle.weights(rod.crank_cycle(6000), found.angles)
     factors = np.full((2, len(whole.mesh.points)), np.nan)
     for number, material in enumerate(rod.materials):
         tensor = cycle.units.tensor(number, weights, whole)

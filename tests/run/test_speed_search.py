@@ -14,9 +14,8 @@ from fea.judge.verdict import CAP
 from fea.run.cycle.search import PartRows, SpeedSearch
 from fea.run.many_speeds import SpeedSweep
 from fea.run.speed import solve_speed, with_cycle
-from fea.units import RPM
+from loads.cases import peak_cases
 from loads.gas import NoGas
-from loads.peaks import peak_cases
 from loads.slider_crank import cycle_angles
 
 SPEEDS = np.linspace(800, 9000, 21)
@@ -29,18 +28,18 @@ def rod():
 
 @pytest.fixture(scope="module")
 def search(rod):
-    return SpeedSearch(rod.cycle, rod.engine.engine, rod.engine.gas, SPEEDS)
+    return SpeedSearch(rod.cycle, rod.crank_cycle, SPEEDS)
 
 
 def _everywhere(rod, rpm):
     """Extremes of every node and image over the same instants, and the largest stress of each case."""
     cycle = rod.cycle
-    cases = peak_cases(rod.engine.engine, rod.mass, rod.engine.gas, rpm * RPM).cases
+    cases = peak_cases(rod.crank_cycle(rpm)).cases
     degrees, of_cases = (
-        cycle.weights(rod.engine.engine, rod.engine.gas, rpm * RPM, cycle_angles()),
+        cycle.weights(rod.crank_cycle(rpm), cycle_angles()),
         cycle.case_weights(cases),
     )
-    moving = [case.motion is not None for case in cases]
+    moving = cases.in_cycle
     (own,) = cycle.units.parts
     even, odd = deviatoric(own.even), deviatoric(own.odd)
     weights = [np.append(w, c[:, moving], axis=1) for w, c in zip(degrees, of_cases, strict=True)]
@@ -62,13 +61,13 @@ def test_worst_places_are_those_of_looking_everywhere(rod, search, rpm):
 
 def test_the_worst_place_depends_on_the_finish_of_each(rod):
     """A shank so rough that it fails before the bores, and bores so rough that they fail first."""
-    engine, cycle, places = rod.engine, rod.cycle, []
+    cycle, places = rod.cycle, []
     _, mean, amplitude = _everywhere(rod, 6000.0)
     for bores, rest in ((1.0, 0.3), (0.2, 1.0)):
         marin = Marin(bores=Skin(bores), faces=Skin(1.0), rest=Skin(rest))
         material = replace(rod.materials[0], marin=marin)
         analysis = replace(cycle, materials=(material,))
-        found = SpeedSearch(analysis, engine.engine, engine.gas, [5000.0, 7000.0]).at(6000.0).fatigue
+        found = SpeedSearch(analysis, rod.crank_cycle, [5000.0, 7000.0]).at(6000.0).fatigue
         surface = np.tile(cycle.regions.factors(material), 2)
         assert set(surface) == {bores, rest, 1.0}
         factors = fatigue_factor(rod.options.fatigue, mean, amplitude, material, surface)
@@ -80,7 +79,7 @@ def test_the_worst_place_depends_on_the_finish_of_each(rod):
 
 @pytest.mark.parametrize("rpm", [1000.0, 8777.0])
 def test_bounds_are_never_below_what_they_bound(rod, search, rpm):
-    weights = rod.cycle.weights(rod.engine.engine, rod.engine.gas, rpm * RPM, cycle_angles())
+    weights = rod.cycle.weights(rod.crank_cycle(rpm), cycle_angles())
     (bound,) = search._bounds(rpm, weights)
     (part,) = search._parts
     some = np.arange(0, len(bound), 7)
@@ -132,7 +131,8 @@ def test_a_critical_speed_does_not_depend_on_the_speeds_asked_for(rod):
 def test_the_worst_place_is_known_where_every_factor_is_capped(rod):
     # At 9000 rpm without gas stress is that of 3 rpm times 9e6, at the same place.
     one, other = (
-        SpeedSearch(rod.cycle, rod.engine.engine, NoGas(), [rpm]).at(rpm).yielding for rpm in (9000.0, 3.0)
+        SpeedSearch(rod.cycle, lambda rpm: replace(rod.crank_cycle(rpm), gas=NoGas()), [rpm]).at(rpm).yielding
+        for rpm in (9000.0, 3.0)
     )
     assert other.factor == CAP
     np.testing.assert_array_equal(other.at, one.at)

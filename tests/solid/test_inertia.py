@@ -7,7 +7,7 @@ from strap import strap
 from fea.pins.case_forces import imbalance
 from fea.solid.inertia import inertia
 from geometry.surfaces import Surface
-from loads.cases import RodMotion
+from loads.instants import in_motion
 from mesh.mirror import reflect, unmirrored
 
 RHO = 7.7e-9
@@ -29,7 +29,7 @@ def test_inertia_forces_sum_to_newton_and_euler(a_x, a_y, omega, alpha):
     mesh = strap()
     body = inertia(mesh, RHO)
     rod = body.properties
-    forces = body.forces(RodMotion((a_x, a_y), omega, alpha))
+    forces = body.forces(in_motion((a_x, a_y), omega, alpha))
     x, about_origin = rod.center[0], rod.inertia_z + rod.mass * rod.center[0] ** 2
     expected = -rod.mass * np.array([a_x - omega**2 * x, a_y + alpha * x])
     resultant = 4 * np.array([forces.symmetric[:, 0].sum(), forces.antisymmetric[:, 1].sum()])
@@ -44,6 +44,6 @@ def test_inertia_forces_sum_to_newton_and_euler(a_x, a_y, omega, alpha):
 
 def test_imbalance_sees_a_missing_force():
     mesh = strap()
-    forces = inertia(mesh, RHO).forces(RodMotion((1e6, 0.0), 0.0, 0.0))
+    forces = inertia(mesh, RHO).forces(in_motion((1e6, 0.0), 0.0, 0.0))
     force, _ = imbalance(mesh.points, forces, 4)
     assert force == pytest.approx(inertia(mesh, RHO).properties.mass * 1e6, rel=1e-12)

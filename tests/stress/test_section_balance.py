@@ -1,5 +1,7 @@
 """The stress in a section against the forces beyond it, on bars whose stress is known in closed form."""
 
+import dataclasses
+
 import gmsh
 import numpy as np
 import pytest
@@ -12,7 +14,7 @@ from fea.stress.section_balance import SectionBalance
 from fea.study.study import load_study
 from geometry.bodies import block
 from geometry.session import session
-from loads.cases import LoadCase, RodMotion
+from loads.instants import in_motion
 from mesh.generate import mesh_body
 
 LENGTH, SIDE, DENSITY, FORCE = 100.0, 10.0, 7.8e-9, 2e4
@@ -26,6 +28,9 @@ def bar():
     return mesh
 
 
+REST = in_motion((0.0, 0.0))
+
+
 def _stress(mesh, along, across=0.0, moment=0.0):
     """Of normal force, shear (in the mean) and −y σ_xx = `moment`, each (n_nodes,) or a number."""
     stress = np.zeros((len(mesh.points), 6))
@@ -34,8 +39,9 @@ def _stress(mesh, along, across=0.0, moment=0.0):
     return stress
 
 
-def _case(axial, transverse=0.0, motion=None):
-    return LoadCase("case", None, axial, transverse, axial, -transverse, motion=motion)
+def _case(axial, transverse=0.0, motion=REST):
+    pin = np.array([axial, transverse])
+    return dataclasses.replace(motion, pin=pin, crank=-pin)
 
 
 @pytest.mark.parametrize("station", [20.0, 50.0, 71.3])
@@ -63,7 +69,7 @@ def test_a_moving_bar_balances(bar):
     across = -mass * (ay + alpha * center)
     own = mass * ((LENGTH - station) ** 2 + SIDE**2) / 12
     moment = across * (center - station) - own * alpha
-    case = _case(FORCE, 0.0, RodMotion((ax, ay), omega, alpha))
+    case = _case(FORCE, 0.0, in_motion((ax, ay), omega, alpha))
     gyration = np.sqrt(INERTIA / AREA)
     scale = FORCE + abs(moment) / gyration
     assert section.error(case, _stress(bar, FORCE + along, across, moment)) < 3e-3

@@ -9,7 +9,6 @@ from fea.run.prepare import PreparedRod, prepare
 from fea.stress.stress import von_mises
 from fea.study.flags import Flags
 from fea.study.study import load_study
-from fea.units import RPM
 from geometry.surfaces import Surface
 
 SPEEDS = (1000.0, 6000.0, 9000.0)
@@ -24,8 +23,7 @@ def analysis(symmetry: Symmetry, size: float) -> PreparedRod:
 
 def direct(rod: PreparedRod, rpm: float, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Stress (n_nodes, 6, n) of the whole rod and largest von Mises stress (n,) of instants."""
-    cases = [rod.engine.instant(rod.mass, rpm, angle) for angle in angles]
-    fields = rod.fields(rod.pins.equilibrium(cases))
+    fields = rod.fields(rod.pins.equilibrium(rod.crank_cycle(rpm).at(angles)))
     stress = np.stack([case.stresses[0] for case in fields], axis=-1)
     return stress, von_mises(np.moveaxis(stress, 1, -1)).max(axis=0)
 
@@ -43,7 +41,7 @@ def superposition_errors(rod: PreparedRod, rpm: float, angles: np.ndarray) -> tu
     """Largest difference of superposed from direct stress on the bores and elsewhere, of the peaks."""
     stress, peaks = direct(rod, rpm, angles)
     cycle = rod.cycle
-    weights = cycle.weights(rod.engine.engine, rod.engine.gas, rpm * RPM, angles)
+    weights = cycle.weights(rod.crank_cycle(rpm), angles)
     superposed = cycle.units.tensor(0, weights, rod.mesh.mirrored)
     error = (np.abs(superposed - stress).max(axis=1) / peaks).max(axis=1)
     there = on_bores(rod)

@@ -9,7 +9,7 @@ from fea.solid.parity import Split
 from fea.solid.supports import rigid_modes
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure
-from loads.cases import RodMotion
+from loads.instants import in_motion
 
 DENSITY = 7.7e-9
 COSINE = BorePressure.parse("cosine-180").tension
@@ -19,7 +19,7 @@ def tilted_load(mesh):
     """A pin force, a motion and the crank force that balances them."""
     body = inertia(mesh, DENSITY)
     rod = body.properties
-    motion = RodMotion((-2e6, 1e6), angular_velocity=300.0, angular_acceleration=3e4)
+    motion = in_motion((-2e6, 1e6), angular_velocity=300.0, angular_acceleration=3e4)
     (a_x, a_y), omega, alpha = motion.acceleration, motion.angular_velocity, motion.angular_acceleration
     x, about_origin = rod.center[0], rod.inertia_z + rod.mass * rod.center[0] ** 2
     pin = np.array([-3000.0, (about_origin * alpha + rod.mass * x * a_y) / LENGTH])

@@ -16,7 +16,6 @@ from fea.output.target import PictureError, StorageError, require_target
 from fea.pins.unit_loads import Weights
 from fea.run.prepare import PreparedRod
 from fea.stress.stress import von_mises
-from fea.units import RPM
 from geometry.arrays import Floats
 
 Singles = npt.NDArray[np.float32]
@@ -126,13 +125,13 @@ def filmed(rod: PreparedRod, rpm: float, path: Path, clock: Clock) -> tuple[byte
 
 def frames(rod: PreparedRod, rpm: float) -> Frames:
     """Compute the frames of an animation at a speed: displacement by solving, stress by superposition."""
-    engine, gas, mesh = rod.engine.engine, rod.engine.gas, rod.mesh.whole
+    engine, mesh = rod.engine.engine, rod.mesh.whole
     angles = np.arange(COUNT) * 4 * math.pi / COUNT
     outer = Skin.of(mesh.points, mesh.tets)
     nodes, facets = np.unique(outer.facets, return_inverse=True)
     displacement = np.empty((COUNT, len(nodes), 3), np.float32)
     stress = np.empty((COUNT, len(nodes)), np.float32)
-    weights = rod.cycle.weights(engine, gas, rpm * RPM, angles)
+    weights = rod.cycle.weights(rod.crank_cycle(rpm), angles)
     for start in range(0, COUNT, BLOCK):
         block = slice(start, start + BLOCK)
         moved = rod.displacement(rpm, angles[block])[nodes]

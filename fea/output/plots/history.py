@@ -41,11 +41,7 @@ def plot_stress_history(path: Path, run: Outcome) -> None:
         run.summary.title,
         run.cycle.angles,
         [(spot.place.tolist(), spot.signed) for spot in run.cycle.spots],
-        {
-            name: load.crank_angle
-            for name, load in loads.items()
-            if load.crank_angle is not None and load.motion is not None
-        },
+        {name: float(load.crank_angle) for name, load in loads.items() if load.in_cycle},
     )
 
 

@@ -241,7 +241,7 @@ def with_cases(envelope: Envelope, cases: Sequence[CaseResult]) -> Envelope:
     for case in cases:
         more = case.von_mises > envelope.von_mises
         worse = case.safety_factor < envelope.safety_factor  # so it is below the cap
-        angle = np.nan if case.load.crank_angle is None else case.load.crank_angle
+        angle = case.load.crank_angle
         envelope = dataclasses.replace(
             envelope,
             von_mises=np.where(more, case.von_mises, envelope.von_mises),

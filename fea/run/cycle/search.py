@@ -32,12 +32,10 @@ from fea.pins.unit_loads import Weights
 from fea.run.cycle.path import Path, norms, path, sizes
 from fea.run.cycle.screened import Block, product, superposed
 from fea.run.cycle.superposition import CycleAnalysis
-from fea.units import RPM
 from geometry.arrays import Floats, Ints
-from loads.cases import LoadCase
-from loads.engine import Engine
-from loads.gas import GasModel
-from loads.peaks import peak_cases
+from loads.cases import peak_cases
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants
 from loads.slider_crank import cycle_angles
 
 # Number of nodes for which bounds are computed together.
@@ -167,7 +165,7 @@ class Place:
 class CasePeak:
     """A peak case, superposed: largest stresses, MPa, and least safety factor."""
 
-    case: LoadCase
+    case: Instants
     von_mises: float
     at: Floats
     principal_1: float
@@ -215,16 +213,16 @@ class SpeedSearch:
     ----------
     analysis
         The unit solutions.
-    engine, gas
-        The engine and its gas pressure.
+    cycles
+        The crank cycle at a speed, rpm.
     speeds
         rpm; at least one.
     """
 
     def __init__(
-        self, analysis: CycleAnalysis, engine: Engine, gas: GasModel, speeds: Sequence[float]
+        self, analysis: CycleAnalysis, cycles: Callable[[float], CrankCycle], speeds: Sequence[float]
     ) -> None:
-        self._analysis, self._engine, self._gas = analysis, engine, gas
+        self._analysis, self._cycles = analysis, cycles
         self._degrees = cycle_angles()
         self._parts = [PartRows(analysis, number) for number in range(len(analysis.units.parts))]
         places = np.unique(np.linspace(0, len(speeds) - 1, min(ANCHORS, len(speeds))).round().astype(int))
@@ -239,15 +237,15 @@ class SpeedSearch:
 
     def at(self, rpm: float) -> Worst:
         """Find the worst places at a speed between the first and the last, rpm."""
-        cases = peak_cases(self._engine, self._analysis.rod, self._gas, rpm * RPM).cases
+        cases = peak_cases(self._cycles(rpm)).cases
         of_cases = self._analysis.case_weights(cases)
-        cyclic = np.array([case.motion is not None for case in cases], dtype=bool)
+        cyclic = cases.in_cycle
         degrees = self._at(rpm, self._degrees)
-        angles = [*self._degrees, *(case.crank_angle or 0.0 for case in cases if case.motion is not None)]
+        angles = np.append(self._degrees, cases.crank_angle[cyclic])
         order = np.argsort(angles)
         pairs = zip(degrees, of_cases.at(cyclic), strict=True)
         joined = Weights(*(np.append(w, c, axis=1) for w, c in pairs))
-        cycle = _Cycle(np.asarray(angles)[order], joined.at(order))
+        cycle = _Cycle(angles[order], joined.at(order))
         at_cases = [part.every(of_cases) for part in self._parts]
         bounds = [
             np.maximum(bound, deviator_norm(stress[..., cyclic]).max(axis=1, initial=0.0))
@@ -260,7 +258,7 @@ class SpeedSearch:
         return Worst(rpm, peaks, yielding, fatigue if np.isfinite(fatigue.factor) else None)
 
     def _at(self, rpm: float, angles: Floats) -> Weights:
-        return self._analysis.weights(self._engine, self._gas, rpm * RPM, angles)
+        return self._analysis.weights(self._cycles(rpm), angles)
 
     def _bounds(self, rpm: float, weights: Weights) -> list[Floats]:
         """Upper bound of the largest von Mises stress of every row of each part."""
@@ -329,7 +327,7 @@ class SpeedSearch:
             region=region,
         )
 
-    def _peak(self, case: LoadCase, stresses: list[Floats]) -> CasePeak:
+    def _peak(self, case: Instants, stresses: list[Floats]) -> CasePeak:
         found = []
         for part, stress in zip(self._parts, stresses, strict=True):
             equivalent = deviator_norm(stress[..., None])[:, 0]

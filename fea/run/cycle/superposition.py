@@ -13,29 +13,25 @@ from fea.contact.touch import Touch
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import fatigue_remarks
 from fea.pins.pressure_loads import TOLERANCE
-from fea.pins.unit_loads import Course, Instants, UnitLoads, Weights
+from fea.pins.unit_loads import UnitLoads, Weights
 from fea.rod.meshed_rod import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
 from fea.run.cycle.assembly_history import assembly_columns
 from fea.run.cycle.envelope import Envelope, envelope, with_cases, worst_multiaxial
-from fea.run.cycle.instants import course, instants, of_cases, whole_cycle
 from fea.run.cycle.spots import Spot, distinct, spots
 from fea.run.cycle.unit_solutions import UnitSolutions
 from fea.stress.stress import von_mises
 from fea.units import DEG
 from geometry.arrays import Floats, Ints, Mask
-from geometry.mass import MassProperties
 from geometry.surfaces import Surface
-from loads.cases import LoadCase
-from loads.engine import Engine
-from loads.gas import GasModel
-from loads.slider_crank import cycle_angles
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants, joined
 
 # Limit of the check ``superposition`` if the pressure jumps, where the series does not converge: the error
 # that counts as mesh-converged.
 AT_JUMPS = 0.05
 # Stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads.
-Direct = Callable[[Instants, Course], Sequence[Floats]]
+Direct = Callable[[Instants, CrankCycle], Sequence[Floats]]
 _AWAY = "the safety factors of the cycle also leave out places where the exact stress is infinite (singular)"
 
 
@@ -141,8 +137,6 @@ class CycleAnalysis:
     ----------
     mesh
         The meshed rod.
-    rod
-        Its mass properties, from the quadrature of the inertia fields.
     materials
         One per part.
     loads, units
@@ -159,7 +153,6 @@ class CycleAnalysis:
     """
 
     mesh: MeshedRod
-    rod: MassProperties
     materials: tuple[Material, ...]
     loads: UnitLoads
     units: UnitSolutions
@@ -173,31 +166,29 @@ class CycleAnalysis:
         """Nodes of the cell that count; all nodes if none would be left."""
         return np.ones_like(self.masked) if self.masked.all() else ~self.masked
 
-    def weights(self, engine: Engine, gas: GasModel, speed: float, angles: Floats) -> Weights:
-        """Weights of the unit solutions at crank angles (n_instants,), rad; speed in rad/s."""
-        every = instants(engine, gas, self.rod, speed, angles)
-        if not self.loads.remembers:
-            return self.loads.weights(every)
-        return self.loads.weights(every, course(engine, gas, self.rod, speed, angles))
+    def weights(self, cycle: CrankCycle, angles: Floats) -> Weights:
+        """Weights of the unit solutions at crank angles (n_instants,), rad."""
+        return self.loads.weights(cycle.at(angles), cycle)
 
-    def case_weights(self, cases: Sequence[LoadCase]) -> Weights:
+    def case_weights(self, cases: Instants) -> Weights:
         """Weights (n_units, n_cases) of load cases."""
-        return self.loads.weights(of_cases(cases))
+        return self.loads.weights(cases)
 
-    def at(self, engine: Engine, gas: GasModel, speed: float, cases: Sequence[CaseResult]) -> CycleResult:
+    def at(self, cycle: CrankCycle, cases: Sequence[CaseResult]) -> CycleResult:
         """Compute the cycle at one speed.
 
         Parameters
         ----------
-        engine, gas, speed
-            The engine, its gas pressure and its speed in rad/s.
+        cycle
+            At that speed.
         cases
             The peak cases at that speed, directly solved: the envelope includes them.
         """
-        degrees = cycle_angles()
-        peaks = [case for case in cases if case.load.motion is not None]
-        angles = np.concatenate([degrees, [case.load.crank_angle or 0.0 for case in peaks]])
-        every = self.weights(engine, gas, speed, angles)
+        degrees = cycle.degrees.crank_angle
+        peaks = [case for case in cases if case.load.in_cycle]
+        of_peaks = joined([case.load for case in peaks])
+        angles = np.concatenate([degrees, of_peaks.crank_angle])
+        every = self.weights(cycle, angles)
         whole, regions = self.mesh.mirrored, self.regions.at(self.mesh.mirrored.source)
         found = envelope(
             self.units,
@@ -210,9 +201,9 @@ class CycleAnalysis:
         )
         found = with_cases(found, cases)
         count = len(degrees)
-        of_degrees, of_peaks = every.at(slice(count)), every.at(slice(count, None))
+        of_degrees, at_peaks = every.at(slice(count)), every.at(slice(count, None))
         if self.loads.remembers and peaks:  # they were solved without what came before
-            of_peaks = self.case_weights([case.load for case in peaks])
+            at_peaks = self.case_weights(of_peaks)
         points, length = whole.mesh.points, self.mesh.bores.rod_length
         counts = self.counts[whole.source]
         worst = [node for node in distinct(points, np.where(counts, -found.usage, 0), length) if counts[node]]
@@ -225,16 +216,15 @@ class CycleAnalysis:
         places = [(node, int(found.part[node])) for node in worst]
         places += [(node, int(found.fatigue_part[node])) for node in weakest]
         histories = spots(places, self.units, of_degrees, whole)
-        around = whole_cycle(engine, gas, self.rod, speed)
-        contacts = self.loads.contacts(of_degrees, *around)
+        contacts = self.loads.contacts(of_degrees, cycle.degrees, cycle)
         solved = [case.part_von_mises for case in peaks]
         return CycleResult(
             angles=degrees,
             envelope=found,
             spots=histories[: len(worst)],
             weakest=histories[-1] if weakest else None,
-            superposition=self._difference(of_peaks, solved),
-            of_parts=self._remembered(of_degrees, around, histories, solved),
+            superposition=self._difference(at_peaks, solved),
+            of_parts=self._remembered(of_degrees, cycle, histories, solved),
             series_error=self.loads.series_error,
             unit_solutions=self.units.count,
             jumps=self.loads.jumps,
@@ -273,7 +263,7 @@ class CycleAnalysis:
     def _remembered(
         self,
         weights: Weights,
-        around: tuple[Instants, Course],
+        cycle: CrankCycle,
         histories: Sequence[Spot],
         peaks: Sequence[Sequence[Floats]],
     ) -> float | None:
@@ -284,8 +274,7 @@ class CycleAnalysis:
         if self.direct is None:
             return None
         which = np.unique([np.abs(spot.signed).argmax() for spot in histories])
-        every, course = around
-        stresses = self.direct(Instants(*(own[..., which] for own in every)), course)
+        stresses = self.direct(cycle.degrees[which], cycle)
         solved = [[von_mises(own[..., k]) for own in stresses] for k in range(len(which))]
         largest = [float(np.nanmax(own)) for own in zip(*solved, *peaks, strict=True)]
         return self._difference(weights.at(which), solved, largest)

@@ -15,7 +15,7 @@ from fea.verify.benchmark import Benchmark, Computed, Goal
 from fea.verify.body import STEEL, SolvedBody
 from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
-from loads.cases import RodMotion
+from loads.instants import in_motion
 from mesh.generate import mesh_body
 
 LENGTH, HALF_WIDTH, HALF_HEIGHT = 100.0, 8.0, 5.0
@@ -38,7 +38,7 @@ def compute(size: float) -> Computed:
     mesh = mesh_body(Prism(polygon(*corners), (0.0, HALF_HEIGHT)), size)
     pull = np.array([_STRESS, 0.0, 0.0])
     pulled = traction_forces(mesh, Surface.LOADED, lambda places, _: np.broadcast_to(pull, places.shape))
-    moving = inertia(mesh, STEEL.density).forces(RodMotion((ACCELERATION, 0.0), 0.0, 0.0))
+    moving = inertia(mesh, STEEL.density).forces(in_motion((ACCELERATION, 0.0), 0.0, 0.0))
     model = Model(mesh, STEEL, Support.INERTIA_RELIEF)
     u = model.solve([Split(pulled + moving.symmetric, None)]).displacement[Parity.SYMMETRIC]
     traction = nodal_traction(mesh, Surface.LOADED, lambda places: np.broadcast_to(pull, places.shape))

@@ -17,7 +17,7 @@ from fea.verify.body import STEEL, SolvedBody
 from geometry.bodies import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
-from loads.cases import RodMotion
+from loads.instants import in_motion
 from mesh.generate import mesh_body
 from mesh.tetmesh import TetMesh
 
@@ -53,7 +53,7 @@ def meshed(size: float) -> TetMesh:
 
 def spun(mesh: TetMesh) -> SolvedBody:
     """Solve on a mesh."""
-    spinning = inertia(mesh, STEEL.density).forces(RodMotion((0.0, 0.0), OMEGA, 0.0))
+    spinning = inertia(mesh, STEEL.density).forces(in_motion((0.0, 0.0), OMEGA, 0.0))
     solution = Model(mesh, STEEL, Support.INERTIA_RELIEF).solve([spinning])
     u = solution.displacement[Parity.SYMMETRIC]
     return SolvedBody(mesh, STEEL, u, (Surface.FREE, Surface.OUTER))

@@ -20,7 +20,7 @@ from geometry.arrays import Floats
 from geometry.bodies import Prism, Side
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
-from loads.cases import RodMotion
+from loads.instants import in_motion
 from mesh.generate import Fine, mesh_body
 from mesh.tetmesh import TetMesh
 
@@ -58,7 +58,7 @@ def compute(size: float) -> Computed:
         Side(Arc((0.0, 0.0), OUTSIDE, 0.0, math.pi), Surface.OUTER),
     )
     mesh = mesh_body(Prism(sides, (0.0, HALF_THICKNESS)), size, fine={Surface.INNER: Fine(size / 2)})
-    moving = inertia(mesh, STEEL.density).forces(RodMotion((0.0, 0.0), 0.0, ALPHA))
+    moving = inertia(mesh, STEEL.density).forces(in_motion((0.0, 0.0), 0.0, ALPHA))
     driven = shear(INSIDE) * _around(mesh, Surface.INNER)
     load = Split(moving.symmetric, moving.part(Parity.ANTISYMMETRIC) + driven)
     solution = Model(mesh, STEEL, Support.INERTIA_RELIEF).solve([load])

@@ -17,7 +17,7 @@ from fea.verify.reproduce.row import Slip
 from fea.verify.reproduce.table import Column, Table, table
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
-from loads.dynamics import Cycle, center_acceleration, cycle
+from loads.dynamics import EngineInstants, center_acceleration, cycle
 from loads.engine import Engine
 from loads.gas import Boyle, GasModel, NoGas
 from loads.slider_crank import Kinematics, kinematics
@@ -77,14 +77,15 @@ def as_published(rpm: float, crank_degrees: Floats, *, gas: bool = True) -> Reac
 def corrected(rpm: float, crank_degrees: Floats, *, gas: bool = True) -> Mapping[str, Floats]:
     """Return the same quantities from correct mechanics, N and N·m."""
     model: GasModel = boyle() if gas else NoGas()
-    c: Cycle = cycle(engine(), rod(), model, rpm * RPM, crank_degrees * DEG)
+    c: EngineInstants = cycle(engine(), rod(), model, rpm * RPM, crank_degrees * DEG)
+    pin, crank = c.in_engine_axes(c.pin), c.in_engine_axes(c.crank)
     return {
-        "F12x": c.crank_x,
-        "F12y": c.crank_y,
-        "F32x": -c.crank_x,
-        "F32y": -c.crank_y,
-        "F43x": c.pin_x,
-        "F43y": c.pin_y,
+        "F12x": crank.x,
+        "F12y": crank.y,
+        "F32x": -crank.x,
+        "F32y": -crank.y,
+        "F43x": pin.x,
+        "F43y": pin.y,
         "F14y": c.wall,
         "T12": -c.torque / N_M,
     }

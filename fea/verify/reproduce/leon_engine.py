@@ -11,7 +11,7 @@ import numpy.typing as npt
 from fea.study.traces import shipped_trace
 from fea.units import DEG, KG, KG_M2, RPM
 from geometry.mass import MassProperties
-from loads.dynamics import Cycle, cycle
+from loads.dynamics import EngineInstants, cycle
 from loads.engine import Engine
 from loads.slider_crank import Kinematics, kinematics
 
@@ -54,7 +54,12 @@ def exact_motion(rpm: float, degrees: npt.ArrayLike) -> Kinematics:
     return kinematics(engine(), np.asarray(degrees, dtype=np.float64) * DEG, rpm * RPM)
 
 
-def exact_forces(rpm: float, degrees: npt.ArrayLike) -> Cycle:
+def exact_forces(rpm: float, degrees: npt.ArrayLike) -> EngineInstants:
     """Forces with the measured gas pressure at crank angles in degrees."""
     angles = np.asarray(degrees, dtype=np.float64) * DEG
     return cycle(engine(), ROD, shipped_trace(SOURCE), rpm * RPM, angles)
+
+
+def along_cylinder(instants: EngineInstants) -> npt.NDArray[np.float64]:
+    """Force on the rod at the piston pin along the cylinder, N."""
+    return instants.in_engine_axes(instants.pin).x

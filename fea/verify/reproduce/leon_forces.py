@@ -12,6 +12,7 @@ from fea.verify.reproduce.leon_engine import (
     SOURCE,
     SPEEDS,
     R,
+    along_cylinder,
     exact_forces,
 )
 from fea.verify.reproduce.misprint import wrong_digit
@@ -67,7 +68,7 @@ def pin_forces(rpm: int) -> Table:
                 unit="N",
                 cells=total,
                 as_published=summed,
-                corrected=-exact.pin_x,
+                corrected=-along_cylinder(exact),
                 cause=_RESULTANT_CAUSE,
                 speed=speed,
                 slips=_resultant_slips(rpm, total),

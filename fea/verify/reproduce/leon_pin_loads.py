@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fea.units import DEG
-from fea.verify.reproduce.leon_engine import SOURCE, exact_forces
+from fea.verify.reproduce.leon_engine import SOURCE, along_cylinder, exact_forces
 from fea.verify.reproduce.leon_forces import TABLES
 from fea.verify.reproduce.printed import Cell, column, records
 from fea.verify.reproduce.row import Row, Slip
@@ -40,7 +40,7 @@ def _pin_load(record: dict[str, str]) -> Iterator[Row]:
     exact = exact_forces(rpm, float(key))
     figures = {
         "rod_deg": ("rod angle", "°", exact.motion.rod_angle / DEG),
-        "F_resultant_N": ("resultant", "N", -exact.pin_x),
+        "F_resultant_N": ("resultant", "N", -along_cylinder(exact)),
         "F_normal_N": ("normal force", "N", np.abs(exact.wall)),
         "F_rod_N": ("rod force", "N", -exact.pin_axial),
     }

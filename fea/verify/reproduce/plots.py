@@ -105,7 +105,7 @@ def _leon() -> Any:
             "F_resultant_N",
             "Table 13: resultant on the pin",
             "kN",
-            lambda x: -leon_engine.exact_forces(rpm, x).pin_x,
+            lambda x: -leon_engine.along_cylinder(leon_engine.exact_forces(rpm, x)),
             1e-3,
         ),
         (

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from fea.study.traces import shipped_trace
 from fea.units import DEG, RPM
 from fea.verify.reproduce.leon_engine import ROD, SOURCE, SPEEDS, engine
-from loads.peaks import peak_cases
+from loads.cases import peak_cases
+from loads.crank_cycle import CrankCycle
 
 # As printed, from the two litres of the engine, and from the piston area of table 7.
 BORES = (76.0, 82.3, 87.0)
@@ -28,9 +29,9 @@ def bore_sensitivity() -> list[PeakLoad]:
     found = []
     for rpm in SPEEDS:
         for bore in BORES:
-            for case in peak_cases(engine(bore), ROD, shipped_trace(SOURCE), rpm * RPM).cases:
+            for case in peak_cases(CrankCycle(engine(bore), ROD, shipped_trace(SOURCE), rpm * RPM)).cases:
                 if case.name in {"tension", "compression", "side"}:
-                    axial = max(case.pin_axial, case.crank_axial, key=abs)
-                    angle = (case.crank_angle or 0.0) / DEG
-                    found.append(PeakLoad(bore, rpm, case.name, angle, axial, case.wall or 0.0))
+                    axial = max(float(case.pin_axial), float(case.crank_axial), key=abs)
+                    angle = float(case.crank_angle) / DEG
+                    found.append(PeakLoad(bore, rpm, case.name, angle, axial, float(case.wall)))
     return found

@@ -7,7 +7,7 @@ import numpy as np
 from fea.units import BAR, KG, KG_M2, RPM
 from fea.verify.stability.row import ExtremeRow, judged
 from geometry.mass import MassProperties
-from loads.dynamics import cycle, rod_motion
+from loads.dynamics import cycle
 from loads.engine import Engine
 from loads.gas import Otto
 
@@ -48,13 +48,13 @@ def _row(
 
 def _imbalance(engine: Engine, gas: Otto, speed: float, angle: float) -> float:
     """Largest resultant, force or moment about the crank pin, relative to the largest force."""
-    c, motion = cycle(engine, ROD, gas, speed, angle), rod_motion(engine, speed, angle)
+    c = cycle(engine, ROD, gas, speed, angle)
     x, y, _ = ROD.center
-    alpha, square = motion.angular_acceleration, motion.angular_velocity**2
-    a_x = motion.acceleration[0] - alpha * y - square * x
-    a_y = motion.acceleration[1] + alpha * x - square * y
+    along, square, across, alpha = map(float, c.motions)
+    a_x = along - alpha * y - square * x
+    a_y = across + alpha * x - square * y
     along = float(c.pin_axial - c.crank_axial) - ROD.mass * a_x
     across = float(c.pin_transverse + c.crank_transverse) - ROD.mass * a_y
     turning = float(c.pin_transverse) * LENGTH - ROD.inertia_z * alpha - ROD.mass * (x * a_y - y * a_x)
-    largest = max(abs(float(f)) for f in (c.pin_axial, c.pin_transverse, c.crank_axial, c.crank_transverse))
+    largest = float(np.abs([c.pin, c.crank]).max())
     return max(abs(along), abs(across), abs(turning) / LENGTH) / (largest or 1.0)

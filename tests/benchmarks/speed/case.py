@@ -23,7 +23,8 @@ from fea.study.study import load_study
 from fea.units import RPM
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure
-from loads.peaks import peak_cases
+from loads.cases import peak_cases
+from loads.crank_cycle import CrankCycle
 from mesh.mirror import MirroredMesh, reflect, unmirrored
 from mesh.tetmesh import EDGES, TetMesh
 
@@ -128,7 +129,7 @@ def nodal_forces(mesh: TetMesh, bores: Bores) -> CaseForces:
     weights = inertia(mesh, study.material.material().density)
     assert study.engine is not None
     engine = study.engine.engine(study.rod.length)
-    peaks = peak_cases(engine, weights.properties, study.engine.gas_model(engine), SPEED * RPM)
+    peaks = peak_cases(CrankCycle(engine, weights.properties, study.engine.gas_model(engine), SPEED * RPM))
     chosen = next(case for case in peaks.cases if case.name == LOAD)
     pressure = BorePressure.parse(study.analysis.pressure)
     return NodalForces(mesh, bores, weights, pressure, Support.INERTIA_RELIEF)(chosen)

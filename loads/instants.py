@@ -1,0 +1,145 @@
+"""What acts on the rod at instants: a load case, the peaks of a cycle, or a whole cycle."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Self, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from geometry.arrays import Floats, Ints, Mask
+
+Names = npt.NDArray[np.str_]
+_ZERO, _UNKNOWN = cast("tuple[Floats, Floats]", (np.float64(0.0), np.float64(math.nan)))
+_NO_NAME = cast("Names", np.str_(""))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Instants:
+    """What acts on the rod at instants; indexing and iteration give single ones, without the last axis.
+
+    Forces and motion are in rod axes (+x from the crank pin to the piston pin). A scalar stands for every
+    instant.
+
+    Attributes
+    ----------
+    pin, crank
+        (2, n) forces on the rod along x and y, N.
+    acceleration
+        (2, n) of the rod frame's origin (the crank-pin centre), mm/s²; 0 for a rod at rest.
+    angular_velocity, angular_acceleration
+        (n,) of the rod about +z, rad/s and rad/s²; 0 for a rod at rest.
+    crank_angle
+        (n,) rad, with firing TDC at 2π; NaN where none belongs to the instant.
+    speed
+        (n,) of the crank, rad/s; NaN where the instant is none of a crank cycle.
+    gas, wall, torque
+        (n,) gas force on the piston (positive towards the crank) and force of the wall on the piston (along
+        engine +y), N; torque on the crank (positive drives it), N·mm; NaN without an engine.
+    names
+        (n,) ``tension``, ``compression``, ``side``, ``bending``, ``gas``, ``given`` or ``assembly``; empty
+        for the instants of a cycle.
+    """
+
+    pin: Floats
+    crank: Floats
+    acceleration: Floats = _ZERO
+    angular_velocity: Floats = _ZERO
+    angular_acceleration: Floats = _ZERO
+    crank_angle: Floats = _UNKNOWN
+    speed: Floats = _UNKNOWN
+    gas: Floats = _UNKNOWN
+    wall: Floats = _UNKNOWN
+    torque: Floats = _UNKNOWN
+    names: Names = _NO_NAME
+
+    def __post_init__(self) -> None:
+        """Give every array the shape of the forces."""
+        shape = np.shape(self.pin)[1:]
+        for item in fields(Instants):
+            value = np.asarray(getattr(self, item.name))
+            vector = item.name in {"pin", "crank", "acceleration"}
+            object.__setattr__(self, item.name, np.broadcast_to(value, (2, *shape) if vector else shape))
+
+    def __len__(self) -> int:
+        """How many instants there are."""
+        return len(self.speed)
+
+    def __getitem__(self, which: int | slice | Ints | Mask | None) -> "Instants":
+        """Return one or some of the instants."""
+        return Instants(**{item.name: getattr(self, item.name)[..., which] for item in fields(Instants)})
+
+    def __iter__(self) -> Iterator["Instants"]:
+        """Yield the instants one by one."""
+        return (self[number] for number in range(len(self)))
+
+    def named(self, name: str) -> Self:
+        """Return the same with a name."""
+        return replace(self, names=np.array(name))
+
+    @property
+    def name(self) -> str:
+        """The name of a single instant."""
+        return str(self.names)
+
+    @property
+    def pin_axial(self) -> Floats:
+        """Force along the rod at the piston pin, N, positive where it pulls that end outwards."""
+        return np.asarray(self.pin[0])[()]
+
+    @property
+    def pin_transverse(self) -> Floats:
+        """Force along +y at the piston pin, N."""
+        return np.asarray(self.pin[1])[()]
+
+    @property
+    def crank_axial(self) -> Floats:
+        """Force along the rod at the crank pin, N, positive where it pulls that end outwards (along −x)."""
+        return np.asarray(0.0 - self.crank[0])[()]
+
+    @property
+    def crank_transverse(self) -> Floats:
+        """Force along +y at the crank pin, N."""
+        return np.asarray(self.crank[1])[()]
+
+    @property
+    def largest_force(self) -> Floats:
+        """The larger of the forces at pin and crank, N."""
+        return np.asarray(np.maximum(np.hypot(*self.pin), np.hypot(*self.crank)))[()]
+
+    @property
+    def motions(self) -> Floats:
+        """Weights (4, n) of the unit motions a_x, ω² (even about y = 0), a_y and α (odd)."""
+        along, across = self.acceleration
+        return np.stack([along, self.angular_velocity**2, across, self.angular_acceleration])
+
+    @property
+    def in_cycle(self) -> Mask:
+        """Whether each is an instant of a crank cycle: gas alone, given forces and an assembly are none."""
+        return np.asarray(~np.isnan(self.speed))
+
+
+def joined(parts: Sequence[Instants]) -> Instants:
+    """Return instants, single ones or several each, one after another."""
+    none = Instants(pin=np.zeros((2, 0)), crank=np.zeros((2, 0)))
+    rows = [part if part.speed.ndim else part[None] for part in (none, *parts)]
+    return Instants(
+        **{
+            item.name: np.concatenate([getattr(row, item.name) for row in rows], axis=-1)
+            for item in fields(Instants)
+        }
+    )
+
+
+def in_motion(
+    acceleration: tuple[float, float], angular_velocity: float = 0.0, angular_acceleration: float = 0.0
+) -> Instants:
+    """Return a rod in motion on which no forces act; units as in `Instants`."""
+    return Instants(
+        pin=np.zeros(2),
+        crank=np.zeros(2),
+        acceleration=np.array(acceleration),
+        angular_velocity=np.array(angular_velocity),
+        angular_acceleration=np.array(angular_acceleration),
+    )
