@@ -44,19 +44,12 @@ class Contact:
 
 
 class ContactSystem:
-    """Solves for several loads, each from the contact area of the one before.
+    """Solves for several loads, with C (n, n) and R (n, m), each from the contact area of the one before.
 
     The primal-dual active set (Hintermüller, Itō & Kunisch 2003) changes all places at once and usually ends
     in a few steps. If it does not, a primal active-set method (Nocedal & Wright 2006, algorithm 16.3) starts
     from pressures that have the resultants and exchanges single places: each step lowers the energy and no
     contact area comes twice, so it ends.
-
-    Parameters
-    ----------
-    compliance
-        C (n, n), symmetric and positive definite.
-    rigid
-        R (n, m).
     """
 
     def __init__(self, compliance: Floats, rigid: Floats) -> None:
@@ -166,14 +159,9 @@ class ContactSystem:
 
 
 def balanced(rigid: Floats, force: Floats) -> Floats:
-    """Pressures (n,) that have resultants (m,), in as few places as there are resultants.
+    """Pressures (n,) with resultants F (m,) along R (n, m), in as few places as there are resultants.
 
-    Parameters
-    ----------
-    rigid
-        R (n, m), its columns of size one.
-    force
-        F (m,) in the same units.
+    The columns of R are of size one, and F is in the same units.
 
     Raises
     ------

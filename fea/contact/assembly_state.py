@@ -72,13 +72,7 @@ class AssemblyState:
         return self.faces[Surface.JOINT]
 
     def separating(self, assembled: "AssemblyState") -> float:
-        """Load on the joint beside its bolts, N: what bolts gain and the joint loses.
-
-        Parameters
-        ----------
-        assembled
-            The state without load.
-        """
+        """Load on the joint beside its bolts, N: what bolts gain and the joint loses against no load."""
         return self.bolt_force - assembled.bolt_force - (self.joint.force - assembled.joint.force)
 
 

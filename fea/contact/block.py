@@ -180,16 +180,10 @@ class Product:
 
     @classmethod
     def of(cls, matrix: Floats, rows: Floats, columns: Floats, basis: Floats) -> "Product":
-        """Take a matrix apart.
+        """Take a matrix (n, k) apart.
 
-        Parameters
-        ----------
-        matrix
-            (n, k).
-        rows, columns
-            (n,), (k,) that scale it to unknowns of unit stiffness.
-        basis
-            (k, r) orthonormal: it may be all that the scaled rows consist of.
+        `rows` (n,) and `columns` (k,) scale it to unknowns of unit stiffness. The basis (k, r) is
+        orthonormal: it may be all that the scaled rows consist of.
         """
         scaled = rows[:, None] * matrix * columns
         left = scaled @ basis

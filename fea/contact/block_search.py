@@ -26,11 +26,6 @@ class Correction:
     friction comes last, because what the parts do under a wrong load of the pins says nothing about friction.
     Where the method returns to a guess, it runs in a circle: from then on, only the worst places of that kind
     are changed, fewer each time, down to single ones.
-
-    Parameters
-    ----------
-    exact
-        How exactly the laws shall hold.
     """
 
     def __init__(self, exact: Exact) -> None:
@@ -93,14 +88,9 @@ UNSETTLED = (
 class BlockSearch:
     """Searches the state of a block.
 
-    Parameters
-    ----------
-    loose
-        (m, k) share of the motions that only the pins resist in the motions of the parts.
-    motions
-        How many motions the pins have, the loose ones of the parts last.
-    names
-        (k,) of the part that each motion of the parts moves, with its article.
+    `loose` (m, k) is the share of the motions that only the pins resist in those of the parts; they are the
+    last of all `motions` of the pins. `names` (k,) are those of the parts that these motions move, with their
+    articles.
     """
 
     def __init__(self, loose: Floats, motions: int, names: Sequence[str] = ()) -> None:

@@ -50,17 +50,7 @@ class CondensedInterface:
 
     @classmethod
     def of(cls, compliance: Floats, parts: Floats, pins: Ints) -> "CondensedInterface":
-        """Condense everything but the pins.
-
-        Parameters
-        ----------
-        compliance
-            C (n, n).
-        parts
-            P (n, k), moments of the free motions of the parts.
-        pins
-            (n_p,) the unknowns that are kept.
-        """
+        """Condense C (n, n) to the pins (n_p,), with moments P (n, k) of the parts' free motions."""
         interface = np.setdiff1d(np.arange(len(compliance)), pins)
         P_p, P_J = parts[pins], parts[interface]
         size = np.abs(parts).max(axis=0, initial=0.0)
@@ -105,19 +95,7 @@ class CondensedInterface:
         )
 
     def motions(self, open_gap: Floats, pressure: Floats, forces: Floats, loose: Floats) -> Floats:
-        """Motions (k,) of the parts.
-
-        Parameters
-        ----------
-        open_gap
-            y_J − g_J (n_J,).
-        pressure
-            λ_p (n_p,).
-        forces
-            f (k,).
-        loose
-            (m,) of those that only the pins resist.
-        """
+        """Motions (k,) of the parts from y_J − g_J (n_J,), λ_p (n_p,), f (k,) and the loose motions (m,)."""
         left = open_gap - self._coupling @ pressure
         found = self._back @ (self._share.T @ forces - self._own.T @ pressure - self._moved.T @ left)
         return np.asarray(found + self.free[1].T @ loose)

@@ -67,19 +67,10 @@ class Factor:
 
 
 def solved(matrix: Floats, side: Floats, near: Factor | None = None) -> tuple[Floats, Factor | None]:
-    """Solve; a motion that nothing resists, as that of a part that has come off, stays zero.
+    """Solve a matrix (n, n) with a diagonal near one; a motion that nothing resists stays zero.
 
-    Parameters
-    ----------
-    matrix, side
-        (n, n) with a diagonal near one, and (n,).
-    near
-        Factor of a matrix that may be nearly the same.
-
-    Returns
-    -------
-    ndarray, Factor or None
-        (n,) and a factor of use for a matrix that is nearly the same, unless this one is singular.
+    `near` factorises a matrix that may be nearly the same. Also returned is a factor of use for the next such
+    matrix, unless this one is singular, as where a part has come off.
     """
     if not len(side):
         return side, None

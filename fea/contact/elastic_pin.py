@@ -64,20 +64,9 @@ def harmonics(pin: Pin, highest: int, *, mirrored: bool) -> tuple[Floats, tuple[
 class ElasticPin:
     """The half z ≥ 0 of a pin, meshed.
 
-    Parameters
-    ----------
-    pin
-        Its dimensions.
-    mirrored
-        Whether the fields are symmetric about z = 0; antisymmetric otherwise.
-    highest
-        Highest harmonic: it reaches as deep as the radius over its order.
-
-    Attributes
-    ----------
-    stations
-        (n_z,) distances from the middle at which the surface is observed, mm: the ends and middles of the
-        elements along the part that may touch.
+    Its fields are symmetric about z = 0 (`mirrored`) or antisymmetric. The `highest` harmonic reaches as deep
+    as the radius over its order. `stations` (n_z,) are the distances from the middle at which the surface is
+    observed, mm: the ends and middles of the elements along the part that may touch.
     """
 
     def __init__(self, pin: Pin, *, mirrored: bool = True, highest: int = 64) -> None:

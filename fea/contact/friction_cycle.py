@@ -26,12 +26,7 @@ OF_COURSE = Exact(violation=1e-5, direction=1e-3)
 class FrictionCycle:
     """A crank cycle of an assembled rod, whose increments are solved when they are first needed.
 
-    Parameters
-    ----------
-    assembled
-        The parts put together.
-    steps
-        Loads at the increments, which divide the cycle evenly; the first follows the last.
+    The loads at the increments, `steps`, divide the cycle evenly; the first follows the last.
     """
 
     def __init__(self, assembled: Assembled, steps: Sequence[Load]) -> None:
@@ -39,14 +34,9 @@ class FrictionCycle:
         self._ends = [_CycleOfEnd(end, steps) for end in assembled.ends]
 
     def at(self, loads: Sequence[Load], places: Floats) -> list[ContactState]:
-        """States at instants of the cycle.
+        """States under loads at n instants.
 
-        Parameters
-        ----------
-        loads
-            At n instants.
-        places
-            (n,) numbers of the increments before them, with the share of the way to the next.
+        `places` (n,) are the numbers of the increments before them, with the share of the way to the next.
 
         Raises
         ------
@@ -79,15 +69,7 @@ _Found = Future[dict[int, ContactState]]
 
 
 class _CycleOfEnd:
-    """A crank cycle of one end of the rod.
-
-    Parameters
-    ----------
-    end
-        The end.
-    steps
-        Loads at the increments.
-    """
+    """A crank cycle of one end of the rod."""
 
     def __init__(self, end: Assembled, steps: Sequence[Load]) -> None:
         self._end, self._steps = end, steps

@@ -166,20 +166,10 @@ class MatingFaces:
         interference: float = 0.0,
         friction: bool = True,
     ) -> "MatingFaces":
-        """Set up the faces of an interface of a cell, whose tangents are z and the one square to it.
+        """Set up an interface between two surfaces of a cell, as `mesh.separate.separated` leaves them.
 
-        Parameters
-        ----------
-        mesh
-            The cell, with both sides as `mesh.separate.separated` leaves them.
-        sides
-            Their surfaces.
-        direction
-            In which a pressure pushes the first side; square to z.
-        interference
-            mm.
-        friction
-            Whether there is any.
+        A pressure pushes the first side in the `direction`, which is square to z. The tangents are z and the
+        one square to it. The interference is in mm.
         """
         first, second = sides
         pressing = Multipliers.of(mesh, first, direction)
@@ -312,24 +302,11 @@ class BoltPull:
     ) -> "BoltPull":
         """Spread the force of a bolt over its seats, as a traction along its axis.
 
-        The traction is uniform but for a small linear part, which leads its resultant through the axis: the
-        centroids of meshed annuli lie beside it, on either end by another distance, and a pair of forces
-        that do not oppose each other would be a moment.
-
-        Parameters
-        ----------
-        mesh
-            The cell.
-        name
-            Of the bolt.
-        seats
-            Of `BOLT_HEAD` and `BOLT_THREAD`, the numbers of the facets that belong to this bolt.
-        axis
-            (3,) unit direction from the thread to the head.
-        stiffness, share
-            See the class.
-        point
-            (3,) on the axis, mm; without it the traction is uniform.
+        The axis (3,) leads from the thread to the head. The traction is uniform but for a small linear part,
+        which leads its resultant through a point (3,) on the axis, mm, where that is given: the centroids of
+        meshed annuli lie beside it, on either end by another distance, and a pair of forces that do not
+        oppose each other would be a moment. `seats` are the facets of `BOLT_HEAD` and `BOLT_THREAD` that
+        belong to this bolt.
         """
         n_nodes = len(mesh.points)
         forces, traction = np.zeros(3 * n_nodes), {}

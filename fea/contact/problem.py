@@ -145,18 +145,7 @@ class ContactProblem:
         return np.stack(columns, axis=1) if columns else np.zeros((self.unfolding.size, 0))
 
     def moved(self, nodes: Ints) -> tuple[Floats, Floats]:
-        """Free rigid motions of a part.
-
-        Parameters
-        ----------
-        nodes
-            Of the part.
-
-        Returns
-        -------
-        ndarray, ndarray
-            Moments (n, m), as `rigid`, and the resultants (m, n_loads) of unit loads along the motions.
-        """
+        """Moments (n, m) of the free rigid motions of a part, and resultants (m, n_loads) along them."""
         columns, resultants = [], []
         for parity, moves in self.motions(nodes):
             moments = {own: np.zeros(self.forces.shape[1]) for own in self.unfolding.parities()}
@@ -181,15 +170,7 @@ class ContactProblem:
         return found
 
     def gap(self, forces: Sequence[Floats], weights: Floats) -> Floats:
-        """Moments (n,) of the gap that everything but the unknowns leaves.
-
-        Parameters
-        ----------
-        forces
-            (2,) of each pin on the whole body, N.
-        weights
-            (n_loads,) of the other loads.
-        """
+        """Moments (n,) of the gap under forces (2,) of each pin on the whole body, N, and other loads."""
         return self.initial + self.loaded @ weights + self.bent(forces)
 
     def bent(self, forces: Sequence[Floats]) -> Floats:
@@ -208,14 +189,9 @@ class ContactProblem:
         return found
 
     def solve(self, forces: Sequence[Floats], weights: Floats, moments: Floats | None = None) -> Contact:
-        """Pressures under a load.
+        """Pressures under forces (2,) of each pin on the whole body, N, and weights of the other loads.
 
-        Parameters
-        ----------
-        forces, weights
-            As for `gap`.
-        moments
-            (2,) about x and y that the pressures must have on a body that may tilt, N·mm; none by default.
+        On a body that may tilt, the pressures have moments (2,) about x and y, N·mm; none by default.
 
         Raises
         ------

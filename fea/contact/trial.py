@@ -183,13 +183,8 @@ class Trial:
     def of(cls, block: Block, offsets: Offsets, guess: Guess, last: "Trial | None" = None) -> "Trial":
         """Solve for what touches, opens and slips.
 
-        Parameters
-        ----------
-        block, offsets, guess
-            What is guessed, and under what load.
-        last
-            An earlier trial, which may have solved the same problem under another load, or one in which only
-            directions of slip were others.
+        An earlier trial, `last`, may have solved the same problem under another load, or one in which only
+        directions of slip were others.
         """
         if last is not None and last.linear.belongs_to(block, guess):
             linear, near = last.linear, last.factor
@@ -291,13 +286,7 @@ class Trial:
         return worst <= exact.violation * self.size and turned <= exact.direction * self.size
 
     def corrected(self, pins: Mask, normal: Mask, friction: Mask) -> Guess:
-        """Return the guess that follows from this one.
-
-        Parameters
-        ----------
-        pins, normal, friction
-            (n_p,), (k,), (k,) where it is wrong about what touches, opens and slips.
-        """
+        """Return the guess that follows where this one is wrong about pins, openings and slips."""
         guess = self.guess
         touching, opened = guess.touching ^ pins, guess.opened ^ normal
         if not self.block.rubs:

@@ -132,18 +132,7 @@ class ChosenBolt:
 def choose_bolt(
     table: AssemblyTable, seats: BoltSeats, own: MaterialTable | None, clamped: Material
 ) -> ChosenBolt:
-    """Complete what a study says of its bolts.
-
-    Parameters
-    ----------
-    table
-        [assembly].
-    seats
-        The room that the rod has.
-    own
-        [material.bolt], if it is given.
-    clamped
-        Material of the rod.
+    """Complete what a study says of its bolts: [assembly], and [material.bolt] if it is given.
 
     Raises
     ------

@@ -39,17 +39,7 @@ class BoltResult:
 
     @classmethod
     def of(cls, bolt: Bolt, forces: Floats, *, turned: bool = True) -> "BoltResult":
-        """Judge a bolt.
-
-        Parameters
-        ----------
-        bolt
-            The bolt.
-        forces
-            (k,) its force at k instants, N.
-        turned
-            Whether it was tightened by turning, or stretched.
-        """
+        """Judge a bolt by its force (k,) at k instants, N; it was tightened by turning, or stretched."""
         top, low = int(forces.argmax()), int(forces.argmin())
         largest, least = float(forces[top]), float(forces[low])
         stress = bolt.assembly_preload / bolt.least_area
@@ -96,19 +86,10 @@ class JointResult:
         friction: float,
         tightening_factor: float = 1.0,
     ) -> "JointResult":
-        """Judge a joint.
+        """Judge a joint by its bolts' forces, their sum, and clamp and shear of cap and rod, (k,), N.
 
-        Parameters
-        ----------
-        bolts, clamp, shear
-            (k,) sum of the bolts' forces, and normal (pressing positive) and shear force between cap and rod
-            at k instants, N.
-        assembled
-            Bolts' force and clamp as assembled, N.
-        friction
-            μ between cap and rod.
-        tightening_factor
-            α_A = F_Mmax/F_Mmin: the clamp falls by what the least preload lacks of the largest (R12/1).
+        `assembled` are bolts' force and clamp as assembled, N. With α_A = F_Mmax/F_Mmin, the tightening
+        factor, the clamp falls by what the least preload lacks of the largest (R12/1).
         """
         lack = assembled[0] * (1 - 1 / tightening_factor)
         held = (clamp - lack).clip(min=0.0)

@@ -40,16 +40,10 @@ class BoreShape:
 
 
 def bore_shape(mesh: TetMesh, surface: Surface, center_x: float, displacement: Floats) -> BoreShape:
-    """Fit harmonics to the radial displacement of a bore's nodes.
+    """Fit harmonics to the radial displacement of the nodes of a bore of the whole rod.
 
-    Parameters
-    ----------
-    mesh
-        Of the whole rod.
-    surface, center_x
-        The bore, whose axis is parallel to z and passes through (`center_x`, 0).
-    displacement
-        (n_nodes, 3), mm.
+    The axis of the bore is parallel to z and passes through (`center_x`, 0); the displacement is (n_nodes,
+    3), mm.
     """
     nodes = np.unique(mesh.facets[surface])
     x, y = mesh.points[nodes, 0] - center_x, mesh.points[nodes, 1]

@@ -36,33 +36,22 @@ class CaseError:
 class CaseErrors:
     """Estimates errors on the cell, for each side of y = 0, and maps them to the whole rod.
 
-    Parameters
-    ----------
-    mesh
-        The meshed rod.
-    materials
-        One per part.
-    held
-        Surfaces whose displacement is prescribed.
-
-    Attributes
-    ----------
-    masked
-        Nodes of the cell near stress singularities, where the exact stress is infinite.
-    rims
-        Of parts that touch, near which the nodes are among them.
+    `masked` are the nodes of the cell near stress singularities, where the exact stress is infinite; `rims`
+    those of parts that touch, near which nodes are among them. `clamped` surfaces do not move freely.
     """
 
-    def __init__(self, mesh: MeshedRod, materials: Sequence[Material], held: tuple[Surface, ...]) -> None:
+    def __init__(self, mesh: MeshedRod, materials: Sequence[Material], clamped: tuple[Surface, ...]) -> None:
         self._mesh = mesh
         self._estimator = ErrorEstimator(mesh.cell, materials)
         whole = mesh.mirrored
         creases = mesh.cell_creases
         radius = mask_radius(mesh.cell)
         sharp = nodes_near(mesh.cell, singular_nodes(mesh.cell, (), creases), radius)
-        of_held = nodes_near(mesh.cell, singular_nodes(mesh.cell, held, creases), radius) if held else sharp
+        singular = sharp
+        if clamped:
+            singular = nodes_near(mesh.cell, singular_nodes(mesh.cell, clamped, creases), radius)
         self.rims = rim_masks(mesh.cell, radius)
-        self.masked = of_held | near_rims(mesh.cell, self.rims)
+        self.masked = singular | near_rims(mesh.cell, self.rims)
         self._masked, self._sharp = self.masked[whole.source], sharp[whole.source]
         beyond = whole.sign[:, 1] < 0
         self._node_side = beyond.astype(int)
@@ -74,16 +63,10 @@ class CaseErrors:
         stresses: Mapping[Parity, Sequence[Floats]],
         pressure: Mapping[Parity, Mapping[int, Floats]],
     ) -> list[CaseError]:
-        """Estimate the error of each case.
+        """Estimate the error of each case on the cell, per parity.
 
-        Parameters
-        ----------
-        displacement
-            Per parity (n_nodes, 3, n_cases), mm, on the cell.
-        stresses
-            Per parity and part (n_nodes, 6, n_cases), MPa, recovered on the cell.
-        pressure
-            Per parity, by the number of each part that has a pressure, (n_nodes, n_cases), MPa.
+        The displacement is (n_nodes, 3, n_cases), mm; stresses are given per part, (n_nodes, 6, n_cases),
+        MPa, as recovered; pressures by the number of each part that has one, (n_nodes, n_cases), MPa.
         """
         even, odd = Parity.SYMMETRIC, Parity.ANTISYMMETRIC
         soft = pressure.get(even, {})

@@ -72,16 +72,7 @@ def column(
 ) -> Column:
     """Compute the critical loads in a plane; cached, as they do not depend on the speed.
 
-    Parameters
-    ----------
-    plane
-        The plane in which it bends, which also determines the end conditions.
-    stations
-        Sections from one pin centre to the other, in the order of increasing x.
-    least
-        The section of least area.
-    youngs_modulus, yield_strength
-        MPa.
+    The sections follow each other from one pin centre to the other; `least` is that of least area.
     """
     x = np.array([section.x for section in stations])
     inertia = np.array([plane.inertia(section) for section in stations])
@@ -93,16 +84,8 @@ def column(
 def euler_load(x: Floats, bending_stiffness: Floats, *, built_in: bool) -> float:
     """Critical load, N, of a column of varying section: (EI w″)″ + P w″ = 0.
 
-    Beam elements with cubic deflections between the stations (Przemieniecki 1968, chapter 15).
-
-    Parameters
-    ----------
-    x
-        (n,) stations, mm.
-    bending_stiffness
-        (n,) EI there, N·mm², linear between them.
-    built_in
-        Whether both ends are built in; pinned otherwise.
+    Beam elements with cubic deflections between the stations x (n,), mm, and EI (n,), N·mm², linear between
+    them (Przemieniecki 1968, chapter 15). Both ends are built in, or both pinned.
     """
     n = 2 * len(x)
     K, G = np.zeros((2, n, n))

@@ -46,16 +46,8 @@ def fatigue_factor(
 ) -> Floats | None:
     """Safety factor against fatigue, at most `CAP`; None if the material's strengths are not known.
 
-    Parameters
-    ----------
-    criterion
-        The mean-stress correction.
-    mean, amplitude
-        Of the signed equivalent stress, MPa, of one shape.
-    material
-        Gives S_e, S_u and S_y.
-    surface
-        Factor k_a of the surface on S_e, of the same shape or one for all.
+    Mean and amplitude of the signed equivalent stress, MPa, have one shape; so has the factor k_a of the
+    surface on S_e, or it is one for all.
     """
     line = _LINES[criterion]
     strength, endurance = criterion_strength(criterion, material), material.endurance_limit
@@ -75,16 +67,11 @@ def criterion_strength(criterion: Fatigue, material: Material) -> float | None:
 
 
 def reversed_amplitude(criterion: Fatigue, mean: Floats, amplitude: Floats, material: Material) -> Floats:
-    """Amplitude, MPa, of the fully reversed stress that does the same damage.
+    """Amplitude, MPa, of the fully reversed stress that does the same damage; strengths must be known.
 
     σ_ar of σ_a/σ_ar + σ_m/S = 1 (Goodman, Soderberg) or σ_a/σ_ar + (σ_m/S)² = 1 (Gerber). It exceeds S_e
     where the factor of `fatigue_factor` is below 1, and is infinite where σ_m ≥ S. A compressive mean stress
     gives no benefit.
-
-    Parameters
-    ----------
-    criterion, mean, amplitude, material
-        As `fatigue_factor` takes them; the material's strengths are known.
     """
     used = np.maximum(mean, 0) / (criterion_strength(criterion, material) or np.nan)
     left = 1 - (used**2 if criterion is Fatigue.GERBER else used)
@@ -230,16 +217,9 @@ def crossland_factor(
 ) -> Floats:
     """Factor (n,) by which histories may grow until Crossland's criterion is met, at most `CAP`.
 
-    It is never too large, and too small by at most `fea.judge.fatigue.TOLERANCE`.
-
-    Parameters
-    ----------
-    histories
-        (n, 6, n_instants), MPa, as `fea.judge.history.deviatoric` gives them.
-    tension_limit, torsion_limit
-        f and t, MPa, of the part.
-    surface
-        Factor k_a of the surface on both, (n,) or one for all.
+    It is never too large, and too small by at most `TOLERANCE`. Histories (n, 6, n_instants), MPa, are as
+    `fea.judge.history.deviatoric` gives them; f and t, MPa, those of the part; the factor k_a of the surface
+    on both is (n,) or one for all.
 
     Raises
     ------
@@ -253,20 +233,11 @@ def crossland_factor(
 def crossland_bound(
     von_mises: Floats, principal: Floats, material: Material, surface: Floats | float = 1.0
 ) -> Floats | None:
-    """Return a lower bound of `crossland_factors` without the histories; None as there.
+    """Return a lower bound of `crossland_factors` from the largest stresses (n,) of the histories, MPa.
 
     The ball about the origin with the largest von Mises stress as radius encloses the path, and the mean
     stress is never above the largest principal stress. A place whose bound exceeds the factor of another
     place cannot be the worst.
-
-    Parameters
-    ----------
-    von_mises, principal
-        (n,) largest von Mises stress and largest principal stress of the histories, MPa.
-    material
-        Gives the limits.
-    surface
-        Factor k_a of the surface on both, (n,) or one for all.
     """
     limits = _limits(material)
     return None if limits is None else _factor(von_mises, principal, *limits, surface)

@@ -104,13 +104,7 @@ class Extremes:
 
 
 def signed_equivalent(history: Floats) -> Floats:
-    """Signed von Mises stress (n, n_instants), MPa.
-
-    Parameters
-    ----------
-    history
-        (n, 6, n_instants), MPa, as `fea.judge.history.deviatoric` gives it.
-    """
+    """Signed von Mises stress (n, n_instants), MPa, of histories as `deviatoric` gives them."""
     squares, _, _ = _signed_squares(history)
     return np.asarray(_signed_root(squares))
 

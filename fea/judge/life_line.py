@@ -81,12 +81,7 @@ class LifeLine:
     def damage(self, amplitude: Floats, rate: Floats) -> Floats:
         """Damage per hour (k, n) of cycles that a place sees together: its life is 1 over their sum.
 
-        Parameters
-        ----------
-        amplitude
-            (k, n) of fully reversed stress, MPa.
-        rate
-            (k,) cycles per hour.
+        The amplitudes (k, n) are of fully reversed stress, MPa; the rate (k,) is in cycles per hour.
         """
         counted = (amplitude > self.limit).any(axis=0) if self.endless else np.True_
         return np.where(counted, rate[:, None] / self.cycles(amplitude), 0.0)
@@ -105,13 +100,7 @@ def require_lines(materials: Iterable[Material]) -> None:
 
 
 def rainflow(history: Floats) -> tuple[Floats, Floats]:
-    """Return the means and the amplitudes of the cycles of a period, each counted whole.
-
-    Parameters
-    ----------
-    history
-        (n,) one period, in the order of time; where it begins does not matter.
-    """
+    """Means and amplitudes of the cycles of a period (n,), each counted whole, wherever the period begins."""
     turning = _turning_points(history)
     kept: list[float] = []
     cycles: list[tuple[float, float]] = []

@@ -111,18 +111,9 @@ class PressFit:
 
 
 def warmed(interference: float, diameter: float, inner: float, outer: float, warming: float) -> float:
-    """Return an interference after warming, mm: δ + (α_i − α_o) d ΔT.
+    """Diametral interference after warming by ΔT, mm: δ + (α_i − α_o) d ΔT; a clearance is negative.
 
-    Parameters
-    ----------
-    interference
-        At the reference temperature, diametral, mm; a clearance is negative.
-    diameter
-        Of the fit, mm.
-    inner, outer
-        Thermal expansion of the inner and the outer part, 1/K; moduli are taken as unchanged.
-    warming
-        K.
+    Moduli are taken as unchanged.
     """
     return interference + (inner - outer) * diameter * warming
 
@@ -135,23 +126,13 @@ def ring_of(inner: float, outer: float, material: Material) -> Ring:
 def judge_fit(
     what: str, fit: PressFit, inner: Material, outer: Material, *, key: str, given: float
 ) -> tuple[str, ...]:
-    """Judge an interference before it is solved.
-
-    Parameters
-    ----------
-    what
-        The inner part, in words.
-    fit
-        The fit.
-    inner, outer
-        Materials of the rings.
-    key, given
-        The study's key of the interference, and its value; that of the fit differs at another temperature.
+    """Judge an interference before it is solved, which the study gives by a key; that of the fit is warmed.
 
     Raises
     ------
     InvalidValue
-        One of the parts would yield through its whole wall: the pressure of an elastic model cannot arise.
+        One of the parts would yield through its whole wall: the pressure of an elastic model cannot
+        arise.
     """
     pressure = fit.pressure
     for name, limit in (
@@ -199,14 +180,7 @@ class Expansions:
 
     @classmethod
     def of(cls, table: AssemblyTable, materials: Mapping[str, MaterialTable]) -> "Expansions":
-        """Look up the expansion of every material, where the temperature makes it count.
-
-        Parameters
-        ----------
-        table
-            [assembly].
-        materials
-            Tables by part.
+        """Look up the expansion of every material, where the temperature of [assembly] makes it count.
 
         Raises
         ------
@@ -272,18 +246,7 @@ def choose_fits(
     materials: Mapping[str, MaterialTable],
     expansions: Expansions,
 ) -> dict[str, ChosenFit]:
-    """Return the fits that a study asks for, by the inner part.
-
-    Parameters
-    ----------
-    table
-        [assembly].
-    radii
-        By the inner part.
-    materials
-        Tables of the rod and of the inner parts.
-    expansions
-        Of the same.
+    """Return the fits that a study's [assembly] asks for, by the inner part.
 
     Raises
     ------

@@ -93,16 +93,9 @@ def worst_of_edges(cases: Iterable[Sequence[SharpPlace]]) -> list[SharpPlace]:
 def mattering(
     places: Sequence[SharpPlace], least_factor: float, *, diverging: bool
 ) -> tuple[SharpPlace, ...]:
-    """Return the places that matter beside the rest of the rod.
+    """Return the places of one case, the worst first, that matter beside the rest of the rod.
 
-    Parameters
-    ----------
-    places
-        Of one case, the worst first.
-    least_factor
-        The least safety factor of the rest.
-    diverging
-        Whether the stress near singular places exceeds that of the rest: then at least two places matter.
+    At least two matter where the stress near singular places exceeds that of the rest (`diverging`).
     """
     limit = min([least_factor, *(place.safety_factor for place in places)]) / SHARE
     kept = [place for place in places if place.safety_factor <= limit]
@@ -124,15 +117,7 @@ _LONGEST = 0.25
 
 
 class SharpPlaces:
-    """Judges load cases at the sharp edges of a rod.
-
-    Parameters
-    ----------
-    edges
-        Of the whole rod.
-    poisson
-        ν.
-    """
+    """Judges load cases at the sharp edges of a rod, with Poisson's ratio."""
 
     def __init__(self, edges: SharpEdges, poisson: float) -> None:
         self._edges, self._poisson = edges, poisson
@@ -142,17 +127,9 @@ class SharpPlaces:
     ) -> tuple[SharpPlace, ...]:
         """Judge one case; the place with the highest structural stress comes first.
 
-        Parameters
-        ----------
-        stress
-            (n_nodes, 6), MPa.
-        error
-            (n_nodes,) of the von Mises stress, MPa.
-        safety_factor
-            (n_nodes,) against yielding.
-        least_factor
-            The smallest away from singular places: edges with more than twice as much even where they are
-            singular are left out.
+        Stress (n_nodes, 6), the error (n_nodes,) of the von Mises stress, MPa, and the safety factor
+        (n_nodes,) against yielding, of which `least_factor` is the smallest away from singular places: edges
+        with more than twice as much even where they are singular are left out.
         """
         edges, equivalent = self._edges, von_mises(stress)
         rows = _hottest(edges, 1 / safety_factor, SHARE / least_factor)

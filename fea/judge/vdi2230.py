@@ -82,17 +82,7 @@ _LEAST_MEAN = 0.3
 
 
 def working_stress(bolt: Bolt, largest_force: float, *, torsion: bool = True) -> float:
-    """σ_red,B = √[σ_z² + 3 (k_τ τ)²] at the largest force (step R8).
-
-    Parameters
-    ----------
-    bolt
-        The bolt.
-    largest_force
-        F_Smax, N.
-    torsion
-        Whether the bolt was tightened by turning; a bolt that was stretched has none.
-    """
+    """σ_red,B = √[σ_z² + 3 (k_τ τ)²] at the largest force (step R8); a stretched bolt has no torsion."""
     tension = largest_force / bolt.least_area
     if not torsion:
         return tension
@@ -213,22 +203,9 @@ def bolt_compliance(
 ) -> BoltCompliance:
     """Return δ_S and its parts.
 
-    Parameters
-    ----------
-    thread
-        Of the bolt.
-    grip
-        Length between the seats, or to the first thread that carries.
-    free_thread
-        Length of the thread within the grip; the rest is shank.
-    shank_area
-        Of the shank, mm².
-    modulus, counter_modulus
-        E of the bolt, and of nut or rod.
-    nut
-        Whether there is a nut; else the hole is threaded.
-    head
-        Length of the head's equivalent cylinder over d.
+    The grip reaches from seat to seat, or to the first thread that carries; the free thread is its threaded
+    part, and the rest is shank. `counter_modulus` is E of the nut or of the rod; `head` the length of the
+    head's equivalent cylinder over d.
     """
     d = thread.diameter
     return BoltCompliance(

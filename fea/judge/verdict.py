@@ -53,15 +53,7 @@ class Peak:
 
 
 def peak(value: Floats, error: Floats, masked: Mask | None = None) -> Peak:
-    """Find the peak of a field.
-
-    Parameters
-    ----------
-    value, error
-        (n_nodes,) the field and the estimated error of each value.
-    masked
-        (n_nodes,) nodes near stress singularities; they count in `Peak.unmasked` only.
-    """
+    """Find the peak of a field (n_nodes,) with its errors; masked nodes count in `unmasked` only."""
     counts = np.ones(value.shape, dtype=bool) if masked is None or masked.all() else ~masked
     node = int(np.where(counts, value, -np.inf).argmax())
     highest = np.where(counts, value + error, -np.inf)

@@ -199,13 +199,6 @@ class GeometricStiffness:
 
     Zienkiewicz & Taylor, The Finite Element Method for Solid and Structural Mechanics, on initial stress.
     Applied to the coordinates of the nodes it gives the forces in equilibrium with the stress.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    material
-        Of every element, or of each part.
     """
 
     def __init__(self, mesh: TetMesh, material: Material | Materials) -> None:

@@ -16,23 +16,11 @@ _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
 
 def parts_within(values: Floats, bound: float) -> tuple[Ints, Floats]:
-    """Cut triangles where −`bound` ≤ value ≤ `bound`.
+    """Cut triangles where −`bound` ≤ value ≤ `bound`, by the values (n_triangles, 3) at their corners.
 
-    Polygons are clipped by one half-plane after the other (Sutherland and Hodgman, 1974).
-
-    Parameters
-    ----------
-    values
-        (n_triangles, 3) at the corners.
-    bound
-        Not negative.
-
-    Returns
-    -------
-    owner, parts
-        Number of the triangle (n_parts,) that each part belongs to, and the corners (n_parts, 3, 2) of the
-        parts, which are triangles again, in the reference coordinates of their owner. They vary continuously
-        with the values.
+    Polygons are clipped by one half-plane after the other (Sutherland and Hodgman, 1974). Returned are the
+    number of the triangle (n_parts,) that each part belongs to, and the corners (n_parts, 3, 2) of the parts,
+    which are triangles again, in its reference coordinates. They vary continuously with the values.
     """
     owner, parts = [], []
     for number, corner_values in enumerate(values):
@@ -184,24 +172,12 @@ def bore_load(
     pressure: Callable[[Floats], Floats],
     half_arc: float,
 ) -> BoreLoad:
-    """Press a bore in the direction of `force`, with exactly that resultant.
+    """Press a bore in the direction of a `force` (x, y) on the whole rod, N, with exactly that resultant.
 
-    The traction points along the exact radius, so that it has no moment about the bore's axis; the
-    pressure p(ψ), ψ from the direction of the force, is multiplied by a + b sin ψ with the a ≈ 1 and
-    b ≈ 0 that make both components of the discrete resultant exact.
-
-    Parameters
-    ----------
-    bore
-        The facets of the meshed cell.
-    n_nodes
-        Of the mesh.
-    force
-        (x, y) on the whole rod, N.
-    pressure
-        p(ψ), MPa, of the whole force on the whole width; vectorised, and smooth slightly beyond the arc too.
-    half_arc
-        |ψ| beyond which there is no pressure, rad; see `facets_within`.
+    The traction points along the exact radius, so that it has no moment about the bore's axis; the pressure
+    p(ψ), MPa, ψ from the direction of the force, is multiplied by a + b sin ψ with the a ≈ 1 and b ≈ 0 that
+    make both components of the discrete resultant exact. It is that of the whole force on the whole width,
+    smooth slightly beyond |ψ| = `half_arc`, rad, too, from where on it does not act (`facets_within`).
     """
     magnitude, direction = float(np.hypot(*force)), float(np.arctan2(force[1], force[0]))
     sides = (1, -1) if bore.cut_y else (1,)  # the cell, and its mirror image reflected onto the cell

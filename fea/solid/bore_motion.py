@@ -76,18 +76,9 @@ def bore_mean(mesh: TetMesh, surface: Surface, field: Floats) -> Floats:
 
 
 def referred_to_bores(mesh: TetMesh, displacement: Floats, rod_length: float) -> Floats:
-    """Displacement (n_nodes, 3, n_cases) minus the rigid motion of the line between the bores.
+    """Displacement (n_nodes, 3, n_cases), mm, minus the rigid motion of the line between the bores.
 
     The mean of the big-end bore is at rest and that of the small-end bore stays on the x axis.
-
-    Parameters
-    ----------
-    mesh
-        The whole rod.
-    displacement
-        mm, small.
-    rod_length
-        Distance between the bores, mm.
     """
     moved = displacement - bore_mean(mesh, Surface.BIG_END_BORE, displacement)
     _, across_y, across_z = bore_mean(mesh, Surface.SMALL_END_BORE, moved) / rod_length

@@ -139,24 +139,10 @@ COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
 def node_pair_blocks(gauss: GaussBlock, material: Material | Constants, pairs: tuple[Ints, Ints]) -> Floats:
-    """3×3 stiffness blocks of the node pairs (a, b) of each element.
+    """3×3 stiffness blocks (n_elements, n_pairs, 3, 3), N/mm, of local node pairs (a, b), each (n_pairs,).
 
-    K_ab = ∫ λ ∇N_a ⊗ ∇N_b + μ ∇N_b ⊗ ∇N_a + μ (∇N_a · ∇N_b) I dV; every product ∇N_a ⊗ ∇N_b of an
-    element comes from one matrix product over its Gauss points.
-
-    Parameters
-    ----------
-    gauss
-        Gradients and volumes of the elements.
-    material
-        Gives λ and μ.
-    pairs
-        Local node numbers a and b, each (n_pairs,).
-
-    Returns
-    -------
-    ndarray
-        (n_elements, n_pairs, 3, 3), N/mm.
+    K_ab = ∫ λ ∇N_a ⊗ ∇N_b + μ ∇N_b ⊗ ∇N_a + μ (∇N_a · ∇N_b) I dV; every product ∇N_a ⊗ ∇N_b of an element
+    comes from one matrix product over its Gauss points.
     """
     n_elements, n_points, n_nodes, _ = gauss.gradients.shape
     flat = gauss.gradients.reshape(n_elements, n_points, 3 * n_nodes)

@@ -20,13 +20,7 @@ Field = Callable[[Floats], Floats]
 
 
 def elasticity(material: Material | Materials) -> BilinearForm:
-    """∫ σ(u) : ε(v) dV = ∫ λ ∇·u ∇·v + 2 μ ε(u) : ε(v) dV by Hooke's law, N/mm.
-
-    Parameters
-    ----------
-    material
-        Of every element, or of each part: then the form is one over all elements.
-    """
+    """∫ σ(u) : ε(v) dV = ∫ λ ∇·u ∇·v + 2 μ ε(u) : ε(v) dV by Hooke's law, N/mm."""
     lam, mu = _lame(material)
     return BilinearForm(lambda u, v, _: lam * div(u) * div(v) + 2 * mu * ddot(sym_grad(u), sym_grad(v)))
 
@@ -54,17 +48,7 @@ def moment(density: float | Floats, f: Field) -> LinearForm:
 
 
 def thermal_strain(material: Material | Materials, expansion: float, rise: Field) -> LinearForm:
-    """∫ σ(α ΔT I) : ε(v) dV = ∫ (3 λ + 2 μ) α ΔT ∇·v dV, N: the load of a thermal strain.
-
-    Parameters
-    ----------
-    material
-        As for `elasticity`.
-    expansion
-        α, 1/K.
-    rise
-        Of the temperature, ΔT(x), K.
-    """
+    """∫ σ(α ΔT I) : ε(v) dV = ∫ (3 λ + 2 μ) α ΔT ∇·v dV, N, of a temperature rise ΔT(x), K."""
     lam, mu = _lame(material)
     return LinearForm(lambda v, w: (3 * lam + 2 * mu) * expansion * rise(w.x) * div(v))
 
@@ -74,11 +58,6 @@ def geometric_stiffness(material: Material | Materials) -> BilinearForm:
 
     Zienkiewicz & Taylor, The Finite Element Method for Solid and Structural Mechanics, on initial stress. To
     be assembled with ``initial=u₀``, (n_dofs,) mm.
-
-    Parameters
-    ----------
-    material
-        As for `elasticity`.
     """
     stress = _hooke(material)
     return BilinearForm(

@@ -52,16 +52,10 @@ class Inertia:
 
 
 def inertia(mesh: TetMesh, density: float | Floats, assembly: Assembly = Assembly.BATCHED) -> Inertia:
-    """Integrate mass and its moments over the mesh; the planes it is cut at complete the properties.
+    """Integrate mass and its moments over a cell; the planes it is cut at complete the properties.
 
-    Parameters
-    ----------
-    mesh
-        The meshed cell.
-    density
-        Of every element, or (n_elements,) of each, t/mm³.
-    assembly
-        What integrates the nodal weights; the quadrature is the same.
+    The density is that of every element, or (n_elements,) of each, t/mm³. Whatever integrates the nodal
+    weights, the quadrature is the same.
     """
     places, volumes = volume_points(mesh)
     mass = volumes * np.reshape(density, (-1, 1))
@@ -95,12 +89,7 @@ def _assembled_weights(mesh: TetMesh, density: float | Floats) -> list[Floats]:
 def mass_beyond(mesh: TetMesh, density: float | Floats, station: float) -> MassProperties:
     """Mass properties of the part of the body with x > `station`, mm, summed over its Gauss points.
 
-    Parameters
-    ----------
-    mesh, density
-        As for `inertia`.
-    station
-        Some elements must lie beyond it.
+    Some elements must lie beyond the station.
     """
     far = mesh.points[mesh.tets, 0].max(axis=1) > station
     places, volumes = volume_points(TetMesh(mesh.points, mesh.tets[far]))
@@ -128,15 +117,7 @@ def _properties(places: Floats, mass: Floats, *, cut_y: bool, cut_z: bool) -> Ma
 
 
 def mass_matrix(mesh: TetMesh, density: float | Floats) -> SymmetricMatrix:
-    """Assemble M_ab = ∫ρ N_a N_b dV I, degrees of freedom node-wise (u_x, u_y, u_z), t.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    density
-        Of every element, or (n_elements,) of each, t/mm³.
-    """
+    """Assemble M_ab = ∫ρ N_a N_b dV I, degrees of freedom node-wise (u_x, u_y, u_z), t."""
     n_nodes = mesh.tets.shape[1]
     layout = pattern(mesh.tets, len(mesh.points))
     values = tabulate(n_nodes, VOLUME_DEGREE).values
@@ -151,15 +132,7 @@ def mass_matrix(mesh: TetMesh, density: float | Floats) -> SymmetricMatrix:
 
 
 def body_forces(mesh: TetMesh, field: Callable[[Floats], Floats]) -> Floats:
-    """Nodal forces ∫ N_a b dV, (n_nodes, 3), N.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    field
-        From places (n, 3), mm, to the force per volume b (n, 3), N/mm³.
-    """
+    """Nodal forces ∫ N_a b dV, (n_nodes, 3), N, of a force per volume b (n, 3) at places (n, 3), N/mm³."""
     return volume_forces(mesh, forms.body_force(by_point(field)), VOLUME_DEGREE)
 
 

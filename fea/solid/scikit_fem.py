@@ -156,17 +156,7 @@ def assembled_stiffness(mesh: TetMesh, material: Material | Materials) -> Symmet
 
 
 def volume_forces(mesh: TetMesh, form: LinearForm, intorder: int) -> Floats:
-    """Assemble a form on displacements: nodal forces (n_nodes, 3), N.
-
-    Parameters
-    ----------
-    mesh
-        As for `to_skfem`.
-    form
-        Of places alone: it is assembled on a part of the elements at a time.
-    intorder
-        As for `basis`.
-    """
+    """Assemble a form on displacements, of places alone: nodal forces (n_nodes, 3), N; part by part."""
     bridged = to_skfem(mesh)
     dofs = Dofs(bridged.mesh, _displacements(bridged.mesh))
     total = np.zeros(dofs.N)
@@ -178,15 +168,7 @@ def volume_forces(mesh: TetMesh, form: LinearForm, intorder: int) -> Floats:
 
 
 def volume_moments(mesh: TetMesh, forms: Iterable[LinearForm], intorder: int) -> list[Floats]:
-    """Assemble forms on scalar functions of the same order: (n_nodes,) each.
-
-    Parameters
-    ----------
-    mesh, intorder
-        As for `volume_forces`.
-    forms
-        Over all elements.
-    """
+    """Assemble forms on scalar functions of the same order over all elements: (n_nodes,) each."""
     bridged = to_skfem(mesh)
     scalars = CellBasis(bridged.mesh, bridged.mesh.elem(), intorder=intorder)
     return [_on_mesh(mesh, bridged.nodes, form.assemble(scalars)) for form in forms]

@@ -20,17 +20,7 @@ TRACTION_DEGREE = 6
 
 
 def traction_forces(mesh: TetMesh, surface: Surface, traction: Traction) -> Floats:
-    """Nodal forces ∫ N_a t dA, (n_nodes, 3), N.
-
-    Parameters
-    ----------
-    mesh
-        Gives the facets of `surface`.
-    surface
-        Where the traction acts.
-    traction
-        t at quadrature points, MPa.
-    """
+    """Nodal forces ∫ N_a t dA, (n_nodes, 3), N, of a traction on a surface."""
     nodes = mesh.facets[surface]
     table = tabulate(nodes.shape[1], TRACTION_DEGREE)
     corners = mesh.points[nodes]
@@ -69,18 +59,6 @@ def thermal_modulus(material: Material, expansion: float) -> float:
 def thermal_forces(
     mesh: TetMesh, material: Material, expansion: float, temperature: Callable[[Floats], Floats]
 ) -> Floats:
-    """Nodal forces ∫ β ΔT ∇N_a dV of a temperature rise, (n_nodes, 3), N.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    material
-        Of every element.
-    expansion
-        α, 1/K.
-    temperature
-        From places (n, 3), mm, to the rise ΔT (n,), K.
-    """
+    """Nodal forces ∫ β ΔT ∇N_a dV, (n_nodes, 3), N, of a temperature rise ΔT (n,) at places (n, 3), K."""
     form = forms.thermal_strain(material, expansion, by_point(temperature))
     return volume_forces(mesh, form, VOLUME_DEGREE)

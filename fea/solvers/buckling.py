@@ -28,17 +28,10 @@ from mesh.tetmesh import TetMesh
 
 
 class ReferenceLoad:
-    """K_σ of a reference load.
+    """K_σ of a reference load from the `GeometricStiffness` of its parts about y = 0.
 
-    Parameters
-    ----------
-    mesh
-        The cell.
-    ends
-        Surfaces whose mean motions are constrained. If one may rotate about z, the direction of a pressure
-        on it stays fixed.
-    parts
-        `GeometricStiffness` of the load's parts about y = 0.
+    The mean motions of the ends are constrained. If one may rotate about z, the direction of a pressure on it
+    stays fixed.
     """
 
     def __init__(
@@ -88,15 +81,10 @@ class BucklingMode:
 
 
 class Buckling:
-    """A body constrained at its ends, factorised once for all reference loads.
+    """A cell under inertia relief, constrained at its ends, factorised once for all reference loads.
 
-    Parameters
-    ----------
-    model
-        The cell under inertia relief; its stiffness and factors are used.
-    ends
-        Surfaces whose mean motions are constrained. If one may rotate about z, a pressure on it is that of a
-        pin: its direction stays fixed when the bore rotates.
+    If an end may rotate about z, a pressure on it is that of a pin: its direction stays fixed when the bore
+    rotates.
 
     Raises
     ------
@@ -117,19 +105,10 @@ class Buckling:
         self._spaces = {parity_z: self._first(parity_z) for parity_z in self._bodies}
 
     def modes(self, displacement: Mapping[Parity, Floats], count: int) -> list[list[BucklingMode]]:
-        """Find the lowest positive factors of each reference load.
+        """Find the `count` lowest positive factors of each reference load, in increasing order.
 
-        Parameters
-        ----------
-        displacement
-            Under the reference loads, per parity about y = 0, (n_nodes, 3, n_loads), mm.
-        count
-            Number of modes per load.
-
-        Returns
-        -------
-        list of list of BucklingMode
-            Per load, in the order of increasing factors; fewer than `count` if tension prevents the others.
+        The displacement under the loads is given per parity about y = 0, (n_nodes, 3, n_loads), mm. There are
+        fewer modes if tension prevents the others.
         """
         parts = {side: self._geometric(u) for side, u in displacement.items()}
         found = []

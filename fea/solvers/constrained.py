@@ -46,18 +46,8 @@ def constrained(
 ) -> Constrained:
     """Constrain the mean motions of surfaces of a body, for given parities about y = 0 and z = 0.
 
-    Parameters
-    ----------
-    mesh
-        The cell.
-    held
-        Surfaces and the mean motions of them that are constrained.
-    parities
-        About y = 0 and z = 0.
-    fixed
-        (n,) fixed degrees of freedom of K_c: those of the planes, and one per rigid motion (`stopping`).
-    inverse
-        K_c⁻¹.
+    `fixed` (n,) are the degrees of freedom of the planes, and one per rigid motion (`stopping`), with which
+    `inverse` is K_c⁻¹.
 
     Raises
     ------
@@ -77,12 +67,7 @@ def constrained(
 def stopping(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Mask:
     """Degrees of freedom (n,) that the mirror planes fix, and one more for each free rigid motion of a piece.
 
-    Parameters
-    ----------
-    mesh
-        The cell, of one piece or of several that are not connected.
-    parities
-        About y = 0 and z = 0.
+    The cell is of one piece or of several that are not connected; the parities are about y = 0 and z = 0.
     """
     planes = plane_conditions(mesh, *parities).ravel()
     # On an interface, restraints at the same place on both sides would stop the forces between them.
@@ -138,25 +123,9 @@ def displacement(
     fixed: Mask,
     moved: Floats | None = None,
 ) -> Floats:
-    """Solve K u = f with some displacements prescribed.
+    """Solve K u = f (n_nodes, 3, 1), mm, for forces (n_nodes, 3), N, with some displacements prescribed.
 
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    material
-        Of every element.
-    forces
-        (n_nodes, 3), N.
-    fixed
-        (n_nodes, 3) whether a displacement is given.
-    moved
-        (n_nodes, 3) the given displacements, mm; zero by default. Other entries are ignored.
-
-    Returns
-    -------
-    ndarray
-        (n_nodes, 3, 1), mm.
+    Where `fixed` (n_nodes, 3), the displacement is that of `moved` (n_nodes, 3), mm; zero by default.
 
     Raises
     ------

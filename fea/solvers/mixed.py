@@ -19,7 +19,6 @@ from fea.solid.assembly import SymmetricMatrix
 from fea.solid.element import gauss_blocks, gauss_places, shape_functions, stiffness_degree
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
-from fea.solid.supports import plane_conditions
 from fea.solvers.linear.amg import Operator
 from fea.solvers.linear.choice import Preconditioner
 from fea.solvers.residuals import Residuals, condition_of, probe, worst_ratio
@@ -71,15 +70,7 @@ class PressureSpace:
 
 
 def pressure_space(mesh: TetMesh, materials: dict[int, Material]) -> PressureSpace:
-    """Number and integrate the pressure of some parts of a mesh of second order.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    materials
-        By the number of each part that gets a pressure.
-    """
+    """Number and integrate the pressure of parts of a mesh of second order, given by number with material."""
     part = np.zeros(len(mesh.tets), dtype=np.int64) if mesh.part is None else mesh.part
     parts = tuple(materials)
     elements = [np.flatnonzero(part == number) for number in parts]
@@ -147,14 +138,9 @@ class MixedSystem:
     alive: Mask  # (n_pressures,) pressures that are not zero by symmetry
 
     def solve(self, inverse: Operator, f: Floats) -> tuple[Floats, Floats, Residuals]:
-        """Displacements and pressures, each (n_unknowns, n_cases), refined as long as that helps.
+        """Displacements and pressures of forces (3 n_nodes, n_cases), N, refined as long as that helps.
 
-        Parameters
-        ----------
-        inverse
-            Solves with A including its supports.
-        f
-            (3 n_nodes, n_cases), N.
+        `inverse` solves with A including its supports.
 
         Raises
         ------
@@ -239,18 +225,10 @@ class MixedSystem:
 
 
 class MixedModel(Model):
-    """A meshed cell of which some parts have a pressure field.
+    """A meshed cell of second order, of which the `soft` parts have a pressure field.
 
-    Parameters
-    ----------
-    mesh
-        The meshed cell, of second order.
-    materials
-        One per part.
-    soft
-        Numbers of the parts that get a pressure.
-    support, solver, clock, assembly
-        As for `Model`; the matrices of the pressure are always batched.
+    There is one material per part; the rest is as for `Model`. The matrices of the pressure are always
+    batched.
     """
 
     def __init__(
@@ -293,8 +271,8 @@ class MixedModel(Model):
                 self._estimate_condition(parity, slot)
                 system = MixedSystem(self._K, self._space, self._fixed(parity), self._alive(parity))
                 u, p, found = self._settled(system, slot, f)
-                held = self._held[parity] & ~plane_conditions(self.mesh, parity).ravel()
-                reaction = float(np.abs(system.reactions(u, p, f)[held]).max(initial=0.0))
+                restraints = self._restraints_off_planes(parity)
+                reaction = float(np.abs(system.reactions(u, p, f)[restraints]).max(initial=0.0))
             displacement[parity] = u.reshape(n_nodes, 3, -1)
             pressure[parity] = self._space.nodal(p, n_nodes)
             residuals[parity] = replace(found, reaction=reaction)

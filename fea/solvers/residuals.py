@@ -49,22 +49,12 @@ class Residuals:
 
 
 def residuals(
-    K: SymmetricMatrix, u: Floats, f: Floats, *, fixed: Mask, held: Mask, singly: bool = False
+    K: SymmetricMatrix, u: Floats, f: Floats, *, fixed: Mask, restraints: Mask, singly: bool = False
 ) -> Residuals:
     """Compare every column with its right-hand side, or random sums of many columns of a direct solver.
 
-    Parameters
-    ----------
-    K
-        The stiffness without its supports.
-    u, f
-        (n, k) displacements and forces.
-    fixed
-        (n,) constrained degrees of freedom.
-    held
-        (n,) those of them that restrain only a rigid motion.
-    singly
-        Whether to check every column, however many there are.
+    K is the stiffness without its supports; u and f are (n, k). Of the constrained degrees of freedom `fixed`
+    (n,), `restraints` (n,) stop only a rigid motion. `singly` checks every column, however many there are.
     """
     load = np.abs(f).max(axis=0)
     scale = K.norm() * np.abs(u).max(axis=0) + load
@@ -77,7 +67,7 @@ def residuals(
     left = np.abs(np.where(fixed[:, None], 0.0, product - f)).max(axis=0)
     work = (u * f).sum(axis=0)
     energy = (u * product).sum(axis=0)
-    reaction = np.abs((product - f)[held]).max(initial=0.0)
+    reaction = np.abs((product - f)[restraints]).max(initial=0.0)
     return Residuals(
         worst_ratio(left, scale),
         worst_ratio(np.abs(energy - work), np.abs(work)),
@@ -120,17 +110,8 @@ def probe(matrix: SymmetricMatrix) -> Floats:
 def condition_of(matrix: SymmetricMatrix, u: Floats, f: Floats) -> float:
     """Estimate the condition number from solutions, usually between half and four times the true one.
 
-    Parameters
-    ----------
-    matrix
-        K, with or without the supports.
-    u, f
-        (n, k) solutions and right-hand sides, both zero at constrained degrees of freedom.
-
-    Returns
-    -------
-    float
-        Infinite if a solution shows that the matrix is not positive definite; 1 without any load.
+    u and f (n, k) are zero at constrained degrees of freedom. The number is infinite if a solution shows that
+    the matrix is not positive definite, and 1 without any load.
     """
     diagonal = matrix.diagonal()
     loaded = f.any(axis=0)
@@ -144,14 +125,6 @@ def condition_of(matrix: SymmetricMatrix, u: Floats, f: Floats) -> float:
 
 
 def condition_estimate(matrix: SymmetricMatrix, factor: Factor) -> float:
-    """Estimate the condition number by two successive solutions that start from the probe.
-
-    Parameters
-    ----------
-    matrix
-        K with the supports (`SymmetricMatrix.constrained`), hence positive definite.
-    factor
-        Factor of the same matrix.
-    """
+    """Estimate the condition number of K with its supports by two solutions, the first of the probe."""
     f = matrix.diagonal()[:, None] * factor.solve(probe(matrix))
     return condition_of(matrix, factor.solve(f), f)

@@ -71,22 +71,11 @@ def largest(
     accuracy: float,
     enough: float = 0.0,
 ) -> Pairs:
-    """Find the largest positive eigenvalues.
+    """Find the `count` largest positive eigenvalues, from a space with a component of every wanted vector.
 
-    Parameters
-    ----------
-    solve, push
-        Products of K⁻¹ and A with blocks (n, k).
-    start
-        A space that contains a component of every wanted vector.
-    count
-        Number of eigenvalues.
-    least
-        Eigenvalues below this fraction of the largest magnitude are ignored.
-    accuracy
-        Largest accepted residual; the error of θ is of the order of its square.
-    enough
-        Eigenvalues below this are not needed.
+    `solve` and `push` multiply blocks (n, k) by K⁻¹ and A. Eigenvalues below the fraction `least` of the
+    largest magnitude are ignored, those below `enough` are not needed. `accuracy` is the largest accepted
+    residual; the error of θ is of the order of its square.
     """
     space, pushed, block = start, push(start.vectors), count + _GUARDS
     for turn in range(_ROUNDS):

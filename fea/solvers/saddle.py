@@ -60,21 +60,9 @@ class Constraint:
 
 
 def solve_saddle(solve: Operator, constraint: Constraint, f: Floats, g: Floats) -> tuple[Floats, Floats]:
-    """Solve A u + Dᵀ p = f, D u − C p = g with a factor of A.
+    """Solve A u + Dᵀ p = f, D u − C p = g with a factor of A, to the accuracy `TOLERANCE`.
 
-    Parameters
-    ----------
-    solve
-        A⁻¹ on (n_displacements, n_cases).
-    constraint
-        D and C.
-    f, g
-        (n_displacements, n_cases), zero at constrained displacements, and (n_pressures, n_cases).
-
-    Returns
-    -------
-    u, p
-        With the accuracy `TOLERANCE`.
+    f (n_displacements, n_cases) is zero at constrained displacements; g is (n_pressures, n_cases).
 
     Raises
     ------
@@ -94,14 +82,9 @@ def solve_saddle(solve: Operator, constraint: Constraint, f: Floats, g: Floats) 
 def iterate_saddle(
     stiffness: Operator, precondition: Operator, constraint: Constraint, f: Floats, g: Floats
 ) -> tuple[Floats, Floats]:
-    """Solve A u + Dᵀ p = f, D u − C p = g without a factor of A.
+    """Solve as `solve_saddle`, with A and an approximation of A⁻¹ in place of a factor.
 
-    Parameters
-    ----------
-    stiffness, precondition
-        A and an approximation of A⁻¹, on (n_displacements, n_cases); both ignore constrained displacements.
-    constraint, f, g
-        As for `solve_saddle`, with the same results and errors.
+    Both operators ignore constrained displacements.
     """
     D, n, right = constraint.divergence, len(f), np.concatenate([f, g])
 

@@ -59,20 +59,7 @@ class Solution:
 class Model:
     """A meshed cell with its stiffness, factorised once per parity, for the first load that needs it.
 
-    Parameters
-    ----------
-    mesh
-        The meshed cell.
-    material
-        Of every element, or of each part.
-    support
-        The boundary condition.
-    solver
-        The linear solver.
-    clock
-        Times the stages ``assembly``, ``factor`` and ``solve``.
-    assembly
-        What assembles the stiffness.
+    The clock times the stages ``assembly``, ``factor`` and ``solve``.
     """
 
     def __init__(
@@ -93,7 +80,7 @@ class Model:
         self._factorised: list[Parity] = []
         self._condition: dict[Parity, float] = {}
         self._schur: Schur | None = None
-        self._held = _held(mesh, support)
+        self._restraints = _restraints(mesh, support)
         with self._clock("assembly"):
             self._K = (
                 assembled_stiffness(mesh, material)
@@ -138,7 +125,11 @@ class Model:
             return work(free, partial(self._solved, slot))
 
     def _fixed(self, parity: Parity) -> Mask:
-        return plane_conditions(self.mesh, parity).ravel() | self._held[parity]
+        return plane_conditions(self.mesh, parity).ravel() | self._restraints[parity]
+
+    def _restraints_off_planes(self, parity: Parity) -> Mask:
+        """Degrees of freedom (n,) that stop a rigid motion and that no mirror plane fixes."""
+        return self._restraints[parity] & ~plane_conditions(self.mesh, parity).ravel()
 
     def _slot(self, parity: Parity) -> int:
         """Slot of the solver that holds the factor of a parity."""
@@ -172,24 +163,24 @@ class Model:
     def _refined(self, parity: Parity, slot: int, f: Floats) -> tuple[Floats, Residuals]:
         """Solve for (n, k) forces, and refine an inaccurate solution as long as that helps."""
         fixed = self._fixed(parity)
-        held = self._held[parity] & ~plane_conditions(self.mesh, parity).ravel()
+        restraints = self._restraints_off_planes(parity)
         u = self._probed(parity, slot, np.where(fixed[:, None], 0.0, f))
         u[fixed] = 0.0
-        found = self._checked(u, f, fixed, held)
+        found = self._checked(u, f, fixed, restraints)
         for _ in range(MOST_REFINEMENTS):
             if not found.rough:
                 break
             left = np.where(fixed[:, None], 0.0, f - self._K @ u)
             further = u + np.where(fixed[:, None], 0.0, self._solved(slot, left))
-            better = self._checked(further, f, fixed, held)
+            better = self._checked(further, f, fixed, restraints)
             if not better.better_than(found):
                 break
             u, found = further, better
         return u, found
 
-    def _checked(self, u: Floats, f: Floats, fixed: Mask, held: Mask) -> Residuals:
+    def _checked(self, u: Floats, f: Floats, fixed: Mask, restraints: Mask) -> Residuals:
         singly = self._solver.name == SolverName.AMG
-        return residuals(self._K, u, f, fixed=fixed, held=held, singly=singly)
+        return residuals(self._K, u, f, fixed=fixed, restraints=restraints, singly=singly)
 
     def _probed(self, parity: Parity, slot: int, f: Floats) -> Floats:
         """Solve; the first time together with the probe for the condition number, unless iteratively."""
@@ -223,7 +214,7 @@ class Model:
             self._slot(parity)
 
 
-def _held(mesh: TetMesh, support: Support) -> dict[Parity, Mask]:
+def _restraints(mesh: TetMesh, support: Support) -> dict[Parity, Mask]:
     """Degrees of freedom (n,) that a support holds, by the parity about y = 0."""
     if support is Support.CLAMPED:
         return dict.fromkeys(Parity, clamped(mesh, Surface.BIG_END_BORE).ravel())

@@ -35,18 +35,9 @@ class Modes:
 
 
 def free_modes(mesh: TetMesh, material: Material | Materials, density: float | Floats, count: int) -> Modes:
-    """Find the lowest modes of a free body.
+    """Find the `count` lowest elastic modes of a free body, and its six rigid-body modes.
 
-    Parameters
-    ----------
-    mesh
-        The whole body.
-    material
-        Of every element, or of each part.
-    density
-        Of every element, or (n_elements,) of each, t/mm³.
-    count
-        Number of elastic modes, in addition to the six rigid-body modes.
+    The density is that of every element, or (n_elements,) of each, t/mm³.
 
     Raises
     ------

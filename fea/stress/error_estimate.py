@@ -67,15 +67,7 @@ class ErrorEstimate:
 
 
 class ErrorEstimator:
-    """Estimates the errors of solutions on one mesh.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    materials
-        One per part.
-    """
+    """Estimates the errors of solutions on one mesh, with one material per part."""
 
     def __init__(self, mesh: TetMesh, materials: Sequence[Material]) -> None:
         n_nodes = mesh.tets.shape[1]
@@ -100,16 +92,10 @@ class ErrorEstimator:
         stresses: Sequence[Floats],
         pressure: Mapping[int, Floats] | None = None,
     ) -> ErrorEstimate:
-        """Compare each part's recovered stress with that of its elements.
+        """Compare each part's recovered stress (n_nodes, 6, n_cases) with that of its elements, MPa.
 
-        Parameters
-        ----------
-        displacement
-            (n_nodes, 3, n_cases), mm.
-        stresses
-            Per part (n_nodes, 6, n_cases), recovered, MPa.
-        pressure
-            By the number of each part that has a pressure, (n_nodes, n_cases), MPa.
+        The displacement is (n_nodes, 3, n_cases), mm; parts with a pressure have it by number, (n_nodes,
+        n_cases), MPa.
         """
         n_elements, n_cases = len(self._mesh.tets), displacement.shape[2]
         energy, solution = np.zeros((2, n_elements, n_cases))
@@ -196,18 +182,9 @@ def _energy(stress: Floats, weights: Floats, material: Material) -> Floats:
 def sagitta(tets: Ints, stress: Floats) -> Floats:
     """Deviation of the nodal stress from linear along the edges, in the von Mises norm: (n_nodes, n_cases).
 
-    Parameters
-    ----------
-    tets
-        (n_elements, 10), or (n_elements, 4): first-order elements have no mid-edge nodes, so that half the
-        difference between the ends is used.
-    stress
-        (n_nodes, 6, n_cases).
-
-    Returns
-    -------
-    ndarray
-        At each node the largest value over its edges; 0 at nodes without elements.
+    At each node it is the largest value over its edges; 0 at nodes without elements. First-order elements
+    have no mid-edge nodes, so that half the difference between the ends is used. The stress is (n_nodes, 6,
+    n_cases).
     """
     ends = np.sort(tets[:, EDGES].reshape(-1, 2), axis=1)
     key, first = np.unique(ends[:, 0] * len(stress) + ends[:, 1], return_index=True)

@@ -131,16 +131,9 @@ class NotchField:
 
 
 def fitted(notch: VNotch, distance: Floats, one: Floats, other: Floats) -> NotchField | None:
-    """Fit the field to the stress (n,) across the edge along both flanks; None where that is not possible.
+    """Fit the field to the stress (n,) across the edge along both flanks, MPa; None where impossible.
 
-    Parameters
-    ----------
-    notch
-        Its angle.
-    distance
-        (n,) from the edge, mm.
-    one, other
-        (n,) on either flank, MPa.
+    `distance` (n,) is from the edge, mm.
     """
     if notch.opening < LEAST_OPENING or len(distance) < 3:
         return None

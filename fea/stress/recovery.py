@@ -41,12 +41,7 @@ def extrapolation(n_nodes: int) -> Floats:
 class ElementStress:
     """Stress at fixed reference places of every element; the geometry is evaluated only once.
 
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    places
-        (n_places, 3) in the reference tetrahedron; the Gauss points of the stiffness by default.
+    The places (n_places, 3) are in the reference tetrahedron: by default the Gauss points of the stiffness.
     """
 
     def __init__(self, mesh: TetMesh, places: Floats | None = None) -> None:
@@ -70,16 +65,10 @@ class ElementStress:
         return np.asarray(self._inverse.swapaxes(-1, -2) @ self._slopes.swapaxes(-1, -2))
 
     def __call__(self, displacement: Floats, material: Material, pressure: Floats | None = None) -> Floats:
-        """Stress (n_elements, n_places, 6, n_cases), MPa.
+        """Stress (n_elements, n_places, 6, n_cases), MPa, of displacements (n_points, 3, n_cases), mm.
 
-        Parameters
-        ----------
-        displacement
-            (n_points, 3, n_cases), mm.
-        material
-            Of every element.
-        pressure
-            (n_points, n_cases), MPa, used instead of λ ∇·u if the solution has one (`fea.solvers.mixed`).
+        A pressure (n_points, n_cases), MPa, takes the place of λ ∇·u if the solution has one
+        (`fea.solvers.mixed`).
         """
         gradient = self.gradient(displacement).transpose(0, 1, 4, 3, 2)
         if pressure is None:
@@ -93,18 +82,9 @@ class Recovery:
     """Continuous nodal stress; operators that depend only on the mesh are computed once.
 
     Inside the body it is the mean over the elements that share a node, each extrapolated linearly from its
-    Gauss points. On a mirror plane the other half adds the same values with the signs of `stress_parity`, so
-    that the mean does not change for even components and is zero for odd ones. On surfaces of known
-    traction it comes from `SurfaceStress`.
-
-    Parameters
-    ----------
-    mesh
-        The mesh; `mesh.facets` names the facets on its surfaces and mirror planes.
-    planes
-        The mirror planes at which it is cut: `Surface.SYMMETRY_Y` (y = 0), `Surface.SYMMETRY_Z` (z = 0).
-    surfaces
-        The surfaces of known traction: those without displacement constraints.
+    Gauss points. On the mirror planes at which the mesh is cut the other half adds the same values with the
+    signs of `stress_parity`, so that the mean does not change for even components and is zero for odd ones.
+    On surfaces of known traction, those without displacement constraints, it comes from `SurfaceStress`.
     """
 
     def __init__(
@@ -134,27 +114,12 @@ class Recovery:
         traction: Mapping[Surface, Floats] | None = None,
         pressure: Floats | None = None,
     ) -> Floats:
-        """Recover the stress at the nodes.
+        """Recover the stress (n_points, 6, n_cases), MPa, at the nodes, in the order of `COMPONENTS`.
 
-        Parameters
-        ----------
-        displacement
-            (n_points, 3, n_cases), mm.
-        material
-            Of every element.
-        parity
-            Parity of the solution about y = 0, if the mesh is cut there; about z = 0 it is symmetric.
-        traction
-            Per loaded surface (n_points, 3, n_cases), MPa, its part of that parity; the other `surfaces` are
-            free of traction.
-        pressure
-            (n_points, n_cases), MPa, as for `ElementStress`. Surfaces of known traction do not need it: the
-            law of `SurfaceStress` depends on ν / (1 − ν) and not on λ.
-
-        Returns
-        -------
-        ndarray
-            (n_points, 6, n_cases), MPa, components in the order of `fea.solid.element.COMPONENTS`.
+        The parity of the displacement (n_points, 3, n_cases), mm, is about y = 0, if the mesh is cut there;
+        about z = 0 it is symmetric. The traction is given per loaded surface, (n_points, 3, n_cases), MPa;
+        the other `surfaces` are free of it. A pressure is as for `ElementStress`. Surfaces of known traction
+        do not need it: the law of `SurfaceStress` depends on ν / (1 − ν) and not on λ.
         """
         n_points, _, n_cases = displacement.shape
         stress = np.empty((n_points, 6, n_cases))
@@ -172,17 +137,7 @@ class Recovery:
 
 
 def _mean_gradient(mean: sparse.csr_array, mesh: TetMesh, slopes: Floats) -> sparse.csr_array:
-    """Matrix (3 n, n_points) from nodal values of a field to its derivatives, averaged over the elements.
-
-    Parameters
-    ----------
-    mean
-        (n, n_elements n_places) the averaging of values at the places.
-    mesh
-        The mesh.
-    slopes
-        Of `ElementStress.slopes`.
-    """
+    """Matrix (3 n, n_points) from nodal values to derivatives, averaged over the elements."""
     n_elements, n_places, _, n_nodes = slopes.shape
     columns = np.repeat(mesh.tets.astype(mean.indices.dtype), n_places, axis=0).ravel()
     starts = np.arange(0, columns.size + 1, n_nodes, dtype=columns.dtype)
@@ -203,10 +158,7 @@ class _Piece:
 class PartRecovery:
     """Recovers the stress of each part from its own elements.
 
-    Parameters
-    ----------
-    mesh, planes, surfaces
-        As for `Recovery`; the interface of two parts is not a surface of known traction.
+    Interfaces of parts are not surfaces of known traction; else planes and surfaces are as for `Recovery`.
     """
 
     def __init__(self, mesh: TetMesh, planes: tuple[Surface, ...], surfaces: tuple[Surface, ...]) -> None:
@@ -226,21 +178,10 @@ class PartRecovery:
         traction: Mapping[Surface, Floats] | None = None,
         pressure: Mapping[int, Floats] | None = None,
     ) -> list[Floats]:
-        """Recover the stress of each part.
+        """Recover the stress of each part, (n_points, 6, n_cases), MPa; NaN at nodes outside the part.
 
-        Parameters
-        ----------
-        displacement, parity, traction
-            As for `Recovery.nodal_stress`.
-        materials
-            One per part.
-        pressure
-            By the number of each part that has a pressure, (n_points, n_cases), MPa.
-
-        Returns
-        -------
-        list of ndarray
-            Per part (n_points, 6, n_cases), MPa; NaN at nodes outside the part.
+        There is one material per part, and pressures are given by the number of each part that has one; the
+        rest is as for `Recovery.nodal_stress`.
         """
         found = []
         for piece, stress in zip(

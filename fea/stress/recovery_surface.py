@@ -67,22 +67,13 @@ def _dyads(a: Floats, b: Floats) -> Floats:
 
 
 class SurfaceStress:
-    """Stress at the boundary nodes of a mesh.
+    """Stress at the boundary nodes of a mesh, on `surfaces` of known traction.
 
     The surface nodes around a vertex, up to the next sharp edge, form a *fan*. Its fit gives the stress at
     the vertex and at the mid-edge nodes next to it. A node with several fans gets their least-squares
     compromise, so that on a sharp outer edge the tractions of both sides and the strain along the edge
     decide. Left out are nodes on inner (re-entrant) edges, where the stress is singular, nodes on surfaces
     other than `surfaces`, and nodes of fits that are rank-deficient or whose surface turns too far.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    surfaces
-        Surfaces whose traction is known.
-    planes
-        Mirror planes the mesh is cut at.
     """
 
     def __init__(self, mesh: TetMesh, surfaces: tuple[Surface, ...], planes: tuple[Surface, ...]) -> None:
@@ -200,19 +191,7 @@ class SurfaceStress:
         traction: Mapping[Surface, Floats],
         parity: Parity = Parity.SYMMETRIC,
     ) -> Floats:
-        """Stress (n_nodes, 6, n_cases), MPa, at `nodes`.
-
-        Parameters
-        ----------
-        displacement
-            (n_points, 3, n_cases), mm.
-        material
-            E and ν are used.
-        traction
-            Per loaded surface (n_points, 3, n_cases), MPa; surfaces not named are free.
-        parity
-            Of the solution about y = 0.
-        """
+        """Stress (n_nodes, 6, n_cases), MPa, at `nodes`; parameters as for `Recovery.nodal_stress`."""
         from_slope, from_traction = self._operators(material.youngs_modulus, material.poissons_ratio)
         slope = self._derivatives(self.skin.displacement(displacement, parity))
         parts = from_slope @ slope.reshape(len(slope), 6, -1)

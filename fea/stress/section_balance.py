@@ -14,19 +14,9 @@ _XX, _XY = 0, 3
 
 
 class SectionBalance:
-    """A cross-section of a rod and the mass beyond it, computed on first use.
+    """The section of a rod at x = `station`, mm, and the mass beyond it, computed on first use.
 
-    Parameters
-    ----------
-    whole
-        Mesh of the whole rod.
-    cell, density
-        The mirror cell whose mass is integrated, and the density of every or of each element (n_elements,),
-        t/mm³.
-    rod_length
-        x of the small-end bore, mm.
-    station
-        x of the section, between the bores, mm.
+    That mass is integrated over the mirror cell.
     """
 
     def __init__(

@@ -48,17 +48,7 @@ class Ground:
     patch: Ints  # (n_facets,) number of the face each belongs to: a way stays on one
 
     def walk(self, start: Floats, ahead: Floats, facet: Ints, step: Floats, count: int) -> Walks:
-        """Walk straight ahead over the facets.
-
-        Parameters
-        ----------
-        start, ahead
-            (n, 3) where to begin, and the unit tangent to follow.
-        facet
-            (n,) where each way begins.
-        step, count
-            (n,) length of a step, mm, and how many.
-        """
+        """Walk `count` steps (n,), mm, from places (n, 3) along unit tangents, each beginning on a facet."""
         here, patch = start, self.patch[facet]
         on = np.ones(len(start), dtype=bool)
         nodes, weights, directions, reached = [], [], [], np.zeros(len(start), dtype=np.int64)

@@ -31,15 +31,7 @@ class RimMask:
 
 
 def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
-    """Find what is left out beside the rims of a mesh of separate bodies.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    largest
-        Radius that is not exceeded, mm.
-    """
+    """Find what is left out beside the rims of a mesh of separate bodies, within `largest`, mm."""
     found = rims(mesh)
     if not found:
         return ()
@@ -94,14 +86,8 @@ RADIUS = 0.02
 def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creases | None = None) -> Ints:
     """Nodes on sharp re-entrant edges and on the borders of clamped surfaces.
 
-    Parameters
-    ----------
-    mesh
-        The mesh, which continues across its mirror planes.
-    held
-        Surfaces whose displacement is prescribed.
-    creases
-        Where the surface of the solid turns; without them, where the facets do.
+    Creases are where the surface of the solid turns; without them, where the facets do. The body continues
+    across its mirror planes.
     """
     planes = tuple(plane for plane in PLANE_AXIS if plane in mesh.facets)
     surfaces = [surface for surface in mesh.facets if surface not in planes]
@@ -140,18 +126,7 @@ def _is_flat(mesh: TetMesh) -> bool:
 
 
 def masked_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creases | None = None) -> Mask:
-    """Whether each node is near a singular place, or near a rim of parts that touch: see `nodes_near`.
-
-    Parameters
-    ----------
-    mesh, held, creases
-        As for `singular_nodes`.
-
-    Returns
-    -------
-    ndarray
-        (n_nodes,).
-    """
+    """Whether each node (n_nodes,) is near a singular place or a rim of parts that touch."""
     near = nodes_near(mesh, singular_nodes(mesh, held, creases), mask_radius(mesh))
     return near | near_rims(mesh, rim_masks(mesh, mask_radius(mesh)))
 

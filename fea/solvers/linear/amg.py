@@ -28,23 +28,14 @@ def conjugate_gradients(
     """Solve A x = b for (n, k) right-hand sides (Hestenes & Stiefel 1952), iterated independently.
 
     The operator is applied to all vectors that have not converged together, so that a matrix is read from
-    memory once per iteration.
-
-    Parameters
-    ----------
-    operator, precondition
-        A and its approximate inverse, both symmetric and positive definite, on (n, …) vectors.
-    right_hand_sides
-        b.
-    tolerance
-        Of the residual in the preconditioner's norm, relative to that of b: roughly the error in energy.
-    remedy
-        The remedy in the error message.
+    memory once per iteration. It and its approximate inverse are symmetric and positive definite. The
+    tolerance is that of the residual in the preconditioner's norm, relative to that of b: roughly the error
+    in energy.
 
     Raises
     ------
     StagnationError
-        A residual did not reach the tolerance.
+        A residual did not reach the tolerance; the message ends with the remedy.
     """
     x = np.zeros_like(right_hand_sides)
     active = np.flatnonzero(right_hand_sides.any(axis=0))
@@ -82,15 +73,7 @@ def conjugate_gradients(
 class SmoothedAggregation:
     """Preconditioned conjugate gradients with the interface of the direct solvers.
 
-    Parameters
-    ----------
-    points
-        (n_nodes, 3), mm, from which the rigid modes are computed.
-
-    Raises
-    ------
-    ImportError
-        pyamg is not installed.
+    The rigid modes are those of points (n_nodes, 3).
     """
 
     name = "amg"

@@ -57,15 +57,6 @@ def schur(choice: SolverName) -> Schur | None:
 def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
     """Resolve `AUTO`: a direct solver while its factors fit into memory, multigrid beyond.
 
-    Parameters
-    ----------
-    choice
-        The requested solver.
-    n_dofs
-        Rows of each matrix.
-    slots
-        Number of matrices kept at the same time.
-
     Raises
     ------
     MemoryError

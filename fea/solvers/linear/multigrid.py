@@ -28,18 +28,8 @@ def chebyshev(
 ) -> Floats:
     """Approximate A⁻¹ b, starting from zero, by a symmetric linear operator (Saad 2003, algorithm 12.1).
 
-    Parameters
-    ----------
-    operator
-        A on (n, k) vectors.
-    diagonal
-        (n,) D, by which A is scaled.
-    right_hand_sides
-        (n, k).
-    bounds
-        Bounds of the eigenvalues of D⁻¹A to be damped.
-    steps
-        Degree of the polynomial plus one.
+    A is scaled by its diagonal (n,), D; the eigenvalues of D⁻¹A within the bounds are damped by a polynomial
+    of degree `steps` − 1. The right-hand sides are (n, k).
     """
     low, high = bounds
     middle, half = (high + low) / 2, (high - low) / 2
@@ -64,14 +54,7 @@ _SAFETY = 1.1  # power iteration approaches the largest eigenvalue from below
 class Multigrid:
     """Conjugate gradients preconditioned on two levels, with the interface of the direct solvers.
 
-    Parameters
-    ----------
-    mesh
-        Of second order.
-    material
-        Of every element, or of each part.
-    factorise
-        Returns a function that solves with a matrix: the direct solver of the coarse level.
+    The mesh is of second order; `factorise` returns what solves directly on the coarse level.
     """
 
     name = "amg"

@@ -24,19 +24,9 @@ Parts = tuple[Floats, npt.NDArray[np.int32], npt.NDArray[np.int32]]
 
 
 class PardisoCholesky:
-    """Cholesky factors of matrices with the same sparsity, which is analysed only once.
+    """Cholesky factors of `slots` matrices with the same sparsity, which is analysed only once.
 
     pypardiso's own functions keep one factor and copy its matrix; this class keeps several without copies.
-
-    Parameters
-    ----------
-    slots
-        How many factors to keep.
-
-    Raises
-    ------
-    ImportError
-        pypardiso or MKL is not installed.
     """
 
     name = "pardiso"

@@ -101,7 +101,7 @@ def solved(
     f = np.where(held, 0.0, forces.ravel())
     u = factor.solve(f[:, None])[:, 0]
     u[held] = 0.0
-    found = residuals(K, u[:, None], f[:, None], fixed=held, held=np.zeros_like(held))
+    found = residuals(K, u[:, None], f[:, None], fixed=held, restraints=np.zeros_like(held))
     condition = condition_estimate(constrained, factor)
     return Solved(u.reshape(-1, 3), found.backward_error, found.energy, condition, found.imbalance)
 
