@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from geometry.dimensions import Dimensions
 from geometry.errors import InvalidValue, require, require_number
 from geometry.outline import Bosses, Outline
+from geometry.rules import require_of
+from geometry.segments import Point
 from geometry.surfaces import Mirror
 
 Vector = tuple[float, float, float]
@@ -13,51 +15,29 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class BoltSeat:
-    """Where each of the two cap bolts presses on cap and rod.
+    """Where each of the two cap bolts presses on cap and rod: by a nut, or a thread from the grip's end on.
 
-    It has either a nut or a thread in the rod, from where the grip ends. For a rod from a file, lengths of 0
-    are taken from there.
-
-    Attributes
-    ----------
-    head_diameter
-        Outer diameter of the seat under the head, mm.
-    grip
-        Distance from the head's seat to the nut's, or to the first thread that engages, mm.
-    nut_diameter
-        Outer diameter of the nut's seat, mm; 0 for a screw.
-    engaged
-        Length over which the thread engages in the rod, mm; 0 for a bolt with a nut.
+    For a rod from a file, lengths of 0 are taken from there.
     """
 
-    head_diameter: float
-    grip: float
-    nut_diameter: float = 0.0
-    engaged: float = 0.0
+    head_diameter: float  # outer diameter of the seat under the head, mm
+    grip: float  # distance from the head's seat to the nut's, or to the first thread that engages, mm
+    nut_diameter: float = 0.0  # outer diameter of the nut's seat, mm; 0 for a screw
+    engaged: float = 0.0  # length over which the thread engages in the rod, mm; 0 for a bolt with a nut
 
 
 @dataclass(frozen=True, kw_only=True)
 class Assembly:
-    """What is separate in a rod; `geometry.assembly.check` compares it with the rod's dimensions.
+    """What is separate in a rod; `geometry.assembly.check` compares it with the rod's dimensions."""
 
-    Attributes
-    ----------
-    split
-        Angle from +x of the joint plane's normal, degrees, in the plane of motion. The plane passes through
-        the big end's centre: at 0 it is square to the rod. None: the big end is one piece.
-    bushing
-        Whether the rod's bushing only touches it, rather than being bonded to it.
-    shell
-        Thickness of the bearing shells in the big end, mm; 0 without shells. They lie inside the ring, and
-        the big-end bore is theirs.
-    bolt
-        None without cap bolts.
-    """
-
+    # Angle from +x of the joint plane's normal, degrees, in the plane of motion. The plane passes through the
+    # big end's centre: at 0 it is square to the rod. None: the big end is one piece.
     split: float | None = 0.0
-    bushing: bool = False
+    bushing: bool = False  # whether the rod's bushing only touches it, rather than being bonded to it
+    # Thickness of the bearing shells in the big end, mm; 0 without shells. They lie inside the ring, and the
+    # big-end bore is theirs.
     shell: float = 0.0
-    bolt: BoltSeat | None = None
+    bolt: BoltSeat | None = None  # none without cap bolts
 
     @property
     def normal(self) -> tuple[float, float]:
@@ -72,37 +52,18 @@ class Assembly:
 
 @dataclass(frozen=True, kw_only=True)
 class BoltAxis:
-    """The axis of a bolt of the whole rod; positions along it count from the joint plane.
+    """The axis of a bolt of the whole rod; positions along it count from the joint plane."""
 
-    Attributes
-    ----------
-    point
-        Where the axis meets the joint plane (x, y, z), mm.
-    direction
-        Unit vector from the rod to the cap.
-    hole_radius
-        Of the hole in the cap, mm.
-    head
-        Position of the head's seat, mm; positive.
-    grip_end
-        Position of the nut's seat, or of the first thread that engages, mm; negative.
-    engaged
-        Length of the thread in the rod, away from the cap, mm; 0 for a bolt with a nut.
-    head_radius, nut_radius
-        Outer radii of the seats, mm; 0 where there is no nut.
-    thread_radius
-        Of the hole in the rod, mm, where it may be narrower than in the cap.
-    """
-
-    point: Vector
-    direction: Vector
-    hole_radius: float
-    head: float
-    grip_end: float
-    engaged: float
+    point: Vector  # where the axis meets the joint plane (x, y, z), mm
+    direction: Vector  # unit vector from the rod to the cap
+    hole_radius: float  # of the hole in the cap, mm
+    head: float  # position of the head's seat, mm; positive
+    grip_end: float  # position of the nut's seat, or of the first thread that engages, mm; negative
+    engaged: float  # length of the thread in the rod, away from the cap, mm; 0 for a bolt with a nut
+    # head_radius, nut_radius: outer radii of the seats, mm; 0 where there is no nut
     head_radius: float
     nut_radius: float
-    thread_radius: float
+    thread_radius: float  # of the hole in the rod, mm, where it may be narrower than in the cap
 
     def at(self, position: float) -> Vector:
         """Return the point of the axis at a position, mm."""
@@ -161,74 +122,67 @@ _EQUAL = 1e-6
 
 def check(rod: Dimensions, assembly: Assembly) -> None:
     """Raise `InvalidValue` for the first rule that an assembly of `rod` breaks; keys are those of a study."""
-    _bushing(rod, assembly)
-    _split(rod, assembly)
-    _shell(rod, assembly)
+    fits = not assembly.bushing or rod.bushing > 0
+    rule = "needs a bushing in the small end, but the rod has none"
+    _require(fits, "bushing_interference_mm", None, rule, "Give its thickness as rod.bushing_mm.")
+    if assembly.split is None:
+        for given, key in ((assembly.shell, "shell_thickness_mm"), (assembly.bolt, "bolt_head_mm")):
+            rule = "needs a big end that is split into rod and cap"
+            _require(not given, key, None, rule, 'Add assembly.split = "straight".')
+    else:
+        _split(rod, require_number("assembly.split", assembly.split))
+    _shell(rod, require_number("assembly.shell_thickness_mm", assembly.shell))
     if assembly.bolt is not None:
         _bolts(rod, assembly, assembly.bolt)
 
 
-def _bushing(rod: Dimensions, assembly: Assembly) -> None:
-    rule = "needs a bushing in the small end, but the rod has none"
-    fits = not assembly.bushing or rod.bushing > 0
-    require(fits, "assembly.bushing_interference_mm", None, rule, "Give its thickness as rod.bushing_mm.")
+def _require(holds: bool, key: str, value: object, rule: str, remedy: str = "") -> None:  # noqa: FBT001
+    require(holds, f"assembly.{key}", value, rule, remedy)
 
 
-def _split(rod: Dimensions, assembly: Assembly) -> None:
-    if assembly.split is None:
-        remedy = 'Add assembly.split = "straight".'
-        for given, key in ((assembly.shell, "shell_thickness_mm"), (assembly.bolt, "bolt_head_mm")):
-            require(
-                not given, f"assembly.{key}", None, "needs a big end that is split into rod and cap", remedy
-            )
-        return
-    split = require_number("assembly.split", assembly.split)
+def _split(rod: Dimensions, split: float) -> None:
     rule = f"must lie between −{_MOST_OBLIQUE:g}° and {_MOST_OBLIQUE:g}°"
-    require(abs(split) <= _MOST_OBLIQUE, "assembly.split", split, rule, "0 is a straight split.")
-    fillet = math.degrees(_shank_angle(rod))
+    _require(abs(split) <= _MOST_OBLIQUE, "split", split, rule, "0 is a straight split.")
+    outline = Outline(rod)
+    fillet = _azimuth(outline.fillets[0].start)  # where the outline leaves the big end's ring for the shank
     most = 90 - fillet - _CLEAR_OF_SHANK
-    require(
-        abs(split) <= most,
-        "assembly.split",
-        split,
+    rule = (
         f"the joint plane must clear the fillet between ring and shank, which begins {fillet:.3g}° from the "
-        f"rod's axis: at most {most:.3g}°",
-        "Turn the plane less, or reduce rod.big_end_fillet_mm or rod.shank_depth_big_end_mm.",
+        f"rod's axis: at most {most:.3g}°"
     )
-    bosses = Outline(rod).bosses
-    if split and bosses is not None:
-        x, y = bosses.fillets()[1].end
-        boss = math.degrees(math.atan2(y, x))
-        most = boss - fillet - _CLEAR_OF_SHANK
-        require(
-            abs(split) <= most,
-            "assembly.split",
-            split,
-            f"the bosses turn with the joint, and one would hit the shank: its fillet ends {boss:.3g}° from "
-            f"the joint's normal, that of the shank begins at {fillet:.3g}°, so at most {max(most, 0):.3g}°",
-            "Turn the joint less, shorten rod.cap_boss_length_mm, or reduce rod.big_end_fillet_mm or "
-            "rod.shank_depth_big_end_mm.",
-        )
+    remedy = "Turn the plane less, or reduce rod.big_end_fillet_mm or rod.shank_depth_big_end_mm."
+    _require(abs(split) <= most, "split", split, rule, remedy)
+    if not split or outline.bosses is None:
+        return
+    boss = _azimuth(outline.bosses.fillets()[1].end)
+    most = boss - fillet - _CLEAR_OF_SHANK
+    rule = (
+        f"the bosses turn with the joint, and one would hit the shank: its fillet ends {boss:.3g}° from "
+        f"the joint's normal, that of the shank begins at {fillet:.3g}°, so at most {max(most, 0):.3g}°"
+    )
+    remedy = (
+        "Turn the joint less, shorten rod.cap_boss_length_mm, or reduce rod.big_end_fillet_mm or "
+        "rod.shank_depth_big_end_mm."
+    )
+    _require(abs(split) <= most, "split", split, rule, remedy)
 
 
-def _shank_angle(rod: Dimensions) -> float:
-    """Angle from the rod's axis at which the outline leaves the big end's ring for the shank, rad."""
-    x, y = Outline(rod).fillets[0].start
-    return math.atan2(y, x)
+def _azimuth(point: Point) -> float:
+    """Angle of a point from the rod's axis, degrees."""
+    return math.degrees(math.atan2(point[1], point[0]))
 
 
-def _shell(rod: Dimensions, assembly: Assembly) -> None:
-    key, shell = "assembly.shell_thickness_mm", require_number("assembly.shell_thickness_mm", assembly.shell)
+def _shell(rod: Dimensions, shell: float) -> None:
     if shell == 0:
         return
-    least, most = _THINNEST * rod.big_end_bore, _THICKEST * rod.big_end_ring
+    key, least, most = "shell_thickness_mm", _THINNEST * rod.big_end_bore, _THICKEST * rod.big_end_ring
     rule = (
         f"must lie between {least:.3g} mm, {_THINNEST:g} of the big end's bore, and {most:.4g} mm, half of "
         "its ring: the shells lie inside rod.big_end_ring_mm"
     )
-    require(least <= shell <= most, key, shell, rule, "Thicken the ring or reduce the shells.")
+    _require(least <= shell <= most, key, shell, rule, "Thicken the ring or reduce the shells.")
     rule = f"must be at least twice the chamfer of the bore, {rod.big_end_chamfer:g} mm"
-    require(shell >= 2 * rod.big_end_chamfer, key, shell, rule, "Reduce rod.big_end_chamfer_mm.")
+    _require(shell >= 2 * rod.big_end_chamfer, key, shell, rule, "Reduce rod.big_end_chamfer_mm.")
 
 
 def _bolts(rod: Dimensions, assembly: Assembly, seat: BoltSeat) -> None:
@@ -236,36 +190,41 @@ def _bolts(rod: Dimensions, assembly: Assembly, seat: BoltSeat) -> None:
     if bosses is None:
         rule = "needs holes for the cap bolts, but the rod has none"
         raise InvalidValue("assembly.bolt_head_mm", seat.head_diameter, rule, "Give rod.cap_bolt_mm.")
-    _bearing(rod, assembly, bosses)
-    _wide(rod, bosses, "assembly.bolt_head_mm", seat.head_diameter, "head")
+    _clear_of_bearing(rod, assembly, bosses)
+    _seat_fits(rod, bosses, "head", seat.head_diameter)
     grip = require_number("assembly.bolt_grip_mm", seat.grip)
-    if bool(seat.nut_diameter) == bool(seat.engaged):
-        rule = "a bolt has either a nut or a thread that engages in the rod"
-        raise InvalidValue("assembly.bolt_nut_mm", seat.nut_diameter, rule, "Give one of the two.")
+    rule = "a bolt has either a nut or a thread that engages in the rod"
+    either = bool(seat.nut_diameter) != bool(seat.engaged)
+    _require(either, "bolt_nut_mm", seat.nut_diameter, rule, "Give one of the two.")
     if seat.nut_diameter:
-        _wide(rod, bosses, "assembly.bolt_nut_mm", seat.nut_diameter, "nut")
-        _between_seats(rod, grip)
+        _seat_fits(rod, bosses, "nut", seat.nut_diameter)
+        length = rod.cap_boss_length
+        rule = (
+            f"with nuts, the grip is the length of the bosses, {length:g} mm, between whose ends the bolts "
+            "clamp"
+        )
+        equal = abs(grip - length) <= _EQUAL * length
+        _require(equal, "bolt_grip_mm", grip, rule, "Leave it out, or change rod.cap_boss_length_mm.")
     else:
         _thread(rod, bosses, grip, require_number("assembly.bolt_engaged_mm", seat.engaged))
 
 
-def _bearing(rod: Dimensions, assembly: Assembly, bosses: Bosses) -> None:
+def _clear_of_bearing(rod: Dimensions, assembly: Assembly, bosses: Bosses) -> None:
     bearing = rod.big_end_bore / 2 + assembly.shell
     least = 2 * ((1 + _WALL) * bearing + bosses.bolt_radius)
     what = "the back of the shells" if assembly.shell else "the bore"
-    require(
-        rod.cap_bolt_spacing >= least,
-        "rod.cap_bolt_spacing_mm",
-        rod.cap_bolt_spacing,
+    rule = (
         f"the bolts would run through the bearing: their holes must clear {what}, {2 * bearing:g} mm in "
-        f"diameter, so the spacing must be at least {least:.4g} mm",
-        "Increase it, or take thinner bolts or shells.",
+        f"diameter, so the spacing must be at least {least:.4g} mm"
     )
+    remedy = "Increase it, or take thinner bolts or shells."
+    require_of(rod, "cap_bolt_spacing", rod.cap_bolt_spacing >= least, rule, remedy)
 
 
-def _wide(rod: Dimensions, bosses: Bosses, key: str, diameter: float, what: str) -> None:
+def _seat_fits(rod: Dimensions, bosses: Bosses, what: str, diameter: float) -> None:
     """Refuse a seat that is smaller than the hole or larger than the plane end of the boss."""
-    diameter = require_number(key, diameter)
+    key = f"bolt_{what}_mm"
+    diameter = require_number(f"assembly.{key}", diameter)
     inwards, outwards = bosses.bolt_at - bosses.seat, bosses.top - bosses.bolt_at
     most = 2 * _ROOM * min(inwards, outwards, rod.big_end_width / 2)
     remedy = "Take a smaller one."
@@ -276,41 +235,23 @@ def _wide(rod: Dimensions, bosses: Bosses, key: str, diameter: float, what: str)
             "(rod.cap_boss_length_mm) to widen their plane ends."
         )
     rule = f"the seat of the {what} must fit on the plane end of the boss: at most {most:.4g} mm"
-    require(diameter <= most, key, diameter, rule, remedy)
+    _require(diameter <= most, key, diameter, rule, remedy)
     least = _WIDER * rod.cap_bolt
     rule = f"must be at least {least:.4g} mm, {_WIDER:g} times the hole's diameter, to press on anything"
-    require(diameter >= least, key, diameter, rule, "Take a larger one.")
-
-
-def _between_seats(rod: Dimensions, grip: float) -> None:
-    length = rod.cap_boss_length
-    require(
-        abs(grip - length) <= _EQUAL * length,
-        "assembly.bolt_grip_mm",
-        grip,
-        f"with nuts, the grip is the length of the bosses, {length:g} mm, between whose ends the bolts clamp",
-        "Leave it out, or change rod.cap_boss_length_mm.",
-    )
+    _require(diameter >= least, key, diameter, rule, "Take a larger one.")
 
 
 def _thread(rod: Dimensions, bosses: Bosses, grip: float, engaged: float) -> None:
-    half, length, plain = bosses.half_length, rod.cap_boss_length, _PLAIN * rod.cap_bolt
-    require(
-        half + plain <= grip < length,
-        "assembly.bolt_grip_mm",
-        grip,
-        f"the thread must begin in the rod's half of the boss: {half + plain:.4g} mm to less than "
-        f"{length:g} mm from the head's seat",
-        "Change it, or rod.cap_boss_length_mm.",
+    length, plain = rod.cap_boss_length, _PLAIN * rod.cap_bolt
+    least, room = bosses.half_length + plain, length - grip
+    rule = (
+        f"the thread must begin in the rod's half of the boss: {least:.4g} mm to less than "
+        f"{length:g} mm from the head's seat"
     )
-    room = length - grip
-    require(
-        0 < engaged <= room * (1 + _EQUAL),
-        "assembly.bolt_engaged_mm",
-        engaged,
-        f"the thread must end in the rod's boss, {room:.4g} mm beyond the grip",
-        "Shorten the thread or the grip, or lengthen rod.cap_boss_length_mm.",
-    )
+    _require(least <= grip < length, "bolt_grip_mm", grip, rule, "Change it, or rod.cap_boss_length_mm.")
+    rule = f"the thread must end in the rod's boss, {room:.4g} mm beyond the grip"
+    remedy = "Shorten the thread or the grip, or lengthen rod.cap_boss_length_mm."
+    _require(0 < engaged <= room * (1 + _EQUAL), "bolt_engaged_mm", engaged, rule, remedy)
     rest = room - engaged
     rule = f"must end with the boss ({room:.4g} mm) or at least {plain:.3g} mm before its end"
-    require(rest <= _EQUAL * room or rest >= plain, "assembly.bolt_engaged_mm", engaged, rule)
+    _require(rest <= _EQUAL * room or rest >= plain, "bolt_engaged_mm", engaged, rule)

@@ -8,39 +8,9 @@ from itertools import pairwise
 import gmsh
 
 from geometry.errors import GeometryError
-from geometry.kernel import SOLID, Place, Placing, attempt, in_plan, in_profile
-from geometry.segments import Arc, Line, Point
+from geometry.kernel import SOLID, attempt, face, in_plan, in_profile
+from geometry.segments import Curve, Line, Point
 from geometry.surfaces import Surface
-
-
-@dataclass(frozen=True)
-class EllipticArc:
-    """A piece, less than half, of an ellipse about the origin.
-
-    Attributes
-    ----------
-    semi_axes
-        Along the first and the second coordinate, mm.
-    begin, end
-        Values of the parameter t in (a cos t, b sin t), rad.
-    """
-
-    semi_axes: tuple[float, float]
-    begin: float
-    end: float
-
-    def at(self, share: float) -> Point:
-        """Return the point at a share (0…1) of the parameter's range."""
-        t = self.begin + share * (self.end - self.begin)
-        return self.semi_axes[0] * math.cos(t), self.semi_axes[1] * math.sin(t)
-
-    @property
-    def start(self) -> Point:
-        """First point."""
-        return self.at(0)
-
-
-Curve = Line | Arc | EllipticArc
 
 
 @dataclass(frozen=True)
@@ -53,20 +23,12 @@ class Side:
 
 @dataclass(frozen=True)
 class Prism:
-    """An outline in x and y, extruded along z.
+    """An outline in x and y, extruded along z."""
 
-    Attributes
-    ----------
-    sides
-        A closed chain: each curve starts where the one before ends.
-    levels
-        z of the bottom, of planes at which the body is split so that nodes lie there, and of the top, mm.
-    bottom, top
-        Names of these faces.
-    """
-
-    sides: tuple[Side, ...]
+    sides: tuple[Side, ...]  # A closed chain: each curve starts where the one before ends
+    # z of the bottom, of planes at which the body is split so that nodes lie there, and of the top, mm
     levels: tuple[float, ...]
+    # bottom, top: names of these faces
     bottom: Surface = Surface.SYMMETRY_Z
     top: Surface = Surface.FREE
 
@@ -76,26 +38,17 @@ class Revolution:
     """An outline in r and z, r ≥ 0, turned about the z axis by a quarter from y = 0 to x = 0.
 
     The end faces are `Surface.SYMMETRY_Y` and `Surface.SYMMETRY_X`.
-
-    Attributes
-    ----------
-    sides
-        A closed chain; a straight side on the axis sweeps no surface, and its name is not used.
     """
 
+    # A closed chain; a straight side on the axis sweeps no surface, and its name is not used
     sides: tuple[Side, ...]
 
 
 @dataclass(frozen=True)
 class SideBySide:
-    """Bodies that touch, so that a mesh of them has common nodes where they do.
+    """Bodies that touch, so that a mesh of them has common nodes where they do."""
 
-    Attributes
-    ----------
-    parts
-        A face that two of them share lies inside the body, and its name is not used.
-    """
-
+    # A face that two of them share lies inside the body, and its name is not used
     parts: tuple[Prism | Revolution, ...]
 
 
@@ -119,12 +72,7 @@ _Named = list[tuple[Surface, int]]
 
 
 def draw(body: Body) -> dict[Surface, tuple[int, ...]]:
-    """Draw a body in a new model of the open session.
-
-    Returns
-    -------
-    dict
-        gmsh's face tags per surface.
+    """Draw a body in a new model of the open session; return gmsh's face tags per surface.
 
     Raises
     ------
@@ -148,7 +96,7 @@ def _swept(body: Prism | Revolution) -> _Named:
 
 
 def _prism(body: Prism) -> _Named:
-    base = _face(body.sides, in_plan)
+    base = face([side.curve for side in body.sides], (), in_plan)
     gmsh.model.occ.translate([(2, base)], 0, 0, body.levels[0])
     named, floor = [(body.bottom, base)], base
     for low, high in pairwise(body.levels):
@@ -159,7 +107,7 @@ def _prism(body: Prism) -> _Named:
 
 
 def _revolution(body: Revolution) -> _Named:
-    base = _face(body.sides, in_profile)
+    base = face([side.curve for side in body.sides], (), in_profile)
     swept = gmsh.model.occ.revolve([(2, base)], 0, 0, 0, 0, 0, 1, math.pi / 2)
     end, *lateral = _faces(swept)
     sweeping = [side for side in body.sides if not _on_axis(side.curve)]
@@ -176,7 +124,7 @@ def _side_by_side(body: SideBySide) -> _Named:
 
     def named(tag: int) -> Surface:
         middle = occ.getCenterOfMass(2, tag)
-        return min(middles, key=lambda own: math.dist(own[1], middle))[0]
+        return min(middles, key=lambda drawn: math.dist(drawn[1], middle))[0]
 
     return [(named(tag), tag) for _, tag in outer]
 
@@ -194,29 +142,3 @@ def _by_side(sides: Sequence[Side], lateral: Sequence[int]) -> _Named:
 
 def _on_axis(curve: Curve) -> bool:
     return isinstance(curve, Line) and abs(curve.start[0]) + abs(curve.end[0]) < 1e-12 * curve.length
-
-
-def _face(sides: Sequence[Side], place: Placing) -> int:
-    occ = gmsh.model.occ
-    corners = [occ.addPoint(*place(side.curve.start)) for side in sides]
-    helpers: list[int] = []
-    curves = []
-    for side, begin, end in zip(sides, corners, corners[1:] + corners[:1], strict=True):
-        match side.curve:
-            case Line():
-                curves.append(occ.addLine(begin, end))
-            case Arc() as arc:
-                helpers.append(occ.addPoint(*place(arc.at(0.5))))
-                curves.append(occ.addCircleArc(begin, helpers[-1], end, center=False))
-            case EllipticArc() as arc:
-                center, major = (occ.addPoint(*point) for point in _axes(arc, place))
-                helpers += [center, major]
-                curves.append(occ.addEllipseArc(begin, center, major, end))
-    occ.remove([(0, helper) for helper in helpers])  # else they would be meshed as loose nodes
-    return int(occ.addPlaneSurface([occ.addCurveLoop(curves)]))
-
-
-def _axes(arc: EllipticArc, place: Placing) -> tuple[Place, Place]:
-    """Return the centre and a point on the major axis."""
-    a, b = arc.semi_axes
-    return place((0.0, 0.0)), place((a, 0.0) if a >= b else (0.0, b))

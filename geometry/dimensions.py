@@ -1,8 +1,9 @@
-"""The dimensions of a rod, and quantities that follow directly from them."""
+"""The dimensions of a rod, each declared once with its unit and help, and what follows from them."""
 
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, field, fields
 from enum import StrEnum
 from functools import cache
+from typing import Any
 
 from geometry.surfaces import Mirror
 
@@ -14,82 +15,57 @@ class ShankSection(StrEnum):
     RECTANGULAR = "rectangular"
 
 
+def _mm(what: str, default: Any = MISSING) -> Any:
+    return field(metadata={"unit": "mm", "help": what}, default=default)
+
+
+def _option(what: str) -> Any:
+    return _mm(what, default=0.0)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Dimensions:
-    """Dimensions of a connecting rod in its own frame, in mm, unchecked (`geometry.rod.Rod` checks them).
+    """Dimensions of a connecting rod in its own frame, unchecked (`geometry.rod.Rod` checks them).
 
-    The crank-pin bore is at the origin, +x leads to the small end, z runs along the pins.
-
-    Attributes
-    ----------
-    length
-        Distance of the bores' centres.
-    big_end_bore, small_end_bore
-        Bore diameters.
-    big_end_ring, small_end_ring
-        Radial thickness of the rings.
-    big_end_width, small_end_width
-        Widths of the rings along the pins (z).
-    shank_depth_big_end, shank_depth_small_end
-        Depth of the shank in the plane of motion (y), extended straight to where the axis meets each
-        ring's outer circle; linear between.
-    shank_width
-        Width of the shank along the pins (z), over the flanges.
-    shank_section
-        I: with a web pocket in each face; rectangular: without.
-    flange_thickness, web_thickness
-        Of the I-section: along y (square to the shank's edge) and along z.
-    big_end_fillet, small_end_fillet
-        Radii in the plane of motion between the shank's edges and each ring.
-    ring_step_radius
-        At the foot of the step from a ring's side face to the shank's; no step where the widths agree.
-    pocket_corner_radius, pocket_floor_radius
-        Of the web pockets, in plan and along the edge of the floor.
-    pocket_setback
-        Distance of the pockets' ends from the feet of the ring steps (from the rings, without a step).
-    small_end_crown_width
-        Width of a slanted small end at its crown; it narrows from `small_end_width` where the ring begins.
-    bushing
-        Radial thickness of a bushing in the small end, a part of its own inside `small_end_ring`; the
-        small-end bore is the bushing's.
-    oil_hole
-        Diameter of a hole along x through the crown of the small end.
-    cap_bolt, cap_bolt_spacing, cap_boss_length, cap_boss_fillet
-        Diameter of the cap bolts' holes, distance of their axes, length of the bosses along x (half of it
-        on either side of the crank pin) and radius between bosses and ring.
-    big_end_chamfer, small_end_chamfer
-        Of the bores' ends, at 45°: its height along the axis, and how much it widens the bore's radius.
+    The crank-pin bore is at the origin, +x leads to the small end, z runs along the pins. The metadata of a
+    field are its unit and its help; `key` is its key in a study.
     """
 
-    length: float
-    big_end_bore: float
-    small_end_bore: float
-    big_end_ring: float
-    big_end_width: float
-    small_end_ring: float
-    small_end_width: float
-    shank_depth_big_end: float
-    shank_depth_small_end: float
-    shank_width: float
-    shank_section: ShankSection
-    flange_thickness: float
-    web_thickness: float
-    big_end_fillet: float
-    small_end_fillet: float
-    ring_step_radius: float
-    pocket_corner_radius: float
-    pocket_floor_radius: float
-    pocket_setback: float
+    length: float = _mm("distance between the centres of the bores")
+    big_end_bore: float = _mm("bore diameter")
+    small_end_bore: float = _mm("bore diameter, of the bushing if there is one")
+    big_end_ring: float = _mm("radial thickness")
+    big_end_width: float = _mm("along the pins")
+    small_end_ring: float = _mm("radial thickness, with the bushing")
+    small_end_width: float = _mm("along the pins")
+    # Depths extend straight to where the axis meets each ring's outer circle, linear between.
+    shank_depth_big_end: float = _mm("in the plane of motion")
+    shank_depth_small_end: float = _mm("in the plane of motion")
+    shank_width: float = _mm("along the pins, over the flanges")
+    shank_section: ShankSection = field(metadata={"help": 'or "rectangular"'})
+    flange_thickness: float = _mm("square to the shank's edge")
+    web_thickness: float = _mm("along the pins")
+    big_end_fillet: float = _mm("radius between shank and ring, seen along the pins")
+    small_end_fillet: float = _mm("radius between shank and ring, seen along the pins")
+    ring_step_radius: float = _mm("radius between the faces of the shank and those of the wider rings")
+    pocket_corner_radius: float = _mm("corners of the pockets of the I-section, seen along the pins")
+    pocket_floor_radius: float = _mm("radius between flange and web")
+    pocket_setback: float = _mm("distance of the pockets' ends from the rings")  # or feet of the ring steps
     # Options: 0 leaves them out.
-    small_end_crown_width: float = 0.0
-    bushing: float = 0.0
-    oil_hole: float = 0.0
-    cap_bolt: float = 0.0
-    cap_bolt_spacing: float = 0.0
-    cap_boss_length: float = 0.0
-    cap_boss_fillet: float = 0.0
-    big_end_chamfer: float = 0.0
-    small_end_chamfer: float = 0.0
+    small_end_crown_width: float = _option("slanted small end: its width at the crown")
+    bushing: float = _option(
+        "wall thickness of a bushing in the small end; for its material see [material.bushing]"
+    )
+    oil_hole: float = _option("diameter of a hole through the crown of the small end")
+    cap_bolt: float = _option(
+        "diameter of two bolt holes beside the big end; the next three keys belong to it"
+    )
+    cap_bolt_spacing: float = _option("distance between the axes of the bolts")
+    cap_boss_length: float = _option("length of the bosses around the bolts, along the rod")
+    cap_boss_fillet: float = _option("radius between boss and ring")
+    # A chamfer's height along the axis is how much it widens the bore's radius.
+    big_end_chamfer: float = _option("45° chamfers of the bores' ends")
+    small_end_chamfer: float = _option("not together with small_end_crown_width_mm")
 
     @property
     def big_end_radius(self) -> float:
@@ -104,8 +80,12 @@ class Dimensions:
     @property
     def pin_bearing_width(self) -> float:
         """Length of the small-end bore, averaged round the bore if the end is slanted, mm."""
-        mean = (self.small_end_width + (self.small_end_crown_width or self.small_end_width)) / 2
-        return mean - 2 * self.small_end_chamfer
+        return self.mean_small_end_width - 2 * self.small_end_chamfer
+
+    @property
+    def mean_small_end_width(self) -> float:
+        """Width of the small end, averaged round the bore if the end is slanted, mm."""
+        return (self.small_end_width + (self.small_end_crown_width or self.small_end_width)) / 2
 
     @property
     def crank_bearing_width(self) -> float:
@@ -125,17 +105,22 @@ class Dimensions:
 
     @property
     def smallest_cell(self) -> Mirror:
-        """The smallest part whose reflections are the whole rod."""
+        """The smallest symmetry cell: the part whose reflections are the whole rod."""
         return Mirror.QUARTER
 
 
 @cache
 def dimensions() -> tuple[str, ...]:
     """Names of the fields that are lengths in mm."""
-    return tuple(field.name for field in fields(Dimensions) if field.type is float)
+    return tuple(each.name for each in fields(Dimensions) if each.metadata.get("unit") == "mm")
 
 
 @cache
 def options() -> tuple[str, ...]:
     """Names of the dimensions that may be 0, which leaves out the feature that they describe."""
-    return tuple(field.name for field in fields(Dimensions) if field.default == 0)
+    return tuple(each.name for each in fields(Dimensions) if each.default == 0)
+
+
+def key(name: str) -> str:
+    """Return the key of a field in the [rod] table of a study, which ends with its unit."""
+    return f"{name}_mm" if name in dimensions() else name

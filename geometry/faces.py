@@ -1,19 +1,17 @@
-"""What each face of a drawn rod is, identified by its shape and position and never by its number."""
+"""The faces of a solid: their shapes, points on them, and the named surfaces that they belong to."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
 import gmsh
+import numpy as np
 
-from geometry.outline import Outline
-from geometry.rod import Rod
-from geometry.segments import Arc
-from geometry.side_faces import Pocket, ring_steps, web_pocket
+from geometry.arrays import Floats
 from geometry.surfaces import PLANE_AXIS, Mirror, Surface
 
-_SLACK = 1e-6  # of the rod's length
+SLACK = 1e-6  # of the rod's length
 
 
 class FeatureKind(StrEnum):
@@ -35,27 +33,14 @@ class FeatureKind(StrEnum):
 
 @dataclass(frozen=True)
 class Feature:
-    """Faces of one kind, and the measures from which their element size follows.
+    """Faces of one kind, and the measures from which their element size follows."""
 
-    Attributes
-    ----------
-    kind
-        What it is.
-    faces
-        gmsh's face tags.
-    radius
-        Of the arc, mm; infinite where the faces are plane.
-    sweep
-        Angle of the arc, rad; 0 where the faces are plane.
-    thickness
-        Of the material behind the faces (ring at a bore, whole web, bushing or shell) or across them (ring
-        at the joint), mm; infinite if it is not thin.
-    """
-
-    kind: FeatureKind
-    faces: tuple[int, ...]
-    radius: float = math.inf
-    sweep: float = 0.0
+    kind: FeatureKind  # what it is
+    faces: tuple[int, ...]  # gmsh's face tags
+    radius: float = math.inf  # of the arc, mm; infinite where the faces are plane
+    sweep: float = 0.0  # angle of the arc, rad; 0 where the faces are plane
+    # Of the material behind the faces (ring at a bore, whole web, bushing or shell) or across them (ring at
+    # the joint), mm; infinite if it is not thin
     thickness: float = math.inf
 
     @property
@@ -66,25 +51,16 @@ class Feature:
 
 @dataclass(frozen=True)
 class Face:
-    """One face: its gmsh tag, kind of surface, bounding box and the numbers that describe it.
-
-    Attributes
-    ----------
-    shape
-        gmsh's name: ``"Plane"``, ``"Cylinder"``, ``"Torus"``, …
-    low, high
-        Corners of the bounding box, mm (a little loose, as the kernel gives it).
-    values
-        Cylinder: axis point (3), direction (3), radius. Torus: centre (3), axis (3), major, minor radius.
-    fitted
-        Whether the cylinder is fitted to a surface of another kind, with parameters of its own.
-    """
+    """One face: its gmsh tag, kind of surface, bounding box and the numbers that describe it."""
 
     tag: int
-    shape: str
+    shape: str  # gmsh's name: ``"Plane"``, ``"Cylinder"``, ``"Torus"``, …
+    # low, high: corners of the bounding box, mm (a little loose, as the kernel gives it)
     low: tuple[float, float, float]
     high: tuple[float, float, float]
+    # Cylinder: axis point (3), direction (3), radius. Torus: centre (3), axis (3), major, minor radius.
     values: tuple[float, ...]
+    # Whether the cylinder is fitted to a surface of another kind, with parameters of its own
     fitted: bool = False
 
     def upright(self, tilt: float = 0.0) -> bool:
@@ -102,8 +78,20 @@ class Face:
         """Whether it is a cylinder about the z-parallel axis through (x, ±y)."""
         if not self.upright(slack / radius):
             return False
-        cx, cy, found = self.values[0], abs(self.values[1]), self.values[6]
-        return max(abs(cx - x), abs(cy - abs(y)), abs(found - radius)) < slack
+        off = self.values[0] - x, abs(self.values[1]) - abs(y), self.values[6] - radius
+        return max(map(abs, off)) < slack
+
+    def is_torus(self, x: float, major: float, minor: float, slack: float) -> bool:
+        """Whether it is a torus with its centre at x and these radii."""
+        if self.shape != "Torus":
+            return False
+        off = self.values[0] - x, self.values[6] - major, self.values[7] - minor
+        return max(map(abs, off)) < slack
+
+    def lies_at(self, axis: int, level: float, slack: float) -> bool:
+        """Whether it is a plane at ±`level` along a coordinate axis."""
+        ends = self.low[axis], self.high[axis]
+        return self.shape == "Plane" and max(abs(abs(end) - level) for end in ends) < slack
 
 
 def faces_of(volumes: Sequence[int]) -> tuple[Face, ...]:
@@ -114,38 +102,21 @@ def faces_of(volumes: Sequence[int]) -> tuple[Face, ...]:
 
 @dataclass(frozen=True)
 class Bore:
-    """A bore about a z-parallel axis through (x, 0).
+    """A bore about a z-parallel axis through (x, 0)."""
 
-    Attributes
-    ----------
-    x, radius
-        mm.
-    width
-        Mean length along the axis, mm.
-    taper
-        The length at the angle φ from +x is width + taper cos φ, mm.
-    slack
-        By how much axes and radii of its faces may differ from these, mm.
-    """
-
+    # x, radius: mm
     x: float
     radius: float
-    width: float
-    taper: float = 0.0
-    slack: float = 0.0
+    width: float  # mean length along the axis, mm
+    taper: float = 0.0  # the length at the angle φ from +x is width + taper cos φ, mm
+    slack: float = 0.0  # by how much axes and radii of its faces may differ from these, mm
 
 
 def surfaces(
     bores: tuple[Bore, Bore], mirror: Mirror, faces: Sequence[Face]
 ) -> dict[Surface, tuple[int, ...]]:
-    """Sort faces into the named surfaces; each face belongs to exactly one.
-
-    Parameters
-    ----------
-    bores
-        Of the big and the small end.
-    """
-    slack = _SLACK * bores[1].x
+    """Sort faces into the named surfaces, by the bores of big and small end; each belongs to exactly one."""
+    slack = SLACK * bores[1].x
     names = (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
     places = {
         name: (bore.x, 0.0, bore.radius, max(slack, bore.slack))
@@ -154,55 +125,15 @@ def surfaces(
 
     def surface(face: Face) -> Surface:
         for plane in mirror.planes:
-            axis = PLANE_AXIS[plane]
-            if face.shape == "Plane" and max(abs(face.low[axis]), abs(face.high[axis])) < slack:
+            if face.lies_at(PLANE_AXIS[plane], 0.0, slack):
                 return plane
         return next((name for name, place in places.items() if face.about(*place)), Surface.FREE)
 
-    found: dict[Surface, tuple[int, ...]] = {}
+    named: dict[Surface, tuple[int, ...]] = {}
     for face in faces:
         name = surface(face)
-        found[name] = (*found.get(name, ()), face.tag)
-    return found
-
-
-def features(rod: Rod, faces: Sequence[Face], turn: float = 0.0) -> tuple[Feature, ...]:
-    """Find the faces that need small elements; kinds that the rod lacks are absent.
-
-    Bosses and bolts are turned about the big end's axis by `turn`, rad.
-    """
-    slack = _SLACK * rod.length
-    outline = Outline(rod)
-
-    def cylinders(kind: FeatureKind, arc: Arc, sweep: float, thickness: float = math.inf) -> Feature:
-        tags = tuple(face.tag for face in faces if face.about(*arc.center, arc.radius, slack))
-        return Feature(kind, tags, arc.radius, sweep, thickness)
-
-    found = [
-        cylinders(FeatureKind.BORE, outline.bores[0], 2 * math.pi, rod.big_end_ring),
-        cylinders(FeatureKind.BORE, outline.bores[1], 2 * math.pi, rod.bushing or rod.small_end_ring),
-        *(cylinders(FeatureKind.RING_FILLET, arc, abs(arc.sweep)) for arc in outline.fillets),
-    ]
-    for diameter, angle in ((rod.cap_bolt, turn), (rod.oil_hole, 0.0)):
-        if diameter:
-            tags = tuple(face.tag for face in faces if face.lengthwise(diameter / 2, slack, angle))
-            found.append(Feature(FeatureKind.HOLE, tags, diameter / 2, 2 * math.pi))
-    if outline.bosses is not None:
-        arcs = list(outline.bosses.fillets())
-        if turn:
-            arcs = [one.turned(turn) for arc in arcs for one in (arc, arc.mirrored())]
-        found += [cylinders(FeatureKind.BOSS_FILLET, arc, abs(arc.sweep)) for arc in arcs]
-    for step in ring_steps(rod):
-        tags = tuple(face.tag for face in faces if _torus(face, step.center, step.foot, step.radius, slack))
-        found.append(Feature(FeatureKind.RING_STEP, tags, step.radius, step.sweep))
-    if rod.has_pockets:
-        pocket = web_pocket(rod, outline.edge)
-        found += [cylinders(FeatureKind.POCKET_CORNER, arc, abs(arc.sweep)) for arc in pocket.corners()]
-        floor = tuple(face.tag for face in faces if _rounds_floor(face, pocket, slack))
-        found.append(Feature(FeatureKind.POCKET_FLOOR, floor, pocket.floor_radius, math.pi / 2))
-        web = tuple(face.tag for face in faces if _lies_at(face, pocket.floor, slack))
-        found.append(Feature(FeatureKind.WEB, web, thickness=rod.web_thickness))
-    return tuple(feature for feature in found if feature.faces)
+        named[name] = (*named.get(name, ()), face.tag)
+    return named
 
 
 def face_of(tag: int) -> Face:
@@ -212,21 +143,36 @@ def face_of(tag: int) -> Face:
     return Face(tag, gmsh.model.getType(2, tag), (x0, y0, z0), (x1, y1, z1), tuple(map(float, values)))
 
 
-def _torus(face: Face, x: float, major: float, minor: float, slack: float) -> bool:
-    if face.shape != "Torus":
-        return False
-    return max(abs(face.values[0] - x), abs(face.values[6] - major), abs(face.values[7] - minor)) < slack
+# Places along each edge.
+_PLACES = np.linspace(0.0, 1.0, 9)
 
 
-def _lies_at(face: Face, z: float, slack: float) -> bool:
-    return face.shape == "Plane" and max(abs(abs(face.low[2]) - z), abs(abs(face.high[2]) - z)) < slack
+def edge_points(face: int) -> Floats:
+    """Points (n, 3) along the edges of a face."""
+    return _along(gmsh.model.getBoundary([(2, face)], combined=False, oriented=False))
 
 
-def _rounds_floor(face: Face, pocket: Pocket, slack: float) -> bool:
-    """Whether a face is a cylinder or torus whose tube runs along the edge of a pocket's floor."""
-    if face.shape not in ("Cylinder", "Torus") or face.upright():
-        return False
-    x, z, radius = face.values[0], abs(face.values[2]), face.values[-1]
-    along = pocket.big_end < x < pocket.small_end
-    level = max(abs(z - pocket.floor - pocket.floor_radius), abs(radius - pocket.floor_radius))
-    return along and level < slack
+def loop_points(curves: Iterable[int], count: int = _PLACES.size - 1) -> Floats:
+    """Points (n, 3) along curves that form a closed loop, `count` on each, where one begins only once."""
+    return _along([(1, int(curve)) for curve in curves], np.linspace(0.0, 1.0, count + 1)[:-1])
+
+
+def solid_points(volume: int) -> Floats:
+    """Points (n, 3) along the edges of a solid."""
+    faces = gmsh.model.getBoundary([(3, volume)], combined=False, oriented=False)
+    return _along(sorted(set(gmsh.model.getBoundary(faces, combined=False, oriented=False))))
+
+
+def _along(edges: list[tuple[int, int]], places: Floats = _PLACES) -> Floats:
+    points = []
+    for _, edge in edges:
+        (low,), (high,) = gmsh.model.getParametrizationBounds(1, edge)
+        points.append(gmsh.model.getValue(1, edge, low + (high - low) * places))
+    return np.reshape(np.concatenate(points), (-1, 3)) if points else np.zeros((0, 3))
+
+
+def parameter_grid(face: int, shares: Floats) -> Floats:
+    """Parameters (n, n, 2) of a face at shares (n,) of the range of each."""
+    low, high = gmsh.model.getParametrizationBounds(2, face)
+    u, v = (a + (b - a) * shares for a, b in zip(low, high, strict=True))
+    return np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)

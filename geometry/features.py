@@ -1,14 +1,21 @@
-"""Expected face areas of every feature: a fillet that the CAD kernel lost is found by its missing area."""
+"""The features of a rod that need small elements: their faces, and the areas that the dimensions give.
+
+A face that the CAD kernel lost, or drew twice, shows in its area.
+"""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TypeVar
 
 import gmsh
 import numpy as np
 
+from geometry.arrays import Floats
 from geometry.assembly import Assembly
 from geometry.errors import GeometryError
-from geometry.faces import Feature, FeatureKind
+from geometry.faces import SLACK, Face, Feature, FeatureKind
 from geometry.parts import Interface
 from geometry.rod import Rod
 from geometry.section import HeightField
@@ -21,47 +28,146 @@ from geometry.surfaces import Mirror, Surface
 TOLERANCE = 0.01
 _ALONG = (np.arange(2000) + 0.5) / 2000
 _ACROSS = (np.arange(40) + 0.5) / 40
+_ANGLES = 60  # places of a rule that is exact for periodic functions
+
+_Name = TypeVar("_Name", bound=StrEnum)
 
 
-def check_areas(rod: Rod, mirror: Mirror, features: Sequence[Feature]) -> None:
-    """Compare the faces of every feature with the areas that the dimensions give.
+@dataclass(frozen=True)
+class _Expected:
+    """Faces that the dimensions give, and their area on the whole rod, mm²; None: not compared."""
+
+    kind: FeatureKind
+    matches: Callable[[Face, float], bool]
+    area: float | None = None
+    radius: float = math.inf
+    sweep: float = 0.0
+    thickness: float = math.inf
+
+
+def _cylinder(
+    kind: FeatureKind, arc: Arc, area: float, sweep: float, thickness: float = math.inf
+) -> _Expected:
+    def matches(face: Face, slack: float) -> bool:
+        return face.about(*arc.center, arc.radius, slack)
+
+    return _Expected(kind, matches, area, arc.radius, sweep, thickness)
+
+
+def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
+    """Faces of each feature; bosses and bolts are turned about the big end's axis by `turn`, rad."""
+    field = HeightField(rod)
+    outline, full = field.outline, 2 * math.pi
+    big, small = outline.bores
+    area = full * big.radius * rod.crank_bearing_width
+    yield _cylinder(FeatureKind.BORE, big, area, full, rod.big_end_ring)
+    area = full * small.radius * rod.pin_bearing_width - math.pi * rod.oil_hole**2 / 4
+    yield _cylinder(FeatureKind.BORE, small, area, full, rod.bushing or rod.small_end_ring)
+    for arc in outline.fillets:
+        yield _cylinder(FeatureKind.RING_FILLET, arc, _ring_fillet(field, arc), abs(arc.sweep))
+    for diameter, angle in ((rod.cap_bolt, turn), (rod.oil_hole, 0.0)):
+        if diameter:
+            yield _lengthwise(diameter / 2, angle)
+    if outline.bosses is not None:
+        arcs = list(outline.bosses.fillets())
+        if turn:
+            arcs = [one.turned(turn) for arc in arcs for one in (arc, arc.mirrored())]
+        for arc in arcs:
+            area = 4 / len(arcs) * arc.length * rod.big_end_width
+            yield _cylinder(FeatureKind.BOSS_FILLET, arc, area, abs(arc.sweep))
+    for step in field.steps:
+        yield _foot_of(step, _ring_step(field, step))
+    if field.pocket is not None:
+        yield from _of_pocket(field.pocket, rod.web_thickness)
+
+
+def _lengthwise(radius: float, angle: float) -> _Expected:
+    def matches(face: Face, slack: float) -> bool:
+        return face.lengthwise(radius, slack, angle)
+
+    return _Expected(FeatureKind.HOLE, matches, None, radius, 2 * math.pi)
+
+
+def _foot_of(step: RingStep, area: float) -> _Expected:
+    def matches(face: Face, slack: float) -> bool:
+        return face.is_torus(step.center, step.foot, step.radius, slack)
+
+    return _Expected(FeatureKind.RING_STEP, matches, area, step.radius, step.sweep)
+
+
+def _of_pocket(pocket: Pocket, web: float) -> Iterator[_Expected]:
+    """Corners, floor edges and web floors of the two pockets; areas by Steiner's formula."""
+    r = pocket.floor_radius
+    perimeter = sum(piece.length for piece in pocket.outline())
+    for arc in pocket.corners():
+        yield _cylinder(FeatureKind.POCKET_CORNER, arc, 4 * arc.length * (pocket.depth - r), abs(arc.sweep))
+
+    def rounds_floor(face: Face, slack: float) -> bool:
+        """Whether it is a cylinder or torus whose tube runs along the edge of a floor."""
+        if face.shape not in ("Cylinder", "Torus") or face.upright():
+            return False
+        off = abs(face.values[2]) - pocket.floor - r, face.values[-1] - r
+        return pocket.big_end < face.values[0] < pocket.small_end and max(map(abs, off)) < slack
+
+    def is_floor(face: Face, slack: float) -> bool:
+        return face.lies_at(2, pocket.floor, slack)
+
+    # Offsetting a convex curve inwards by s leaves perimeter − 2πs: integrate over the quarter arc.
+    area = 2 * r * (perimeter * math.pi / 2 - 2 * math.pi * r * (math.pi / 2 - 1))
+    yield _Expected(FeatureKind.POCKET_FLOOR, rounds_floor, area, r, math.pi / 2)
+    area = 2 * (_enclosed(pocket) - perimeter * r + math.pi * r**2)
+    yield _Expected(FeatureKind.WEB, is_floor, area, thickness=web)
+
+
+def checked_features(
+    rod: Rod, mirror: Mirror, faces: Sequence[Face], turn: float = 0.0
+) -> tuple[Feature, ...]:
+    """Find the faces that need small elements; kinds that the rod lacks are absent.
+
+    Bosses and bolts are turned about the big end's axis by `turn`, rad.
 
     Raises
     ------
     GeometryError
         Faces are missing, or their area is off by more than `TOLERANCE`.
     """
-    drawn = dict.fromkeys(FeatureKind, 0.0)
+    slack, every = SLACK * rod.length, list(_expected(rod, turn))
+    matching = [tuple(face.tag for face in faces if one.matches(face, slack)) for one in every]
+    features = [
+        Feature(one.kind, tags, one.radius, one.sweep, one.thickness)
+        for one, tags in zip(every, matching, strict=True)
+        if tags
+    ]
+    drawn: dict[FeatureKind, list[int]] = {}
     for feature in features:
-        drawn[feature.kind] += sum(gmsh.model.occ.getMass(2, face) for face in feature.faces)
-    for kind, expected in feature_areas(rod).items():
-        found = drawn[kind] * mirror.copies
-        if not abs(found - expected) <= TOLERANCE * expected:
-            raise GeometryError(
-                f"the CAD kernel drew {kind.replace('_', ' ')} faces of {found:.4g} mm², but the dimensions "
-                f"give {expected:.4g} mm². Change the dimensions of this feature slightly"
-            )
+        drawn.setdefault(feature.kind, []).extend(feature.faces)
+    _compare(drawn, _by_kind(every), mirror, "feature")
+    return tuple(features)
 
 
 def feature_areas(rod: Rod) -> dict[FeatureKind, float]:
-    """Return the area of every kind of feature on the whole rod, mm²; 0 where the rod has none."""
-    field = HeightField(rod)
-    big, small = field.outline.bores
-    areas = {
-        FeatureKind.BORE: _bore(big, rod.crank_bearing_width)
-        + _bore(small, rod.pin_bearing_width)
-        - math.pi * rod.oil_hole**2 / 4,
-        FeatureKind.RING_FILLET: sum(_ring_fillet(field, arc) for arc in field.outline.fillets),
-        FeatureKind.RING_STEP: sum(_ring_step(field, step) for step in field.steps),
-    }
-    if (bosses := field.outline.bosses) is not None:
-        lengths = sum(arc.length for arc in bosses.fillets())
-        areas[FeatureKind.BOSS_FILLET] = 2 * lengths * rod.big_end_width
-    return areas | _pocket_areas(field.pocket)
+    """Return the area of every kind of feature on the whole rod, mm²."""
+    return _by_kind(_expected(rod))
 
 
-def _bore(bore: Arc, width: float) -> float:
-    return 2 * math.pi * bore.radius * width
+def _by_kind(every: Iterable[_Expected]) -> dict[FeatureKind, float]:
+    areas: dict[FeatureKind, float] = {}
+    for one in every:
+        if one.area is not None:
+            areas[one.kind] = areas.get(one.kind, 0.0) + one.area
+    return areas
+
+
+def _compare(
+    drawn: Mapping[_Name, Iterable[int]], expected: Mapping[_Name, float], mirror: Mirror, what: str
+) -> None:
+    for name, given in expected.items():
+        area = mirror.copies * sum(gmsh.model.occ.getMass(2, face) for face in drawn.get(name, ()))
+        if not abs(area - given) <= TOLERANCE * given:
+            raise GeometryError(
+                f"the CAD kernel drew {name.replace('_', ' ')} faces of {area:.4g} mm², but the dimensions "
+                f"give {given:.4g} mm². Change the dimensions of this {what} slightly"
+            )
 
 
 def _ring_fillet(field: HeightField, arc: Arc) -> float:
@@ -86,24 +192,6 @@ def _ring_step(field: HeightField, step: RingStep) -> float:
     return 4 * step.radius * step.sweep * (math.pi / 2) * float((within * distance).mean())
 
 
-def _pocket_areas(pocket: Pocket | None) -> dict[FeatureKind, float]:
-    """Areas of corners, floor edges and web floors of the two pockets, by Steiner's formula."""
-    if pocket is None:
-        return dict.fromkeys((FeatureKind.POCKET_CORNER, FeatureKind.POCKET_FLOOR, FeatureKind.WEB), 0.0)
-    outline, r = pocket.outline(), pocket.floor_radius
-    perimeter = sum(piece.length for piece in outline)
-    area = _enclosed(pocket)
-    wall = 2 * math.pi * pocket.corner * (pocket.depth - r)
-    # Offsetting a convex curve inwards by s leaves perimeter − 2πs: integrate over the quarter arc.
-    floor_edge = r * (perimeter * math.pi / 2 - 2 * math.pi * r * (math.pi / 2 - 1))
-    floor = area - perimeter * r + math.pi * r**2
-    return {
-        FeatureKind.POCKET_CORNER: 2 * wall,
-        FeatureKind.POCKET_FLOOR: 2 * floor_edge,
-        FeatureKind.WEB: 2 * floor,
-    }
-
-
 def _enclosed(pocket: Pocket) -> float:
     """Area of a pocket in plan: the trapezium of the corners' centres, grown by their radius."""
     (x0, y0), (x1, y1) = pocket.corner_centers()
@@ -112,15 +200,11 @@ def _enclosed(pocket: Pocket) -> float:
     return inner + around * pocket.corner + math.pi * pocket.corner**2
 
 
-# Places of a rule that is exact for periodic functions.
-_ANGLES = 60
-
-
 def check_contacts(
     rod: Rod,
     assembly: Assembly,
     mirror: Mirror,
-    found: Sequence[Interface],
+    interfaces: Sequence[Interface],
     named: Mapping[Surface, tuple[int, ...]],
 ) -> None:
     """Compare the faces between parts and under bolts with the areas that the dimensions give.
@@ -128,18 +212,12 @@ def check_contacts(
     Raises
     ------
     GeometryError
-        Faces are missing, or their area is off by more than `geometry.features.TOLERANCE`.
+        Faces are missing, or their area is off by more than `TOLERANCE`.
     """
     drawn = {surface: [*named.get(surface, ())] for surface in (Surface.BOLT_HEAD, Surface.BOLT_THREAD)}
-    for interface in found:
+    for interface in interfaces:
         drawn.setdefault(interface.sides[0], []).extend(interface.faces)
-    for surface, expected in contact_areas(rod, assembly).items():
-        area = mirror.copies * sum(gmsh.model.occ.getMass(2, face) for face in drawn.get(surface, []))
-        if not abs(area - expected) <= TOLERANCE * expected:
-            raise GeometryError(
-                f"the CAD kernel drew {surface.replace('_', ' ')} faces of {area:.4g} mm², but the "
-                f"dimensions give {expected:.4g} mm². Change the dimensions of this part slightly"
-            )
+    _compare(drawn, contact_areas(rod, assembly), mirror, "part")
 
 
 def contact_areas(rod: Rod, assembly: Assembly) -> dict[Surface, float]:
@@ -148,7 +226,9 @@ def contact_areas(rod: Rod, assembly: Assembly) -> dict[Surface, float]:
     if assembly.split is not None:
         areas[Surface.JOINT] = HeightField(rod).section(0.0).area  # a ring's is the same at every angle
     if assembly.bushing:
-        areas[Surface.BUSHING_SEAT] = _bushing_seat(rod)
+        radius = rod.small_end_bore / 2 + rod.bushing
+        whole = 2 * math.pi * radius * rod.mean_small_end_width
+        areas[Surface.BUSHING_SEAT] = whole - _window(radius, rod.oil_hole / 2)
     if assembly.shell:
         radius = rod.big_end_bore / 2 + assembly.shell
         areas[Surface.SHELL_SEAT] = 2 * math.pi * radius * rod.big_end_width
@@ -164,17 +244,8 @@ def _annuli(outer: float, inner: float) -> float:
     return math.pi / 2 * (outer**2 - inner**2)
 
 
-def _bushing_seat(rod: Rod) -> float:
-    """Area of the bushing's outer cylinder, whose ends may be slanted, less the oil hole."""
-    mean = (rod.small_end_width + (rod.small_end_crown_width or rod.small_end_width)) / 2
-    radius, hole = rod.small_end_bore / 2 + rod.bushing, rod.oil_hole / 2
-    return 2 * math.pi * radius * mean - _window(radius, hole)
-
-
 def _window(radius: float, hole: float) -> float:
     """Area that a hole across the axis of a cylinder cuts out of one side of it, mm²."""
-    angle = (np.arange(_ANGLES) + 0.5) * math.pi / _ANGLES
-    return (
-        float(2 * math.pi * (hole * np.cos(angle)) ** 2 @ (1 - (hole / radius * np.sin(angle)) ** 2) ** -0.5)
-        / _ANGLES
-    )
+    angle: Floats = (np.arange(_ANGLES) + 0.5) * math.pi / _ANGLES
+    depth = (1 - (hole / radius * np.sin(angle)) ** 2) ** -0.5
+    return float(2 * math.pi * (hole * np.cos(angle)) ** 2 @ depth) / _ANGLES

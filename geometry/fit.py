@@ -23,27 +23,13 @@ _REFUSED = 10.0  # residual of dimensions that break a rule: large, so that the 
 
 @dataclass(frozen=True)
 class Targets:
-    """Target mass properties of a rod; None sets no target for that figure.
+    """Target mass properties of a rod; None sets no target for that figure."""
 
-    Attributes
-    ----------
-    density
-        t/mm³.
-    mass
-        t.
-    center
-        Centre of gravity, mm from the crank-pin centre.
-    inertia_z
-        About the pin-parallel axis through the centre of gravity, t·mm².
-    bushing_density
-        t/mm³, if the bushing has a density of its own.
-    """
-
-    density: float
-    mass: float | None = None
-    center: float | None = None
-    inertia_z: float | None = None
-    bushing_density: float | None = None
+    density: float  # t/mm³
+    mass: float | None = None  # t
+    center: float | None = None  # centre of gravity, mm from the crank-pin centre
+    inertia_z: float | None = None  # about the pin-parallel axis through the centre of gravity, t·mm²
+    bushing_density: float | None = None  # t/mm³, if the bushing has a density of its own
 
     def given(self) -> dict[str, float]:
         """Return the targets that were given."""
@@ -54,21 +40,11 @@ class Targets:
 
 @dataclass(frozen=True)
 class Fit:
-    """The rod that comes closest to its targets.
+    """The rod that comes closest to its targets."""
 
-    Attributes
-    ----------
-    rod
-        The rod.
-    residuals
-        Relative misfit of each target, computed / target − 1.
-    at_limit
-        Free dimensions that ended at the limit of their allowed range.
-    """
-
-    rod: Rod
-    residuals: dict[str, float]
-    at_limit: tuple[str, ...]
+    rod: Rod  # the rod
+    residuals: dict[str, float]  # relative misfit of each target, computed / target − 1
+    at_limit: tuple[str, ...]  # free dimensions that ended at the limit of their allowed range
 
     @property
     def met(self) -> bool:

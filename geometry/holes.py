@@ -34,17 +34,11 @@ _OFF_LINE = 0.2
 
 
 class Balance(NamedTuple):
-    """Where a centre of gravity lies relative to the line between two bores.
+    """Where a centre of gravity lies relative to the line between two bores."""
 
-    Attributes
-    ----------
-    distance
-        Of the bores, mm.
-    aside, beyond
-        Of the centre of gravity from the line, and from its ends along it, mm; 0 beyond where it is between.
-    """
-
-    distance: float
+    distance: float  # of the bores, mm
+    # aside, beyond: of the centre of gravity from the line, and from its ends along it, mm; 0 beyond where it
+    # is between
     aside: float
     beyond: float
 

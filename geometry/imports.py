@@ -23,30 +23,14 @@ class Role(StrEnum):
 
 @dataclass(frozen=True)
 class CadSolid:
-    """A solid of the file.
+    """A solid of the file."""
 
-    Attributes
-    ----------
-    tag
-        gmsh's volume tag.
-    name
-        In the file, or its number.
-    role
-        What it is.
-    kept
-        Whether it is analysed.
-    volume
-        mm³.
-    size
-        Extents (3,) along the axes of the file, mm.
-    """
-
-    tag: int
-    name: str
-    role: Role
-    kept: bool
-    volume: float
-    size: Vector
+    tag: int  # gmsh's volume tag
+    name: str  # in the file, or its number
+    role: Role  # what it is
+    kept: bool  # whether it is analysed
+    volume: float  # mm³
+    size: Vector  # extents (3,) along the axes of the file, mm
 
 
 @dataclass(frozen=True)
@@ -60,26 +44,13 @@ class BoreLocation:
 
 @dataclass(frozen=True)
 class ImportReport:
-    """What was made of a file.
+    """What was made of a file."""
 
-    Attributes
-    ----------
-    unit
-        Of the lengths in the file, of `geometry.imports.UNITS`.
-    solids
-        Its solids, in the order of the file.
-    bores
-        Of the big and the small end.
-    assumed
-        What was assumed or left out, for the user.
-    assembly
-        The joint, bolts and interfaces that were found, if it is taken for an assembly.
-    """
-
-    unit: str
-    solids: tuple[CadSolid, ...]
-    bores: tuple[BoreLocation, BoreLocation]
-    assumed: tuple[str, ...]
+    unit: str  # of the lengths in the file, of `geometry.imports.UNITS`
+    solids: tuple[CadSolid, ...]  # its solids, in the order of the file
+    bores: tuple[BoreLocation, BoreLocation]  # of the big and the small end
+    assumed: tuple[str, ...]  # what was assumed or left out, for the user
+    # The joint, bolts and interfaces that were found, if it is taken for an assembly
     assembly: tuple[str, ...] = ()
 
 
@@ -145,29 +116,17 @@ class MissingCap(StrEnum):
 
 @dataclass(frozen=True)
 class CadFile:
-    """A rod from a CAD program.
+    """A rod from a CAD program."""
 
-    Attributes
-    ----------
-    path
-        The file; its ending tells the format.
-    big_end_bore, small_end_bore
-        Diameters, mm, that identify the bores where their size and place do not.
-    unit
-        Of `geometry.imports.UNITS`: the unit of the lengths in the file, whatever it declares; None: the
-        declared one, or the one with which the rod has a plausible length.
-    solids
-        Names of the solids to keep; empty: the rod and what belongs to it.
-    cap
-        What to do where the cap of the big end is missing.
-    """
-
-    path: Path
+    path: Path  # the file; its ending tells the format
+    # big_end_bore, small_end_bore: diameters, mm, that identify the bores where their size and place do not
     big_end_bore: float | None = None
     small_end_bore: float | None = None
+    # Of `geometry.imports.UNITS`: the unit of the lengths in the file, whatever it declares; None: the
+    # declared one, or the one with which the rod has a plausible length
     unit: str | None = None
-    solids: tuple[str, ...] = ()
-    cap: MissingCap = MissingCap.REFUSED
+    solids: tuple[str, ...] = ()  # names of the solids to keep; empty: the rod and what belongs to it
+    cap: MissingCap = MissingCap.REFUSED  # what to do where the cap of the big end is missing
 
 
 def is_cad(path: Path) -> bool:

@@ -9,21 +9,11 @@ Tensor = tuple[Vector, Vector, Vector]
 
 @dataclass(frozen=True)
 class MassProperties:
-    """Mass, centre of gravity and inertia tensor of a body in the rod frame.
+    """Mass, centre of gravity and inertia tensor of a body in the rod frame."""
 
-    Attributes
-    ----------
-    mass
-        t.
-    center
-        Centre of gravity (x, y, z), mm from the centre of the crank-pin bore.
-    inertia
-        Inertia tensor about the centre of gravity, 3×3, t·mm².
-    """
-
-    mass: float
-    center: Vector
-    inertia: Tensor
+    mass: float  # t
+    center: Vector  # centre of gravity (x, y, z), mm from the centre of the crank-pin bore
+    inertia: Tensor  # inertia tensor about the centre of gravity, 3×3, t·mm²
 
     @property
     def inertia_z(self) -> float:

@@ -13,26 +13,13 @@ from geometry.segments import Arc, Line, Point, Segment, mirrored
 
 @dataclass(frozen=True)
 class Bosses:
-    """The upper (y > 0) boss in plan.
+    """The upper (y > 0) boss in plan."""
 
-    Attributes
-    ----------
-    half_length
-        From the plane x = 0 to either seat of bolt and nut, mm.
-    top
-        y of the outer face, mm.
-    fillet
-        Radius between a seat and the ring, mm.
-    ring
-        Outer radius of the ring, mm.
-    bolt_at, bolt_radius
-        y of the bolt's axis and radius of its hole, mm.
-    """
-
-    half_length: float
-    top: float
-    fillet: float
-    ring: float
+    half_length: float  # from the plane x = 0 to either seat of bolt and nut, mm
+    top: float  # y of the outer face, mm
+    fillet: float  # radius between a seat and the ring, mm
+    ring: float  # outer radius of the ring, mm
+    # bolt_at, bolt_radius: y of the bolt's axis and radius of its hole, mm
     bolt_at: float
     bolt_radius: float
 
@@ -80,19 +67,12 @@ def bosses(rod: Dimensions) -> Bosses | None:
 
 @dataclass(frozen=True)
 class Edge:
-    """The straight upper edge of the shank, normal · point = offset.
+    """The straight upper edge of the shank, normal · point = offset."""
 
-    Attributes
-    ----------
-    along, normal
-        Unit vectors to the small end and outwards.
-    offset
-        Distance from the crank-pin centre, mm.
-    """
-
+    # along, normal: unit vectors to the small end and outwards
     along: Point
     normal: Point
-    offset: float
+    offset: float  # distance from the crank-pin centre, mm
 
     def inset(self, distance: float) -> "Edge":
         """Return the parallel edge `distance` mm inside."""
@@ -148,18 +128,10 @@ def foot(edge: Edge, point: Point) -> Point:
 
 @dataclass(frozen=True)
 class Outline:
-    """The upper half (y ≥ 0) of the outline and of the bores of a rod, and its whole loop.
+    """The upper half (y ≥ 0) of the outline and of the bores of a rod, and its whole loop."""
 
-    Attributes
-    ----------
-    rod
-        Its dimensions.
-    turn
-        Angle by which an oblique split turns the bosses about the big end's axis, rad.
-    """
-
-    rod: Dimensions
-    turn: float = 0.0
+    rod: Dimensions  # its dimensions
+    turn: float = 0.0  # angle by which an oblique split turns the bosses about the big end's axis, rad
 
     @cached_property
     def edge(self) -> Edge:

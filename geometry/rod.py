@@ -1,20 +1,17 @@
-"""A rod: its dimensions, checked."""
+"""A rod: its dimensions, checked, and completed from a few in usual proportions."""
 
 import math
 from dataclasses import dataclass
 from typing import Any
 
 from geometry import rules
-from geometry.dimensions import Dimensions, ShankSection, options
+from geometry.dimensions import Dimensions, ShankSection, key, options
 from geometry.errors import require_number, require_positive
-from geometry.rules import leave_a_shank
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rod(Dimensions):
-    """A connecting rod whose dimensions obey every rule.
-
-    Every dimension must be given; `geometry.rod.proportioned` derives missing ones.
+    """A connecting rod whose dimensions obey every rule; `proportioned` derives missing ones.
 
     Raises
     ------
@@ -27,46 +24,29 @@ class Rod(Dimensions):
 
 
 def proportioned(length: float, big_end_bore: float, small_end_bore: float, **given: Any) -> Rod:
-    """Complete a rod from the distance of its bores and their diameters.
+    """Complete a rod from the distance of its bores and their diameters, mm.
 
-    Parameters
-    ----------
-    length, big_end_bore, small_end_bore
-        mm.
-    **given
-        Any other field of `Rod`; the rest follows from these, in usual proportions of forged
-        automotive rods (ours: no published rule).
-
-    Returns
-    -------
-    Rod
+    Any other field of `Rod` may be given; the rest follows from these, in usual proportions of forged
+    automotive rods (ours: no published rule).
 
     Raises
     ------
     InvalidValue
         A given or derived dimension breaks a rule.
     """
-    rod: dict[str, Any] = {
-        name: require_positive(f"rod.{name}_mm", value)
-        for name, value in (
-            ("length", length), ("big_end_bore", big_end_bore), ("small_end_bore", small_end_bore),
-        )
-    }  # fmt: skip
-    for name, value in given.items():
-        if name == "shank_section":
-            rod[name] = value
-        else:
-            check = require_number if name in options() else require_positive
-            rod[name] = check(f"rod.{name}_mm", value)
+    rod: dict[str, Any] = {"length": length, "big_end_bore": big_end_bore, "small_end_bore": small_end_bore}
+    rod |= {"shank_section": ShankSection.I} | given
+    for name in [name for name in rod if name != "shank_section"]:
+        check = require_number if name in options() else require_positive
+        rod[name] = check(f"rod.{key(name)}", rod[name])
 
     def default(name: str, value: float) -> float:
         return float(rod.setdefault(name, value))
 
-    rod.setdefault("shank_section", ShankSection.I)
     big, small = rod["big_end_bore"], rod["small_end_bore"]
     big_radius = big / 2 + default("big_end_ring", 0.18 * big)
     small_radius = small / 2 + default("small_end_ring", 0.28 * small)
-    leave_a_shank(rod["length"], big_radius, small_radius)  # before a derived dimension is blamed
+    rules.leave_a_shank(rod["length"], big_radius, small_radius)  # before a derived dimension is blamed
     gap = rod["length"] - big_radius - small_radius
 
     width = default("big_end_width", min(0.5 * big, rod.get("small_end_width", big)))

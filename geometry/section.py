@@ -23,21 +23,12 @@ _SHARE_WEIGHTS = _WEIGHTS * np.sin((_ANGLES + 1) * math.pi / 2) * math.pi / 4
 
 @dataclass(frozen=True)
 class Section:
-    """The cross-section of a rod at `x`.
+    """The cross-section of a rod at `x`."""
 
-    Attributes
-    ----------
-    x
-        Place, mm from the crank-pin centre.
-    area
-        mm².
-    inertia_y, inertia_z
-        Second moments about the axes through the centre, mm⁴: `inertia_z` resists bending in the plane
-        of motion, `inertia_y` sideways.
-    """
-
-    x: float
-    area: float
+    x: float  # place, mm from the crank-pin centre
+    area: float  # mm²
+    # inertia_y, inertia_z: second moments about the axes through the centre, mm⁴: `inertia_z` resists bending
+    # in the plane of motion, `inertia_y` sideways
     inertia_y: float
     inertia_z: float
 

@@ -131,6 +131,29 @@ def _flip(point: Point) -> Point:
 
 
 @dataclass(frozen=True)
+class EllipticArc:
+    """A piece, less than half, of an ellipse about the origin."""
+
+    semi_axes: tuple[float, float]  # along the first and the second coordinate, mm
+    # begin, end: values of the parameter t in (a cos t, b sin t), rad
+    begin: float
+    end: float
+
+    def at(self, share: float) -> Point:
+        """Return the point at a share (0…1) of the parameter's range."""
+        t = self.begin + share * (self.end - self.begin)
+        return self.semi_axes[0] * math.cos(t), self.semi_axes[1] * math.sin(t)
+
+    @property
+    def start(self) -> Point:
+        """First point."""
+        return self.at(0)
+
+
+Curve = Line | Arc | EllipticArc
+
+
+@dataclass(frozen=True)
 class Circle:
     """A circle in a plane: centre (2,) and radius, mm."""
 

@@ -18,28 +18,15 @@ LAND = 0.06
 
 @dataclass(frozen=True)
 class RingStep:
-    """A ring's side face and the step at its rim, as half-width z over the distance from the bore's axis.
+    """A ring's side face and the step at its rim, as half-width z over the distance from the bore's axis."""
 
-    Attributes
-    ----------
-    center
-        x of the bore's axis, mm.
-    rim
-        Distance at which the ring's face ends, mm.
-    foot
-        Distance from which on the shank's face is flat, mm; equals `rim` where there is no step.
-    ring, shank
-        Half-widths of ring and shank, mm.
-    radius
-        Of the concave arc at the foot, mm.
-    """
-
-    center: float
-    rim: float
-    foot: float
+    center: float  # x of the bore's axis, mm
+    rim: float  # distance at which the ring's face ends, mm
+    foot: float  # distance from which on the shank's face is flat, mm; equals `rim` where there is no step
+    # ring, shank: half-widths of ring and shank, mm
     ring: float
     shank: float
-    radius: float
+    radius: float  # of the concave arc at the foot, mm
 
     @property
     def height(self) -> float:
@@ -110,29 +97,17 @@ def _closed(points: list[Point]) -> tuple[Line, ...]:
 
 @dataclass(frozen=True)
 class Pocket:
-    """The pocket in one face, seen in plan.
+    """The pocket in one face, seen in plan."""
 
-    Attributes
-    ----------
-    big_end, small_end
-        x of its two ends, mm.
-    edge
-        Its upper long side.
-    corner
-        Corner radius, mm.
-    floor, face
-        z of its floor and of the shank's face, mm.
-    floor_radius
-        Radius along the edge of the floor, mm.
-    """
-
+    # big_end, small_end: x of its two ends, mm
     big_end: float
     small_end: float
-    edge: Edge
-    corner: float
+    edge: Edge  # its upper long side
+    corner: float  # corner radius, mm
+    # floor, face: z of its floor and of the shank's face, mm
     floor: float
     face: float
-    floor_radius: float
+    floor_radius: float  # radius along the edge of the floor, mm
 
     @property
     def depth(self) -> float:

@@ -1,7 +1,7 @@
 """The rod as a tagged solid in an open gmsh session."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import gmsh
@@ -9,72 +9,45 @@ import gmsh
 from geometry import kernel
 from geometry.assembly import Assembly, BoltAxis, bolt_axes, check
 from geometry.errors import GeometryError, require
-from geometry.faces import Bore, Face, Feature, faces_of, features, surfaces
-from geometry.features import check_areas, check_contacts
+from geometry.faces import Bore, Face, Feature, faces_of, surfaces
+from geometry.features import check_contacts, checked_features
 from geometry.imports import ImportReport
-from geometry.kernel import bushed, chamfers, holes, tools_above
 from geometry.mass import MassProperties, joined
 from geometry.outline import Outline
 from geometry.parts import Interface, bodies, contact_features, interfaces, parted, with_seats
 from geometry.rod import Rod
 from geometry.segments import Line, Segment
+from geometry.side_faces import Pocket, RingStep, ring_steps, space_beside, web_pocket
 from geometry.surfaces import PLANE_AXIS, Mirror, Surface
 
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the solid, with one material.
+    """A part of the solid, with one material."""
 
-    Attributes
-    ----------
-    name
-        ``"rod"``, ``"bushing"``, another of `geometry.parts`, or the name in the imported file.
-    volumes
-        gmsh's volume tags.
-    mass
-        Of the whole part (also when a cell was drawn) for density 1: the mass is the volume, mm³.
-    """
-
-    name: str
-    volumes: tuple[int, ...]
+    name: str  # ``"rod"``, ``"bushing"``, another of `geometry.parts`, or the name in the imported file
+    volumes: tuple[int, ...]  # gmsh's volume tags
+    # Of the whole part (also when a cell was drawn) for density 1: the mass is the volume, mm³
     mass: MassProperties
 
 
 @dataclass(frozen=True)
 class Solid:
-    """What `build` has drawn in the open session.
+    """What `build` has drawn in the open session."""
 
-    Attributes
-    ----------
-    mirror
-        The cell that was drawn.
-    bores
-        Of the big and the small end; the distance of their centres is `bores[1].x`.
-    parts
-        By material; at least one.
-    faces
-        gmsh's face tags of every surface of the boundary, cut planes included.
-    features
-        The faces that need small elements.
-    mass
-        Of the whole rod (also when a cell was drawn) for density 1: the mass is the volume, mm³.
-    imported
-        What was made of the file that it comes from; None for a rod drawn from dimensions.
-    bolts
-        Of the whole rod, also when a cell was drawn; empty for a rod without an assembly.
-    interfaces
-        Where parts touch without being joined.
-    """
-
-    mirror: Mirror
-    bores: tuple[Bore, Bore]
-    parts: tuple[Part, ...]
+    mirror: Mirror  # the cell that was drawn
+    bores: tuple[Bore, Bore]  # of the big and the small end; the distance of their centres is `bores[1].x`
+    parts: tuple[Part, ...]  # by material; at least one
+    # gmsh's face tags of every surface of the boundary, cut planes included
     faces: dict[Surface, tuple[int, ...]]
-    features: tuple[Feature, ...]
+    features: tuple[Feature, ...]  # the faces that need small elements
+    # Of the whole rod (also when a cell was drawn) for density 1: the mass is the volume, mm³
     mass: MassProperties
+    # What was made of the file that it comes from; None for a rod drawn from dimensions
     imported: ImportReport | None = None
+    # Of the whole rod, also when a cell was drawn; empty for a rod without an assembly
     bolts: tuple[BoltAxis, ...] = ()
-    interfaces: tuple[Interface, ...] = ()
+    interfaces: tuple[Interface, ...] = ()  # where parts touch without being joined
 
     @property
     def bodies(self) -> list[list[int]]:
@@ -83,20 +56,9 @@ class Solid:
 
 
 def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None = None) -> Solid:
-    """Draw a rod, or a cell of it, in a new model of the open session.
+    """Draw a rod, or a symmetry cell of it, in a new model of the open session.
 
-    Parameters
-    ----------
-    rod
-        What to draw.
-    mirror
-        The cell: `NONE` the whole, `HALF` z ≥ 0, `QUARTER` y ≥ 0 and z ≥ 0.
-    assembly
-        What is separate; None for a rod in one piece, with its bushing bonded to it.
-
-    Returns
-    -------
-    Solid
+    Without an assembly the rod is one piece, with its bushing bonded to it.
 
     Raises
     ------
@@ -111,15 +73,15 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None =
     gmsh.model.add("rod")
     turn = 0.0 if assembly is None else math.radians(assembly.split or 0.0)
     body = _plan(rod, mirror, turn)
-    above = tools_above(rod, turn)
+    above = _tools_above(rod, turn)
     if mirror is Mirror.NONE:
         above += [kernel.turned_over(tool) for tool in above]
     with kernel.attempt("cut ring steps and web pockets"):
         body = kernel.cut(body, above)
     with kernel.attempt("separate the bushing from the rod (rod.bushing_mm)"):
-        volumes = bushed(rod, body)
+        volumes = _bushed(rod, body)
     with kernel.attempt("drill and chamfer (rod.cap_bolt_mm, rod.oil_hole_mm, rod.…_chamfer_mm)"):
-        cutters = [*holes(rod, turn), *chamfers(rod, mirror)]
+        cutters = [*_holes(rod, turn), *_chamfers(rod, mirror)]
         volumes = dict(zip(volumes, kernel.drilled(list(volumes.values()), cutters), strict=True))
     bolts = () if assembly is None else bolt_axes(rod, assembly)
     if assembly is not None:
@@ -127,32 +89,40 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None =
     gmsh.model.occ.synchronize()
     parts = tuple(Part(name, (tag,), whole_mass(tag, mirror)) for name, tag in volumes.items())
     faces = faces_of(tuple(volumes.values()))
-    found = features(rod, faces, turn)
-    check_areas(rod, mirror, found)
+    features = checked_features(rod, mirror, faces, turn)
     bores = (
         Bore(0.0, rod.big_end_bore / 2, rod.crank_bearing_width),
         Bore(rod.length, rod.small_end_bore / 2, rod.pin_bearing_width, rod.pin_bearing_taper),
     )
     mass = joined([part.mass for part in parts])
-    solid = Solid(mirror, bores, parts, surfaces(bores, mirror, faces), found, mass)
-    return solid if assembly is None else _assembled(rod, assembly, solid, faces, bolts)
-
-
-def _assembled(
-    rod: Rod, assembly: Assembly, solid: Solid, faces: Sequence[Face], bolts: tuple[BoltAxis, ...]
-) -> Solid:
-    """Name the faces where parts touch and bolts press."""
-    parts = solid.parts
-    found = interfaces([part.name for part in parts], [part.volumes for part in parts], assembly)
-    named = with_seats(solid.faces, faces, bolts)
-    check_contacts(rod, assembly, solid.mirror, found, named)
-    thickness = {
+    solid = Solid(mirror, bores, parts, surfaces(bores, mirror, faces), features, mass, bolts=bolts)
+    if assembly is None:
+        return solid
+    walls = {
         Surface.JOINT: rod.big_end_ring,
         Surface.BUSHING_SEAT: rod.bushing,
         Surface.SHELL_SEAT: assembly.shell,
     }
-    small = contact_features(found, named, bolts, thickness)
-    return replace(solid, faces=named, features=(*solid.features, *small), bolts=bolts, interfaces=found)
+    solid = with_contacts(solid, faces, assembly, lambda _: walls)
+    check_contacts(rod, assembly, mirror, solid.interfaces, solid.faces)
+    return solid
+
+
+def with_contacts(
+    solid: Solid,
+    faces: Sequence[Face],
+    assembly: Assembly,
+    thickness: Callable[[Sequence[Interface]], Mapping[Surface, float]],
+) -> Solid:
+    """Name the faces where parts touch and bolts press.
+
+    `thickness` of what lies behind the interfaces, mm, is by the first surface of each.
+    """
+    parts = solid.parts
+    touching = interfaces([part.name for part in parts], [part.volumes for part in parts], assembly)
+    named = with_seats(solid.faces, faces, solid.bolts)
+    small = contact_features(touching, named, solid.bolts, thickness(touching))
+    return replace(solid, faces=named, features=(*solid.features, *small), interfaces=touching)
 
 
 def _require_symmetry(smallest: Mirror, mirror: Mirror) -> None:
@@ -179,6 +149,81 @@ def _upper_loop(outline: Outline) -> tuple[Segment, ...]:
     cap, crown = outline.upper[0].start, outline.upper[-1].end
     back = (Line(crown, small.start), small, Line(small.end, big.start), big, Line(big.end, cap))
     return (*outline.upper, *back)
+
+
+def _tools_above(rod: Rod, turn: float = 0.0) -> list[int]:
+    """Draw the volumes cut away above z = 0; below it, their mirror images are cut.
+
+    Bosses are turned by `turn`, rad.
+    """
+    tools = []
+    big, small = ring_steps(rod)
+    top = max(big.ring, small.ring)
+    if top > rod.shank_width / 2:
+        # Their common part is what lies above both rings' faces: no seam where they meet on the shank.
+        with kernel.attempt("draw the ring steps"):
+            around = _above(big, top, rod, Outline(rod, turn).shank_sector)
+            tools.append(kernel.common(around, _above(small, top, rod)))
+    if rod.has_pockets:
+        with kernel.attempt("round the pocket floor (rod.pocket_floor_radius_mm)"):
+            tools.append(_pocket_tool(web_pocket(rod, Outline(rod).edge), top))
+    if profile := space_beside(rod):
+        with kernel.attempt("slant the small end (rod.small_end_crown_width_mm)"):
+            tools.append(kernel.prism_along_y(profile, rod.small_end_radius * 2))
+    return tools
+
+
+def _holes(rod: Rod, turn: float = 0.0) -> list[int]:
+    """Draw the holes that lie on the plane z = 0; those of bolts are turned by `turn`, rad."""
+    occ, tools = gmsh.model.occ, []
+    if rod.oil_hole:
+        tools.append(occ.addCylinder(rod.length, 0, 0, 2 * rod.small_end_radius, 0, 0, rod.oil_hole / 2))
+    if rod.cap_bolt:
+        length, at = 2 * rod.cap_boss_length, rod.cap_bolt_spacing / 2
+        bolts = [occ.addCylinder(-length / 2, y, 0, length, 0, 0, rod.cap_bolt / 2) for y in (at, -at)]
+        if turn:
+            occ.rotate([(kernel.SOLID, bolt) for bolt in bolts], 0, 0, 0, 0, 0, 1, turn)
+        tools += bolts
+    return tools
+
+
+def _chamfers(rod: Rod, mirror: Mirror) -> list[int]:
+    """Draw the cones that chamfer the ends of the bores above z = 0, and below it for the whole rod."""
+    cones = []
+    for x, bore, width, size in (
+        (0.0, rod.big_end_bore, rod.big_end_width, rod.big_end_chamfer),
+        (rod.length, rod.small_end_bore, rod.small_end_width, rod.small_end_chamfer),
+    ):
+        if size:  # from inside the bore to above the face, so that it crosses both at an angle
+            start, end = (x, 0, width / 2 - 2 * size), (0, 0, 3 * size)
+            cones.append(gmsh.model.occ.addCone(*start, *end, bore / 2 - size, bore / 2 + 2 * size))
+    return cones if mirror is not Mirror.NONE else [*cones, *map(kernel.turned_over, cones)]
+
+
+def _bushed(rod: Rod, body: int) -> dict[str, int]:
+    """Separate the bushing from the rod; they share the faces where they touch."""
+    if not rod.bushing:
+        return {"rod": body}
+    occ, far = gmsh.model.occ, 2 * rod.small_end_width
+    core = occ.addCylinder(rod.length, 0, -far / 2, 0, 0, far, rod.small_end_bore / 2 + rod.bushing)
+    # The cylinder's seam must not lie where the oil hole will be.
+    occ.rotate([(kernel.SOLID, core)], rod.length, 0, 0, 0, 0, 1, -math.pi / 2)
+    _, (of_body, of_core) = occ.fragment([(kernel.SOLID, body)], [(kernel.SOLID, core)])
+    occ.remove([piece for piece in of_core if piece not in of_body], recursive=True)
+    (outer,) = (tag for dim, tag in of_body if (dim, tag) not in of_core)
+    (inner,) = (tag for dim, tag in of_body if (dim, tag) in of_core)
+    return {"rod": outer, "bushing": inner}
+
+
+def _above(step: RingStep, top: float, rod: Rod, sector: float = math.pi) -> int:
+    """Draw the space above a ring's face, its step and the plane of the shank's face."""
+    far = 3 * (rod.length + rod.big_end_radius + rod.small_end_radius)
+    return kernel.revolution(step.space_above(top, far), step.center, sector)
+
+
+def _pocket_tool(pocket: Pocket, top: float) -> int:
+    tool = kernel.prism(pocket.outline(), (), pocket.floor, pocket.floor + 1.1 * (top - pocket.floor))
+    return kernel.bottom_rounded(tool, pocket.floor, pocket.floor_radius)
 
 
 def whole_mass(body: int, mirror: Mirror) -> MassProperties:

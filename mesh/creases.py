@@ -25,27 +25,15 @@ _LINES = {1: 1, 2: 8}  # gmsh's element types
 
 @dataclass(frozen=True)
 class Creases:
-    """Edges of the mesh that lie on creases of the solid.
+    """Edges of the mesh that lie on creases of the solid."""
 
-    Attributes
-    ----------
-    nodes
-        (n, 2) the vertices at their ends.
-    fold
-        (n,) angle between the tangent planes of the two faces there, rad, at most π/2. Which way they face is
-        not told by them (normals flip where a face is singular) but by the elements.
-    label
-        (n,) number of the crease each belongs to.
-    between
-        Per crease, the two faces that meet there, in words.
-    source
-        (n_nodes,) where the mesh consists of images, the original of each node, by which `nodes` count.
-    """
-
-    nodes: Ints
+    nodes: Ints  # (n, 2) the vertices at their ends
+    # (n,) angle between the tangent planes of the two faces there, rad, at most π/2. Which way they face is
+    # not told by them (normals flip where a face is singular) but by the elements.
     fold: Floats
-    label: Ints
-    between: tuple[tuple[str, str], ...]
+    label: Ints  # (n,) number of the crease each belongs to
+    between: tuple[tuple[str, str], ...]  # per crease, the two faces that meet there, in words
+    # (n_nodes,) where the mesh consists of images, the original of each node, by which `nodes` count
     source: Ints | None = None
 
     def on(self, source: Ints) -> "Creases":
@@ -211,24 +199,12 @@ _AT_BORE = "rim of the joint at the bore"
 
 @dataclass(frozen=True)
 class Rim:
-    """The rim of an interface or of a bolt's seat, on one of the bodies that meet there.
+    """The rim of an interface or of a bolt's seat, on one of the bodies that meet there."""
 
-    Attributes
-    ----------
-    name
-        In words; the same on both bodies.
-    surface
-        The surface that ends there.
-    edges
-        (n, 2) vertices at the ends of the mesh's edges on it.
-    nodes
-        (n_nodes,) all nodes on it, with those amid its edges.
-    """
-
-    name: str
-    surface: Surface
-    edges: Ints
-    nodes: Ints
+    name: str  # in words; the same on both bodies
+    surface: Surface  # the surface that ends there
+    edges: Ints  # (n, 2) vertices at the ends of the mesh's edges on it
+    nodes: Ints  # (n_nodes,) all nodes on it, with those amid its edges
 
 
 def rims(mesh: TetMesh) -> tuple[Rim, ...]:

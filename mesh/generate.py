@@ -140,18 +140,10 @@ def snapped(mesh: TetMesh) -> TetMesh:
 
 @dataclass(frozen=True)
 class Fine:
-    """Smaller elements on a surface.
+    """Smaller elements on a surface."""
 
-    Attributes
-    ----------
-    size
-        Edge length on it, mm.
-    reach
-        Distance from the surface's edges within which the size stays, mm.
-    """
-
-    size: float
-    reach: float = 0.0
+    size: float  # edge length on it, mm
+    reach: float = 0.0  # distance from the surface's edges within which the size stays, mm
 
 
 def mesh_body(

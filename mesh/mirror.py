@@ -15,24 +15,14 @@ from mesh.tetmesh import FACET_TURN, TET_TURN, TetMesh
 
 @dataclass(frozen=True)
 class MirroredMesh:
-    """A mesh put together from reflections of a cell.
+    """A mesh put together from reflections of a cell."""
 
-    Attributes
-    ----------
-    mesh
-        The whole. The cell's elements come first; the nodes stand in the order of `mesh.numbering`, in which
-        a node of the cell comes before its images.
-    source
-        (n_nodes,) the node of the cell that each node is an image of.
-    element_source
-        (n_elements,) the element of the cell that each element is an image of.
-    sign
-        (n_nodes, 3) +1, or −1 for the components of a vector that the reflections reverse.
-    """
-
+    # The whole. The cell's elements come first; the nodes stand in the order of `mesh.numbering`, in which a
+    # node of the cell comes before its images.
     mesh: TetMesh
-    source: Ints
-    element_source: Ints
+    source: Ints  # (n_nodes,) the node of the cell that each node is an image of
+    element_source: Ints  # (n_elements,) the element of the cell that each element is an image of
+    # (n_nodes, 3) +1, or −1 for the components of a vector that the reflections reverse
     sign: npt.NDArray[np.float64]
 
     def vector(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:

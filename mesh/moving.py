@@ -23,25 +23,14 @@ Topology = dict[tuple[int, int], tuple[int, ...]]
 
 @dataclass(frozen=True)
 class Anchors:
-    """Where the nodes of a mesh lie on the solid.
+    """Where the nodes of a mesh lie on the solid."""
 
-    Attributes
-    ----------
-    dim, tag
-        (n_nodes,) of the entity of lowest dimension that holds each node, by gmsh; 3 inside a volume.
-    share
-        (n_nodes,) for those on a curve, how far along it, 0 … 1 of its parameter.
-    start
-        By curve, the vertex where its parameter begins.
-    topology
-        Of the solid.
-    """
-
+    # dim, tag: (n_nodes,) of the entity of lowest dimension that holds each node, by gmsh; 3 inside a volume
     dim: Ints
     tag: Ints
-    share: Floats
-    start: dict[int, int]
-    topology: Topology
+    share: Floats  # (n_nodes,) for those on a curve, how far along it, 0 … 1 of its parameter
+    start: dict[int, int]  # by curve, the vertex where its parameter begins
+    topology: Topology  # of the solid
 
     @property
     def closures(self) -> dict[int, set[tuple[int, int]]]:
@@ -110,17 +99,10 @@ class MovableMesh:
     Nodes on vertices and curves keep their share of the way, those on faces follow smoothly and are put on
     the face again, and those inside follow smoothly: they solve Laplace's equation on the graph of edges,
     weighted by the inverse square of the length, so that small elements keep their shape.
-
-    Attributes
-    ----------
-    mesh
-        As it was made.
-    anchors
-        Where its nodes lie on its solid.
     """
 
-    mesh: TetMesh
-    anchors: Anchors
+    mesh: TetMesh  # as it was made
+    anchors: Anchors  # where its nodes lie on its solid
 
     def moved(self) -> tuple[TetMesh, Quality] | None:
         """Return the mesh on the solid of the open model, with its quality.

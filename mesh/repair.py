@@ -27,17 +27,10 @@ _SAME = 1e-9  # of the elements' length
 
 @dataclass(frozen=True)
 class Spot:
-    """A ball in which elements are no larger than `size`.
+    """A ball in which elements are no larger than `size`."""
 
-    Attributes
-    ----------
-    center
-        (x, y, z) mm.
-    radius, size
-        mm.
-    """
-
-    center: tuple[float, float, float]
+    center: tuple[float, float, float]  # (x, y, z) mm
+    # radius, size: mm
     radius: float
     size: float
 
@@ -63,21 +56,11 @@ class Spot:
 
 @dataclass(frozen=True)
 class Repair:
-    """Settings that differ from those of the first attempt.
+    """Settings that differ from those of the first attempt."""
 
-    Attributes
-    ----------
-    faces
-        gmsh's tags of the faces that MeshAdapt meshes.
-    spots
-        Places with smaller elements.
-    causes
-        What was wrong before each attempt, in words.
-    """
-
-    faces: frozenset[int] = frozenset()
-    spots: tuple[Spot, ...] = ()
-    causes: tuple[str, ...] = ()
+    faces: frozenset[int] = frozenset()  # gmsh's tags of the faces that MeshAdapt meshes
+    spots: tuple[Spot, ...] = ()  # places with smaller elements
+    causes: tuple[str, ...] = ()  # what was wrong before each attempt, in words
 
     def __add__(self, other: "Repair") -> "Repair":
         """Return a repair that does both."""
@@ -201,22 +184,13 @@ class Attempt(Protocol):
 
 @dataclass(frozen=True)
 class Meshed:
-    """A mesh and how it was made.
+    """A mesh and how it was made."""
 
-    Attributes
-    ----------
-    mesh, quality
-        The repaired mesh and its quality.
-    repair
-        Settings that differ from those of the first attempt.
-    warnings
-        Warnings of gmsh about this mesh.
-    """
-
+    # mesh, quality: the repaired mesh and its quality
     mesh: TetMesh
     quality: Quality
-    repair: Repair
-    warnings: tuple[str, ...]
+    repair: Repair  # settings that differ from those of the first attempt
+    warnings: tuple[str, ...]  # warnings of gmsh about this mesh
 
 
 def repaired(

@@ -17,21 +17,11 @@ _NEIGHBOURS = 64
 
 @dataclass(frozen=True)
 class SizeField:
-    """Wanted edge lengths on a mesh of the solid as it is drawn.
+    """Wanted edge lengths on a mesh of the solid as it is drawn."""
 
-    Attributes
-    ----------
-    points
-        (n_nodes, 3), mm.
-    tets
-        (n_elements, 4) vertices.
-    size
-        (n_nodes,) wanted edge length, mm, linear in between; used at vertices only.
-    """
-
-    points: Floats
-    tets: Ints
-    size: Floats
+    points: Floats  # (n_nodes, 3), mm
+    tets: Ints  # (n_elements, 4) vertices
+    size: Floats  # (n_nodes,) wanted edge length, mm, linear in between; used at vertices only
 
     def graded(self, growth: float) -> "SizeField":
         """Return the field with sizes that grow by at most `growth` per distance (mm/mm)."""
@@ -89,40 +79,21 @@ _PER_LENGTH = {
 
 @dataclass(frozen=True)
 class Refinement:
-    """Faces on which elements are smaller than elsewhere.
+    """Faces on which elements are smaller than elsewhere."""
 
-    Attributes
-    ----------
-    faces
-        gmsh's face tags.
-    size
-        Edge length on the faces, mm.
-    width
-        Distance between the edges of the faces, mm: no point on them is farther than half of it from an edge.
-    """
-
-    faces: tuple[int, ...]
-    size: float
+    faces: tuple[int, ...]  # gmsh's face tags
+    size: float  # edge length on the faces, mm
+    # Distance between the edges of the faces, mm: no point on them is farther than half of it from an edge
     width: float
 
 
 @dataclass(frozen=True)
 class Sizing:
-    """Element size over the solid.
+    """Element size over the solid."""
 
-    Attributes
-    ----------
-    size
-        Edge length away from refinements, mm.
-    order
-        1 or 2.
-    growth
-        Increase of the edge length per distance from a refined face, mm/mm.
-    """
-
-    size: float
-    order: int = 2
-    growth: float = 0.5
+    size: float  # edge length away from refinements, mm
+    order: int = 2  # 1 or 2
+    growth: float = 0.5  # increase of the edge length per distance from a refined face, mm/mm
 
 
 def default_size(rod_length: float) -> float:

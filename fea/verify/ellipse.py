@@ -2,8 +2,8 @@
 
 import math
 
-from geometry.bodies import EllipticArc, Side
-from geometry.segments import Line
+from geometry.bodies import Side
+from geometry.segments import EllipticArc, Line
 from geometry.surfaces import Surface
 
 INNER_AXES = (2000.0, 1000.0)  # mm

@@ -8,11 +8,11 @@ import numpy as np
 
 from geometry import kernel
 from geometry.arrays import Floats
-from geometry.cad.cylinders import edge_points, loop_points, recognised, solid_points
+from geometry.cad.cylinders import recognised
 from geometry.cad.holes import Hole, Interior, hollow_wall, place_text, wall_groups
 from geometry.cad.joint import Joint
 from geometry.errors import GeometryError
-from geometry.faces import Face, faces_of
+from geometry.faces import Face, edge_points, faces_of, loop_points, solid_points
 
 # Cosine of the angle between a seat's normal and the axis; its distance from the end of the hole's wall (a
 # chamfer may lie between), and its inner radius, over the hole's radius.
@@ -25,22 +25,13 @@ _SAME = 1e-4
 
 @dataclass(frozen=True)
 class Seat:
-    """An annular part of a plane face around a hole.
+    """An annular part of a plane face around a hole."""
 
-    Attributes
-    ----------
-    level
-        Position along the axis, mm.
-    inner, outer
-        Radii of the largest whole annulus, mm.
-    round
-        Whether its outer edge is a circle.
-    """
-
-    level: float
+    level: float  # position along the axis, mm
+    # inner, outer: radii of the largest whole annulus, mm
     inner: float
     outer: float
-    round: bool = False
+    round: bool = False  # whether its outer edge is a circle
 
 
 def seat_at(
@@ -120,28 +111,19 @@ _LIP = 0.2
 
 @dataclass(frozen=True, eq=False)
 class BoltHole:
-    """A hole through the joint; positions count from the joint plane, towards the cap.
+    """A hole through the joint; positions count from the joint plane, towards the cap."""
 
-    Attributes
-    ----------
-    point, direction
-        Where its axis meets the joint plane (3,), mm, and the unit vector (3,) from the rod to the cap.
-    radius
-        Of its narrowest wall in the cap, mm.
-    rod_radius, rod_wall
-        Radius and ends of its narrowest wall in the rod, mm, the end away from the joint first.
-    cap_end
-        Where its wall in the cap ends, mm.
-    head, nut
-        Plane seats at its ends, if it has them.
-    """
-
+    # point, direction: where its axis meets the joint plane (3,), mm, and the unit vector (3,) from the rod
+    # to the cap
     point: Floats
     direction: Floats
-    radius: float
+    radius: float  # of its narrowest wall in the cap, mm
+    # rod_radius, rod_wall: radius and ends of its narrowest wall in the rod, mm, the end away from the joint
+    # first
     rod_radius: float
     rod_wall: tuple[float, float]
-    cap_end: float
+    cap_end: float  # where its wall in the cap ends, mm
+    # head, nut: plane seats at its ends, if it has them
     head: Seat | None
     nut: Seat | None
 
@@ -248,18 +230,10 @@ _ALONG_ONE_AXIS = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Fastener:
-    """A solid that may be a bolt, a nut or a washer.
+    """A solid that may be a bolt, a nut or a washer."""
 
-    Attributes
-    ----------
-    points
-        (n, 3) along its edges, mm.
-    planes
-        Per plane face, points (n, 3) along its edges, mm.
-    """
-
-    points: Floats
-    planes: tuple[Floats, ...]
+    points: Floats  # (n, 3) along its edges, mm
+    planes: tuple[Floats, ...]  # per plane face, points (n, 3) along its edges, mm
 
     @classmethod
     def of(cls, volume: int) -> "Fastener":

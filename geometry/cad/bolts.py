@@ -29,18 +29,12 @@ _DIGITS = 12
 
 @dataclass(frozen=True)
 class FoundSeats:
-    """What a bolt presses on.
+    """What a bolt presses on."""
 
-    Attributes
-    ----------
-    head_radius, nut_radius
-        mm; 0 without a nut.
-    grip_end, engaged
-        As of `BoltAxis`.
-    """
-
+    # head_radius, nut_radius: mm; 0 without a nut
     head_radius: float
     nut_radius: float
+    # grip_end, engaged: as of `BoltAxis`
     grip_end: float
     engaged: float
 

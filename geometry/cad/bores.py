@@ -9,10 +9,10 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.cad.cylinders import ROUND, loop_points
+from geometry.cad.cylinders import ROUND
 from geometry.cad.holes import CLOSED, Hole, Interior, hollow_walls, place_text, through_holes
 from geometry.errors import GeometryError
-from geometry.faces import Face
+from geometry.faces import Face, loop_points
 from geometry.holes import Balance
 from geometry.segments import fitted_circle
 
@@ -25,18 +25,12 @@ _COAXIAL = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Opening:
-    """A nearly round opening in a plane face.
+    """A nearly round opening in a plane face."""
 
-    Attributes
-    ----------
-    center, direction
-        mm, and the unit normal of the face.
-    radius, deviation
-        Of the fitted circle, and the largest distance of the edge from it, mm.
-    """
-
+    # center, direction: mm, and the unit normal of the face
     center: Floats
     direction: Floats
+    # radius, deviation: of the fitted circle, and the largest distance of the edge from it, mm
     radius: float
     deviation: float
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from geometry import kernel
 from geometry.assembly import Assembly
-from geometry.cad.cylinders import recognised, solid_points
+from geometry.cad.cylinders import recognised
 from geometry.cad.formats import NamedSolid
 from geometry.cad.holes import CLOSED, Hole, Walls, walls_of
 from geometry.errors import GeometryError, InvalidValue, require
-from geometry.faces import Bore, faces_of
+from geometry.faces import Bore, faces_of, solid_points
 from geometry.holes import Balance, rod_frame
 from geometry.imports import CadSolid, Role
 from geometry.parts import BUSHING, CAP, LOWER_SHELL, ROD, UPPER_SHELL, divided

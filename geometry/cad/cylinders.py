@@ -1,42 +1,13 @@
 """Cylinders and planes by their shape: faces that the kernel calls splines, revolved or unknown surfaces."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.faces import Face
+from geometry.faces import Face, edge_points, parameter_grid
 from geometry.segments import fitted_circle
-
-# Places along each edge.
-_PLACES = np.linspace(0.0, 1.0, 9)
-
-
-def edge_points(face: int) -> Floats:
-    """Points (n, 3) along the edges of a face."""
-    return _along(gmsh.model.getBoundary([(2, face)], combined=False, oriented=False))
-
-
-def loop_points(curves: Iterable[int], count: int = _PLACES.size - 1) -> Floats:
-    """Points (n, 3) along curves that form a closed loop, `count` on each, where one begins only once."""
-    return _along([(1, int(curve)) for curve in curves], np.linspace(0.0, 1.0, count + 1)[:-1])
-
-
-def solid_points(volume: int) -> Floats:
-    """Points (n, 3) along the edges of a solid."""
-    faces = gmsh.model.getBoundary([(3, volume)], combined=False, oriented=False)
-    return _along(sorted(set(gmsh.model.getBoundary(faces, combined=False, oriented=False))))
-
-
-def _along(edges: list[tuple[int, int]], places: Floats = _PLACES) -> Floats:
-    points = []
-    for _, edge in edges:
-        (low,), (high,) = gmsh.model.getParametrizationBounds(1, edge)
-        points.append(gmsh.model.getValue(1, edge, low + (high - low) * places))
-    return np.reshape(np.concatenate(points), (-1, 3)) if points else np.zeros((0, 3))
-
 
 # Largest deviation of a face from its cylinder, relative to the radius.
 ROUND = 1e-3
@@ -95,10 +66,7 @@ def _corner(values: Floats) -> tuple[float, float, float]:
 
 def _samples(face: int) -> tuple[Floats, Floats]:
     """Points and unit normals (n, 3) over the parameters of a face."""
-    low, high = gmsh.model.getParametrizationBounds(2, face)
-    inner = np.linspace(0.01, 0.99, _SAMPLES)  # at its ends a surface may have no normal
-    u, v = (a + (b - a) * inner for a, b in zip(low, high, strict=True))
-    places = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).ravel()
+    places = parameter_grid(face, np.linspace(0.01, 0.99, _SAMPLES)).ravel()  # at its ends may be no normal
     points = np.reshape(gmsh.model.getValue(2, face, places), (-1, 3))
     normals = np.reshape(gmsh.model.getNormal(face, places), (-1, 3))
     sound = np.isfinite(normals).all(axis=1) & (np.abs(np.linalg.norm(normals, axis=1) - 1) < 1e-6)

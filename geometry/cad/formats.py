@@ -57,18 +57,10 @@ _REMEDY = {
 
 
 class NamedSolid(NamedTuple):
-    """A solid of the open model.
+    """A solid of the open model."""
 
-    Attributes
-    ----------
-    tag
-        gmsh's volume tag.
-    name
-        In the file; empty if it has none.
-    """
-
-    tag: int
-    name: str
+    tag: int  # gmsh's volume tag
+    name: str  # in the file; empty if it has none
 
 
 def read_solids(path: Path, unit: str | None = None) -> list[NamedSolid]:

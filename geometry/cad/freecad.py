@@ -45,21 +45,11 @@ class Placement:
 
 @dataclass(frozen=True)
 class Shape:
-    """A shape that is a result of the document.
+    """A shape that is a result of the document."""
 
-    Attributes
-    ----------
-    label
-        Of its object.
-    path
-        A BREP file, as long as `shapes_of` is open.
-    placements
-        Of the containers that hold it, the innermost first.
-    """
-
-    label: str
-    path: Path
-    placements: tuple[Placement, ...]
+    label: str  # of its object
+    path: Path  # A BREP file, as long as `shapes_of` is open
+    placements: tuple[Placement, ...]  # of the containers that hold it, the innermost first
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.cad.cylinders import edge_points, recognised
-from geometry.faces import Face, faces_of
+from geometry.cad.cylinders import recognised
+from geometry.faces import Face, edge_points, faces_of
 
 
 class Interior:
@@ -45,36 +45,21 @@ CLOSED, _OPEN = 0.8, 0.3
 
 @dataclass(frozen=True, eq=False)
 class Hole:
-    """A cylindrical through-hole.
+    """A cylindrical through-hole."""
 
-    Attributes
-    ----------
-    center, direction
-        Middle of its axis, mm, and the axis's unit vector.
-    radius, width
-        mm; the width is its length along the axis, at its longest.
-    area, moment
-        Of its wall, mm², and its first moment (3,) about `center`, mm³.
-    faces
-        gmsh's tags of its wall, the largest first.
-    turn
-        Part of a full turn that the wall covers, in the mean over its width.
-    deviation
-        By how much the axes and radii of its faces differ, mm.
-    fitted
-        Whether a face of it is a surface of another kind, to which the cylinder is fitted.
-    """
-
+    # center, direction: middle of its axis, mm, and the axis's unit vector
     center: Floats
     direction: Floats
+    # radius, width: mm; the width is its length along the axis, at its longest
     radius: float
     width: float
+    # area, moment: of its wall, mm², and its first moment (3,) about `center`, mm³
     area: float
     moment: Floats
-    faces: tuple[int, ...]
-    turn: float = 1.0
-    deviation: float = 0.0
-    fitted: bool = False
+    faces: tuple[int, ...]  # gmsh's tags of its wall, the largest first
+    turn: float = 1.0  # part of a full turn that the wall covers, in the mean over its width
+    deviation: float = 0.0  # by how much the axes and radii of its faces differ, mm
+    fitted: bool = False  # whether a face of it is a surface of another kind, to which the cylinder is fitted
 
     @property
     def mean_width(self) -> float:
@@ -278,17 +263,10 @@ class Walls:
     """Cylindrical walls of a solid.
 
     Of a solid with a thousand faces, the kernel takes a minute to tell which are hollow.
-
-    Attributes
-    ----------
-    interior
-        Of the solid.
-    groups
-        Walls with the same axis, those with the largest radius first.
     """
 
-    interior: Interior
-    groups: tuple[tuple[Hole, ...], ...]
+    interior: Interior  # of the solid
+    groups: tuple[tuple[Hole, ...], ...]  # walls with the same axis, those with the largest radius first
 
     def hollow(self) -> Iterator[Hole]:
         """Find the hollow walls, one per axis, the largest radius first."""

@@ -9,10 +9,9 @@ import numpy as np
 
 from geometry import kernel
 from geometry.arrays import Floats
-from geometry.cad.cylinders import edge_points
 from geometry.cad.holes import Hole
 from geometry.errors import GeometryError
-from geometry.faces import Face
+from geometry.faces import Face, edge_points
 from geometry.holes import basis_across
 
 # A plane lies farther from the big end's centre than this part of the bore's radius only by mistake; faces
@@ -22,27 +21,13 @@ _OFF, _ROUGH = 0.5, 0.2
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """The mean plane of the faces that rod and cap share.
+    """The mean plane of the faces that rod and cap share."""
 
-    Attributes
-    ----------
-    normal
-        Unit vector (3,) from the cap to the rod.
-    offset
-        Distance of the plane from the big end's centre along the normal, mm.
-    area
-        Of the faces, mm².
-    flatness
-        Distance of the two planes parallel to it that enclose the faces' edges, mm.
-    faces
-        How many there are.
-    """
-
-    normal: Floats
-    offset: float
-    area: float
-    flatness: float
-    faces: int
+    normal: Floats  # unit vector (3,) from the cap to the rod
+    offset: float  # distance of the plane from the big end's centre along the normal, mm
+    area: float  # of the faces, mm²
+    flatness: float  # distance of the two planes parallel to it that enclose the faces' edges, mm
+    faces: int  # how many there are
 
     @property
     def angle(self) -> float:

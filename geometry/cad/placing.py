@@ -8,10 +8,10 @@ import numpy as np
 
 from geometry import kernel
 from geometry.arrays import Floats
-from geometry.cad.cylinders import ROUND, edge_points
+from geometry.cad.cylinders import ROUND
 from geometry.cad.holes import Hole
 from geometry.errors import GeometryError
-from geometry.faces import Bore
+from geometry.faces import Bore, edge_points
 from geometry.holes import rod_frame
 from geometry.mass import joined
 from geometry.parts import remove_all

@@ -31,27 +31,13 @@ _LEAST_EXTENT = 3.0
 
 @dataclass(frozen=True)
 class GivenMesh:
-    """A mesh from a file, ready to be solved.
+    """A mesh from a file, ready to be solved."""
 
-    Attributes
-    ----------
-    mesh
-        Placed in the rod's frame; every boundary facet is on a bore or free.
-    bores
-        Of the big and the small end.
-    size
-        Mean length of the elements' edges, mm.
-    quality
-        Of the elements.
-    imported
-        Where the bores are in the file, in millimetres, and what was mended or assumed.
-    """
-
-    mesh: TetMesh
-    bores: tuple[Bore, Bore]
-    size: float
-    quality: Quality
-    imported: ImportReport
+    mesh: TetMesh  # placed in the rod's frame; every boundary facet is on a bore or free
+    bores: tuple[Bore, Bore]  # of the big and the small end
+    size: float  # mean length of the elements' edges, mm
+    quality: Quality  # of the elements
+    imported: ImportReport  # where the bores are in the file, in millimetres, and what was mended or assumed
 
 
 def given_mesh(

@@ -29,23 +29,12 @@ def circles_through(triples: Floats) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True)
 class Axes:
-    """Cylinders with parallel axes.
+    """Cylinders with parallel axes."""
 
-    Attributes
-    ----------
-    direction
-        Unit vector (3,).
-    centers
-        (n, 3) a point on each axis, mm.
-    radii
-        (n,) mm.
-    residual
-        Root mean square distance of the points from their cylinder, over its radius, the largest of all.
-    """
-
-    direction: Floats
-    centers: Floats
-    radii: Floats
+    direction: Floats  # unit vector (3,)
+    centers: Floats  # (n, 3) a point on each axis, mm
+    radii: Floats  # (n,) mm
+    # Root mean square distance of the points from their cylinder, over its radius, the largest of all
     residual: float
 
 
@@ -128,32 +117,18 @@ _ROUNDS = 6
 
 @dataclass(frozen=True, eq=False)
 class RoundHole:
-    """The wall of a cylindrical hole.
+    """The wall of a cylindrical hole."""
 
-    Attributes
-    ----------
-    center, direction
-        A point on its axis at half the height of the wall, mm, and the axis's unit vector.
-    radius, height
-        mm.
-    area
-        Of the wall, mm².
-    turn
-        Share of a full turn that the wall covers: 1 for a closed hole, ½ for half a bore.
-    through
-        Whether nothing crosses the axis.
-    facets
-        Numbers of the wall's facets.
-    """
-
+    # center, direction: A point on its axis at half the height of the wall, mm, and the axis's unit vector
     center: Floats
     direction: Floats
+    # radius, height: mm
     radius: float
     height: float
-    area: float
-    turn: float
-    through: bool
-    facets: Ints
+    area: float  # of the wall, mm²
+    turn: float  # share of a full turn that the wall covers: 1 for a closed hole, ½ for half a bore
+    through: bool  # whether nothing crosses the axis
+    facets: Ints  # numbers of the wall's facets
 
     @property
     def closed(self) -> bool:

@@ -11,18 +11,10 @@ from mesh.tetmesh import FACE_NODES, FACES
 
 @dataclass(frozen=True)
 class SurfaceMesh:
-    """Boundary triangles, by the vertices of the facets.
+    """Boundary triangles, by the vertices of the facets."""
 
-    Attributes
-    ----------
-    points
-        (n_nodes, 3), mm.
-    facets
-        (n, 3) vertices, anticlockwise from outside.
-    """
-
-    points: Floats
-    facets: Ints
+    points: Floats  # (n_nodes, 3), mm
+    facets: Ints  # (n, 3) vertices, anticlockwise from outside
 
     @cached_property
     def corners(self) -> Floats:

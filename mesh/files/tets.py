@@ -18,21 +18,11 @@ MOST_TETS = 10_000_000
 
 @dataclass(frozen=True)
 class TetFile:
-    """Nodes and tetrahedra, unchecked.
+    """Nodes and tetrahedra, unchecked."""
 
-    Attributes
-    ----------
-    points
-        (n_nodes, 3), in the file's unit of length.
-    tets
-        (n_elements, 4) or (n_elements, 10) rows of `points`, in VTK's order of nodes.
-    numbers
-        (n_elements,) the file's own numbers of the elements, by which messages name them.
-    """
-
-    points: Floats
-    tets: Ints
-    numbers: Ints
+    points: Floats  # (n_nodes, 3), in the file's unit of length
+    tets: Ints  # (n_elements, 4) or (n_elements, 10) rows of `points`, in VTK's order of nodes
+    numbers: Ints  # (n_elements,) the file's own numbers of the elements, by which messages name them
 
 
 def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
@@ -144,19 +134,12 @@ _SHOWN = 5
 
 @dataclass(frozen=True)
 class Mended:
-    """A sound mesh and what was done for it.
+    """A sound mesh and what was done for it."""
 
-    Attributes
-    ----------
-    mesh
-        Positively oriented tetrahedra that share whole faces, in one piece, without surfaces; nodes that no
-        element uses are gone.
-    notes
-        What was changed, for the user.
-    """
-
+    # Positively oriented tetrahedra that share whole faces, in one piece, without surfaces; nodes that no
+    # element uses are gone
     mesh: TetMesh
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # what was changed, for the user
 
 
 def mended(file: TetFile) -> Mended:

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.assembly import Assembly, BoltSeat, bolt_axes
-from geometry.cad.cylinders import edge_points
 from geometry.dimensions import dimensions
 from geometry.errors import InvalidValue
+from geometry.faces import edge_points
 from geometry.features import contact_areas
 from geometry.presets import LEON_2001
 from geometry.section import HeightField

@@ -4,8 +4,8 @@ import gmsh
 import numpy as np
 import pytest
 
-from geometry.bodies import EllipticArc, Prism, Revolution, Side, SideBySide, block, draw
-from geometry.segments import Arc, Line
+from geometry.bodies import Prism, Revolution, Side, SideBySide, block, draw
+from geometry.segments import Arc, EllipticArc, Line
 from geometry.session import session
 from geometry.surfaces import Surface
 
