@@ -11,7 +11,7 @@ from pathlib import Path
 
 import cheap_sweep
 import pytest
-from program import fea
+from program import fea, started
 
 from fea.apps.result import analyse
 from fea.apps.sweep.run_sweep import journal_of, run_sweep
@@ -104,7 +104,7 @@ def test_two_rods_at_two_speeds(tmp_path):
         'study = "leon-2001"\nfrequencies = 1\n[set]\nmesh.size_mm = 14.0\nspeed.rpm = [3000.0, 6000.0]\n'
         "[vary.rod]\nweb_thickness_mm = [4.5, 500.0, 5.5]\n"
     )
-    run = fea("sweep", "two.toml", "--workers", 1, cwd=tmp_path)
+    run = started("sweep", "two.toml", "--workers", 1, cwd=tmp_path)
     assert run.returncode == 5, run.stderr  # a design is no rod
     assert "2 rods computed now; 1 failed, 0 not to be trusted" in run.stdout
     folder = tmp_path / "results" / "two"

@@ -4,11 +4,11 @@ import contextlib
 import os
 import shutil
 import signal
-import sys
 import tempfile
-import time
 from dataclasses import dataclass
 from pathlib import Path
+
+from program import copied, waited
 
 REFUSALS = (2, 3, 4)
 JUDGED = (0, 5)
@@ -51,47 +51,17 @@ def contained(arguments, files, *, seconds=900):
         folder.mkdir()
     for name, content in files.items():
         (work / name).write_bytes(content)
-    child = os.fork()
-    if not child:
-        os.environ["HOME"] = str(home)  # gmsh makes a directory of settings there
-        _call(arguments, work, temporary, place / "stderr")
-    code = _waited(child, seconds)
+    # gmsh makes a directory of settings in HOME.
+    environment = {"HOME": str(home), "TMPDIR": str(temporary)}
+    stderr = place / "stderr"
+    with stderr.open("wb") as err, open(os.devnull, "wb") as out:  # noqa: PTH123
+        child = copied(list(map(str, arguments)), work, environment, out=out.fileno(), err=err.fileno())
+    code = waited(child, seconds)
     orphans = False
     with contextlib.suppress(ProcessLookupError):
         os.killpg(child, signal.SIGKILL)
         orphans = True
-    said = (place / "stderr").read_text(errors="replace")
+    said = stderr.read_text(errors="replace")
     remains = {path.name for path in work.iterdir()} - set(files) | {p.name for p in temporary.iterdir()}
     shutil.rmtree(place)
     return Ended(code, said, tuple(sorted(remains)), orphans)
-
-
-def _waited(child, seconds):
-    """The exit code; 124 after the time is up, −n for an end by signal n."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        done, status = os.waitpid(child, os.WNOHANG)
-        if done:
-            return os.waitstatus_to_exitcode(status)
-        time.sleep(0.005)
-    os.killpg(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    return 124
-
-
-def _call(arguments, work, temporary, stderr):
-    """In the copy."""
-    code = 1
-    try:
-        os.setsid()
-        os.chdir(work)
-        tempfile.tempdir = str(temporary)
-        os.environ["TMPDIR"] = str(temporary)
-        os.dup2(os.open(stderr, os.O_WRONLY | os.O_CREAT), 2)
-        os.dup2(os.open(os.devnull, os.O_RDWR), 1)
-        sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w", buffering=1)  # a test may hold others
-        from fea.cli.program import call
-
-        code = call(list(map(str, arguments)))
-    finally:
-        os._exit(code)

@@ -1,16 +1,42 @@
-"""The program run as a process."""
+"""The program run as a process: a new one, or a copy of this one, which has loaded the libraries already."""
 
 import os
+import signal
 import subprocess
 import sys
+import tempfile
+import time
+import warnings
+from contextlib import suppress
+from functools import cache
+from importlib import import_module
+from pathlib import Path
 
 COARSE = ("--size", 12)
+PROGRAM = (sys.executable, "-m", "fea")
+_LIBRARIES = ("gmsh", "meshio", "skfem", "scipy.spatial", "vtkmodules.vtkIOXML", "fea.apps.run_study")
 
 
 def fea(*arguments, cwd, environment=None):
-    """Run `fea` in a directory; the finished process with its output as text."""
+    """Run `fea` in a directory, in a copy of this process; the finished process with its output as text.
+
+    What the program does with streams, signals and exit codes is that of a new process; what it imports,
+    and the threads of its libraries, are not.
+    """
+    command = list(map(str, arguments))
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+        child = copied(command, cwd, environment or {}, out=out.fileno(), err=err.fileno())
+        code = waited(child, 300)
+        out.seek(0)
+        err.seek(0)
+        said = (each.read().decode() for each in (out, err))
+        return subprocess.CompletedProcess(command, code, *said)
+
+
+def started(*arguments, cwd, environment=None):
+    """Run `fea` in a directory as a new process; otherwise as `fea`."""
     return subprocess.run(
-        [sys.executable, "-m", "fea", *map(str, arguments)],
+        [*PROGRAM, *map(str, arguments)],
         cwd=cwd,
         env=os.environ | (environment or {}),
         capture_output=True,
@@ -18,3 +44,83 @@ def fea(*arguments, cwd, environment=None):
         timeout=300,
         check=False,
     )
+
+
+def copied(arguments, cwd, environment, *, out, err):
+    """Begin `fea ARGUMENTS` in a copy of this process, a group of its own; return its number.
+
+    Parameters
+    ----------
+    environment
+        What to change of the environment.
+    out, err
+        Descriptors of its standard streams.
+    """
+    _load()
+    child = os.fork()
+    if not child:
+        _become(arguments, cwd, environment, out, err)
+    return child
+
+
+def waited(child, seconds):
+    """Exit code of a copy; −n for an end by signal n, 124 after the time is up."""
+    end, pause = time.monotonic() + seconds, 0.002
+    while time.monotonic() < end:
+        done, status = os.waitpid(child, os.WNOHANG)
+        if done:
+            return os.waitstatus_to_exitcode(status)
+        time.sleep(pause)
+        pause = min(0.02, 1.5 * pause)
+    os.killpg(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    return 124
+
+
+@cache
+def _load():
+    for name in _LIBRARIES:
+        import_module(name)
+
+
+def _become(arguments, cwd, environment, out, err):
+    """Be the program, in the copy."""
+    code = 1
+    try:
+        os.setsid()
+        os.chdir(cwd)
+        os.environ.update(environment)
+        if "TMPDIR" in environment:
+            tempfile.tempdir = environment["TMPDIR"]
+        for target, source in ((0, os.open(os.devnull, os.O_RDONLY)), (1, out), (2, err)):
+            os.dup2(source, target)
+        # A test may hold other streams; pytest makes errors of warnings.
+        sys.stdout, sys.stderr = (os.fdopen(n, "w", encoding="utf-8", closefd=False) for n in (1, 2))
+        warnings.resetwarnings()
+        for quiet in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
+            warnings.simplefilter("ignore", quiet)
+        sys.argv = ["fea", *arguments]
+        from fea.__main__ import main
+
+        main()
+    except SystemExit as leaving:
+        code = leaving.code if isinstance(leaving.code, int) else int(leaving.code is not None)
+    finally:
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(code)
+
+
+def figures(*arguments, cwd):
+    """What `fea ARGUMENTS --json` prints, which must end well."""
+    import json
+
+    done = fea(*arguments, "--json", cwd=cwd)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def names(folder):
+    """Names of the entries of a directory."""
+    return {entry.name for entry in Path(folder).iterdir()}
