@@ -8,25 +8,19 @@
 """
 
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
-from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fea.contact.active_set import Contact, ContactSystem
 from fea.contact.condensed import CondensedInterface
-from fea.contact.friction_system import ContactState, FrictionSystem, Load, Trials
+from fea.contact.friction_system import ContactState, FrictionSystem, Load, Steps
 from fea.contact.guess import Guess, Places
 from fea.contact.problem import ContactProblem
 from fea.contact.trial import EXACT, Exact
 from fea.machine.threads import one_blas_thread
-from fea.solid.errors import UnsettledError
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints
-
-# How often a step that does not settle is halved.
-HALVINGS = 2
 
 
 @dataclass(frozen=True)
@@ -52,46 +46,34 @@ class InterfaceVertices:
     def of(cls, problem: ContactProblem) -> "InterfaceVertices":
         """Collect those of a problem."""
         normal, shear, face, node = [], [], [], []
-        for number, own in enumerate(problem.faces):
-            start = problem.starts[len(problem.bores) + number]
-            normal.append(start + np.arange(own.pressing.size))
-            both = np.stack(own.tangential, axis=1)
+        ones, unfolding = np.zeros(problem.forces.shape[1]), problem.unfolding
+        for number, faces in enumerate(problem.faces):
+            start, pressing = problem.starts[len(problem.bores) + number], faces.pressing
+            normal.append(start + np.arange(pressing.size))
+            both = np.stack(faces.tangential, axis=1)
             shear.append(np.where(both >= 0, start + both, -1))
-            face.append(np.full(own.pressing.size, number))
-            node.append(own.pressing.nodes)
-        cells, both = np.concatenate(normal), np.concatenate(shear)
-        unfolding = problem.unfolding
+            face.append(np.full(pressing.size, number))
+            node.append(pressing.nodes)
+            ones[normal[-1]] = pressing.weights
+        cells, both, face_of = np.concatenate(normal), np.concatenate(shear), np.concatenate(face)
         off = ~unfolding.on_y[cells] if unfolding.both_sides else np.zeros(len(cells), dtype=bool)
         place = problem.mesh.points[np.concatenate(node)]
         images = np.where(both[off] >= 0, unfolding.images_of(both[off]), -1)
         numbers = np.concatenate([cells, unfolding.images_of(cells[off])])
-        faces = np.concatenate(face)
-        moments = problem.unfolding.moments(_ones(problem))
         return cls(
             normal=numbers,
             shear=np.concatenate([both, images]),
-            face=np.concatenate([faces, faces[off]]),
+            face=np.concatenate([face_of, face_of[off]]),
             place=np.concatenate([place, place[off] * [1.0, -1.0, 1.0]]),
-            area=moments[numbers],
+            area=problem.gaps(ones)[numbers],
         )
 
 
-def _ones(problem: ContactProblem) -> dict[Parity, Floats]:
-    """Moments of a unit gap between mating faces, on the cell."""
-    even = np.zeros(problem.forces.shape[1])
-    for number, own in enumerate(problem.faces):
-        start = problem.starts[len(problem.bores) + number]
-        even[start : start + own.pressing.size] = own.pressing.weights
-    return {Parity.SYMMETRIC: even, Parity.ANTISYMMETRIC: np.zeros_like(even)}
-
-
 class Assembled:
-    """Parts that are held together by bolts and fits.
+    """Parts that are held together by bolts and fits: `tightened`, and at the `start` as warm as the engine.
 
     Parameters
     ----------
-    problem
-        With mating faces and bolts.
     parts
         Nodes of each part that nothing else holds.
     friction
@@ -102,11 +84,6 @@ class Assembled:
         From the temperature at which the parts were put together to that of the engine.
     names
         Of the parts, for messages.
-
-    Attributes
-    ----------
-    tightened, start
-        The parts put together, and at the engine's temperature.
 
     Raises
     ------
@@ -139,7 +116,7 @@ class Assembled:
         of_motion = [
             f"the {name}" for name, (own, _) in zip(names, moved, strict=False) for _ in range(own.shape[1])
         ]
-        self._system = FrictionSystem(self._condensed, problem.rigid, self._places(friction), of_motion)
+        self.system = FrictionSystem(self._condensed, problem.rigid, self._places(friction), of_motion)
         self._made = problem.initial.copy()
         with one_blas_thread():
             self.tightened = self._tightened()
@@ -176,21 +153,7 @@ class Assembled:
         self._made[bolts] -= gap[bolts]
         self._made[self.pins] -= gap[self.pins] - self.problem.initial[self.pins]
         gap[locked] = 0.0
-        return self._joined(values, gap, found)
-
-    @property
-    def ends(self) -> tuple["Assembled", ...]:
-        """The same for one end of the rod each, while the other sticks: `together` joins their states."""
-        return tuple(self._with(system) for system in self._system.ends)
-
-    def _with(self, system: FrictionSystem) -> "Assembled":
-        found = copy(self)
-        found._system = system  # noqa: SLF001 - a copy of itself
-        return found
-
-    def together(self, states: Sequence[ContactState]) -> ContactState:
-        """One state of the rod from those of `ends` under the same load."""
-        return self._system.together(states)
+        return self._frictionless(values, gap, found)
 
     @property
     def interface(self) -> Ints:
@@ -218,11 +181,9 @@ class Assembled:
             even[-len(problem.bolts) :] += [
                 bolt.share * growth for bolt, growth in zip(problem.bolts, warming.bolts, strict=True)
             ]
-        parts = {parity: np.zeros_like(even) for parity in problem.unfolding.parities()}
-        parts[Parity.SYMMETRIC] = even
-        return problem.unfolding.moments(parts)
+        return problem.gaps(even)
 
-    def _joined(self, values: Floats, gap: Floats, found: Contact) -> ContactState:
+    def _frictionless(self, values: Floats, gap: Floats, found: Contact) -> ContactState:
         """Return a state without friction."""
         places = np.concatenate([self.vertices.normal, self.bolts])
         opened = values[places] <= 0
@@ -239,99 +200,38 @@ class Assembled:
             changes=found.changes,
         )
 
-    def step(
-        self,
-        load: Load,
-        state: ContactState,
-        like: ContactState | None = None,
-        exact: Exact = EXACT,
-        last: Trials | None = None,
-    ) -> ContactState:
-        """Go on from a state, in smaller steps where a larger one does not settle.
+    def steps(self, exact: Exact = EXACT, end: int | None = None) -> Steps:
+        """Steps of the rod, or of one end while the other sticks: `together` joins their states."""
+        return Steps(self.system, exact, None if end is None else range(end, end + 1))
 
-        Parameters
-        ----------
-        load, state
-            At the end of the step, and at its beginning.
-        like
-            A state that the end resembles, where one is known.
-        exact
-            How exactly the laws shall hold.
-        last
-            See `FrictionSystem.step`.
+    def step(self, load: Load, state: ContactState) -> ContactState:
+        """Go on from a state; see `Steps.step`."""
+        return self.steps().step(load, state)
 
-        Raises
-        ------
-        ContactError
-            No state of contact between the parts carries the load.
-        """
-        if like is not None:
-            with suppress(UnsettledError):
-                return self._system.step(load, state.gap, like.guess, exact, last=last)
-        return self._divided(load, state, exact, last, HALVINGS)
+    @property
+    def ends(self) -> range:
+        """Numbers of the ends of the rod."""
+        return self.system.every
 
-    def _divided(
-        self, load: Load, state: ContactState, exact: Exact, last: Trials | None, halvings: int
-    ) -> ContactState:
-        try:
-            return self._system.step(load, state.gap, state.guess, exact, last=last)
-        except UnsettledError:
-            if not halvings:
-                raise
-        middle = self._divided(state.load.halfway(load), state, exact, last, halvings - 1)
-        return self._divided(load, middle, exact, last, halvings - 1)
-
-    def between(
-        self,
-        loads: Sequence[Load],
-        ends: tuple[ContactState, ContactState],
-        shares: Sequence[float],
-        exact: Exact = EXACT,
-    ) -> list[ContactState]:
-        """Find states between two increments, whose slips they divide.
-
-        Parameters
-        ----------
-        loads, shares
-            At each instant, and its share of the way from one increment to the other.
-        ends
-            The increments.
-        exact
-            How exactly the laws shall hold.
-
-        Raises
-        ------
-        ContactError
-            No state of contact between the parts carries a load.
-        """
-        earlier, later = ends
-        gaps = [(1 - share) * earlier.gap + share * later.gap for share in shares]
-        found, like, last = list[ContactState](), earlier, Trials()
-        for load, offsets in zip(loads, self._system.offsets(loads, gaps), strict=True):
-            sticking = replace(like.guess, slipping=np.zeros_like(like.guess.slipping))
-            try:
-                like = self._system.under(load, offsets, sticking, exact, rubbing=False, last=last)
-            except UnsettledError:
-                like = self.step(load, earlier, exact=exact)
-            found.append(like)
-        return found
+    def together(self, states: Sequence[ContactState]) -> ContactState:
+        """One state of the rod from those of its ends under the same load."""
+        return self.system.together(states)
 
     def sticking_loads(self) -> Floats:
         """Values (n, n_loads) of the unknowns under unit loads, without pins, while everything sticks."""
-        found = np.zeros((self.problem.unfolding.size, self.problem.loaded.shape[1]))
-        interface = self._condensed.interface
-        found[interface] = (
-            self._condensed.V @ self._resultants - self._condensed.S @ self.problem.loaded[interface]
+        condensed, loaded = self._condensed, self.problem.loaded
+        values = np.zeros_like(loaded)
+        values[condensed.interface] = (
+            condensed.V @ self._resultants - condensed.S @ loaded[condensed.interface]
         )
-        return found
+        return values
 
     @property
     def sticking_start(self) -> Floats:
         """Values (n,) of the unknowns at the engine's temperature without pins."""
-        found = np.zeros(self.problem.unfolding.size)
-        interface = self._condensed.interface
-        found[interface] = self._condensed.S @ (self.start.gap - self._made[interface])
-        return found
+        values, interface = np.zeros(self.problem.unfolding.size), self._condensed.interface
+        values[interface] = self._condensed.S @ (self.start.gap - self._made[interface])
+        return values
 
     def load(self, forces: Sequence[Floats], weights: Floats, moments: Floats | None = None) -> Load:
         """What acts in a step; parameters as for `ContactProblem.solve`."""
@@ -341,9 +241,8 @@ class Assembled:
 
     def displacement(self, state: ContactState) -> dict[Parity, Floats]:
         """Displacement (n_nodes, 3) per parity of the parts as rigid bodies, mm."""
-        found = {
-            parity: np.zeros(self.problem.mesh.points.size) for parity in self.problem.unfolding.parities()
-        }
-        for amount, (parity, moves) in zip(self._system.part_motion(state), self._motions, strict=True):
-            found[parity] += amount * moves
-        return {parity: own.reshape(-1, 3) for parity, own in found.items()}
+        shape = self.problem.mesh.points.shape
+        moved = {parity: np.zeros(shape) for parity in self.problem.unfolding.parities()}
+        for amount, (parity, motion) in zip(self.system.part_motion(state), self._motions, strict=True):
+            moved[parity] += amount * motion.reshape(shape)
+        return moved

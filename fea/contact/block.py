@@ -247,14 +247,14 @@ class Coupling:
 
 
 @dataclass(frozen=True)
-class Ends:
+class Blocks:
     """A problem in blocks."""
 
     blocks: tuple[Block, ...]  # that hardly know of each other
     couplings: tuple[tuple[Coupling, ...], ...]  # for each block, what the others do to it
 
     @classmethod
-    def of(cls, whole: Block) -> "Ends":
+    def of(cls, whole: Block) -> "Blocks":
         """Divide a problem."""
         blocks = whole.divided()
         count = range(len(blocks))
@@ -262,7 +262,7 @@ class Ends:
         return cls(tuple(blocks), tuple(couplings))
 
     @cached_property
-    def sticking(self) -> "Ends":
+    def sticking(self) -> "Blocks":
         """The same, where all slip is given."""
         return replace(self, blocks=tuple(own.sticking for own in self.blocks))
 

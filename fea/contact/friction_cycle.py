@@ -6,11 +6,13 @@ their slip. Each end of the rod goes through the cycle by itself (`fea.contact.b
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
+from itertools import chain
 
 import numpy as np
 
 from fea.contact.assembled import Assembled
-from fea.contact.friction_system import ContactState, Load, Trials
+from fea.contact.friction_system import ContactState, Load, Steps
 from fea.contact.trial import Exact
 from fea.machine.threads import one_blas_thread, threads
 from geometry.arrays import Floats, Ints
@@ -26,12 +28,15 @@ OF_COURSE = Exact(violation=1e-5, direction=1e-3)
 class FrictionCycle:
     """A crank cycle of an assembled rod, whose increments are solved when they are first needed.
 
-    The loads at the increments, `steps`, divide the cycle evenly; the first follows the last.
+    The loads at the increments divide the cycle evenly; the first follows the last.
     """
 
-    def __init__(self, assembled: Assembled, steps: Sequence[Load]) -> None:
+    def __init__(self, assembled: Assembled, loads: Sequence[Load]) -> None:
         self._assembled = assembled
-        self._ends = [_CycleOfEnd(end, steps) for end in assembled.ends]
+        # What is nothing beside the pressures when the parts were put together is nothing at either end.
+        pressures = assembled.start.values[assembled.vertices.normal]
+        exact = OF_COURSE._replace(elsewhere=float(pressures.max(initial=0.0)))
+        self._ends = [_CycleOfEnd(assembled, loads, exact, end) for end in assembled.ends]
 
     def at(self, loads: Sequence[Load], places: Floats) -> list[ContactState]:
         """States under loads at n instants.
@@ -47,10 +52,10 @@ class FrictionCycle:
         with one_blas_thread(), ThreadPoolExecutor(threads()) as pool:
             try:
                 begun = [pool.submit(end.go_through, instants, pool) for end in self._ends]
-                found = [_together(each.result()) for each in begun]
+                states = [dict(_states_of(end.result())) for end in begun]
             finally:
                 pool.shutdown(cancel_futures=True)
-        return [self._assembled.together([own[k] for own in found]) for k in range(len(loads))]
+        return [self._assembled.together([of_end[k] for of_end in states]) for k in range(len(loads))]
 
 
 class _Instants:
@@ -65,30 +70,33 @@ class _Instants:
         return np.asarray(self._order[self._before[self._order] == increment])
 
 
-_Found = Future[dict[int, ContactState]]
+_Parts = Sequence[Future[dict[int, ContactState]]]
+
+
+def _states_of(parts: _Parts) -> Iterator[tuple[int, ContactState]]:
+    return chain.from_iterable(part.result().items() for part in parts)
 
 
 class _CycleOfEnd:
     """A crank cycle of one end of the rod."""
 
-    def __init__(self, end: Assembled, steps: Sequence[Load]) -> None:
-        self._end, self._steps = end, steps
-        self._exact = _exact(end)
+    def __init__(self, assembled: Assembled, loads: Sequence[Load], exact: Exact, end: int) -> None:
+        self._assembled, self._loads, self._steps = assembled, loads, partial(assembled.steps, exact, end)
         self._settled: list[ContactState] | None = None
 
-    def go_through(self, instants: _Instants, pool: ThreadPoolExecutor) -> list[_Found]:
+    def go_through(self, instants: _Instants, pool: ThreadPoolExecutor) -> _Parts:
         """Go through the cycle until friction has settled, and leave the instants to a pool.
 
         Those of the first cycle are begun with from its end, since its beginning is likely to be replaced.
         """
-        count, states = len(self._steps), self._settled or []
-        begun = dict[int, _Found]()
+        count, states = len(self._loads), self._settled or []
+        begun = dict[int, Future[dict[int, ContactState]]]()
 
         def begin(first: int) -> None:
             if first not in begun:
                 begun[first] = pool.submit(self._between, states, first, instants)
 
-        for state in () if states else increments(self._end, self._steps, self._exact):
+        for state in () if states else increments(self._steps(), self._assembled, self._loads):
             states.append(state)
             last = len(states) - 1
             if last == count:
@@ -107,55 +115,34 @@ class _CycleOfEnd:
         self, states: Sequence[ContactState], first: int, instants: _Instants
     ) -> dict[int, ContactState]:
         """States, by the numbers of the instants, from an increment up to the next."""
-        ends, own = (states[first], states[first + 1]), instants.after(first % len(self._steps))
-        at, way = own[instants.share[own] == 0], own[instants.share[own] > 0]
-        found = dict.fromkeys(at.tolist(), ends[0])
+        ends, numbers = (states[first], states[first + 1]), instants.after(first % len(self._loads))
+        at, way = numbers[instants.share[numbers] == 0], numbers[instants.share[numbers] > 0]
+        between = dict.fromkeys(at.tolist(), ends[0])
         if len(way):
             loads, shares = [instants.loads[number] for number in way], instants.share[way].tolist()
-            found |= zip(way.tolist(), self._end.between(loads, ends, shares, self._exact), strict=True)
-        return found
+            between |= zip(way.tolist(), self._steps().between(loads, ends, shares), strict=True)
+        return between
 
 
-def increments(end: Assembled, loads: Sequence[Load], exact: Exact = OF_COURSE) -> Iterator[ContactState]:
+def increments(steps: Steps, assembled: Assembled, loads: Sequence[Load]) -> Iterator[ContactState]:
     """States of one end of the rod at the increments of one cycle after the other, till friction settles."""
-    state, states, last = end.start, list[ContactState](), Trials()
-    for load in loads:
-        state = end.step(load, state, exact=exact, last=last)
+    state, states, count, alike = assembled.start, list[ContactState](), len(loads), 0
+    compared = (assembled.bolts, SETTLED), (assembled.vertices.normal, SETTLED_PLACES)
+    limits = list[float]()
+    for number in range(MOST_CYCLES * count):
+        if number == count:
+            values = np.abs([each.values for each in states])
+            limits = [share * values[:, which].max(initial=0.0) for which, share in compared]
+        before = states[number - count] if number >= count else None
+        state = steps.step(loads[number % count], state, before)
         states.append(state)
         yield state
-    largest, alike = _largest(end, states), 0
-    for number in range(len(loads), MOST_CYCLES * len(loads)):
-        before = states[number - len(loads)]
-        state = end.step(loads[number % len(loads)], state, before, exact, last)
-        states.append(state)
-        yield state
-        alike = alike + 1 if _alike(end, before, state, largest) else 0
+        if before is None:
+            continue
+        change = np.abs(state.values - before.values)
+        pairs = zip(compared, limits, strict=True)
+        alike = (
+            alike + 1 if all(change[which].max(initial=0.0) <= limit for (which, _), limit in pairs) else 0
+        )
         if alike == ON_END:  # from here on, it would do again what it did in the cycle before
             return
-
-
-def _exact(end: Assembled) -> Exact:
-    """How exactly the laws shall hold at one end; the other presses as when the parts were put together."""
-    return OF_COURSE._replace(elsewhere=float(end.start.values[end.vertices.normal].max(initial=0.0)))
-
-
-def _largest(end: Assembled, states: Sequence[ContactState]) -> tuple[float, float]:
-    """Largest bolt force, N, and largest pressure, MPa."""
-    values = np.abs([state.values for state in states])
-    bolts, pressures = values[:, end.bolts], values[:, end.vertices.normal]
-    return float(bolts.max(initial=0.0)), float(pressures.max(initial=0.0))
-
-
-def _alike(end: Assembled, before: ContactState, after: ContactState, largest: tuple[float, float]) -> bool:
-    """Whether a state is that of the cycle before."""
-    change = np.abs(after.values - before.values)
-    kinds = (end.bolts, SETTLED), (end.vertices.normal, SETTLED_PLACES)
-    return all(
-        change[which].max(initial=0.0) <= share * size
-        for (which, share), size in zip(kinds, largest, strict=True)
-    )
-
-
-def _together(parts: Sequence[_Found]) -> dict[int, ContactState]:
-    """All instants of one end."""
-    return {number: state for part in parts for number, state in part.result().items()}

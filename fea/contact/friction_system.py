@@ -11,12 +11,12 @@ the gaps of what opens or slips: few, as long as the parts hold together.
 """
 
 from collections.abc import Sequence
-from copy import copy
+from contextlib import suppress
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
-from fea.contact.block import Block, Ends
+from fea.contact.block import Block, Blocks
 from fea.contact.block_search import UNSETTLED, BlockSearch
 from fea.contact.condensed import CondensedInterface
 from fea.contact.guess import Guess, Offsets, Places
@@ -63,49 +63,34 @@ class ContactState:
 
 
 class FrictionSystem:
-    """Steps from state to state.
+    """States of parts in contact, with R (n, m) of the pins and the places where the parts touch.
 
-    Parameters
-    ----------
-    condensed
-        The condensed problem.
-    rigid
-        R (n, m) of the pins.
-    places
-        Where the parts touch.
-    names
-        (k,) of the part that each motion of the parts moves, with its article.
+    `names` (k,) are those of the parts that each motion of the parts moves, with their articles.
     """
 
     def __init__(
         self, condensed: CondensedInterface, rigid: Floats, places: Places, names: Sequence[str] = ()
     ) -> None:
-        self._condensed, self._places = condensed, places
-        free, self._loose = condensed.free
+        self.condensed, self.places = condensed, places
+        free, self.loose = condensed.free
         R = np.hstack([rigid[condensed.pins], free])
         scale = np.abs(R).max(axis=0, initial=0.0)
-        self._scale = np.where(scale > 0, scale, 1.0)
-        self._whole = Block.whole(condensed, R / self._scale, places)
-        self._ends = Ends.of(self._whole)
-        self._solved = range(len(self._ends.blocks))
-        self._search = BlockSearch(self._loose, len(scale), names)
+        self.scale = np.where(scale > 0, scale, 1.0)
+        self.whole = Block.whole(condensed, R / self.scale, places)
+        self.coupled = Blocks.of(self.whole)
+        self.search = BlockSearch(self.loose, len(scale), names)
 
     @property
-    def ends(self) -> tuple["FrictionSystem", ...]:
-        """The same for one block each, while the others keep their gaps: `together` joins their states."""
-        return tuple(self._alone(number) for number in self._solved)
-
-    def _alone(self, number: int) -> "FrictionSystem":
-        found = copy(self)
-        found._solved = range(number, number + 1)  # noqa: SLF001 - a copy of itself
-        return found
+    def every(self) -> range:
+        """Numbers of the blocks, which hardly know of each other: the ends of a rod."""
+        return range(len(self.coupled.blocks))
 
     def together(self, states: Sequence[ContactState]) -> ContactState:
-        """One state of the whole from those of `ends` under the same load."""
-        condensed, guess = self._condensed, states[0].guess
+        """One state of the whole from those of each block under the same load."""
+        condensed, guess = self.condensed, states[0].guess
         values, gap = states[0].values.copy(), states[0].gap.copy()
         parts = list[tuple[Ints, Ints, Guess]]()
-        for own, state in zip(self._ends.blocks, states, strict=True):
+        for own, state in zip(self.coupled.blocks, states, strict=True):
             numbers = np.concatenate([condensed.pins[own.pins], condensed.interface[own.interface]])
             values[numbers], gap[own.interface] = state.values[numbers], state.gap[own.interface]
             parts.append((own.pins, own.sites, state.guess.of(own.pins, own.sites)))
@@ -122,94 +107,91 @@ class FrictionSystem:
 
     def part_motion(self, state: ContactState) -> Floats:
         """Motions (k,) of the parts."""
-        condensed, load = self._condensed, state.load
+        condensed, load = self.condensed, state.load
         open_gap = state.gap - load.gap[condensed.interface]
         return condensed.motions(open_gap, state.values[condensed.pins], load.parts, state.loose)
 
-    def step(
-        self,
-        load: Load,
-        gap: Floats,
-        guess: Guess,
-        exact: Exact = EXACT,
-        *,
-        rubbing: bool = True,
-        last: Trials | None = None,
-    ) -> ContactState:
-        """Find the state under a load.
 
-        Parameters
-        ----------
-        load
-            At the end of the step.
-        gap
-            y_J (n_J,) at its beginning.
-        guess
-            Where to begin.
-        exact
-            How exactly the laws shall hold.
-        rubbing
-            Whether places may slip; otherwise `gap` holds their slip at the end.
-        last
-            Solutions of an earlier step, which are of use where the guess is theirs: replaced by those of
-            this one.
+# How often a step that does not settle is halved.
+HALVINGS = 2
 
-        Raises
-        ------
-        ContactError
-            No pressure of the pins has their forces.
-        UnsettledError
-            No state was found that obeys contact and friction.
+
+class Steps:
+    """Steps from state to state; what one solved serves the next that begins with its guess.
+
+    The laws hold as exactly as `exact` says; where only some blocks are solved (`numbers`), the others keep
+    their gaps. Every step raises `ContactError` where no pressure of the pins has their forces, and
+    `UnsettledError` where no state was found that obeys contact and friction.
+    """
+
+    def __init__(self, system: FrictionSystem, exact: Exact = EXACT, numbers: range | None = None) -> None:
+        self._system, self._exact = system, exact
+        self._numbers = system.every if numbers is None else numbers
+        self._trials = Trials()
+
+    def step(self, load: Load, state: ContactState, like: ContactState | None = None) -> ContactState:
+        """Go on from a state, in smaller steps where a larger one does not settle.
+
+        `like` is a state that the end resembles, where one is known.
         """
-        return self.under(load, self.offsets([load], [gap])[0], guess, exact, rubbing=rubbing, last=last)
+        if like is not None:
+            with suppress(UnsettledError):
+                return self.at_once(load, state.gap, like.guess)
+        return self._halved(load, state, HALVINGS)
 
-    def under(
-        self,
-        load: Load,
-        offsets: Offsets,
-        guess: Guess,
-        exact: Exact = EXACT,
-        *,
-        rubbing: bool = True,
-        last: Trials | None = None,
-    ) -> ContactState:
-        """The same where the state that sticks is known; see `step` and `offsets`."""
-        ends = self._ends if rubbing else self._ends.sticking
-        trials, changes = self._settled(ends, offsets, guess, exact, last or {})
-        if last is not None:
-            last.update(trials)
-        return self._joined(trials, changes, load, offsets.gap, guess)
+    def _halved(self, load: Load, state: ContactState, halvings: int) -> ContactState:
+        try:
+            return self.at_once(load, state.gap, state.guess)
+        except UnsettledError:
+            if not halvings:
+                raise
+        middle = self._halved(state.load.halfway(load), state, halvings - 1)
+        return self._halved(load, middle, halvings - 1)
 
-    def _settled(
-        self, ends: Ends, offsets: Offsets, guess: Guess, exact: Exact, last: Trials
-    ) -> tuple[Trials, int]:
+    def at_once(self, load: Load, gap: Floats, guess: Guess, *, rubbing: bool = True) -> ContactState:
+        """Find the state under a load from gaps y_J (n_J,), beginning with a guess, in one step.
+
+        Without `rubbing` the gaps hold the slip at the end.
+        """
+        [offsets] = self._offsets([load], [gap])
+        return self._solved(load, offsets, guess, rubbing=rubbing)
+
+    def _solved(self, load: Load, offsets: Offsets, guess: Guess, *, rubbing: bool) -> ContactState:
+        coupled = self._system.coupled
+        trials, changes = self._settled(coupled if rubbing else coupled.sticking, offsets, guess)
+        self._trials.update(trials)
+        return self._state(trials, changes, load, offsets.gap, guess)
+
+    def _settled(self, coupled: Blocks, offsets: Offsets, guess: Guess) -> tuple[Trials, int]:
         """Solution of each block under what the others do to it, and how many states were tried."""
-        blocks = ends.blocks
-        calm = _CALM * max(self._pressed(offsets, guess), exact.elsewhere)
+        blocks = coupled.blocks
+        calm = _CALM * max(self._pressed(offsets, guess), self._exact.elsewhere)
         offsets = replace(offsets, least=max(calm, offsets.least))
         parts = [offsets.of(own.pins, own.interface, own.motions) for own in blocks]
         guesses = [
             _begun(own, part, guess.of(own.pins, own.sites)) for own, part in zip(blocks, parts, strict=True)
         ]
-        alone = self._solved[0] if len(self._solved) == 1 else None
+        alone = self._numbers[0] if len(self._numbers) == 1 else None
         pressure = [  # of what acts on others
             np.zeros(len(own.pins)) if number == alone else own.carrying(each.touching, part.forces)
             for number, (own, each, part) in enumerate(zip(blocks, guesses, parts, strict=True))
         ]
         moved = [np.zeros(len(own.interface)) for own in blocks]
         found, changes = Trials(), 0
-        each = map if ends is self._ends.sticking else side_by_side  # without friction, hardly worth a thread
+        # Without friction, a block is hardly worth a thread.
+        each = map if coupled is self._system.coupled.sticking else side_by_side
         for _ in range(_SWEEPS):
-            loads = {own: ends.shifted(own, parts[own], pressure, moved) for own in self._solved}
-            left = [own for own in self._solved if _changed(blocks[own], loads[own], found.get(own))]
+            loads = {own: coupled.shifted(own, parts[own], pressure, moved) for own in self._numbers}
+            left = [own for own in self._numbers if _changed(blocks[own], loads[own], found.get(own))]
             if not left:
                 break
             least = max([offsets.least, *(own.size for own in found.values())])
+            last = self._trials | found
             jobs = [
-                (blocks[own], replace(loads[own], least=least), guesses[own], exact, (last | found).get(own))
+                (blocks[own], replace(loads[own], least=least), guesses[own], self._exact, last.get(own))
                 for own in left
             ]
-            for number, (trial, states) in zip(left, each(self._search, jobs), strict=True):
+            for number, (trial, states) in zip(left, each(self._system.search, jobs), strict=True):
                 changes += states
                 found[number], guesses[number] = trial, trial.guess
                 pressure[number], moved[number] = trial.solution.pressure, trial.solution.moved
@@ -221,37 +203,38 @@ class FrictionSystem:
 
     def _pressed(self, offsets: Offsets, guess: Guess) -> float:
         """Largest pressure between the parts while nothing moves, MPa."""
-        places, sites = self._places, np.concatenate([self._ends.blocks[own].sites for own in self._solved])
+        places = self._system.places
+        sites = np.concatenate([self._system.coupled.blocks[number].sites for number in self._numbers])
         closed = places.normal[sites[~guess.opened[sites] & ~places.bolt[sites]]]
         return float(np.abs(offsets.stress[closed]).max(initial=0.0))
 
-    def offsets(self, loads: Sequence[Load], gaps: Sequence[Floats]) -> list[Offsets]:
-        """Sticking states of the blocks under loads, from gaps y_J (n_J,)."""
-        condensed = self._condensed
+    def _offsets(self, loads: Sequence[Load], gaps: Sequence[Floats]) -> list[Offsets]:
+        """Sticking states under loads, from gaps y_J (n_J,) at the beginning of each step."""
+        condensed = self._system.condensed
         begin, given = np.stack(gaps, axis=1), np.stack([load.gap for load in loads], axis=1)
         # What is open now follows from the load, not from what was open before.
-        begin[self._places.normal] = 0.0
+        begin[self._system.places.normal] = 0.0
         parts = np.stack([load.parts for load in loads], axis=1)
         pins = np.stack([load.pins for load in loads], axis=1)
         left = begin - given[condensed.interface]
         stress, pin_gap = condensed.V @ parts, given[condensed.pins] + condensed.G @ parts
-        for number in self._solved:
-            block = self._ends.blocks[number]
-            by_slip = self._ends.slipped(number, left)
+        for number in self._numbers:
+            block = self._system.coupled.blocks[number]
+            by_slip = self._system.coupled.slipped(number, left)
             stress[block.interface] += by_slip[0]
             pin_gap[block.pins] += by_slip[1]
-        forces = np.concatenate([pins, self._loose @ parts]) / self._scale[:, None]
+        forces = np.concatenate([pins, self._system.loose @ parts]) / self._system.scale[:, None]
         columns = (np.ascontiguousarray(own.T) for own in (stress, pin_gap, forces, begin))
         return [Offsets(*instant) for instant in zip(*columns, strict=True)]
 
-    def _joined(self, trials: Trials, changes: int, load: Load, before: Floats, guess: Guess) -> ContactState:
+    def _state(self, trials: Trials, changes: int, load: Load, before: Floats, guess: Guess) -> ContactState:
         """State of some blocks; the others keep their gaps (n_J,), and what is guessed of them."""
-        condensed, whole = self._condensed, self._whole
+        condensed, whole = self._system.condensed, self._system.whole
         pressure, stress = np.zeros(len(condensed.pins)), np.zeros(len(condensed.interface))
-        gap, motion = before.copy(), np.zeros(len(self._scale))
+        gap, motion = before.copy(), np.zeros(len(self._system.scale))
         parts = [(whole.pins, whole.sites, guess)]
         for number, trial in trials.items():
-            own = self._ends.blocks[number]
+            own = self._system.coupled.blocks[number]
             pressure[own.pins], stress[own.interface] = trial.solution.pressure, trial.solution.stress
             gap[own.interface], motion[own.motions] = trial.gap, trial.solution.motion
             parts.append((own.pins, own.sites, trial.guess))
@@ -262,11 +245,27 @@ class FrictionSystem:
             values=values,
             gap=gap,
             guess=Guess.together(len(condensed.pins), whole.places.size, parts),
-            loose=(motion / self._scale)[len(load.pins) :],
+            loose=(motion / self._system.scale)[len(load.pins) :],
             residual=max(trial.residual for trial in trials.values()),
             imbalance=max(trial.imbalance for trial in trials.values()),
             changes=changes,
         )
+
+    def between(
+        self, loads: Sequence[Load], increments: tuple[ContactState, ContactState], shares: Sequence[float]
+    ) -> list[ContactState]:
+        """Find states between two increments, whose slips they divide by the shares of the way."""
+        earlier, later = increments
+        gaps = [(1 - share) * earlier.gap + share * later.gap for share in shares]
+        states, like = list[ContactState](), earlier
+        for load, offsets in zip(loads, self._offsets(loads, gaps), strict=True):
+            sticking = replace(like.guess, slipping=np.zeros_like(like.guess.slipping))
+            try:
+                like = self._solved(load, offsets, sticking, rubbing=False)
+            except UnsettledError:
+                like = Steps(self._system, self._exact, self._numbers).step(load, earlier)
+            states.append(like)
+        return states
 
 
 def _changed(block: Block, load: Offsets, last: Trial | None) -> bool:

@@ -1,13 +1,19 @@
-"""A bore and its pin."""
+"""What acts between separate bodies, as unknowns on the cell: in bores, between mating faces, along bolts.
+
+Mating faces have matching facets, so that the pressures at the vertices of one side act on both, and their
+moments are those of the gap between the sides. Friction acts along two tangents of the face. A bolt is one
+unknown: its force, which presses under the head and at the other end of the grip.
+"""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from scipy import sparse
 
 from fea.contact.elastic_pin import Pin, harmonics
-from fea.contact.multipliers import Direction, Multipliers
+from fea.contact.multipliers import Direction, Multipliers, uniform
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
@@ -21,6 +27,33 @@ _HALF_COSINE = np.array(
     [1 / np.pi, 0.5, *(2 / np.pi * (-1) ** (n // 2 + 1) / (n * n - 1) for n in CARRIED[2:])]
 )
 
+_Z = np.array([0.0, 0.0, 1.0])
+
+
+class Interface(Protocol):
+    """Unknowns of one kind on the cell."""
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+
+    @property
+    def on_y(self) -> Mask:
+        """Which unknowns (size,) are at places on y = 0."""
+
+    @property
+    def across(self) -> Mask:
+        """Which unknowns (size,) reverse under reflection about y = 0 where they lie on it."""
+
+    def forces(self, n_nodes: int) -> sparse.csr_array:
+        """Nodal forces (3 n_nodes, size) of a unit of each, N."""
+
+    def initial(self) -> Floats:
+        """Moments (size,) of the gap as made."""
+
+    def flexibility(self, parity: Parity) -> Floats | float:
+        """Moments (size, size) of what a unit of each moves beside the body; 0 for nothing."""
+
 
 @dataclass(frozen=True)
 class PinInBore:
@@ -29,7 +62,7 @@ class PinInBore:
     multipliers: Multipliers  # the pressures on the bore
     center: tuple[float, float]  # (x, z) of the middle of the bore and of the pin, mm
     clearance: float  # radius of the bore minus that of the pin, mm; negative for a press fit
-    pin: Pin | None  # none for a rigid one
+    pin: Pin | None  # None for a rigid one
     # cut_y, cut_z: whether the cell represents its mirror images about y = 0, z = 0
     cut_y: bool
     cut_z: bool
@@ -37,6 +70,29 @@ class PinInBore:
     relief: tuple[float, float] | None = None
     # Highest one of an elastic pin's deflection; by default what the facets can follow
     harmonics: int | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of pressures on the cell."""
+        return self.multipliers.size
+
+    @property
+    def on_y(self) -> Mask:
+        """Which of them (size,) are at places on y = 0."""
+        return self.multipliers.on_y
+
+    @property
+    def across(self) -> Mask:
+        """None of them (size,) reverses under reflection about y = 0."""
+        return np.zeros(self.size, dtype=bool)
+
+    def forces(self, n_nodes: int) -> sparse.csr_array:
+        """Nodal forces (3 n_nodes, size) of unit pressures, N."""
+        return self.multipliers.forces(n_nodes)
+
+    def flexibility(self, parity: Parity) -> Floats | float:
+        """Moments (size, size) of the deflection of an elastic pin under unit pressures."""
+        return 0.0 if self.deflection is None else self.deflection.compliance[parity]
 
     def initial(self) -> Floats:
         """Moments (n,) of the gap around the centred pin, as both are made."""
@@ -145,14 +201,11 @@ class MatingFaces:
     """
 
     name: str  # of the interface
-    pressing: Multipliers  # the pressures on the first side
+    # Pressures on the first side, then shear stresses along z and along the tangent square to it, which
+    # reverses under reflection about y = 0; each with the vertices (m,) that have it
+    kinds: tuple[tuple[Multipliers, Ints], ...]
     # The surface of the second side, and (n_facets, n_facet_nodes) its facets in the order of the first
     opposite: tuple[Surface, Ints]
-    # Directions of friction: the second one reverses under reflection about y = 0, the first one does not
-    tangents: tuple[Direction, Direction]
-    # along, around: (m,) vertices with shear stress along either tangent; none without friction
-    along: Ints
-    around: Ints
     # By how much the parts overlap before they are put together, normal to the face, mm
     interference: float = 0.0
 
@@ -168,114 +221,87 @@ class MatingFaces:
     ) -> "MatingFaces":
         """Set up an interface between two surfaces of a cell, as `mesh.separate.separated` leaves them.
 
-        A pressure pushes the first side in the `direction`, which is square to z. The tangents are z and the
-        one square to it. The interference is in mm.
+        A pressure pushes the first side in the `direction`, which is square to z.
         """
         first, second = sides
-        pressing = Multipliers.of(mesh, first, direction)
-        every = np.arange(pressing.size) if friction else np.zeros(0, dtype=np.int64)
+        pressing, facets = Multipliers.of(mesh, first, direction), mesh.facets[second]
+        every = np.arange(pressing.size)
+        rubbing = every if friction else every[:0]
         # The shear stress along z of a field that is symmetric about z = 0 vanishes there.
         free = ~np.isin(pressing.nodes, mesh.facets.get(Surface.SYMMETRY_Z, ()))
-        facets = mesh.facets[second]
-        return cls(
-            name=str(first),
-            pressing=pressing,
-            opposite=(second, facets[:, FACET_TURN[facets.shape[1]]]),
-            tangents=(_along_z, _square_to(direction)),
-            along=every[free[every]],
-            around=every,
-            interference=interference,
+        kinds = (
+            (pressing, every),
+            (replace(pressing, direction=uniform(_Z)), rubbing[free[rubbing]]),
+            (replace(pressing, direction=lambda places: np.cross(_Z, direction(places))), rubbing),
         )
+        return cls(str(first), kinds, (second, facets[:, FACET_TURN[facets.shape[1]]]), interference)
+
+    @property
+    def pressing(self) -> Multipliers:
+        """The pressures on the first side."""
+        return self.kinds[0][0]
 
     @property
     def size(self) -> int:
         """Number of unknowns on the cell."""
-        return self.pressing.size + len(self.along) + len(self.around)
+        return sum(len(vertices) for _, vertices in self.kinds)
 
     @property
     def on_y(self) -> Mask:
         """Which unknowns (size,) are at places on y = 0."""
-        own = self.pressing.on_y
-        return np.concatenate([own, own[self.along], own[self.around]])
+        return np.concatenate([self.pressing.on_y[vertices] for _, vertices in self.kinds])
 
     @property
     def across(self) -> Mask:
         """Which unknowns (size,) reverse under reflection about y = 0 where they lie on it."""
-        return np.arange(self.size) >= self.pressing.size + len(self.along)
+        return np.arange(self.size) >= self.size - len(self.kinds[-1][1])
 
     @property
     def tangential(self) -> tuple[Ints, Ints]:
         """Per vertex (m,) the numbers of its shear stresses among the unknowns; −1 where it has none."""
-        found = []
-        start = self.pressing.size
-        for own in (self.along, self.around):
-            number = np.full(self.pressing.size, -1)
-            number[own] = start + np.arange(len(own))
-            found.append(number)
-            start += len(own)
-        return found[0], found[1]
+        numbers, start = np.full((2, self.pressing.size), -1), self.pressing.size
+        for number, (_, vertices) in zip(numbers, self.kinds[1:], strict=True):
+            number[vertices] = start + np.arange(len(vertices))
+            start += len(vertices)
+        return numbers[0], numbers[1]
 
     @cached_property
-    def _sides(self) -> tuple[tuple[Multipliers, Ints | None], ...]:
-        """Multipliers of each kind of unknown, and the vertices that have it."""
-        along, around = (replace(self.pressing, direction=tangent) for tangent in self.tangents)
-        return (self.pressing, None), (along, self.along), (around, self.around)
-
-    @cached_property
-    def _second(self) -> Multipliers:
-        """Multipliers of the pressure on the second side."""
+    def second(self) -> Multipliers:
+        """The pressures on the second side."""
         return replace(self.pressing, facets=self.opposite[1])
 
     def forces(self, n_nodes: int) -> sparse.csr_array:
         """Nodal forces (3 n_nodes, size) of unit stresses, N."""
-        columns = []
-        for own, vertices in self._sides:
-            first = own.forces(n_nodes)
-            both = first - replace(own, facets=self.opposite[1]).forces(n_nodes)
-            columns.append(both if vertices is None else both[:, vertices])
+        columns = [
+            (stress.forces(n_nodes) - replace(stress, facets=self.opposite[1]).forces(n_nodes))[:, vertices]
+            for stress, vertices in self.kinds
+        ]
         return sparse.csr_array(sparse.hstack(columns))
 
     def initial(self) -> Floats:
         """Moments (size,) of the gap between the parts as made."""
-        found = np.zeros(self.size)
-        found[: self.pressing.size] = -self.interference * self.pressing.weights
-        return found
+        return np.pad(-self.interference * self.pressing.weights, (0, self.size - self.pressing.size))
+
+    def flexibility(self, parity: Parity) -> float:  # noqa: ARG002
+        """Nothing moves beside the parts."""
+        return 0.0
 
     def traction(self, values: Floats, points: Floats) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, k) on each side of stresses (size, k), MPa."""
-        kinds = []
-        for (_, vertices), direction in zip(
-            self._sides, (self.pressing.direction, *self.tangents), strict=True
-        ):
-            count = self.pressing.size if vertices is None else len(vertices)
-            own, values = values[:count], values[count:]
-            every = np.zeros((self.pressing.size, own.shape[1]))
-            every[slice(None) if vertices is None else vertices] = own
-            kinds.append((every, direction))
+        ends = np.cumsum([len(vertices) for _, vertices in self.kinds])
         found = {}
         for surface, side, sign in (
             (self.pressing.surface, self.pressing, 1.0),
-            (self.opposite[0], self._second, -1.0),
+            (self.opposite[0], self.second, -1.0),
         ):
             traction = np.zeros((len(points), 3, values.shape[1]))
-            for every, direction in kinds:
-                nodes, stress = side.at_nodes(every)
-                traction[nodes] += sign * stress[:, None] * direction(points[nodes])[..., None]
+            for (kind, vertices), stress in zip(self.kinds, np.split(values, ends[:-1]), strict=True):
+                every = np.zeros((side.size, values.shape[1]))
+                every[vertices] = stress
+                nodes, nodal = side.at_nodes(every)
+                traction[nodes] += sign * nodal[:, None] * kind.direction(points[nodes])[..., None]
             found[surface] = traction
         return found
-
-
-def _along_z(places: Floats) -> Floats:
-    return np.broadcast_to([0.0, 0.0, 1.0], places.shape)
-
-
-def _square_to(direction: Direction) -> Direction:
-    """Direction square to z and to another one."""
-
-    def around(places: Floats) -> Floats:
-        return np.cross([0.0, 0.0, 1.0], direction(places))
-
-    return around
 
 
 @dataclass(frozen=True)
@@ -283,7 +309,7 @@ class BoltPull:
     """A bolt on the cell, or one of a pair of images about z = 0."""
 
     name: str
-    forces: Floats  # (3 n_nodes,) nodal forces on the cell of a bolt force of 1 N, N
+    nodal_forces: Floats  # (3 n_nodes,) on the cell, of a bolt force of 1 N
     share: float  # of the bolt that belongs to the cell: one half if the plane z = 0 cuts it
     stiffness: float  # of what the mesh does not hold, head, shank and thread, N/mm
     traction: dict[Surface, Floats]  # per surface (n_nodes, 3) of a bolt force of 1 N, MPa
@@ -314,7 +340,7 @@ class BoltPull:
             facets = mesh.facets[surface][seats[surface]]
             own = TetMesh(mesh.points, mesh.tets, {surface: facets})
             pull = sign * axis
-            pressed = Multipliers.of(own, surface, _constant(pull))
+            pressed = Multipliers.of(own, surface, uniform(pull))
             across = np.zeros((0, 3)) if point is None else _levers(axis, halved=share < 1)
             origin = np.zeros(3) if point is None else point
             spread = share * _through(pressed, across, origin)
@@ -325,14 +351,37 @@ class BoltPull:
             traction[surface][nodes] = led.direction(mesh.points[nodes])
         return cls(name, forces, share, stiffness, traction)
 
+    @property
+    def size(self) -> int:
+        """One unknown: its force."""
+        return 1
 
-def _constant(vector: Floats) -> Direction:
-    return lambda places: np.broadcast_to(vector, places.shape)
+    @property
+    def on_y(self) -> Mask:
+        """It is on one side of y = 0."""
+        return np.zeros(1, dtype=bool)
+
+    @property
+    def across(self) -> Mask:
+        """It does not reverse under reflection."""
+        return np.zeros(1, dtype=bool)
+
+    def forces(self, n_nodes: int) -> sparse.csr_array:  # noqa: ARG002
+        """Nodal forces (3 n_nodes, 1) of a bolt force of 1 N."""
+        return sparse.csr_array(self.nodal_forces[:, None])
+
+    def initial(self) -> Floats:
+        """It is not shortened as made."""
+        return np.zeros(1)
+
+    def flexibility(self, parity: Parity) -> float:  # noqa: ARG002
+        """Elongation of what the mesh does not hold, for the share of the bolt."""
+        return self.share / self.stiffness
 
 
 def _levers(axis: Floats, *, halved: bool) -> Floats:
     """Unit vectors (n, 3) across an axis in which the cell holds the whole seat: not z if z = 0 halves it."""
-    in_plane = np.cross([0.0, 0.0, 1.0], axis)
+    in_plane = np.cross(_Z, axis)
     return np.array([in_plane] if halved else [in_plane, np.cross(axis, in_plane)])
 
 

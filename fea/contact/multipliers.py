@@ -113,6 +113,11 @@ class Multipliers:
         return nodes, found
 
 
+def uniform(vector: Floats) -> Direction:
+    """Return the same direction everywhere."""
+    return lambda places: np.broadcast_to(vector, places.shape)
+
+
 def radial(center_x: float) -> Direction:
     """Exact radius from the axis of a bore that is parallel to z and passes through (`center_x`, 0)."""
 

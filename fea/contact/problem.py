@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from fea.contact.active_set import Contact, ContactSystem
-from fea.contact.interfaces import BoltPull, MatingFaces, PinInBore
+from fea.contact.interfaces import BoltPull, Interface, MatingFaces, PinInBore
 from fea.solid.bore_motion import has_parity, motions
 from fea.solid.parity import MirrorUnfolding, Parity
 from geometry.arrays import Floats, Ints
@@ -26,25 +26,16 @@ class Body(Protocol):
 class ContactProblem:
     """What acts between separate parts and their pins, as unknowns with their compliance.
 
-    The unknowns are the pressures of the pins, the stresses between mating faces and the bolt forces, in this
-    order on the cell; their images across y = 0 follow.
+    The unknowns are the pressures of the pins in their bores, the stresses between mating faces and the bolt
+    forces, in this order on the cell; their images across y = 0 follow, if loads and unknowns have both
+    parities about it (`both_sides`).
 
     Parameters
     ----------
     body
         Gives the work of forces on the cell.
-    mesh
-        The cell.
-    bores
-        With their pins.
     loads
         Per parity (3 n_nodes, n_loads) forces on the cell beside the unknowns, with weights of their own.
-    both_sides
-        Whether loads and unknowns have both parities about y = 0; the symmetric one alone otherwise.
-    faces
-        Where separate parts touch.
-    bolts
-        That hold them together.
 
     Attributes
     ----------
@@ -75,28 +66,22 @@ class ContactProblem:
         self.mesh, self.bores, self.faces, self.bolts = mesh, tuple(bores), tuple(faces), tuple(bolts)
         self.cut_y, self.cut_z = (plane in mesh.facets for plane in (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z))
         self._cell_loads = loads
-        images = (2 if self.cut_y else 1) * (2 if self.cut_z else 1)
-        on_y = [bore.multipliers.on_y for bore in self.bores] + [own.on_y for own in self.faces]
-        across = [np.zeros(bore.multipliers.size, dtype=bool) for bore in self.bores]
-        across += [own.across for own in self.faces]
-        none = np.zeros(len(self.bolts), dtype=bool)
+        self._interfaces: tuple[Interface, ...] = (*self.bores, *self.faces, *self.bolts)
         self.unfolding = MirrorUnfolding(
-            np.concatenate([*on_y, none]), both_sides and self.cut_y, images, np.concatenate([*across, none])
+            np.concatenate([interface.on_y for interface in self._interfaces]),
+            both_sides and self.cut_y,
+            (2 if self.cut_y else 1) * (2 if self.cut_z else 1),
+            np.concatenate([interface.across for interface in self._interfaces]),
         )
-        n_nodes = len(mesh.points)
-        columns = [bore.multipliers.forces(n_nodes) for bore in self.bores]
-        columns += [own.forces(n_nodes) for own in self.faces]
-        columns += [sparse.csr_array(bolt.forces[:, None]) for bolt in self.bolts]
+        columns = [interface.forces(len(mesh.points)) for interface in self._interfaces]
         self.forces = sparse.csr_array(sparse.hstack(columns))
-        sizes = [bore.multipliers.size for bore in self.bores] + [own.size for own in self.faces]
-        self.starts = np.cumsum([0, *sizes, *(1 for _ in self.bolts)])
-        found, loaded = {}, {}
+        self.starts = np.cumsum([0, *(interface.size for interface in self._interfaces)])
+        compliance, loaded = {}, {}
         for parity in self.unfolding.parities():
-            found[parity], loaded[parity] = self._compliance(body, parity, loads[parity])
+            compliance[parity], loaded[parity] = self._compliance(body, parity, loads[parity])
         self.loaded = self.unfolding.moments(loaded)
-        self.cell_compliance, self.compliance = found, self.unfolding.compliance(found)
-        as_made = [bore.initial() for bore in self.bores] + [own.initial() for own in self.faces]
-        self.initial = self.gaps([*as_made, np.zeros(len(self.bolts))])
+        self.cell_compliance, self.compliance = compliance, self.unfolding.compliance(compliance)
+        self.initial = self.gaps(np.concatenate([interface.initial() for interface in self._interfaces]))
         self.rigid = self._rigid()
 
     @cached_property
@@ -110,39 +95,38 @@ class ContactProblem:
         every = sparse.hstack([self.forces, dense_columns(loads)], format="csc")
         work = body.compliance(parity, every)
         found = (work[:n_cell, :n_cell] + work[:n_cell, :n_cell].T) / 2
-        for bore, start, end in zip(self.bores, self.starts, self.starts[1:], strict=False):
-            if bore.deflection is not None:
-                found[start:end, start:end] += bore.deflection.compliance[parity]
-        own = np.arange(n_cell - len(self.bolts), n_cell)
-        found[own, own] += [bolt.share / bolt.stiffness for bolt in self.bolts]
+        for number, interface in enumerate(self._interfaces):
+            found[self.own(number), self.own(number)] += interface.flexibility(parity)
         return found, work[:n_cell, n_cell:]
 
-    def gaps(self, even: Sequence[Floats], odd: Sequence[Floats] | None = None) -> Floats:
-        """Moments (n,) over the whole body of gaps with an even and an odd part on the cell."""
-        parts = {Parity.SYMMETRIC: np.concatenate(even)}
+    def gaps(self, even: Floats, odd: Floats | None = None) -> Floats:
+        """Moments (n,) over the whole body of gaps with an even and an odd part (n_cell,) on the cell."""
+        parts = {Parity.SYMMETRIC: even}
         if self.unfolding.both_sides:
-            none = np.zeros_like(parts[Parity.SYMMETRIC])
-            parts[Parity.ANTISYMMETRIC] = none if odd is None else np.concatenate(odd)
+            parts[Parity.ANTISYMMETRIC] = np.zeros_like(even) if odd is None else odd
         return self.unfolding.moments(parts)
 
     def _rigid(self) -> Floats:
         """Moments (n, m) of the free motions: of each pin along x and y, and of a body that may tilt."""
         columns = []
-        none = [np.zeros(size) for size in np.diff(self.starts)]
         for number, bore in enumerate(self.bores):
-            along_x, along_y = ([*none[:number], shift, *none[number + 1 :]] for shift in bore.shifted())
+            along_x, along_y = (self._on_cell(number, shift) for shift in bore.shifted())
             columns.append(self.gaps(along_x))
             if self.unfolding.both_sides:
-                columns.append(self.gaps(none, along_y))
+                columns.append(self.gaps(np.zeros_like(along_y), along_y))
             elif not self.cut_y:
                 columns.append(self.gaps(along_y))
         if self.bores and not self.cut_z:
-            others = none[len(self.bores) :]
-            columns += [
-                self.gaps([*turned, *others])
-                for turned in zip(*(bore.tilted() for bore in self.bores), strict=True)
-            ]
+            tilts = zip(*(bore.tilted() for bore in self.bores), strict=True)
+            columns += [self.gaps(self._on_cell(0, np.concatenate(turned))) for turned in tilts]
         return np.stack(columns, axis=1) if columns else np.zeros((self.unfolding.size, 0))
+
+    def _on_cell(self, number: int, values: Floats) -> Floats:
+        """Values of the unknowns of the cell (n_cell,) from those of one bore, or of it and the next ones."""
+        cell = np.zeros(self.forces.shape[1])
+        start = self.starts[number]
+        cell[start : start + len(values)] = values
+        return cell
 
     def moved(self, nodes: Ints) -> tuple[Floats, Floats]:
         """Moments (n, m) of the free rigid motions of a part, and resultants (m, n_loads) along them."""
@@ -179,13 +163,9 @@ class ContactProblem:
         for number, (bore, force) in enumerate(zip(self.bores, forces, strict=True)):
             if bore.deflection is None or bore.pin is None:
                 continue
-            even, odd = ([np.zeros(size) for size in np.diff(self.starts)] for _ in Parity)
             pressed = bore.deflection.pressed(bore.pin, force)
-            if bore.cut_y:
-                even[number], odd[number] = pressed[Parity.SYMMETRIC], pressed[Parity.ANTISYMMETRIC]
-            else:
-                even[number] = pressed[Parity.SYMMETRIC] + pressed[Parity.ANTISYMMETRIC]
-            found += self.gaps(even, odd)
+            even, odd = (self._on_cell(number, pressed[parity]) for parity in Parity)
+            found += self.gaps(even, odd) if bore.cut_y else self.gaps(even + odd)
         return found
 
     def solve(self, forces: Sequence[Floats], weights: Floats, moments: Floats | None = None) -> Contact:

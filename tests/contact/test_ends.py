@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from fea.contact.block import Block, Ends, Product
+from fea.contact.block import Block, Blocks, Product
 from fea.contact.condensed import CondensedInterface
-from fea.contact.friction_system import FrictionSystem, Load
+from fea.contact.friction_system import FrictionSystem, Load, Steps
 from fea.contact.guess import Guess, Places
 
 PINS, PLACES, FRICTION = 12, 8, 0.3
@@ -52,16 +52,19 @@ class TwoEnds:
     def solved(self):
         system = FrictionSystem(self.condensed, self.R, self.places)
         gap = np.zeros(2 * 3 * PLACES)
-        found = system.step(self.load, gap, Guess.closed(2 * PINS, 2 * PLACES))
-        alone = [end.step(self.load, gap, Guess.closed(2 * PINS, 2 * PLACES)) for end in system.ends]
+        ends = [Steps(system, numbers=range(end, end + 1)) for end in system.every]
+        found, *alone = (
+            steps.at_once(self.load, gap, Guess.closed(2 * PINS, 2 * PLACES))
+            for steps in [Steps(system), *ends]
+        )
         return found, system.together(alone), system.part_motion(found)
 
     def blocks(self):
-        return Ends.of(Block.whole(self.condensed, self.R[self.pins], self.places)).blocks
+        return Blocks.of(Block.whole(self.condensed, self.R[self.pins], self.places)).blocks
 
 
 def as_one(monkeypatch):
-    monkeypatch.setattr(Ends, "of", classmethod(lambda cls, whole: cls((whole,), ((),))))
+    monkeypatch.setattr(Blocks, "of", classmethod(lambda cls, whole: cls((whole,), ((),))))
 
 
 @pytest.mark.parametrize("coupling", [0.0, 1e-9, 1e-8])

@@ -20,18 +20,18 @@ class Settling:
     """Its bolt force and a pressure approach those of a cycle by a factor per increment each."""
 
     def __init__(self, bolt, place):
-        self.factors, self.steps = np.array([bolt, place, 0.0]), 0
+        self.factors, self.number = np.array([bolt, place, 0.0]), 0
         self.start, self.bolts = SimpleNamespace(values=np.zeros(3)), np.array([0])
-        self.touching = SimpleNamespace(normal=np.array([1, 2]))
+        self.vertices = SimpleNamespace(normal=np.array([1, 2]))
 
-    def step(self, load, state, like=None, exact=None, last=None):
-        number, self.steps = self.steps, self.steps + 1
+    def step(self, load, state, like=None):
+        number, self.number = self.number, self.number + 1
         ideal = 100.0 + np.cos(2 * np.pi * number / INCREMENTS)
         off = self.factors**number
         return SimpleNamespace(values=ideal * (1 + off), number=number)
 
     def cycle(self):
-        return list(increments(self, [None] * INCREMENTS))
+        return list(increments(self, self, [None] * INCREMENTS))
 
 
 def test_it_ends_when_states_are_those_of_the_cycle_before():
@@ -53,11 +53,15 @@ def test_what_does_not_settle_ends_as_well():
 ROD = MassProperties(0.6e-3, (40.0, 0.0, 0.0), ((0.2, 0.0, 0.0), (0.0, 1.6, 0.0), (0.0, 0.0, 1.5)))
 
 
-class TwoEnds:
+class TwoEnds(Settling):
     """Two ends that settle at different rates; their states tell which increments they are between."""
 
     def __init__(self):
-        self.ends = [Between(0.5, 0.5), Between(0.6, 0.92)]
+        super().__init__(0.5, 0.5)
+        self.of_ends, self.ends = [Between(0.5, 0.5), Between(0.6, 0.92)], range(2)
+
+    def steps(self, exact, end):
+        return self.of_ends[end]
 
     def together(self, states):
         return states
@@ -66,7 +70,7 @@ class TwoEnds:
 class Between(Settling):
     """Its instants are the numbers of both increments, and the share."""
 
-    def between(self, loads, ends, shares, exact):
+    def between(self, loads, ends, shares):
         one, other = (state.number for state in ends)
         return [(load, one, other, share) for load, share in zip(loads, shares, strict=True)]
 
@@ -78,8 +82,8 @@ def test_instants_are_between_increments_of_the_last_cycle(threads, monkeypatch)
     cycle = FrictionCycle(rod, [None] * INCREMENTS)
     for _ in range(2):  # the second time, the increments are known
         of_ends = zip(*cycle.at(list(range(len(places))), places), strict=True)
-        for end, found in zip(rod.ends, of_ends, strict=True):
-            last = end.steps - 1
+        for end, found in zip(rod.of_ends, of_ends, strict=True):
+            last = end.number - 1
             for number, (place, state) in enumerate(zip(places, found, strict=True)):
                 if place % 1 == 0:
                     one = state.number

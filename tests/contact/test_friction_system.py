@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fea.contact.active_set import ContactSystem
 from fea.contact.condensed import CondensedInterface
-from fea.contact.friction_system import FrictionSystem, Load
+from fea.contact.friction_system import FrictionSystem, Load, Steps
 from fea.contact.guess import Guess, Places
 from fea.contact.trial import Linear
 from fea.solid.errors import ContactError
@@ -84,7 +84,7 @@ def obeys(problem, load, before, found):
 def test_without_friction_it_is_the_problem_of_pins(seed):
     problem = Problem(seed, 0.0)
     load = problem.load()
-    found = problem.system.step(load, *problem.start())
+    found = Steps(problem.system).at_once(load, *problem.start())
     every = ContactSystem(problem.C, np.hstack([problem.R, problem.P]))
     direct = every.solve(load.gap, np.concatenate([load.pins, load.parts]))
     np.testing.assert_allclose(found.values, direct.pressure, atol=1e-8 * np.abs(direct.pressure).max())
@@ -99,7 +99,7 @@ def test_every_law_holds_along_a_path(seed, friction):
     gap, guess = problem.start()
     for _ in range(4):
         load, before = problem.load(), gap
-        found = problem.system.step(load, gap, guess)
+        found = Steps(problem.system).at_once(load, gap, guess)
         gap, guess = found.gap, found.guess
         obeys(problem, load, before, found)
 
@@ -112,7 +112,7 @@ def test_a_part_that_only_friction_would_hold_is_named():
     condensed = CondensedInterface.of(problem.C, alone, problem.pins)
     system = FrictionSystem(condensed, problem.R, problem.places, ["the cap", "the cap", "the bushing"])
     with pytest.raises(ContactError, match="the bushing slides away"):
-        system.step(problem.load(), *problem.start())
+        Steps(system).at_once(problem.load(), *problem.start())
 
 
 def test_without_friction_the_path_does_not_matter():
@@ -120,9 +120,9 @@ def test_without_friction_the_path_does_not_matter():
     loads = [problem.load() for _ in range(3)]
     gap, guess = problem.start()
     for load in loads:
-        found = problem.system.step(load, gap, guess)
+        found = Steps(problem.system).at_once(load, gap, guess)
         gap, guess = found.gap, found.guess
-    alone = problem.system.step(loads[-1], *problem.start())
+    alone = Steps(problem.system).at_once(loads[-1], *problem.start())
     np.testing.assert_allclose(found.values, alone.values, atol=1e-10 * np.abs(alone.values).max())
 
 
@@ -131,9 +131,9 @@ def test_with_friction_it_does():
     loads = [problem.load(1.0) for _ in range(3)]
     gap, guess = problem.start()
     for load in loads:
-        found = problem.system.step(load, gap, guess)
+        found = Steps(problem.system).at_once(load, gap, guess)
         gap, guess = found.gap, found.guess
-    alone = problem.system.step(loads[-1], *problem.start())
+    alone = Steps(problem.system).at_once(loads[-1], *problem.start())
     assert np.abs(found.values - alone.values).max() > 1e-3 * np.abs(alone.values).max()
 
 
@@ -155,13 +155,14 @@ def test_guesses_are_the_same_where_they_say_the_same(name):
 def test_what_an_earlier_step_left_changes_nothing(rubbing, monkeypatch):
     set_up, of = [], Linear.of
     monkeypatch.setattr(Linear, "of", lambda *given: set_up.append(given) or of(*given))
-    problem, last = Problem(11, 0.3), {}
+    problem = Problem(11, 0.3)
+    remembering = Steps(problem.system)
     gap, guess = problem.start()
     for number in range(4):
         load = problem.load(0.05)
-        fresh = problem.system.step(load, gap, guess, rubbing=rubbing)
+        fresh = Steps(problem.system).at_once(load, gap, guess, rubbing=rubbing)
         set_up.clear()
-        found = problem.system.step(load, gap, guess, rubbing=rubbing, last=last)
+        found = remembering.at_once(load, gap, guess, rubbing=rubbing)
         assert len(set_up) == found.changes - (number > 0)  # what is begun with was solved for before
         np.testing.assert_allclose(found.values, fresh.values, atol=1e-11 * np.abs(fresh.values).max())
         gap, guess = found.gap, found.guess
@@ -171,7 +172,7 @@ def test_given_slip_is_kept():
     problem = Problem(3, 0.2)
     gap, guess = problem.start()
     gap[problem.places.tangential] = problem.rng.normal(size=(PLACES, 2))
-    found = problem.system.step(problem.load(), gap, guess, rubbing=False)
+    found = Steps(problem.system).at_once(problem.load(), gap, guess, rubbing=False)
     closed = ~found.guess.opened
     assert closed.any()
     given_slip = gap[problem.places.tangential[closed]]

@@ -124,7 +124,7 @@ def tube(size: float) -> TetMesh:
 
 def parts_compliance(mesh: TetMesh, bolt: BoltPull) -> float:
     """Mean approach of the seats of a bolt force of 1 N on the tube without a joint, mm/N."""
-    forces, fixed = bolt.forces.reshape(-1, 3), held(mesh, {})
+    forces, fixed = bolt.nodal_forces.reshape(-1, 3), held(mesh, {})
     fixed[np.abs(mesh.points[:, 0]).argmin(), 0] = True
     u = displacement(replace(mesh, part=None), STEEL, forces, fixed)[..., 0]
     return float((forces * u).sum() / bolt.share)
@@ -134,7 +134,7 @@ def _diagram(mesh: TetMesh, compliance: float) -> float:
     """Force of a bolt of four times the parts' compliance over that of the joint diagram."""
     halves = separated(mesh, {(0, 1): SIDES})[0]
     bolt = pulled(halves, 1 / (4 * compliance), share=0.25)
-    apart_by = -bolt.forces.reshape(-1, 3, 1)
+    apart_by = -bolt.nodal_forces.reshape(-1, 3, 1)
     body = AssembledBody(halves, (STEEL, STEEL), [joint(halves)], [bolt], apart_by, preload=[PRELOAD])
     tension = float(body.tension(body.step([LOAD]))[0])
     return tension / (PRELOAD + LOAD / 5)
