@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from fea.apps.write_run import places_of
+from fea.apps.places import places_of
 from fea.machine.ahead import imported_meanwhile
 from fea.machine.clock import Clock
 from fea.output.pictures.child import ready_to_draw

@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Any
 
 from fea.output.picture_name import picture_name
-from fea.output.report.page import REPORT
 from fea.output.target import OccupiedError, StorageError, near
 from fea.run.summary_file import OPTIMISED, OPTIMISED_SCHEMA, SCHEMA, SUMMARY
 
+REPORT = "report.html"
 # Of any version.
 _SCHEMAS = tuple(schema.rpartition("/")[0] + "/" for schema in (SCHEMA, OPTIMISED_SCHEMA))
 

@@ -12,8 +12,8 @@ from typing import NamedTuple
 from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.output.columns_csv import write_columns
+from fea.output.folder import REPORT
 from fea.output.picture_name import picture_name
-from fea.output.report.page import REPORT
 from fea.output.target import PictureError
 from fea.output.text import write_text
 from fea.output.vtu import write_pvd, write_vtu

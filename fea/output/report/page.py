@@ -131,6 +131,3 @@ def open_report(file: Path) -> None:
         raise PictureError(
             f"No browser was found to open {file}: open it by hand, or copy it to a machine with one."
         )
-
-
-REPORT = "report.html"
