@@ -140,9 +140,7 @@ def increments(steps: Steps, assembled: Assembled, loads: Sequence[Load]) -> Ite
         if before is None:
             continue
         change = np.abs(state.values - before.values)
-        pairs = zip(compared, limits, strict=True)
-        alike = (
-            alike + 1 if all(change[which].max(initial=0.0) <= limit for (which, _), limit in pairs) else 0
-        )
+        sizes = [change[which].max(initial=0.0) for which, _ in compared]
+        alike = alike + 1 if np.less_equal(sizes, limits).all() else 0
         if alike == ON_END:  # from here on, it would do again what it did in the cycle before
             return

@@ -46,23 +46,16 @@ class Guess:
 
     def of(self, pins: Ints, sites: Ints) -> "Guess":
         """Return what it says of some pressures of the pins and some places."""
-        return Guess(
-            touching=self.touching[pins],
-            opened=self.opened[sites],
-            slipping=self.slipping[sites],
-            direction=self.direction[sites],
-            ratio=self.ratio[sites],
-        )
+        of_places = self.opened, self.slipping, self.direction, self.ratio
+        return Guess(self.touching[pins], *(values[sites] for values in of_places))
 
     def equals(self, other: "Guess") -> bool:
         """Whether both say the same."""
-        masks = ("touching", "opened", "slipping")
-        if not all(np.array_equal(getattr(self, name), getattr(other, name)) for name in masks):
+        masks, others = ((guess.touching, guess.opened, guess.slipping) for guess in (self, other))
+        if not all(map(np.array_equal, masks, others)):
             return False
-        slips, of_slip = self.slipping, ("direction", "ratio")
-        return all(
-            np.array_equal(getattr(self, name)[slips], getattr(other, name)[slips]) for name in of_slip
-        )
+        slips, of_slip = self.slipping, ((self.direction, other.direction), (self.ratio, other.ratio))
+        return all(np.array_equal(one[slips], two[slips]) for one, two in of_slip)
 
     @classmethod
     def together(cls, n_pins: int, n_places: int, parts: Sequence[tuple[Ints, Ints, "Guess"]]) -> "Guess":

@@ -27,8 +27,5 @@ class Touch:
         every = np.diff(np.unique(np.round(angle, 6)))
         open_arc = gaps.max() if gaps.max() > 2.5 * np.median(every) else 0.0
         return cls(
-            float(pressure[largest]),
-            float(angle[largest]),
-            float(z[largest]),
-            float(2 * np.pi - open_arc),
+            float(pressure[largest]), float(angle[largest]), float(z[largest]), float(2 * np.pi - open_arc)
         )

@@ -226,11 +226,7 @@ def _friction(table: AssemblyTable, assumed: Assumed) -> tuple[float, float]:
 
 
 def _preload(
-    table: AssemblyTable,
-    lever: Lever,
-    compliance: BoltCompliance,
-    limit: float,
-    assumed: Assumed,
+    table: AssemblyTable, lever: Lever, compliance: BoltCompliance, limit: float, assumed: Assumed
 ) -> float:
     """Force after tightening, N."""
     if table.bolt_torque_Nm is not None:

@@ -265,11 +265,7 @@ def choose_fits(
 
 
 def _chosen(
-    part: str,
-    given: float,
-    radii: FitRadii,
-    materials: Mapping[str, MaterialTable],
-    expansions: Expansions,
+    part: str, given: float, radii: FitRadii, materials: Mapping[str, MaterialTable], expansions: Expansions
 ) -> ChosenFit:
     inner, outer = materials[part].material(), materials[ROD].material()
     alpha = expansions.by_part

@@ -60,9 +60,7 @@ def geometric_stiffness(material: Material | Materials) -> BilinearForm:
     be assembled with ``initial=u₀``, (n_dofs,) mm.
     """
     stress = _hooke(material)
-    return BilinearForm(
-        lambda u, v, w: ddot(_product(grad(u), stress(sym_grad(w.initial))), grad(v)),
-    )
+    return BilinearForm(lambda u, v, w: ddot(_product(grad(u), stress(sym_grad(w.initial))), grad(v)))
 
 
 def _hooke(material: Material | Materials) -> Callable[[Floats], Floats]:

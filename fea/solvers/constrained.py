@@ -117,11 +117,7 @@ def _solved(inverse: Operator, fixed: Mask, forces: Floats) -> Floats:
 
 
 def displacement(
-    mesh: TetMesh,
-    material: Material,
-    forces: Floats,
-    fixed: Mask,
-    moved: Floats | None = None,
+    mesh: TetMesh, material: Material, forces: Floats, fixed: Mask, moved: Floats | None = None
 ) -> Floats:
     """Solve K u = f (n_nodes, 3, 1), mm, for forces (n_nodes, 3), N, with some displacements prescribed.
 

@@ -14,12 +14,7 @@ from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
 from fea.solid.scikit_fem import assembled_stiffness
-from fea.solid.supports import (
-    clamped,
-    determinate_restraints,
-    plane_conditions,
-    require_restrained,
-)
+from fea.solid.supports import clamped, determinate_restraints, plane_conditions, require_restrained
 from fea.solvers.constrained import stopping
 from fea.solvers.linear import choice as memory
 from fea.solvers.linear.choice import Schur, direct, linear_solver, schur

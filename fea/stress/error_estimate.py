@@ -87,10 +87,7 @@ class ErrorEstimator:
             self._inside[mesh.facets[surface]] = False
 
     def __call__(
-        self,
-        displacement: Floats,
-        stresses: Sequence[Floats],
-        pressure: Mapping[int, Floats] | None = None,
+        self, displacement: Floats, stresses: Sequence[Floats], pressure: Mapping[int, Floats] | None = None
     ) -> ErrorEstimate:
         """Compare each part's recovered stress (n_nodes, 6, n_cases) with that of its elements, MPa.
 
