@@ -46,8 +46,8 @@ class Guess:
 
     def of(self, pins: Ints, sites: Ints) -> "Guess":
         """Return what it says of some pressures of the pins and some places."""
-        of_places = self.opened, self.slipping, self.direction, self.ratio
-        return Guess(self.touching[pins], *(values[sites] for values in of_places))
+        opened, slipping = self.opened[sites], self.slipping[sites]
+        return Guess(self.touching[pins], opened, slipping, self.direction[sites], self.ratio[sites])
 
     def equals(self, other: "Guess") -> bool:
         """Whether both say the same."""

@@ -22,12 +22,27 @@ from mesh.tetmesh import TetMesh
 
 
 @dataclass(frozen=True, kw_only=True)
-class CaseResult:
-    """Fields of one load case on the whole rod."""
+class CaseFields:
+    """What is solved for in one load case, on the whole rod."""
+
+    displacement: Floats  # (n_nodes, 3), mm, relative to the bores
+    error: CaseError  # estimated errors of the fields
+    # (n_nodes,) of the pins in contact and between separate parts, MPa, 0 elsewhere; None where the pins'
+    # pressure is prescribed
+    contact_pressure: Floats | None = None
+    # (n_nodes,) between separate parts, mm, 0 elsewhere; None for a rod of one piece
+    gap: Floats | None = None
+    assembly: AssemblyState | None = None  # bolts and interfaces of a rod of separate parts
+    # Where the pins touch the bores; empty where their pressure is prescribed
+    touch: Mapping[Surface, Touch] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseResult(CaseFields):
+    """Fields of one load case on the whole rod, and what follows from them."""
 
     load: Instants  # what acts
     mesh: TetMesh  # of the whole rod
-    displacement: Floats  # (n_nodes, 3), mm, relative to the bores
     stress: Floats  # (n_nodes, 6), MPa, components XX YY ZZ XY YZ XZ
     von_mises: Floats  # (n_nodes,), MPa
     principal: Floats  # (n_nodes, 3), MPa, largest first
@@ -35,18 +50,9 @@ class CaseResult:
     # Per part (n_nodes,), MPa, NaN at nodes outside the part. At an interface the fields above are those of
     # the part that is closer to yielding.
     part_von_mises: tuple[Floats, ...]
-    error: CaseError  # estimated errors of the fields
     von_mises_error: Floats  # (n_nodes,) estimated error of `von_mises`, MPa
-    # (n_nodes,) of the pins in contact and between separate parts, MPa, 0 elsewhere; None where the pins'
-    # pressure is prescribed
-    contact_pressure: Floats | None = None
-    # (n_nodes,) between separate parts, mm, 0 elsewhere; None for a rod of one piece
-    gap: Floats | None = None
-    assembly: AssemblyState | None = None  # bolts and interfaces of a rod of separate parts
-    # (n_nodes, 3) displacement at which the bores of such a rod were made round, mm
+    # (n_nodes, 3) displacement at which the bores of a rod of separate parts were made round, mm
     made: Floats | None = None
-    # Where the pins touch the bores; empty where their pressure is prescribed
-    touch: Mapping[Surface, Touch] = field(default_factory=dict)
     # What can be said of the rod's sharp re-entrant edges, the worst first; empty where it has none
     sharp: tuple[SharpPlace, ...] = ()
 
@@ -168,19 +174,15 @@ class CaseResult:
 def case_result(
     load: Instants,
     mesh: TetMesh,
-    displacement: Floats,
+    fields: CaseFields,
     stresses: Sequence[Floats],
     *,
     materials: Sequence[Material],
-    error: CaseError,
-    contact_pressure: Floats | None = None,
-    gap: Floats | None = None,
-    assembly: AssemblyState | None = None,
     made: Floats | None = None,
-    touch: Mapping[Surface, Touch] | None = None,
     sharp: SharpPlaces | None = None,
 ) -> CaseResult:
-    """Return the result of a case from its displacement (n_nodes, 3) and each part's stress (n_nodes, 6)."""
+    """Return the result of a case from its fields and each part's stress (n_nodes, 6), NaN outside it."""
+    error = fields.error
     equivalents = tuple(von_mises(stress) for stress in stresses)
     factors = [
         safety_factor(equivalent, material.yield_strength)
@@ -194,23 +196,18 @@ def case_result(
         equivalent = np.where(worse, its_equivalent, equivalent)
         off = np.where(worse, its_error, off)
         factor = np.where(worse, its_factor, factor)
-    found = CaseResult(
+    result = CaseResult(
+        **vars(fields),
         load=load,
         mesh=mesh,
-        displacement=displacement,
         stress=stress,
         von_mises=equivalent,
         principal=principal(stress),
         safety_factor=factor,
         part_von_mises=equivalents,
-        error=error,
         von_mises_error=off,
-        contact_pressure=contact_pressure,
-        gap=gap,
-        assembly=assembly,
         made=made,
-        touch=touch or {},
     )
     if sharp is None:
-        return found
-    return replace(found, sharp=sharp(stress, off, factor, found.min_safety_factor))
+        return result
+    return replace(result, sharp=sharp(stress, off, factor, result.min_safety_factor))

@@ -16,53 +16,36 @@ from geometry.rod import Rod
 
 @dataclass(frozen=True)
 class Ring:
-    """A ring or bush."""
+    """A ring or bush between an inner and an outer radius, mm."""
 
-    # inner, outer: radii, mm
     inner: float
     outer: float
-    # youngs_modulus, poissons_ratio: E, MPa, and ν
-    youngs_modulus: float
-    poissons_ratio: float
+    material: Material
 
     @property
-    def _shape(self) -> float:
-        """(outer² + inner²)/(outer² − inner²)."""
+    def hoop(self) -> float:
+        """Hoop stress at the bore over an inner pressure: (outer² + inner²)/(outer² − inner²)."""
         return (self.outer**2 + self.inner**2) / (self.outer**2 - self.inner**2)
 
     @property
     def widening(self) -> float:
         """Growth of the bore's radius over an inner pressure, mm/MPa."""
-        return self.inner / self.youngs_modulus * (self._shape + self.poissons_ratio)
+        return self.inner / self.material.youngs_modulus * (self.hoop + self.material.poissons_ratio)
 
     @property
     def shrinking(self) -> float:
         """Loss of the outer radius over an outer pressure, mm/MPa."""
-        return self.outer / self.youngs_modulus * (self._shape - self.poissons_ratio)
+        return self.outer / self.material.youngs_modulus * (self.hoop - self.material.poissons_ratio)
 
     @property
-    def hoop_at_bore(self) -> float:
-        """Hoop stress at the bore over an inner pressure, tension positive."""
-        return self._shape
-
-    @property
-    def hoop_at_bore_pressed(self) -> float:
-        """Hoop stress at the bore over an outer pressure: compression, and uniaxial."""
-        return -2 * self.outer**2 / (self.outer**2 - self.inner**2)
-
-    @property
-    def stress_at_bore(self) -> float:
-        """Von Mises stress at the bore over an inner pressure p, from the hoop stress and −p."""
-        hoop = self._shape
-        return math.sqrt(hoop**2 + hoop + 1)
-
-    def bursting(self, yield_strength: float) -> float:
+    def bursting(self) -> float:
         """Inner pressure that makes the whole ring yield (Tresca): S_y ln(outer/inner), MPa."""
-        return yield_strength * math.log(self.outer / self.inner)
+        return self.material.yield_strength * math.log(self.outer / self.inner)
 
-    def collapsing(self, yield_strength: float) -> float:
+    @property
+    def collapsing(self) -> float:
         """Outer pressure that makes the whole ring yield (Tresca): S_y (1 − inner/outer), MPa."""
-        return yield_strength * (1 - self.inner / self.outer)
+        return self.material.yield_strength * (1 - self.inner / self.outer)
 
 
 # Back pressure below which bearing shells may move in their housing, MPa (Kopeliovich, Crush height of engine
@@ -86,28 +69,14 @@ class PressFit:
 
     @property
     def inner_hoop(self) -> float:
-        """Hoop stress at the bore of the inner ring, MPa; its size is the von Mises stress there."""
-        return self.pressure * self.inner.hoop_at_bore_pressed
-
-    @property
-    def outer_hoop(self) -> float:
-        """Hoop stress at the bore of the outer ring, MPa."""
-        return self.pressure * self.outer.hoop_at_bore
+        """Hoop stress at the bore of the inner ring, MPa: compression, and uniaxial."""
+        return -2 * self.pressure * self.inner.outer**2 / (self.inner.outer**2 - self.inner.inner**2)
 
     @property
     def outer_stress(self) -> float:
-        """Von Mises stress at the bore of the outer ring, MPa."""
-        return self.pressure * self.outer.stress_at_bore
-
-    @property
-    def closing(self) -> float:
-        """Loss of diameter of the bore of the inner ring, mm."""
-        hoop = self.inner_hoop
-        return -2 * self.inner.inner * hoop / self.inner.youngs_modulus
-
-    def retention(self, width: float, friction: float) -> float:
-        """Axial force that slides the inner ring, μ p π d w, N."""
-        return friction * self.pressure * math.pi * 2 * self.outer.inner * width
+        """Von Mises stress at the bore of the outer ring, MPa, from the hoop stress and the pressure."""
+        hoop = self.outer.hoop
+        return self.pressure * math.sqrt(hoop**2 + hoop + 1)
 
 
 def warmed(interference: float, diameter: float, inner: float, outer: float, warming: float) -> float:
@@ -118,14 +87,7 @@ def warmed(interference: float, diameter: float, inner: float, outer: float, war
     return interference + (inner - outer) * diameter * warming
 
 
-def ring_of(inner: float, outer: float, material: Material) -> Ring:
-    """Return a ring of a material, radii in mm."""
-    return Ring(inner, outer, material.youngs_modulus, material.poissons_ratio)
-
-
-def judge_fit(
-    what: str, fit: PressFit, inner: Material, outer: Material, *, key: str, given: float
-) -> tuple[str, ...]:
+def judge_fit(what: str, fit: PressFit, *, key: str, given: float) -> tuple[str, ...]:
     """Judge an interference before it is solved, which the study gives by a key; that of the fit is warmed.
 
     Raises
@@ -135,25 +97,18 @@ def judge_fit(
         arise.
     """
     pressure = fit.pressure
-    for name, limit in (
-        (what, fit.inner.collapsing(inner.yield_strength)),
-        ("rod", fit.outer.bursting(outer.yield_strength)),
-    ):
+    for name, limit in ((what, fit.inner.collapsing), ("rod", fit.outer.bursting)):
         most = given if pressure == 0 else given + fit.interference * (limit / pressure - 1)
         rule = f"makes the {name} yield through its wall (about {pressure:.3g} MPa; it bears {limit:.3g} MPa)"
         remedy = f"Keep it below about {most:.2g} mm."
         require(pressure <= limit, key, given, rule, remedy)
-    return tuple(_yielding(what, fit, inner, outer))
-
-
-def _yielding(what: str, fit: PressFit, inner: Material, outer: Material) -> list[str]:
-    stresses = (what, -fit.inner_hoop, inner.yield_strength), ("rod", fit.outer_stress, outer.yield_strength)
-    return [
+    stresses = (what, -fit.inner_hoop, fit.inner.material), ("rod", fit.outer_stress, fit.outer.material)
+    return tuple(
         f"{what}: its interference of {fit.interference:.3g} mm makes the {part} yield at its bore (by Lamé "
-        f"{stress:.0f} MPa, yield strength {strength:g} MPa); the model is elastic"
-        for part, stress, strength in stresses
-        if stress > strength
-    ]
+        f"{stress:.0f} MPa, yield strength {material.yield_strength:g} MPa); the model is elastic"
+        for part, stress, material in stresses
+        if stress > material.yield_strength
+    )
 
 
 def judge_seat(what: str, fit: PressFit) -> tuple[str, ...]:
@@ -267,15 +222,14 @@ def choose_fits(
 def _chosen(
     part: str, given: float, radii: FitRadii, materials: Mapping[str, MaterialTable], expansions: Expansions
 ) -> ChosenFit:
-    inner, outer = materials[part].material(), materials[ROD].material()
     alpha = expansions.by_part
     fit = PressFit(
-        inner=ring_of(radii.bore, radii.seat, inner),
-        outer=ring_of(radii.seat, radii.outside, outer),
+        inner=Ring(radii.bore, radii.seat, materials[part].material()),
+        outer=Ring(radii.seat, radii.outside, materials[ROD].material()),
         interference=warmed(given, 2 * radii.seat, alpha[part], alpha[ROD], expansions.warming),
     )
     key, what = f"assembly.{part}_interference_mm", "bearing shells" if part == SHELL else part
-    said = (*judge_fit(what, fit, inner, outer, key=key, given=given), *judge_seat(what, fit))
+    said = (*judge_fit(what, fit, key=key, given=given), *judge_seat(what, fit))
     if expansions.warming:
         change = (
             f"{what}: interference {given:.3g} mm, at the assembly's temperature {fit.interference:.3g} mm"

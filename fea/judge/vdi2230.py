@@ -127,29 +127,9 @@ def load_factor(bolt: float, parts: float, introduction: float = 1.0) -> float:
     return introduction * parts / (bolt + parts)
 
 
-def bolt_force(preload: float, factor: float, load: float) -> float:
-    """F_S = F_V + Φ F_A while the joint is closed, and F_A after it opened."""
-    return load if load > opening_load(preload, factor) else preload + factor * load
-
-
-def clamp_force(preload: float, factor: float, load: float) -> float:
-    """F_K = F_V − (1 − Φ) F_A: force between the parts; 0 after the joint opened."""
-    return max(preload - (1 - factor) * load, 0.0)
-
-
-def opening_load(preload: float, factor: float) -> float:
-    """F_A at which the joint of a central load opens: F_V/(1 − Φ)."""
-    return preload / (1 - factor)
-
-
 def embedding_loss(embedding: float, bolt: float, parts: float) -> float:
     """F_Z = f_Z/(δ_S + δ_P): preload that embedding by f_Z takes (R4/1)."""
     return embedding / (bolt + parts)
-
-
-def thermal_slack(grip: float, bolt_expansion: float, parts_expansion: float, warming: float) -> float:
-    """l_K (α_S − α_P) ΔT: by how much more a bolt expands than the parts; over δ_S + δ_P, ΔF_Vth (R4/2)."""
-    return grip * (bolt_expansion - parts_expansion) * warming
 
 
 # f_Z, µm, of thread, each seat of head or nut, each inner joint, by the roughness R_z up to µm (VDI 2230-1,

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.base.material import Material
-from fea.judge.case_error import CaseError, CaseErrors
+from fea.judge.case_error import CaseErrors
+from fea.judge.case_result import CaseFields
 from fea.pins.case_forces import CaseForces
 from fea.run.solve import Equilibrium
 from fea.solid.bore_motion import referred_to_bores
@@ -20,32 +21,6 @@ from fea.stress.recovery import PartRecovery
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from mesh.mirror import MirroredMesh
-
-
-@dataclass(frozen=True)
-class CaseFields:
-    """Fields of one load case on the whole rod.
-
-    Attributes
-    ----------
-    displacement
-        (n_nodes, 3), mm.
-    stresses
-        Per part (n_nodes, 6), MPa; NaN at nodes that are not the part's.
-    error
-        Estimated errors of the stresses.
-    contact_pressure
-        (n_nodes,) of the pins in contact and between separate parts, MPa, 0 elsewhere; None where the pins'
-        pressure is prescribed.
-    gap
-        (n_nodes,) between separate parts, mm, 0 elsewhere; None for a rod of one piece.
-    """
-
-    displacement: Floats
-    stresses: tuple[Floats, ...]
-    error: CaseError
-    contact_pressure: Floats | None = None
-    gap: Floats | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,21 +80,23 @@ class FieldRecovery:
         """Recover the stress of every load case: per part (n_nodes, 6, n_cases) on the whole rod."""
         return self._on_whole(self._on_cell(found))
 
-    def __call__(self, found: Equilibrium) -> list[CaseFields]:
-        """Recover the fields of each load case."""
+    def __call__(self, found: Equilibrium) -> list[tuple[CaseFields, list[Floats]]]:
+        """Recover the fields of each load case, and the stress (n_nodes, 6) of each part, NaN outside it."""
         solution, stress = found.solution, self._on_cell(found)
         displacement, tensors = self.displaced(found), self._on_whole(stress)
         errors = self.errors(solution.displacement, stress, solution.pressure)
-        return [
+        cases = [
             CaseFields(
-                displacement[..., index],
-                tuple(tensor[..., index] for tensor in tensors),
-                error,
-                self._contact_pressure(found.forces[index]),
-                self._scalar(found.forces[index].gap),
+                displacement=displacement[..., index],
+                error=error,
+                contact_pressure=self._contact_pressure(forces),
+                gap=self._scalar(forces.gap),
+                assembly=forces.assembly,
+                touch=forces.touch,
             )
-            for index, error in enumerate(errors)
+            for index, (forces, error) in enumerate(zip(found.forces, errors, strict=True))
         ]
+        return [(fields, [tensor[..., index] for tensor in tensors]) for index, fields in enumerate(cases)]
 
     def _contact_pressure(self, forces: CaseForces) -> Floats | None:
         if forces.pressure is not None:

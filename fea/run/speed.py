@@ -195,18 +195,13 @@ def judge(rod: PreparedRod, found: Equilibrium) -> dict[str, CaseResult]:
         case.name: case_result(
             case,
             rod.mesh.whole,
-            fields.displacement,
-            fields.stresses,
+            fields,
+            stresses,
             materials=rod.materials,
-            error=fields.error,
-            contact_pressure=fields.contact_pressure,
-            gap=fields.gap,
-            assembly=forces.assembly,
             made=rod.made,
-            touch=forces.touch,
             sharp=rod.sharp_places,
         )
-        for case, forces, fields in zip(found.cases, found.forces, rod.fields(found), strict=True)
+        for case, (fields, stresses) in zip(found.cases, rod.fields(found), strict=True)
     }
 
 

@@ -16,15 +16,11 @@ from fea.judge.vdi2230 import (
     Lever,
     allowed_preload,
     bolt_compliance,
-    bolt_force,
-    clamp_force,
     embedding_loss,
     endurance_after,
     endurance_before,
     expected_embedding,
     load_factor,
-    opening_load,
-    thermal_slack,
     tightening_stress,
     working_stress,
 )
@@ -168,25 +164,12 @@ def test_the_cone_of_a_worked_proportion():
     assert ClampedParts(15, 15, 9, 30, 2e5, nut=False).slope == pytest.approx(0.48178, abs=1e-5)
 
 
-@given(st.floats(1e-7, 1e-4), st.floats(1e-7, 1e-4), st.floats(1e2, 1e5), st.floats(0, 3))
-def test_the_joint_diagram_balances_and_opens_once(bolt_part, parts, preload, share):
-    factor = load_factor(bolt_part, parts)
-    load = share * opening_load(preload, factor)
-    force, clamp = bolt_force(preload, factor, load), clamp_force(preload, factor, load)
-    assert force - clamp == pytest.approx(load, rel=1e-9, abs=1e-6 * preload)
-    # While it is closed, bolt and parts move together.
-    if share < 1:
-        assert (force - preload) * bolt_part == pytest.approx((preload - clamp) * parts, rel=1e-6, abs=1e-9)
-    assert (clamp == 0) == (share >= 1) or share == pytest.approx(1)
-
-
-def test_embedding_and_warming_cost_preload():
+def test_embedding_costs_preload():
     # Thread, two seats, one joint at R_z up to 40 µm: 3 + 2·3 + 2 µm (VDI 2230, table 5).
     assert expected_embedding() == pytest.approx(11e-3)
     assert expected_embedding(8.0, joints=2) == pytest.approx(11e-3)
     assert embedding_loss(0.011, 4e-6, 1e-6) == pytest.approx(2200.0)
-    # A steel bolt in aluminium tightens as it warms: 40 mm · (11.5 − 23.5)e-6 · 100 K.
-    assert thermal_slack(40.0, 11.5e-6, 23.5e-6, 100.0) == pytest.approx(-0.048)
+    assert load_factor(4e-6, 1e-6) == pytest.approx(0.2)
 
 
 def test_endurance_of_threads():
