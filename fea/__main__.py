@@ -47,7 +47,7 @@ def _called() -> int:
     """Run the command line; report errors that occur before it is loaded."""
     try:
         from fea.machine.exit_codes import MACHINE  # noqa: PLC0415 - as above
-        from fea.machine.streams import interrupt_once  # noqa: PLC0415
+        from geometry.system import interrupt_once  # noqa: PLC0415
 
         interrupt_once(afresh=True)
         from fea.cli.program import call  # noqa: PLC0415

@@ -9,7 +9,7 @@ import numpy as np
 from fea.machine.clock import Clock
 from fea.output.folder import REPORT
 from fea.output.left_run import LeftRun
-from fea.output.pictures.child import ready_to_draw
+from fea.output.pictures.process import ready_to_draw
 from fea.output.report.reported import Reported, reported_left
 from fea.output.report.sections import marks
 from fea.output.report.write import leave

@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from fea.apps.places import places_of
-from fea.machine.ahead import imported_meanwhile
 from fea.machine.clock import Clock
-from fea.output.pictures.child import ready_to_draw
+from fea.machine.threads import imported_meanwhile
+from fea.output.pictures.process import ready_to_draw
 from fea.output.vtu import LIBRARIES
 from fea.run.meshing import adaptive_mesh
 from fea.study.study import Study

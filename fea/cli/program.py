@@ -8,7 +8,7 @@ from typing import Any
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 from fea.machine.exit_codes import GEOMETRY, INTERRUPTED, MACHINE, SINGULAR, USAGE
-from fea.machine.streams import interrupt_once
+from geometry.system import interrupt_once
 
 
 def _version() -> str:

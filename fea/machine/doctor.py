@@ -4,12 +4,13 @@ import importlib.metadata
 import os
 import platform
 import shutil
-import subprocess
 import sys
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+
+from fea.machine.isolated import CrashError, OvertimeError, fresh
+from geometry.system import physical_memory, usable_processors
 
 _APT = "apt-get install libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1 libegl1"
 
@@ -67,28 +68,15 @@ def _tried(code: str) -> str | None:
     Temporary files that it may leave after an interrupt are in a directory that is removed with the call.
     """
     try:
-        with TemporaryDirectory() as scratch:
-            return _complaint(code, os.environ | {"TMPDIR": scratch})
-    except OSError as error:
-        return str(error)
-
-
-def _complaint(code: str, environment: Mapping[str, str]) -> str | None:
-    try:
-        done = subprocess.run(  # noqa: S603 - our own interpreter, our own code
-            [sys.executable, "-P", "-c", code],
-            capture_output=True,
-            text=True,
-            timeout=120,
-            check=False,
-            env=environment,
-        )
-    except subprocess.TimeoutExpired:
+        with TemporaryDirectory() as scratch, fresh({"TMPDIR": scratch}, messages=True) as process:
+            process.run(exec, code, seconds=120)
+    except CrashError as error:
+        return process.last_message or str(error)
+    except OvertimeError:
         return "it did not finish within two minutes"
-    if done.returncode == 0:
-        return None
-    lines = done.stderr.strip().splitlines()
-    return lines[-1] if lines else f"it ended with status {done.returncode}"
+    except Exception as error:  # noqa: BLE001 - whatever a library raises
+        return f"{type(error).__name__}: {error}"
+    return None
 
 
 def _library(what: str, package: str, code: str, remedy: str) -> Finding:
@@ -121,14 +109,14 @@ def _rendering() -> Finding:
 
 
 def _processors() -> Finding:
-    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return Finding("processors", str(usable), good=True, needed=False, remedy="")
+    return Finding("processors", str(usable_processors()), good=True, needed=False, remedy="")
 
 
 def _memory() -> Finding:
-    if not hasattr(os, "sysconf") or "SC_PHYS_PAGES" not in os.sysconf_names:
+    memory = physical_memory()
+    if memory is None:
         return Finding("memory", "unknown", good=True, needed=False, remedy="")
-    gib = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**30
+    gib = memory / 2**30
     remedy = "use a machine with at least 2 GiB of memory"
     return Finding("memory", f"{gib:.1f} GiB", gib >= 2, needed=True, remedy=remedy)
 

@@ -14,7 +14,7 @@ from typing import IO
 
 from fea.machine.exit_codes import MACHINE
 from fea.machine.streams import outlet
-from geometry.system import ENDS, die_with_parent
+from geometry.system import CAN_FORK, ENDS, memory_limit
 
 _MIB = 2**20
 # Below this limit some libraries neither load nor fail, but wait for memory forever.
@@ -31,7 +31,7 @@ def guarded(job: Callable[[], int]) -> int:
         The whole program; returns an exit code.
     """
     limit = memory_limit()
-    if limit is None or not hasattr(os, "fork"):
+    if limit is None or not CAN_FORK:
         return job()
     if limit < LEAST:
         sys.stderr.write(
@@ -39,39 +39,27 @@ def guarded(job: Callable[[], int]) -> int:
             f"{LEAST // _MIB} MiB. Raise the limit (ulimit -v)\n"
         )
         return MACHINE
+    from fea.machine.isolated import Copy  # noqa: PLC0415 - a run without a limit starts without it
+
     with tempfile.TemporaryFile() as chatter:
         read, write = os.pipe()
-        child = os.fork()
-        if not child:
-            os.close(read)
-            _run(job, write, chatter)
+        child = Copy(lambda: _run(job, write, chatter))
         os.close(write)
-        _forward_interrupts(child)
+        _forward_interrupts(child.pid)
         with os.fdopen(read, "rb") as pipe:
             said = pipe.read(1)
-        _, status = os.waitpid(child, 0)
+        code = child.wait()
         if said:
             return said[0]
         chatter.seek(0)
-        _explain(limit, status, chatter.read().decode(errors="replace"))
+        _explain(limit, code, chatter.read().decode(errors="replace"))
     return MACHINE
 
 
-def memory_limit() -> int | None:
-    """Return the smallest limit on this process's memory, bytes; None without one."""
-    try:
-        import resource  # noqa: PLC0415 - not on Windows
-    except ImportError:
-        return None
-    limits = [resource.getrlimit(kind)[0] for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA)]
-    return min((limit for limit in limits if limit != resource.RLIM_INFINITY), default=None)
-
-
 def _run(job: Callable[[], int], write: int, chatter: IO[bytes]) -> None:
-    """In the child: run the job, send its code and end, without a clean-up, which would need memory."""
+    """In the child: run the job and send its code."""
     code: int | None = None
     try:
-        die_with_parent()
         _keep_apart(chatter)
         code = job()
     except SystemExit as leaving:
@@ -109,10 +97,8 @@ def _forward_interrupts(child: int) -> None:
             signal.signal(number, forward)
 
 
-def _explain(limit: int, status: int, chatter: str) -> None:
-    """Explain why there is no result."""
-    ended = os.WIFSIGNALED(status)
-    how = f"was ended by {signal.Signals(os.WTERMSIG(status)).name}" if ended else "stopped"
+def _explain(limit: int, code: int, chatter: str) -> None:
+    how = f"was ended by {signal.Signals(-code).name}" if code < 0 else "stopped"
     lines = [line.strip() for line in chatter.splitlines() if line.strip()]
     reason = f" ({lines[-1][:_LONGEST_REASON]})" if lines else ""
     sys.stderr.write(

@@ -3,13 +3,8 @@
 import codecs
 import io
 import os
-import signal
 import sys
-import threading
-import time
 from typing import TYPE_CHECKING, TextIO
-
-from geometry.system import ENDS
 
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
@@ -91,34 +86,3 @@ def _escaped(error: UnicodeError) -> tuple[str, int]:
         raise error
     pairs = error.object[error.start : error.end].encode("utf-16-be", "surrogatepass")
     return "".join(f"\\u{pairs[i : i + 2].hex()}" for i in range(0, len(pairs), 2)), error.end
-
-
-_CALM = 1.0  # seconds during which further signals are ignored
-
-
-def interrupt_once(*, afresh: bool = False) -> None:
-    """Raise `KeyboardInterrupt` at any of them; a quick succession of signals counts as one.
-
-    A signal that is ignored (`nohup`) or that a host program handles is left as it is. Threads other than the
-    main one receive no signals and are left alone.
-
-    Parameters
-    ----------
-    afresh
-        Replace whatever handles the signals now, such as the handlers set while the program starts.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        return
-    last = -_CALM
-
-    def interrupt(_number: int, _frame: object) -> None:
-        nonlocal last
-        since, last = time.monotonic() - last, time.monotonic()
-        if since >= _CALM:
-            raise KeyboardInterrupt
-
-    for number in ENDS:
-        handler = signal.getsignal(number)
-        ours = handler in (signal.default_int_handler, signal.SIG_DFL)
-        if ours or (afresh and handler is not signal.SIG_IGN):
-            signal.signal(number, interrupt)

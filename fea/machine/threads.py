@@ -1,15 +1,16 @@
-"""The number of threads of the libraries, which must be set before they are loaded."""
+"""Threads: those of the libraries, whose number must be set before they are loaded, and ours."""
 
 import os
-import resource
-import sys
-from collections.abc import Callable, Iterable, Iterator
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-from functools import cache
+from contextlib import contextmanager, suppress
+from functools import cache, partial
+from importlib import import_module
 from typing import Any, TypeVar
 
 from geometry.errors import require
+from geometry.system import memory_limit, usable_processors
 
 Item = TypeVar("Item")
 Found = TypeVar("Found")
@@ -37,7 +38,7 @@ def threads() -> int:
     said = os.environ.get(_VARIABLES[0], "")
     if said.isdecimal() and int(said) >= 1:
         return int(said)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return usable_processors()
 
 
 @contextmanager
@@ -63,7 +64,52 @@ def side_by_side(function: Callable[[Item], Found], items: Iterable[Item]) -> li
         return list(pool.map(function, every))
 
 
-def peak_memory() -> float:
-    """Largest resident memory of this process so far, MiB."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (2**20 if sys.platform == "darwin" else 2**10)
+@contextmanager
+def meanwhile(*jobs: Callable[[], object]) -> Iterator[None]:
+    """Run jobs one after another in a thread of their own while the block runs; no thread is left after it.
+
+    The time is won where the block calls a library that lets other threads run. The block must not fork: a
+    copy would inherit a state half changed. What a job cannot do is left undone, without a message, and so
+    are the jobs not begun when the block fails. Under a memory limit, nothing is done: a thread takes memory
+    of its own.
+    """
+    failed = threading.Event()
+    if not jobs or memory_limit() is not None:
+        yield
+        return
+    thread = threading.Thread(target=_work, args=(jobs, failed), name="meanwhile")
+    try:
+        thread.start()
+    except RuntimeError:  # the system allows no more threads
+        yield
+        return
+    try:
+        yield
+    except BaseException:
+        failed.set()
+        raise
+    finally:
+        thread.join()
+
+
+@contextmanager
+def imported_meanwhile(names: Sequence[str]) -> Iterator[None]:
+    """Import modules while the block runs, as `meanwhile` does; what cannot be imported says so later.
+
+    Parameters
+    ----------
+    names
+        Of the modules, in the order in which to import them. The block itself may import the first one, for
+        which it waits then, and none of the others: two threads that import each other's modules from both
+        ends may find half a module.
+    """
+    with meanwhile(*(partial(import_module, name) for name in names)):
+        yield
+
+
+def _work(jobs: Sequence[Callable[[], object]], failed: threading.Event) -> None:
+    for job in jobs:
+        if failed.is_set():
+            return
+        with suppress(Exception):
+            job()

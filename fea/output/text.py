@@ -1,20 +1,28 @@
 """Write small text files, and create directories for them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from fea.output.target import StorageError
-from geometry.system import replaced
+from geometry.files import replaced
+
+
+@contextmanager
+def stored(path: Path) -> Iterator[Path]:
+    """Yield a place to write a file, as `replaced` does; raises `StorageError`, which says what to do."""
+    try:
+        with replaced(path) as place:
+            yield place
+    except OSError as error:
+        message = f"{path} could not be written: {error.strerror}. Choose another path, or free disk space."
+        raise StorageError(message) from error
 
 
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text with unchanged newlines, completely or not at all; raises `StorageError`."""
-    try:
-        with replaced(path) as place:
-            place.write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        message = f"{path} could not be written: {error.strerror}. Choose another path, or free disk space."
-        raise StorageError(message) from error
+    with stored(path) as place:
+        place.write_text(text, encoding="utf-8", newline="\n")
 
 
 def make_directory(path: Path) -> None:

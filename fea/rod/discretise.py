@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING
 
 from fea.base.choices import Symmetry
 from fea.machine.clock import Clock
-from fea.machine.forked import allow, apart, say
-from fea.machine.guard import memory_limit
+from fea.machine.isolated import allow, say
 from fea.rod.flaws import MaterialsOf, mesh_flaws
 from fea.rod.meshed_rod import Drawn, MeshedRod, Meshing, put_together
+from fea.rod.reading import read_isolated
 from fea.study.rod_table import RodTable
 from geometry.assembly import Assembly
 from geometry.errors import require
 from geometry.session import session
 from geometry.surfaces import Mirror
+from geometry.system import memory_limit
 from mesh.creases import creases
 from mesh.generate import tetrahedralise
 from mesh.repair import repaired
@@ -106,7 +107,7 @@ def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, cloc
     else:
         with clock("mesh"):
             job = partial(_drawn, rod, materials, request, Clock(say))
-            drawn = apart(job, f"read and mesh {rod.cad.path}", clock.tell)
+            drawn = read_isolated(job, f"read and mesh {rod.cad.path}", clock.tell)
     with clock("mesh"):
         return put_together(drawn, _cell(request.symmetry, drawn.solid.mirror))
 

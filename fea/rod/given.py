@@ -8,10 +8,9 @@ import numpy as np
 
 from fea.base.choices import Element
 from fea.machine.clock import Clock
-from fea.machine.forked import SECONDS, allow, allow_memory, apart
-from fea.machine.guard import memory_limit
 from fea.rod.discretise import MeshRequest
 from fea.rod.meshed_rod import Bores, MeshedRod, Meshing
+from fea.rod.reading import SECONDS, read_isolated
 from fea.solid.element import volume_points
 from fea.solid.inertia import enclosed_volume
 from fea.study.paths import require_size
@@ -22,7 +21,8 @@ from geometry.faces import Bore
 from geometry.imports import ImportReport, Role
 from geometry.session import session
 from geometry.surfaces import Mirror
-from mesh.files.given import GivenMesh, mean_edge
+from geometry.system import memory_limit
+from mesh.files.given import GivenMesh, given_mesh, mean_edge
 from mesh.mirror import unmirrored
 from mesh.quality import measure
 from mesh.repair import NOTHING
@@ -67,7 +67,7 @@ def given_rod(file: MeshFile, request: MeshRequest, clock: Clock) -> MeshedRod:
     with clock("mesh"):
         try:
             require_size("rod.mesh", file.path, LARGEST_MESH_FILE)
-            given = apart(lambda: _read(file), f"read {file.path}", who="the mesh reader")
+            given = _read(file)
         except OSError as error:
             reason = error.strerror or str(error)
             raise InvalidValue("rod.mesh", str(file.path), f"cannot be read ({reason})") from error
@@ -77,14 +77,16 @@ def given_rod(file: MeshFile, request: MeshRequest, clock: Clock) -> MeshedRod:
 
 
 def _read(file: MeshFile) -> GivenMesh:
-    from mesh.files.given import given_mesh  # noqa: PLC0415 - loaded in the copy of the process that reads
-
     size = file.path.stat().st_size
-    allow(SECONDS + size / _READING)
     memory = _MEMORY + _MEMORY_RATIO * size
-    allow_memory(memory)
     try:
-        return given_mesh(file.path, file.named, file.unit)
+        return read_isolated(
+            partial(given_mesh, file.path, file.named, file.unit),
+            f"read {file.path}",
+            who="the mesh reader",
+            seconds=SECONDS + size / _READING,
+            memory=memory,
+        )
     except MemoryError as error:
         message = f"{file.path} needs more than {memory / 2**30:.1f} GiB to read. Use a coarser mesh"
         raise MeshError(message) from error
@@ -140,7 +142,7 @@ def found_assembly(rod: RodTable, report: ImportReport) -> tuple[str, ...]:
         return ()
     job = partial(_read_listing, rod)
     try:
-        found = job() if memory_limit() is not None else apart(job, f"read {rod.cad.path}")
+        found = job() if memory_limit() is not None else read_isolated(job, f"read {rod.cad.path}")
     except (InvalidValue, GeometryError) as error:
         return (f"cannot be assembled with [assembly]: {error}",)
     return (*found.assembly, *(text for text in found.assumed if text not in report.assumed))

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.judge.case_result import CaseResult
-from fea.machine.ahead import meanwhile
 from fea.machine.clock import Clock
+from fea.machine.threads import meanwhile
 from fea.rod.meshed_rod import MeshedRod
 from fea.run.figures import PassFigures
 from fea.run.meshing import adaptive_mesh

@@ -1,10 +1,11 @@
 """The crank forces of a study, without a mesh."""
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
-from fea.machine.forked import apart
 from fea.rod.loading import EngineLoading
+from fea.rod.reading import read_isolated
 from fea.run.forces import ForceReport, force_reports
 from fea.study.engine_table import engine_remarks, layout_remarks
 from fea.study.rod_table import RodTable
@@ -83,7 +84,7 @@ def drawn_solid(rod: RodTable) -> "Solid":
     InvalidValue, GeometryError
         See `RodTable.draw`.
     """
-    return _drawn(rod) if rod.cad is None else apart(lambda: _drawn(rod), f"read {rod.cad.path}")
+    return _drawn(rod) if rod.cad is None else read_isolated(partial(_drawn, rod), f"read {rod.cad.path}")
 
 
 def _drawn(rod: RodTable) -> "Solid":

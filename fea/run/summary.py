@@ -17,7 +17,6 @@ from fea.judge.fatigue import crossland, fatigue_factor
 from fea.judge.history import deviatoric, extremes
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
 from fea.judge.verdict import Verdict, safety_factor
-from fea.machine.threads import peak_memory
 from fea.rod.loading import EngineLoading, Omission
 from fea.run.adapt import Adapted
 from fea.run.assembly_figures import AssemblyFigures
@@ -49,6 +48,7 @@ from fea.run.survival import factors, survival
 from fea.units import DEG, KG, KG_M2, N_M
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
+from geometry.system import peak_memory
 from loads.instants import Instants
 from mesh.quality import Quality
 from mesh.repair import Repair

@@ -18,11 +18,11 @@ import numpy as np
 from geometry import kernel
 from geometry.cad.freecad import Placement, shapes_of
 from geometry.errors import GeometryError
+from geometry.files import replaced
 from geometry.imports import DECLARED, FORMATS, CadFormat
 from geometry.rod import Rod
 from geometry.solid import build
 from geometry.surfaces import Mirror
-from geometry.system import replaced
 
 
 @contextmanager

@@ -33,12 +33,12 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     from assembled_rods import study
 
     from fea.machine.clock import Clock
-    from fea.machine.threads import peak_memory
     from fea.pins.assembled_rod import AssembledRod  # noqa: F401 - loaded before the clock starts
     from fea.run.meshing import mesh_loaded
     from fea.run.prepare import prepare
     from fea.run.speed import solve_speed, with_cycle
     from fea.study.study import MeshTable
+    from geometry.system import peak_memory
     from mesh.sizing import default_size
 
     asked = study()

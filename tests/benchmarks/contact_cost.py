@@ -31,13 +31,13 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     """Run one of the modes; seconds without the imports, and the peak memory of the process."""
     from fea.base.choices import CONTACT
     from fea.machine.clock import Clock
-    from fea.machine.threads import peak_memory
     from fea.pins.rod_contact import RodContact  # noqa: F401 - loaded before the clock starts
     from fea.run.many_speeds import SpeedSweep
     from fea.run.meshing import mesh_loaded
     from fea.run.prepare import prepare
     from fea.run.speed import solve_speed, with_cycle
     from fea.study.study import MeshTable, load_study
+    from geometry.system import peak_memory
     from mesh.sizing import default_size
 
     study = load_study(STUDY)

@@ -127,7 +127,7 @@ def end_one(who, process, scheduler, generator, mark):
             return False
         scheduler.own.kill()
     else:
-        name = {"worker": "spawn_main", "rod": "fea.apps.sweep.apart"}[who]
+        name = {"worker": "spawn_main", "rod": "fea.machine.isolated"}[who]
         found = [one for one in marked(mark) if name in " ".join(one.cmdline())]
         if not found:
             return False

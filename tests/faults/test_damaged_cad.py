@@ -10,7 +10,8 @@ from cad_files import CAD_ENDINGS, cad_file
 from contained import contained
 from mutated import mutated
 
-from fea.machine.forked import allow, apart, say
+from fea.machine.isolated import allow, say
+from fea.rod.reading import read_isolated
 from geometry.errors import GeometryError, InvalidValue
 from geometry.presets import PRESETS
 
@@ -32,9 +33,9 @@ def test_a_damaged_file_is_meshed_or_refused(whole, ending, seed):
 
 
 def test_results_and_errors_come_back():
-    assert apart(lambda: {"a": 1}, "add") == {"a": 1}
+    assert read_isolated(lambda: {"a": 1}, "add") == {"a": 1}
     with pytest.raises(InvalidValue, match=r"rod.length_mm = 3") as raised:
-        apart(_refuse, "refuse")
+        read_isolated(_refuse, "refuse")
     assert raised.value.name == "rod.length_mm"
 
 
@@ -64,7 +65,7 @@ def _never_ends():
 )
 def test_a_death_is_told(death, words):
     with pytest.raises(GeometryError, match=words):
-        apart(death, "read x")
+        read_isolated(death, "read x")
 
 
 def test_a_job_has_a_time_limit_from_its_start(monkeypatch):
@@ -72,9 +73,9 @@ def test_a_job_has_a_time_limit_from_its_start(monkeypatch):
         while True:
             pass
 
-    monkeypatch.setattr("fea.machine.forked.SECONDS", 0.1)
+    monkeypatch.setattr("fea.rod.reading.SECONDS", 0.1)
     with pytest.raises(GeometryError, match=r"it did not finish within 0\.1\d* s of processor time"):
-        apart(stuck, "read x")
+        read_isolated(stuck, "read x")
 
 
 def test_an_interrupt_leaves_no_orphan(tmp_path):
@@ -84,6 +85,6 @@ def test_an_interrupt_leaves_no_orphan(tmp_path):
         time.sleep(60)
 
     with pytest.raises(KeyboardInterrupt):
-        apart(wait, "wait")
+        read_isolated(wait, "wait")
     with pytest.raises(ProcessLookupError):
         os.kill(int((tmp_path / "child").read_text()), 0)

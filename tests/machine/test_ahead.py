@@ -3,8 +3,8 @@ import threading
 
 import pytest
 
-from fea.machine import ahead
-from fea.machine.ahead import imported_meanwhile
+from fea.machine import threads
+from fea.machine.threads import imported_meanwhile
 
 
 @pytest.fixture
@@ -47,7 +47,7 @@ def test_an_error_of_the_block_is_raised_without_the_rest_of_the_imports(modules
 
 def test_nothing_is_imported_where_memory_or_threads_are_scarce(modules, monkeypatch):
     with monkeypatch.context() as patch:
-        patch.setattr(ahead, "memory_limit", lambda: 2**30)
+        patch.setattr(threads, "memory_limit", lambda: 2**30)
         with imported_meanwhile(modules):
             pass
 

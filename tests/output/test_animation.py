@@ -14,8 +14,8 @@ from program import fea
 
 from fea.base.choices import Symmetry
 from fea.output.pictures import animation
-from fea.output.pictures.animation import COUNT, Frames, film, frames, require_film, write_film
-from fea.output.pictures.animation_frames import Motion
+from fea.output.pictures.animation import COUNT, computed, drawn, require_film, write_film
+from fea.output.pictures.film import Film
 from fea.output.pictures.skin import Skin
 from fea.output.target import PictureError, StorageError
 from fea.run.speed import solve_speed
@@ -26,7 +26,7 @@ RADIUS, LENGTH = 40.0, 100.0
 
 
 @pytest.fixture(scope="module")
-def bar() -> Frames:
+def bar() -> Film:
     """A bar from pin to pin that is pulled and pushed once in a cycle of six frames."""
     corners = [[x, y, z] for x in np.linspace(0, LENGTH, 11) for y in (-15, 15) for z in (-8, 8)]
     points = np.array(corners, float)
@@ -35,7 +35,7 @@ def bar() -> Frames:
     angle = np.arange(6) * 4 * math.pi / 6
     pull = np.cos(angle)[:, None] * points[:, 0]
     displacement = np.stack([1e-3 * pull, 0 * pull, 0 * pull], axis=-1)
-    return Frames(
+    return Film(
         skin,
         displacement.astype(np.float32),
         np.abs(pull).astype(np.float32),
@@ -48,7 +48,7 @@ def bar() -> Frames:
 
 
 def test_a_film_shows_every_instant_in_motion_and_colours_of_one_meaning(bar):
-    with Image.open(io.BytesIO(film(bar, ".gif"))) as gif:
+    with Image.open(io.BytesIO(drawn(bar, ".gif"))) as gif:
         assert (gif.n_frames, gif.info["loop"], gif.info["duration"]) == (6, 0, 50)
         pages = []
         for k in range(6):
@@ -66,7 +66,7 @@ def test_a_film_shows_every_instant_in_motion_and_colours_of_one_meaning(bar):
 
 
 def test_a_film_can_be_an_mp4(bar, tmp_path):
-    (tmp_path / "bar.mp4").write_bytes(film(bar, ".MP4"))
+    (tmp_path / "bar.mp4").write_bytes(drawn(bar, ".MP4"))
     assert imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "bar.mp4")) == (
         6,
         pytest.approx(0.3, abs=0.02),
@@ -75,8 +75,8 @@ def test_a_film_can_be_an_mp4(bar, tmp_path):
 
 @pytest.mark.parametrize("offset", [0.0, 5.0])
 def test_the_crank_pin_is_on_its_circle_and_the_drawn_small_end_on_the_cylinder_axis(bar, offset):
-    motion = Motion(bar.skin, bar.displacement, bar.von_mises, bar.crank_angle, RADIUS, LENGTH, offset)
-    assert motion.factor > 10
+    motion = replace(bar, pin_offset=offset)
+    assert motion.exaggeration > 10
     for k, theta in enumerate(bar.crank_angle):
         placed = motion.placement(k)
         pin = [RADIUS * math.cos(theta), RADIUS * math.sin(theta), 0]
@@ -97,7 +97,7 @@ def test_frames_are_the_solved_and_superposed_fields_of_their_instants():
         tension.displacement,
         atol=1e-9 * np.abs(tension.displacement).max(),
     )
-    shown = frames(rod, 6000.0)
+    shown = computed(rod, 6000.0)
     assert shown.crank_angle / DEG == pytest.approx(10.0 * np.arange(COUNT))
     assert shown.displacement.shape == (COUNT, len(shown.skin.points), 3)
     nearest = int(np.abs(shown.crank_angle - angle).argmin())  # 0°, four degrees away
@@ -134,7 +134,7 @@ def test_a_film_replaces_one_whole_or_not_at_all(tmp_path):
 def test_nothing_drawn_is_an_error_with_a_remedy(bar, monkeypatch):
     monkeypatch.setattr(animation, "environments", lambda: [{"PATH": ""}])
     with pytest.raises(PictureError, match="libegl1"):
-        film(replace(bar, rod_length=float("nan")), ".gif")
+        drawn(replace(bar, rod_length=float("nan")), ".gif")
 
 
 def test_run_leaves_a_film_where_it_was_asked_for(tmp_path):

@@ -11,9 +11,9 @@ from PIL import Image
 from written_figures import buckling, cycle, load, summary
 from written_figures import result as case_result
 
+from fea.machine import isolated
 from fea.output.json_file import json_text
-from fea.output.pictures import child, picture
-from fea.output.pictures.child import PICTURES, drawing_process, environments, ready_to_draw
+from fea.output.pictures import picture
 from fea.output.pictures.picture import (
     Picture,
     described,
@@ -23,6 +23,7 @@ from fea.output.pictures.picture import (
     take_pictures,
     try_rendering,
 )
+from fea.output.pictures.process import drawing_process, environments, explained, ready_to_draw
 from fea.output.pictures.scene import Scene
 from fea.output.pictures.shown import available, described_by
 from fea.output.pictures.strokes import is_complete_png, require_rod
@@ -152,16 +153,18 @@ def test_a_drawing_process_that_dies_is_an_error_with_a_remedy_and_leaves_the_re
 @pytest.mark.skipif(not hasattr(signal, "SIGPIPE"), reason="there are no such signals")
 @pytest.mark.usefixtures("broken_pipes_kill")
 def test_orders_to_a_process_that_has_died_are_an_error():
-    with drawing_process(PICTURES, environments()[0]) as drawer:
-        drawer.process.kill()
-        drawer.process.wait()
-        assert drawer.draw([], 1.0) == "the drawing process was ended by signal 9"
+    with drawing_process(environments()[0]) as drawer:
+        drawer.started.kill()
+        drawer.started.wait()
+        said = explained(drawer, "fea.output.pictures.render:draw_all", [], timeout=1.0)
+        assert said == "the drawing process ended (SIGKILL)"
 
 
 def test_a_process_that_does_not_answer_is_ended(result):
-    with drawing_process(PICTURES, environments()[0]) as drawer:
-        assert drawer.draw([], 0.01) == "it took longer than 0.01 s"
-        assert drawer.process.wait() == -signal.SIGKILL
+    with drawing_process(environments()[0]) as drawer:
+        said = explained(drawer, "fea.output.pictures.render:draw_all", [], timeout=0.01)
+        assert said == "it took longer than 0.01 s"
+        assert drawer.started.wait() == -signal.SIGKILL
 
 
 @pytest.fixture
@@ -169,7 +172,7 @@ def started(monkeypatch) -> list[subprocess.Popen]:
     """The processes that are started, one after the other."""
     processes, original = [], subprocess.Popen
     monkeypatch.setattr(
-        child.subprocess, "Popen", lambda *a, **b: processes.append(original(*a, **b)) or processes[-1]
+        isolated.subprocess, "Popen", lambda *a, **b: processes.append(original(*a, **b)) or processes[-1]
     )
     return processes
 
@@ -223,7 +226,7 @@ def test_what_is_no_result_is_said(result):
 
 
 def test_no_picture_starts_no_process(monkeypatch):
-    monkeypatch.setattr(picture, "run_drawing", lambda *_: pytest.fail("nothing to draw"))
+    monkeypatch.setattr(picture, "run_drawing", lambda *_, **__: pytest.fail("nothing to draw"))
     draw_pictures([])
 
 

@@ -4,13 +4,20 @@ import os
 import signal
 import time
 
+from fea.machine.isolated import say
+
 
 def twice(number):
     return 2 * number
 
 
 def fails():
-    raise ValueError
+    raise ValueError("no figure")
+
+
+def tells():
+    say("at work")
+    return os.getpid()
 
 
 def dies():

@@ -12,7 +12,7 @@ from typing import Any
 from fea.apps.sweep.journal import Entry, State
 from fea.output.target import StorageError
 from fea.output.text import write_text
-from geometry.system import replaced
+from geometry.files import replaced
 
 CSV, PARQUET = "sweep.csv", "sweep.parquet"
 FIRST = ("row", "sample", "rpm", "state")

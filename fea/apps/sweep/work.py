@@ -1,5 +1,7 @@
-"""What a worker does: compute one rod, and tell why where it cannot."""
+"""What a worker does: compute one rod, and say why if it cannot."""
 
+import pickle
+import threading
 import time
 from collections.abc import Callable
 from importlib.metadata import version
@@ -7,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from fea.apps.sweep.journal import Done
+from fea.machine.isolated import CrashError, IsolatedProcess, OvertimeError, fresh
 
 _LONGEST_REASON = 600
 # Longest time of a rod: the largest shipped study takes some minutes on one core.
@@ -14,6 +17,8 @@ DEFAULT_MINUTES = 60.0
 # Times that a rod is begun whose process crashes: memory that ran out may be there later.
 _TRIES = 3
 _OURS = ("fea", "geometry", "loads", "mesh")
+# Each thread of a worker has one process, which computes rod after rod and which it outlives.
+_of_thread = threading.local()
 
 
 class Task(NamedTuple):
@@ -60,25 +65,46 @@ def work(task: Task, compute: Callable[..., Any] | None = None) -> Done:
             f"a worker has version {program_version()} of conrod-fea, and this sweep is of {task.version}: "
             "start its workers with the same version."
         )
-    from fea.apps.sweep.apart import CrashError, EndlessError, apart  # noqa: PLC0415 - comes with the extra
-
     start = time.perf_counter()
     ends: list[str] = []
     while len(ends) < _TRIES:
         try:
-            done: Done = apart(attempt, task, compute, seconds=task.seconds)
-        except EndlessError:
+            return in_own_process(attempt, task, compute, seconds=task.seconds)
+        except OvertimeError:
             reason = (
                 f"took longer than {task.seconds / 60:g} min and was ended: allow more with --limit-minutes, "
                 "or use larger elements"
             )
             break
         except CrashError as error:
-            ends.append(str(error))
+            ends.append(error.cause)
             reason = f"its process crashed {_TRIES} times ({', '.join(dict.fromkeys(ends))}){_cause(ends)}"
-        else:
-            return done
     return Done(task.job, {}, time.perf_counter() - start, reason)
+
+
+def in_own_process(job: Callable[..., Done], *arguments: Any, seconds: float) -> Done:
+    """Return the result of a job from this thread's process; a new one is started where there is none.
+
+    Raises
+    ------
+    CrashError, OvertimeError
+        See `IsolatedProcess.run`; `seconds` include the start of the process.
+    """
+    import cloudpickle  # noqa: PLC0415 - comes with the extra
+
+    process: IsolatedProcess | None = getattr(_of_thread, "process", None)
+    if process is None or not process.alive:
+        if process is not None:
+            process.close()
+        process = _of_thread.process = fresh()
+    done: Done = process.run(_unpacked, cloudpickle.dumps((job, arguments)), seconds=seconds)
+    return done
+
+
+def _unpacked(order: bytes) -> Any:
+    """Do a job that was pickled by value, as one of a user's script must be."""
+    job, arguments = pickle.loads(order)  # noqa: S301 - from our own process
+    return job(*arguments)
 
 
 def attempt(task: Task, compute: Callable[..., Any] | None) -> Done:

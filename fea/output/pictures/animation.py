@@ -1,57 +1,25 @@
 """Write an animation of the crank cycle, drawn by a separate process that cannot affect the results."""
 
 import math
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.machine.clock import Clock
-from fea.output.pictures.child import REMEDY, environments, run_drawing
+from fea.output.pictures.film import Film
+from fea.output.pictures.process import REMEDY, environments, run_drawing
 from fea.output.pictures.skin import Skin
-from fea.output.target import PictureError, StorageError, require_target
+from fea.output.target import PictureError, require_target
+from fea.output.text import stored
 from fea.pins.unit_loads import Weights
 from fea.run.prepare import PreparedRod
 from fea.stress.stress import von_mises
 from geometry.arrays import Floats
 
-Singles = npt.NDArray[np.float32]
-
 SUFFIXES = (".gif", ".mp4")
 TIMEOUT = 600.0  # seconds; 72 frames take about ten
-
-
-@dataclass(frozen=True)
-class Frames:
-    """The data of an animation: a rod at instants of the cycle.
-
-    Attributes
-    ----------
-    skin
-        Its outer surface without load, rod frame, mm.
-    displacement
-        (n_frames, n_nodes, 3) of the skin's nodes, rod frame, mm.
-    von_mises
-        (n_frames, n_nodes), MPa.
-    crank_angle
-        (n_frames,), rad.
-    crank_radius, rod_length, pin_offset
-        Of the engine, mm.
-    title
-        Lines of the title: study and speed.
-    """
-
-    skin: Skin
-    displacement: Singles
-    von_mises: Singles
-    crank_angle: Floats
-    crank_radius: float
-    rod_length: float
-    pin_offset: float
-    title: tuple[str, ...]
 
 
 def require_film(path: Path) -> None:
@@ -70,7 +38,7 @@ def require_film(path: Path) -> None:
         raise PictureError(f"{path.name} needs imageio-ffmpeg, which is not installed. {remedy}")
 
 
-def film(frames: Frames, suffix: str) -> bytes:
+def drawn(film: Film, suffix: str) -> bytes:
     """Draw an animation and return the content of its file.
 
     Raises
@@ -79,34 +47,24 @@ def film(frames: Frames, suffix: str) -> bytes:
         It could not be drawn; the message says what to install.
     """
     with TemporaryDirectory() as scratch:
-        source, target = Path(scratch, "frames.npz"), Path(scratch, f"film{suffix.lower()}")
-        np.savez(
-            source,
-            points=frames.skin.points,
-            facets=frames.skin.facets,
-            displacement=frames.displacement,
-            von_mises=frames.von_mises,
-            crank_angle=frames.crank_angle,
-        )
-        engine = {name: getattr(frames, name) for name in ("crank_radius", "rod_length", "pin_offset")}
-        orders = {"source": str(source), "target": str(target), "engine": engine, "title": frames.title}
+        target = Path(scratch, f"film{suffix.lower()}")
         for environment in environments():
-            said = run_drawing("fea.output.pictures.animation_frames", orders, environment, TIMEOUT)
-            if target.is_file():
+            said = run_drawing(
+                "fea.output.pictures.animation_frames:draw_film",
+                film,
+                target,
+                environment=environment,
+                timeout=TIMEOUT,
+            )
+            if not said:
                 return target.read_bytes()
     raise PictureError(f"the animation could not be drawn: {said}. {REMEDY}")
 
 
 def write_film(path: Path, content: bytes) -> None:
     """Write the file of an animation completely or not at all; raises `StorageError`."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        part.write_bytes(content)
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        message = f"{path} could not be written: {error.strerror}. Choose another path, or free disk space."
-        raise StorageError(message) from error
+    with stored(path) as place:
+        place.write_bytes(content)
 
 
 COUNT = 72  # frames of a cycle: one every 10°
@@ -118,12 +76,12 @@ def filmed(rod: PreparedRod, rpm: float, path: Path, clock: Clock) -> tuple[byte
     """Return the content of the file of an animation, or the reason why it could not be drawn."""
     try:
         with clock("animation"):
-            return film(frames(rod, rpm), path.suffix), ""
+            return drawn(computed(rod, rpm), path.suffix), ""
     except PictureError as error:
         return b"", str(error)
 
 
-def frames(rod: PreparedRod, rpm: float) -> Frames:
+def computed(rod: PreparedRod, rpm: float) -> Film:
     """Compute the frames of an animation at a speed: displacement by solving, stress by superposition."""
     engine, mesh = rod.engine.engine, rod.mesh.whole
     angles = np.arange(COUNT) * 4 * math.pi / COUNT
@@ -137,7 +95,7 @@ def frames(rod: PreparedRod, rpm: float) -> Frames:
         moved = rod.displacement(rpm, angles[block])[nodes]
         displacement[block] = np.moveaxis(moved, -1, 0)
         stress[block] = _von_mises(rod, weights.at(block))[nodes].T
-    return Frames(
+    return Film(
         skin=Skin(mesh.points[nodes], facets.reshape(outer.facets.shape)),
         displacement=displacement,
         von_mises=stress,

@@ -1,7 +1,7 @@
-"""The process that draws an animation: ``python -m fea.output.pictures.animation_frames``."""
+"""Draw an animation: a page for each instant, and the file of all."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -12,11 +12,10 @@ import numpy.typing as npt
 import pyvista
 from PIL import Image, ImageDraw, ImageFont
 
-from fea.output.pictures.child import ordered
 from fea.output.pictures.drawing import SCALARS, add_surface
+from fea.output.pictures.film import Film
 from fea.output.pictures.frame import Frame, View
-from fea.output.pictures.scale import Bands, exaggeration
-from fea.output.pictures.skin import Skin
+from fea.output.pictures.scale import Bands
 from fea.output.pictures.strokes import GREY, INK, PAPER, add_lines, oversampled, photograph, require_rod
 from fea.units import DEG
 from geometry.arrays import Floats
@@ -102,71 +101,23 @@ PIECES = 2  # per side of a facet: a page is a quarter of the size of a picture
 TOWARDS = np.array([0.12, -0.24, 0.96])
 
 
-@dataclass(frozen=True)
-class Motion:
-    """The motion of a rod, for drawing it at every instant.
-
-    Attributes
-    ----------
-    skin, displacement, von_mises, crank_angle
-        As in `fea.output.pictures.animation.Frames`.
-    crank_radius, rod_length, pin_offset
-        Of the engine, mm.
-    """
-
-    skin: Skin
-    displacement: npt.NDArray[np.float32]
-    von_mises: npt.NDArray[np.float32]
-    crank_angle: Floats
-    crank_radius: float
-    rod_length: float
-    pin_offset: float
-
-    @cached_property
-    def factor(self) -> float:
-        """Magnification of the displacements in the drawing."""
-        largest = float(np.linalg.norm(self.displacement, axis=2).max())
-        return exaggeration(float(np.ptp(self.skin.points, axis=0).max()), largest)
-
-    def deformed(self, k: int) -> Floats:
-        """(n_nodes, 3) drawn positions of the nodes in the rod's frame."""
-        return np.asarray(self.skin.points + self.factor * self.displacement[k])
-
-    def placement(self, k: int) -> Floats:
-        """(4, 4) transformation from the rod's frame to the engine's.
-
-        The crank pin is on its circle; the rod is rotated so that its small end, at the magnified length, is
-        on the cylinder axis.
-        """
-        theta, r = self.crank_angle[k], self.crank_radius
-        near = np.abs(self.skin.points[:, 0] - self.rod_length) < 0.05 * self.rod_length
-        stretched = self.rod_length + self.factor * float(self.displacement[k, near, 0].mean())
-        sin = (r * np.sin(theta) - self.pin_offset) / stretched
-        cos = np.sqrt(1 - sin**2)
-        placed = np.eye(4)
-        placed[:2] = [[cos, sin, 0, r * np.cos(theta)], [-sin, cos, 0, r * np.sin(theta)]]
-        return placed
-
-
-def images(motion: Motion) -> Iterator[npt.NDArray[np.uint8]]:
+def images(film: Film) -> Iterator[npt.NDArray[np.uint8]]:
     """Draw the engine for every page, (height, width, 3)."""
     plotter = pyvista.Plotter(off_screen=True, window_size=oversampled(SIZE), lighting="none", border=False)
     plotter.set_background(PAPER)
-    surface = pyvista.PolyData.from_regular_faces(
-        motion.skin.refined(motion.deformed(0)), motion.skin.triangles
-    )
-    surface.point_data[SCALARS] = motion.skin.refined(motion.von_mises[0].astype(float))
-    surface.point_data["Normals"] = motion.skin.refined_normals
+    surface = pyvista.PolyData.from_regular_faces(film.skin.refined(film.deformed(0)), film.skin.triangles)
+    surface.point_data[SCALARS] = film.skin.refined(film.von_mises[0].astype(float))
+    surface.point_data["Normals"] = film.skin.refined_normals
     surface.point_data.active_normals_name = "Normals"
-    rod = add_surface(plotter, surface, Bands.up_to(float(motion.von_mises.max())))
-    crank = _add_engine(plotter, motion)
-    _frame(motion).aim(plotter)
+    rod = add_surface(plotter, surface, Bands.up_to(float(film.von_mises.max())))
+    crank = _add_engine(plotter, film)
+    _frame(film).aim(plotter)
     plotter.disable_anti_aliasing()
-    for k in range(len(motion.crank_angle)):
-        surface.points = motion.skin.refined(motion.deformed(k))
-        surface.point_data[SCALARS] = motion.skin.refined(motion.von_mises[k].astype(float))
-        rod.user_matrix = motion.placement(k)
-        crank.user_matrix = _turned(motion.crank_angle[k])
+    for k in range(len(film.crank_angle)):
+        surface.points = film.skin.refined(film.deformed(k))
+        surface.point_data[SCALARS] = film.skin.refined(film.von_mises[k].astype(float))
+        rod.user_matrix = film.placement(k)
+        crank.user_matrix = _turned(film.crank_angle[k])
         plotter.renderer.ResetCameraClippingRange()
         image = np.asarray(photograph(plotter))
         require_rod(image)
@@ -174,10 +125,10 @@ def images(motion: Motion) -> Iterator[npt.NDArray[np.uint8]]:
     plotter.close()
 
 
-def _add_engine(plotter: Any, motion: Motion) -> Any:
+def _add_engine(plotter: Any, film: Film) -> Any:
     """Draw the cylinder axis and the crank-pin circle; return the crank arm."""
-    r, offset = motion.crank_radius, motion.pin_offset
-    axis = pyvista.Line((-r, offset, 0), (r + motion.skin.points[:, 0].max(), offset, 0))
+    r, offset = film.crank_radius, film.pin_offset
+    axis = pyvista.Line((-r, offset, 0), (r + film.skin.points[:, 0].max(), offset, 0))
     plotter.add_mesh(axis, color=GREY, line_width=2, lighting=False)
     angle = np.linspace(0, 2 * np.pi, 91)
     circle = r * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
@@ -191,16 +142,16 @@ def _turned(angle: float) -> Floats:
     return turned
 
 
-def _frame(motion: Motion) -> Frame:
+def _frame(film: Film) -> Frame:
     """Return a frame that contains the rod at every instant."""
     towards = TOWARDS / np.linalg.norm(TOWARDS)
     up = np.array([1.0, 0, 0]) - towards[0] * towards
     up /= np.linalg.norm(up)
-    some = slice(None, None, max(1, len(motion.skin.points) // 2000))
+    some = slice(None, None, max(1, len(film.skin.points) // 2000))
     swept = []
-    for k in range(len(motion.crank_angle)):
-        placed = motion.placement(k)
-        swept.append(motion.deformed(k)[some] @ placed[:3, :3].T + placed[:3, 3])
+    for k in range(len(film.crank_angle)):
+        placed = film.placement(k)
+        swept.append(film.deformed(k)[some] @ placed[:3, :3].T + placed[:3, 3])
     view = View(towards, np.cross(up, towards), up)
     return Frame.around(np.concatenate(swept), view, SIZE[0] / SIZE[1], width=0.94, height=0.94)
 
@@ -237,29 +188,12 @@ def write_mp4(path: Path, pages: list[Image.Image]) -> None:
     writer.close()
 
 
-def main() -> None:
-    """Draw every requested animation."""
-    for orders in ordered():
-        draw(orders)
-
-
-def draw(orders: dict[str, Any]) -> None:
-    """Draw an animation; its file is written completely or not at all."""
-    with np.load(orders["source"]) as arrays:
-        skin = Skin(arrays["points"], arrays["facets"], pieces=PIECES)
-        rest = {name: arrays[name] for name in ("displacement", "von_mises", "crank_angle")}
-    motion = Motion(skin, **rest, **orders["engine"])
-    page = Page(orders["title"], float(motion.von_mises.max()), motion.factor, SIZE)
-    stress = motion.von_mises.max(axis=1)
+def draw_film(film: Film, target: Path) -> None:
+    """Draw an animation and write its file, a .gif or .mp4."""
+    film = replace(film, skin=replace(film.skin, pieces=PIECES))
+    page = Page(film.title, float(film.von_mises.max()), film.exaggeration, SIZE)
+    stress = film.von_mises.max(axis=1)
     pages = [
-        page.drawn(image, motion.crank_angle[k] / DEG, float(stress[k]))
-        for k, image in enumerate(images(motion))
+        page.drawn(image, film.crank_angle[k] / DEG, float(stress[k])) for k, image in enumerate(images(film))
     ]
-    target = Path(orders["target"])
-    part = target.with_stem("part")
-    (write_gif if target.suffix == ".gif" else write_mp4)(part, pages)
-    part.replace(target)
-
-
-if __name__ == "__main__":
-    main()
+    (write_gif if target.suffix == ".gif" else write_mp4)(target, pages)

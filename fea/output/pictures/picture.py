@@ -1,14 +1,12 @@
 """Pictures of results, drawn by a process that may fail without harm to them."""
 
-import os
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from fea.output.pictures.child import PICTURES, REMEDY, environments, run_drawing
+from fea.output.pictures.process import REMEDY, environments, run_drawing
 from fea.output.pictures.shown import Picture, chosen_field, described, described_by, point_arrays
 from fea.output.pictures.strokes import is_complete_png
 from fea.output.target import PictureError
@@ -18,6 +16,7 @@ from fea.run.figures import Summary
 from geometry.errors import require
 from mesh.tetmesh import TetMesh
 
+_NOTHING = "the drawing process wrote no picture"
 TIMEOUT = 60.0  # seconds a picture; one takes about one
 
 
@@ -89,16 +88,16 @@ def draw_pictures(pictures: Sequence[Picture]) -> None:
     """
     if not pictures:
         return
-    orders = [_order(picture) for picture in pictures]
     for environment in environments():
         for picture in pictures:
             picture.png.unlink(missing_ok=True)
-        said = run_drawing(PICTURES, orders, environment, TIMEOUT * (1 + len(pictures)))
+        said = run_drawing(
+            "fea.output.pictures.render:draw_all",
+            pictures,
+            environment=environment,
+            timeout=TIMEOUT * (1 + len(pictures)),
+        )
         missing = [picture.png.name for picture in pictures if not is_complete_png(picture.png)]
         if not missing:
             return
-    raise PictureError(f"{', '.join(missing)} could not be drawn: {said}. {REMEDY}")
-
-
-def _order(picture: Picture) -> dict[str, object]:
-    return asdict(picture) | {"vtu": os.fspath(picture.vtu), "png": os.fspath(picture.png)}
+    raise PictureError(f"{', '.join(missing)} could not be drawn: {said or _NOTHING}. {REMEDY}")

@@ -2,9 +2,7 @@
 
 import dataclasses
 import os
-import resource
 import subprocess
-import sys
 import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,7 +13,7 @@ import numpy.typing as npt
 from fea.base.choices import Element, Symmetry
 from fea.base.material import Material
 from fea.machine.clock import Clock
-from fea.machine.threads import peak_memory, threads
+from fea.machine.threads import threads
 from fea.output.inp import read_frd, write_inp
 from fea.run.adapt import adapt_mesh
 from fea.run.prepare import prepare
@@ -28,6 +26,7 @@ from fea.verify.converge.rod_reference import first_case
 from fea.verify.converge.row import Computation, Measured
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
+from geometry.system import peak_memory
 from mesh.tetmesh import TetMesh
 
 _BODIES = {"lame": (lame.loaded, lame.worst_hoop), "goodier": (goodier.loaded, goodier.worst_equator)}
@@ -113,10 +112,7 @@ def _calculix_rod(computation: Computation, study: Study) -> Measured:
 
 
 def _measured(computation: Computation, mesh: TetMesh, seconds: float, value: float) -> Measured:
-    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / (
-        2**20 if sys.platform == "darwin" else 2**10
-    )
-    return Measured(computation.size, mesh.points.size, seconds, peak, value)
+    return Measured(computation.size, mesh.points.size, seconds, peak_memory(of_children=True), value)
 
 
 def _calculix(mesh: TetMesh, material: Material, forces: Floats, fixed: npt.NDArray[np.bool_]) -> Floats:

@@ -6,9 +6,9 @@ import statistics
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from typing import TypeVar
 
-from fea.machine.fresh_process import in_fresh_process
+from fea.machine.isolated import fresh
 from fea.study.study import Study
 from fea.verify.cases.goodier import EQUATOR
 from fea.verify.cases.lame import HOOP
@@ -35,7 +35,16 @@ _GROWTH = 3.5
 
 Outcomes = dict[Computation, Measured]
 
-_apart = partial(in_fresh_process, compute.__module__)
+Outcome = TypeVar("Outcome")
+
+
+def _apart(work: Callable[..., Outcome], *arguments: object) -> Outcome | None:
+    """Do it in a fresh interpreter, to measure its peak memory and to survive its crash; None if it fails."""
+    try:
+        with fresh(patient=True) as process:
+            return process.run(work, *arguments)
+    except Exception:  # noqa: BLE001 - a computation that fails is no point of the comparison
+        return None
 
 
 @dataclass(frozen=True)

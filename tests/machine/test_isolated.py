@@ -11,9 +11,9 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 import works
 
-from fea.machine.fresh_process import in_fresh_process
-from fea.machine.streams import interrupt_once
-from geometry.system import ENDS, held_back
+from fea.machine import isolated
+from fea.machine.isolated import CrashError, fresh
+from geometry.system import ENDS, held_back, interrupt_once
 
 
 @pytest.fixture
@@ -26,17 +26,29 @@ def interruptible():
         signal.signal(number, handler)
 
 
-def test_what_a_work_returns_and_none_where_it_fails():
-    assert in_fresh_process("works", works.twice, 21) == 42
-    assert in_fresh_process("works", works.fails) is None
-    assert in_fresh_process("works", works.dies) is None
-    assert in_fresh_process("works", works.twice, "a") == "aa"
+def test_results_and_errors_come_back_and_a_crash_is_an_error():
+    with fresh() as process:
+        assert process.run(works.twice, 21) == 42
+        with pytest.raises(ValueError, match="no figure"):
+            process.run(works.fails)
+        process.begin(works.fails)  # nobody asks for its result
+        assert process.run(works.twice, "a") == "aa"
+        with pytest.raises(CrashError, match=r"crashed \(SIGKILL\)"):
+            process.run(works.dies)
+        assert not process.alive
+
+
+def test_where_processes_cannot_be_copied_a_fresh_one_does_the_job(monkeypatch):
+    monkeypatch.setattr(isolated, "CAN_FORK", False)
+    told = []
+    assert isolated.isolated(works.tells, seconds=60, listener=told.append) != os.getpid()
+    assert told == ["at work"]
 
 
 @pytest.mark.usefixtures("interruptible")
 def test_an_interrupt_lets_the_work_clean_up(tmp_path):
-    with pytest.raises(KeyboardInterrupt):
-        in_fresh_process("works", works.asks_its_parent_to_end, tmp_path / "end", os.getpid())
+    with pytest.raises(KeyboardInterrupt), fresh(patient=True) as process:
+        process.run(works.asks_its_parent_to_end, tmp_path / "end", os.getpid())
     assert (tmp_path / "end").read_text() == "cleaned up"
 
 
@@ -86,10 +98,11 @@ def test_an_ignored_signal_stays_ignored():
         signal.signal(signal.SIGHUP, before)
 
 
-def test_kill_9_takes_the_work_along(tmp_path):
+@pytest.mark.parametrize("patient", [True, False])
+def test_kill_9_takes_the_work_along(tmp_path, patient):
     code = (
-        "import pathlib, works; from fea.machine.fresh_process import in_fresh_process;"
-        f"in_fresh_process('works', works.waits, pathlib.Path({str(tmp_path / 'at work')!r}))"
+        "import pathlib, works; from fea.machine.isolated import fresh;"
+        f"fresh(patient={patient}).run(works.waits, pathlib.Path({str(tmp_path / 'at work')!r}))"
     )
     path = os.pathsep.join(sys.path)
     with subprocess.Popen([sys.executable, "-c", code], env=os.environ | {"PYTHONPATH": path}) as process:

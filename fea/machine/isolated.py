@@ -1,0 +1,469 @@
+"""Run jobs in a process of their own, whose crash, endless loop or lack of memory is an error here.
+
+There are two kinds of it: a copy of this process, which is there at once and has everything loaded, and a
+fresh interpreter, for libraries that must not be copied, or whose memory is measured. Both take jobs and send
+what the jobs say and return, pickled, through pipes; both end with this process, even by ``kill -9``.
+"""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from functools import partial
+from pathlib import Path
+from queue import SimpleQueue
+from tempfile import TemporaryFile
+from typing import IO, Any, NoReturn, Self, TypeVar
+
+from geometry.system import (
+    CAN_FORK,
+    ENDS,
+    broken_pipes_raise,
+    die_with_parent,
+    held_back,
+    interrupt_once,
+    limit_memory,
+    limit_processor_time,
+    through,
+)
+
+Result = TypeVar("Result")
+
+_START = "from fea.machine.isolated import serve; serve(patient={patient})"
+_PATIENCE = 5.0  # seconds that an interrupted process has to clean up
+# What a process sends: a line of progress, its new limit of processor time, and one of the last two.
+_PROGRESS, _LIMIT, _RESULT, _ERROR = range(4)
+
+
+class _Inside:
+    """In an isolated process: the pipe to the one that asks, and whether its processor time is limited."""
+
+    answers: IO[bytes] | None = None
+    limited = False
+
+
+class CrashError(Exception):
+    """The process ended without a result.
+
+    Attributes
+    ----------
+    cause
+        Its signal (``"SIGSEGV"``) or ``"exit code 1"``.
+    """
+
+    def __init__(self, message: str, cause: str) -> None:
+        super().__init__(message, cause)
+        self.cause = cause
+
+    def __str__(self) -> str:
+        """The message."""
+        return str(self.args[0])
+
+
+class OvertimeError(Exception):
+    """The job took longer than it may; its process was ended."""
+
+
+def isolated(
+    job: Callable[[], Result],
+    *,
+    seconds: float | None = None,
+    memory: int | None = None,
+    listener: Callable[[str], None] | None = None,
+) -> Result:
+    """Return the result of a job from a copy of this process, or raise the error raised there.
+
+    Where processes cannot be copied (Windows), a fresh interpreter does the job, which must be picklable
+    then. Its result and errors always must, and it must have no other effects.
+
+    Parameters
+    ----------
+    seconds
+        Processor time that it may take; `allow` changes that.
+    memory
+        Bytes that it may use beyond what it finds, after which it gets a `MemoryError`.
+    listener
+        Called with what the job passes to `say`.
+
+    Raises
+    ------
+    CrashError, OvertimeError
+        The process ended without a result, or took too much time.
+    """
+    limited = partial(_within, job, seconds, memory)
+    with copied(limited) if CAN_FORK else fresh() as process:
+        return process.result(listener) if CAN_FORK else process.run(limited, listener=listener)
+
+
+def say(progress: str) -> None:
+    """In an isolated process: send a line of progress; elsewhere nothing happens."""
+    _send(_PROGRESS, progress)
+
+
+def allow(seconds: float) -> None:
+    """In a job with a limit: allow so much processor time from now on; elsewhere nothing happens."""
+    if _Inside.limited:
+        limit_processor_time(seconds)
+        _send(_LIMIT, seconds)
+
+
+class IsolatedProcess:
+    """A process that does one job after another; made by `copied` and `fresh`, it ends with its block."""
+
+    def __init__(
+        self,
+        started: "subprocess.Popen[bytes] | Copy",
+        jobs: IO[bytes],
+        answers: IO[bytes],
+        messages: IO[bytes] | None = None,
+        *,
+        patient: bool = False,
+        pending: int = 0,
+    ) -> None:
+        self.started = started
+        self._jobs, self._answers, self._messages = jobs, answers, messages
+        self._patient, self._pending = patient, pending
+        # Once it has ended: the last line that it or a library wrote to standard error, where that is kept.
+        self.last_message = ""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def alive(self) -> bool:
+        """Whether it can be given another job."""
+        return self.started.poll() is None
+
+    def begin(self, job: Callable[..., Any], *arguments: Any) -> None:
+        """Send a picklable job; only the `result` of the last one that was sent can be asked for."""
+        # Two layers: only the thread that does the job may import its modules.
+        order = pickle.dumps(pickle.dumps((job, arguments)))
+        self._pending += 1
+        with suppress(OSError), broken_pipes_raise():  # it has ended: `result` says how
+            self._jobs.write(order)
+            self._jobs.flush()
+
+    def result(self, listener: Callable[[str], None] | None = None, *, seconds: float | None = None) -> Any:
+        """Wait for the result of a job, or raise its error; arguments as `run`."""
+        late = threading.Event()
+        try:
+            with self._ended_after(seconds, late):
+                while self._pending:
+                    kind, value = self._heard(listener)
+                    self._pending -= 1
+        except BaseException as error:
+            self.close()
+            if late.is_set() and isinstance(error, CrashError):
+                raise OvertimeError(f"it took longer than {seconds:g} s") from error
+            raise
+        if kind == _ERROR:
+            raise value
+        return value
+
+    def run(
+        self,
+        job: Callable[..., Result],
+        *arguments: Any,
+        seconds: float | None = None,
+        listener: Callable[[str], None] | None = None,
+    ) -> Result:
+        """Return the result of a picklable job, or raise its error.
+
+        Parameters
+        ----------
+        seconds
+            Wall time after which the process is killed.
+        listener
+            Called with each line of progress.
+
+        Raises
+        ------
+        CrashError, OvertimeError
+            The process has ended; it cannot be given another job.
+        """
+        self.begin(job, *arguments)
+        return self.result(listener, seconds=seconds)  # type: ignore[no-any-return]
+
+    def close(self) -> None:
+        """End the process; one that is patient and at work may clean up first."""
+        if self._pending and self._patient and self.alive:
+            self.started.terminate()
+            with suppress(subprocess.TimeoutExpired):
+                self.started.wait(_PATIENCE)
+        self.started.kill()
+        self.started.wait()
+        for pipe in (self._jobs, self._answers):
+            with suppress(OSError), broken_pipes_raise():  # what was not sent
+                pipe.close()
+        if self._messages is not None and not self._messages.closed:
+            with self._messages:
+                self._messages.seek(0)
+                self.last_message = self._messages.read().decode(errors="replace").strip().rpartition("\n")[2]
+
+    @contextmanager
+    def _ended_after(self, seconds: float | None, late: threading.Event) -> Iterator[None]:
+        if seconds is None:
+            yield
+            return
+
+        def end() -> None:
+            late.set()
+            self.started.kill()
+
+        timer = threading.Timer(seconds, end)
+        timer.daemon = True
+        timer.start()
+        try:
+            yield
+        finally:
+            timer.cancel()
+
+    def _heard(self, listener: Callable[[str], None] | None) -> tuple[int, Any]:
+        progress, limit = "", 0.0
+        try:
+            while True:
+                kind, value = pickle.load(self._answers)  # noqa: S301 - our own process wrote it
+                if kind == _PROGRESS:
+                    progress = value
+                    if listener:
+                        listener(value)
+                elif kind == _LIMIT:
+                    limit = value
+                else:
+                    return kind, value
+        except (EOFError, pickle.UnpicklingError):
+            raise _death(self.started.wait(), f", while {progress}" if progress else "", limit) from None
+
+
+def copied(job: Callable[[], object]) -> IsolatedProcess:
+    """Copy this process; the copy does a job, which need not be picklable, and then those it is given.
+
+    Only the thread that calls this is in the copy: no other one may hold what the job needs.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    (jobs, ours_out), (ours_in, answers) = os.pipe(), os.pipe()
+
+    def work() -> None:
+        for number in ENDS:
+            signal.signal(number, signal.SIG_DFL)
+        through()
+        if _Inside.answers is not None:  # of the process that is copied
+            os.close(_Inside.answers.fileno())
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        for descriptor in (0, 1, 2):
+            os.dup2(nowhere, descriptor)
+        os.close(ours_out)
+        os.close(ours_in)
+        _Inside.answers = os.fdopen(answers, "wb")
+        _answer(job)
+        with os.fdopen(jobs, "rb") as orders, suppress(EOFError):
+            while True:
+                _answer_order(pickle.load(orders))  # noqa: S301 - from our own process
+
+    def start() -> IsolatedProcess:
+        child = Copy(work)
+        os.close(jobs)
+        os.close(answers)
+        return IsolatedProcess(child, os.fdopen(ours_out, "wb"), os.fdopen(ours_in, "rb"), pending=1)
+
+    return _started(start)
+
+
+def fresh(
+    environment: Mapping[str, str] | None = None, *, patient: bool = False, messages: bool = False
+) -> IsolatedProcess:
+    """Start a Python interpreter that finds the same modules as this one.
+
+    Parameters
+    ----------
+    environment
+        Added to that of this process.
+    patient
+        Let a job that is interrupted clean up; others are killed, and Ctrl-C is left to this process.
+    messages
+        Keep what it writes to standard error.
+
+    Raises
+    ------
+    OSError
+        It could not be started.
+    """
+    path = os.pathsep.join(place or str(Path.cwd()) for place in sys.path)
+    said = TemporaryFile() if messages else None  # noqa: SIM115 - it goes with the process
+
+    def start() -> IsolatedProcess:
+        started = subprocess.Popen(  # noqa: S603 - our own interpreter and module
+            [sys.executable, "-P", "-c", _START.format(patient=patient)],
+            env={**os.environ, "PYTHONPATH": path, **(environment or {})},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=said or subprocess.DEVNULL,
+        )
+        assert started.stdin is not None  # noqa: S101 - for mypy: both are pipes
+        assert started.stdout is not None  # noqa: S101
+        return IsolatedProcess(started, started.stdin, started.stdout, said, patient=patient)
+
+    try:
+        return _started(start)
+    except OSError:
+        if said:
+            said.close()
+        raise
+
+
+def _begun(job: Callable[[], object]) -> IsolatedProcess:
+    process = fresh()
+    process.begin(job)
+    return process
+
+
+def serve(*, patient: bool) -> None:
+    """In a fresh interpreter: do the jobs that come through standard input."""
+    die_with_parent()
+    if patient:
+        interrupt_once(afresh=True)
+    else:
+        for number in ENDS:
+            signal.signal(number, signal.SIG_IGN)
+    through()
+    orders: SimpleQueue[bytes] = SimpleQueue()
+    _Inside.answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # libraries print
+    threading.Thread(target=_listen, args=(orders,), kwargs={"patient": patient}, daemon=True).start()
+    with suppress(KeyboardInterrupt):
+        while True:
+            _answer_order(orders.get())
+    os._exit(1)
+
+
+def _listen(orders: "SimpleQueue[bytes]", *, patient: bool) -> None:
+    """Take jobs, and end this process with the one that asks, also in the middle of a job."""
+    with suppress(EOFError):
+        while True:
+            orders.put(pickle.load(sys.stdin.buffer))  # noqa: S301 - from our own process
+    if patient:
+        os.kill(os.getpid(), signal.SIGTERM)
+    else:
+        os._exit(0)
+
+
+def _answer_order(order: bytes) -> None:
+    _answer(lambda: _unpacked(order))
+
+
+def _unpacked(order: bytes) -> object:
+    job, arguments = pickle.loads(order)  # noqa: S301 - from our own process
+    return job(*arguments)
+
+
+def _answer(job: Callable[[], object]) -> None:
+    try:
+        kind, value = _RESULT, job()
+    except Exception as error:  # noqa: BLE001 - it is raised where the result is asked for
+        kind, value = _ERROR, error
+    _send(kind, value)
+
+
+def _send(kind: int, value: object) -> None:
+    if _Inside.answers is not None:
+        pickle.dump((kind, value), _Inside.answers, protocol=pickle.HIGHEST_PROTOCOL)
+        _Inside.answers.flush()
+
+
+def _within(job: Callable[[], Result], seconds: float | None, memory: int | None) -> Result:
+    if seconds is not None:
+        _Inside.limited = True
+        allow(seconds)
+    if memory is not None:
+        limit_memory(memory)
+    return job()
+
+
+def _started(start: Callable[[], IsolatedProcess]) -> IsolatedProcess:
+    """Start a process; an interrupt waits until it is known, and then ends it."""
+    process = None
+    try:
+        with held_back():
+            process = start()
+    except BaseException:
+        if process:
+            process.close()
+        raise
+    return process
+
+
+def _death(code: int, during: str, limit: float) -> BaseException:
+    """Return the error of a process that ended with a code, negative for a signal."""
+    if code >= 0:
+        return CrashError(f"it stopped without a message{during}", f"exit code {code}")
+    if -code in ENDS:
+        return KeyboardInterrupt()
+    if limit and -code == signal.SIGPROF:
+        return OvertimeError(f"it did not finish within {limit:.3g} s of processor time{during}")
+    try:
+        name = signal.Signals(-code).name
+    except ValueError:
+        name = f"signal {-code}"
+    return CrashError(f"it crashed ({name}){during}", name)
+
+
+class Copy:
+    """A copy of this process that does some work and ends without any clean-up, code 0 if nothing was raised.
+
+    Signals arrive there only once it has called `through`, if they are held back here.
+    """
+
+    def __init__(self, work: Callable[[], None]) -> None:
+        self.returncode: int | None = None
+        self.pid = os.fork()
+        if not self.pid:
+            self._work(work)
+
+    @staticmethod
+    def _work(work: Callable[[], None]) -> NoReturn:
+        code = 1
+        try:
+            die_with_parent()
+            work()
+            code = 0
+        finally:
+            os._exit(code)
+
+    def poll(self) -> int | None:
+        """Return its code, negative for a signal, None while it lives."""
+        return self._reaped(os.WNOHANG)
+
+    def wait(self, _timeout: float | None = None) -> int:
+        """Wait until it ends, and return as `poll`."""
+        code = self._reaped(0)
+        return 1 if code is None else code
+
+    def kill(self) -> None:
+        """End it at once."""
+        self._signal(signal.SIGKILL)
+
+    def terminate(self) -> None:
+        """Interrupt it."""
+        self._signal(signal.SIGTERM)
+
+    def _signal(self, number: int) -> None:
+        if self.poll() is None:
+            os.kill(self.pid, number)
+
+    def _reaped(self, options: int) -> int | None:
+        if self.returncode is None:
+            try:
+                pid, status = os.waitpid(self.pid, options)
+            except ChildProcessError:  # somebody else has waited for it
+                self.returncode = 1
+            else:
+                self.returncode = os.waitstatus_to_exitcode(status) if pid else None
+        return self.returncode
