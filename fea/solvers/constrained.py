@@ -135,5 +135,5 @@ def displacement(
     held = fixed.ravel()
     u = np.zeros(held.size) if moved is None else np.where(held, moved.ravel(), 0.0)
     right = np.where(held, 0.0, forces.ravel() - K @ u)
-    u += np.where(held, 0.0, factorise(K.constrained(held)).solve(right[:, None])[:, 0])
+    u += np.where(held, 0.0, factorise(K.constrained(held))(right[:, None])[:, 0])
     return np.asarray(u.reshape(-1, 3, 1))

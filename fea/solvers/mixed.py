@@ -21,9 +21,9 @@ from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
 from fea.solvers.linear.amg import Operator
 from fea.solvers.linear.choice import Preconditioner
-from fea.solvers.residuals import Residuals, condition_of, probe, worst_ratio
+from fea.solvers.residuals import Residuals, condition_of, probe, refined, worst_ratio
 from fea.solvers.saddle import Constraint, iterate_saddle, solve_saddle
-from fea.solvers.static import MOST_REFINEMENTS, Model, Solution, right_hand_sides
+from fea.solvers.static import Model, Solution, right_hand_sides
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import EDGES, TetMesh
@@ -162,20 +162,16 @@ class MixedSystem:
     def _corrected(
         self, solve: Callable[[Floats, Floats], tuple[Floats, Floats]], f: Floats
     ) -> tuple[Floats, Floats, Residuals]:
-        u, p = np.zeros_like(f), np.zeros((len(self.alive), f.shape[1]))
-        found = Residuals(np.inf, np.inf, np.inf, np.inf)
-        for _ in range(1 + MOST_REFINEMENTS):
-            first, second = self._imbalance(u, p, f)
+        def corrected(both: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+            first, second = self._imbalance(*both, f)
             du, dp = solve(np.where(self.fixed[:, None], 0.0, -first), -second[self.alive])
-            better_u, better_p = u + du, p.copy()
-            better_p[self.alive] += dp
-            better = self._residuals(better_u, better_p, f)
-            if not better.better_than(found):
-                break
-            u, p, found = better_u, better_p, better
-            if not found.rough:
-                break
-        return u, p, found
+            u, p = both[0] + du, both[1].copy()
+            p[self.alive] += dp
+            return u, p
+
+        nothing = np.zeros_like(f), np.zeros((len(self.alive), f.shape[1]))
+        (u, p), left = refined(corrected(nothing), corrected, lambda both: self._residuals(*both, f))
+        return u, p, left
 
     @cached_property
     def _constraint(self) -> Constraint:

@@ -1,11 +1,13 @@
 """The residuals of a solution."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from fea.solid.assembly import SymmetricMatrix
-from fea.solvers.linear.choice import Factor
+from fea.solvers.linear.amg import Operator
 from geometry.arrays import Floats, Mask
 
 # The error of a direct solver is a few units in the last place, that of the iterative one some thousand. A
@@ -17,6 +19,10 @@ REFINE_IMBALANCE = 1e-8
 # Up to this many right-hand sides of a direct solver are checked one by one; of more, a few random sums.
 CHECKED_SINGLY = 8
 _SUMS = 3
+# Largest number of refinement steps.
+MOST_REFINEMENTS = 3
+
+Fields = TypeVar("Fields")
 
 
 @dataclass(frozen=True)
@@ -46,6 +52,22 @@ class Residuals:
     def better_than(self, other: "Residuals") -> bool:
         """Whether a step of refinement from `other` helped."""
         return self.excess < other.excess
+
+
+def refined(
+    first: Fields, correct: Callable[[Fields], Fields], check: Callable[[Fields], Residuals]
+) -> tuple[Fields, Residuals]:
+    """Improve a solution by steps of refinement as long as it is rough and that helps (Wilkinson 1963)."""
+    best, left = first, check(first)
+    for _ in range(MOST_REFINEMENTS):
+        if not left.rough:
+            break
+        further = correct(best)
+        better = check(further)
+        if not better.better_than(left):
+            break
+        best, left = further, better
+    return best, left
 
 
 def residuals(
@@ -124,7 +146,7 @@ def condition_of(matrix: SymmetricMatrix, u: Floats, f: Floats) -> float:
     return float((matrix.row_sums / diagonal).max() * longest.max())
 
 
-def condition_estimate(matrix: SymmetricMatrix, factor: Factor) -> float:
+def condition_estimate(matrix: SymmetricMatrix, solve: Operator) -> float:
     """Estimate the condition number of K with its supports by two solutions, the first of the probe."""
-    f = matrix.diagonal()[:, None] * factor.solve(probe(matrix))
-    return condition_of(matrix, factor.solve(f), f)
+    f = matrix.diagonal()[:, None] * solve(probe(matrix))
+    return condition_of(matrix, solve(f), f)

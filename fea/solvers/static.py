@@ -18,13 +18,11 @@ from fea.solid.supports import clamped, determinate_restraints, plane_conditions
 from fea.solvers.constrained import stopping
 from fea.solvers.linear import choice as memory
 from fea.solvers.linear.choice import Schur, direct, linear_solver, schur
-from fea.solvers.residuals import Residuals, condition_of, probe, residuals
+from fea.solvers.residuals import Residuals, condition_of, probe, refined, residuals
 from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
-# Largest number of refinement steps.
-MOST_REFINEMENTS = 3
 # Columns of a compliance that are solved for at once.
 _COLUMNS = 128
 
@@ -161,17 +159,12 @@ class Model:
         restraints = self._restraints_off_planes(parity)
         u = self._probed(parity, slot, np.where(fixed[:, None], 0.0, f))
         u[fixed] = 0.0
-        found = self._checked(u, f, fixed, restraints)
-        for _ in range(MOST_REFINEMENTS):
-            if not found.rough:
-                break
+
+        def corrected(u: Floats) -> Floats:
             left = np.where(fixed[:, None], 0.0, f - self._K @ u)
-            further = u + np.where(fixed[:, None], 0.0, self._solved(slot, left))
-            better = self._checked(further, f, fixed, restraints)
-            if not better.better_than(found):
-                break
-            u, found = further, better
-        return u, found
+            return np.asarray(u + np.where(fixed[:, None], 0.0, self._solved(slot, left)))
+
+        return refined(u, corrected, lambda u: self._checked(u, f, fixed, restraints))
 
     def _checked(self, u: Floats, f: Floats, fixed: Mask, restraints: Mask) -> Residuals:
         singly = self._solver.name == SolverName.AMG

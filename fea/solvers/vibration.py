@@ -47,11 +47,11 @@ def free_modes(mesh: TetMesh, material: Material | Materials, density: float | F
     K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
     M = mass_matrix(mesh, density)
     shift = _SHARE * _bending_estimate(mesh, K, M)
-    factor = factorise(_sum(K, M, shift))
+    inverse = factorise(_sum(K, M, shift))
     n = K.size
 
     def solve(right: Floats) -> Floats:
-        return factor.solve(right.reshape(n, -1)).reshape(right.shape)
+        return inverse(right.reshape(n, -1)).reshape(right.shape)
 
     def product(matrix: SymmetricMatrix) -> LinearOperator:
         return LinearOperator((n, n), matvec=lambda v: matrix @ v.ravel(), dtype=np.float64)

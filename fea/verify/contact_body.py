@@ -11,7 +11,8 @@ from fea.contact.interfaces import PinInBore
 from fea.contact.problem import ContactProblem
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.parity import Parity
-from fea.solvers.linear.choice import Factor, direct, factorise, schur
+from fea.solvers.linear.amg import Operator
+from fea.solvers.linear.choice import direct, factorise, schur
 from fea.solvers.static import unheld, work
 from fea.stress.recovery import Recovery
 from fea.verify.body import mirror_planes
@@ -43,13 +44,13 @@ class TouchedBody:
         return K.constrained(self._fixed)
 
     @cached_property
-    def _factor(self) -> Factor:
+    def _factor(self) -> Operator:
         return factorise(self._constrained)
 
     def compliance(self, _parity: Parity, forces: sparse.csc_array) -> Floats:
         """Work (k, k) of symmetric forces (3 n_nodes, k) on what they cause."""
         free, complement = unheld(forces, self._fixed), schur(direct())
-        return work(free, self._factor.solve) if complement is None else complement(self._constrained, free)
+        return work(free, self._factor) if complement is None else complement(self._constrained, free)
 
     def touched(self, clearance: float, force: float) -> Contact:
         """Pressures (n,) at the vertices under a force along x on the whole body, N."""
@@ -64,7 +65,7 @@ class TouchedBody:
         """Nodal stress (n_nodes, 6) under pressures (n,), MPa."""
         own, n_nodes = self._pin.multipliers, len(self.mesh.points)
         forces = np.where(self._fixed, 0.0, self.problem.forces @ pressure)
-        u = self._factor.solve(forces[:, None]).reshape(n_nodes, 3, 1)
+        u = self._factor(forces[:, None]).reshape(n_nodes, 3, 1)
         nodes, values = own.at_nodes(pressure[:, None])
         traction = np.zeros((n_nodes, 3, 1))
         traction[nodes] = values[:, None] * own.direction(self.mesh.points[nodes])[..., None]

@@ -267,7 +267,7 @@ def solve(problem: Problem, mesh: TetMesh) -> np.ndarray:
     u[~fixed] = 0.0
     right = np.where(free, f.ravel() - K @ u.ravel(), u.ravel() * K.diagonal())
     factor = factorise(K.constrained(~free))
-    return factor.solve(right[:, None]).reshape(n, 3, 1)
+    return factor(right[:, None]).reshape(n, 3, 1)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ import importlib.util
 import os
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
@@ -15,6 +15,9 @@ from fea.base.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.errors import SolverUnavailableError
 from fea.solvers.linear import pardiso
+from fea.solvers.linear.amg import Operator, SmoothedAggregation
+from fea.solvers.linear.cholmod import CholmodCholesky
+from fea.solvers.linear.multigrid import Multigrid
 from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
 
@@ -100,12 +103,8 @@ def linear_solver(
     if choice is not SolverName.AMG:
         return _direct_solver(choice, slots)
     if mesh.order == 2:
-        from fea.solvers.linear.multigrid import Multigrid  # noqa: PLC0415 - only large models need it
-
-        return Multigrid(mesh, material, lambda coarse: factorise(coarse).solve)
+        return Multigrid(mesh, material, factorise)
     _require_packages(choice)
-    from fea.solvers.linear.amg import SmoothedAggregation  # noqa: PLC0415
-
     return SmoothedAggregation(mesh.points)
 
 
@@ -113,24 +112,11 @@ def _direct_solver(choice: SolverName, slots: int) -> LinearSolver:
     _require_packages(choice)
     if choice is SolverName.PARDISO:
         return pardiso.PardisoCholesky(slots)
-    from fea.solvers.linear.cholmod import CholmodCholesky  # noqa: PLC0415 - only what is used is loaded
-
     return CholmodCholesky()
 
 
-@dataclass(frozen=True)
-class Factor:
-    """One factorised matrix."""
-
-    solver: LinearSolver
-
-    def solve(self, right_hand_sides: Floats) -> Floats:
-        """Solve for (n, k) right-hand sides at once."""
-        return self.solver.solve(0, right_hand_sides)
-
-
-def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> Factor:
-    """Factorise one matrix with the named direct solver, or with the one available on this machine.
+def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> Operator:
+    """Factorise a matrix, by the named direct solver or the one on this machine, to solve for (n, k) sides.
 
     Raises
     ------
@@ -142,21 +128,17 @@ def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> 
     named = choice in {SolverName.PARDISO, SolverName.CHOLMOD}
     solver = _direct_solver(choice if named else direct(), slots=1)
     solver.factorise(0, matrix)
-    return Factor(solver)
+    return partial(solver.solve, 0)
 
 
 def _require_packages(choice: SolverName) -> None:
     for package in _PACKAGES[choice]:
-        _require(package, choice)
-
-
-def _require(package: str, choice: SolverName) -> None:
-    if importlib.util.find_spec(package) is None:
-        message = (
-            f"solver {choice} is not available, because the package {package} is not installed. "
-            f"Install it (pip install {package}) or choose another --solver"
-        )
-        raise SolverUnavailableError(message)
+        if importlib.util.find_spec(package) is None:
+            message = (
+                f"solver {choice} is not available, because the package {package} is not installed. "
+                f"Install it (pip install {package}) or choose another --solver"
+            )
+            raise SolverUnavailableError(message)
 
 
 MIB = 2**20

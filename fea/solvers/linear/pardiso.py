@@ -19,30 +19,92 @@ _BLOCK = 3
 _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
 _POSITIVE_DEFINITE, _INDEFINITE = 2, -2  # mtype: real, symmetric, upper triangle only
 _NOT_POSITIVE_DEFINITE, _NO_MEMORY = -4, (-2, -9)
+# MKL's options by place: these in place of the defaults, nested dissection in parallel, indices from zero.
+_OPTIONS = {0: 1, 1: 3, 34: 1}
 # Values, starts of the rows and columns of a sparse matrix.
 Parts = tuple[Floats, npt.NDArray[np.int32], npt.NDArray[np.int32]]
 
 
-class PardisoCholesky:
-    """Cholesky factors of `slots` matrices with the same sparsity, which is analysed only once.
+class _Pardiso:
+    """A handle of MKL's `pardiso` for matrices of one kind and sparsity, `slots` of which it keeps.
 
-    pypardiso's own functions keep one factor and copy its matrix; this class keeps several without copies.
+    pypardiso's own functions keep one factor and copy its matrix; a handle keeps several without copies.
     """
+
+    def __init__(self, kind: int, slots: int, options: dict[int, int]) -> None:
+        self._library, self._kind, self._slots = _library(), kind, slots
+        self._handle = np.zeros(64, dtype=np.int64)
+        self._options = np.zeros(64, dtype=np.int32)
+        for place, value in {**_OPTIONS, **options}.items():
+            self._options[place] = value
+
+    def __call__(
+        self,
+        phase: int,
+        rows: int,
+        parts: Parts,
+        right_hand_sides: Floats,
+        solution: Floats,
+        *,
+        slot: int = 0,
+        last: npt.NDArray[np.int32] | None = None,
+    ) -> None:
+        """Run a phase for a matrix of `rows` (block) rows, with right-hand sides and solution (n, k).
+
+        A Schur complement takes the place of the solution; `last` (rows,) is 1 for its rows.
+        """
+        status = ctypes.c_int32(0)
+        values, starts, columns = parts
+        permutation = np.zeros(1, dtype=np.int32) if last is None else last
+        self._library(
+            self._handle.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
+            *(_integer(value) for value in (self._slots, slot + 1, self._kind, phase, rows)),
+            _doubles(values),
+            *(_integers(array) for array in (starts, columns, permutation)),
+            _integer(right_hand_sides.shape[1]),
+            _integers(self._options),
+            _integer(0),
+            _doubles(right_hand_sides),
+            _doubles(solution),
+            ctypes.byref(status),
+        )
+        if status.value == _NOT_POSITIVE_DEFINITE:
+            message = (
+                "the stiffness matrix is not positive definite: the model is under-constrained or has faulty "
+                "elements. Check the supports and the mesh"
+            )
+            raise SingularMatrixError(message)
+        if status.value in _NO_MEMORY:
+            message = (
+                f"Pardiso ran out of memory with {len(starts) - 1} rows. Use a larger --size or --solver amg"
+            )
+            raise MemoryError(message)
+        if status.value != 0:
+            raise RuntimeError(f"Pardiso failed in phase {phase} with error {status.value}")
+
+
+def _integer(value: int) -> Any:
+    return ctypes.byref(ctypes.c_int32(value))
+
+
+def _integers(array: npt.NDArray[np.int32]) -> Any:
+    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_int32))
+
+
+def _doubles(array: Floats) -> Any:
+    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+class PardisoCholesky:
+    """Cholesky factors of `slots` matrices with the same sparsity, which is analysed only once."""
 
     name = "pardiso"
 
     def __init__(self, slots: int) -> None:
-        self._pardiso = _library()
-        self._slots = slots
+        # The entries of the factor are counted; scheduling is on two levels; ordering and analysis work on
+        # nodes: a ninth of the graph.
+        self._pardiso = _Pardiso(_POSITIVE_DEFINITE, slots, {17: -1, 23: 1, 36: _BLOCK})
         self._matrices: dict[int, Any] = {}
-        self._handle = np.zeros(64, dtype=np.int64)
-        self._options = np.zeros(64, dtype=np.int32)
-        self._options[0] = 1  # these options, not the defaults
-        self._options[1] = 3  # nested dissection in parallel
-        self._options[17] = -1  # count the entries of the factor
-        self._options[23] = 1  # two-level scheduling
-        self._options[34] = 1  # indices from zero
-        self._options[36] = _BLOCK  # ordering and analysis work on nodes: a ninth of the graph
 
     def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
         """Put the factor of `matrix` into a slot (0…slots − 1).
@@ -56,33 +118,24 @@ class PardisoCholesky:
         """
         empty = np.zeros((matrix.size, 1))
         if not self._matrices:
-            self._call(_ANALYSE, slot, matrix.upper, empty)
+            self._run(_ANALYSE, slot, matrix.upper, empty)
         self._matrices[slot] = matrix.upper
-        self._call(_FACTORISE, slot, matrix.upper, empty)
+        self._run(_FACTORISE, slot, matrix.upper, empty)
 
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
         """Solve for (n, k) right-hand sides with the factor in a slot."""
-        return self._call(_SOLVE, slot, self._matrices[slot], np.asfortranarray(right_hand_sides))
+        return self._run(_SOLVE, slot, self._matrices[slot], np.asfortranarray(right_hand_sides))
 
-    def _call(self, phase: int, slot: int, upper: Any, right_hand_sides: Floats) -> Floats:
-        solution = np.empty_like(right_hand_sides)
-        _call(
-            (self._pardiso, self._handle, self._options),
-            phase,
-            kind=_POSITIVE_DEFINITE,
-            slots=(self._slots, slot + 1),
-            rows=upper.shape[0] // _BLOCK,
-            parts=(upper.data, upper.indptr, upper.indices),
-            right_hand_sides=right_hand_sides,
-            solution=solution,
-        )
+    def _run(self, phase: int, slot: int, upper: Any, right_hand_sides: Floats) -> Floats:
+        solution, parts = np.empty_like(right_hand_sides), (upper.data, upper.indptr, upper.indices)
+        self._pardiso(phase, upper.shape[0] // _BLOCK, parts, right_hand_sides, solution, slot=slot)
         return solution
 
     def __del__(self) -> None:
         """Release MKL's memory."""
         if getattr(self, "_matrices", None) and not sys.is_finalizing():
             upper = next(iter(self._matrices.values()))
-            self._call(_RELEASE, 0, upper, np.zeros((upper.shape[0], 1)))
+            self._run(_RELEASE, 0, upper, np.zeros((upper.shape[0], 1)))
 
 
 class PardisoSchur:
@@ -93,15 +146,8 @@ class PardisoSchur:
     """
 
     def __init__(self) -> None:
-        self._pardiso = _library()
-        self._handle = np.zeros(64, dtype=np.int64)
-        self._options = np.zeros(64, dtype=np.int32)
-        self._options[0] = 1  # these options, not the defaults
-        self._options[1] = 3  # nested dissection in parallel
-        self._options[9] = 8  # pivots below 1e-8 of the norm are perturbed
-        self._options[20] = 1  # pivots of order two
-        self._options[34] = 1  # indices from zero
-        self._options[35] = 1  # return the Schur complement
+        # Pivots below 1e-8 of the norm are perturbed; some are of order two; the complement is returned.
+        self._pardiso = _Pardiso(_INDEFINITE, 1, {9: 8, 20: 1, 35: 1})
         self._known: tuple[Parts, npt.NDArray[np.int32]] | None = None
 
     def __call__(self, matrix: SymmetricMatrix, forces: sparse.csc_array) -> Floats:
@@ -124,118 +170,34 @@ class PardisoSchur:
         parts = (values, starts.astype(np.int32), columns.astype(np.int32))
         last = np.zeros(own + size, dtype=np.int32)
         last[own:] = 1
-        found = np.zeros((size, size))
+        complement = np.zeros((size, size))
         for phase in (_FACTORISE,) if self._is_known(parts) else (_ANALYSE, _FACTORISE):
-            self._run(phase, parts, last, found)
+            self._run(phase, parts, last, complement)
         self._known = (parts, last)
-        return -(found + found.T) / 2
+        return -(complement + complement.T) / 2
 
     def _is_known(self, parts: Parts) -> bool:
         """Whether a matrix has the sparsity that was analysed; another one's analysis is released."""
         if self._known is None:
             return False
-        known, last = self._known
-        if all(np.array_equal(own, other) for own, other in zip(parts[1:], known[1:], strict=True)):
+        if all(map(np.array_equal, parts[1:], self._known[0][1:])):
             return True
-        self._run(_RELEASE, known, last, np.zeros((len(last), 1)))
-        self._known = None
+        self._release()
         return False
 
-    def _run(self, phase: int, parts: Parts, last: npt.NDArray[np.int32], found: Floats) -> None:
-        _call(
-            (self._pardiso, self._handle, self._options),
-            phase,
-            kind=_INDEFINITE,
-            slots=(1, 1),
-            rows=len(last),
-            parts=parts,
-            right_hand_sides=np.zeros((len(last), 1)),
-            solution=found,
-            last=last,
-        )
+    def _release(self) -> None:
+        if self._known is not None:
+            parts, last = self._known
+            self._run(_RELEASE, parts, last, np.zeros((len(last), 1)))
+            self._known = None
+
+    def _run(self, phase: int, parts: Parts, last: npt.NDArray[np.int32], complement: Floats) -> None:
+        self._pardiso(phase, len(last), parts, np.zeros((len(last), 1)), complement, last=last)
 
     def __del__(self) -> None:
         """Release MKL's memory."""
-        known = getattr(self, "_known", None)
-        if known and not sys.is_finalizing():
-            parts, last = known
-            self._run(_RELEASE, parts, last, np.zeros((len(last), 1)))
-
-
-def _call(
-    handles: tuple[Any, npt.NDArray[np.int64], npt.NDArray[np.int32]],
-    phase: int,
-    *,
-    kind: int,
-    slots: tuple[int, int],
-    rows: int,
-    parts: Parts,
-    right_hand_sides: Floats,
-    solution: Floats,
-    last: npt.NDArray[np.int32] | None = None,
-) -> None:
-    """Run a phase of MKL's `pardiso`.
-
-    Parameters
-    ----------
-    handles
-        The library, its handle and options.
-    phase, kind
-        What to do, and the type of the matrix.
-    slots
-        How many factors there are, and which one is meant.
-    rows, parts
-        Number of (block) rows, and the matrix: values, starts of the rows, columns.
-    right_hand_sides, solution
-        (n, k); a Schur complement takes the place of the solution.
-    last
-        (rows,) 1 for the rows of the Schur complement.
-    """
-    library, handle, options = handles
-    status = ctypes.c_int32(0)
-
-    def integer(value: int) -> Any:
-        return ctypes.byref(ctypes.c_int32(value))
-
-    def integers(array: npt.NDArray[np.int32]) -> Any:
-        return array.ctypes.data_as(ctypes.POINTER(ctypes.c_int32))
-
-    def doubles(array: Floats) -> Any:
-        return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
-
-    values, starts, columns = parts
-    library(
-        handle.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
-        integer(slots[0]),
-        integer(slots[1]),
-        integer(kind),
-        integer(phase),
-        integer(rows),
-        doubles(values),
-        integers(starts),
-        integers(columns),
-        integers(np.zeros(1, dtype=np.int32) if last is None else last),
-        integer(right_hand_sides.shape[1]),
-        integers(options),
-        integer(0),
-        doubles(right_hand_sides),
-        doubles(solution),
-        ctypes.byref(status),
-    )
-    if status.value == _NOT_POSITIVE_DEFINITE:
-        message = (
-            "the stiffness matrix is not positive definite: the model is under-constrained or has faulty "
-            "elements. Check the supports and the mesh"
-        )
-        raise SingularMatrixError(message)
-    if status.value in _NO_MEMORY:
-        message = (
-            f"Pardiso ran out of memory with {len(starts) - 1} rows. Use a larger --size or --solver amg"
-        )
-        raise MemoryError(message)
-    if status.value != 0:
-        message = f"Pardiso failed in phase {phase} with error {status.value}"
-        raise RuntimeError(message)
+        if hasattr(self, "_known") and not sys.is_finalizing():
+            self._release()
 
 
 def is_installed() -> bool:

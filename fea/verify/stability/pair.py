@@ -49,7 +49,7 @@ def solved_pair(
     constrained = A.constrained(held)
     factor = factorise(constrained)
     system = MixedSystem(A, space, held, np.ones(space.lame_lambda.size, dtype=bool))
-    u, p, found = system.solve(factor.solve, forces.reshape(-1, 1))
+    u, p, found = system.solve(factor, forces.reshape(-1, 1))
     condition = condition_estimate(constrained, factor)
     solved = Solved(u.reshape(-1, 3), found.backward_error, found.energy, condition, found.imbalance)
     return SolvedPair(solved, space.nodal(p, len(mesh.points))[0])

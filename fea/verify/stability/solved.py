@@ -99,7 +99,7 @@ def solved(
     constrained = K.constrained(held)
     factor = factorise(constrained)
     f = np.where(held, 0.0, forces.ravel())
-    u = factor.solve(f[:, None])[:, 0]
+    u = factor(f[:, None])[:, 0]
     u[held] = 0.0
     found = residuals(K, u[:, None], f[:, None], fixed=held, restraints=np.zeros_like(held))
     condition = condition_estimate(constrained, factor)

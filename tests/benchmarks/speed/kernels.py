@@ -33,11 +33,11 @@ def main() -> None:
     empty, load = np.zeros((matrix.size, 1)), case.forces.reshape(-1, 1)
     run.start()
     with run.stage("analysis"):
-        solver._call(_ANALYSE, 0, matrix.upper, empty)
+        solver._run(_ANALYSE, 0, matrix.upper, empty)
     with run.stage("factor"):
-        solver._call(_FACTORISE, 0, matrix.upper, empty)
+        solver._run(_FACTORISE, 0, matrix.upper, empty)
     with run.stage("solve"):
-        solver._call(_SOLVE, 0, matrix.upper, load)
+        solver._run(_SOLVE, 0, matrix.upper, load)
     run.facts["factor_gflop"] = operations(matrix) / 1e9
     run.facts["factor_entries"] = float(solver._options[17] * 9)  # 3×3 blocks
     run.facts["matrix_entries"] = float(matrix.upper.data.size)
@@ -48,7 +48,7 @@ def operations(matrix: SymmetricMatrix) -> float:
     """Floating point operations of the factorisation."""
     solver = PardisoCholesky(1)
     solver._options[SCHEDULING], solver._options[COUNT] = 0, -1
-    solver._call(_ANALYSE, 0, matrix.upper, np.zeros((matrix.size, 1)))
+    solver._run(_ANALYSE, 0, matrix.upper, np.zeros((matrix.size, 1)))
     solver._matrices[0] = matrix.upper  # so that its memory is given back
     return 1e6 * BLOCK_PRODUCT * float(solver._options[COUNT])
 
