@@ -182,16 +182,16 @@ def reproduce(
         Print nothing.
     """
     from fea.output.target import require_report
-    from fea.verify.reproduce.sources import reproduce as compare
-    from fea.verify.reproduce.summary import summarise
-    from fea.verify.reproduce.terminal import print_reproduction
+    from fea.verify.reproduce.printed import summarise
+    from fea.verify.reproduce.report import print_reproduction, write_report
+    from fea.verify.reproduce.report import reproduce as compare
 
     require_report(report)
     tables = compare(source)
     if report is not None:
-        from fea.verify.reproduce.report import write_report
-
         write_report(report, tables, quoted(f"fea reproduce {source}", report))
-    rows = [row for table in tables for row in table.rows]
-    show(rows, _REPRODUCE_DIGITS, partial(print_reproduction, tables), report=report, json=json, quiet=quiet)
+    figures = [figure for table in tables for figure in table.figures]
+    show(
+        figures, _REPRODUCE_DIGITS, partial(print_reproduction, tables), report=report, json=json, quiet=quiet
+    )
     return CHECK_FAILED if summarise(tables).unexplained else 0

@@ -105,9 +105,9 @@ def test_reproduce_prints_counts_and_misprints(capsys):
 
 
 def test_reproduce_leaves_with_5_when_a_figure_is_unexplained(monkeypatch, capsys):
-    from fea.verify.reproduce import leon_motion
+    from fea.verify.reproduce import leon
 
-    monkeypatch.setattr(leon_motion, "_LAMBDA_SLIP", 0.15)
+    monkeypatch.setattr(leon, "_LAMBDA_POSITION", 0.15)
     assert call(["reproduce", "leon-2001"]) == 5
     assert "UNEXPLAINED" in capsys.readouterr().out
 

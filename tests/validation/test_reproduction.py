@@ -3,12 +3,18 @@
 import numpy as np
 import pytest
 
-from fea.verify.reproduce import columba, leon_column, leon_engine, molina
-from fea.verify.reproduce.misprint import wrong_digit
-from fea.verify.reproduce.printed import Cell, column
-from fea.verify.reproduce.row import Row, Slip, Status
-from fea.verify.reproduce.sources import SOURCES, reproduce
-from fea.verify.reproduce.summary import misprinted, summarise
+from fea.verify.reproduce import columba, leon, leon_stress, molina
+from fea.verify.reproduce.printed import (
+    Cell,
+    PrintedFigure,
+    Slip,
+    Status,
+    column,
+    misprinted,
+    summarise,
+    wrong_digit,
+)
+from fea.verify.reproduce.report import SOURCES, reproduce
 from geometry.errors import InvalidValue
 
 ALL = reproduce("all")
@@ -16,7 +22,7 @@ ALL = reproduce("all")
 
 @pytest.mark.parametrize("table", ALL, ids=lambda table: f"{table.source}-{table.name}")
 def test_no_printed_figure_is_unexplained(table):
-    assert [row for row in table.rows if row.status is Status.UNEXPLAINED] == []
+    assert [row for row in table.figures if row.status is Status.UNEXPLAINED] == []
 
 
 def test_remarks_are_sentences():
@@ -37,11 +43,13 @@ def test_agreement_is_the_rule():
 
 
 def test_whatever_differs_from_sound_mechanics_has_a_cause():
-    assert [row for table in ALL for row in table.rows if row.is_wrong and not row.cause] == []
+    assert [row for table in ALL for row in table.figures if row.is_wrong and not row.cause] == []
 
 
 def test_whatever_is_right_needs_no_cause():
-    right = [row for table in ALL for row in table.rows if row.status is Status.AGREES and not row.is_wrong]
+    right = [
+        row for table in ALL for row in table.figures if row.status is Status.AGREES and not row.is_wrong
+    ]
     assert right
     assert all(row.cause == "" for row in right)
 
@@ -85,13 +93,13 @@ def test_leon_acceleration_at_tdc():
 
 def test_leon_column_by_johnson():
     """A S_y (1 − S_y (KL/r)²/(4π² E)): 18.8 kN; with the yield of the stress model 49.3 kN."""
-    assert leon_column.johnson(leon_column.SLENDERNESS) == pytest.approx(18.8e3, abs=50)
-    assert leon_column.johnson(leon_column.SLENDERNESS, 620.4) == pytest.approx(49.3e3, abs=50)
+    assert leon_stress.johnson(leon_stress.SLENDERNESS) == pytest.approx(18.8e3, abs=50)
+    assert leon_stress.johnson(leon_stress.SLENDERNESS, 620.4) == pytest.approx(49.3e3, abs=50)
 
 
 def test_leon_inertia_is_that_of_the_two_masses():
     """I = m·a·b with a = 64 mm, b = 77 mm: nothing is left for a correction couple."""
-    assert pytest.approx(leon_engine.INERTIA, rel=2e-4) == 0.785 * 0.064 * 0.077
+    assert pytest.approx(leon.INERTIA, rel=2e-4) == 0.785 * 0.064 * 0.077
 
 
 def test_columba_gas_opposes_inertia_at_tdc():
@@ -116,15 +124,15 @@ def test_molina_regression_explains_nothing():
 
 
 def test_one_unit_of_the_last_digit_decides():
-    row = Row("s", "t", "q", "", "", 4.84, 0.01, 4.8499, 4.84)
+    row = PrintedFigure("s", "t", "q", "", "", 4.84, 0.01, 4.8499, 4.84)
     assert row.status is Status.AGREES
-    assert Row("s", "t", "q", "", "", 4.84, 0.01, 4.8501, 4.84).status is Status.UNEXPLAINED
+    assert PrintedFigure("s", "t", "q", "", "", 4.84, 0.01, 4.8501, 4.84).status is Status.UNEXPLAINED
 
 
 def test_a_slip_must_reproduce_the_printed_figure():
     slip = Slip("wrong guess", 4.9)
-    assert Row("s", "t", "q", "", "", 4.84, 0.01, 5.0, 4.84, slip=slip).status is Status.UNEXPLAINED
-    assert Row("s", "t", "q", "", "", 4.90, 0.01, 5.0, 4.84, slip=slip).status is Status.EXPLAINED
+    assert PrintedFigure("s", "t", "q", "", "", 4.84, 0.01, 5.0, 4.84, slip=slip).status is Status.UNEXPLAINED
+    assert PrintedFigure("s", "t", "q", "", "", 4.90, 0.01, 5.0, 4.84, slip=slip).status is Status.EXPLAINED
 
 
 def test_two_wrong_digits_are_no_misprint():
@@ -133,7 +141,7 @@ def test_two_wrong_digits_are_no_misprint():
 
 
 def test_a_bare_zero_has_the_finest_digit_of_its_column():
-    first = column("columba2022_torque", "T12_800rpm_Nm")[0]
+    first = column("columba2022_torque", "T12_800rpm_Nm").cells[0]
     assert first == Cell("0", "0", 1e-8)
 
 
@@ -143,7 +151,7 @@ def test_an_unknown_source_is_refused():
 
 
 def _row(source, table, quantity, at):
-    rows = next(t for t in ALL if (t.source, t.name) == (source, table)).rows
+    rows = next(t for t in ALL if (t.source, t.name) == (source, table)).figures
     return next(row for row in rows if (row.quantity, row.at) == (quantity, at))
 
 
@@ -154,7 +162,7 @@ def test_the_side_load_explains_the_published_stress():
         row.quantity: row
         for table in ALL
         if table.name in ("21", "23")
-        for row in table.rows
+        for row in table.figures
         if row.at == "6000 rpm"
     }
     stress, moved = rows["largest von Mises"], rows["largest displacement"]

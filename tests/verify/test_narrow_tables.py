@@ -4,8 +4,7 @@ import pytest
 
 from fea.verify.converge.row import Computation, Measured, Row
 from fea.verify.converge.terminal import print_comparison
-from fea.verify.reproduce.sources import reproduce
-from fea.verify.reproduce.terminal import print_reproduction
+from fea.verify.reproduce.report import print_reproduction, reproduce
 
 TOOLS = ("fea", "fea --tolerance", "fea --size 12.1 --tolerance", "CalculiX")
 

@@ -7,17 +7,16 @@ the negative of the torque on the crank.
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 
 from fea.units import DEG, KG, KG_M2, M_S, M_S2, N_M, RPM, M
-from fea.verify.newton_euler import Reactions, solve
-from fea.verify.reproduce.printed import Cell, column, decimals, degrees, records, values
-from fea.verify.reproduce.row import Slip
-from fea.verify.reproduce.table import Column, Table, table
+from fea.verify.reproduce.newton_euler import Reactions, solve
+from fea.verify.reproduce.printed import Quantity, Slip, Table, cell, column, records
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
-from loads.dynamics import EngineInstants, center_acceleration, cycle
+from loads.dynamics import center_acceleration, cycle
 from loads.engine import Engine
 from loads.gas import Boyle, GasModel, NoGas
 from loads.slider_crank import Kinematics, kinematics
@@ -40,6 +39,9 @@ _CAUSE = (
     "I = √(Ixx² + Iyy² + Izz²), with transposed digits, instead of Izz = 9.3974e-4 kg·m²"
 )
 _CAUSE_NO_GAS = _CAUSE.partition("; ")[2]
+_AT = "3200 rpm"
+
+_table = partial(Table.of, SOURCE)
 
 
 def engine(friction: float = FRICTION) -> Engine:
@@ -77,7 +79,7 @@ def as_published(rpm: float, crank_degrees: Floats, *, gas: bool = True) -> Reac
 def corrected(rpm: float, crank_degrees: Floats, *, gas: bool = True) -> Mapping[str, Floats]:
     """Return the same quantities from correct mechanics, N and N·m."""
     model: GasModel = boyle() if gas else NoGas()
-    c: EngineInstants = cycle(engine(), rod(), model, rpm * RPM, crank_degrees * DEG)
+    c = cycle(engine(), rod(), model, rpm * RPM, crank_degrees * DEG)
     pin, crank = c.in_engine_axes(c.pin), c.in_engine_axes(c.crank)
     return {
         "F12x": crank.x,
@@ -93,190 +95,118 @@ def corrected(rpm: float, crank_degrees: Floats, *, gas: bool = True) -> Mapping
 
 def tables() -> list[Table]:
     """All tables."""
-    return [motion(), force_vector(), forces(), shaking(), torque(), working_model()]
+    return [_motion(), _force_vector(), _forces(), _shaking(), _torque(), _working_model()]
 
 
-def motion() -> Table:
-    """Kinematics and gas force at 3200 rpm."""
-    name = "columba2022_kinematics_3200rpm"
+_MOTION: dict[str, tuple[str, str, Callable[[Kinematics], Floats]]] = {
+    "rod_deg": ("rod angle", "°", lambda k: -k.rod_angle / DEG),
+    "piston_position_m": ("piston position", "m", lambda k: k.piston_position / M),
+    "piston_velocity_m_s": ("piston velocity", "m/s", lambda k: k.piston_velocity / M_S),
+    "rod_angular_velocity_rad_s": ("rod angular velocity", "rad/s", lambda k: -k.rod_rate),
+    "piston_acceleration_m_s2": ("piston acceleration", "m/s²", lambda k: k.piston_acceleration / M_S2),
+    "rod_angular_acceleration_rad_s2": (
+        "rod angular acceleration",
+        "rad/s²",
+        lambda k: -k.rod_acceleration,
+    ),
+    "gas_force_N": (
+        "gas force",
+        "N",
+        lambda k: boyle().pressure(k.crank_angle, np.array(0.0)) * PISTON_AREA,
+    ),
+    "rod_cg_acceleration_m_s2": (
+        "acceleration of the rod's centre of gravity",
+        "m/s²",
+        lambda k: np.hypot(*center_acceleration(engine(), rod(), k)) / M_S2,
+    ),
+}
 
-    def exact(cells: list[Cell]) -> Kinematics:
-        return kinematics(engine(), degrees(cells) * DEG, 3200 * RPM)
 
-    def gas(cells: list[Cell]) -> Floats:
-        return boyle().pressure(degrees(cells) * DEG, np.array(0.0)) * PISTON_AREA
-
-    figures: dict[str, tuple[str, str, Callable[[list[Cell]], Floats]]] = {
-        "rod_deg": ("rod angle", "°", lambda c: -exact(c).rod_angle / DEG),
-        "piston_position_m": ("piston position", "m", lambda c: exact(c).piston_position / M),
-        "piston_velocity_m_s": ("piston velocity", "m/s", lambda c: exact(c).piston_velocity / M_S),
-        "rod_angular_velocity_rad_s": ("rod angular velocity", "rad/s", lambda c: -exact(c).rod_rate),
-        "piston_acceleration_m_s2": (
-            "piston acceleration",
-            "m/s²",
-            lambda c: exact(c).piston_acceleration / M_S2,
-        ),
-        "rod_angular_acceleration_rad_s2": (
-            "rod angular acceleration",
-            "rad/s²",
-            lambda c: -exact(c).rod_acceleration,
-        ),
-        "gas_force_N": ("gas force", "N", gas),
-        "rod_cg_acceleration_m_s2": (
-            "acceleration of the rod's centre of gravity",
-            "m/s²",
-            lambda c: np.hypot(*center_acceleration(engine(), rod(), exact(c))) / M_S2,
-        ),
-    }
-    columns = []
-    for title, (quantity, unit, figure) in figures.items():
-        cells = column(name, title)
-        columns.append(
-            Column(
-                quantity=quantity,
-                unit=unit,
-                cells=cells,
-                as_published=figure(cells),
-                corrected=figure(cells),
-                speed="3200 rpm",
-            )
-        )
-    return table(
-        SOURCE,
+def _motion() -> Table:
+    quantities = []
+    for title, (name, unit, figure) in _MOTION.items():
+        cells = column("columba2022_kinematics_3200rpm", title)
+        exact = figure(kinematics(engine(), cells.theta, 3200 * RPM))
+        quantities.append(Quantity(name, unit, cells, exact, exact, where=_AT))
+    return _table(
         "kinematics",
         "motion and gas force at 3200 rpm",
-        columns,
-        [
-            "The figures are exact and free of misprints; the rod angle has the opposite sign to ours.",
-            "Table 6 of the thesis omits the sign of the speed; table 7 labels accelerations °/s and rad/s.",
-            "The gas force is Boyle's law in every revolution: no combustion, repeated every 360°.",
-            f"A chamber height of {CLEARANCE:.3f} mm means a compression ratio of {COMPRESSION_RATIO:.1f}.",
-        ],
+        quantities,
+        "The figures are exact and free of misprints; the rod angle has the opposite sign to ours.",
+        "Table 6 of the thesis omits the sign of the speed; table 7 labels accelerations °/s and rad/s.",
+        "The gas force is Boyle's law in every revolution: no combustion, repeated every 360°.",
+        f"A chamber height of {CLEARANCE:.3f} mm means a compression ratio of {COMPRESSION_RATIO:.1f}.",
     )
 
 
-def force_vector() -> Table:
+def _force_vector() -> Table:
     """The eight unknowns at 30° and 3200 rpm."""
-    at = np.array([30.0])
+    at, quantities = np.array([30.0]), []
     published, right = as_published(3200, at), corrected(3200, at)
-    columns = []
     for record in records("columba2022_forces_30deg_3200rpm"):
         name, _, unit = record["component"].partition("_")
-        text = record["value"]
-        cell = Cell("30", text, 10.0 ** -decimals(text))
-        scale = N_M if name == "T12" else 1.0
-        columns.append(
-            Column(
-                quantity=name,
-                unit={"Nm": "N·m"}.get(unit, unit),
-                cells=[cell],
-                as_published=getattr(published, name) / scale,
-                corrected=right[name],
-                cause=_CAUSE,
-                speed="3200 rpm",
-            )
+        figure = getattr(published, name) / (N_M if name == "T12" else 1.0)
+        shown = {"Nm": "N·m"}.get(unit, unit)
+        quantities.append(
+            Quantity(name, shown, cell(record["value"], "30"), figure, right[name], _CAUSE, _AT)
         )
-    return table(SOURCE, "vector at 30°", "the eight unknowns at 3200 rpm", columns)
+    return _table("vector at 30°", "the eight unknowns at 3200 rpm", quantities)
 
 
-def forces() -> Table:
-    """Forces at the crank bearing and the piston pin with gas, 3200 rpm."""
-    return table(
-        SOURCE,
+def _forces() -> Table:
+    return _table(
         "forces",
         "bearing and pin forces at 3200 rpm",
         [_force("columba2022_forces_3200rpm", name) for name in ("F12x", "F12y", "F43x")],
-        [
-            "At 0° the worksheet adds gas and inertia force, 1326 + 1188 N, although they oppose each other.",
-        ],
+        "At 0° the worksheet adds gas and inertia force, 1326 + 1188 N, although they oppose each other.",
     )
 
 
-def shaking() -> Table:
-    """Bearing and wall forces without gas, 3200 rpm; the transverse force on the pin with gas."""
+def _shaking() -> Table:
+    """Bearing and wall forces without gas, the transverse force on the pin with gas."""
     name = "columba2022_shaking_3200rpm"
-    return table(
-        SOURCE,
-        "shaking",
-        "shaking forces at 3200 rpm",
-        [
-            *(_force(name, component, gas=False) for component in ("F12x", "F12y", "F14y")),
-            _force(name, "F43y", suffix="_with_gas_N"),
-        ],
-    )
+    without_gas = [_force(name, component, gas=False) for component in ("F12x", "F12y", "F14y")]
+    with_gas = _force(name, "F43y", suffix="_with_gas_N")
+    return _table("shaking", "shaking forces at 3200 rpm", [*without_gas, with_gas])
 
 
-def _force(name: str, component: str, *, gas: bool = True, suffix: str = "_N") -> Column:
-    cells = column(name, component + suffix)
-    published = as_published(3200, degrees(cells), gas=gas)
-    right = corrected(3200, degrees(cells), gas=gas)
-    return Column(
-        quantity=component + (" without gas" if not gas else ""),
-        unit="N",
-        cells=cells,
-        as_published=getattr(published, component),
-        corrected=right[component],
-        cause=_CAUSE if gas else _CAUSE_NO_GAS,
-        speed="3200 rpm",
-    )
+def _force(table: str, component: str, *, gas: bool = True, suffix: str = "_N") -> Quantity:
+    cells = column(table, component + suffix)
+    published = getattr(as_published(3200, cells.degrees, gas=gas), component)
+    right = corrected(3200, cells.degrees, gas=gas)[component]
+    name = component if gas else f"{component} without gas"
+    return Quantity(name, "N", cells, published, right, _CAUSE if gas else _CAUSE_NO_GAS, _AT)
 
 
-def torque() -> Table:
-    """Driving torque at three speeds."""
-    columns = []
+def _torque() -> Table:
+    quantities = []
     for rpm in SPEEDS:
         cells = column("columba2022_torque", f"T12_{rpm}rpm_Nm")
-        at = degrees(cells)
-        published = as_published(rpm, at).T12 / N_M
-        slips = _one_row_late(published, at) if rpm == 3200 else {}
-        right = corrected(rpm, at)["T12"]
-        columns.append(
-            Column(
-                quantity="driving torque",
-                unit="N·m",
-                cells=cells,
-                as_published=published,
-                corrected=right,
-                cause=_CAUSE,
-                speed=f"{rpm} rpm",
-                slips=slips,
-            )
+        at = cells.degrees
+        published, right = as_published(rpm, at).T12 / N_M, corrected(rpm, at)["T12"]
+        late = {
+            f"{at[i]:g}": Slip(f"the figure of {at[i - 1]:g}° (one row too low)", float(published[i - 1]))
+            for i in (4, 5, 6, 7)
+            if rpm == 3200
+        }
+        quantities.append(
+            Quantity("driving torque", "N·m", cells, published, right, _CAUSE, f"{rpm} rpm", late)
         )
-    return table(
-        SOURCE,
+    return _table(
         "torque",
         "driving torque",
-        columns,
-        ["At 3200 rpm the figure of 120° is printed again at 160°, so that 200°–280° are one row too low."],
+        quantities,
+        "At 3200 rpm the figure of 120° is printed again at 160°, so that 200°–280° are one row too low.",
     )
 
 
-def _one_row_late(published: Floats, at: Floats) -> dict[str, Slip]:
-    return {
-        f"{at[i]:g}": Slip(f"the figure of {at[i - 1]:g}° (one row too low)", float(published[i - 1]))
-        for i in (4, 5, 6, 7)
-    }
-
-
-def working_model() -> Table:
-    """Rod angle and piston position of independent software."""
-    name = "columba2022_working_model"
-    angle, position = column(name, "rod_deg"), column(name, "piston_x_mm")
-    exact = kinematics(engine(), degrees(angle) * DEG, 0.0)
-    beta = -exact.rod_angle / DEG
-    return table(
-        SOURCE,
+def _working_model() -> Table:
+    angle, position = (column("columba2022_working_model", title) for title in ("rod_deg", "piston_x_mm"))
+    exact = kinematics(engine(), angle.theta, 0.0)
+    beta, x = -exact.rod_angle / DEG, exact.piston_position
+    return _table(
         "Working Model",
         "rod angle and piston position of independent software",
-        [
-            Column(quantity="rod angle", unit="°", cells=angle, as_published=beta, corrected=beta),
-            Column(
-                quantity="piston position",
-                unit="mm",
-                cells=position,
-                as_published=exact.piston_position,
-                corrected=exact.piston_position,
-            ),
-        ],
-        [f"Largest difference {np.abs(values(position) - exact.piston_position).max():.1e} mm."],
+        [Quantity("rod angle", "°", angle, beta, beta), Quantity("piston position", "mm", position, x, x)],
+        f"Largest difference {np.abs(position.values - x).max():.1e} mm.",
     )

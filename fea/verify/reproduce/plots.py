@@ -1,15 +1,19 @@
 """Plots of the reproduction report: published and corrected figures."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fea.verify.reproduce import columba, leon_engine, molina
-from fea.verify.reproduce.printed import column, degrees, values
-from fea.verify.reproduce.table import Table
+from fea.verify.layout import new_figure
+from fea.verify.reproduce import columba, leon, molina
+from fea.verify.reproduce.printed import column
 from geometry.arrays import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Exact = Callable[[Floats], Floats]
 
@@ -17,41 +21,15 @@ _PRINTED = {"marker": "o", "markersize": 3.5, "linestyle": "none", "color": "#c0
 _CORRECT = {"color": "#1f4e79", "linewidth": 1.6}
 
 
-def draw(tables: Sequence[Table], folder: Path, stem: str) -> dict[str, tuple[Path, str]]:
-    """Draw the plots of the studies among `tables` as ``<stem>-<study>-….png``.
-
-    Returns
-    -------
-    dict
-        By study: the file and its caption.
-    """
-    sources = dict.fromkeys(table.source for table in tables)
-    drawings: dict[str, tuple[Callable[[], Any], str]] = {
-        leon_engine.SOURCE: (_leon, "León 2001 at 6000 rpm: tables 1, 3, 4 and 13"),
-        columba.SOURCE: (_columba, "Columba 2022: driving torque of one cylinder at three speeds"),
-        molina.SOURCE: (_molina, "Molina 2024: acceleration at 780 rpm; displacement and its regression"),
-    }
-    drawn = {}
-    for source in sources:
-        make, caption = drawings[source]
-        path = folder / f"{stem}-{source}.png"
-        figure = make()
-        figure.savefig(path, dpi=110)
-        drawn[source] = (path, caption)
-    return drawn
+def draw(source: str, report: Path) -> tuple[Path, str]:
+    """Draw the plots of a study next to a report as ``<report>-<study>.png``; return it with its caption."""
+    make, caption = _DRAWINGS[source]
+    path = report.with_name(f"{report.stem}-{source}.png")
+    make().savefig(path, dpi=110)
+    return path, caption
 
 
-def _axes(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, list[Any]]:
-    """Create a figure without a display, and return its axes row by row."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only a report draws
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure, list(np.ravel(figure.subplots(rows, columns)))
-
-
-def _label(axes: Any, title: str, quantity: str, last: int) -> None:
+def _label(axes: "Axes", title: str, quantity: str, last: int) -> None:
     axes.set_title(title, fontsize=10)
     axes.set_xlabel("crank angle, °")
     axes.set_ylabel(quantity)
@@ -61,71 +39,75 @@ def _label(axes: Any, title: str, quantity: str, last: int) -> None:
     axes.grid(alpha=0.3)
 
 
-def _against(axes: Any, name: str, title: str, exact: Exact, scale: float = 1.0) -> None:
+def _against(axes: "Axes", name: str, title: str, exact: Exact, scale: float = 1.0) -> None:
     """Draw printed cells as dots over the exact curve."""
     cells = column(name, title)
-    last = 720 if degrees(cells).max() > 360 else 360
+    last = 720 if cells.degrees.max() > 360 else 360
     fine = np.linspace(0, last, 721)
-    axes.plot(fine, exact(fine) * scale, label="corrected", **_CORRECT)
-    axes.plot(degrees(cells), values(cells) * scale, label="published", **_PRINTED)
+    axes.plot(fine, exact(fine) * scale, label="corrected", **_CORRECT)  # type: ignore[arg-type]
+    axes.plot(cells.degrees, cells.values * scale, label="published", **_PRINTED)  # type: ignore[arg-type]
     axes.set_xlim(0, last)
 
 
-def _leon() -> Any:
-    figure, axes = _axes(3, 2, (10, 10))
-    rpm = 6000
-    top = 1e3 * (leon_engine.L + leon_engine.R)
-    panels: list[tuple[str, str, str, str, Exact, float]] = [
-        (
-            "leon2001_table1_piston_position",
-            "position_cm",
-            "Table 1: piston position from TDC",
-            "cm",
-            lambda x: (top - leon_engine.exact_motion(rpm, x).piston_position) / 10,
-            1.0,
-        ),
-        (
-            "leon2001_table3_piston_velocity_6000rpm",
-            "velocity_m_s",
-            "Table 3: piston velocity",
-            "m/s",
-            lambda x: -leon_engine.exact_motion(rpm, x).piston_velocity / 1e3,
-            1.0,
-        ),
-        (
-            "leon2001_table4_piston_acceleration_6000rpm",
-            "acceleration_m_s2",
-            "Table 4: piston acceleration",
-            "km/s²",
-            lambda x: -leon_engine.exact_motion(rpm, x).piston_acceleration / 1e3,
-            1e-3,
-        ),
-        (
-            "leon2001_table13_forces_6000rpm",
-            "F_resultant_N",
-            "Table 13: resultant on the pin",
-            "kN",
-            lambda x: -leon_engine.along_cylinder(leon_engine.exact_forces(rpm, x)),
-            1e-3,
-        ),
-        (
-            "leon2001_table13_forces_6000rpm",
-            "F_normal_N",
-            "Table 13: normal force",
-            "kN",
-            lambda x: leon_engine.exact_forces(rpm, x).wall,
-            1e-3,
-        ),
-        (
-            "leon2001_table13_forces_6000rpm",
-            "F_rod_N",
-            "Table 13: rod force (compression positive; printed unsigned)",
-            "kN",
-            lambda x: -leon_engine.exact_forces(rpm, x).pin_axial,
-            1e-3,
-        ),
-    ]
-    for panel, (name, title, heading, unit, exact, scale) in zip(axes, panels, strict=True):
+_TOP = 1e3 * (leon.L + leon.R)
+_TABLE_13 = "leon2001_table13_forces_6000rpm"
+# Table and column, heading, unit, exact curve at 6000 rpm and its factor.
+_LEON: tuple[tuple[str, str, str, str, Exact, float], ...] = (
+    (
+        "leon2001_table1_piston_position",
+        "position_cm",
+        "Table 1: piston position from TDC",
+        "cm",
+        lambda x: (_TOP - leon.exact_motion(6000, x).piston_position) / 10,
+        1.0,
+    ),
+    (
+        "leon2001_table3_piston_velocity_6000rpm",
+        "velocity_m_s",
+        "Table 3: piston velocity",
+        "m/s",
+        lambda x: -leon.exact_motion(6000, x).piston_velocity / 1e3,
+        1.0,
+    ),
+    (
+        "leon2001_table4_piston_acceleration_6000rpm",
+        "acceleration_m_s2",
+        "Table 4: piston acceleration",
+        "km/s²",
+        lambda x: -leon.exact_motion(6000, x).piston_acceleration / 1e3,
+        1e-3,
+    ),
+    (
+        _TABLE_13,
+        "F_resultant_N",
+        "Table 13: resultant on the pin",
+        "kN",
+        lambda x: -leon.along_cylinder(leon.exact_forces(6000, x)),
+        1e-3,
+    ),
+    (
+        _TABLE_13,
+        "F_normal_N",
+        "Table 13: normal force",
+        "kN",
+        lambda x: leon.exact_forces(6000, x).wall,
+        1e-3,
+    ),
+    (
+        _TABLE_13,
+        "F_rod_N",
+        "Table 13: rod force (compression positive; printed unsigned)",
+        "kN",
+        lambda x: -leon.exact_forces(6000, x).pin_axial,
+        1e-3,
+    ),
+)
+
+
+def _leon() -> "Figure":
+    figure = new_figure(10, 10)
+    axes = figure.subplots(3, 2).ravel()
+    for panel, (name, title, heading, unit, exact, scale) in zip(axes, _LEON, strict=True):
         _against(panel, name, title, exact, scale)
         _label(panel, heading, unit, int(panel.get_xlim()[1]))
     axes[0].legend(frameon=False)
@@ -133,15 +115,15 @@ def _leon() -> Any:
     return figure
 
 
-def _columba() -> Any:
-    figure, axes = _axes(1, 3, (12, 3.8))
+def _columba() -> "Figure":
+    figure = new_figure(12, 3.8)
+    axes = figure.subplots(1, 3)
     for panel, rpm in zip(axes, columba.SPEEDS, strict=True):
-        _against(
-            panel,
-            "columba2022_torque",
-            f"T12_{rpm}rpm_Nm",
-            lambda x, rpm=rpm: columba.corrected(rpm, x)["T12"],  # type: ignore[misc]
-        )
+
+        def torque(x: Floats, rpm: int = rpm) -> Floats:
+            return columba.corrected(rpm, x)["T12"]
+
+        _against(panel, "columba2022_torque", f"T12_{rpm}rpm_Nm", torque)
         fine = np.linspace(0, 360, 361)
         worksheet = columba.as_published(rpm, fine).T12 / 1e3
         panel.plot(fine, worksheet, color="#c0392b", linewidth=0.8, label="as published")
@@ -151,8 +133,9 @@ def _columba() -> Any:
     return figure
 
 
-def _molina() -> Any:
-    figure, (left, right) = _axes(1, 2, (11, 3.8))
+def _molina() -> "Figure":
+    figure = new_figure(11, 3.8)
+    left, right = figure.subplots(1, 2)
     fine = np.linspace(0, 720, 1441)
     left.plot(fine, -molina.motion(780, fine).piston_acceleration / 1e3, label="exact", **_CORRECT)
     left.plot([0, 180], [380, -380], label="published", **_PRINTED)
@@ -167,3 +150,10 @@ def _molina() -> Any:
     right.set_ylim(top=1.2 * right.get_ylim()[1])
     right.legend(frameon=False, fontsize=8, ncols=2, loc="upper center")
     return figure
+
+
+_DRAWINGS: dict[str, tuple[Callable[[], "Figure"], str]] = {
+    leon.SOURCE: (_leon, "León 2001 at 6000 rpm: tables 1, 3, 4 and 13"),
+    columba.SOURCE: (_columba, "Columba 2022: driving torque of one cylinder at three speeds"),
+    molina.SOURCE: (_molina, "Molina 2024: acceleration at 780 rpm; displacement and its regression"),
+}

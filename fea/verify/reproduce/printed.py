@@ -1,36 +1,60 @@
-"""The printed tables: package data, read as text, because the number of printed digits matters."""
+"""Published figures as printed, as recomputed, and why they differ.
+
+*As published* is the printed formula, including the error made in evaluating it, applied to the printed
+intermediate figures; *corrected* comes from the mechanics of this project. A printed figure must agree with
+the former to one unit of its last digit, or have an explanation. The printed tables are package data, read as
+text because the number of printed digits matters.
+"""
 
 import csv
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
 from importlib.resources import files
 
 import numpy as np
 import numpy.typing as npt
 
+from fea.units import DEG
+from geometry.arrays import Floats
+
 
 @dataclass(frozen=True)
 class Cell:
-    """A printed figure.
-
-    Attributes
-    ----------
-    key
-        The first column of its row as printed, usually the crank angle in degrees.
-    text
-        The figure as printed.
-    digit
-        One unit of its last digit; a single 0 gets the finest digit of its column.
-    """
+    """A printed figure: the first column of its row (mostly the crank angle), its text, its last digit."""
 
     key: str
     text: str
     digit: float
 
+
+def cell(text: str, key: str = "") -> Cell:
+    """Return a single printed figure; an empty text stands for one that is not printed."""
+    return Cell(key, text, 10.0 ** -decimals(text))
+
+
+@dataclass(frozen=True)
+class Column:
+    """The printed cells of one column, without the blank ones."""
+
+    cells: tuple[Cell, ...]
+
     @property
-    def value(self) -> float:
-        """The figure as a number."""
-        return float(self.text)
+    def degrees(self) -> Floats:
+        """Crank angles."""
+        return np.array([float(cell.key) for cell in self.cells])
+
+    @property
+    def theta(self) -> Floats:
+        """Crank angles, rad."""
+        return self.degrees * DEG
+
+    @property
+    def values(self) -> Floats:
+        """The printed figures as numbers."""
+        return np.array([float(cell.text) for cell in self.cells])
 
 
 def records(name: str) -> list[dict[str, str]]:
@@ -39,25 +63,281 @@ def records(name: str) -> list[dict[str, str]]:
     return list(csv.DictReader(text.splitlines()))
 
 
-def column(name: str, title: str) -> list[Cell]:
-    """Return the printed cells of one column, without the blank ones."""
+def column(name: str, title: str) -> Column:
+    """Return a column of a published table; a single 0 gets the finest digit of its column."""
     rows = records(name)
     key = next(iter(rows[0]))
     texts = [(row[key], row[title]) for row in rows if row[title]]
     finest = max(decimals(text) for _, text in texts)
-    return [Cell(k, text, 10.0 ** -(decimals(text) if float(text) else finest)) for k, text in texts]
-
-
-def degrees(cells: Sequence[Cell]) -> npt.NDArray[np.float64]:
-    """Crank angles of printed cells, degrees."""
-    return np.array([float(cell.key) for cell in cells])
-
-
-def values(cells: Sequence[Cell]) -> npt.NDArray[np.float64]:
-    """Printed figures as numbers."""
-    return np.array([cell.value for cell in cells])
+    return Column(
+        tuple(Cell(k, text, 10.0 ** -(decimals(text) if float(text) else finest)) for k, text in texts)
+    )
 
 
 def decimals(text: str) -> int:
     """Count the printed decimal places."""
     return len(text.partition(".")[2])
+
+
+class Status(StrEnum):
+    """How a printed figure compares with the printed formula."""
+
+    AGREES = "agrees"  # to one unit of the last printed digit
+    EXPLAINED = "explained"  # it differs, and the given slip reproduces it
+    NAMED = "named"  # it differs and is known to be wrong, but cannot be derived from the source
+    UNEXPLAINED = "unexplained"
+    NOT_PRINTED = "not printed"  # a computed figure without a printed one
+
+
+@dataclass(frozen=True)
+class Slip:
+    """The error in one printed figure.
+
+    Attributes
+    ----------
+    text
+        Explanation in words.
+    value
+        The figure that results from it; None if the error cannot be reproduced.
+    is_rounding
+        Whether an intermediate figure was only rounded.
+    """
+
+    text: str
+    value: float | None = None
+    is_rounding: bool = False
+
+
+def wrong_digit(printed: str, true: float) -> Slip:
+    """Explain a figure with one wrong digit where the formula gives `true`; more are not explained."""
+    places = decimals(printed)
+    # Some tables are truncated and some are rounded, so try both.
+    for right in (f"{true:.{places}f}", f"{true:.{places + 4}f}"[:-4]):
+        wrong = [i for i, (p, r) in enumerate(zip(printed, right, strict=False)) if p != r]
+        if len(printed) == len(right) and len(wrong) == 1:
+            i = wrong[0]
+            text = f"misprint: {printed} instead of {right} ({printed[i]} instead of {right[i]})"
+            return Slip(text, float(printed))
+    return Slip(f"{printed} is not {true:.{places}f} with one wrong digit", true)
+
+
+@dataclass(frozen=True)
+class PrintedFigure:
+    """A printed figure, the result of the printed formula, and the correct figure.
+
+    Attributes
+    ----------
+    source, table, quantity, at, unit
+        Identify the figure; `at` is crank angle and speed.
+    published
+        The figure as printed, or None.
+    digit
+        One unit of the last printed digit.
+    as_published
+        From the printed formula and intermediate figures, including its systematic error.
+    corrected
+        From correct mechanics.
+    formula_cause
+        Why `as_published` and `corrected` differ.
+    slip
+        Why `published` and `as_published` differ in this one cell.
+    """
+
+    source: str
+    table: str
+    quantity: str
+    at: str
+    unit: str
+    published: float | None
+    digit: float
+    as_published: float
+    corrected: float
+    formula_cause: str = ""
+    slip: Slip | None = None
+
+    @property
+    def difference(self) -> float:
+        """|published − as published|, zero if nothing is printed."""
+        return 0.0 if self.published is None else abs(self.published - self.as_published)
+
+    @property
+    def error(self) -> float:
+        """|published − corrected|, zero if nothing is printed."""
+        return 0.0 if self.published is None else abs(self.published - self.corrected)
+
+    @property
+    def is_wrong(self) -> bool:
+        """Whether the printed figure differs from the correct one."""
+        return self.published is not None and not self._within(self.corrected)
+
+    @property
+    def status(self) -> Status:
+        """How the printed figure compares."""
+        if self.published is None:
+            return Status.NOT_PRINTED
+        if self._within(self.as_published):
+            return Status.AGREES
+        if self.slip is None:
+            return Status.UNEXPLAINED
+        if self.slip.value is None:
+            return Status.NAMED
+        return Status.EXPLAINED if self._within(self.slip.value) else Status.UNEXPLAINED
+
+    @property
+    def cause(self) -> str:
+        """All reasons why the three figures differ; empty if they do not."""
+        wrong = self.published is None or self.is_wrong
+        slipped = [self.slip.text] if self.slip is not None and self.status is not Status.AGREES else []
+        return "; ".join(slipped + [self.formula_cause] * (wrong and bool(self.formula_cause)))
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the figure with the names that other programs rely on."""
+        named = ("source", "table", "quantity", "at", "unit", "published", "as_published", "corrected")
+        return {name: getattr(self, name) for name in (*named, "cause", "status")}
+
+    def _within(self, value: float) -> bool:
+        # One unit of the last digit, plus rounding, which matters for figures printed with ten digits.
+        assert self.published is not None  # noqa: S101
+        return abs(self.published - value) <= self.digit * (1 + 1e-6) + 4 * math.ulp(self.published)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Printed cells of one quantity and what they should be.
+
+    Attributes
+    ----------
+    cells
+        A column as printed, or a single cell.
+    as_published, corrected
+        Figures, one a cell.
+    cause
+        Why these two differ.
+    where
+        Text before the crank angle, such as ``6000 rpm``; may be empty.
+    slips
+        By the key of the cell: the error in that cell.
+    """
+
+    name: str
+    unit: str
+    cells: Column | Cell
+    as_published: npt.ArrayLike
+    corrected: npt.ArrayLike
+    cause: str = ""
+    where: str = ""
+    slips: Mapping[str, Slip] = field(default_factory=dict)
+
+    def figures(self, source: str, table: str) -> Iterator[PrintedFigure]:
+        """Yield the figures cell by cell."""
+        cells = (self.cells,) if isinstance(self.cells, Cell) else self.cells.cells
+        both = (np.broadcast_to(of, len(cells)).tolist() for of in (self.as_published, self.corrected))
+        for cell, as_published, corrected in zip(cells, *both, strict=True):
+            yield PrintedFigure(
+                source=source,
+                table=table,
+                quantity=self.name,
+                at=", ".join(filter(None, [self.where, cell.key and f"{cell.key}°"])),
+                unit=self.unit,
+                published=float(cell.text) if cell.text else None,
+                digit=cell.digit,
+                as_published=as_published,
+                corrected=corrected,
+                formula_cause=self.cause,
+                slip=self.slips.get(cell.key),
+            )
+
+
+@dataclass(frozen=True)
+class Table:
+    """A printed table compared cell by cell.
+
+    Attributes
+    ----------
+    source, name, title
+        The study, the number of the table in the study, and its content.
+    figures
+        Its figures.
+    remarks
+        What is wrong with it, in sentences; may be empty.
+    """
+
+    source: str
+    name: str
+    title: str
+    figures: tuple[PrintedFigure, ...]
+    remarks: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, source: str, name: str, title: str, quantities: Iterable[Quantity], *remarks: str) -> "Table":
+        """Compare the quantities of a printed table."""
+        figures = (figure for quantity in quantities for figure in quantity.figures(source, name))
+        return cls(source, name, title, tuple(figures), remarks)
+
+    @property
+    def wrong_of_each_quantity(self) -> list[PrintedFigure]:
+        """For each quantity (and speed), the figure with the largest error, if any."""
+        worst: dict[tuple[str, str], PrintedFigure] = {}
+        for figure in self.figures:
+            key = figure.quantity, figure.at.partition(", ")[0] if "rpm" in figure.at else ""
+            if figure.is_wrong and (key not in worst or figure.error > worst[key].error):
+                worst[key] = figure
+        return list(worst.values())
+
+    @property
+    def worst(self) -> PrintedFigure | None:
+        """Figure with the largest error relative to the scale of its quantity; None if none differs."""
+
+        def relative(figure: PrintedFigure) -> float:
+            scale = max(abs(o.corrected) for o in self.figures if o.quantity == figure.quantity)
+            return figure.error / scale if scale > 0 else figure.error
+
+        return max(self.wrong_of_each_quantity, key=relative, default=None)
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Counts over some tables.
+
+    Attributes
+    ----------
+    compared, agrees, explained, named, unexplained
+        Number of printed figures: all, and by `Status`.
+    wrong
+        Number of printed figures that differ from the correct ones by more than one unit of their last digit.
+    """
+
+    compared: int
+    agrees: int
+    explained: int
+    named: int
+    unexplained: int
+    wrong: int
+
+    def __str__(self) -> str:
+        return (
+            f"{self.compared} printed figures were compared: {self.agrees} agree with the printed formula, "
+            f"{self.explained} are explained by an error in the cell, {self.named} are known to be wrong "
+            f"without a traceable cause, {self.unexplained} are unexplained; {self.wrong} differ from the "
+            "correct figures."
+        )
+
+
+def summarise(tables: Iterable[Table]) -> Summary:
+    """Count the printed figures of some tables."""
+    figures = [f for table in tables for f in table.figures if f.status is not Status.NOT_PRINTED]
+    counts = Counter(figure.status for figure in figures)
+    return Summary(
+        compared=len(figures),
+        agrees=counts[Status.AGREES],
+        explained=counts[Status.EXPLAINED],
+        named=counts[Status.NAMED],
+        unexplained=counts[Status.UNEXPLAINED],
+        wrong=sum(figure.is_wrong for figure in figures),
+    )
+
+
+def misprinted(tables: Sequence[Table]) -> list[PrintedFigure]:
+    """Figures that are wrong on their own, rather than by the formula."""
+    bad = (Status.EXPLAINED, Status.NAMED, Status.UNEXPLAINED)
+    return [figure for table in tables for figure in table.figures if figure.status in bad]

@@ -1,22 +1,113 @@
-"""The reproduction as a Markdown report."""
+"""The reproduction on the terminal and as a Markdown report: tables, misprints, counts."""
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import groupby
 from pathlib import Path
 
-from fea.output.text import make_directory, write_text
-from fea.verify.reproduce import leon_engine
-from fea.verify.reproduce.plots import draw
-from fea.verify.reproduce.row import Row, Status
-from fea.verify.reproduce.sensitivity import BORES, PeakLoad, bore_sensitivity
-from fea.verify.reproduce.summary import misprinted, summarise, verdict, worst, worst_of_each_quantity
-from fea.verify.reproduce.table import Table
+from rich import box
+from rich.console import Console
+from rich.table import Table as RichTable
 
+from fea.study.traces import shipped_trace
+from fea.units import DEG, RPM
+from fea.verify.layout import markdown, write_document
+from fea.verify.reproduce import columba, leon, molina
+from fea.verify.reproduce.plots import draw
+from fea.verify.reproduce.printed import PrintedFigure, Status, Table, misprinted, summarise
+from geometry.errors import require
+from loads.cases import peak_cases
+from loads.crank_cycle import CrankCycle
+
+SOURCES: dict[str, Callable[[], list[Table]]] = {
+    study.SOURCE: study.tables for study in (leon, columba, molina)
+}
 _STUDIES = {
     "leon-2001": "León 2001: finite-element analysis of a connecting rod (UNAM)",
     "columba-2022": "Columba 2022: dynamic forces, Suzuki Forsa 1 (ESPE Latacunga)",
     "molina-2024": "Molina et al. 2024: kinematics of a 2000 cc engine",
 }
+
+
+def reproduce(source: str) -> list[Table]:
+    """Compare every printed figure of a study, or of all of them.
+
+    Raises
+    ------
+    InvalidValue
+        There is no such study.
+    """
+    require(
+        source == "all" or source in SOURCES, "SOURCE", source, f"must be one of {', '.join(SOURCES)}, all"
+    )
+    return [table for name in SOURCES if source in ("all", name) for table in SOURCES[name]()]
+
+
+_WORD = 13  # length of the longest word in a table's name
+
+
+def print_reproduction(tables: Sequence[Table]) -> None:
+    """Print one line per printed table, the misprints and the counts."""
+    console = Console(highlight=False)
+    for source, of_study in groupby(tables, key=lambda table: table.source):
+        study = list(of_study)
+        console.print(_overview(source, study))
+        lines = list(_misprint_lines(study))
+        if lines:
+            console.print(
+                "Errors in single cells (rounded intermediate figures are not listed):", style="italic"
+            )
+            for line in lines:
+                console.print(f"  {line}", markup=False)
+        console.print()
+    console.print(str(summarise(tables)), style="bold")
+    console.print("All rows: use --json. Report with plots: use --report FILE.md", style="dim")
+
+
+def _overview(source: str, tables: Sequence[Table]) -> RichTable:
+    overview = RichTable(
+        title=source, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
+    )
+    overview.add_column("table", min_width=_WORD)
+    for name in ("cells", "agree", "expl.", "wrong"):
+        overview.add_column(name, justify="right", no_wrap=True)
+    overview.add_column("largest error (published → corrected)")
+    for table in tables:
+        counts = summarise([table])
+        numbers = (counts.compared, counts.agrees, counts.explained + counts.named, counts.wrong)
+        overview.add_row(f"{table.name}  {table.title}", *map(str, numbers), _furthest(table))
+    return overview
+
+
+def _furthest(table: Table) -> str:
+    worst = table.worst
+    if worst is None or worst.published is None:
+        return "–"
+    at = f" at {worst.at}" if worst.at else ""
+    return f"{worst.published:.4g} → {worst.corrected:.4g}{_unit(worst)}{at}"
+
+
+def _unit(figure: PrintedFigure) -> str:
+    return "" if figure.unit == "1" else f" {figure.unit}"
+
+
+def _misprint_lines(tables: Sequence[Table]) -> Iterator[str]:
+    """One line per error, with the places where it occurs."""
+    figures = [f for f in misprinted(tables) if not (_is_rounding(f) and f.status is Status.EXPLAINED)]
+    for (name, quantity, what), same in groupby(figures, key=lambda f: (f.table, f.quantity, _what(f))):
+        places = " and ".join(figure.at for figure in same)
+        yield ", ".join(filter(None, [name, quantity, places])) + f": {what}"
+
+
+def _is_rounding(figure: PrintedFigure) -> bool:
+    return figure.slip is not None and figure.slip.is_rounding
+
+
+def _what(figure: PrintedFigure) -> str:
+    if figure.slip is None or figure.status is Status.UNEXPLAINED:
+        return f"UNEXPLAINED: {figure.published:.10g}, but the formula gives {figure.as_published:.10g}"
+    return figure.slip.text
+
 
 _READING = """\
 **Published** is the figure as printed. **As published** is the printed formula, including the error made in
@@ -31,135 +122,103 @@ that differ from the corrected figure by more than one unit of their last digit.
 
 
 def write_report(path: Path, tables: Sequence[Table], command: str) -> None:
-    """Write the report, with its plots next to it.
-
-    Parameters
-    ----------
-    path
-        The .md file.
-    tables
-        The compared tables.
-    command
-        The command that makes the report.
-    """
-    make_directory(path.parent)
-    plots = draw(tables, path.parent, path.stem)
-    parts = [_head(tables, command)]
-    for source in dict.fromkeys(table.source for table in tables):
-        own = [table for table in tables if table.source == source]
-        drawn, caption = plots[source]
-        parts += [_study(source, own), f"![{caption}]({os.path.relpath(drawn, path.parent)})\n"]
-        parts += [_remarks(own), _misprints(own), _important(own)]
-        if source == leon_engine.SOURCE:
-            parts += [_sensitivity()]
-    write_text(path, "\n".join(parts))
+    """Write the report of the `tables`, which the `command` makes, with its plots next to it."""
+    parts = ["# Published figures against computed ones", f"Made by `{command}`."]
+    parts += [f"**{summarise(tables)}**", _READING]
+    for source, of_study in groupby(tables, key=lambda table: table.source):
+        study = list(of_study)
+        plot, caption = draw(source, path)
+        parts += [f"## {_STUDIES[source]}", _counts(study)]
+        parts += [f"![{caption}]({os.path.relpath(plot, path.parent)})"]
+        parts += ["### What is wrong with the tables", _remarks(study)]
+        parts += ["### Errors in single cells", *_misprints(study)]
+        parts += ["### The largest error of each quantity", _largest(study)]
+        if source == leon.SOURCE:
+            parts += ["### Effect of the bore", _SENSITIVITY, _sensitivity()]
+    write_document(path, parts)
 
 
-def _head(tables: Sequence[Table], command: str) -> str:
-    return "\n\n".join(
-        [
-            "# Published figures against computed ones",
-            f"Made by `{command}`.",
-            f"**{verdict(tables)}**",
-            _READING,
-        ]
-    )
-
-
-def _study(source: str, tables: Sequence[Table]) -> str:
-    counts = ("cells", "agree", "explained", "named", "unexplained", "wrong")
-    header = ("table", "content", *counts, "largest error (published → corrected)")
-    return f"## {_STUDIES[source]}\n\n" + _markdown(header, [_summary_line(table) for table in tables])
-
-
-def _summary_line(table: Table) -> tuple[str, ...]:
-    counts, row = summarise([table]), worst(table)
-    far = "–"
-    if row is not None:
-        where = ", ".join(filter(None, [row.quantity, row.at]))
-        unit = "" if row.unit == "1" else f" {row.unit}"
-        far = f"{where}: {shown(row.published)} → {shown(row.corrected)}{unit}"
-    agreement = (counts.compared, counts.agrees, counts.explained, counts.named, counts.unexplained)
-    return (table.name, table.title, *(str(number) for number in (*agreement, counts.wrong)), far)
+def _counts(tables: Sequence[Table]) -> str:
+    rows = []
+    for table in tables:
+        counts, worst = summarise([table]), table.worst
+        far = "–"
+        if worst is not None:
+            where = ", ".join(filter(None, [worst.quantity, worst.at]))
+            far = f"{where}: {_shown(worst.published)} → {_shown(worst.corrected)}{_unit(worst)}"
+        rows.append((table.name, table.title, *map(str, vars(counts).values()), far))
+    numbers = ("cells", "agree", "explained", "named", "unexplained", "wrong")
+    return markdown(("table", "content", *numbers, "largest error (published → corrected)"), rows)
 
 
 def _remarks(tables: Sequence[Table]) -> str:
-    lines = [f"- *{table.name}*: {remark}" for table in tables for remark in table.remarks]
-    return "### What is wrong with the tables\n\n" + "\n".join(lines) + "\n"
+    return "\n".join(f"- *{table.name}*: {remark}" for table in tables for remark in table.remarks)
 
 
-def _misprints(tables: Sequence[Table]) -> str:
-    rows = misprinted(tables)
-    single = [row for row in rows if row.slip is None or not row.slip.is_rounding]
-    rounded = [row for row in rows if row.slip is not None and row.slip.is_rounding]
-    text = "### Errors in single cells\n\n"
-    if single:
-        header = ("table", "quantity", "at", "published", "as published", "explanation")
-        text += _markdown(header, [_misprint_line(row) for row in single])
-    else:
-        text += "None.\n"
+def _misprints(tables: Sequence[Table]) -> Iterator[str]:
+    figures = misprinted(tables)
+    single = [figure for figure in figures if not _is_rounding(figure)]
+    rounded = [figure for figure in figures if _is_rounding(figure)]
+    header = ("table", "quantity", "at", "published", "as published", "explanation")
+    rows = []
+    for figure in single:
+        unexplained = figure.status is Status.UNEXPLAINED or figure.slip is None
+        what = "**unexplained**" if unexplained else _what(figure)
+        both = _shown(figure.published), _shown(figure.as_published)
+        rows.append((figure.table, figure.quantity, figure.at, *both, what))
+    yield markdown(header, rows) if rows else "None."
     if rounded:
-        largest = max(row.difference for row in rounded)
-        text += (
-            f"\nIn addition, {len(rounded)} cells were computed with an intermediate figure rounded or "
-            f"truncated by hand (largest effect {largest:.3g} {rounded[0].unit}); `--json` lists them.\n"
+        largest = max(figure.difference for figure in rounded)
+        yield (
+            f"In addition, {len(rounded)} cells were computed with an intermediate figure rounded or "
+            f"truncated by hand (largest effect {largest:.3g} {rounded[0].unit}); `--json` lists them."
         )
-    return text
 
 
-def _misprint_line(row: Row) -> tuple[str, ...]:
-    what = "**unexplained**" if row.status is Status.UNEXPLAINED or row.slip is None else row.slip.text
-    return (row.table, row.quantity, row.at, shown(row.published), shown(row.as_published), what)
-
-
-def _important(tables: Sequence[Table]) -> str:
+def _largest(tables: Sequence[Table]) -> str:
     header = ("table", "quantity", "at", "unit", "published", "as published", "corrected", "cause")
-    rows = [row for table in tables for row in worst_of_each_quantity(table)]
-    lines = [
+    rows = [
         (
-            row.table,
-            row.quantity,
-            row.at,
-            row.unit,
-            shown(row.published),
-            shown(row.as_published),
-            shown(row.corrected),
-            row.cause,
+            *(f.table, f.quantity, f.at, f.unit),
+            *(_shown(value) for value in (f.published, f.as_published, f.corrected)),
+            f.cause,
         )
-        for row in rows
+        for table in tables
+        for f in table.wrong_of_each_quantity
     ]
-    title = "### The largest error of each quantity\n\n"
-    return title + (_markdown(header, lines) if lines else "None differs.\n")
+    return markdown(header, rows) if rows else "None differs."
+
+
+# As printed, from the two litres of the engine, and from the piston area of table 7; mm.
+_BORES = (76.0, 82.3, 87.0)
+_SENSITIVITY = """\
+The bore is printed as 76 mm; two litres need 82.3 mm, and table 7 was computed with 87 mm.
+Corrected peak axial force at the worse end (tension positive) and peak wall force, in kN:
+"""
 
 
 def _sensitivity() -> str:
-    found = bore_sensitivity()
-    cases = dict.fromkeys((load.rpm, load.case) for load in found)
-    lines = []
-    for rpm, case in cases:
-        by_bore = {load.bore: load for load in found if (load.rpm, load.case) == (rpm, case)}
-        cells = [_peak(by_bore[bore]) if bore in by_bore else "does not occur" for bore in BORES]
-        lines.append((str(rpm), "wall force" if case == "side" else case, *cells))
-    header = ("rpm", "peak", *(f"bore {bore:g} mm" for bore in BORES))
-    return (
-        "### Effect of the bore\n\n"
-        "The bore is printed as 76 mm; two litres need 82.3 mm, and table 7 was computed with 87 mm.\n"
-        "Corrected peak axial force at the worse end (tension positive) and peak wall force, in kN:\n\n"
-        + _markdown(header, lines)
-    )
+    """The peak forces of León's rod with each of the bores."""
+    peaks: dict[tuple[int, str], dict[float, str]] = {}
+    for rpm in leon.SPEEDS:
+        for bore in _BORES:
+            cycle = CrankCycle(leon.engine(bore), leon.ROD, shipped_trace(leon.SOURCE), rpm * RPM)
+            for case in peak_cases(cycle).cases:
+                axial = max(float(case.pin_axial), float(case.crank_axial), key=abs)
+                force = float(case.wall) if case.name == "side" else axial
+                text = f"{_shown(round(force / 1e3, 2))} at {float(case.crank_angle) / DEG:.0f}°"
+                if case.name in _PEAKS:
+                    peaks.setdefault((rpm, _PEAKS[case.name]), {})[bore] = text
+    rows = [
+        (str(rpm), name, *(by_bore.get(bore, "does not occur") for bore in _BORES))
+        for (rpm, name), by_bore in peaks.items()
+    ]
+    return markdown(("rpm", "peak", *(f"bore {bore:g} mm" for bore in _BORES)), rows)
 
 
-def _peak(load: PeakLoad) -> str:
-    force = load.wall if load.case == "side" else load.axial
-    return f"{shown(round(force / 1e3, 2))} at {load.crank_deg:.0f}°"
+_PEAKS = {"tension": "tension", "compression": "compression", "side": "wall force"}
 
 
-def shown(value: float | None) -> str:
+def _shown(value: float | None) -> str:
     """Seven significant digits, without a negative zero."""
     return "–" if value is None else f"{value + 0.0:.7g}".replace("-", "−")
-
-
-def _markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    escaped = ([cell.replace("|", r"\|") for cell in line] for line in lines)
-    return "\n".join("| " + " | ".join(line) + " |" for line in escaped) + "\n"
