@@ -13,13 +13,12 @@ import sys
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fea.apps.result import Result, analyse, prepare
     from fea.run.prepare import PreparedRod
     from fea.solid.scikit_fem import basis, stiffness_coo, to_skfem
-    from fea.study.flags import RunFlags
     from fea.study.study import Study, load_study
 
 __all__ = [
@@ -67,9 +66,7 @@ def __getattr__(name: str) -> Any:
     return getattr(import_module(_HOMES[name]), name)
 
 
-def run(
-    study: "str | Path | Study" = "leon-2001", **flags: "Unpack[RunFlags]"
-) -> dict[str, Any] | list[dict[str, Any]]:
+def run(study: "str | Path | Study" = "leon-2001", **flags: Any) -> dict[str, Any] | list[dict[str, Any]]:
     """Analyse a study at each of its speeds and write a run for each, as ``fea run`` does.
 
     Parameters
@@ -79,8 +76,8 @@ def run(
     **flags
         Those of ``fea run`` by their Python names: ``rpm`` (a number, a list or text), ``size``,
         ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``tolerance``, ``min_safety``,
-        ``assembly``, ``screenshot``, ``report``, ``pvd_step``, ``cycle``, ``fatigue``, ``buckling``,
-        ``animate``, ``out``.
+        ``matrix_assembly``, ``material``, ``engine``, ``screenshot``, ``report``, ``pvd_step``, ``cycle``,
+        ``fatigue``, ``buckling``, ``animate``, ``out``.
 
     Returns
     -------

@@ -15,12 +15,12 @@ class ShankSection(StrEnum):
     RECTANGULAR = "rectangular"
 
 
-def _mm(what: str, default: Any = MISSING) -> Any:
-    return field(metadata={"unit": "mm", "help": what}, default=default)
+def _mm(what: str, default: Any = MISSING, **more: str) -> Any:
+    return field(metadata={"unit": "mm", "help": what, **more}, default=default)
 
 
-def _option(what: str) -> Any:
-    return _mm(what, default=0.0)
+def _option(what: str, example: str, **more: str) -> Any:
+    return _mm(what, default=0.0, example=example, **more)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,13 +28,18 @@ class Dimensions:
     """Dimensions of a connecting rod in its own frame, unchecked (`geometry.rod.Rod` checks them).
 
     The crank-pin bore is at the origin, +x leads to the small end, z runs along the pins. The metadata of a
-    field are its unit and its help; `key` is its key in a study.
+    field are its unit and its help, and for the commented study an example and what stands above it; `key` is
+    its key in a study.
     """
 
     length: float = _mm("distance between the centres of the bores")
     big_end_bore: float = _mm("bore diameter")
     small_end_bore: float = _mm("bore diameter, of the bushing if there is one")
-    big_end_ring: float = _mm("radial thickness")
+    big_end_ring: float = _mm(
+        "radial thickness",
+        above="All other dimensions follow from these three in usual proportions (shown here) unless they "
+        "are given:",
+    )
     big_end_width: float = _mm("along the pins")
     small_end_ring: float = _mm("radial thickness, with the bushing")
     small_end_width: float = _mm("along the pins")
@@ -52,20 +57,24 @@ class Dimensions:
     pocket_floor_radius: float = _mm("radius between flange and web")
     pocket_setback: float = _mm("distance of the pockets' ends from the rings")  # or feet of the ring steps
     # Options: 0 leaves them out.
-    small_end_crown_width: float = _option("slanted small end: its width at the crown")
+    small_end_crown_width: float = _option(
+        "slanted small end: its width at the crown",
+        "18.0",
+        above="Optional features, left out unless they are given:",
+    )
     bushing: float = _option(
-        "wall thickness of a bushing in the small end; for its material see [material.bushing]"
+        "wall thickness of a bushing in the small end; for its material see [material.bushing]", "1.5"
     )
-    oil_hole: float = _option("diameter of a hole through the crown of the small end")
+    oil_hole: float = _option("diameter of a hole through the crown of the small end", "3.0")
     cap_bolt: float = _option(
-        "diameter of two bolt holes beside the big end; the next three keys belong to it"
+        "diameter of two bolt holes beside the big end; the next three keys belong to it", "8.0"
     )
-    cap_bolt_spacing: float = _option("distance between the axes of the bolts")
-    cap_boss_length: float = _option("length of the bosses around the bolts, along the rod")
-    cap_boss_fillet: float = _option("radius between boss and ring")
+    cap_bolt_spacing: float = _option("distance between the axes of the bolts", "80.0")
+    cap_boss_length: float = _option("length of the bosses around the bolts, along the rod", "40.0")
+    cap_boss_fillet: float = _option("radius between boss and ring", "4.0")
     # A chamfer's height along the axis is how much it widens the bore's radius.
-    big_end_chamfer: float = _option("45° chamfers of the bores' ends")
-    small_end_chamfer: float = _option("not together with small_end_crown_width_mm")
+    big_end_chamfer: float = _option("45° chamfers of the bores' ends", "0.5")
+    small_end_chamfer: float = _option("not together with small_end_crown_width_mm", "0.5")
 
     @property
     def big_end_radius(self) -> float:

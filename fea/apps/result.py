@@ -1,9 +1,10 @@
 """The Python interface to an analysis: `analyse` computes, a `Result` shows and writes what was found."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 from fea.machine.clock import Clock
 from fea.output.folder import run_folder
@@ -18,7 +19,7 @@ from fea.run.outcome import Outcome, outcome
 from fea.run.prepare import PreparedRod
 from fea.run.prepare import prepare as prepared
 from fea.run.summary_file import SUMMARY
-from fea.study.flags import AnalysisFlags, python_flags
+from fea.study.flags import python_flags
 from fea.study.study import DEFAULT_STUDY, Study, load_study
 from geometry.errors import require
 
@@ -150,7 +151,7 @@ class Result(Outcome):
             return head(replace(run, picture=still(place, run)))
 
 
-def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisFlags]) -> Result:
+def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Any) -> Result:
     """Analyse a study at one speed and return what was found; nothing is written to disk.
 
     Parameters
@@ -159,9 +160,9 @@ def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisF
         A study, a shipped one by name, or the path of a TOML file.
     **flags
         Those of ``fea run`` that ask for figures, by their Python names: ``rpm`` (a number), ``size``,
-        ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``assembly``, ``cycle``,
-        ``fatigue``, ``buckling``, ``tolerance``, ``min_safety``; and ``report``, which keeps what a report
-        needs to show every crank angle.
+        ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``matrix_assembly``,
+        ``cycle``, ``fatigue``, ``buckling``, ``tolerance``, ``min_safety``, ``material``, ``engine``; and
+        ``report``, which keeps what a report needs to show every crank angle.
 
     Raises
     ------
@@ -188,7 +189,7 @@ def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisF
     return result_of(outcome(asked, adapted, adapted.at(speeds[0])))
 
 
-def prepare(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisFlags]) -> PreparedRod:
+def prepare(study: str | Path | Study = DEFAULT_STUDY, **flags: Any) -> PreparedRod:
     """Draw and mesh the rod of a study, and prepare stiffness, loads and recovery: what `analyse` solves.
 
     Parameters and errors are those of `analyse`; the mesh is not refined.
@@ -203,9 +204,9 @@ def prepare(study: str | Path | Study = DEFAULT_STUDY, **flags: Unpack[AnalysisF
     return prepared(_asked(study, flags))
 
 
-def _asked(study: str | Path | Study, flags: AnalysisFlags) -> Study:
+def _asked(study: str | Path | Study, flags: Mapping[str, Any]) -> Study:
     found = study if isinstance(study, Study) else load_study(study)
-    return python_flags(flags, AnalysisFlags).applied(found)
+    return python_flags(flags, writes=False).applied(found)
 
 
 def result_of(found: Outcome) -> Result:

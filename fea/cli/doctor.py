@@ -1,27 +1,19 @@
 """`fea doctor`."""
 
-import sys
-
 from rich.console import Console
 from rich.table import Table
 
+from fea.cli.options import Json, print_json
 
-def doctor(*, json: bool = False) -> int:
-    """Check what this machine needs to run fea, and what is installed.
 
-    Parameters
-    ----------
-    json
-        Print the findings as JSON.
-    """
+def doctor(*, json: Json = False) -> int:
+    """Check what this machine needs to run fea, and what is installed."""
     from fea.machine.doctor import examine
 
     findings = examine()
     ready = all(finding.good or not finding.needed for finding in findings)
     if json:
-        from fea.output.json_file import json_text
-
-        sys.stdout.write(json_text([vars(finding) for finding in findings]))
+        print_json([vars(finding) for finding in findings])
     else:
         console = Console(highlight=False)
         table = Table(box=None, pad_edge=False)

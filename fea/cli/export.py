@@ -5,8 +5,10 @@ from pathlib import Path
 
 from rich.console import Console
 
+from fea.cli.options import Json, Quiet, Threads, print_json, print_written
 
-def export(run: Path, file: Path, *, json: bool = False, quiet: bool = False) -> None:
+
+def export(run: Path, file: Path, *, json: Json = False, quiet: Quiet = False) -> None:
     """Write a run for another program: a CalculiX deck with its loads, or its mesh with the results.
 
     Parameters
@@ -16,26 +18,19 @@ def export(run: Path, file: Path, *, json: bool = False, quiet: bool = False) ->
     file
         The file to write. .inp: a deck for CalculiX and Abaqus with every load case as a step; .vtu, .vtk,
         .xdmf, .msh, .med: mesh and results; .bdf, .nas: the mesh; .stl, .ply: its surface.
-    json
-        Print what was written as JSON and nothing else.
-    quiet
-        Print nothing.
     """
     from fea.apps.export_run import export_run
 
     made = export_run(run, file)
     if json:
-        from fea.output.json_file import json_text
-
-        sys.stdout.write(json_text({"files": [str(path) for path in made.files], "notes": list(made.notes)}))
+        print_json({"files": made.files, "notes": made.notes})
     elif not quiet:
-        for path in made.files:
-            sys.stdout.write(f"Wrote {path}\n")
+        print_written(made.files)
         for note in made.notes:
             sys.stdout.write(f"Note: {note}.\n")
 
 
-def report(run: Path, *, threads: int | None = None, json: bool = False, quiet: bool = False) -> None:
+def report(run: Path, *, threads: Threads = None, json: Json = False, quiet: Quiet = False) -> None:
     """Write the report of an earlier run: the whole analysis in one file, with the rod in 3-D.
 
     Parameters
@@ -43,12 +38,6 @@ def report(run: Path, *, threads: int | None = None, json: bool = False, quiet: 
     run
         The folder of a run, such as results/leon-2001-6000rpm, or that of a run at several speeds. The
         report is report.html in the folder of each speed.
-    threads
-        Number of solver threads; default: all processors.
-    json
-        Print what was written as JSON and nothing else.
-    quiet
-        Print nothing.
     """
     from fea.machine.threads import limit_threads
 
@@ -61,12 +50,9 @@ def report(run: Path, *, threads: int | None = None, json: bool = False, quiet: 
     with stages(silent=quiet or json) as listener:
         reports = report_run(run, listener)
     if json:
-        from fea.output.json_file import json_text
-
-        sys.stdout.write(json_text({"files": [str(path) for path in reports]}))
+        print_json({"files": reports})
     elif not quiet:
-        for path in reports:
-            sys.stdout.write(f"Wrote {near(path)}\n")
+        print_written(near(path) for path in reports)
 
 
 def view(file: Path, *, field: str | None = None, out: Path | None = None) -> None:

@@ -1,10 +1,10 @@
 """`fea init`."""
 
-import sys
 from pathlib import Path
 
 from rich.console import Console
 
+from fea.cli.options import print_json
 from geometry.errors import InvalidValue, require
 
 
@@ -18,7 +18,7 @@ def init(file: Path = Path("study.toml"), *, engine: str | None = None) -> None:
     engine
         Write the study of an engine of the library: toyota-2jz, jeep-4.0, …; any other name lists all.
     """
-    from fea.study.template import template
+    from fea.study.documents import template
 
     require(not file.is_dir(), "FILE", str(file), "is a directory", "Name a file.")
     if not file.suffix:
@@ -49,7 +49,7 @@ def _schema_beside(study: Path) -> Path | None:
     """Write the schema that the study's first line names, unless a file of the user's has that name."""
     from fea.output.json_file import json_text
     from fea.output.text import write_text
-    from fea.study.schema import SCHEMA_FILE, is_schema, study_schema
+    from fea.study.documents import SCHEMA_FILE, is_schema, study_schema
 
     path = study.parent / SCHEMA_FILE
     if path.exists() and not is_schema(path.read_text(encoding="utf-8", errors="replace")):
@@ -60,7 +60,6 @@ def _schema_beside(study: Path) -> Path | None:
 
 def schema() -> None:
     """Print the JSON Schema of a study, for editors and other programs."""
-    from fea.output.json_file import json_text
-    from fea.study.schema import study_schema
+    from fea.study.documents import study_schema
 
-    sys.stdout.write(json_text(study_schema()))
+    print_json(study_schema())

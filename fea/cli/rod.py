@@ -4,31 +4,31 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+from fea.cli.options import DEFAULT_SIZE, Json, Quiet, StudyName, print_json, print_written, takes
 from fea.machine.exit_codes import CHECK_FAILED
-from fea.study.study import DEFAULT_STUDY
+from fea.study.flags import NO_FLAGS, Flags
+from fea.study.study import DEFAULT_STUDY, load_study
+from geometry.errors import require
 
 
+@takes(size=DEFAULT_SIZE)
 def rod(
-    study: str = DEFAULT_STUDY,
+    study: StudyName = DEFAULT_STUDY,
     *,
-    size: float | None = None,
+    flags: Flags = NO_FLAGS,
     step: Path | None = None,
     screenshot: bool = False,
     fit: str | None = None,
     mass_kg: float | None = None,
     center_of_gravity_mm: float | None = None,
     inertia_kg_m2: float | None = None,
-    json: bool = False,
-    quiet: bool = False,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> int:
     """Show mass properties and sections of the rod; export STEP; fit dimensions to a mass.
 
     Parameters
     ----------
-    study
-        A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.
-    size
-        Element size, mm; default: 1/28 of the rod's length, smaller on fillets, bores and webs.
     step
         Write the whole solid to this STEP file.
     screenshot
@@ -43,24 +43,15 @@ def rod(
         Target centre of gravity for --fit, mm from the crank pin.
     inertia_kg_m2
         Target moment of inertia for --fit, kg m², about the pin-parallel axis through the centre of gravity.
-    json
-        Print the figures as JSON and nothing else.
-    quiet
-        Print nothing.
     """
-    from fea.study.flags import Flags
-    from fea.study.study import load_study
-
-    asked = Flags(size=size).applied(load_study(study))
+    asked = flags.applied(load_study(study))
     if fit is not None:
         from fea.run.rod_report import fitted
 
         table, found = fitted(asked, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
         if json:
-            from fea.output.json_file import json_text
-
             outcome = {"met": found.met, "residuals": found.residuals, "at_limit": found.at_limit}
-            sys.stdout.write(json_text(outcome | {"rod": vars(found.rod)}))
+            print_json(outcome | {"rod": vars(found.rod)})
         elif not quiet:
             sys.stdout.write(f"# {found.text()}\n{replace(asked, rod=table).text()}")
         if not found.met:
@@ -84,15 +75,12 @@ def rod(
 
         written.append(picture_of_mesh(mesh, asked.name, Path("results")))
     if json:
-        from fea.output.json_file import json_text
-
-        sys.stdout.write(json_text(figures))
+        print_json(figures)
     elif not quiet:
         from fea.output.terminal.rod import print_rod
 
         print_rod(figures)
-        for path in written:
-            sys.stdout.write(f"Wrote {path}\n")
+        print_written(written)
     return 0
 
 
@@ -101,7 +89,6 @@ def _require_plain(
 ) -> None:
     """Refuse targets without --fit, and a STEP file in a directory that does not exist."""
     from fea.output.target import require_target
-    from geometry.errors import require
 
     targets = {"mass": mass_kg, "center-of-gravity": center_of_gravity_mm, "inertia": inertia_kg_m2}
     remedy = "Name the dimensions to adjust with --fit."

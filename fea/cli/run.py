@@ -1,41 +1,28 @@
 """`fea run`."""
 
 import sys
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from cyclopts import Parameter
-
+from fea.cli.options import Json, Quiet, StudyName, Threads, one_or_all, print_json, print_written, takes
 from fea.machine.exit_codes import CHECK_FAILED, MACHINE, UNSAFE
-from fea.study.flags import Flags
-from fea.study.study import DEFAULT_STUDY
+from fea.study.flags import NO_FLAGS, Flags
+from fea.study.study import DEFAULT_STUDY, load_study
 
 if TYPE_CHECKING:
     from fea.run.figures import Summary
 
 
+@takes()
 def run(
-    study: str = DEFAULT_STUDY,
+    study: StudyName = DEFAULT_STUDY,
     *,
-    flags: Annotated[Flags, Parameter(name="*")] = Flags(),  # noqa: B008 - frozen
-    threads: int | None = None,
-    json: bool = False,
-    quiet: bool = False,
+    flags: Flags = NO_FLAGS,
+    threads: Threads = None,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> int:
-    """Analyse a rod: stresses and safety factors at the peaks of the crank cycle.
-
-    Parameters
-    ----------
-    study
-        A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.
-    threads
-        Number of solver threads; default: all processors.
-    json
-        Print the summary as JSON and nothing else.
-    quiet
-        Print nothing.
-    """
+    """Analyse a rod: stresses and safety factors at the peaks of the crank cycle."""
     from fea.machine.threads import limit_threads
-    from fea.study.study import load_study
 
     limit_threads(threads)
     asked = flags.applied(load_study(study))
@@ -48,16 +35,13 @@ def run(
         reports = run_study(asked, listener, ahead)
     summaries = [report.summary for report in reports]
     if json:
-        from fea.output.json_file import json_text
-
-        sys.stdout.write(json_text(summaries[0] if len(summaries) == 1 else summaries))
+        print_json(one_or_all(summaries))
     elif not quiet:
         from fea.output.target import near
         from fea.output.terminal.run import print_runs
 
         print_runs([(report.folder, report.summary) for report in reports])
-        for film in filter(None, (report.film for report in reports)):
-            sys.stdout.write(f"Wrote {near(film)}\n")
+        print_written(near(report.film) for report in reports if report.film)
     for complaint in dict.fromkeys(report.complaint for report in reports if report.complaint):
         sys.stderr.write(f"fea: {complaint}\n")
     code = verdict(summaries, asked.analysis.min_safety)

@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fea.cli.options import Json, Quiet, print_json, print_written
 from fea.machine.exit_codes import CHECK_FAILED
 
 if TYPE_CHECKING:
@@ -21,10 +22,10 @@ def sweep(
     retry_failed: bool = False,
     limit_minutes: float = 60.0,
     study: int | None = None,
-    json: bool = False,
-    quiet: bool = False,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> int:
-    """Compute many variants of a study: ranges, tolerances, the Pareto front, what matters most.
+    """Compute many variants of a study: ranges, tolerances, the Pareto front, sensitivities.
 
     Parameters
     ----------
@@ -35,17 +36,13 @@ def sweep(
     cluster
         Address of a Dask scheduler (tcp://host:8786), or a scheduler file, in place of this machine.
     out
-        Directory of the results; default: results/SWEEP. A sweep that was ended goes on where it was.
+        Directory of the results; default: results/SWEEP. An interrupted sweep resumes.
     retry_failed
         Compute failed rods again.
     limit_minutes
         Minutes that a rod may take; one that takes longer is ended and listed as failed.
     study
         Print the study of this row of the table, which fea run takes, and compute nothing.
-    json
-        Print what was done as JSON and nothing else.
-    quiet
-        Print nothing.
     """
     from fea.apps.sweep.sweep_file import load_sweep
 
@@ -70,9 +67,7 @@ def sweep(
         silent=quiet or json,
     )
     if json:
-        from fea.output.json_file import json_text
-
-        sys.stdout.write(json_text(report))
+        print_json(report)
     elif not quiet:
         _print(report)
     return CHECK_FAILED if report.failed or report.untrusted else 0
@@ -90,5 +85,4 @@ def _print(report: "SweepReport") -> None:
     for one in report.statistics.probabilities:
         bounds = f"{one.low:.3g} and {one.high:.3g}"
         sys.stdout.write(f"P({one.name} < 1) = {one.estimate:.3g}, 95 % between {bounds}\n")
-    for file in sorted(report.folder.glob("[rs]*")):
-        sys.stdout.write(f"Wrote {near(file)}\n")
+    print_written(near(file) for file in sorted(report.folder.glob("[rs]*")))

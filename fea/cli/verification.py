@@ -1,11 +1,11 @@
 """What the commands that compare results with known ones share: JSON rows, tables and reports."""
 
-import sys
 from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 from typing import Protocol
 
+from fea.cli.options import Json, Markdown, Quiet, print_json, print_written
 from fea.machine.exit_codes import CHECK_FAILED
 from fea.study.study import DEFAULT_STUDY
 
@@ -33,32 +33,25 @@ def show(
 ) -> None:
     """Print rows as JSON with so many significant digits, or as a table with the path of the report."""
     if json:
-        from fea.output.json_file import json_text
-
-        sys.stdout.write(json_text([row.as_dict() for row in rows], digits))
+        print_json([row.as_dict() for row in rows], digits)
     elif not quiet:
         table()
-        if report is not None:
-            sys.stdout.write(f"Wrote {report}\n")
+        print_written((report,))
 
 
 _DIGITS = 9
 
 
-def verify(*cases: str, json: bool = False, report: Path | None = None, quiet: bool = False) -> int:
+def verify(*cases: str, json: Json = False, report: Path | None = None, quiet: Quiet = False) -> int:
     """Solve benchmark problems with known answers, with the elements, solver and recovery of a run.
 
     Parameters
     ----------
     cases
         Cases to solve (le1, le10, le11, lame, goodier, cook, …); default: all of them.
-    json
-        Print every row as JSON and nothing else.
     report
         Write a Markdown report to this file (.md), with its plot next to it; it also solves every case on
         coarser meshes.
-    quiet
-        Print nothing.
     """
     from fea.machine.clock import stages
     from fea.output.target import require_report
@@ -79,19 +72,13 @@ def verify(*cases: str, json: bool = False, report: Path | None = None, quiet: b
 _STABILITY_DIGITS = 9
 
 
-def stability(*cases: str, json: bool = False, report: Path | None = None, quiet: bool = False) -> int:
+def stability(*cases: str, json: Json = False, report: Markdown = None, quiet: Quiet = False) -> int:
     """Solve ill-conditioned and extreme cases with known answers: no wrong result may pass unnoticed.
 
     Parameters
     ----------
     cases
         Cases to solve (contrast, slender, incompressible, …); default: all of them.
-    json
-        Print every row as JSON and nothing else.
-    report
-        Write a Markdown report to this file (.md), with its plot next to it.
-    quiet
-        Print nothing.
     """
     from fea.machine.clock import stages
     from fea.output.target import require_report
@@ -116,9 +103,9 @@ def converge(
     study: str = DEFAULT_STUDY,
     *,
     minutes: float = 10.0,
-    json: bool = False,
-    report: Path | None = None,
-    quiet: bool = False,
+    json: Json = False,
+    report: Markdown = None,
+    quiet: Quiet = False,
 ) -> int:
     """Measure error against run time, for a rod and two problems with exact solutions.
 
@@ -130,12 +117,6 @@ def converge(
     minutes
         Time for all compared computations, in minutes; the reference solution, on a very fine mesh of the
         rod, takes some minutes more.
-    json
-        Print every row as JSON and nothing else.
-    report
-        Write a Markdown report to this file (.md), with its plot next to it.
-    quiet
-        Print nothing.
     """
     from fea.machine.clock import stages
     from fea.output.target import require_report
@@ -166,7 +147,7 @@ _REPRODUCE_DIGITS = 12
 
 
 def reproduce(
-    source: str = "all", *, json: bool = False, report: Path | None = None, quiet: bool = False
+    source: str = "all", *, json: Json = False, report: Markdown = None, quiet: Quiet = False
 ) -> int:
     """Compare published figures with computed ones: every printed cell, and why it differs.
 
@@ -174,12 +155,6 @@ def reproduce(
     ----------
     source
         leon-2001, columba-2022, molina-2024 or all.
-    json
-        Print every row as JSON and nothing else.
-    report
-        Write a Markdown report to this file (.md), with its plots next to it.
-    quiet
-        Print nothing.
     """
     from fea.output.target import require_report
     from fea.verify.reproduce.printed import summarise

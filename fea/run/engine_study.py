@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from fea.run.rod_report import fitted
-from fea.study.engine_presets import EnginePreset, Figure, engine_preset
+from fea.study.documents import template
+from fea.study.presets import EnginePreset, Figure, engine_preset
 from fea.study.study import parse_study
 from fea.study.tables import toml_text
-from fea.study.template import template
 
 _MATERIAL = """[material]
 preset = "forged-steel-2005"  # not published for this engine: assumed

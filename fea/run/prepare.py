@@ -36,8 +36,8 @@ from fea.solvers.static import Model
 from fea.stress.recovery import PartRecovery
 from fea.stress.section_balance import SectionBalance
 from fea.stress.sharp_edges import SharpEdges
-from fea.study.option_tables import ContactTable
-from fea.study.study import AnalysisTable, Study
+from fea.study.option_tables import AnalysisTable, ContactTable
+from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
 from geometry.mass import MassProperties
@@ -341,7 +341,9 @@ class PreparedRod:
         model = self.model
         if self.clamped:
             relief, solver = Support.INERTIA_RELIEF, self.options.solver
-            model = Model(self.mesh.cell, model.material, relief, solver, assembly=self.options.assembly)
+            model = Model(
+                self.mesh.cell, model.material, relief, solver, assembly=self.options.matrix_assembly
+            )
         return Buckling(model, held_by_pins(self.mesh.bores.rod_length))
 
     @cached_property
@@ -443,7 +445,7 @@ def prepare(
         raise InvalidValue("material.nu", nu, rule, "Leave out --buckling: the column formulas remain.")
     elastic = of_parts(materials, cell.part)
     with clock("loads"):
-        body = inertia(cell, elastic.density, options.assembly)
+        body = inertia(cell, elastic.density, options.matrix_assembly)
         forces = NodalForces(cell, mesh.bores, body, options.prescribed, options.support)
     model = _model(mesh, materials, soft, options, clock)
     held = (Surface.BIG_END_BORE,) if options.support is Support.CLAMPED else ()
@@ -493,7 +495,9 @@ def _model(
 ) -> Model:
     if not soft:
         elastic = of_parts(materials, mesh.cell.part)
-        return Model(mesh.cell, elastic, options.support, options.solver, clock, assembly=options.assembly)
+        return Model(
+            mesh.cell, elastic, options.support, options.solver, clock, assembly=options.matrix_assembly
+        )
     from fea.solvers.mixed import MixedModel  # noqa: PLC0415 - metal rods do without
 
     return MixedModel(
@@ -503,5 +507,5 @@ def _model(
         options.support,
         solver=options.solver,
         clock=clock,
-        assembly=options.assembly,
+        assembly=options.matrix_assembly,
     )

@@ -381,7 +381,7 @@ def _model(rod: PreparedRod) -> ModelFigures:
         support=rod.options.support.value,
         pressure=rod.options.pressure,
         solver=rod.model.solver,
-        assembly=rod.options.assembly.value,
+        assembly=rod.options.matrix_assembly.value,
         quality=quality_figures(meshing.quality, meshing.repair),
         mesh_from_file=True if meshing.given else None,
     )

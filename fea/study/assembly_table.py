@@ -7,8 +7,8 @@ from typing import Any
 from fea.base.choices import CONTACT, BoltGrade, Split, ThreadRolled
 from fea.study.bolts import Thread, parse_thread
 from fea.study.material_table import MaterialTable
-from fea.study.tables import entries_of, nearest, read_table
-from geometry.errors import InvalidValue, require, require_number, require_positive
+from fea.study.tables import Table, entries_of, key, nearest, not_negative, read_table, within
+from geometry.errors import InvalidValue, require, require_positive
 from geometry.rod import Rod
 
 # Of joint planes: an oblique split of 30° to 60° is usual.
@@ -21,86 +21,91 @@ _LARGEST_TIGHTENING_FACTOR = 4.0
 # Of machined steel on steel, 0.1 (oiled) to 0.2 (dry) in handbooks; serrated and fractured joints hold more.
 JOINT_FRICTION = 0.15
 _TIGHTENED = ("bolt_preload_kN", "bolt_torque_Nm", "bolt_stretch_mm")
-_POSITIVE = (
-    *_TIGHTENED,
-    "bolt_grip_mm",
-    "bolt_engaged_mm",
-    "bolt_head_mm",
-    "bolt_nut_mm",
-    "bolt_shank_mm",
-    "shell_thickness_mm",
-)
-_NOT_NEGATIVE = (
-    "bolt_free_thread_mm",
-    "bolt_embedding_um",
-    "bushing_interference_mm",
-    "shell_interference_mm",
-)
+_friction = within(_LEAST_FRICTION, _LARGEST_FRICTION)
 
 
 @dataclass(frozen=True)
-class AssemblyTable:
-    """[assembly]: interferences are diametral; bolts are tightened by one of preload, torque and stretch.
+class AssemblyTable(
+    Table,
+    table="assembly",
+    intro="The rod as it is built: cap, bolts, bushing, bearing shells; needs the bolt holes of [rod] "
+    "(cap_bolt_mm), or a CAD file with a cap. The pins are in contact. What is left out is assumed, and the "
+    "run "
+    "says what",
+    optional=True,
+):
+    """[assembly]: bolts are tightened by one of preload, torque and stretch.
 
-    `split` is the angle in degrees between the joint plane's normal and the rod. `bolt_grip_mm` reaches from
-    the seat of the head to that of the nut or, for a screw, to the first engaged thread; `bolt_head_mm` and
-    `bolt_nut_mm` are the outer diameters of the seats. What is left out is assumed
-    (`fea.judge.bolt_choice`).
+    What is left out is assumed (`fea.judge.bolt_choice`).
     """
 
-    split: Split | float = Split.STRAIGHT
-    bolt_preload_kN: float | None = None
-    bolt_torque_Nm: float | None = None
-    bolt_stretch_mm: float | None = None
-    thread_friction: float | None = None
-    head_friction: float | None = None
-    bolt_thread: str | None = None
-    bolt_grade: BoltGrade | float | None = None
-    bolt_thread_rolled: ThreadRolled | None = None
-    bolt_grip_mm: float | None = None
-    bolt_engaged_mm: float | None = None
-    bolt_head_mm: float | None = None
-    bolt_nut_mm: float | None = None
-    bolt_shank_mm: float | None = None
-    bolt_free_thread_mm: float | None = None
-    bolt_embedding_um: float | None = None
-    bolt_tightening_factor: float | None = None
-    bushing_interference_mm: float | None = None
-    shell_thickness_mm: float | None = None
-    shell_interference_mm: float | None = None
-    joint_friction: float | None = None
-    temperature_C: float | None = None
+    split: Split | float = key(
+        '"straight"',
+        "or the angle in degrees between the normal of an oblique joint and the rod",
+        default=Split.STRAIGHT,
+    )
+    bolt_preload_kN: float | None = key(
+        "28.0",
+        "of each bolt; or one of the next two. Default: 90 % of its yield strength, as in VDI 2230",
+        require_positive,
+    )
+    bolt_torque_Nm: float | None = key("35.0", check=require_positive)
+    bolt_stretch_mm: float | None = key("0.12", "of the bolt between its ends", require_positive)
+    thread_friction: float | None = key("0.12", check=_friction)
+    head_friction: float | None = key("0.12", "under the head", _friction)
+    bolt_thread: str | None = key(
+        '"M8x1"', "default: the largest that goes through the hole, with a fine pitch"
+    )
+    bolt_grade: BoltGrade | float | None = key(
+        '"10.9"', 'property class: "8.8", "9.8", "12.9"; others by their strengths in [material.bolt]'
+    )
+    bolt_thread_rolled: ThreadRolled | None = key(
+        '"before-heat-treatment"', 'or "after-heat-treatment", which bears more'
+    )
+    bolt_grip_mm: float | None = key(
+        "40.0",
+        "from the seat of the head to that of the nut; less: a screw in a threaded hole",
+        require_positive,
+    )
+    bolt_engaged_mm: float | None = key("10.0", "thread of a screw in the rod", require_positive)
+    bolt_head_mm: float | None = key("11.6", "outer diameter of the seat under the head", require_positive)
+    bolt_nut_mm: float | None = key("11.6", "under the nut", require_positive)
+    bolt_shank_mm: float | None = key("8.0", check=require_positive)
+    bolt_free_thread_mm: float | None = key("12.8", "length of thread within the grip", not_negative)
+    bolt_embedding_um: float | None = key(
+        "11.0", "of all surfaces of a bolt together, which takes some of its preload", not_negative
+    )
+    bolt_tightening_factor: float | None = key(
+        "1.6",
+        "largest over least preload of the way of tightening",
+        within(1.0, _LARGEST_TIGHTENING_FACTOR),
+    )
+    bushing_interference_mm: float | None = key(
+        "0.04", "diametral; without it the bushing is bonded", not_negative
+    )
+    shell_thickness_mm: float | None = key(
+        "1.5", "bearing shells inside the big end's ring", require_positive
+    )
+    shell_interference_mm: float | None = key(
+        "0.03", "diametral, from the crush of both shells", not_negative
+    )
+    joint_friction: float | None = key("0.15", "between cap and rod", within(0.0, _LARGEST_FRICTION))
+    temperature_C: float | None = key(
+        "120.0",
+        "of all parts: fits and preload change with it from 20 °C; moduli do not",
+        within(_COLDEST, _HOTTEST),
+    )
 
     def __post_init__(self) -> None:
         """Refuse values that no assembly has, and keys that contradict each other."""
-        for key, value in self._given(_POSITIVE).items():
-            require_positive(f"assembly.{key}", value)
-        for key, value in self._given(_NOT_NEGATIVE).items():
-            require_number(f"assembly.{key}", value)
-            require(value >= 0, f"assembly.{key}", value, "must not be negative")
-        for key, value in self._given(("thread_friction", "head_friction")).items():
-            self._within(key, value, _LEAST_FRICTION, _LARGEST_FRICTION)
-        self._within("joint_friction", self.joint_friction, 0.0, _LARGEST_FRICTION)
-        self._within("bolt_tightening_factor", self.bolt_tightening_factor, 1.0, _LARGEST_TIGHTENING_FACTOR)
-        self._within("temperature_C", self.temperature_C, _COLDEST, _HOTTEST)
-        self._within("split", self.split_angle, -LARGEST_SPLIT, LARGEST_SPLIT)
-        self._require_one_of(_TIGHTENED)
-        self._require_one_of(("bolt_nut_mm", "bolt_engaged_mm"))
-        _ = self.thread, self.grade
-
-    def _given(self, keys: tuple[str, ...]) -> dict[str, Any]:
-        return {key: getattr(self, key) for key in keys if getattr(self, key) is not None}
-
-    def _within(self, key: str, value: float | None, least: float, most: float) -> None:
-        if value is not None:
-            require_number(f"assembly.{key}", value)
-            require(least <= value <= most, f"assembly.{key}", value, f"must be {least:g} to {most:g}")
-
-    def _require_one_of(self, keys: tuple[str, ...]) -> None:
-        given = list(self._given(keys))
-        if len(given) > 1:
+        super().__post_init__()
+        within(-LARGEST_SPLIT, LARGEST_SPLIT)("assembly.split", self.split_angle)
+        for keys in (_TIGHTENED, ("bolt_nut_mm", "bolt_engaged_mm")):
+            given = [name for name in keys if getattr(self, name) is not None]
             rule = f"cannot be combined with {' and '.join(given[1:])}"
-            raise InvalidValue(f"assembly.{given[0]}", getattr(self, given[0]), rule, "Keep one of them.")
+            for name in given[:-1]:
+                raise InvalidValue(f"assembly.{name}", getattr(self, name), rule, "Keep one of them.")
+        _ = self.thread, self.grade
 
     @property
     def split_angle(self) -> float:

@@ -2,13 +2,13 @@
 
 import dataclasses
 import math
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any
 
-from fea.base.choices import PressureReference, PressureUnit
-from fea.study.engine_presets import EnginePreset, engine_preset
 from fea.study.paths import located
+from fea.study.presets import EnginePreset, engine_preset
+from fea.study.tables import Flag, key
 from fea.study.trace_columns import TraceKeys
 from fea.study.trace_import import Imported, Surroundings
 from fea.study.traces import SHIPPED, SUFFIXES, read_trace, shipped_trace
@@ -20,51 +20,60 @@ from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, GasModel, NoGas, Otto
 _CYCLES = ("boyle", "otto", "motored", "none")
 
 
-@dataclass(frozen=True)
-class EngineTable:
-    """[engine]: dimensions, masses and gas.
+@dataclass(frozen=True, kw_only=True)
+class EngineTable(
+    TraceKeys,
+    table="engine",
+    intro="With a preset, an engine of the library, its figures stand for keys that are not given. Alone it "
+    "can "
+    'also be given as `engine = "toyota-2jz"` above all tables. `fea init --engine NAME` writes a study with '
+    "its "
+    "sources.",
+):
+    """[engine]: dimensions, masses and gas; the keys of `TraceKeys` say how a file of pressures is read."""
 
-    `gas` is the name of a shipped trace, ``boyle``, ``otto``, ``motored``, ``none`` or a file; the keys
-    after it up to `heat_ratio` apply to the computed cycles, those that `TraceKeys` explains to a file, and
-    `atmosphere_bar` also to its absolute pressures.
-
-    `pin_offset_mm` is the distance of the cylinder axis, on which the piston pin moves, from the crank axis.
-    It is positive towards the side on which the crank pin is after top dead centre (engine +y): the rod is
-    then steeper in the expansion stroke, and the wall force smaller. An offset of the piston pin towards the
-    thrust side, as against piston slap, is negative. Crank angles count from the crank pin's position
-    parallel to the cylinder axis, above the crank axis: the piston is highest at asin(offset/(r + l)).
-
-    `preset` names an engine of the library (`fea.study.engine_presets`), whose figures stand for keys that
-    are not given.
-    """
-
-    stroke_mm: float
-    bore_mm: float
-    piston_mass_kg: float
-    cylinders: int = 1
-    phase_deg: float | None = None
-    pin_offset_mm: float = 0.0
-    friction: float = 0.0
-    gas: str = "none"
-    compression_ratio: float | None = None
-    peak_pressure_bar: float | None = None
-    intake_pressure_bar: float | None = None
-    atmosphere_bar: float | None = None
-    heat_ratio: float | None = None
-    angle_column: str | int | None = None
-    angle_offset_deg: float | None = None
-    pressure_column: str | int | None = None
-    pressure_unit: PressureUnit | None = None
-    pressure_reference: PressureReference | None = None
-    smoothing_deg: float | None = None
-    strokes: int | None = None
-    preset: str | None = None
+    preset: str | None = key(
+        '"toyota-2jz"',
+        "a name that does not exist lists all",
+        flag=Flag(
+            "engine",
+            "Engine of the library in place of the study's: toyota-2jz, jeep-4.0, …; any other name lists "
+            "all.",
+        ),
+    )
+    stroke_mm: float = key("94.0", default=MISSING, stated=True)
+    bore_mm: float = key("76.0", default=MISSING, stated=True)
+    piston_mass_kg: float = key("0.5", "with pin and rings", default=MISSING, stated=True)
+    cylinders: int = key("4", default=1, stated=True)
+    phase_deg: float | None = key("180.0", "crank angle between the firing of successive cylinders")
+    pin_offset_mm: float = key(
+        "0.0",
+        "distance of the cylinder axis from the crank axis, positive towards the side of the crank pin after "
+        "TDC: less wall force in the expansion stroke. A pin offset towards the thrust side, against piston "
+        "slap, is negative. Angles count from the crank pin parallel to the cylinder axis: TDC is "
+        "asin(offset/(crank radius + rod)) later",
+        default=0.0,
+    )
+    friction: float = key("0.0", "coefficient of friction between piston and wall", default=0.0)
+    gas: str = key(
+        '"otto"',
+        'or "leon-2001" (a measured trace), "boyle", "motored", "none", or a file of pressures over crank '
+        'angle, such as "trace.csv"',
+        default="none",
+        stated=True,
+    )
+    compression_ratio: float | None = key("10.0", stated=True)
+    peak_pressure_bar: float | None = key("60.0", stated=True)
+    intake_pressure_bar: float | None = key("1.01325", 'for "otto" and "motored"')
+    atmosphere_bar: float | None = key("1.01325", "pressure in the crankcase")
+    heat_ratio: float | None = key("1.4", 'of the gas, for "otto" and "motored"')
 
     def __post_init__(self) -> None:
         """Refuse keys of a trace that is not there."""
-        for key, value in TraceKeys.of(self).given.items():
+        super().__post_init__()
+        for name, value in self.given.items():
             rule, remedy = "says how a file is to be read, but gas names none", "Remove it, or give a file."
-            require(self._is_file, f"engine.{key}", value, rule, remedy)
+            require(self._is_file, f"engine.{name}", value, rule, remedy)
 
     @property
     def _is_file(self) -> bool:
@@ -76,7 +85,7 @@ class EngineTable:
 
     def with_gas(self, gas: str) -> "EngineTable":
         """Return the table with another gas; keys that say how a file is to be read stay for files only."""
-        unused: dict[str, Any] = {} if _is_file(gas) else dict.fromkeys(TraceKeys.of(self).given)
+        unused: dict[str, Any] = {} if _is_file(gas) else dict.fromkeys(self.given)
         return dataclasses.replace(self, gas=gas, **unused)
 
     def engine(self, rod_length: float) -> Engine:
@@ -136,7 +145,7 @@ class EngineTable:
         if self.atmosphere_bar is not None:
             require_positive("engine.atmosphere_bar", self.atmosphere_bar)
         around = Surroundings(self._atmosphere, self.compression_ratio)
-        return read_trace(Path(self.gas), TraceKeys.of(self), around)
+        return read_trace(Path(self.gas), self, around)
 
     @property
     def _atmosphere(self) -> float:

@@ -1,83 +1,56 @@
-"""The flags that override a study."""
+"""The flags that override a study; each is declared with its key."""
 
-import dataclasses
-import typing
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, TypedDict
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
-from fea.base.choices import Assembly, Element, Fatigue, SolverName, Support, Symmetry
 from fea.study.material_table import MaterialTable
-from fea.study.paths import absolute, parse_speeds
-from fea.study.study import Study
-from fea.study.tables import checked, number, unknown_key
-from geometry.errors import require, require_number
+from fea.study.study import TABLES, Study
+from fea.study.tables import Flag, checked, hints_of, keys_of, unknown_key
+from geometry.errors import require
 
 
 @dataclass(frozen=True)
+class Override:
+    """A flag, and the key that it overrides."""
+
+    flag: Flag
+    table: str
+    key: str
+
+    @property
+    def type(self) -> Any:
+        """The type of the flag's value."""
+        return self.flag.type or hints_of(TABLES[self.table])[self.key]
+
+    def value(self, given: Any) -> Any:
+        """Return the value of the key; raises `InvalidValue` if it has none such."""
+        if self.flag.parse is not None:
+            return self.flag.parse(given)
+        return checked(f"{self.table}.{self.key}", given, hints_of(TABLES[self.table])[self.key])
+
+
+def overrides() -> dict[str, Override]:
+    """Return all flags by their names in Python."""
+    return {
+        declared.flag.name: Override(declared.flag, table, key)
+        for table, cls in TABLES.items()
+        for key, declared in keys_of(cls).items()
+        if declared.flag is not None
+    }
+
+
 class Flags:
-    """The options of the command line; None leaves the study's value unchanged."""
+    """Values of flags by their names; None and False leave the study as it is.
 
-    rpm: str | None = None
-    """Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200)."""
+    Parameters
+    ----------
+    **values
+        Of the command line, or Python's: numbers and lists for ``rpm``, text for choices and paths.
+    """
 
-    material: str | None = None
-    """Material of the rod in place of the study's, by its name (a wrong one lists them all)."""
-
-    engine: str | None = None
-    """Engine of the library in place of the study's: toyota-2jz, jeep-4.0, …; any other name lists all."""
-
-    size: float | None = None
-    """Element size, mm, smaller on fillets, bores and webs: no refinement unless --tolerance is given."""
-
-    element: Element | None = None
-    """Order of the tetrahedra: p1 (4 nodes) or p2 (10 nodes); default: p2."""
-
-    support: Support | None = None
-    """Boundary condition: inertia-relief (default; nothing is clamped), or clamped at the big end."""
-
-    symmetry: Symmetry | None = None
-    """Part of the rod to solve; default: the smallest part that its mirror planes allow."""
-
-    pressure: str | None = None
-    """Pin load on the bores: cosine-180 (default), uniform-120, cosine-ARC, webster, bonded, contact."""
-
-    solver: SolverName | None = None
-    """Linear solver; default: auto, chosen by the memory that it needs."""
-
-    assembly: Assembly | None = None
-    """Assembly of the stiffness matrix: batched (the default), or scikit-fem, which is slower."""
-
-    cycle: bool = False
-    """Analyse the whole crank cycle, degree by degree: stress envelope, histories, fatigue."""
-
-    fatigue: Fatigue | None = None
-    """Mean-stress correction used with --cycle; default: goodman."""
-
-    buckling: bool = False
-    """Compute the buckling load factors and buckling shapes of the solid."""
-
-    tolerance: float | None = None
-    """Refine the mesh until the error bar of every peak is at most this, percent; default: 5; 0: never."""
-
-    min_safety: float | None = None
-    """Exit with code 6 unless every safety factor of the run, less its error bar, reaches this value."""
-
-    screenshot: bool = False
-    """Save a .png picture of each load case next to its .vtu file."""
-
-    report: bool = False
-    """Save report.html: the whole analysis in one file, with the rod in 3-D, for any browser, offline."""
-
-    pvd_step: float | None = None
-    """Save the fields of the cycle every so many degrees, for ParaView to play; needs --cycle."""
-
-    animate: Path | None = None
-    """Write an animation of the cycle to this file (.gif; .mp4 with imageio-ffmpeg); needs --cycle."""
-
-    out: Path | None = None
-    """Directory of the results; default: results/STUDY-RPMrpm. Only an earlier run is ever replaced."""
+    def __init__(self, **values: Any) -> None:
+        vars(self).update(values)
 
     def applied(self, study: Study) -> Study:
         """Return the study with the flags on top.
@@ -85,115 +58,46 @@ class Flags:
         Raises
         ------
         InvalidValue
-            A flag's value breaks a rule.
+            A flag's value breaks a rule, or there is no such flag.
         """
-        tables: dict[str, dict[str, Any]] = {
-            "speed": {"rpm": None if self.rpm is None else parse_speeds(self.rpm)},
-            "mesh": {"size_mm": number("mesh.size_mm", self.size), "element": self.element},
-            "analysis": {
-                "support": self.support,
-                "symmetry": self.symmetry,
-                "pressure": self.pressure,
-                "solver": self.solver,
-                "assembly": self.assembly,
-                "tolerance_percent": number("analysis.tolerance_percent", self.tolerance),
-                "min_safety": number("analysis.min_safety", self.min_safety),
-                "cycle": self.cycle or None,
-                "fatigue": self.fatigue,
-                "buckling": self.buckling or None,
-            },
-            "output": {
-                "screenshot": self.screenshot or None,
-                "report": self.report or None,
-                "pvd_step_deg": number("output.pvd_step_deg", self.pvd_step),
-                "directory": absolute("--out", self.out),
-                "animate": absolute("--animate", self.animate),
-            },
-        }
-        if self.material is not None:
-            study = dataclasses.replace(study, material=MaterialTable(preset=self.material))
-        if self.engine is not None:
+        known, changes = overrides(), dict[str, dict[str, Any]]()
+        aliases = {each.flag.alias: each for each in known.values() if each.flag.alias}
+        given = {name: value for name, value in vars(self).items() if not (value is None or value is False)}
+        for name, value in given.items():
+            flag = known.get(name) or aliases.get(name)
+            if flag is None:
+                raise unknown_key("flag", name, known)
+            changes.setdefault(flag.table, {})[flag.key] = flag.value(value)
+        if "material" in changes:
+            study = replace(study, material=MaterialTable(**changes.pop("material")))
+        if "engine" in changes:
             rule = "cannot be used with [forces], which replace an engine"
             remedy = "Leave it out, or remove [forces] from the study."
-            require(study.forces is None, "--engine", self.engine, rule, remedy)
-            study = study.with_engine(self.engine)
-        changes = {}
-        for name, values in tables.items():
-            given = {key: value for key, value in values.items() if value is not None}
-            if given:
-                changes[name] = dataclasses.replace(getattr(study, name), **given)
-        asked = dataclasses.replace(study, **changes)
-        still = self.rpm is None or study.forces is None
+            require(study.forces is None, "--engine", given["engine"], rule, remedy)
+            study = study.with_engine(changes.pop("engine")["preset"])
+        tables = {name: replace(getattr(study, name), **values) for name, values in changes.items()}
+        asked = replace(study, **tables)
         rule = "cannot be used with [forces], which have no speed"
-        require(still, "--rpm", self.rpm, rule, "Leave it out, or give an [engine].")
-        needs = "has no effect without --cycle"
-        cycle = self.fatigue is None or asked.analysis.cycle
-        require(cycle, "--fatigue", self.fatigue, needs, "Add --cycle.")
+        still = "rpm" not in given or study.forces is None
+        require(still, "--rpm", given.get("rpm"), rule, "Leave it out, or give an [engine].")
+        cycle = "fatigue" not in given or asked.analysis.cycle
+        require(cycle, "--fatigue", given.get("fatigue"), "has no effect without --cycle", "Add --cycle.")
         return asked
 
 
-class AnalysisFlags(TypedDict, total=False):
-    """The flags of ``fea run`` that ask for figures, as Python values."""
-
-    rpm: float | Sequence[float] | str
-    material: str
-    engine: str
-    size: float
-    element: str
-    support: str
-    symmetry: str
-    pressure: str
-    solver: str
-    assembly: str
-    cycle: bool
-    fatigue: str
-    buckling: bool
-    tolerance: float
-    min_safety: float
-    report: bool
+NO_FLAGS = Flags()
 
 
-class RunFlags(AnalysisFlags, total=False):
-    """All flags of ``fea run``, as Python values."""
-
-    screenshot: bool
-    pvd_step: float
-    animate: str | Path
-    out: str | Path
-
-
-def python_flags(values: Mapping[str, Any], valid: type = RunFlags) -> Flags:
-    """Return flags given as Python values: numbers and lists for ``rpm``, text for choices and paths.
-
-    Parameters
-    ----------
-    values
-        By the names of the flags.
-    valid
-        `RunFlags`, or `AnalysisFlags` where nothing is written.
+def python_flags(values: Mapping[str, Any], *, writes: bool = True) -> Flags:
+    """Return flags of Python's `run`, or of an analysis that `writes` nothing.
 
     Raises
     ------
     InvalidValue
-        An unknown flag or a value of the wrong kind.
+        There is no such flag.
     """
-    hints, names = typing.get_type_hints(Flags), typing.get_type_hints(valid)
-    flags: dict[str, Any] = {}
-    for name, value in values.items():
-        if name not in names:
-            raise unknown_key("flag", name, names)
-        if value is None:
-            continue
-        if name == "rpm":
-            flags[name] = value if isinstance(value, str) else _speeds_text(value)
-        elif name in {"out", "animate"}:
-            require(isinstance(value, str | Path), name, value, "must be a path")
-            flags[name] = Path(value)
-        else:
-            flags[name] = checked(name, value, hints[name])
-    return Flags(**flags)
-
-
-def _speeds_text(value: object) -> str:
-    speeds = value if isinstance(value, list | tuple) else [value]
-    return ",".join(repr(require_number("rpm", speed)) for speed in speeds)
+    known = {name: each for name, each in overrides().items() if writes or not each.flag.writes}
+    for name in values:
+        if name not in known and name not in {each.flag.alias for each in known.values()}:
+            raise unknown_key("flag", name, known)
+    return Flags(**values)

@@ -16,8 +16,8 @@ from fea.study.endurance import (
     reliability_factor,
     size_factor,
 )
-from fea.study.material_presets import MATERIALS
-from fea.study.tables import nearest
+from fea.study.presets import MATERIALS
+from fea.study.tables import Flag, Table, key, nearest
 from fea.units import GPA, KG_M3
 from geometry.errors import InvalidValue, require, require_number, require_positive
 
@@ -42,9 +42,9 @@ def sn_line(
         Values are missing, out of range or given in two ways.
     """
     for keys, pair in ((_LINE, (coefficient, exponent)), (_TESTS, (cycles, amplitudes))):
-        for key, other, value, beside in zip(keys, keys[::-1], pair, pair[::-1], strict=True):
+        for name, other, value, beside in zip(keys, keys[::-1], pair, pair[::-1], strict=True):
             complete = value is not None or beside is None
-            require(complete, f"material.{key}", None, f"is missing: {other} is given", "Give both.")
+            require(complete, f"material.{name}", None, f"is missing: {other} is given", "Give both.")
     tests, line = cycles is not None, coefficient is not None
     rule = "cannot be combined with fatigue_strength_coefficient_MPa and fatigue_strength_exponent"
     require(not (tests and line), "material.sn_cycles", cycles, rule, "Keep the constants or the tests.")
@@ -64,9 +64,9 @@ def fitted(cycles: tuple[float, ...], amplitudes: tuple[float, ...]) -> Basquin:
     InvalidValue
         There are fewer than two amplitudes, or life does not fall as they rise.
     """
-    for key, values in zip(_TESTS, (cycles, amplitudes), strict=True):
+    for name, values in zip(_TESTS, (cycles, amplitudes), strict=True):
         for value in values:
-            require_positive(f"material.{key}", value)
+            require_positive(f"material.{name}", value)
     same, rule = len(cycles) == len(amplitudes), f"must have as many values as sn_cycles ({len(cycles)})"
     require(same, "material.sn_amplitude_MPa", list(amplitudes), rule)
     several, rule = len(set(amplitudes)) > 1, "must contain two amplitudes that differ, or more"
@@ -95,37 +95,62 @@ _LARGEST_FACTOR = 2.0
 
 
 @dataclass(frozen=True)
-class MaterialTable:
+class MaterialTable(Table, table="material"):
     """[material]: a preset's name, or the constants; constants override those of a preset.
 
-    `endurance_MPa` is the fully reversed limit of polished specimens in tension, `endurance_torsion_MPa`
-    in torsion. `size_mm` (of a round section in bending), `loading` and `reliability_percent` convert them
-    into limits of the part, and so does the finish of its surface, or its factor as a number: `bore_surface`
-    on the bores, `face_surface` on the faces beside them, `surface` on the rest. `thermal_expansion_1_K`
-    counts in an assembly at another temperature. The S–N line of polished specimens, for the life over a
-    [duty], is given by `fatigue_strength_coefficient_MPa` (σ_f′) and `fatigue_strength_exponent` (b), or by
-    tests: `sn_cycles` and `sn_amplitude_MPa`.
+    `size_mm`, `loading` and `reliability_percent` convert limits of specimens into limits of the part, and so
+    does the finish of its surface. The S–N line, for the life over a [duty], is given by σ_f′ and b or tests.
     """
 
-    preset: str | None = None
-    E_GPa: float | None = None
-    nu: float | None = None
-    density_kg_m3: float | None = None
-    yield_MPa: float | None = None
-    ultimate_MPa: float | None = None
-    endurance_MPa: float | None = None
-    endurance_torsion_MPa: float | None = None
-    surface: Finish | float | None = None
-    bore_surface: Finish | float | None = None
-    face_surface: Finish | float | None = None
-    size_mm: float | None = None
-    loading: Loading | None = None
-    reliability_percent: float | None = None
-    thermal_expansion_1_K: float | None = None
-    fatigue_strength_coefficient_MPa: float | None = None
-    fatigue_strength_exponent: float | None = None
-    sn_cycles: tuple[float, ...] | None = None
-    sn_amplitude_MPa: tuple[float, ...] | None = None
+    E_GPa: float | None = key("207.0", "Young's modulus", stated=True)
+    nu: float | None = key("0.28", "Poisson's ratio", stated=True)
+    density_kg_m3: float | None = key("7700.0", stated=True)
+    yield_MPa: float | None = key("620.4", stated=True)
+    ultimate_MPa: float | None = key("723.8", "needed for fatigue (cycle = true)")
+    endurance_MPa: float | None = key(
+        "360.0",
+        "of polished specimens, fully reversed tension; default for steel: half the ultimate",
+        require_positive,
+    )
+    endurance_torsion_MPa: float | None = key(
+        "220.0", "for Crossland's criterion; default: 0.60 of the limit in tension"
+    )
+    surface: Finish | float | None = key(
+        '"as-forged"',
+        'reduces the endurance limit (Marin factor): "ground", "machined", "hot-rolled", "as-forged", '
+        '"shot-peened" (a forging), or the factor itself, as 0.7',
+    )
+    bore_surface: Finish | float | None = key(
+        '"machined"', "on the bores; machined where surface is that of a raw forging or bar"
+    )
+    face_surface: Finish | float | None = key('"machined"', "on the faces beside the bores, likewise")
+    size_mm: float | None = key("20.0", "diameter of an equivalent round section in bending: reduces it too")
+    loading: Loading | None = key(
+        '"axial"', '0.85 for a limit measured in bending; or "bending" (default): 1'
+    )
+    reliability_percent: float | None = key("99.0", "reduces it too")
+    fatigue_strength_coefficient_MPa: float | None = key(
+        "1188.0", "S-N line of polished specimens, S (2N)^b: needed for [duty]"
+    )
+    fatigue_strength_exponent: float | None = key("-0.0711", "b of that line")
+    sn_cycles: tuple[float, ...] | None = key(
+        "[2.0e4, 1.0e5, 5.0e5]",
+        "instead of both: specimens that broke, fully reversed, after these cycles",
+    )
+    sn_amplitude_MPa: tuple[float, ...] | None = key("[560, 500, 445]", "at these amplitudes")
+    thermal_expansion_1_K: float | None = key(
+        "11.5e-6", "for an assembly's temperature; default: that of the metal"
+    )
+    preset: str | None = key(
+        '"leon-2001"',
+        '"forged-steel-2005", "c70-2005", "hard-steel-1945", "ti-6al-4v", "al-7075-t6"; "cusn8p" (a '
+        "bushing's "
+        'bronze), "steel-backed-shell", "bolt-8.8" to "bolt-12.9"',
+        flag=Flag(
+            "material",
+            "Material of the rod in place of the study's, by its name (a wrong one lists them all).",
+        ),
+    )
 
     def resolved(self) -> "MaterialTable":
         """Return the table with the preset's constants filled in."""
@@ -146,8 +171,6 @@ class MaterialTable:
         table = self.resolved()
         (modulus, nu), marin = table.stiffness(), table.marin()
         endurance, torsion = table.endurance_MPa, table.endurance_torsion_MPa
-        if endurance is not None:
-            require_positive("material.endurance_MPa", endurance)
         estimated = endurance is None and table.ultimate_MPa is not None
         if endurance is None and table.ultimate_MPa is not None:
             endurance = estimated_endurance(table.ultimate_MPa, modulus)

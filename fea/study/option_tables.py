@@ -1,14 +1,288 @@
-"""[contact] of a study file: the pins, where the bores' pressure comes from contact."""
+"""The tables of a study about loads, mesh, analysis, pins, duty, optimisation and output."""
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import MISSING, dataclass, replace
 from pathlib import Path
 
-from fea.base.choices import PinModel
+from fea.base.choices import (
+    CONTACT,
+    Assembly,
+    Element,
+    Fatigue,
+    PinModel,
+    SolverName,
+    Support,
+    Symmetry,
+)
 from fea.study.engine_table import located_gas
+from fea.study.paths import absolute, parse_speeds
 from fea.study.rod_table import dimension_of
+from fea.study.tables import Flag, Table, key, not_negative, within
 from geometry.errors import InvalidValue, require, require_number, require_positive
+from loads.bearing import PinLoad, parse_pin_load
+
+# Faster than any piston engine; model aircraft engines reach about 40 000 rpm.
+LARGEST_RPM = 50_000.0
+DEFAULT_RPM = 6000.0
+LARGEST_STEP = 360.0  # degrees, of the cycle's fields for ParaView
+
+
+@dataclass(frozen=True)
+class SpeedTable(Table, table="speed"):
+    """[speed]."""
+
+    rpm: float | tuple[float, ...] | None = key(
+        "6000",
+        "or a list: [800, 3000, 6000]; left out: the redline of an engine of the library",
+        stated=True,
+        flag=Flag(
+            "rpm",
+            "Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200).",
+            str,
+            parse_speeds,
+        ),
+    )
+
+    def speeds(self, default: float = DEFAULT_RPM) -> tuple[float, ...]:
+        """Return the speeds, rpm, in the order given; without any, `default`."""
+        given = default if self.rpm is None else self.rpm
+        values = given if isinstance(given, tuple) else (given,)
+        require(len(values) > 0, "speed.rpm", [], "must contain at least one speed")
+        for value in values:
+            within(0, LARGEST_RPM)("speed.rpm", value)
+        named = {f"{value:g}": value for value in reversed(values)}
+        for value in values:
+            rule = f"equals {named[f'{value:g}']!r} to six digits, so both would have the same name"
+            require(named[f"{value:g}"] == value, "speed.rpm", repr(value), rule, "Leave one of them out.")
+        return tuple(dict.fromkeys(values))
+
+
+@dataclass(frozen=True)
+class ForcesTable(
+    Table,
+    table="forces",
+    intro="Instead of [engine] and [speed]: given forces on the piston pin, [axial, transverse], tension "
+    "positive",
+    optional=True,
+):
+    """[forces]: given pin forces instead of an engine."""
+
+    pin_N: tuple[float, ...] = key("[-45914.89, 0.0]", "along the rod, and across it", default=MISSING)
+
+    def pin(self) -> tuple[float, float]:
+        """Return (axial, transverse), N, tension positive."""
+        require(len(self.pin_N) == 2, "forces.pin_N", list(self.pin_N), "must be [axial, transverse]")
+        axial, transverse = (require_number("forces.pin_N", value) for value in self.pin_N)
+        rule = "at least one component must not be zero"
+        require(axial != 0 or transverse != 0, "forces.pin_N", list(self.pin_N), rule)
+        return axial, transverse
+
+
+@dataclass(frozen=True)
+class MeshTable(Table, table="mesh"):
+    """[mesh]."""
+
+    size_mm: float | None = key(
+        "3.0",
+        "element size, smaller on fillets, bores and webs: without refinement unless tolerance_percent is "
+        "given",
+        require_positive,
+        flag=Flag(
+            "size",
+            "Element size, mm, smaller on fillets, bores and webs: no refinement unless --tolerance is "
+            "given.",
+        ),
+    )
+    element: Element = key(
+        '"p2"',
+        'ten-node tetrahedra, or "p1" (four nodes)',
+        default=Element.P2,
+        stated=True,
+        flag=Flag("element", "Order of the tetrahedra: p1 (4 nodes) or p2 (10 nodes); default: p2."),
+    )
+
+
+@dataclass(frozen=True)
+class AnalysisTable(Table, table="analysis"):
+    """[analysis]."""
+
+    support: Support = key(
+        '"inertia-relief"',
+        'nothing is clamped; or "clamped": at the big end, as in many published models',
+        default=Support.INERTIA_RELIEF,
+        stated=True,
+        flag=Flag(
+            "support",
+            "Boundary condition: inertia-relief (default; nothing is clamped), or clamped at the big end.",
+        ),
+    )
+    symmetry: Symmetry = key(
+        '"auto"',
+        "none, half, quarter",
+        default=Symmetry.AUTO,
+        stated=True,
+        flag=Flag(
+            "symmetry", "Part of the rod to solve; default: the smallest part that its mirror planes allow."
+        ),
+    )
+    pressure: str = key(
+        '"cosine-180"',
+        "pin pressure on the bores; or uniform-120, cosine-<arc>, webster; or contact; or bonded: traction "
+        "along "
+        "the force over the whole bore, as Ansys' Force on a face",
+        default="cosine-180",
+        stated=True,
+        flag=Flag(
+            "pressure",
+            "Pin load on the bores: cosine-180 (default), uniform-120, cosine-ARC, webster, bonded, contact.",
+        ),
+    )
+    solver: SolverName = key(
+        '"auto"',
+        "pardiso, cholmod, amg",
+        default=SolverName.AUTO,
+        stated=True,
+        flag=Flag("solver", "Linear solver; default: auto, chosen by the memory that it needs."),
+    )
+    matrix_assembly: Assembly = key(
+        '"batched"',
+        'or "scikit-fem": the same stiffness from its weak form, more slowly',
+        default=Assembly.BATCHED,
+        stated=True,
+        alias="assembly",
+        flag=Flag(
+            "matrix_assembly",
+            "Assembly of the stiffness matrix: batched (the default), or scikit-fem, which is slower.",
+            alias="assembly",
+        ),
+    )
+    cycle: bool = key(
+        "true",
+        "analyse the whole crank cycle, degree by degree: envelope, fatigue",
+        default=False,
+        flag=Flag(
+            "cycle", "Analyse the whole crank cycle, degree by degree: stress envelope, histories, fatigue."
+        ),
+    )
+    fatigue: Fatigue = key(
+        '"goodman"',
+        'mean-stress correction; or "gerber", "soderberg"',
+        default=Fatigue.GOODMAN,
+        flag=Flag("fatigue", "Mean-stress correction used with --cycle; default: goodman."),
+    )
+    buckling: bool = key(
+        "true",
+        "buckling load factors and shapes of the solid",
+        default=False,
+        flag=Flag("buckling", "Compute the buckling load factors and buckling shapes of the solid."),
+    )
+    tolerance_percent: float | None = key(
+        "2",
+        "refine the mesh until the error bar of every peak stress is within this; default: 5, but none with "
+        'size_mm or element = "p1"; 0: no refinement',
+        not_negative,
+        flag=Flag(
+            "tolerance",
+            "Refine the mesh until the error bar of every peak is at most this, percent; default: 5; 0: "
+            "never.",
+        ),
+    )
+    min_safety: float | None = key(
+        "1.5",
+        "exit with code 6 unless every safety factor, less its error bar, reaches this",
+        require_positive,
+        flag=Flag(
+            "min_safety",
+            "Exit with code 6 unless every safety factor of the run, less its error bar, reaches this value.",
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse values out of range."""
+        super().__post_init__()
+        if self.in_contact:
+            clamped, why = self.support is Support.CLAMPED, self.contact_obstacle
+            remedy = "Use inertia-relief." if clamped else "Choose another --solver."
+            require(not why, "analysis.pressure", CONTACT, why, remedy)
+        else:
+            parse_pin_load(self.pressure)
+
+    @property
+    def in_contact(self) -> bool:
+        """Whether the pressure on the bores comes from contact with the pins."""
+        return self.pressure == CONTACT
+
+    @property
+    def contact_obstacle(self) -> str:
+        """Why there can be no contact, as a rule; empty where it is possible."""
+        if self.support is Support.CLAMPED:
+            return 'cannot be combined with support = "clamped", which replaces the crank pin'
+        if self.solver is SolverName.AMG:
+            return "needs the compliance of the bores, which the iterative solver does not give"
+        return ""
+
+    @property
+    def prescribed(self) -> PinLoad:
+        """The prescribed load on the bores; the default one for what contact does not support."""
+        return parse_pin_load("cosine-180" if self.in_contact else self.pressure)
+
+
+@dataclass(frozen=True)
+class OutputTable(Table, table="output"):
+    """[output]."""
+
+    screenshot: bool = key(
+        "false",
+        "save a picture of every load case",
+        default=False,
+        stated=True,
+        flag=Flag("screenshot", "Save a .png picture of each load case next to its .vtu file.", writes=True),
+    )
+    report: bool = key(
+        "false",
+        "save report.html: the whole analysis in one file, with the rod in 3-D",
+        default=False,
+        stated=True,
+        flag=Flag(
+            "report",
+            "Save report.html: the whole analysis in one file, with the rod in 3-D, for any browser, "
+            "offline.",
+        ),
+    )
+    pvd_step_deg: float | None = key(
+        "10",
+        "save the fields of the cycle at every so many degrees, for ParaView; needs cycle = true",
+        within(1, LARGEST_STEP),
+        flag=Flag(
+            "pvd_step",
+            "Save the fields of the cycle every so many degrees, for ParaView to play; needs --cycle.",
+            writes=True,
+        ),
+    )
+    animate: str | None = key(
+        '"cycle.gif"',
+        "animation of the moving, deforming rod; needs cycle = true",
+        flag=Flag(
+            "animate",
+            "Write an animation of the cycle to this file (.gif; .mp4 with imageio-ffmpeg); needs --cycle.",
+            Path,
+            absolute("--animate"),
+            writes=True,
+        ),
+    )
+    directory: str | None = key(
+        '"results/my-rod"',
+        "of the results",
+        flag=Flag(
+            "out",
+            "Directory of the results; default: results/STUDY-RPMrpm. Only an earlier run is ever replaced.",
+            Path,
+            absolute("--out"),
+            writes=True,
+        ),
+    )
+
 
 # Names of the [material.…] tables that belong to pins and not to parts of the rod.
 PISTON_PIN, CRANK_PIN = "piston_pin", "crank_pin"
@@ -16,37 +290,44 @@ PINS = (PISTON_PIN, CRANK_PIN)
 
 
 @dataclass(frozen=True)
-class ContactTable:
+class ContactTable(
+    Table,
+    table="contact",
+    intro='The pins, with pressure = "contact": what is left out is assumed from the bores, and the run says '
+    "what",
+):
     """[contact]: clearances are diametral, bore less pin; negative ones are press fits.
 
-    What is left out is assumed from the size of the bores (`fea.pins.fits`). `small_end_relief_mm` is how
-    far from either end the small end's bore widens towards it, and by how much of its radius.
+    `small_end_relief_mm` is how far from either end the small end's bore widens towards it, and by how much
+    of its radius.
     """
 
-    small_end_clearance_mm: float | None = None
-    big_end_clearance_mm: float | None = None
-    piston_pin: PinModel = PinModel.ELASTIC
-    piston_pin_bore_mm: float | None = None
-    piston_pin_length_mm: float | None = None
-    piston_boss_gap_mm: float | None = None
-    small_end_relief_mm: tuple[float, ...] | None = None
+    small_end_clearance_mm: float | None = key(
+        "0.0144", "diametral, bore less pin; negative: a press fit", require_number
+    )
+    big_end_clearance_mm: float | None = key("0.052", check=require_number)
+    piston_pin: PinModel = key(
+        '"elastic"',
+        'or "rigid"; the crank pin is rigid unless [material.crank_pin] is given',
+        default=PinModel.ELASTIC,
+    )
+    piston_pin_bore_mm: float | None = key("14.4", "0: a solid pin", not_negative)
+    piston_pin_length_mm: float | None = key("64.8", check=not_negative)
+    piston_boss_gap_mm: float | None = key(
+        "26.4", "distance of the piston's bosses, beyond which they carry the pin", not_negative
+    )
+    small_end_relief_mm: tuple[float, ...] | None = key(
+        "[4.0, 0.02]",
+        "length and radial depth by which the bore widens towards its ends",
+        require_positive,
+    )
 
     def __post_init__(self) -> None:
         """Refuse lengths that no pin has."""
-        for key in ("small_end_clearance_mm", "big_end_clearance_mm"):
-            value = getattr(self, key)
-            if value is not None:
-                require_number(f"contact.{key}", value)
-        for key in ("piston_pin_bore_mm", "piston_pin_length_mm", "piston_boss_gap_mm"):
-            value = getattr(self, key)
-            if value is not None:
-                require_number(f"contact.{key}", value)
-                require(value >= 0, f"contact.{key}", value, "must not be negative")
-        if self.small_end_relief_mm is not None:
-            name, given = "contact.small_end_relief_mm", list(self.small_end_relief_mm)
-            require(len(given) == 2, name, given, "must be [length, depth]")
-            for value in given:
-                require_positive(name, value)
+        super().__post_init__()
+        given = self.small_end_relief_mm
+        rule = "must be [length, depth]"
+        require(given is None or len(given) == 2, "contact.small_end_relief_mm", list(given or ()), rule)
 
 
 # Each entry takes a cycle over all nodes, in about a second.
@@ -56,35 +337,38 @@ _ROUNDING_PERCENT = 0.1
 
 
 @dataclass(frozen=True)
-class DutyTable:
-    """[duty]: speeds with the hours at each, or with their shares of the time.
+class DutyTable(
+    Table,
+    table="duty",
+    intro="How long the engine runs at which speeds, for the life of the rod; switches the crank cycle on. "
+    "Without [speed] these speeds are run. Needs the S-N line of [material] or of its preset.",
+    optional=True,
+):
+    """[duty]: speeds with the hours at each, or with their shares of the time."""
 
-    `gas` is what `gas` in [engine] is, for each speed; without it, the engine's gas acts at all of them.
-    """
-
-    rpm: tuple[float, ...]
-    hours: tuple[float, ...] | None = None
-    share_percent: tuple[float, ...] | None = None
-    gas: tuple[str, ...] | None = None
+    rpm: tuple[float, ...] = key("[2000, 4000, 6000]", check=require_positive, default=MISSING)
+    hours: tuple[float, ...] | None = key(
+        "[600, 350, 50]", "of a stretch of use, a value for each speed", require_positive
+    )
+    share_percent: tuple[float, ...] | None = key("[60, 35, 5]", "instead of hours", require_positive)
+    gas: tuple[str, ...] | None = key(
+        '["motored", "otto", "otto"]', "a value for each speed, as gas in [engine]; default: that one"
+    )
 
     def __post_init__(self) -> None:
         """Refuse lists that do not belong together, and a duty without time."""
         require(len(self.rpm) > 0, "duty.rpm", [], "must contain at least one speed")
         count, rule = len(self.rpm), f"must contain at most {MOST_ENTRIES} speeds"
         require(count <= MOST_ENTRIES, "duty.rpm", count, rule, "Join speeds that are close to each other.")
-        for value in self.rpm:
-            require_positive("duty.rpm", value)
         if (self.hours is None) == (self.share_percent is None):
             rule = "is missing" if self.hours is None else "cannot be combined with share_percent"
             remedy = "Give either hours or share_percent, a value for each speed."
             raise InvalidValue("duty.hours", None if self.hours is None else list(self.hours), rule, remedy)
-        for key in ("hours", "share_percent"):
-            for value in getattr(self, key) or ():
-                require_positive(f"duty.{key}", value)
-        for key in ("hours", "share_percent", "gas"):
-            given = getattr(self, key)
+        super().__post_init__()
+        for name in ("hours", "share_percent", "gas"):
+            given = getattr(self, name)
             rule = f"must have as many values as duty.rpm ({len(self.rpm)})"
-            require(given is None or len(given) == len(self.rpm), f"duty.{key}", list(given or ()), rule)
+            require(given is None or len(given) == len(self.rpm), f"duty.{name}", list(given or ()), rule)
         if self.share_percent is not None:
             total, rule = sum(self.share_percent), "must add up to 100"
             whole = abs(total - 100) <= _ROUNDING_PERCENT
@@ -118,39 +402,51 @@ _BOUNDS = "must be two lengths, from and to, in mm: [4.0, 7.0]"
 
 
 @dataclass(frozen=True)
-class OptimiseTable:
+class OptimiseTable(
+    Table,
+    table="optimise",
+    intro="What fea optimise may change, and the factors that the lightest rod must meet; other commands "
+    "ignore it",
+    optional=True,
+):
     """[optimise]: free dimensions with their bounds, required safety factors and the least wall.
 
     Factors that are not given are those of `analysis.min_safety`, or 1.
     """
 
-    free: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    min_yield_safety: float | None = None
-    min_fatigue_safety: float | None = None
-    min_buckling_safety: float | None = None
-    least_wall_mm: float | None = None
-    evaluations: int | None = None
+    free: dict[str, tuple[float, ...]] = key(
+        "{ web_thickness_mm = [3.0, 7.0], big_end_ring_mm = [6.0, 12.0] }",
+        "dimensions with their bounds, mm; default: shank, web, flanges and rings, each from 0.6 to 1.4 "
+        "times "
+        "what it is",
+        default=dict,
+    )
+    min_yield_safety: float | None = key(
+        "1.2",
+        "over the whole cycle, less the error bar; default of all three: min_safety, or 1",
+        require_positive,
+    )
+    min_fatigue_safety: float | None = key("1.3", "less the error bar of the stress", require_positive)
+    min_buckling_safety: float | None = key("3.0", "against buckling as a column", require_positive)
+    least_wall_mm: float | None = key(
+        "3.0",
+        "thinnest web, flange, ring or wall beside a bolt hole; default: 3, or that of the rod",
+        require_positive,
+    )
+    evaluations: int | None = key("150", "most meshes to be solved", within(FEWEST, MOST))
 
     def __post_init__(self) -> None:
         """Refuse bounds that are none, dimensions that do not exist, and factors that are not positive."""
-        for key, bounds in self.free.items():
-            name = f"optimise.free.{key}"
-            dimension_of(key)
+        super().__post_init__()
+        for dimension, bounds in self.free.items():
+            name = f"optimise.free.{dimension}"
+            dimension_of(dimension)
             rule = "cannot be free: crankshaft, piston pin and cylinder block decide it"
-            require(key not in _FITTED, name, None, rule, "Leave it out.")
+            require(dimension not in _FITTED, name, None, rule, "Leave it out.")
             require(len(bounds) == 2, name, list(bounds), _BOUNDS)
             low, high = (require_positive(name, bound) for bound in bounds)
             rule = "must rise: the first bound is not below the second"
             require(low < high, name, list(bounds), rule, "Exchange them, or leave the dimension out.")
-        for key in ("min_yield_safety", "min_fatigue_safety", "min_buckling_safety", "least_wall_mm"):
-            value = getattr(self, key)
-            if value is not None:
-                require_positive(f"optimise.{key}", value)
-        if self.evaluations is not None:
-            require_number("optimise.evaluations", self.evaluations)
-            rule = f"must lie between {FEWEST} and {MOST}"
-            within = FEWEST <= self.evaluations <= MOST
-            require(within, "optimise.evaluations", self.evaluations, rule)
 
 
 def parse_free(given: Sequence[str]) -> dict[str, tuple[float, ...]]:
@@ -161,13 +457,13 @@ def parse_free(given: Sequence[str]) -> dict[str, tuple[float, ...]]:
     InvalidValue
         One is not written so.
     """
-    found: dict[str, tuple[float, ...]] = {}
+    free: dict[str, tuple[float, ...]] = {}
     for text in given:
-        key, _, bounds = text.partition("=")
+        name, _, bounds = text.partition("=")
         numbers = _NUMBERS.fullmatch(bounds.strip())
         rule = "must name a dimension with its bounds in mm, as web_thickness_mm=3:7"
         if numbers is None:
             raise InvalidValue("--free", text, rule)
-        require(key.strip() not in found, "--free", text, "names a dimension twice", "Leave one out.")
-        found[key.strip()] = (float(numbers[1]), float(numbers[2]))
-    return found
+        require(name.strip() not in free, "--free", text, "names a dimension twice", "Leave one out.")
+        free[name.strip()] = (float(numbers[1]), float(numbers[2]))
+    return free

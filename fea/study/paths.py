@@ -1,9 +1,10 @@
 """Paths given in studies and flags, and size limits of input files."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
-from geometry.errors import InvalidValue, require
+from geometry.errors import InvalidValue, require, require_number
 
 _LONGEST = 4096  # bytes of a path, on Linux; elsewhere fewer
 
@@ -32,9 +33,14 @@ def located(name: str, path: str, folder: Path) -> Path:
         raise InvalidValue(name, path, f"is not a valid path ({error})", remedy) from error
 
 
-def absolute(option: str, path: Path | None) -> str | None:
-    """Return the absolute form of a flag's path, None if it is not given; raises the errors of `located`."""
-    return None if path is None else str(located(option, str(path), Path.cwd()))
+def absolute(option: str) -> Callable[[object], str]:
+    """Return what makes the path of a flag absolute; raises the errors of `located`."""
+
+    def convert(path: object) -> str:
+        require(isinstance(path, str | Path), option, path, "must be a path")
+        return str(located(option, str(path), Path.cwd()))
+
+    return convert
 
 
 def require_text(name: str, path: str) -> None:
@@ -72,16 +78,19 @@ _FORMS = "Write 6000, 800,3000,6000 or 800:9000:200 (both ends included)."
 _MOST = 2000
 
 
-def parse_speeds(text: str) -> tuple[float, ...]:
-    """Read ``6000``, ``800,3000,6000`` or ``800:9000:200`` as speeds, rpm.
+def parse_speeds(given: object) -> tuple[float, ...]:
+    """Read ``6000``, ``800,3000,6000`` or ``800:9000:200``, or numbers, as speeds, rpm.
 
     Raises
     ------
     InvalidValue
         Anything else.
     """
+    if not isinstance(given, str):
+        numbers = given if isinstance(given, list | tuple) else [given]
+        return tuple(require_number("rpm", one) for one in numbers)
     speeds: list[float] = []
-    for part in text.split(","):
+    for part in given.split(","):
         speeds += _range(part) if ":" in part else [_number(part)]
     return tuple(dict.fromkeys(speeds))
 

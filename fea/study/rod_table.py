@@ -2,17 +2,26 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fea.study.paths import is_file, located
-from fea.study.tables import checked, nearest, unknown_key
+from fea.study.tables import (
+    Table,
+    entries_of,
+    key,
+    nearest,
+    one_of,
+    read_keys,
+    read_table,
+    unknown_key,
+)
 from fea.units import KG, KG_M2
 from geometry.assembly import Assembly
-from geometry.dimensions import ShankSection, dimensions, options
+from geometry.dimensions import dimensions, options
+from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue, require, require_positive
 from geometry.imports import FORMATS, UNITS, CadFile, CadFormat, MissingCap, is_cad
 from geometry.mass import MassProperties
@@ -25,8 +34,6 @@ if TYPE_CHECKING:
     from geometry.solid import Solid
 
 LARGEST_MESH_FILE = 2**30  # bytes; a deck of a million ten-node tetrahedra takes a sixth
-_BORES = ("big_end_bore_mm", "small_end_bore_mm")
-KEYS = ("mesh", "unit", *_BORES)
 
 
 @dataclass(frozen=True)
@@ -49,57 +56,75 @@ class MeshFile:
     big_end_bore: float | None = None
     small_end_bore: float | None = None
 
-    @property
-    def named(self) -> tuple[float | None, float | None]:
-        """Diameters of the bores, mm, where they are given."""
-        return self.big_end_bore, self.small_end_bore
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return its keys and values, as a study file holds them."""
-        values = (str(self.path), self.unit, *self.named)
-        return {key: value for key, value in zip(KEYS, values, strict=True) if value is not None}
-
-
-def read_mesh_file(raw: Mapping[str, object], folder: Path) -> MeshFile:
-    """Read the keys of [rod] that describe a mesh; a relative path starts at `folder`.
-
-    Raises
-    ------
-    InvalidValue
-        The file does not exist or has another format, or a key does not go with it.
-    """
-    others = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
-    for key, value in raw.items():
-        rule = "cannot be combined with mesh: the mesh has its own dimensions"
-        require(key in (*KEYS, *others), f"rod.{key}", value, rule, "Remove one of them.")
-    path = located("rod.mesh", checked("rod.mesh", raw["mesh"], str), folder)
-    rule = f"is not a mesh format that is read: {', '.join(MESH_FORMATS)}"
-    remedy = "Write the mesh in one of these, or give a solid as rod.step."
-    require(is_mesh(path), "rod.mesh", str(path), rule, remedy)
-    require(is_file(path), "rod.mesh", str(path), "is not a file", "Name a mesh file.")
-    unit = None if "unit" not in raw else checked("rod.unit", raw["unit"], str)
-    require(unit is None or unit in UNITS, "rod.unit", unit, f"must be one of {', '.join(UNITS)}")
-    bores = [
-        require_positive(f"rod.{key}", checked(f"rod.{key}", raw[key], float)) if key in raw else None
-        for key in _BORES
-    ]
-    return MeshFile(path, unit, *bores)
-
-
-_MASS_KEYS = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
 # Relative difference up to which given and computed mass properties count as equal.
 _ALIKE = 0.01
-_LEAST = ("length", "big_end_bore", "small_end_bore")
+_LEAST = ("length_mm", "big_end_bore_mm", "small_end_bore_mm")
+_BORES = _LEAST[1:]
+_MASS_KEYS = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
 # Keys that name a file, and those that say how to read it.
-_FILES = ("step", "cad")
-_FILE_OPTIONS: Mapping[str, Any] = {"unit": str, "solids": tuple[str, ...], "cap": MissingCap}
-# All keys that are not dimensions, with their types.
-_OTHERS: Mapping[str, Any] = {
-    **dict.fromkeys(_MASS_KEYS, float),
-    "preset": str,
-    **dict.fromkeys((*_FILES, "mesh"), str),
-    **_FILE_OPTIONS,
-}
+_FILES = ("step", "cad", "mesh")
+_FILE_OPTIONS = ("unit", "solids", "cap")
+
+
+@dataclass(frozen=True)
+class _Sources(Table, table="rod"):
+    """The keys of [rod] beside the dimensions."""
+
+    preset: str | None = key(
+        '"leon-2001"',
+        "a published rod; other keys override its dimensions",
+        above="Other ways to define the rod:",
+    )
+    cad: str | None = key(
+        '"rod.step"', "STEP, IGES, BREP or FreeCAD; `fea rod FILE` lists its solids and bores"
+    )
+    step: str | None = key('"rod.step"', "the same, for a STEP file")
+    solids: tuple[str, ...] | None = key(
+        '["Rod", "Cap"]', "which solids to keep; big_end_bore_mm and small_end_bore_mm name the bores"
+    )
+    unit: str | None = key(
+        '"in"',
+        "of the lengths in the file: mm, cm, m or in; default: as declared, if plausible",
+        one_of(UNITS),
+    )
+    cap: MissingCap | None = key('"assumed"', "a ring in place of a missing cap; default: refused")
+    mesh: str | None = key(
+        '"rod.inp"',
+        "tetrahedra, solved as they are: .inp, .msh, .bdf, .med, .vtk, .vtu, .xdmf; .stl",
+    )
+    mass_kg: float | None = key(
+        "0.8",
+        "mass properties: with length_mm alone they are enough for `fea loads`; with dimensions they are the "
+        "targets of `fea rod --fit`",
+        require_positive,
+    )
+    center_of_gravity_mm: float | None = key("64.0", "from the crank pin")
+    inertia_kg_m2: float | None = key(
+        "0.0038", "about the pin-parallel axis through the centre of gravity", require_positive
+    )
+
+
+def _declared() -> list[tuple[str, Any, Any]]:
+    """Name, type and declaration of the key of each dimension; examples are those of a usual rod."""
+    least = {"length": 141.0, "big_end_bore": 50.0, "small_end_bore": 22.0}
+    usual = proportioned(**least)
+    keys = []
+    for field in dataclasses.fields(Rod):
+        value, told = getattr(usual, field.name), field.metadata
+        shown = f'"{value}"' if isinstance(value, str) else str(float(f"{value:.3g}"))
+        declared = key(
+            told.get("example", shown),
+            told["help"],
+            above=told.get("above", ""),
+            stated=field.name in least,
+        )
+        keys.append((key_of(field.name), type(value) | None, declared))
+    return keys
+
+
+# [rod]: the dimensions of `geometry.dimensions`, and other ways to define a rod.
+RodKeys: Any = dataclasses.make_dataclass("RodKeys", _declared(), bases=(_Sources,), frozen=True)
 
 
 @dataclass(frozen=True)
@@ -170,7 +195,7 @@ class RodTable:
             if self.cad is not None:
                 rule = "is an imported solid: it has no dimensions to fit or to export again"
                 remedy = "Use a rod given by dimensions or a preset."
-                raise InvalidValue(f"rod.{_key_of(self.cad)}", str(self.cad.path), rule, remedy)
+                raise InvalidValue(f"rod.{_file_key(self.cad)}", str(self.cad.path), rule, remedy)
             if self.mesh is not None:
                 rule = "is a mesh: it has no dimensions to fit or to export as a solid"
                 remedy = "Use a rod given by dimensions or a preset."
@@ -188,7 +213,10 @@ class RodTable:
         InvalidValue
             There are no dimensions, or one of those given is unknown or breaks a rule.
         """
-        rod = dataclasses.replace(self.solid(), **_dimensions(changes))
+        for name in changes:
+            if name not in _fields():
+                raise unknown_key("[rod]", name, _fields())
+        rod = dataclasses.replace(self.solid(), **_dimensions(read_keys(RodKeys, "rod", changes)))
         return _between_bores(dataclasses.replace(self, dimensions=rod, length=rod.length))
 
     def mass_remarks(self, drawn: MassProperties) -> list[str]:
@@ -221,22 +249,24 @@ class RodTable:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the table's keys and plain values, as a study file holds them."""
-        entries: dict[str, Any] = {}
-        if self.cad is not None:
-            entries |= _cad_entries(self.cad)
-        elif self.mesh is not None:
-            entries |= self.mesh.as_dict()
+        file = self.cad or self.mesh
+        entries: dict[str, Any]
+        if file is not None:
+            entries = {"mesh" if self.cad is None else _file_key(self.cad): str(file.path)}
+            entries |= {key_of(name): value for name, value in vars(file).items() if name != "path" and value}
+            if entries.get("cap") is MissingCap.REFUSED:
+                del entries["cap"]
         elif self.dimensions is not None:
-            for field in dataclasses.fields(self.dimensions):
-                value = getattr(self.dimensions, field.name)
-                if value or field.name not in options():
-                    entries[_key(field.name)] = str(value) if isinstance(value, ShankSection) else value
+            entries = {
+                key_of(name): value
+                for name, value in vars(self.dimensions).items()
+                if value or name not in options()
+            }
         else:
-            entries["length_mm"] = self.length
+            entries = {"length_mm": self.length}
         if self.mass is not None:
-            entries["mass_kg"] = self.mass.mass / KG
-            entries["center_of_gravity_mm"] = self.mass.center[0]
-            entries["inertia_kg_m2"] = self.mass.inertia_z / KG_M2
+            figures = (self.mass.mass / KG, self.mass.center[0], self.mass.inertia_z / KG_M2)
+            entries |= dict(zip(_MASS_KEYS, figures, strict=True))
         return entries
 
 
@@ -248,50 +278,17 @@ def _imported(cad: CadFile, tell: Callable[[str], None], assembly: Assembly | No
     except OSError as error:
         reason = error.strerror or str(error)
         rule = f"cannot be read ({reason})"
-        raise InvalidValue(f"rod.{_key_of(cad)}", str(cad.path), rule) from error
+        raise InvalidValue(f"rod.{_file_key(cad)}", str(cad.path), rule) from error
 
 
-def _key_of(cad: CadFile) -> str:
+def _file_key(cad: CadFile) -> str:
     """The key that names the file."""
     return "step" if FORMATS.get(cad.path.suffix.lower(), CadFormat.STEP) is CadFormat.STEP else "cad"
 
 
-def _cad_entries(cad: CadFile) -> dict[str, Any]:
-    given: dict[str, Any] = {
-        "big_end_bore_mm": cad.big_end_bore,
-        "small_end_bore_mm": cad.small_end_bore,
-        "unit": cad.unit,
-        "solids": list(cad.solids) or None,
-        "cap": None if cad.cap is MissingCap.REFUSED else str(cad.cap),
-    }
-    present = {key: value for key, value in given.items() if value is not None}
-    return {_key_of(cad): str(cad.path), **present}
-
-
-def _key(field: str) -> str:
-    return f"{field}_mm" if field in dimensions() else field
-
-
-@cache
-def _fields() -> Mapping[str, str]:
-    """Field of `Rod` by its key in a study."""
-    return {_key(field.name): field.name for field in dataclasses.fields(Rod)}
-
-
-def rod_keys() -> dict[str, Any]:
-    """Return the keys of the [rod] table with their types."""
-    lengths = {key: float if name in dimensions() else ShankSection for key, name in _fields().items()}
-    return lengths | dict(_OTHERS)
-
-
 def sufficient() -> list[list[str]]:
     """Return sets of keys, each of which is enough to define a rod."""
-    return [
-        *([key] for key in (*_FILES, "mesh")),
-        ["preset"],
-        ["length_mm", *_MASS_KEYS],
-        [f"{name}_mm" for name in _LEAST],
-    ]
+    return [*([name] for name in _FILES), ["preset"], ["length_mm", *_MASS_KEYS], list(_LEAST)]
 
 
 def dimension_of(key: str) -> str:
@@ -302,7 +299,7 @@ def dimension_of(key: str) -> str:
     InvalidValue
         The key is not a dimension.
     """
-    keys = {_key(name): name for name in dimensions()}
+    keys = {key_of(name): name for name in dimensions()}
     if key not in keys:
         raise unknown_key("[rod]", key, keys)
     return keys[key]
@@ -316,31 +313,29 @@ def read_rod(raw: object, folder: Path) -> RodTable:
     InvalidValue
         An unknown key, a wrong type, a missing dimension, or a dimension that breaks a rule.
     """
-    if not isinstance(raw, Mapping):
-        raise InvalidValue("rod", raw, "must be a table, [rod]")
-    if "mesh" in raw:
-        return RodTable(None, None, _mass(raw), None, read_mesh_file(raw, folder))
-    given = _dimensions({key: value for key, value in raw.items() if key not in _OTHERS}, list(_OTHERS))
-    mass = _mass(raw)
-    for key in _FILES:
-        if key in raw:
-            return RodTable(None, _cad(key, raw, given, folder), mass, None)
-    for key in _FILE_OPTIONS:
+    given = entries_of(read_table(RodKeys, "rod", raw))
+    mass = _mass(given)
+    for name in ("mesh", *_FILES):
+        if name in given:
+            return _from_file(name, given, mass, folder)
+    for name in _FILE_OPTIONS:
         rule = "has no effect without a CAD file"
-        require(key not in raw, f"rod.{key}", raw.get(key), rule, "Remove it, or name a file: step or cad.")
-    if "preset" in raw:
-        name = checked("rod.preset", raw["preset"], str)
-        if name not in PRESETS:
-            raise InvalidValue("rod.preset", name, "is not a preset", nearest(name, PRESETS))
-        rod = dataclasses.replace(PRESETS[name], **given)
-        return _between_bores(RodTable(rod, None, mass, rod.length))
-    if mass is not None and set(given) == {"length"}:
-        length = require_positive("rod.length_mm", given["length"])
-        return _between_bores(RodTable(None, None, mass, length))
-    for name in _LEAST:
-        remedy = "Give length_mm, big_end_bore_mm and small_end_bore_mm, or a preset."
-        require(name in given, f"rod.{name}_mm", None, "is missing", remedy)
-    rod = proportioned(**given)
+        require(
+            name not in given, f"rod.{name}", given.get(name), rule, "Remove it, or name a file: step or cad."
+        )
+    sizes = _dimensions(given)
+    if "preset" in given:
+        preset = given["preset"]
+        if preset not in PRESETS:
+            raise InvalidValue("rod.preset", preset, "is not a preset", nearest(preset, PRESETS))
+        rod = dataclasses.replace(PRESETS[preset], **sizes)
+    elif mass is not None and set(sizes) == {"length"}:
+        return _between_bores(RodTable(None, None, mass, require_positive("rod.length_mm", sizes["length"])))
+    else:
+        for name in _LEAST:
+            remedy = "Give length_mm, big_end_bore_mm and small_end_bore_mm, or a preset."
+            require(name in given, f"rod.{name}", None, "is missing", remedy)
+        rod = proportioned(**sizes)
     return _between_bores(RodTable(rod, None, mass, rod.length))
 
 
@@ -351,14 +346,15 @@ def rod_of_file(path: Path) -> RodTable:
     return RodTable(None, CadFile(path), None, None)
 
 
-def _dimensions(raw: Mapping[str, object], others: Sequence[str] = ()) -> dict[str, Any]:
-    """Return fields of `Rod` from their keys; `others` are keys that would be valid as well."""
+def _fields() -> Mapping[str, str]:
+    """Field of `Rod` by its key."""
+    return {key_of(field.name): field.name for field in dataclasses.fields(Rod)}
+
+
+def _dimensions(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of `Rod` among the keys of [rod]."""
     fields = _fields()
-    for key in raw:
-        if key not in fields:
-            raise unknown_key("[rod]", key, [*fields, *others])
-    hints = rod_keys()
-    return {fields[key]: checked(f"rod.{key}", value, hints[key]) for key, value in raw.items()}
+    return {fields[name]: value for name, value in given.items() if name in fields}
 
 
 def _between_bores(table: RodTable) -> RodTable:
@@ -370,57 +366,43 @@ def _between_bores(table: RodTable) -> RodTable:
     return table
 
 
-def _cad(key: str, raw: Mapping[str, object], given: Mapping[str, Any], folder: Path) -> CadFile:
-    """Read the keys of a rod from a file."""
-    allowed = {"big_end_bore", "small_end_bore"}
-    for name in given:
-        rule = f"cannot be combined with {key}: the file has its own dimensions"
-        require(name in allowed, f"rod.{_key(name)}", given[name], rule, "Remove one of them.")
-    for other in ("preset", *(file for file in _FILES if file != key)):
-        rule = f"cannot be combined with {key}"
-        require(other not in raw, f"rod.{other}", raw.get(other), rule, "Remove one of them.")
-    path = located(f"rod.{key}", checked(f"rod.{key}", raw[key], str), folder)
-    require(is_file(path), f"rod.{key}", str(path), "is not a file", "Name a CAD file.")
-    rule = f"is not a CAD file that can be read ({', '.join(FORMATS)})"
-    require(key == "step" or is_cad(path), f"rod.{key}", path.name, rule, "Export the rod as STEP.")
-    bores = {name: require_positive(f"rod.{_key(name)}", value) for name, value in given.items()}
-    return CadFile(
-        path,
-        bores.get("big_end_bore"),
-        bores.get("small_end_bore"),
-        unit=_one_of("unit", raw.get("unit"), UNITS),
-        solids=_names(raw.get("solids", [])),
-        cap=MissingCap(_one_of("cap", raw.get("cap"), MissingCap) or MissingCap.REFUSED),
+def _from_file(key: str, given: Mapping[str, Any], mass: MassProperties | None, folder: Path) -> RodTable:
+    """Read a rod from the file that a key names."""
+    mesh = key == "mesh"
+    what = "mesh" if mesh else "file"
+    allowed = {key, "unit", *_BORES, *_MASS_KEYS} | (set() if mesh else set(_FILE_OPTIONS))
+    for name, value in given.items():
+        dimensionless = not mesh and name in ("preset", *_FILES)
+        rule = f"cannot be combined with {key}" + (
+            "" if dimensionless else f": the {what} has its own dimensions"
+        )
+        require(name in allowed, f"rod.{name}", value, rule, "Remove one of them.")
+    path = located(f"rod.{key}", given[key], folder)
+    if mesh:
+        rule = f"is not a mesh format that is read: {', '.join(MESH_FORMATS)}"
+        remedy = "Write the mesh in one of these, or give a solid as rod.step."
+        require(is_mesh(path), "rod.mesh", str(path), rule, remedy)
+    require(
+        is_file(path), f"rod.{key}", str(path), "is not a file", f"Name a {'mesh' if mesh else 'CAD'} file."
     )
+    rule = f"is not a CAD file that can be read ({', '.join(FORMATS)})"
+    require(key != "cad" or is_cad(path), "rod.cad", path.name, rule, "Export the rod as STEP.")
+    big, small = (require_positive(f"rod.{name}", given[name]) if name in given else None for name in _BORES)
+    if mesh:
+        return RodTable(None, None, mass, None, MeshFile(path, given.get("unit"), big, small))
+    cap = given.get("cap", MissingCap.REFUSED)
+    cad = CadFile(path, big, small, unit=given.get("unit"), solids=given.get("solids", ()), cap=cap)
+    return RodTable(None, cad, mass, None)
 
 
-def _one_of(key: str, value: object, valid: Iterable[str]) -> str | None:
-    """Return a value that must be one of some, or None if it is not given."""
-    if value is None:
-        return None
-    names = [str(name) for name in valid]
-    require(value in names, f"rod.{key}", value, f"must be one of {', '.join(names)}")
-    return str(value)
-
-
-def _names(value: object) -> tuple[str, ...]:
-    """Return the names of solids."""
-    rule = 'must be a list of names, such as ["rod", "cap"]'
-    valid = isinstance(value, list) and all(isinstance(name, str) for name in value)
-    require(valid, "rod.solids", value, rule, "fea rod FILE lists the solids of a file.")
-    return tuple(value)  # type: ignore[arg-type]
-
-
-def _mass(raw: Mapping[str, object]) -> MassProperties | None:
-    present = [key for key in _MASS_KEYS if key in raw]
+def _mass(given: Mapping[str, Any]) -> MassProperties | None:
+    present = [name for name in _MASS_KEYS if name in given]
     if not present:
         return None
-    for key in _MASS_KEYS:
+    for name in _MASS_KEYS:
         rule = f"is missing, but {present[0]} is given"
-        require(key in raw, f"rod.{key}", None, rule, f"Give all of {', '.join(_MASS_KEYS)}, or none.")
-    mass, center, inertia = (checked(f"rod.{key}", raw[key], float) for key in _MASS_KEYS)
-    for key, value in (("mass_kg", mass), ("inertia_kg_m2", inertia)):
-        require_positive(f"rod.{key}", value)
-    moment = inertia * KG_M2
+        require(name in given, f"rod.{name}", None, rule, f"Give all of {', '.join(_MASS_KEYS)}, or none.")
     zero = (0.0, 0.0, 0.0)
-    return MassProperties(mass * KG, (center, 0.0, 0.0), (zero, zero, (0.0, 0.0, moment)))
+    moment = given["inertia_kg_m2"] * KG_M2
+    center = (given["center_of_gravity_mm"], 0.0, 0.0)
+    return MassProperties(given["mass_kg"] * KG, center, (zero, zero, (0.0, 0.0, moment)))

@@ -11,10 +11,7 @@ from typing import Any
 from fea.base.choices import (
     CONTACT,
     CONVERGED_PERCENT,
-    Assembly,
     Element,
-    Fatigue,
-    SolverName,
     Support,
     Symmetry,
 )
@@ -29,149 +26,36 @@ from fea.study.assembly_table import (
     table_name,
     with_contact,
 )
-from fea.study.engine_presets import engine_preset, with_preset
 from fea.study.engine_table import EngineTable
 from fea.study.material_table import SN_KEYS, MaterialTable
-from fea.study.option_tables import PINS, ContactTable, DutyTable, OptimiseTable
+from fea.study.option_tables import (
+    DEFAULT_RPM,
+    PINS,
+    AnalysisTable,
+    ContactTable,
+    DutyTable,
+    ForcesTable,
+    MeshTable,
+    OptimiseTable,
+    OutputTable,
+    SpeedTable,
+)
 from fea.study.paths import is_file, located, require_size, require_text
-from fea.study.rod_table import RodTable, read_rod, rod_of_file
+from fea.study.presets import engine_preset, with_preset
+from fea.study.rod_table import RodKeys, RodTable, read_rod, rod_of_file
 from fea.study.tables import entries_of, nearest, read_table, toml_text, unknown_key
-from fea.study.template import ready_study
-from geometry.errors import InvalidValue, require, require_number, require_positive
+from geometry.errors import InvalidValue, require
 from geometry.imports import is_cad
-from loads.bearing import PinLoad, parse_pin_load
 from mesh.files.tets import is_mesh
 
 # A key with 64 dotted parts or more, refused because the parser's time grows with their square.
 _NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")
-# Faster than any piston engine; model aircraft engines reach about 40 000 rpm.
-LARGEST_RPM = 50_000.0
-DEFAULT_RPM = 6000.0
-LARGEST_STEP = 360.0  # degrees, of the cycle's fields for ParaView
 LARGEST_STUDY = 2**18  # bytes; the longest list of speeds takes a tenth
 DEFAULT_STUDY = "leon-2001"
 
 
 # Where a study says nothing of the material.
 ASSUMED_MATERIAL = MaterialTable(preset="leon-2001")
-
-
-@dataclass(frozen=True)
-class SpeedTable:
-    """[speed]."""
-
-    rpm: float | tuple[float, ...] | None = None
-
-    def speeds(self, default: float = DEFAULT_RPM) -> tuple[float, ...]:
-        """Return the speeds, rpm, in the order given; without any, `default`."""
-        given = default if self.rpm is None else self.rpm
-        values = given if isinstance(given, tuple) else (given,)
-        require(len(values) > 0, "speed.rpm", [], "must contain at least one speed")
-        for value in values:
-            require_number("speed.rpm", value)
-            rule = f"must lie between 0 and {LARGEST_RPM:.0f}"
-            require(0 <= value <= LARGEST_RPM, "speed.rpm", value, rule)
-        named = {f"{value:g}": value for value in reversed(values)}
-        for value in values:
-            rule = f"equals {named[f'{value:g}']!r} to six digits, so both would have the same name"
-            require(named[f"{value:g}"] == value, "speed.rpm", repr(value), rule, "Leave one of them out.")
-        return tuple(dict.fromkeys(values))
-
-
-@dataclass(frozen=True)
-class ForcesTable:
-    """[forces]: given pin forces instead of an engine."""
-
-    pin_N: tuple[float, ...]
-
-    def pin(self) -> tuple[float, float]:
-        """Return (axial, transverse), N, tension positive."""
-        require(len(self.pin_N) == 2, "forces.pin_N", list(self.pin_N), "must be [axial, transverse]")
-        axial, transverse = (require_number("forces.pin_N", value) for value in self.pin_N)
-        rule = "at least one component must not be zero"
-        require(axial != 0 or transverse != 0, "forces.pin_N", list(self.pin_N), rule)
-        return axial, transverse
-
-
-@dataclass(frozen=True)
-class MeshTable:
-    """[mesh]."""
-
-    size_mm: float | None = None
-    element: Element = Element.P2
-
-    def __post_init__(self) -> None:
-        """Refuse a size that is not positive."""
-        if self.size_mm is not None:
-            require_positive("mesh.size_mm", self.size_mm)
-
-
-@dataclass(frozen=True)
-class AnalysisTable:
-    """[analysis]."""
-
-    support: Support = Support.INERTIA_RELIEF
-    symmetry: Symmetry = Symmetry.AUTO
-    pressure: str = "cosine-180"
-    solver: SolverName = SolverName.AUTO
-    assembly: Assembly = Assembly.BATCHED
-    tolerance_percent: float | None = None
-    min_safety: float | None = None
-    cycle: bool = False
-    fatigue: Fatigue = Fatigue.GOODMAN
-    buckling: bool = False
-
-    def __post_init__(self) -> None:
-        """Refuse values out of range."""
-        if self.in_contact:
-            clamped, why = self.support is Support.CLAMPED, self.contact_obstacle
-            remedy = "Use inertia-relief." if clamped else "Choose another --solver."
-            require(not why, "analysis.pressure", CONTACT, why, remedy)
-        else:
-            parse_pin_load(self.pressure)
-        if self.min_safety is not None:
-            require_positive("analysis.min_safety", self.min_safety)
-        if self.tolerance_percent is not None:
-            name, rule = "analysis.tolerance_percent", "must be positive, or 0 for no refinement"
-            require_number(name, self.tolerance_percent)
-            require(self.tolerance_percent >= 0, name, self.tolerance_percent, rule)
-
-    @property
-    def in_contact(self) -> bool:
-        """Whether the pressure on the bores comes from contact with the pins."""
-        return self.pressure == CONTACT
-
-    @property
-    def contact_obstacle(self) -> str:
-        """Why there can be no contact, as a rule; empty where it is possible."""
-        if self.support is Support.CLAMPED:
-            return 'cannot be combined with support = "clamped", which replaces the crank pin'
-        if self.solver is SolverName.AMG:
-            return "needs the compliance of the bores, which the iterative solver does not give"
-        return ""
-
-    @property
-    def prescribed(self) -> PinLoad:
-        """The prescribed load on the bores; the default one for what contact does not support."""
-        return parse_pin_load(type(self).pressure if self.in_contact else self.pressure)
-
-
-@dataclass(frozen=True)
-class OutputTable:
-    """[output]."""
-
-    directory: str | None = None
-    screenshot: bool = False
-    report: bool = False
-    pvd_step_deg: float | None = None
-    animate: str | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse a step that is not one over the cycle."""
-        if self.pvd_step_deg is not None:
-            name, rule = "output.pvd_step_deg", f"must lie between 1 and {LARGEST_STEP:g}"
-            require_number(name, self.pvd_step_deg)
-            require(1 <= self.pvd_step_deg <= LARGEST_STEP, name, self.pvd_step_deg, rule)
 
 
 @dataclass(frozen=True)
@@ -295,7 +179,7 @@ class Study:
         if self.forces is not None:
             rule, remedy = "has no [engine], so there is no crank cycle", "Given forces are for fea run."
         elif self.rod.from_file:
-            remedy, example = ready_study(self.name, self.rod.as_dict())
+            remedy, example = _ready_study(self.name, self.rod.as_dict())
         raise InvalidValue("STUDY", self.name, rule, remedy, example)
 
     @property
@@ -418,27 +302,20 @@ class Study:
         """Return the tables that say something, with plain values, as a study file holds them."""
         parts = {part: self._constants(table) for part, table in self.part_material.items()}
         tables = {"rod": self.rod.as_dict(), "material": self._constants(self.material) | parts}
-        for name in (
-            "engine",
-            "speed",
-            "duty",
-            "forces",
-            "mesh",
-            "analysis",
-            "contact",
-            "assembly",
-            "optimise",
-            "output",
-        ):
+        for name in TABLES:
             table = getattr(self, name)
             if name == "speed" and self.engine is not None and self.speed.rpm is None and self.duty is None:
                 table = SpeedTable(self.engine_speeds(self.engine)[0])
-            unused = {"speed": self.engine is None, "contact": not self.analysis.in_contact}
-            unused["mesh"] = self.rod.mesh is not None
-            unused["speed"] = unused["speed"] or (self.speed.rpm is None and self.duty is not None)
-            if table is not None and not unused.get(name):
+            if name not in (*tables, *self._unused) and table is not None:
                 tables[name] = entries_of(table.resolved() if name == "engine" else table)
         return tables
+
+    @property
+    def _unused(self) -> list[str]:
+        """Tables that say nothing about this study."""
+        speeds = self.engine is not None and (self.speed.rpm is not None or self.duty is None)
+        used = {"speed": speeds, "contact": self.analysis.in_contact, "mesh": self.rod.mesh is None}
+        return [name for name, needed in used.items() if not needed]
 
     def _constants(self, material: MaterialTable) -> dict[str, Any]:
         """Return what counts of a material: an S–N line only where it is given, or there is a duty."""
@@ -450,18 +327,23 @@ class Study:
         return toml_text(self.as_dict())
 
 
-TABLES: Mapping[str, type[Any]] = {
-    "material": MaterialTable,
-    "engine": EngineTable,
-    "speed": SpeedTable,
-    "duty": DutyTable,
-    "forces": ForcesTable,
-    "mesh": MeshTable,
-    "analysis": AnalysisTable,
-    "contact": ContactTable,
-    "assembly": AssemblyTable,
-    "optimise": OptimiseTable,
-    "output": OutputTable,
+# The tables of a study by their names, in the order of the commented study.
+TABLES: Mapping[str, Any] = {
+    table.TABLE: table
+    for table in (
+        RodKeys,
+        MaterialTable,
+        EngineTable,
+        SpeedTable,
+        DutyTable,
+        ForcesTable,
+        AssemblyTable,
+        MeshTable,
+        AnalysisTable,
+        ContactTable,
+        OptimiseTable,
+        OutputTable,
+    )
 }
 
 
@@ -517,14 +399,16 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
     except (ValueError, RecursionError) as error:  # a number with too many digits gives a plain ValueError
         raise InvalidValue("STUDY", f"{name}.toml", f"is not valid TOML: {error}") from error
     for key in raw:
-        if key != "rod" and key not in TABLES:
-            raise unknown_key(f"{name}.toml:", key, ["rod", *TABLES])
+        if key not in TABLES:
+            raise unknown_key(f"{name}.toml:", key, TABLES)
     remedy = 'Add one with dimensions or with preset = "leon-2001".'
     require("rod" in raw, "STUDY", name, "has no [rod] table", remedy)
     raw, part_material = _parted(_with_cycle(with_contact(raw)))
     if "engine" in raw:
         raw["engine"] = with_preset(raw["engine"])
-    tables = {key: read_table(cls, key, raw[key]) for key, cls in TABLES.items() if key in raw}
+    tables = {
+        key: read_table(cls, key, raw[key]) for key, cls in TABLES.items() if key in raw and key != "rod"
+    }
     rod = read_rod(raw["rod"], folder)
     if "engine" in tables:
         tables["engine"] = tables["engine"].located(folder)
@@ -551,3 +435,29 @@ def _parted(raw: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, MaterialT
     tables = {key: read_table(MaterialTable, f"material.{key}", value) for key, value in parts.items()}
     left = {key: value for key, value in raw.items() if key != "material"}
     return (left | {"material": rest} if rest else left), tables
+
+
+_REST = """
+[material]
+preset = "c70-2005"    # or E_GPa, nu, density_kg_m3, yield_MPa, ultimate_MPa
+
+[engine]
+stroke_mm = 86.0
+bore_mm = 86.0
+piston_mass_kg = 0.55  # with rings and pin
+gas = "otto"
+compression_ratio = 10.0
+peak_pressure_bar = 75.0
+
+[speed]
+rpm = 6000.0
+"""
+
+
+def _ready_study(name: str, rod: Mapping[str, Any]) -> tuple[str, str]:
+    """Return what to do about a study without an engine, and one to complete with its [rod] table."""
+    remedy = (
+        f"Name an engine with --engine, or save the lines below as {name}.toml, replace the figures by those "
+        f"of your engine and material, and run fea run {name}.toml."
+    )
+    return remedy, toml_text({"rod": dict(rod)}) + _REST

@@ -1,19 +1,190 @@
-"""TOML tables as frozen dataclasses; errors name unknown keys and values of the wrong type."""
+"""The keys of a study, each declared once: a field of a frozen dataclass, with `key` as its default.
+
+From the declaration follow how it is read and checked, the flag that overrides it (`fea.study.flags`), the
+commented study of `fea init` and the JSON Schema (`fea.study.documents`).
+"""
 
 import dataclasses
 import difflib
 import types
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from enum import StrEnum
-from typing import Any, TypeVar
+from functools import cache
+from typing import Any, ClassVar, TypeVar
 
-from geometry.errors import InvalidValue, is_finite, shown
+from geometry.errors import InvalidValue, is_finite, require, require_number, shown
 
-Table = TypeVar("Table")
+AnyTable = TypeVar("AnyTable")
+# Refuses a value of the key that it is told; called for each entry of a list.
+Check = Callable[[str, Any], object]
 
 _LARGEST = 1e12
 _WORDS = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
+# What the end of a key's name says of its unit.
+_UNITS = {
+    "kg_m2": "kg·m²",
+    "kg_m3": "kg/m³",
+    "mm": "mm",
+    "kg": "kg",
+    "deg": "degrees",
+    "bar": "bar",
+    "GPa": "GPa",
+    "MPa": "MPa",
+    "1_K": "1/K",
+    "kN": "kN",
+    "Nm": "N·m",
+    "um": "µm",
+    "C": "°C",
+    "N": "N",
+    "percent": "percent",
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Flag:
+    """The flag that overrides a key.
+
+    Attributes
+    ----------
+    name
+        In Python; ``pvd_step`` is ``--pvd-step`` in the shell.
+    help
+        Its line in ``fea run --help``.
+    type
+        Of its value; None for the type of the key.
+    parse
+        Turns its value into that of the key.
+    alias
+        Another name that is accepted.
+    writes
+        Whether it asks for a file, which an analysis in memory does not write.
+    """
+
+    name: str
+    help: str
+    type: Any = None
+    parse: Callable[[Any], Any] | None = None
+    alias: str = ""
+    writes: bool = False
+
+
+@dataclasses.dataclass(frozen=True)
+class Key:
+    """What a declaration says of a key beside its name, type and default.
+
+    Attributes
+    ----------
+    example
+        A value in TOML, for the commented study.
+    comment
+        Describes it there and in the schema; the unit follows from the name.
+    check
+        Refuses values.
+    flag
+        That overrides it.
+    stated
+        Whether the commented study states the example, and not as a comment.
+    above
+        A comment on this key and those that follow it.
+    alias
+        An earlier name that is still read.
+    """
+
+    example: str = ""
+    comment: str = ""
+    check: Check | None = None
+    flag: Flag | None = None
+    stated: bool = False
+    above: str = ""
+    alias: str = ""
+
+
+def key(
+    example: str = "", comment: str = "", check: Check | None = None, *, default: Any = None, **more: Any
+) -> Any:
+    """Declare a key: the default of its field, and the attributes of `Key`."""
+    metadata = {"key": Key(example, comment, check, **more)}
+    if default is dict:
+        return dataclasses.field(default_factory=dict, metadata=metadata)
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+class Table:
+    """A table of a study: a frozen dataclass whose fields are its keys.
+
+    Attributes
+    ----------
+    TABLE
+        Its name in a study.
+    INTRO
+        What the commented study says above it.
+    OPTIONAL
+        Whether its heading is a comment there.
+    """
+
+    TABLE: ClassVar[str]
+    INTRO: ClassVar[str] = ""
+    OPTIONAL: ClassVar[bool] = False
+
+    def __init_subclass__(cls, table: str = "", intro: str = "", *, optional: bool = False) -> None:
+        """Give the table its name; a table that only holds keys for another has none."""
+        if table:
+            cls.TABLE, cls.INTRO, cls.OPTIONAL = table, intro, optional
+
+    def __post_init__(self) -> None:
+        """Refuse values that the checks of their keys refuse."""
+        for name, declared in keys_of(type(self)).items():
+            value = getattr(self, name)
+            if declared.check is not None and value is not None:
+                for entry in value if isinstance(value, tuple) else (value,):
+                    declared.check(f"{self.TABLE}.{name}", entry)
+
+
+def _keys_of(cls: Any) -> dict[str, Key]:
+    declared = {field.name: field.metadata.get("key", Key()) for field in dataclasses.fields(cls)}
+    above = [base for base in cls.__bases__ if dataclasses.is_dataclass(base)]
+    inherited = [field.name for base in above for field in dataclasses.fields(base)]
+    return {name: declared[name] for name in (*(n for n in declared if n not in inherited), *inherited)}
+
+
+def _hints_of(cls: Any) -> dict[str, Any]:
+    hints = typing.get_type_hints(cls)
+    return {name: hints[name] for name in keys_of(cls)}
+
+
+# The keys of a table, its own before those that it inherits; and their annotated types.
+keys_of: Callable[[Any], dict[str, Key]] = cache(_keys_of)
+hints_of: Callable[[Any], dict[str, Any]] = cache(_hints_of)
+
+
+def described(name: str, declared: Key) -> str:
+    """Describe a key: its name in words, its unit, and its comment."""
+    unit = next((unit for unit in _UNITS if name.endswith(f"_{unit}")), None)
+    words = (name if unit is None else name.removesuffix(f"_{unit}")).replace("_", " ")
+    comment = f": {declared.comment}" if declared.comment else ""
+    return words + (f", {_UNITS[unit]}" if unit else "") + comment
+
+
+def not_negative(name: str, value: object) -> None:
+    """Refuse a number below zero."""
+    require(require_number(name, value) >= 0, name, value, "must not be negative")
+
+
+def within(least: float, most: float, unit: str = "") -> Check:
+    """Return the check that refuses numbers outside of bounds."""
+
+    def check(name: str, value: object) -> None:
+        rule = f"must lie between {least:g} and {most:g}{unit}"
+        require(least <= require_number(name, value) <= most, name, value, rule)
+
+    return check
+
+
+def one_of(valid: Iterable[str]) -> Check:
+    """Return the check that refuses all but some words."""
+    names = [str(name) for name in valid]
+    return lambda name, value: require(value in names, name, value, f"must be one of {', '.join(names)}")
 
 
 def unknown_key(where: str, key: str, valid: Iterable[str]) -> InvalidValue:
@@ -28,35 +199,35 @@ def nearest(word: str, valid: Iterable[str]) -> str:
     return (f"Did you mean {near[0]}? " if near else "") + "Valid names: " + ", ".join(names) + "."
 
 
-def read_table(cls: type[Table], where: str, raw: object) -> Table:
-    """Make the dataclass `cls` from a TOML table.
-
-    Parameters
-    ----------
-    cls
-        Its fields are the valid keys, with the types of their annotations.
-    where
-        The table's name, for messages.
-    raw
-        The value from the TOML parser.
+def read_table(cls: type[AnyTable], where: str, raw: object) -> AnyTable:
+    """Make the dataclass `cls` from a TOML table that messages call `where`.
 
     Raises
     ------
     InvalidValue
         Not a table, an unknown or a missing key, or a value of the wrong type.
     """
-    if not isinstance(raw, Mapping):
-        raise InvalidValue(where, raw, f"must be a table, [{where}]")
-    hints = typing.get_type_hints(cls)
-    values = {}
-    for key, value in raw.items():
-        if key not in hints:
-            raise unknown_key(f"[{where}]", key, hints)
-        values[key] = checked(f"{where}.{key}", value, hints[key])
+    values = read_keys(cls, where, raw)
     for name in required(cls):
         if name not in values:
             raise InvalidValue(f"{where}.{name}", None, "is missing", f"Give it in [{where}].")
     return cls(**values)
+
+
+def read_keys(cls: type[Any], where: str, raw: object) -> dict[str, Any]:
+    """Return the values of a TOML table as the types of the keys of `cls`; see `read_table`."""
+    if not isinstance(raw, Mapping):
+        raise InvalidValue(where, raw, f"must be a table, [{where}]")
+    hints = hints_of(cls)
+    aliases = {declared.alias: name for name, declared in keys_of(cls).items() if declared.alias}
+    values: dict[str, Any] = {}
+    for given, value in raw.items():
+        name = aliases.get(given, given)
+        if name not in hints:
+            raise unknown_key(f"[{where}]", given, hints)
+        require(name not in values, f"{where}.{given}", value, "is given twice, by two names", "Remove one.")
+        values[name] = checked(f"{where}.{given}", value, hints[name])
+    return values
 
 
 def required(cls: Any) -> list[str]:
@@ -81,7 +252,7 @@ def checked(name: str, value: object, hint: Any) -> Any:
     for number in value if isinstance(value, list | tuple) else [value]:
         if isinstance(number, int | float):
             _require_size(name, number)
-    options = [option for option in _options(hint) if option is not types.NoneType]
+    options = options_of(hint)
     for option in options:
         converted = _convert(value, option)
         if converted is not None:
@@ -94,9 +265,10 @@ def checked(name: str, value: object, hint: Any) -> Any:
     raise InvalidValue(name, value, f"must be {' or '.join(_word(option) for option in options)}")
 
 
-def number(name: str, value: float | None) -> float | None:
-    """Return the number of a flag, or None if it is not given; checked like a number in a table."""
-    return None if value is None else float(checked(name, value, float))
+def options_of(hint: Any) -> list[Any]:
+    """Return the types that a hint allows beside None."""
+    options = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+    return [option for option in options if option is not types.NoneType]
 
 
 def _require_size(name: str, number: float) -> None:
@@ -107,10 +279,6 @@ def _require_size(name: str, number: float) -> None:
         raise InvalidValue(name, number, rule, "Give it in the unit that the key names.")
 
 
-def _options(hint: Any) -> tuple[Any, ...]:
-    return typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
-
-
 def _is_enum(option: Any) -> bool:
     return isinstance(option, type) and issubclass(option, StrEnum)
 
@@ -119,7 +287,8 @@ def _word(option: Any) -> str:
     if typing.get_origin(option) is dict:
         return "a table"
     if typing.get_origin(option) is tuple:
-        return f"a list of {_WORDS[typing.get_args(option)[0]].removeprefix('a ')}s"
+        entries = typing.get_args(option)[0]
+        return "a list of texts" if entries is str else f"a list of {_WORDS[entries].removeprefix('a ')}s"
     return _WORDS[option]
 
 
@@ -141,8 +310,8 @@ def _convert(value: object, option: Any) -> Any:
 
 
 def entries_of(table: Any) -> dict[str, Any]:
-    """Return the fields of a table that say something, by name; those that are None or empty are left out."""
-    values = {field.name: getattr(table, field.name) for field in dataclasses.fields(table)}
+    """Return the keys of a table that say something, by name; those that are None or empty are left out."""
+    values = {name: getattr(table, name) for name in keys_of(type(table))}
     return {name: value for name, value in values.items() if value not in (None, (), {})}
 
 

@@ -1,16 +1,17 @@
 """Which columns of a table are crank angle and cylinder pressure."""
 
 import re
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from fea.base.choices import PressureReference, PressureUnit
-from fea.study.trace_table import Table
+from fea.study.tables import Table, key, keys_of, within
+from fea.study.trace_table import Table as TraceTable
 from geometry.arrays import Floats
-from geometry.errors import InvalidValue, require, require_number
+from geometry.errors import InvalidValue, require
 
 _ANGLES = {
     *(
@@ -132,65 +133,44 @@ _CYCLE_DEG = 720.0
 _WIDEST_SMOOTHING = 10.0
 
 
-@dataclass(frozen=True)
-class TraceKeys:
-    """How a trace is to be read; what is None is found out from the file.
+def _two_or_four(name: str, value: object) -> None:
+    require(value in (2, 4), name, value, "must be 2 or 4")
 
-    Attributes
-    ----------
-    angle_column, pressure_column
-        Name or number (from 1) of a column; for pressures also a range (``"2-61"``) to be averaged.
-    angle_offset_deg
-        Added to the angles of the file, so that firing TDC is at 360°.
-    pressure_unit, pressure_reference
-        Of the pressures in the file.
-    smoothing_deg
-        Width of the moving average; 0 for none.
-    strokes
-        4, or 2 for an engine that fires in every revolution.
-    """
 
-    angle_column: str | int | None = None
-    angle_offset_deg: float | None = None
-    pressure_column: str | int | None = None
-    pressure_unit: PressureUnit | None = None
-    pressure_reference: PressureReference | None = None
-    smoothing_deg: float | None = None
-    strokes: int | None = None
+@dataclass(frozen=True, kw_only=True)
+class TraceKeys(Table, table="engine"):
+    """How a trace is to be read; what is None is found out from the file."""
 
-    def __post_init__(self) -> None:
-        """Refuse values out of range."""
-        if self.angle_offset_deg is not None:
-            _require_within("angle_offset_deg", self.angle_offset_deg, -_CYCLE_DEG, _CYCLE_DEG)
-        if self.smoothing_deg is not None:
-            _require_within("smoothing_deg", self.smoothing_deg, 0.0, _WIDEST_SMOOTHING)
-        if self.strokes is not None:
-            require(self.strokes in (2, 4), "engine.strokes", self.strokes, "must be 2 or 4")
-
-    @classmethod
-    def of(cls, table: object) -> "TraceKeys":
-        """Take the keys from a table that has them among its fields."""
-        return cls(**{name: getattr(table, name) for name in cls.names()})
-
-    @classmethod
-    def names(cls) -> tuple[str, ...]:
-        """Names of the keys."""
-        return tuple(field.name for field in fields(cls))
+    angle_column: str | int | None = key(
+        "1",
+        "name or number of the column of crank angles in degrees",
+        above="For a file: what its headings do not say is found out, and the run tells what it assumed. "
+        "These "
+        "keys decide:",
+    )
+    angle_offset_deg: float | None = key(
+        "360.0",
+        "added to the angles of the file, so that firing TDC is at 360",
+        within(-_CYCLE_DEG, _CYCLE_DEG, " degrees"),
+    )
+    pressure_column: str | int | None = key(
+        "2", 'name or number of the column of pressures; or "2-61", cycles to be averaged'
+    )
+    pressure_unit: PressureUnit | None = key('"bar"', "of the pressures in the file; or kPa, MPa, Pa, psi")
+    pressure_reference: PressureReference | None = key(
+        '"absolute"', 'of those pressures, less atmosphere_bar; or "gauge"'
+    )
+    smoothing_deg: float | None = key(
+        "1.0", "width of a moving average; 0: none", within(0.0, _WIDEST_SMOOTHING, " degrees")
+    )
+    strokes: int | None = key(
+        "4", "of the engine, to complete a trace of a single revolution: 2 repeats it", _two_or_four
+    )
 
     @property
     def given(self) -> dict[str, Any]:
-        """The keys that say something."""
-        return {name: value for name in self.names() if (value := getattr(self, name)) is not None}
-
-    def with_found(self, **found: object) -> "TraceKeys":
-        """Return the keys with those added that were found out."""
-        return replace(self, **found)  # type: ignore[arg-type]
-
-
-def _require_within(key: str, value: float, least: float, most: float) -> None:
-    require_number(f"engine.{key}", value)
-    rule = f"must lie between {least:g} and {most:g} degrees"
-    require(least <= value <= most, f"engine.{key}", value, rule)
+        """The keys that say something of how to read a trace."""
+        return {name: value for name in keys_of(TraceKeys) if (value := getattr(self, name)) is not None}
 
 
 # Degrees: columns that span less are no crank angles, those that span more are whole revolutions.
@@ -221,7 +201,7 @@ class Columns(NamedTuple):
     found: dict[str, str | int]
 
 
-def trace_columns(table: Table, keys: TraceKeys) -> Columns:
+def trace_columns(table: TraceTable, keys: TraceKeys) -> Columns:
     """Choose the columns by the keys, by their names, or by what they contain.
 
     Raises
@@ -247,7 +227,7 @@ def trace_columns(table: Table, keys: TraceKeys) -> Columns:
     )
 
 
-def _note(key: str, table: Table, columns: list[int]) -> dict[str, str | int]:
+def _note(key: str, table: TraceTable, columns: list[int]) -> dict[str, str | int]:
     """The value of a key for columns that no key gave; nothing where their name tells it."""
     name = table.names[columns[0]]
     known = is_angle(name) if key == "angle_column" else is_pressure(name)
@@ -256,7 +236,7 @@ def _note(key: str, table: Table, columns: list[int]) -> dict[str, str | int]:
     return {key: columns[0] + 1 if len(columns) == 1 else f"{columns[0] + 1}-{columns[-1] + 1}"}
 
 
-def _given(table: Table, key: str, value: str | int | None) -> list[int]:
+def _given(table: TraceTable, key: str, value: str | int | None) -> list[int]:
     """Return the columns (from 0) that a key names; none without a key."""
     if value is None:
         return []
@@ -284,7 +264,7 @@ def _range(value: str) -> list[int]:
     return list(range(int(first) - 1, min(int(last), 10_000)))
 
 
-def _angle(table: Table) -> int:
+def _angle(table: TraceTable) -> int:
     """The column that is named as a crank angle, or the first one that turns like one."""
     turning = [i for i in table.numbers if _turns(table.column(i))]
     named = [i for i in table.numbers if is_angle(table.names[i])]
@@ -307,7 +287,7 @@ def _turns(values: Floats) -> bool:
     return bool(rising and np.ptp(values) >= _LEAST_TURN)
 
 
-def _pressure(table: Table, angle: int) -> list[int]:
+def _pressure(table: TraceTable, angle: int) -> list[int]:
     """The column named as a pressure, the only one left, or all where they are cycles of one engine."""
     rest = [i for i in table.numbers if i != angle]
     named = [i for i in rest if is_pressure(table.names[i])]
@@ -323,7 +303,7 @@ def _pressure(table: Table, angle: int) -> list[int]:
     raise InvalidValue("engine.gas", table.source, rule, remedy)
 
 
-def _are_cycles(table: Table, columns: list[int]) -> bool:
+def _are_cycles(table: TraceTable, columns: list[int]) -> bool:
     """Whether columns repeat each other as the cycles of one engine do."""
     if len(columns) < _FEWEST_CYCLES:
         return False
@@ -336,11 +316,11 @@ def _are_cycles(table: Table, columns: list[int]) -> bool:
     return min(alike) >= _SIMILAR and float(spread.min()) >= 0.5 * float(spread.max())
 
 
-def _key(table: Table, column: int) -> str:
+def _key(table: TraceTable, column: int) -> str:
     return f'"{table.names[column]}"' if table.names[column] else f"{column + 1}"
 
 
-def _listed(table: Table, columns: "tuple[int, ...] | list[int]") -> str:
+def _listed(table: TraceTable, columns: "tuple[int, ...] | list[int]") -> str:
     """Name some columns."""
     texts = [f"{i + 1} ({table.names[i]})" if table.names[i] else f"{i + 1}" for i in columns[:8]]
     return ", ".join(texts) + (" …" if len(columns) > len(texts) else "")

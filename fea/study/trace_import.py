@@ -1,7 +1,7 @@
 """A pressure trace from a table of measurements: what the keys and headings leave open is found and told."""
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -99,7 +99,8 @@ def import_trace(text: str, source: str, keys: TraceKeys, around: Surroundings) 
     cycles = _told_cycles(recording, reading, around)
     told = _told(trace, cycles, assumptions) if cycles or assumptions else ""
     trace = replace(trace, remarks=tuple(text for text in (told, doubt if assumptions else "") if text))
-    return Imported(trace, keys.with_found(**{a.key: a.value for a in assumptions}))
+    found: dict[str, Any] = {a.key: a.value for a in assumptions}
+    return Imported(trace, replace(keys, **found))
 
 
 def _column_assumptions(columns: Columns, table: Table) -> list[_Assumption]:

@@ -28,8 +28,8 @@ from fea.pins.assembled_rod import AssembledRod
 from fea.run.prepare import prepare
 from fea.solid.errors import ContactError
 from fea.study.assembly_table import AssemblyTable
-from fea.study.option_tables import ContactTable
-from fea.study.study import AnalysisTable, MeshTable, SpeedTable, Study
+from fea.study.option_tables import AnalysisTable, ContactTable, MeshTable, SpeedTable
+from fea.study.study import Study
 from geometry.errors import GeometryError, InvalidValue
 from mesh.sizing import default_size
 from mesh.tetmesh import MeshError

@@ -37,7 +37,7 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     from fea.run.meshing import mesh_loaded
     from fea.run.prepare import prepare
     from fea.run.speed import solve_speed, with_cycle
-    from fea.study.study import MeshTable
+    from fea.study.option_tables import MeshTable
     from geometry.system import peak_memory
     from mesh.sizing import default_size
 

@@ -36,7 +36,8 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     from fea.run.meshing import mesh_loaded
     from fea.run.prepare import prepare
     from fea.run.speed import solve_speed, with_cycle
-    from fea.study.study import MeshTable, load_study
+    from fea.study.option_tables import MeshTable
+    from fea.study.study import load_study
     from geometry.system import peak_memory
     from mesh.sizing import default_size
 

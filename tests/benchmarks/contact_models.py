@@ -26,9 +26,9 @@ from fea.pins.fits import BIG_CLEARANCE, SMALL_CLEARANCE
 from fea.run.prepare import PreparedRod, prepare
 from fea.run.speed import solve_speed, with_cycle
 from fea.stress.singular import masked_nodes
-from fea.study.option_tables import ContactTable
+from fea.study.option_tables import ContactTable, MeshTable, SpeedTable
 from fea.study.rod_table import rod_of_file
-from fea.study.study import MeshTable, SpeedTable, Study, load_study
+from fea.study.study import Study, load_study
 from geometry.cad.formats import export_step
 from geometry.session import session
 from geometry.surfaces import Surface

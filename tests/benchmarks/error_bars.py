@@ -36,7 +36,8 @@ from fea.run.prepare import prepare
 from fea.run.speed import solve_speed
 from fea.run.wanted_size import predicted_elements, wanted_sizes
 from fea.stress.error_estimate import STRESS_FACTOR
-from fea.study.study import MeshTable, SpeedTable, Study, load_study
+from fea.study.option_tables import MeshTable, SpeedTable
+from fea.study.study import Study, load_study
 from mesh.sizing import Sizing
 
 SHIPPED, DRAWS = ("leon-2001", "columba-2022", "molina-2024"), 2

@@ -21,7 +21,8 @@ from fea.run.prepare import PreparedRod, prepare
 from fea.run.rod_report import fitted
 from fea.run.speed import SpeedResult, solve_speed
 from fea.study.material_table import MaterialTable
-from fea.study.study import MeshTable, Study, parse_study
+from fea.study.option_tables import MeshTable
+from fea.study.study import Study, parse_study
 from mesh.sizing import default_size
 
 INCH = 25.4  # mm

@@ -27,7 +27,8 @@ from fea.run.adapt import Adapted, adapt_mesh
 from fea.run.prepare import prepare
 from fea.run.speed import solve_speed
 from fea.run.wanted_size import wanted_sizes
-from fea.study.study import MeshTable, SpeedTable, Study, load_study
+from fea.study.option_tables import MeshTable, SpeedTable
+from fea.study.study import Study, load_study
 
 SPEEDS = {"leon-2001": (800, 3000, 6000), "columba-2022": (800, 5100), "molina-2024": (780, 2000)}
 SEEDS = (7, 10, 13, 16, 18, 20)

@@ -5,8 +5,8 @@ from fea.base.choices import Fatigue
 from fea.judge.fatigue import check_remarks, fatigue_remarks
 from fea.judge.plausible import unit_remarks
 from fea.study.engine_table import EngineTable
-from fea.study.material_presets import MATERIALS
 from fea.study.material_table import MaterialTable
+from fea.study.presets import MATERIALS
 
 
 def remarks(piston_mass_kg=0.5, bore_mm=80.0, **constants):

@@ -11,7 +11,7 @@ from fea.pins.assembled_loads import _principal
 from fea.run.prepare import prepare
 from fea.run.speed import solve_speed, with_cycle
 from fea.solid.parity import Parity
-from fea.study.study import MeshTable
+from fea.study.option_tables import MeshTable
 
 SPEED = 6000.0
 # Of the largest pressure: what the unit loads may leave out at any place, and of the bolts' forces.

@@ -14,8 +14,8 @@ from fea.output.json_file import read_summary
 from fea.run.prepare import prepare
 from fea.study.flags import Flags
 from fea.study.material_table import MaterialTable
-from fea.study.option_tables import ContactTable
-from fea.study.study import ForcesTable, load_study
+from fea.study.option_tables import ContactTable, ForcesTable
+from fea.study.study import load_study
 from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
 from loads.cases import given

@@ -11,7 +11,8 @@ from fea.run.adapt import adapt_mesh
 from fea.run.meshing import mesh_study
 from fea.run.speed import solve_speed
 from fea.run.wanted_size import edge_length, predicted_elements, size_ratio, wanted_sizes
-from fea.study.study import AnalysisTable, MeshTable, load_study
+from fea.study.option_tables import AnalysisTable, MeshTable
+from fea.study.study import load_study
 from geometry.errors import InvalidValue
 
 

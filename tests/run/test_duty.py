@@ -17,8 +17,8 @@ from fea.run.life import life_of as life_of_loads
 from fea.run.prepare import prepare
 from fea.run.speed import solve_speed, with_cycle
 from fea.study.material_table import MaterialTable
-from fea.study.option_tables import DutyTable
-from fea.study.study import MeshTable, Study, parse_study
+from fea.study.option_tables import DutyTable, MeshTable
+from fea.study.study import Study, parse_study
 from geometry.errors import InvalidValue
 
 SPEEDS, HOURS = (4000.0, 6000.0, 6500.0), (600.0, 350.0, 50.0)

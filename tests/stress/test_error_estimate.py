@@ -16,7 +16,8 @@ from fea.solid.element import gauss_block, tabulate
 from fea.stress.error_estimate import ErrorEstimator, sagitta
 from fea.stress.recovery import Recovery
 from fea.stress.stress import von_mises
-from fea.study.study import MeshTable, load_study
+from fea.study.option_tables import MeshTable
+from fea.study.study import load_study
 from fea.verify.cases import plate_with_hole, rotating_disc
 from geometry.bodies import block
 from geometry.surfaces import Surface

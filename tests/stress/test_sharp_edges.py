@@ -14,7 +14,8 @@ from fea.output.pictures.shown import described_by
 from fea.output.terminal.run import print_runs
 from fea.run.meshing import mesh_study
 from fea.stress.singular import masked_nodes, singular_nodes
-from fea.study.study import MeshTable, parse_study
+from fea.study.option_tables import MeshTable
+from fea.study.study import parse_study
 from geometry.bodies import Prism, polygon
 from geometry.bodies import draw as draw_body
 from geometry.session import session

@@ -16,8 +16,9 @@ from fea.stress.error_estimate import ErrorEstimator
 from fea.stress.recovery import Recovery
 from fea.stress.singular import masked_nodes
 from fea.stress.stress import von_mises
+from fea.study.option_tables import MeshTable
 from fea.study.rod_table import RodTable
-from fea.study.study import MeshTable, Study, load_study
+from fea.study.study import Study, load_study
 from fea.verify.body import STEEL, held
 from geometry.bodies import Prism, polygon
 from geometry.errors import InvalidValue

@@ -13,11 +13,10 @@ from fea.judge.bolt_choice import choose_bolt
 from fea.judge.bolt_shape import BoltSeats, seats_of
 from fea.run.assembling import Assembling
 from fea.study.assembly_table import AssemblyTable
+from fea.study.documents import study_schema, template
 from fea.study.flags import Flags
 from fea.study.material_table import MaterialTable
-from fea.study.schema import study_schema
 from fea.study.study import load_study, parse_study
-from fea.study.template import template
 from geometry.errors import InvalidValue
 
 ROD = (

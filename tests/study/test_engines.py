@@ -7,9 +7,9 @@ import pytest
 
 from fea.run.engine_study import engine_study
 from fea.run.study_forces import study_forces
-from fea.study.engine_presets import engine_names, engine_preset
 from fea.study.engine_table import EngineTable, engine_remarks, layout_remarks
 from fea.study.flags import Flags, python_flags
+from fea.study.presets import engine_names, engine_preset
 from fea.study.rod_table import rod_keys
 from fea.study.study import load_study, parse_study
 from fea.units import KG, KG_M2, KG_M3

@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from fea.study.material_presets import MATERIALS, SOURCES
 from fea.study.material_table import MaterialTable
+from fea.study.presets import MATERIALS, SOURCES
 
 FATIGUE = Path(__file__).parents[2] / "results" / "fatigue.md"
 

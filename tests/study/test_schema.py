@@ -11,9 +11,8 @@ from jsonschema import Draft202012Validator
 
 from fea.output.json_file import json_text
 from fea.run.engine_study import engine_study
-from fea.study.schema import SCHEMA_FILE, is_schema, study_schema
+from fea.study.documents import SCHEMA_FILE, comments, is_schema, study_schema, template
 from fea.study.study import TABLES, load_study, parse_study, shipped_studies
-from fea.study.template import comments, template
 from geometry.errors import InvalidValue
 
 SCHEMA = json.loads(json_text(study_schema()))

@@ -6,7 +6,8 @@ from assemblies import BOLTED
 
 from fea.study.assembly_table import AssemblyTable
 from fea.study.flags import Flags
-from fea.study.study import SpeedTable, load_study
+from fea.study.option_tables import SpeedTable
+from fea.study.study import load_study
 
 EVERY = AssemblyTable(
     bolt_preload_kN=30.0,

@@ -11,7 +11,8 @@ from fea.run.speed import solve_speed
 from fea.solid.element import gauss_block, tabulate
 from fea.stress.error_estimate import ErrorEstimator
 from fea.stress.recovery import ElementStress, Recovery, reference_nodes
-from fea.study.study import MeshTable, load_study
+from fea.study.option_tables import MeshTable
+from fea.study.study import load_study
 from fea.verify.body import STEEL
 from fea.verify.cases import manufactured
 from geometry.bodies import block

@@ -9,7 +9,8 @@ from fea.judge.case_result import CaseResult
 from fea.run.meshing import mesh_study
 from fea.run.prepare import prepare
 from fea.run.speed import solve_speed
-from fea.study.study import MeshTable, Study
+from fea.study.option_tables import MeshTable
+from fea.study.study import Study
 from mesh.sizing import SizeField
 
 

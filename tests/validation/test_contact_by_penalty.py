@@ -19,8 +19,8 @@ from fea.base.choices import CONTACT
 from fea.run.prepare import prepare
 from fea.solid.parity import Parity
 from fea.study.flags import Flags
-from fea.study.option_tables import ContactTable
-from fea.study.study import ForcesTable, load_study
+from fea.study.option_tables import ContactTable, ForcesTable
+from fea.study.study import load_study
 from geometry.surfaces import Surface
 
 FORCE, CLEARANCES = 20e3, {Surface.SMALL_END_BORE: 0.02, Surface.BIG_END_BORE: 0.05}  # N, diametral, mm

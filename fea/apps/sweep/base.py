@@ -1,7 +1,6 @@
 """The study that a sweep starts from, and the designs made of it."""
 
 import tomllib
-import typing
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
@@ -9,9 +8,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from fea.study.rod_table import rod_keys
 from fea.study.study import TABLES, Study, load_study, parse_study, shipped_studies
-from fea.study.tables import toml_text, unknown_key
+from fea.study.tables import hints_of, toml_text, unknown_key
 from geometry.errors import InvalidValue, require
 
 
@@ -132,7 +130,7 @@ def _table(raw: Mapping[str, Any], name: str) -> Any:
 
 
 # The files of a run are not written by a sweep, and a sweep searches by itself.
-_TABLES = ("rod", *(name for name in TABLES if name not in ("optimise", "output")))
+_TABLES = tuple(name for name in TABLES if name not in ("optimise", "output"))
 
 
 def leaves(where: str, raw: object) -> Iterator[tuple[str, Any]]:
@@ -171,7 +169,7 @@ def kind_of(key: str, where: str) -> Any:
     first, _, part = table.partition(".")
     if not table or first not in _TABLES or (part and first != "material"):
         raise unknown_key(f"[{where}]", table or key, _TABLES)
-    hints = rod_keys() if table == "rod" else typing.get_type_hints(TABLES[first])
+    hints = hints_of(TABLES[first])
     if name not in hints:
         raise unknown_key(f"[{where}.{table}]", name, hints)
     return hints[name]
@@ -190,6 +188,4 @@ def _is_table(path: tuple[str, ...]) -> bool:
     """Whether a path names a table, or a part's own material, rather than a key."""
     if len(path) == 1:
         return True
-    return (
-        len(path) == 2 and path[0] == "material" and path[1] not in typing.get_type_hints(TABLES["material"])
-    )
+    return len(path) == 2 and path[0] == "material" and path[1] not in hints_of(TABLES["material"])

@@ -10,7 +10,8 @@ from fea.apps.sweep.base import files_of
 from fea.apps.sweep.extra import digest
 from fea.apps.sweep.sampling import Design
 from fea.apps.sweep.sweep_file import Sweep
-from fea.study.study import SpeedTable, Study
+from fea.study.option_tables import SpeedTable
+from fea.study.study import Study
 from geometry.errors import InvalidValue
 
 SPEED = "speed.rpm"

@@ -5,7 +5,7 @@ from dataclasses import fields
 from typing import Any, NamedTuple
 
 from fea.output.report.wording import named, shown
-from fea.study.material_presets import MATERIALS, SOURCES
+from fea.study.presets import MATERIALS, SOURCES
 from fea.study.study import ASSUMED_MATERIAL, TABLES, Study
 from geometry.presets import ORIGINS, PRESETS
 

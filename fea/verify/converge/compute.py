@@ -20,7 +20,8 @@ from fea.run.prepare import prepare
 from fea.run.speed import SpeedResult, solve_speed
 from fea.solid.supports import clamped, determinate_restraints
 from fea.stress.stress import von_mises
-from fea.study.study import MeshTable, Study
+from fea.study.option_tables import MeshTable
+from fea.study.study import Study
 from fea.verify.cases import goodier, lame
 from fea.verify.converge.rod_reference import first_case
 from fea.verify.converge.row import Computation, Measured

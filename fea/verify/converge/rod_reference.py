@@ -9,7 +9,8 @@ from fea.run.meshing import mesh_study
 from fea.run.prepare import prepare
 from fea.run.speed import SpeedResult, solve_speed
 from fea.run.wanted_size import wanted_sizes
-from fea.study.study import MeshTable, Study
+from fea.study.option_tables import MeshTable
+from fea.study.study import Study
 from fea.verify.converge.reference import Reference, extrapolated
 
 # Sizes of the meshes relative to the default size, in constant ratio, and the additional factor on the

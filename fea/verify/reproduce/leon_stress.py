@@ -14,7 +14,8 @@ import numpy as np
 
 from fea.run.prepare import prepare
 from fea.run.speed import SpeedResult, solve_speed
-from fea.study.study import ForcesTable, MeshTable, load_study
+from fea.study.option_tables import ForcesTable, MeshTable
+from fea.study.study import load_study
 from fea.verify.reproduce.printed import Quantity, Slip, Table, cell, records, wrong_digit
 from loads.bearing import Bonded
 

@@ -11,7 +11,8 @@ from fea.run.prepare import PreparedRod, prepare
 from fea.run.speed import SpeedResult, solve_speed
 from fea.solid.element import gauss_blocks, tabulate
 from fea.study.engine_table import EngineTable
-from fea.study.study import ForcesTable, MeshTable, load_study
+from fea.study.option_tables import ForcesTable, MeshTable
+from fea.study.study import load_study
 from fea.verify.stability.row import ExtremeRow, Verdict, judged
 from geometry.errors import InvalidValue
 

@@ -1,8 +1,8 @@
-"""Real engines by name: each figure with its source, or marked as assumed.
+"""What comes with the program by name: materials and real engines, each figure with its source.
 
-An engine is a file of `fea/studies/engines`: ``[engine]`` and ``[rod]`` hold figures by the keys of a study,
-``[speed]`` the redline. A figure has a ``source``, one of ``[sources]``, or says in ``assumed`` where the
-estimate comes from.
+A material is a table of `materials.toml`. An engine is a file of `fea/studies/engines`: ``[engine]`` and
+``[rod]`` hold figures by the keys of a study, ``[speed]`` the redline. A figure has a ``source``, one of
+``[sources]``, or says in ``assumed`` where the estimate comes from.
 """
 
 import tomllib
@@ -14,6 +14,11 @@ from typing import Any, NamedTuple
 
 from fea.study.tables import checked, nearest
 from geometry.errors import InvalidValue
+
+_MATERIALS = tomllib.loads((files("fea") / "study" / "materials.toml").read_text(encoding="utf-8"))
+# Figures of materials by the keys of a study, and where they come from.
+SOURCES: dict[str, str] = {name: table.pop("source") for name, table in _MATERIALS.items()}
+MATERIALS: dict[str, dict[str, float]] = _MATERIALS
 
 _FOLDER = files("fea") / "studies" / "engines"
 

@@ -1,0 +1,73 @@
+"""What several commands share: the flags of a study, other options, and what is printed."""
+
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import field, make_dataclass
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from cyclopts import Parameter
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+StudyName = Annotated[
+    str, Parameter(help="A shipped study (leon-2001, columba-2022, molina-2024, …) or a TOML file.")
+]
+Threads = Annotated[int | None, Parameter(help="Number of solver threads; default: all processors.")]
+Json = Annotated[bool, Parameter(help="Print the figures as JSON and nothing else.")]
+Quiet = Annotated[bool, Parameter(help="Print nothing.")]
+Markdown = Annotated[
+    Path | None, Parameter(help="Write a Markdown report to this file (.md), with its plots next to it.")
+]
+
+DEFAULT_SIZE = "Element size, mm; default: 1/28 of the rod's length, smaller on fillets, bores and webs."
+
+
+def takes(*names: str, **helps: str) -> Callable[[Command], Command]:
+    """Give a command flags of a study, as the fields of its parameter `flags`.
+
+    Parameters
+    ----------
+    *names
+        Of the flags; none for all.
+    **helps
+        Help of more flags by their names, where it is not that of `fea run`.
+    """
+    from fea.study.flags import Flags, overrides
+
+    known = overrides()
+    fields = []
+    for name in (*names, *helps) or known:
+        flag, kind = known[name].flag, known[name].type
+        hint = kind if kind is bool else kind | None
+        fields.append(
+            (name, Annotated[hint, Parameter(help=helps.get(name, flag.help))], field(default=None))
+        )
+        if flag.alias:
+            fields.append((flag.alias, Annotated[hint, Parameter(show=False)], field(default=None)))
+
+    def decorated(command: Command) -> Command:
+        chosen = make_dataclass("Flags", fields, bases=(Flags,), namespace={"__module__": __name__})
+        command.__annotations__["flags"] = Annotated[chosen, Parameter(name="*")]
+        return command
+
+    return decorated
+
+
+def print_json(value: object, digits: int | None = None) -> None:
+    """Print figures as JSON, with so many significant digits."""
+    from fea.output.json_file import DIGITS, json_text
+
+    sys.stdout.write(json_text(value, DIGITS if digits is None else digits))
+
+
+def one_or_all(values: list[Any]) -> Any:
+    """Return the only value, or all of them: the figures of one speed are not a list."""
+    return values[0] if len(values) == 1 else values
+
+
+def print_written(paths: Iterable[Path | None]) -> None:
+    """Name the files that were written."""
+    for path in paths:
+        if path is not None:
+            sys.stdout.write(f"Wrote {path}\n")

@@ -1,0 +1,168 @@
+"""What is written about the keys of a study: the commented study of `fea init`, and the JSON Schema.
+
+Keys, types, choices and defaults are those of the tables, the descriptions those of their declarations. Rules
+between values are left to the reader.
+"""
+
+import dataclasses
+import textwrap
+import typing
+from collections.abc import Iterable
+from enum import StrEnum
+from typing import Any
+
+from fea.study.presets import MATERIALS, engine_names
+from fea.study.rod_table import sufficient
+from fea.study.study import TABLES
+from fea.study.tables import Key, described, hints_of, keys_of, options_of, required
+from geometry.imports import UNITS
+from geometry.presets import PRESETS
+
+# Beside a study that `fea init` writes, whose first line names it.
+SCHEMA_FILE = "fea-study.schema.json"
+_HEAD = f"""#:schema ./{SCHEMA_FILE}
+# A study for fea. Edit it, then run: fea run THIS-FILE
+# Lengths are in mm, forces in N, stresses in MPa; each key names its unit. Keys that are commented out show
+# their default value or an alternative. Flags on the command line override the values in this file.
+"""
+# Tables of a part's material, after the table that they belong to.
+_PARTS = {
+    "material": """
+# A part may have a material of its own; `fea rod` lists the names of the parts of a STEP file. Those of an
+# assembly are: cap, bolt, bushing and shell.
+# [material.bushing]
+# E_GPa = 110.0
+# nu = 0.34
+# density_kg_m3 = 8800.0
+# yield_MPa = 250.0
+""",
+    "contact": """
+# [material.piston_pin]    # steel if left out; E_GPa and nu are enough, also for [material.crank_pin]
+# E_GPa = 206.0
+# nu = 0.3
+""",
+}
+# Columns in which comments begin, and in which lines end.
+_STOPS, _WIDTH = (27, 36, 46), 118
+
+
+def template() -> str:
+    """Return the commented study."""
+    parts = [_HEAD]
+    for name, table in TABLES.items():
+        parts += [_template_of(table), *([_PARTS[name].lstrip()] if name in _PARTS else [])]
+    return "\n".join(parts)
+
+
+def _template_of(table: Any) -> str:
+    lines = [*_comment(table.INTRO), f"{'# ' if table.OPTIONAL else ''}[{table.TABLE}]"]
+    for name, declared in keys_of(table).items():
+        lines += [*_comment(declared.above), *_entry(name, declared)]
+    return "\n".join(lines) + "\n"
+
+
+def _comment(text: str) -> list[str]:
+    return textwrap.wrap(text, _WIDTH - 4, initial_indent="# ", subsequent_indent="# ")
+
+
+def _entry(name: str, declared: Key) -> list[str]:
+    entry = f"{'' if declared.stated else '# '}{name} = {declared.example}"
+    if not declared.comment:
+        return [entry]
+    column = next((stop for stop in _STOPS if len(entry) < stop), len(entry) + 1)
+    return textwrap.wrap(
+        declared.comment,
+        _WIDTH,
+        initial_indent=f"{entry:<{column}}# ",
+        subsequent_indent=f"{'':<{_STOPS[0]}}# ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+
+
+_TITLE = "Study of a connecting rod for fea"
+_TYPES = {float: "number", int: "integer", str: "string", bool: "boolean"}
+
+Schema = dict[str, Any]
+
+
+def study_schema() -> Schema:
+    """Return the schema (draft 2020-12) of a study as a TOML or JSON document."""
+    tables = {name: _schema_of(cls) for name, cls in TABLES.items()}
+    named: dict[str, dict[str, Iterable[str]]] = {
+        "rod": {"preset": PRESETS, "unit": UNITS},
+        "material": {"preset": MATERIALS},
+        "engine": {"preset": engine_names()},
+    }
+    for table, keys in named.items():
+        for key, names in keys.items():
+            tables[table]["properties"][key] |= _choices(names)
+    tables["rod"] |= {"anyOf": _alternatives(sufficient())}
+    tables["part_material"] = tables["material"]
+    tables["material"] = tables["material"] | {"additionalProperties": _reference("part_material")}
+    tables["engine"] |= _or_a_name(tables["engine"].pop("required"))
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": _TITLE,
+        "type": "object",
+        "properties": {name: _reference(name) for name in TABLES},
+        "required": ["rod"],
+        "not": {"required": ["engine", "forces"]},
+        "additionalProperties": False,
+        "$defs": tables,
+    }
+
+
+def is_schema(text: str) -> bool:
+    """Whether a text is this schema, of any version of the program."""
+    return f'"title": "{_TITLE}"' in text
+
+
+def _schema_of(cls: Any) -> Schema:
+    defaults = {field.name: field.default for field in dataclasses.fields(cls)}
+    properties: dict[str, Schema] = {}
+    for name, declared in keys_of(cls).items():
+        kinds = [_type(option) for option in options_of(hints_of(cls)[name])]
+        kind = kinds[0] if len(kinds) == 1 else {"anyOf": kinds}
+        properties[name] = {"description": described(name, declared)} | kind
+        if declared.alias:
+            properties[declared.alias] = {"description": f"now {name}", "deprecated": True} | kind
+        if defaults[name] not in (dataclasses.MISSING, None):
+            properties[name]["default"] = defaults[name]
+    needed = {"required": required(cls)} if required(cls) else {}
+    return {"type": "object", "properties": properties, "additionalProperties": False} | needed
+
+
+def _or_a_name(needed: list[str]) -> Schema:
+    """Keywords of an engine: a name of the library, or a table with a preset or with what it cannot lack.
+
+    Not as alternatives of two schemas, for which editors could not tell the key that is wrong.
+    """
+    return {
+        "type": ["string", "object"],
+        "if": {"type": "string"},
+        "then": _choices(engine_names()),
+        "anyOf": _alternatives([["preset"], needed]),
+    }
+
+
+def _alternatives(keys: list[list[str]]) -> list[Schema]:
+    return [{"required": names} for names in keys]
+
+
+def _reference(name: str) -> Schema:
+    return {"$ref": f"#/$defs/{name}"}
+
+
+def _choices(names: Iterable[str]) -> Schema:
+    return {"type": "string", "enum": sorted(names)}
+
+
+def _type(option: Any) -> Schema:
+    if typing.get_origin(option) is tuple:
+        return {"type": "array", "items": _type(typing.get_args(option)[0])}
+    if typing.get_origin(option) is dict:
+        return {"type": "object", "additionalProperties": _type(typing.get_args(option)[1])}
+    if issubclass(option, StrEnum):
+        return {"type": "string", "enum": [str(choice) for choice in option]}
+    return {"type": _TYPES[option]}
