@@ -6,7 +6,6 @@ import json
 import subprocess
 import sys
 from importlib import import_module
-from typing import get_type_hints
 
 import meshio
 import numpy as np
@@ -19,7 +18,6 @@ from fea.output.json_file import as_dict, read_summary
 from fea.output.run_files import RunFiles, Writer
 from fea.output.text import write_text
 from fea.run.cycle_figures import EnvelopeFigures
-from fea.study.flags import Flags, RunFlags
 from geometry.errors import InvalidValue
 
 COARSE = {"rpm": 6000, "size": 14}
@@ -100,10 +98,6 @@ def test_a_notebook_shows_every_case_and_the_worst_one_as_a_picture(result):
 def test_flags_that_write_files_are_not_for_an_analysis():
     with pytest.raises(InvalidValue, match=r"flag 'out' is an unknown key.*rpm"):
         analyse("leon-2001", out="here")
-
-
-def test_python_and_the_shell_have_the_same_flags():
-    assert get_type_hints(RunFlags).keys() == {field.name for field in dataclasses.fields(Flags)}
 
 
 def test_several_speeds_are_no_result():

@@ -41,7 +41,7 @@ FORMS = st.fixed_dictionaries(
         "first": st.sampled_from([-540.0, -360.0, -180.0, 0.0, 180.0]),
         "tdc": st.sampled_from([-360.0, -180.0, 0.0, 180.0, 360.0, 540.0]),
         "step": st.sampled_from([0.5, 2.5, 5.0]),
-        "intake": st.floats(0.6, 1.3),  # far boosted, 40 may be kPa or psi
+        "intake": st.floats(0.7, 1.3),  # throttled or far boosted, 60 may be kPa or psi
     }
 )
 

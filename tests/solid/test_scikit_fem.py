@@ -252,8 +252,8 @@ def test_parts_with_a_pressure_take_it(without_kernel):
 def test_a_study_may_ask_for_it():
     asked = Flags(assembly=Assembly.SCIKIT_FEM).applied(load_study())
     again = parse_study(asked.text(), "again", asked.folder)
-    assert asked.analysis.assembly is again.analysis.assembly is Assembly.SCIKIT_FEM
-    with pytest.raises(InvalidValue, match=r"analysis.assembly.*Choose from batched, scikit-fem"):
+    assert asked.analysis.matrix_assembly is again.analysis.matrix_assembly is Assembly.SCIKIT_FEM
+    with pytest.raises(InvalidValue, match=r"analysis.matrix_assembly.*Choose from batched, scikit-fem"):
         parse_study(asked.text().replace("scikit-fem", "by-hand"), "again", asked.folder)
 
 

@@ -10,8 +10,9 @@ from fea.run.study_forces import study_forces
 from fea.study.engine_table import EngineTable, engine_remarks, layout_remarks
 from fea.study.flags import Flags, python_flags
 from fea.study.presets import engine_names, engine_preset
-from fea.study.rod_table import rod_keys
+from fea.study.rod_table import RodKeys
 from fea.study.study import load_study, parse_study
+from fea.study.tables import keys_of
 from fea.units import KG, KG_M2, KG_M3
 from geometry.errors import InvalidValue
 from geometry.section import HeightField
@@ -36,7 +37,7 @@ def test_every_figure_has_a_source_or_is_an_estimate(name):
     assert all(preset.sources.values())
     assert preset.layout in {"in-line", "V", "flat"}
     assert preset.engine.keys() <= {field.name for field in dataclasses.fields(EngineTable)}
-    assert preset.rod.keys() <= rod_keys().keys()
+    assert preset.rod.keys() <= keys_of(RodKeys).keys()
 
 
 @pytest.mark.parametrize("name", engine_names())

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from fea.base.choices import Element, Support
 from fea.run.prepare import prepare
+from fea.study.documents import template
 from fea.study.flags import Flags, python_flags
 from fea.study.paths import parse_speeds
 from fea.study.study import load_study, parse_study, shipped_studies
@@ -142,16 +143,15 @@ def test_a_range_holds_both_ends_and_rises(start, span, step):
 
 
 def test_python_flags_take_python_values():
-    assert python_flags({"rpm": [800, 3000]}).rpm == "800.0,3000.0"
-    assert python_flags({"element": "p1"}).element is Element.P1
+    study = python_flags({"rpm": [800, 3000], "element": "p1"}).applied(load_study())
+    assert study.speed.rpm == (800.0, 3000.0)
+    assert study.mesh.element is Element.P1
     with pytest.raises(InvalidValue, match="Did you mean size"):
         python_flags({"sise": 3.0})
 
 
 def test_the_template_is_a_study(tmp_path):
-    from importlib.resources import files
-
-    text = (files("fea") / "studies" / "template.toml.txt").read_text(encoding="utf-8")
+    text = template()
     assert parsed(text, tmp_path).engine.gas == "otto"
     assert set(tomllib.loads(text)) == {
         "rod", "material", "engine", "speed", "mesh", "analysis", "contact", "output",
