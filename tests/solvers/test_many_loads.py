@@ -32,7 +32,7 @@ def loads(bar):
 
 def _checked(bar, u, f):
     fixed = bar._fixed(Parity.SYMMETRIC)
-    return bar._checked(u, f, fixed, bar._held[Parity.SYMMETRIC]).backward_error
+    return bar._checked(u, f, fixed, bar._restraints[Parity.SYMMETRIC]).backward_error
 
 
 def test_right_solutions_pass(bar, loads):

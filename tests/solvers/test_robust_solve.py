@@ -99,7 +99,7 @@ def test_the_condition_is_estimated_to_its_order(bar):
 
 def test_every_run_estimates_its_condition_beside_the_loads(bar):
     model = solve.Model(bar, STEEL, Support.INERTIA_RELIEF)
-    K = model._K.constrained(model._held[Parity.SYMMETRIC]).full().toarray()
+    K = model._K.constrained(model._restraints[Parity.SYMMETRIC]).full().toarray()
     root = np.sqrt(np.diag(K))
     exact = np.linalg.cond(K / np.outer(root, root))
     # A mere stretch says nothing of bending.
