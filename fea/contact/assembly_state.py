@@ -1,11 +1,8 @@
 """The state of an assembled rod under load: forces of its bolts, and what its interfaces do."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from fea.base.choices import ThreadRolled
-from fea.study.bolts import Thread
 from geometry.surfaces import Surface
 
 # Shear, over what friction can carry, that is none.
@@ -74,62 +71,3 @@ class AssemblyState:
     def separating(self, assembled: "AssemblyState") -> float:
         """Load on the joint beside its bolts, N: what bolts gain and the joint loses against no load."""
         return self.bolt_force - assembled.bolt_force - (self.joint.force - assembled.joint.force)
-
-
-@dataclass(frozen=True)
-class Bolt:
-    """One of the equal bolts of a cap."""
-
-    thread: Thread
-    preload: float  # force after tightening, less what embedding takes of it, N
-    # Force over the elongation of what is not in the solid mesh: head, shank, free and engaged thread, and
-    # the threads of nut or hole, N/mm
-    stiffness: float
-    # head_diameter, nut_diameter: outer diameters of the seats, mm; that of the nut is 0 for a screw in a
-    # threaded hole
-    head_diameter: float
-    nut_diameter: float
-    engaged: float  # length of thread in the rod from the end of the grip, mm; 0 with a nut
-    grip: float  # from the seat of the head to that of the nut, or to the first thread that carries, mm
-    hole: float  # diameter of the hole, mm
-    shank_diameter: float  # mm
-    # proof, yield_strength, ultimate_strength: S_p, R_p0.2 and R_m, MPa
-    proof: float
-    yield_strength: float
-    ultimate_strength: float
-    # thread_friction, head_friction: μ_G and μ_K
-    thread_friction: float
-    head_friction: float
-    rolled: ThreadRolled  # when the thread was rolled
-    assembly_preload: float  # force after tightening, before embedding, N
-
-    @property
-    def compliance(self) -> float:
-        """δ_S, mm/N."""
-        return 1 / self.stiffness
-
-    @property
-    def least_diameter(self) -> float:
-        """d₀: the stress diameter of the thread, or the diameter of a thinner shank, mm."""
-        return min(self.thread.stress_diameter, self.shank_diameter)
-
-    @property
-    def least_area(self) -> float:
-        """A₀ = π/4 d₀², mm²."""
-        return math.pi / 4 * self.least_diameter**2
-
-    @property
-    def proof_load(self) -> float:
-        """S_p A₀, N."""
-        return self.proof * self.least_area
-
-    @property
-    def least_seat_area(self) -> float:
-        """A_p: area of the smaller seat, mm²."""
-        seat = min(self.head_diameter, self.nut_diameter or self.head_diameter)
-        return math.pi / 4 * (seat**2 - self.hole**2)
-
-    @property
-    def friction_diameter(self) -> float:
-        """D_Km: mean diameter of the friction under the head (VDI 2230), mm."""
-        return (self.head_diameter + self.hole) / 2

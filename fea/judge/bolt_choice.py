@@ -1,10 +1,11 @@
 """The bolts of a study's cap: what it says of them, and what is assumed where it says nothing."""
 
+import math
 from dataclasses import dataclass
 
 from fea.base.choices import ThreadRolled
 from fea.base.material import Material
-from fea.contact.assembly_state import Bolt
+from fea.judge.bolt import Bolt
 from fea.judge.bolt_shape import Assumed, BoltSeats, BoltShape, bolt_shape
 from fea.judge.vdi2230 import (
     UTILISATION,
@@ -16,7 +17,6 @@ from fea.judge.vdi2230 import (
     embedding_loss,
     expected_embedding,
     load_factor,
-    tightening_stress,
 )
 from fea.study.assembly_table import BOLT, DEFAULT_GRADE, AssemblyTable, bolt_material
 from fea.study.bolts import PROOF_RATIO, BoltStrength, bolt_strength
@@ -36,18 +36,16 @@ def tightening_remarks(bolt: Bolt, table: AssemblyTable, torque: float) -> tuple
         The bolt breaks.
     """
     force, turned = bolt.assembly_preload, table.bolt_stretch_mm is None
-    stress = force / bolt.least_area
-    if turned:
-        stress = tightening_stress(force, bolt.thread, bolt.least_diameter, bolt.thread_friction)
+    stress = bolt.tightening_stress(turned=turned)
     _require_whole(bolt, table, stress)
     how = f"by {torque / N_M:.3g} N·m" if turned else "by stretching"
     torsion = ", with the torsion of tightening" if turned else ""
     said = (
         f"bolts: {bolt.thread.name}, tightened to {force / KN:.3g} kN {how}: "
         f"{force / bolt.proof_load:.0%} of the proof load, "
-        f"{stress / bolt.yield_strength:.0%} of the yield strength{torsion}"
+        f"{stress / bolt.strength.yield_strength:.0%} of the yield strength{torsion}"
     )
-    if stress > bolt.yield_strength:
+    if stress > bolt.strength.yield_strength:
         return said, "bolts: tightening yields them, so that only a measured preload can be relied on"
     if force > bolt.proof_load:
         return said, "bolts: the preload exceeds the proof load, so that they may not keep their length"
@@ -58,10 +56,10 @@ def _require_whole(bolt: Bolt, table: AssemblyTable, stress: float) -> None:
     key = next((key for key in _TIGHTENED if getattr(table, key) is not None), _TIGHTENED[0])
     rule = (
         f"breaks the bolt: {bolt.assembly_preload / KN:.4g} kN make {stress:.0f} MPa in {bolt.thread.name}, "
-        f"whose ultimate strength is {bolt.ultimate_strength:g} MPa"
+        f"whose ultimate strength is {bolt.strength.ultimate:g} MPa"
     )
     remedy = "Reduce it, or choose a thicker or stronger bolt."
-    require(stress < bolt.ultimate_strength, f"assembly.{key}", getattr(table, key), rule, remedy)
+    require(stress < bolt.strength.ultimate, f"assembly.{key}", getattr(table, key), rule, remedy)
 
 
 def seat_remarks(bolt: Bolt, clamped: Material) -> tuple[str, ...]:
@@ -144,7 +142,7 @@ def choose_bolt(
     strength = _strength(table, own, shape, assumed)
     compliance, parts = _compliances(table, shape, seats, own, clamped.youngs_modulus)
     friction = _friction(table, assumed)
-    lever = Lever(shape.thread, (shape.head + seats.hole) / 2, *friction)
+    lever = Lever(shape.thread, (shape.head_diameter + seats.hole) / 2, *friction)
     limit = allowed_preload(shape.thread, shape.least_diameter, friction[0], strength.yield_strength)
     preload = _preload(table, lever, compliance, limit, assumed)
     loss = embedding_loss((table.bolt_embedding_um or 0.0) * UM, compliance.total, parts)
@@ -152,22 +150,13 @@ def choose_bolt(
     remedy = "Check the unit, or tighten the bolts more."
     require(loss < preload, "assembly.bolt_embedding_um", table.bolt_embedding_um, rule, remedy)
     bolt = Bolt(
-        thread=shape.thread,
-        preload=preload - loss,
-        assembly_preload=preload,
+        **vars(shape),
+        strength=strength,
         stiffness=1 / compliance.total,
-        head_diameter=shape.head,
-        nut_diameter=shape.nut,
-        engaged=shape.grip.engaged,
-        grip=shape.grip.length,
-        hole=seats.hole,
-        shank_diameter=shape.shank,
-        proof=strength.proof,
-        yield_strength=strength.yield_strength,
-        ultimate_strength=strength.ultimate,
         thread_friction=friction[0],
-        head_friction=friction[1],
         rolled=_rolled(table, assumed),
+        assembly_preload=preload,
+        preload=preload - loss,
     )
     torque = lever.torque(preload)
     expected = embedding_loss(expected_embedding(), compliance.total, parts)
@@ -199,18 +188,18 @@ def _compliances(
     table: AssemblyTable, shape: BoltShape, seats: BoltSeats, own: MaterialTable | None, rod_modulus: float
 ) -> tuple[BoltCompliance, float]:
     """Compliance of the bolt, and of the parts by the guideline."""
-    material = bolt_material({} if own is None else {BOLT: own}, table.grade)
-    modulus, grip = material.material().youngs_modulus, shape.grip
+    modulus = bolt_material({} if own is None else {BOLT: own}, table.grade).material().youngs_modulus
+    nut = shape.engaged == 0
     bolt = bolt_compliance(
         shape.thread,
-        grip=grip.length,
+        grip=shape.grip,
         free_thread=shape.free_thread,
-        shank_area=shape.shank_area,
+        shank_area=math.pi / 4 * shape.shank_diameter**2,
         modulus=modulus,
-        counter_modulus=modulus if grip.nut else rod_modulus,
-        nut=grip.nut,
+        counter_modulus=modulus if nut else rod_modulus,
+        nut=nut,
     )
-    parts = ClampedParts(grip.length, shape.head, seats.hole, seats.outer, rod_modulus, grip.nut)
+    parts = ClampedParts(shape.grip, shape.head_diameter, seats.hole, seats.outer, rod_modulus, nut)
     return bolt, parts.compliance
 
 

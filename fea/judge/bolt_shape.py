@@ -66,39 +66,35 @@ _ALIKE = 1e-6
 _PLAIN = 0.05
 
 
-@dataclass(frozen=True)
-class Grip:
-    """How a bolt holds."""
-
-    length: float  # of the grip, mm
-    engaged: float  # length of thread in the rod, mm; 0 with a nut
-
-    @property
-    def nut(self) -> bool:
-        """Whether there is a nut."""
-        return self.engaged == 0
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class BoltShape:
-    """A bolt in its seats: grip, and diameters of seats and shank and length of free thread, mm."""
+    """A bolt in its seats; lengths in mm."""
 
     thread: Thread
-    grip: Grip
-    head: float
-    nut: float
-    shank: float
-    free_thread: float
-
-    @property
-    def shank_area(self) -> float:
-        """Area of the shank, mm²."""
-        return math.pi / 4 * self.shank**2
+    grip: float  # from the seat of the head to that of the nut, or to the first thread that carries
+    engaged: float  # length of thread in the rod from the end of the grip; 0 with a nut
+    # Outer diameters of the seats; that of the nut is 0 for a screw in a threaded hole
+    head_diameter: float
+    nut_diameter: float
+    shank_diameter: float
+    free_thread: float  # length of thread in the grip; the rest is shank
+    hole: float  # its diameter
 
     @property
     def least_diameter(self) -> float:
-        """Stress diameter of the thread, or diameter of a thinner shank, mm."""
-        return min(self.thread.stress_diameter, self.shank)
+        """d₀: the stress diameter of the thread, or the diameter of a thinner shank, mm."""
+        return min(self.thread.stress_diameter, self.shank_diameter)
+
+    @property
+    def least_area(self) -> float:
+        """A₀ = π/4 d₀², mm²."""
+        return math.pi / 4 * self.least_diameter**2
+
+    @property
+    def least_seat_area(self) -> float:
+        """A_p: area of the smaller seat, mm²."""
+        seat = min(self.head_diameter, self.nut_diameter or self.head_diameter)
+        return math.pi / 4 * (seat**2 - self.hole**2)
 
 
 def bolt_shape(table: AssemblyTable, seats: BoltSeats, assumed: Assumed) -> BoltShape:
@@ -110,20 +106,29 @@ def bolt_shape(table: AssemblyTable, seats: BoltSeats, assumed: Assumed) -> Bolt
         They do not fit the rod.
     """
     thread = _thread(table, seats, assumed)
-    d, grip = thread.diameter, _grip(table, seats, thread, assumed)
+    d, (grip, engaged) = thread.diameter, _grip(table, seats, thread, assumed)
     head = _seat(table, "head", seats, thread, assumed)
-    nut = _seat(table, "nut", seats, thread, assumed) if grip.nut else 0.0
+    nut = _seat(table, "nut", seats, thread, assumed) if engaged == 0 else 0.0
     shank = assumed.or_else(table.bolt_shank_mm, d, "shank {:g} mm (assembly.bolt_shank_mm)")
     least = _LEAST_SHANK * d
     rule = f"must be at least {least:.3g} mm and at most the hole's diameter, {seats.hole:g} mm"
     require(least <= shank <= seats.hole * (1 + _ALIKE), "assembly.bolt_shank_mm", shank, rule)
     # Of bolts of up to 125 mm, 2 d + 6 mm are threaded (ISO 4014).
-    usual = 2 * d + 6 - (_NUT_HEIGHT * d + 2 * thread.pitch if grip.nut else grip.engaged)
+    usual = 2 * d + 6 - (_NUT_HEIGHT * d + 2 * thread.pitch if engaged == 0 else engaged)
     key = "assembly.bolt_free_thread_mm"
-    usual = min(max(usual, 0.0), grip.length)
+    usual = min(max(usual, 0.0), grip)
     free = assumed.or_else(table.bolt_free_thread_mm, usual, f"{{:.3g}} mm of thread in the grip ({key})")
-    require(free <= grip.length, key, free, f"must be at most the grip, {grip.length:g} mm")
-    return BoltShape(thread, grip, head, nut, shank, free)
+    require(free <= grip, key, free, f"must be at most the grip, {grip:g} mm")
+    return BoltShape(
+        thread=thread,
+        grip=grip,
+        engaged=engaged,
+        head_diameter=head,
+        nut_diameter=nut,
+        shank_diameter=shank,
+        free_thread=free,
+        hole=seats.hole,
+    )
 
 
 def _thread(table: AssemblyTable, seats: BoltSeats, assumed: Assumed) -> Thread:
@@ -141,7 +146,8 @@ def _thread(table: AssemblyTable, seats: BoltSeats, assumed: Assumed) -> Thread:
     return found
 
 
-def _grip(table: AssemblyTable, seats: BoltSeats, thread: Thread, assumed: Assumed) -> Grip:
+def _grip(table: AssemblyTable, seats: BoltSeats, thread: Thread, assumed: Assumed) -> tuple[float, float]:
+    """Grip and engaged length, mm."""
     given, length = table.bolt_grip_mm, seats.length
     shorter = given is not None and given < length * (1 - 1e-3)
     if table.bolt_nut_mm is None and (table.bolt_engaged_mm is not None or shorter or not seats.through):
@@ -154,10 +160,10 @@ def _grip(table: AssemblyTable, seats: BoltSeats, thread: Thread, assumed: Assum
     require(alike, "assembly.bolt_grip_mm", given, rule, remedy)
     if given is None:
         assumed.append(f"a nut, and thus a grip of {length:.4g} mm (assembly.bolt_grip_mm)")
-    return Grip(length, 0.0)
+    return length, 0.0
 
 
-def _screwed(table: AssemblyTable, seats: BoltSeats, thread: Thread, assumed: Assumed) -> Grip:
+def _screwed(table: AssemblyTable, seats: BoltSeats, thread: Thread, assumed: Assumed) -> tuple[float, float]:
     given, key = table.bolt_grip_mm, "assembly.bolt_grip_mm"
     wanted = table.bolt_engaged_mm or _ENGAGED * thread.diameter
     grip = seats.length - wanted if given is None else given
@@ -178,7 +184,7 @@ def _screwed(table: AssemblyTable, seats: BoltSeats, thread: Thread, assumed: As
     require(engaged >= least * (1 - _ALIKE), key, grip, rule, remedy)
     if table.bolt_engaged_mm is None:
         assumed.append(f"{engaged:.4g} mm of engaged thread (assembly.bolt_engaged_mm)")
-    return Grip(grip, engaged)
+    return grip, engaged
 
 
 def _seat(table: AssemblyTable, what: str, seats: BoltSeats, thread: Thread, assumed: Assumed) -> float:

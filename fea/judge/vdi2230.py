@@ -1,4 +1,4 @@
-"""Strength of bolts in service (VDI 2230-1:2015, steps R8 and R9).
+"""Compliance, tightening and strength of bolts (VDI 2230-1:2015, sections 5.1.1 and 5.5, steps R3 to R9).
 
 Forces in N, lengths in mm, stresses in MPa.
 """
@@ -6,8 +6,6 @@ Forces in N, lengths in mm, stresses in MPa.
 import math
 from dataclasses import dataclass
 
-from fea.base.choices import ThreadRolled
-from fea.contact.assembly_state import Bolt
 from fea.study.bolts import Thread
 
 # ν of VDI 2230, tables A1 to A4: share of R_p0.2 that tightening uses.
@@ -75,20 +73,8 @@ def allowed_preload(
     return utilisation * yield_strength / tightening_stress(1.0, thread, diameter, thread_friction)
 
 
-# k_τ: share of the torsion of tightening that remains in service.
-_TORSION_LEFT = 0.5
 # F_Sm/F_0.2 below which the endurance of threads rolled after heat treatment rises no further (step R9).
 _LEAST_MEAN = 0.3
-
-
-def working_stress(bolt: Bolt, largest_force: float, *, torsion: bool = True) -> float:
-    """σ_red,B = √[σ_z² + 3 (k_τ τ)²] at the largest force (step R8); a stretched bolt has no torsion."""
-    tension = largest_force / bolt.least_area
-    if not torsion:
-        return tension
-    twisting = thread_torque(bolt.assembly_preload, bolt.thread, bolt.thread_friction)
-    shear = twisting / (math.pi / 16 * bolt.least_diameter**3)
-    return math.hypot(tension, math.sqrt(3) * _TORSION_LEFT * shear)
 
 
 def alternating_stress(area: float, largest: float, least: float) -> float:
@@ -112,14 +98,6 @@ def endurance_after(diameter: float, mean_force: float, yield_force: float) -> f
     """
     ratio = min(max(mean_force / yield_force, _LEAST_MEAN), 1.0)
     return (2 - ratio) * endurance_before(diameter)
-
-
-def endurance(bolt: Bolt, mean_force: float) -> float:
-    """σ_AS of a bolt's thread at the mean force of the cycle."""
-    diameter = bolt.thread.diameter
-    if bolt.rolled is ThreadRolled.BEFORE:
-        return endurance_before(diameter)
-    return endurance_after(diameter, mean_force, bolt.yield_strength * bolt.thread.stress_area)
 
 
 def load_factor(bolt: float, parts: float, introduction: float = 1.0) -> float:

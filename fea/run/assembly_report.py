@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fea.contact.assembly_state import AssemblyState, FaceState
-from fea.judge.bolt_result import BoltResult
+from fea.judge.bolt import BoltResult
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
 from fea.rod.loading import Omission

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from fea.base.choices import BoltGrade, ThreadRolled
-from fea.contact.assembly_state import Bolt
-from fea.judge.bolt_result import BoltResult, JointResult
+from fea.judge.bolt import Bolt, BoltResult, JointResult
 from fea.judge.vdi2230 import (
     ClampedParts,
     Lever,
@@ -22,9 +21,8 @@ from fea.judge.vdi2230 import (
     expected_embedding,
     load_factor,
     tightening_stress,
-    working_stress,
 )
-from fea.study.bolts import Thread, bolt_strength, parse_thread, thread_in_hole
+from fea.study.bolts import BoltStrength, Thread, bolt_strength, parse_thread, thread_in_hole
 from geometry.errors import InvalidValue
 
 # Seat of a hexagon bolt (ISO 4014) and medium hole (ISO 273) by nominal diameter, mm.
@@ -57,11 +55,9 @@ def bolt(**changes):
         "grip": 40.0,
         "hole": 9.0,
         "shank_diameter": 9.0,
-        "proof": 830.0,
-        "yield_strength": 940.0,
-        "ultimate_strength": 1040.0,
+        "free_thread": 12.0,
+        "strength": BoltStrength(830.0, 940.0, 1040.0),
         "thread_friction": 0.12,
-        "head_friction": 0.12,
         "rolled": ThreadRolled.BEFORE,
         "assembly_preload": 35e3,
     }
@@ -208,8 +204,8 @@ def test_a_bolt_over_a_cycle():
 
 @given(FORCES, FORCES)
 def test_working_stress_grows_with_the_force(force, more):
-    assert working_stress(bolt(), force) < working_stress(bolt(), force + more)
-    assert working_stress(bolt(), force, torsion=False) < working_stress(bolt(), force)
+    assert bolt().working_stress(force) < bolt().working_stress(force + more)
+    assert bolt().working_stress(force, torsion=False) < bolt().working_stress(force)
 
 
 def test_a_joint_over_load_cases():

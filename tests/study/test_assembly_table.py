@@ -142,10 +142,10 @@ def test_torque_stretch_and_preload_agree():
 
 
 def test_strengths_are_those_of_the_material_or_of_the_grade():
-    assert bolt('bolt_grade = "12.9"').bolt.yield_strength == 1100.0
+    assert bolt('bolt_grade = "12.9"').bolt.strength.yield_strength == 1100.0
     own = "[material.bolt]\nyield_MPa = 1300.0\nultimate_MPa = 1450.0\n"
-    found = bolt("bolt_grade = 12.9\n" + own).bolt
-    assert (found.yield_strength, found.ultimate_strength) == (1300.0, 1450.0)
+    found = bolt("bolt_grade = 12.9\n" + own).bolt.strength
+    assert (found.yield_strength, found.ultimate) == (1300.0, 1450.0)
     assert found.proof == pytest.approx(0.88 * 1300.0)
     assert read("[assembly]\nbolt_grade = 8.8\n").assembly.grade is BoltGrade.G8_8
     with pytest.raises(InvalidValue, match=r"material\.bolt\.ultimate_MPa"):
