@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from fea.apps.report_run import prepared_again, require_same_loads
+from fea.base.note import Note, warning
 from fea.output.inp import Step, write_deck
 from fea.output.left_run import LeftRun, read_run
 from fea.output.mesh_formats import FORMATS, write_mesh
@@ -35,7 +36,7 @@ class Exported:
     """
 
     files: tuple[Path, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def export_run(folder: Path, file: Path) -> Exported:
@@ -81,7 +82,7 @@ def _results(run: LeftRun, file: Path) -> Exported:
     files = write_mesh(file, mesh, points, cells)
     if form.without:
         notes.append(f"{file.suffix.lower()} does not carry {form.without}")
-    return Exported(files, tuple(notes))
+    return Exported(files, tuple(map(warning, notes)))
 
 
 def _deck(run: LeftRun, file: Path) -> Exported:
@@ -93,7 +94,7 @@ def _deck(run: LeftRun, file: Path) -> Exported:
     materials = dict(zip(rod.mesh.parts, rod.materials, strict=True))
     heading = [f"{run.summary['study']}{'' if rpm is None else f' at {rpm:g} rpm'}: one step per load case"]
     write_deck(file, rod.mesh.whole, materials, steps, heading)
-    return Exported((file,), tuple(_deck_notes(rod)))
+    return Exported((file,), tuple(map(warning, _deck_notes(rod))))
 
 
 def _deck_notes(rod: PreparedRod) -> list[str]:
@@ -105,8 +106,8 @@ def _deck_notes(rod: PreparedRod) -> list[str]:
     ]
     if rod.soft:
         notes.append(
-            "a part is nearly incompressible: the run solves it with a pressure field, which C3D10 elements "
-            "lack, so that results of the deck differ there"
+            "a part is nearly incompressible: the run solves it with mixed elements, which have a pressure "
+            "field that C3D10 lack, so that results of the deck differ there"
         )
     return notes
 

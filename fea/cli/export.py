@@ -23,7 +23,7 @@ def export(run: Path, file: Path, *, json: Json = False, quiet: Quiet = False) -
 
     made = export_run(run, file)
     if json:
-        print_json({"files": made.files, "notes": made.notes})
+        print_json(made)
     elif not quiet:
         print_written(made.files)
         for note in made.notes:

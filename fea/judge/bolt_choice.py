@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from fea.base.choices import ThreadRolled
 from fea.base.material import Material
+from fea.base.note import Note, assumptions, warning, warnings
 from fea.judge.bolt import Bolt
 from fea.judge.bolt_shape import Assumed, BoltSeats, BoltShape, bolt_shape
 from fea.judge.vdi2230 import (
@@ -24,10 +25,11 @@ from fea.study.material_table import MaterialTable
 from fea.units import KN, N_M, UM
 from geometry.errors import require
 
+_BOLTS = "bolts"
 _TIGHTENED = ("bolt_preload_kN", "bolt_torque_Nm", "bolt_stretch_mm")
 
 
-def tightening_remarks(bolt: Bolt, table: AssemblyTable, torque: float) -> tuple[str, ...]:
+def tightening_notes(bolt: Bolt, table: AssemblyTable, torque: float) -> tuple[Note, ...]:
     """Judge the end of tightening, by a torque in N·mm.
 
     Raises
@@ -40,16 +42,16 @@ def tightening_remarks(bolt: Bolt, table: AssemblyTable, torque: float) -> tuple
     _require_whole(bolt, table, stress)
     how = f"by {torque / N_M:.3g} N·m" if turned else "by stretching"
     torsion = ", with the torsion of tightening" if turned else ""
-    said = (
-        f"bolts: {bolt.thread.name}, tightened to {force / KN:.3g} kN {how}: "
-        f"{force / bolt.proof_load:.0%} of the proof load, "
-        f"{stress / bolt.strength.yield_strength:.0%} of the yield strength{torsion}"
+    judged = (
+        f"{bolt.thread.name}, tightened to {force / KN:.3g} kN {how}: {force / bolt.proof_load:.0%} of the "
+        f"proof load, {stress / bolt.strength.yield_strength:.0%} of the yield strength{torsion}"
     )
+    said = [judged]
     if stress > bolt.strength.yield_strength:
-        return said, "bolts: tightening yields them, so that only a measured preload can be relied on"
-    if force > bolt.proof_load:
-        return said, "bolts: the preload exceeds the proof load, so that they may not keep their length"
-    return (said,)
+        said.append("tightening yields them, so that only a measured preload can be relied on")
+    elif force > bolt.proof_load:
+        said.append("the preload exceeds the proof load, so that they may not keep their length")
+    return warnings(_BOLTS, said)
 
 
 def _require_whole(bolt: Bolt, table: AssemblyTable, stress: float) -> None:
@@ -62,7 +64,7 @@ def _require_whole(bolt: Bolt, table: AssemblyTable, stress: float) -> None:
     require(stress < bolt.strength.ultimate, f"assembly.{key}", getattr(table, key), rule, remedy)
 
 
-def seat_remarks(bolt: Bolt, clamped: Material) -> tuple[str, ...]:
+def seat_notes(bolt: Bolt, clamped: Material) -> tuple[Note, ...]:
     """Warn of seats that creep under the preload (VDI 2230-1, step R10).
 
     The limiting pressures of table A9 are 0.75 to 1.5 times the ultimate strength; here it stands for them.
@@ -71,33 +73,34 @@ def seat_remarks(bolt: Bolt, clamped: Material) -> tuple[str, ...]:
     limit = clamped.ultimate_strength or clamped.yield_strength
     if pressure <= limit:
         return ()
-    said = (
-        f"bolts: {pressure:.0f} MPa under head or nut, and the strength of the rod is {limit:g} MPa: "
+    text = (
+        f"{pressure:.0f} MPa under head or nut, and the strength of the rod is {limit:g} MPa: "
         "the seat may creep and the preload fall (assembly.bolt_head_mm, assembly.bolt_nut_mm)"
     )
-    return (said,)
+    return (warning(text, _BOLTS),)
 
 
-def scatter_remarks(bolt: Bolt, factor: float | None) -> tuple[str, ...]:
+def scatter_notes(bolt: Bolt, factor: float | None) -> tuple[Note, ...]:
     """Say how small the preload may be, F_Mmax/α_A (VDI 2230-1, step R6), where α_A is given."""
     if factor is None or factor == 1:
         return ()
     least = bolt.assembly_preload / factor
-    said = (
-        f"bolts: tightening with a factor of {factor:g} may leave only {least / KN:.3g} kN; "
+    text = (
+        f"tightening with a factor of {factor:g} may leave only {least / KN:.3g} kN; "
         f"the figures are those of {bolt.assembly_preload / KN:.3g} kN"
     )
-    return (said,)
+    return (warning(text, _BOLTS),)
 
 
-def embedding_remark(given: float | None, loss: float, expected: float) -> str:
+def embedding_note(given: float | None, loss: float, expected: float) -> Note:
     """Say what embedding takes of the preload: by a given amount, µm, or about; losses in N."""
     if given is not None:
-        return f"bolts: embedding takes {loss / KN:.2g} kN of the preload"
-    return (
-        f"bolts: embedding is not deducted; by table 5 of VDI 2230 it takes about {expected / KN:.2g} kN "
+        return warning(f"embedding takes {loss / KN:.2g} kN of the preload", _BOLTS)
+    text = (
+        f"embedding is not deducted; by table 5 of VDI 2230 it takes about {expected / KN:.2g} kN "
         "(assembly.bolt_embedding_um)"
     )
+    return warning(text, _BOLTS)
 
 
 # Of thread and head, of oiled steel: within friction class B of VDI 2230, table A5 (0.08 to 0.16).
@@ -112,19 +115,12 @@ class ChosenBolt:
     compliance: BoltCompliance  # its parts
     parts_compliance: float  # δ_P of the clamped parts by VDI 2230's deformation cone, mm/N, for comparison
     torque: float  # that gives its preload, N·mm
-    assumed: tuple[str, ...]  # what the study does not say, in words
-    said: tuple[str, ...]  # of its tightening
+    notes: tuple[Note, ...]
 
     @property
     def load_factor(self) -> float:
         """Φ_K by VDI 2230, of a central load at the seats, for comparison."""
         return load_factor(self.compliance.total, self.parts_compliance)
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """What a reader must know."""
-        assumed = [f"bolts: assumed are {', '.join(self.assumed)}"] if self.assumed else []
-        return (*assumed, *self.said)
 
 
 def choose_bolt(
@@ -160,13 +156,14 @@ def choose_bolt(
     )
     torque = lever.torque(preload)
     expected = embedding_loss(expected_embedding(), compliance.total, parts)
-    said = (
-        *tightening_remarks(bolt, table, torque),
-        *seat_remarks(bolt, clamped),
-        *scatter_remarks(bolt, table.bolt_tightening_factor),
-        embedding_remark(table.bolt_embedding_um, loss, expected),
+    notes = (
+        *assumptions(_BOLTS, assumed),
+        *tightening_notes(bolt, table, torque),
+        *seat_notes(bolt, clamped),
+        *scatter_notes(bolt, table.bolt_tightening_factor),
+        embedding_note(table.bolt_embedding_um, loss, expected),
     )
-    return ChosenBolt(bolt, compliance, parts, torque, tuple(assumed), said)
+    return ChosenBolt(bolt, compliance, parts, torque, notes)
 
 
 def _strength(

@@ -12,6 +12,7 @@ import numpy as np
 from fea.base.checks import Check
 from fea.base.choices import Fatigue
 from fea.base.material import Material
+from fea.base.note import Note, assumption, warning
 from fea.judge.verdict import CAP
 from geometry.arrays import Floats, Ints
 from geometry.errors import require
@@ -98,25 +99,26 @@ _WHY = {
 }
 
 
-def fatigue_remarks(materials: Sequence[Material], criterion: Fatigue) -> tuple[str, ...]:
+def fatigue_notes(materials: Sequence[Material], criterion: Fatigue) -> tuple[Note, ...]:
     """Name the strengths needed by a criterion that were estimated or are missing."""
     needed = {"endurance_MPa": [material.endurance_limit for material in materials]}
     if criterion is not Fatigue.SODERBERG:  # which uses the yield strength
         needed["ultimate_MPa"] = [material.ultimate_strength for material in materials]
-    said = []
+    notes = []
     if any(None in strengths for strengths in needed.values()):
-        said.append(f"fatigue is not assessed for materials without {' or '.join(needed)}")
+        notes.append(warning(f"fatigue is not assessed for materials without {' or '.join(needed)}"))
     if any(material.endurance_estimated for material in materials):
-        said.append(
+        text = (
             "endurance_MPa is not given: half the ultimate strength is used, as for polished steel, times "
             "the factors of surface, size and reliability"
         )
-    return tuple(said)
+        notes.append(assumption(text))
+    return tuple(notes)
 
 
-def check_remarks(checks: Mapping[str, Check]) -> tuple[str, ...]:
+def check_notes(checks: Mapping[str, Check]) -> tuple[Note, ...]:
     """Explain what failed checks of the model's assumptions mean."""
-    return tuple(why for name, why in _WHY.items() if name in checks and not checks[name].passed)
+    return tuple(warning(why) for name, why in _WHY.items() if name in checks and not checks[name].passed)
 
 
 # Relative: a radius is never too small, and at most this fraction too large.

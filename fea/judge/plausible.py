@@ -1,8 +1,9 @@
-"""Remarks on values that suggest a wrong unit; they are not errors, because the analysis still works."""
+"""Notes on values that suggest a wrong unit; they are not errors, because the analysis still works."""
 
 from collections.abc import Sequence
 
 from fea.base.material import Material
+from fea.base.note import Note, warning
 from fea.units import GPA, KG, KG_M3
 from loads.engine import Engine
 
@@ -13,15 +14,15 @@ LIGHTEST = 100 * KG_M3
 _STEEL = 7850 * KG_M3
 
 
-def unit_remarks(materials: Sequence[Material], engine: Engine | None) -> tuple[str, ...]:
-    """Return remarks on values that no solid or piston has, with the unit in which each is read."""
-    said = [remark for material in materials for remark in _of_material(material)]
+def unit_notes(materials: Sequence[Material], engine: Engine | None) -> tuple[Note, ...]:
+    """Return notes on values that no solid or piston has, with the unit in which each is read."""
+    said = [text for material in materials for text in _of_material(material)]
     if engine is not None and engine.piston_mass > _STEEL * engine.bore**3:
         said.append(
             f"engine.piston_mass_kg = {engine.piston_mass / KG:g} is more than the mass of a steel cube as "
             f"wide as the bore of {engine.bore:g} mm: check that they are in kg and mm"
         )
-    return tuple(dict.fromkeys(said))
+    return tuple(warning(text) for text in dict.fromkeys(said))
 
 
 def _of_material(material: Material) -> list[str]:
@@ -42,7 +43,7 @@ def _of_material(material: Material) -> list[str]:
 
 
 def _above_ultimate(material: Material, ultimate: float) -> list[str]:
-    """Remarks on strengths above the ultimate strength, which no metal has."""
+    """Strengths above the ultimate strength, which no metal has."""
     others = {"yield_MPa": material.yield_strength, "endurance_MPa": material.endurance_limit}
     return [
         f"material.{key} = {value:g} is above ultimate_MPa = {ultimate:g}, which no metal has: check that "

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from fea.base.material import Material
+from fea.base.note import Note, assumptions, warning, warnings
 from fea.study.assembly_table import BUSHING, SHELL, AssemblyTable
 from fea.study.material_table import REFERENCE_TEMPERATURE, MaterialTable, thermal_expansion
 from geometry.errors import require
@@ -87,7 +88,7 @@ def warmed(interference: float, diameter: float, inner: float, outer: float, war
     return interference + (inner - outer) * diameter * warming
 
 
-def judge_fit(what: str, fit: PressFit, *, key: str, given: float) -> tuple[str, ...]:
+def judge_fit(what: str, fit: PressFit, *, key: str, given: float) -> tuple[Note, ...]:
     """Judge an interference before it is solved, which the study gives by a key; that of the fit is warmed.
 
     Raises
@@ -103,21 +104,22 @@ def judge_fit(what: str, fit: PressFit, *, key: str, given: float) -> tuple[str,
         remedy = f"Keep it below about {most:.2g} mm."
         require(pressure <= limit, key, given, rule, remedy)
     stresses = (what, -fit.inner_hoop, fit.inner.material), ("rod", fit.outer_stress, fit.outer.material)
-    return tuple(
-        f"{what}: its interference of {fit.interference:.3g} mm makes the {part} yield at its bore (by Lamé "
+    said = (
+        f"its interference of {fit.interference:.3g} mm makes the {part} yield at its bore (by Lamé "
         f"{stress:.0f} MPa, yield strength {material.yield_strength:g} MPa); the model is elastic"
         for part, stress, material in stresses
         if stress > material.yield_strength
     )
+    return warnings(what, said)
 
 
-def judge_seat(what: str, fit: PressFit) -> tuple[str, ...]:
+def judge_seat(what: str, fit: PressFit) -> tuple[Note, ...]:
     """Warn of a fit that warming has opened, or of shells with too little pressure on their backs."""
     if fit.interference <= 0:
-        return (f"{what}: loose in its seat, with a clearance of {-fit.interference:.2g} mm",)
+        return (warning(f"loose in its seat, with a clearance of {-fit.interference:.2g} mm", what),)
     if what.endswith("shells") and fit.pressure < LEAST_BACK_PRESSURE:
         usual = f"{LEAST_BACK_PRESSURE:g} to 10 MPa are usual, for them not to move"
-        return (f"{what}: by Lamé {fit.pressure:.2g} MPa on their backs; {usual}",)
+        return (warning(f"by Lamé {fit.pressure:.2g} MPa on their backs; {usual}", what),)
     return ()
 
 
@@ -154,13 +156,12 @@ class Expansions:
         return cls(by_part, table.temperature_C - REFERENCE_TEMPERATURE, tuple(assumed))
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Note, ...]:
         """What a reader must know of the temperature."""
         if self.warming == 0:
             return ()
-        said = f"assembly: {self.warming:+.4g} K from 20 °C change its fits and preloads, not its moduli"
-        assumed = (f"assembly: assumed are {', '.join(self.assumed)}",) if self.assumed else ()
-        return (said, *assumed)
+        text = f"{self.warming:+.4g} K from 20 °C change its fits and preloads, not its moduli"
+        return (warning(text, "assembly"), *assumptions("assembly", self.assumed))
 
 
 @dataclass(frozen=True)
@@ -178,7 +179,7 @@ class ChosenFit:
 
     fit: PressFit  # by Lamé, at the assembly's temperature
     given: float  # diametral interference as the study says, at the reference temperature, mm
-    remarks: tuple[str, ...]  # in words
+    notes: tuple[Note, ...]
 
     @property
     def interference(self) -> float:
@@ -229,10 +230,8 @@ def _chosen(
         interference=warmed(given, 2 * radii.seat, alpha[part], alpha[ROD], expansions.warming),
     )
     key, what = f"assembly.{part}_interference_mm", "bearing shells" if part == SHELL else part
-    said = (*judge_fit(what, fit, key=key, given=given), *judge_seat(what, fit))
+    notes = (*judge_fit(what, fit, key=key, given=given), *judge_seat(what, fit))
     if expansions.warming:
-        change = (
-            f"{what}: interference {given:.3g} mm, at the assembly's temperature {fit.interference:.3g} mm"
-        )
-        said = (change, *said)
-    return ChosenFit(fit, given, said)
+        change = f"interference {given:.3g} mm, at the assembly's temperature {fit.interference:.3g} mm"
+        notes = (warning(change, what), *notes)
+    return ChosenFit(fit, given, notes)

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from fea.base.checks import Check
+from fea.base.note import Note, NoteKind, omission, warning
 from fea.run.figure_types import ONLY_WHERE_KNOWN
 from fea.run.figures import Summary
 from fea.run.summary_file import SUMMARY
@@ -78,6 +79,9 @@ def as_dict(value: Any) -> Any:
     """
     if isinstance(value, Check):
         return {"value": value.value, "limit": value.limit, "pass": value.passed}
+    if isinstance(value, Note):
+        omitted = value.kind is NoteKind.OMISSION
+        return {"what": value.topic, "why": value.text} if omitted else str(value)
     if dataclasses.is_dataclass(value):
         return {
             field.name: as_dict(getattr(value, field.name))
@@ -127,6 +131,8 @@ def _read(hint: Any, raw: Any) -> Any:  # noqa: PLR0911 - one return per kind of
         return _read(arguments[0], raw)
     if hint is Check:
         return Check(raw["value"], raw["limit"])
+    if hint is Note:
+        return omission(raw["what"], raw["why"]) if isinstance(raw, dict) else warning(raw)
     if dataclasses.is_dataclass(hint):
         kind = typing.cast("type", hint)
         return kind(**{key: _read(_hints(kind)[key], item) for key, item in raw.items()})

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from fea.base.choices import PinModel
+from fea.base.note import Note, assumptions, warning
 from fea.contact.elastic_pin import Pin
 from fea.rod.meshed_rod import Bores
 from fea.study.option_tables import CRANK_PIN, PISTON_PIN, ContactTable
@@ -56,17 +57,18 @@ class Fits:
         return tuple(surface for surface, touches in pressed.items() if touches)
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Note, ...]:
         """What a reader must know of the pins."""
-        said = [f"contact: assumed are {', '.join(self.assumed)}"] if self.assumed else []
-        if self.sharp:
-            ends = " and ".join(surface.value.replace("_", " ") for surface in self.sharp)
-            said.append(
-                f"contact: the bending pin presses on the sharp ends of the {ends}, where the exact stress "
-                "is infinite, and the figures leave out the places near them (contact.small_end_relief_mm "
-                "relieves those of the small end)"
-            )
-        return tuple(said)
+        assumed = assumptions("contact", self.assumed)
+        if not self.sharp:
+            return assumed
+        ends = " and ".join(surface.value.replace("_", " ") for surface in self.sharp)
+        text = (
+            f"the bending pin presses on the sharp ends of the {ends}, where the exact stress is infinite, "
+            "and the figures leave out the places near them (contact.small_end_relief_mm relieves those of "
+            "the small end)"
+        )
+        return (*assumed, warning(text, "contact"))
 
     @classmethod
     def of(cls, table: ContactTable, bores: Bores, stiffness: Mapping[str, tuple[float, float]]) -> "Fits":

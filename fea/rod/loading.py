@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from fea.study.engine_table import EngineTable, engine_remarks
+from fea.base.note import Note, omission, warning
+from fea.study.engine_table import EngineTable, engine_notes
 from fea.study.option_tables import DutyTable
 from fea.units import RPM
 from geometry.errors import InvalidValue
@@ -16,20 +17,6 @@ from loads.trace import absorbed
 
 
 @dataclass(frozen=True)
-class Omission:
-    """Something that is left out of an analysis.
-
-    Attributes
-    ----------
-    what, why
-        In words.
-    """
-
-    what: str
-    why: str
-
-
-@dataclass(frozen=True)
 class SpeedLoads:
     """The load cases of one speed.
 
@@ -37,15 +24,12 @@ class SpeedLoads:
     ----------
     cases
         Those that are solved.
-    left_out
-        Those that do not occur, and why.
     notes
-        Assumptions of the gas model and of an engine of the library.
+        Of the gas model and of an engine of the library; and the cases that do not occur.
     """
 
     cases: Instants
-    left_out: tuple[Omission, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 @dataclass(frozen=True)
@@ -108,17 +92,17 @@ class EngineLoading:
         if not len(peaks.cases):
             rule, remedy = "applies no load to the rod", "Choose a speed above 0, or an engine with gas."
             raise InvalidValue("speed.rpm", rpm, rule, remedy)
-        omitted = tuple(Omission(f"case {name}", why) for name, why in peaks.left_out)
+        omitted = tuple(omission(f"case {name}", why) for name, why in peaks.left_out)
         if rpm == 0:
-            omitted += (Omission("inertia of the rod", "the engine stands still"),)
-        return SpeedLoads(peaks.cases, omitted, self.notes(rod, rpm))
+            omitted += (omission("inertia of the rod", "the engine stands still"),)
+        return SpeedLoads(peaks.cases, (*self.notes(rod, rpm), *omitted))
 
-    def notes(self, rod: MassProperties, rpm: float) -> tuple[str, ...]:
+    def notes(self, rod: MassProperties, rpm: float) -> tuple[Note, ...]:
         """Return what a user must know about the engine and its gas at a speed."""
         torque = self.crank_cycle(rod, rpm).degrees.torque
         of_gas = (*self.gas.remarks, self.gas.note(rpm * RPM), absorbed(self.gas, torque))
-        told = (*of_gas, *engine_remarks(self.table, self.engine.rod_length, rpm))
-        return tuple(note for note in told if note)
+        of_engine = engine_notes(self.table, self.engine.rod_length, rpm)
+        return (*(warning(text) for text in of_gas if text), *of_engine)
 
     def crank_cycle(self, rod: MassProperties, rpm: float) -> CrankCycle:
         """Return the crank cycle at a speed."""
@@ -140,8 +124,8 @@ class GivenForces:
     def at(self, _rod: MassProperties, _rpm: float | None) -> SpeedLoads:
         """Return the one load case there is."""
         reason = "forces are given"
-        spared = (Omission("dynamics", reason), Omission("inertia of the rod", reason))
-        return SpeedLoads(given(*self.pin)[None], spared, ())
+        spared = (omission("dynamics", reason), omission("inertia of the rod", reason))
+        return SpeedLoads(given(*self.pin)[None], spared)
 
 
 Loading = EngineLoading | GivenForces

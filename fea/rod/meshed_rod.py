@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from fea.base.material import Material
+from fea.base.note import Note, assumption, omission, warning
 from fea.rod.flaws import mass_error
-from fea.rod.loading import Omission
 from geometry.arrays import Ints
 from geometry.assembly import BoltAxis
 from geometry.faces import Bore
@@ -100,7 +100,7 @@ class Meshing:
     follows_errors: bool = False
     given: tuple[str, ...] = ()
 
-    def notes(self, rod_length: float) -> tuple[str, ...]:
+    def notes(self, rod_length: float) -> tuple[Note, ...]:
         """Return what a reader must know of the mesh: coarse elements, repairs, warnings of gmsh."""
         coarser = self.size / default_size(rod_length)
         count = self.quality.straightened
@@ -115,8 +115,8 @@ class Meshing:
             elements = "1 element has" if count == 1 else f"{count} elements have"
             why = "because curved edges would have distorted the shape"
             notes.append(f"{elements} straight edges, {why}")
-        warnings = (text for text in self.warnings if not any(known in text for known in _HARMLESS))
-        return (*notes, *(f"gmsh: {warning}" for warning in warnings))
+        of_gmsh = (text for text in self.warnings if not any(known in text for known in _HARMLESS))
+        return (*map(warning, notes), *(warning(text, "gmsh") for text in of_gmsh))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,13 +180,13 @@ class MeshedRod:
         return self.creases.on(drawn)
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Note, ...]:
         """What a reader must know of the mesh."""
         assumed = () if self.imported is None else self.imported.assumed
-        return (*assumed, *self.meshing.notes(self.bores.rod_length))
+        return (*map(assumption, assumed), *self.meshing.notes(self.bores.rod_length))
 
     @property
-    def left_out(self) -> tuple[Omission, ...]:
+    def omissions(self) -> tuple[Note, ...]:
         """What the symmetry spares."""
         return _spared(self.symmetry)
 
@@ -246,9 +246,9 @@ def _separate(mesh: TetMesh, solid: Solid) -> tuple[TetMesh, Ints]:
     return ordered, origin[order]
 
 
-def _spared(symmetry: Mirror) -> tuple[Omission, ...]:
-    half = Omission("elements at z < 0", "rod and loads are symmetric about z = 0")
-    quarter = Omission(
+def _spared(symmetry: Mirror) -> tuple[Note, ...]:
+    half = omission("elements at z < 0", "rod and loads are symmetric about z = 0")
+    quarter = omission(
         "elements at y < 0",
         "the rod is symmetric about y = 0; loads are split into a symmetric and an antisymmetric part",
     )

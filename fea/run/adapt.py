@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fea.base.note import Note, warning
 from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.machine.threads import meanwhile
@@ -44,7 +45,7 @@ class Adapted:
     passes
         All of them; none where no tolerance was asked for.
     shortfall
-        Why the tolerance is not met; empty where it is.
+        Why the tolerance is not met; None where it is.
     results
         By speed, as far as they are kept.
     first
@@ -55,7 +56,7 @@ class Adapted:
 
     rod: PreparedRod
     passes: tuple[PassFigures, ...] = ()
-    shortfall: str = ""
+    shortfall: Note | None = None
     results: Mapping[float | None, SpeedResult] = field(default_factory=dict)
     first: PreparedRod | None = None
     first_factors: Mapping[float | None, Factors | None] = field(default_factory=dict)
@@ -71,7 +72,7 @@ class Adapted:
         result = self.results.get(rpm) or solve_speed(self.rod, rpm)
         if self.rod.options.cycle:
             result = with_cycle(self.rod, result)
-        if not self.shortfall:
+        if self.shortfall is None:
             return result
         return dataclasses.replace(result, notes=(*result.notes, self.shortfall))
 
@@ -124,8 +125,8 @@ def adapt_mesh(
         if listener:
             listener(passes[-1].text(len(passes)))
         wanted = wanted_sizes(rod.mesh, ratio)
-        shortfall = "" if widest.percent <= tolerance else _obstacle(rod, wanted, len(passes))
-        if widest.percent <= tolerance or wanted is None or shortfall:
+        obstacle = "" if widest.percent <= tolerance else _obstacle(rod, wanted, len(passes))
+        if widest.percent <= tolerance or wanted is None or obstacle:
             break
         fields.append(wanted)
         beside = _pin_factors(rod, results, first_factors) if first is None else ()
@@ -133,8 +134,8 @@ def adapt_mesh(
         del rod, results  # their memory is the next mesh's
         with meanwhile(*beside):
             mesh = adaptive_mesh(study, clock, fields, movable=movable)
-    if shortfall:
-        shortfall = f"the tolerance of {tolerance:g} % is not met ({widest.text}): {shortfall}"
+    unmet = f"the tolerance of {tolerance:g} % is not met ({widest.text}): {obstacle}"
+    shortfall = warning(unmet) if obstacle else None
     return Adapted(rod, tuple(passes), shortfall, results, first, first_factors)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fea.base.note import Note, assumptions
 from fea.judge.bolt_choice import ChosenBolt, choose_bolt
 from fea.judge.bolt_shape import BoltSeats, seats_of
 from fea.judge.press_fit import ROD, ChosenFit, Expansions, FitRadii, choose_fits, radii_of
@@ -211,14 +212,13 @@ class Assembling:
             parts=tuple(mesh.parts),
         )
 
-    def remarks(self, study: Study, parts: tuple[str, ...]) -> tuple[str, ...]:
+    def notes(self, study: Study, parts: tuple[str, ...]) -> tuple[Note, ...]:
         """What a reader must know of the assembly."""
         assumed = list(assumed_materials(study.part_material, parts))
         if self.table.joint_friction is None:
             assumed.append(f"friction {self.table.friction:g} between the parts (assembly.joint_friction)")
-        said = [f"assembly: assumed are {', '.join(assumed)}"] if assumed else []
-        fits = (remark for fit in self.fits.values() for remark in fit.remarks)
-        return (*said, *self.bolt.remarks, *self.expansions.remarks, *fits)
+        fits = (note for fit in self.fits.values() for note in fit.notes)
+        return (*assumptions("assembly", assumed), *self.bolt.notes, *self.expansions.notes, *fits)
 
     def _expansion(self, study: Study, parts: tuple[str, ...]) -> "Expansion | None":
         from fea.pins.assembled_rod import Expansion  # noqa: PLC0415 - see above

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fea.base.note import Note, omission
 from fea.contact.assembly_state import AssemblyState, FaceState
 from fea.judge.bolt import BoltResult
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
-from fea.rod.loading import Omission
 from fea.run.assembling import Assembling
 from fea.run.assembly_figures import (
     AssemblyFigures,
@@ -98,7 +98,7 @@ class Onsets:
         return OnsetFigures(case=case, load_factor=factor, largest_factor=LARGEST)
 
 
-def onsets_left_out(found: AssemblyFigures | None) -> tuple[Omission, ...]:
+def onset_notes(found: AssemblyFigures | None) -> tuple[Note, ...]:
     """Say which onsets were not found, and why."""
     if found is None:
         return ()
@@ -108,7 +108,7 @@ def onsets_left_out(found: AssemblyFigures | None) -> tuple[Omission, ...]:
     if not what:
         return ()
     why = f"it takes a contact problem of at most {MOST_UNKNOWNS} unknowns, and states that settle"
-    return (Omission(f"load at which {', '.join(what)}", why),)
+    return (omission(f"load at which {', '.join(what)}", why),)
 
 
 # Share of the clamping force below which the load on the joint is too small for a ratio.

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fea.base.checks import Check, check
+from fea.base.note import Note, omission
 from fea.judge.column import Column, Plane, column
-from fea.rod.loading import Omission
 from fea.run.figures import BucklingFigures, BucklingModeFigures, ColumnFigures, PlaneFigures
 from fea.run.modes import moves
 from fea.run.prepare import PreparedRod
@@ -20,8 +20,8 @@ from loads.instants import Instants
 from mesh.mirror import MirroredMesh
 
 COUNT = 3
-_NO_CONTACT = Omission("contact in the buckling modes", "they are found with the pressure cosine-180")
-_ONLY_PULLED = Omission("buckling modes", "no load case compresses the rod")
+_NO_CONTACT = omission("contact in the buckling modes", "they are found with the pressure cosine-180")
+_ONLY_PULLED = omission("buckling modes", "no load case compresses the rod")
 # The stress of these is the reference load of the eigenvalue problem.
 _CASES = ("compression", "gas", "given")
 
@@ -38,14 +38,14 @@ class BucklingReport:
         Mode shapes (n_nodes, 3) of the worst case by name, their largest displacement 1 mm.
     checks
         By name.
-    left_out
+    notes
         What was not computed, and why.
     """
 
     figures: BucklingFigures
     shapes: Mapping[str, Floats] = field(default_factory=dict)
     checks: Mapping[str, Check] = field(default_factory=dict)
-    left_out: tuple[Omission, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
@@ -70,7 +70,7 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
         return BucklingReport(BucklingFigures(column=columns, min_safety_factor=columns.min_safety_factor))
     if not len(pushed):
         figures = BucklingFigures(column=columns, modes={}, min_safety_factor=columns.min_safety_factor)
-        return BucklingReport(figures, left_out=(_ONLY_PULLED,))
+        return BucklingReport(figures, notes=(_ONLY_PULLED,))
     with rod.clock("buckling"):
         # A buckling load is a multiple of the load; contact is not.
         prescribed = PinModel(rod.nodal_forces, rod.model)
@@ -90,8 +90,8 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
     )
     shapes = {f"mode_{i}": _shape(whole, mode) for i, mode in enumerate(found[worst], start=1)}
     residual = max((mode.residual for mode in every), default=0.0)
-    left_out = (_NO_CONTACT,) if rod.options.in_contact else ()
-    return BucklingReport(figures, shapes, {"buckling": check("buckling", residual)}, left_out)
+    notes = (_NO_CONTACT,) if rod.options.in_contact else ()
+    return BucklingReport(figures, shapes, {"buckling": check("buckling", residual)}, notes)
 
 
 def column_figures(rod: PreparedRod, cases: Instants) -> ColumnFigures:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from fea.base.checks import Check
-from fea.rod.loading import Omission
+from fea.base.note import Note
 from fea.run.assembly_figures import AssemblyFigures
 from fea.run.cycle_figures import (
     CycleFigures,
@@ -363,11 +363,11 @@ class Summary:
     buckling: BucklingFigures
     pin_model: WhereKnown[PinModelFigures] = None
     checks: Mapping[str, Check]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     timings_s: dict[str, float]
     total_s: float
     peak_memory_MiB: float
-    left_out: tuple[Omission, ...]
+    left_out: tuple[Note, ...]
     environment: EnvironmentFigures
     critical_speeds_rpm: WhereKnown[Mapping[str, float | None]] = None
     files: WhereKnown[tuple[str, ...]] = None

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from fea.base.note import Note, warning
 from fea.run.figure_types import WhereKnown
 from fea.units import BAR, DEG, M_S, M_S2, N_M, RPM
 from geometry.arrays import Floats
@@ -119,16 +120,21 @@ class ForceReport:
     tables
         Columns of ``loads.csv``: the first cylinder, or with all cylinders first the whole engine
         (``cylinder`` 0; columns that belong to one cylinder are NaN) and then each.
-    note
-        What a reader must know about the gas pressure; may be empty.
+    notes
+        What a reader must know about the gas pressure and the engine.
     samples
         Of a user's pressure trace; None where the pressure comes from elsewhere.
     """
 
     rpm: float
     tables: tuple[dict[str, npt.ArrayLike], ...]
-    note: str
+    notes: tuple[Note, ...]
     samples: TraceSamples | None = None
+
+    @property
+    def note(self) -> str:
+        """All notes in a line."""
+        return "; ".join(map(str, self.notes))
 
     @property
     def first(self) -> dict[str, npt.ArrayLike]:
@@ -201,7 +207,8 @@ def force_reports(
             tables = (columns(cycle(engine, rod, gas, rpm * RPM, angles), rpm),)
         torque = np.asarray(tables[-1]["torque_Nm"]) * N_M
         notes = (*gas.remarks, gas.note(rpm * RPM), _missed(gas, rpm * RPM, angles), absorbed(gas, torque))
-        reports.append(ForceReport(rpm, tables, "; ".join(filter(None, notes)), _samples(gas, rpm, engine)))
+        told = tuple(warning(text) for text in notes if text)
+        reports.append(ForceReport(rpm, tables, told, _samples(gas, rpm, engine)))
     return reports
 
 

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.base.material import Material
+from fea.base.note import Note, omission, warning, warnings
 from fea.judge.fatigue import criterion_strength
-from fea.rod.loading import DutyLoads, Omission
+from fea.rod.loading import DutyLoads
 from fea.run.cycle.duty import DutyDamage, DutyEntry, duty_damage
 from fea.run.cycle_figures import DutyFigures, LifeFigures
 from fea.run.figure_types import vector
@@ -21,7 +22,7 @@ _CYCLES_PER_HOUR = 30.0  # at 1 rpm
 # Standard deviations of the band.
 _BAND = 2
 _NOT_JUDGED = -1.0
-_LEFT_OUT = Omission(
+_OMISSION = omission(
     "fretting, residual stress, growth of cracks and overspeed in the life",
     "the S–N line is that of smooth specimens at the stresses of the duty alone",
 )
@@ -36,19 +37,14 @@ class Life:
     figures
         Of the worst place; None where no part's S–N line is known.
     notes
-        What a reader must know beside them.
+        What a reader must know beside them, and what the life does not contain.
     damage
         (n_nodes,) damage per hour, NaN in parts without an S–N line; None as the figures.
     """
 
     figures: LifeFigures | None
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     damage: Floats | None = None
-
-    @property
-    def left_out(self) -> tuple[Omission, ...]:
-        """What the life does not contain."""
-        return () if self.figures is None else (_LEFT_OUT,)
 
     def point_data(self) -> dict[str, Floats]:
         """Return the array of the envelope's VTU file: 0 without damage, −1 where it is not judged."""
@@ -65,15 +61,14 @@ def life_of(rod: PreparedRod, duty: DutyLoads) -> Life:
     InvalidValue
         The S–N line of a material does not fit its endurance limit.
     """
-    unknown = tuple(_unknown(rod))
+    unknown = tuple(map(warning, _unknown(rod)))
     entries = list(_entries(rod, duty))
     found = duty_damage(rod.cycle, entries)
     if found is None:
         return Life(None, unknown)
     figures = _figures(rod, duty.table, found)
-    away = ["life: places where the exact stress is infinite (singular) are left out"]
-    away = away if rod.cycle.masked.any() else []
-    return Life(figures, (*unknown, *_notes(duty.table, found, figures), *away), found.per_hour)
+    known = warnings("life", _limits(duty.table, found, figures, singular=bool(rod.cycle.masked.any())))
+    return Life(figures, (*unknown, *known, _OMISSION), found.per_hour)
 
 
 def _entries(rod: PreparedRod, duty: DutyLoads) -> Iterator[DutyEntry]:
@@ -149,16 +144,21 @@ def _needed(rod: PreparedRod, material: Material) -> Mapping[str, bool]:
     }
 
 
-def _notes(duty: DutyTable, found: DutyDamage, figures: LifeFigures) -> Iterator[str]:
+def _limits(duty: DutyTable, found: DutyDamage, figures: LifeFigures, *, singular: bool) -> Iterator[str]:
     """What the hours depend on."""
     worst = found.worst
     if figures.hours is not None:
         more = _hours(worst.damage(stress=1.01)) or 0.0
         yield (
-            f"life: 1 % more stress takes {100 * (1 - more / figures.hours):.0f} % of the hours; the band is "
+            f"1 % more stress takes {100 * (1 - more / figures.hours):.0f} % of the hours; the band is "
             "of the strength alone, not of the error of the mesh or of the loads"
         )
     if float(worst.line.cycles(worst.amplitude[:, None]).min()) < 1e3 and figures.hours is not None:
-        yield "life: some cycles break the rod within 1000, where stress is not elastic: the hours are rough"
+        yield (
+            "some cycles break the rod within 1000: low-cycle regime, where stress is not elastic; the hours "
+            "are indicative only"
+        )
     if duty.gas is not None:
-        yield "life: each entry of [duty] has its own gas; the runs of the speeds have that of [engine]"
+        yield "each entry of [duty] has its own gas; the runs of the speeds have that of [engine]"
+    if singular:
+        yield "places where the exact stress is infinite (singular) are left out"

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from fea.base.note import omission
 from fea.machine.threads import side_by_side
-from fea.rod.loading import Omission
 from fea.run.buckling import column_figures
 from fea.run.cycle.search import CasePeak, Place, SpeedSearch, Worst
 from fea.run.cycle_figures import CycleFigures, PlaceFigures
@@ -22,15 +22,15 @@ from fea.units import DEG
 MOST_FULL_RUNS = 10
 # To which the speed where a safety factor falls below 1 is found.
 _WITHIN_RPM = 0.1
-_NO_EDGES = Omission(
+_NO_EDGES = omission(
     "structural stress at sharp edges", "they are judged at the worst speeds only, run in full"
 )
 _LEFT_OUT = (
-    Omission(
+    omission(
         "fields of the load cases and of the envelope", "many speeds: they are written at the worst ones"
     ),
-    Omission("error estimates and displacements", "many speeds: the peaks are superposed, not solved"),
-    Omission(
+    omission("error estimates and displacements", "many speeds: the peaks are superposed, not solved"),
+    omission(
         "Crossland's factor at every place",
         "many speeds: it is computed at the places that are worst against yielding and fatigue",
     ),
@@ -102,8 +102,6 @@ class SpeedSweep:
         """
         found, loads = self._found[rpm], self._loads[rpm]
         columns = column_figures(self._rod, loads.cases)
-        elsewhere = {item.what for item in near.loads.left_out}
-        shared = [item for item in near.left_out if item.what not in elsewhere]
         summary = summary_of(
             self._rod,
             passes,
@@ -113,8 +111,12 @@ class SpeedSweep:
             envelope=self._envelope(found),
             buckling=BucklingFigures(column=columns, min_safety_factor=columns.min_safety_factor),
             checks=near.checks,
-            notes=[*(note for note in near.notes if note not in near.loads.notes), *loads.notes],
-            left_out=[*shared, *loads.left_out, *_LEFT_OUT, *([_NO_EDGES] if self._rod.sharp_places else [])],
+            notes=[
+                *(note for note in near.notes if note not in near.loads.notes),
+                *loads.notes,
+                *_LEFT_OUT,
+                *([_NO_EDGES] if self._rod.sharp_places else []),
+            ],
         )
         return replace(summary, critical_speeds_rpm=self.critical)
 

@@ -10,6 +10,7 @@ import numpy as np
 from fea.base.checks import LIMITS
 from fea.base.choices import CONTACT, Element, SolverName, Support
 from fea.base.material import Material, Materials, of_parts
+from fea.base.note import Note
 from fea.judge.case_error import CaseErrors
 from fea.judge.life_line import require_lines
 from fea.judge.sharp_places import SharpPlaces
@@ -103,7 +104,7 @@ class PreparedRod:
         What the rod is put together from, and how; None for a rod of one piece.
     fields
         Carries solutions to the whole rod.
-    remarks
+    notes
         What a reader must know of the study's rod.
     clock
         Times the stages.
@@ -125,7 +126,7 @@ class PreparedRod:
     assembling: Assembling | None
     putting: "Putting | None"
     fields: FieldRecovery
-    remarks: tuple[str, ...]
+    notes: tuple[Note, ...]
     clock: Clock
 
     @property
@@ -428,16 +429,16 @@ def prepare(
         duty = DutyLoads.of(study.duty, loading)
         require_lines(materials)
     sharp: tuple[Surface, ...] = ()
-    said: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     if options.in_contact:
         from fea.pins.fits import Fits  # noqa: PLC0415 - prescribed pressures do without
 
         fits = Fits.of(study.contact, mesh.bores, study.pin_stiffness)
-        sharp, said = fits.sharp, fits.remarks
+        sharp, notes = fits.sharp, fits.notes
     assembling = Assembling.of(study, mesh)
     putting = None if assembling is None else assembling.putting(study, mesh)
     if assembling is not None:
-        said += assembling.remarks(study, tuple(mesh.parts))
+        notes += assembling.notes(study, tuple(mesh.parts))
     soft = soft_parts(materials, Element.P1 if cell.order == 1 else Element.P2)
     if soft and options.buckling:
         nu, most = max(m.poissons_ratio for m in materials), LIMITS["poissons_ratio_p2"]
@@ -475,7 +476,7 @@ def prepare(
         assembling=assembling,
         putting=putting,
         fields=fields,
-        remarks=(*study.material_remarks, *study.rod.mass_remarks(body.properties), *said),
+        notes=(*study.material_notes, *study.rod.mass_notes(body.properties), *notes),
         clock=clock,
     )
 

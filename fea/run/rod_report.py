@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.base.material import of_parts
+from fea.base.note import Note, assumption
 from fea.judge.column import Plane
 from fea.rod.given import found_assembly
 from fea.rod.meshed_rod import Bores, MeshedRod
@@ -110,7 +111,7 @@ class RodReport:
     bores: tuple[RodBoreFigures, ...]
     unit: str | None = None
     solids: tuple[SolidFigures, ...] | None = None
-    assumed: tuple[str, ...] = ()
+    assumed: tuple[Note, ...] = ()
     assembly: tuple[str, ...] = ()
 
 
@@ -155,8 +156,8 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
         unit=None if mesh.imported is None else mesh.imported.unit,
         solids=None if mesh.imported is None else _solids(mesh.imported, materials[0].density),
         assumed=(
-            *study.material_remarks,
-            *(() if mesh.imported is None else mesh.imported.assumed),
+            *study.material_notes,
+            *map(assumption, () if mesh.imported is None else mesh.imported.assumed),
         ),
         assembly=() if mesh.imported is None else found_assembly(study.rod, mesh.imported),
     )

@@ -8,11 +8,12 @@ import numpy as np
 from fea.base.checks import LIMITS, Check, check
 from fea.base.choices import Element
 from fea.base.material import Material
+from fea.base.note import Note, omission, warning
 from fea.judge.case_result import CaseResult, case_result
-from fea.judge.fatigue import check_remarks
-from fea.judge.plausible import unit_remarks
+from fea.judge.fatigue import check_notes
+from fea.judge.plausible import unit_notes
 from fea.pins.case_forces import CaseForces, imbalance
-from fea.rod.loading import EngineLoading, Omission, SpeedLoads
+from fea.rod.loading import EngineLoading, SpeedLoads
 from fea.rod.meshed_rod import MeshedRod
 from fea.run.cycle.superposition import CycleResult
 from fea.run.prepare import PreparedRod
@@ -109,15 +110,13 @@ class SpeedResult:
     rpm
         None where forces are given instead of an engine.
     loads
-        The load cases, and what was left out of them.
+        The load cases, with their notes.
     cases
         One result per load case, by its name.
     checks
         By name.
-    left_out
-        What was not computed, and why.
     notes
-        What a reader must know beside the figures.
+        What a reader must know beside the figures, and what was not computed.
     cycle
         The whole crank cycle, where it was asked for.
     """
@@ -126,8 +125,7 @@ class SpeedResult:
     loads: SpeedLoads
     cases: Mapping[str, CaseResult]
     checks: Mapping[str, Check]
-    left_out: tuple[Omission, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     cycle: CycleResult | None = None
 
     @property
@@ -163,20 +161,22 @@ def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
     checks = speed_checks(rod, found, tuple(cases.values()))
     engine = rod.loading.engine if isinstance(rod.loading, EngineLoading) else None
     notes = (
-        *check_remarks(checks),
-        *unit_remarks(rod.materials, engine),
+        *rod.mesh.omissions,
+        *_solution_omissions(rod, found.solution),
+        *check_notes(checks),
+        *unit_notes(rod.materials, engine),
         *loads.notes,
         *rod.mesh.notes,
         *_pressure_notes(rod),
         *_rim_notes(rod),
+        *rod.notes,
     )
     return SpeedResult(
         rpm=rpm,
         loads=loads,
         cases=cases,
         checks=checks,
-        left_out=(*rod.mesh.left_out, *_solution_left_out(rod, found.solution), *loads.left_out),
-        notes=(*notes, *rod.remarks),
+        notes=notes,
     )
 
 
@@ -205,26 +205,30 @@ def judge(rod: PreparedRod, found: Equilibrium) -> dict[str, CaseResult]:
     }
 
 
-def _solution_left_out(rod: PreparedRod, solution: Solution) -> tuple[Omission, ...]:
+def _solution_omissions(rod: PreparedRod, solution: Solution) -> tuple[Note, ...]:
     """What the loads and the materials spare."""
     spared = []
     if Parity.ANTISYMMETRIC not in solution.displacement and rod.mesh.cut_y:
-        spared.append(Omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"))
+        spared.append(omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"))
     if not rod.soft and rod.element is Element.P2:
         why = f"ν is at most {LIMITS['poissons_ratio_p2']} everywhere"
-        spared.append(Omission("pressure unknowns", why))
+        spared.append(omission("pressure unknowns", why))
     return tuple(spared)
 
 
-def _rim_notes(rod: PreparedRod) -> list[str]:
+def _rim_notes(rod: PreparedRod) -> list[Note]:
     """Where the stress of parts that touch is left out."""
     places = [f"{rim.name} ({rim.radius:.2g} mm)" for rim in rod.fields.errors.rims]
-    return [f"stress: the figures leave out the places near the {', '.join(places)}"] if places else []
+    text = f"the figures leave out the places near the {', '.join(places)}"
+    return [warning(text, "stress")] if places else []
 
 
-def _pressure_notes(rod: PreparedRod) -> list[str]:
+def _pressure_notes(rod: PreparedRod) -> list[Note]:
     names = list(rod.mesh.parts)
     return [
-        f"{names[n]}: solved with a pressure of its own, as ν = {rod.materials[n].poissons_ratio:g}"
+        warning(
+            f"solved with mixed displacement–pressure elements, as ν = {rod.materials[n].poissons_ratio:g}",
+            names[n],
+        )
         for n in rod.soft
     ]

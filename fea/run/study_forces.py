@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from fea.rod.loading import EngineLoading
 from fea.rod.reading import read_isolated
 from fea.run.forces import ForceReport, force_reports
-from fea.study.engine_table import engine_remarks, layout_remarks
+from fea.study.engine_table import engine_notes, layout_notes
 from fea.study.rod_table import RodTable
 from fea.study.study import Study
 from geometry.mass import MassProperties, joined
@@ -33,14 +33,11 @@ def study_forces(study: Study, *, every_cylinder: bool) -> list[ForceReport]:
     loading = EngineLoading.of(table, length)
     speeds = study.engine_speeds(table)
     reports = force_reports(loading.engine, mass, loading.gas, speeds, every_cylinder=every_cylinder)
-    layout = layout_remarks(table) if every_cylinder else []
+    layout = layout_notes(table) if every_cylinder else []
     return [
-        _with_remarks(report, [*engine_remarks(table, length, report.rpm), *layout]) for report in reports
+        replace(report, notes=(*report.notes, *engine_notes(table, length, report.rpm), *layout))
+        for report in reports
     ]
-
-
-def _with_remarks(report: ForceReport, remarks: list[str]) -> ForceReport:
-    return replace(report, note="; ".join(filter(None, (report.note, *remarks))))
 
 
 def rod_mass(study: Study) -> tuple[float, MassProperties]:

@@ -11,16 +11,17 @@ import numpy as np
 from fea.base.checks import Check
 from fea.base.choices import Fatigue
 from fea.base.material import Material
+from fea.base.note import Note, omissions, remarks
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import crossland, fatigue_factor
 from fea.judge.history import deviatoric, extremes
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
 from fea.judge.verdict import Verdict, safety_factor
-from fea.rod.loading import EngineLoading, Omission
+from fea.rod.loading import EngineLoading
 from fea.run.adapt import Adapted
 from fea.run.assembly_figures import AssemblyFigures
-from fea.run.assembly_report import assembly_figures, onsets_left_out
+from fea.run.assembly_report import assembly_figures, onset_notes
 from fea.run.buckling import BucklingReport
 from fea.run.cycle.spots import Spot
 from fea.run.cycle.superposition import CycleResult
@@ -154,8 +155,7 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
         assembly=assembly,
         pin_model=pin_model_figures(adapted.pin_factors(result), rod, result.loads.cases, least),
         checks={**result.checks, **buckling.checks},
-        notes=result.notes,
-        left_out=(*result.left_out, *buckling.left_out, *onsets_left_out(assembly)),
+        notes=(*result.notes, *buckling.notes, *onset_notes(assembly)),
     )
 
 
@@ -171,13 +171,11 @@ def summary_of(
     assembly: AssemblyFigures | None = None,
     pin_model: PinModelFigures | None = None,
     checks: Mapping[str, Check],
-    notes: Sequence[str],
-    left_out: Sequence[Omission],
+    notes: Sequence[Note],
 ) -> Summary:
     """Return the figures of one speed, with those that all speeds of a rod share."""
     life = rod.life
-    if life is not None:
-        notes, left_out = (*notes, *life.notes), (*left_out, *life.left_out)
+    notes = (*notes, *(() if life is None else life.notes))
     return Summary(
         study=rod.name,
         rpm=rpm,
@@ -199,11 +197,11 @@ def summary_of(
         assembly=assembly,
         pin_model=pin_model,
         checks=checks,
-        notes=tuple(notes),
+        notes=remarks(notes),
         timings_s=dict(rod.clock.seconds),
         total_s=rod.clock.total,
         peak_memory_MiB=peak_memory(),
-        left_out=tuple(left_out),
+        left_out=omissions(notes),
         environment=_environment(),
     )
 

@@ -6,6 +6,7 @@ from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any
 
+from fea.base.note import Note, assumptions, warning
 from fea.study.paths import located
 from fea.study.presets import EnginePreset, engine_preset
 from fea.study.tables import Flag, key
@@ -184,8 +185,8 @@ _SAME_LENGTH = 2e-3  # relative difference up to which two rods count as equally
 _NEEDED_BY = {"compression_ratio": {"boyle", "otto", "motored"}, "peak_pressure_bar": {"otto"}}
 
 
-def engine_remarks(table: EngineTable, rod_length: float, rpm: float) -> list[str]:
-    """Return remarks on an engine of the library; none on other engines.
+def engine_notes(table: EngineTable, rod_length: float, rpm: float) -> list[Note]:
+    """Return notes on an engine of the library; none on other engines.
 
     Parameters
     ----------
@@ -199,26 +200,24 @@ def engine_remarks(table: EngineTable, rod_length: float, rpm: float) -> list[st
     preset = table.library()
     if preset is None:
         return []
-    said = []
-    if assumed := _assumed(table, preset):
-        said.append(f"engine {preset.name}: assumed are {', '.join(assumed)}")
+    notes = [*assumptions(f"engine {preset.name}", _assumed(table, preset))]
     if not math.isclose(rod_length, preset.rod_length, rel_tol=_SAME_LENGTH):
         own = f"the rod of the {preset.name} engine is {preset.rod_length:g} mm long"
-        said.append(f"{own}, the one of this study {rod_length:.4g} mm")
+        notes.append(warning(f"{own}, the one of this study {rod_length:.4g} mm"))
     if rpm > preset.redline_rpm:
         limit = f"the redline of the {preset.name} engine, {preset.redline_rpm:g} rpm"
-        said.append(f"{rpm:g} rpm is above {limit}")
-    return said
+        notes.append(warning(f"{rpm:g} rpm is above {limit}"))
+    return notes
 
 
-def layout_remarks(table: EngineTable) -> list[str]:
+def layout_notes(table: EngineTable) -> list[Note]:
     """Return what the sums over all cylinders leave out if the engine is not an in-line one."""
     preset = table.library()
     if preset is None or preset.layout == "in-line" or table.cylinders == 1:
         return []
     summed = f"the shaking forces of the whole engine are those of {table.cylinders} cylinders in line"
     real = f"the {preset.name} engine is of {preset.layout} layout"
-    return [f"{summed}, but {real}; the torque does not depend on the layout"]
+    return [warning(f"{summed}, but {real}; the torque does not depend on the layout")]
 
 
 def _assumed(table: EngineTable, preset: EnginePreset) -> list[str]:

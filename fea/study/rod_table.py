@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fea.base.note import Note, warning
 from fea.study.paths import is_file, located
 from fea.study.tables import (
     Table,
@@ -219,8 +220,8 @@ class RodTable:
         rod = dataclasses.replace(self.solid(), **_dimensions(read_keys(RodKeys, "rod", changes)))
         return _between_bores(dataclasses.replace(self, dimensions=rod, length=rod.length))
 
-    def mass_remarks(self, drawn: MassProperties) -> list[str]:
-        """Return a remark if given mass properties differ from the solid's, whose own inertia loads it.
+    def mass_notes(self, drawn: MassProperties) -> list[Note]:
+        """Return a note if given mass properties differ from the solid's, whose own inertia loads it.
 
         Parameters
         ----------
@@ -245,7 +246,7 @@ class RodTable:
             f"given mass properties are used by fea loads only, not here: {', '.join(others)}; fea rod --fit "
             "adjusts the dimensions to them"
         )
-        return [text]
+        return [warning(text)]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the table's keys and plain values, as a study file holds them."""

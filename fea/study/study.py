@@ -16,6 +16,7 @@ from fea.base.choices import (
     Symmetry,
 )
 from fea.base.material import Material
+from fea.base.note import Note, assumption
 from fea.study.assembly_table import (
     BOLT,
     AssemblyTable,
@@ -282,16 +283,16 @@ class Study:
         return self.part_material.get(part, self.material)
 
     @property
-    def material_remarks(self) -> tuple[str, ...]:
-        """A remark if the material is assumed."""
+    def material_notes(self) -> tuple[Note, ...]:
+        """A note if the material is assumed."""
         if self.material is not ASSUMED_MATERIAL:
             return ()
         table = self.material.resolved()
-        said = (
+        text = (
             f"assumed material: {self.material.preset}, {table.E_GPa:g} GPa, {table.density_kg_m3:g} kg/m³, "
             f"yield strength {table.yield_MPa:g} MPa ([material] or --material)"
         )
-        return (said,)
+        return (assumption(text),)
 
     @property
     def pin_stiffness(self) -> dict[str, tuple[float, float]]:

@@ -2,21 +2,21 @@ import pytest
 
 from fea.base.checks import check
 from fea.base.choices import Fatigue
-from fea.judge.fatigue import check_remarks, fatigue_remarks
-from fea.judge.plausible import unit_remarks
+from fea.judge.fatigue import check_notes, fatigue_notes
+from fea.judge.plausible import unit_notes
 from fea.study.engine_table import EngineTable
 from fea.study.material_table import MaterialTable
 from fea.study.presets import MATERIALS
 
 
-def remarks(piston_mass_kg=0.5, bore_mm=80.0, **constants):
+def notes(piston_mass_kg=0.5, bore_mm=80.0, **constants):
     material = MaterialTable(preset="leon-2001", **constants).material()
-    return unit_remarks([material], EngineTable(90.0, bore_mm, piston_mass_kg).engine(150.0))
+    return unit_notes([material], EngineTable(90.0, bore_mm, piston_mass_kg).engine(150.0))
 
 
 @pytest.mark.parametrize("preset", MATERIALS)
 def test_no_published_material_is_remarked_on(preset):
-    assert unit_remarks([MaterialTable(preset=preset).material()], None) == ()
+    assert unit_notes([MaterialTable(preset=preset).material()], None) == ()
 
 
 @pytest.mark.parametrize(
@@ -33,25 +33,25 @@ def test_no_published_material_is_remarked_on(preset):
     ],
 )
 def test_a_value_in_another_unit_is_remarked_on_by_its_key(given, key):
-    (remark,) = remarks(**given)
-    assert key in remark
+    (note,) = notes(**given)
+    assert key in str(note)
 
 
 def test_plain_values_are_not_remarked_on():
-    assert remarks() == ()
+    assert notes() == ()
 
 
 @pytest.mark.parametrize("name", ["tilt", "small_strain", "small_displacement"])
 def test_a_failed_check_of_the_model_is_put_into_words(name):
-    assert len(check_remarks({name: check(name, 1.0)})) == 1
-    assert check_remarks({name: check(name, 0.0)}) == ()
+    assert len(check_notes({name: check(name, 1.0)})) == 1
+    assert check_notes({name: check(name, 0.0)}) == ()
 
 
 def test_only_strengths_that_the_criterion_needs_are_missed():
     known = {"E_GPa": 200.0, "nu": 0.3, "density_kg_m3": 7800.0, "yield_MPa": 600.0}
     material = MaterialTable(**known, endurance_MPa=300.0).material()
-    assert fatigue_remarks([material], Fatigue.SODERBERG) == ()
-    (remark,) = fatigue_remarks([material], Fatigue.GOODMAN)
-    assert "without endurance_MPa or ultimate_MPa" in remark
-    (remark,) = fatigue_remarks([MaterialTable(**known).material()], Fatigue.SODERBERG)
-    assert "ultimate" not in remark
+    assert fatigue_notes([material], Fatigue.SODERBERG) == ()
+    (note,) = fatigue_notes([material], Fatigue.GOODMAN)
+    assert "without endurance_MPa or ultimate_MPa" in str(note)
+    (note,) = fatigue_notes([MaterialTable(**known).material()], Fatigue.SODERBERG)
+    assert "ultimate" not in str(note)

@@ -8,8 +8,9 @@ from fea.rod.meshed_rod import Meshing
 
 
 def notes(straightened: int, *warnings: str, size: float = 5.0, refined: bool = False) -> tuple[str, ...]:
+    """Notes as lines."""
     quality, repair = SimpleNamespace(straightened=straightened), SimpleNamespace(notes=())
-    return Meshing(size, quality, repair, warnings, refined).notes(rod_length=140.0)
+    return tuple(map(str, Meshing(size, quality, repair, warnings, refined).notes(rod_length=140.0)))
 
 
 @pytest.mark.parametrize(
@@ -27,6 +28,6 @@ def test_gmshs_word_on_elements_that_were_mended_afterwards_is_not_passed_on():
 
 
 def test_a_coarse_size_is_remarked_on_unless_the_mesh_was_refined():
-    (remark,) = notes(0, size=10.0)
-    assert "2 times the default" in remark
+    (note,) = notes(0, size=10.0)
+    assert "2 times the default" in note
     assert notes(0, size=10.0, refined=True) == ()

@@ -98,7 +98,7 @@ def test_a_tolerance_out_of_reach_is_said(monkeypatch):
     monkeypatch.setattr(adapt, "MAX_PASSES", 1)
     adapted = adapt_mesh(study(0.01, size=14.0), (6000.0,), Clock())
     assert len(adapted.passes) == 1
-    note = adapted.at(6000.0).notes[-1]
+    note = str(adapted.at(6000.0).notes[-1])
     assert re.search(
         r"tolerance of 0\.01 % is not met \(±\S+ % in \w+, because of \(\S+, \S+, \S+\) mm\): 1 mesh", note
     )

@@ -87,7 +87,7 @@ def test_a_rod_that_is_only_pulled_does_not_buckle():
     assert found.figures.min_safety_factor is None
     assert found.figures.column.case is None
     assert not found.shapes
-    assert [omission.why for omission in found.left_out] == ["no load case compresses the rod"]
+    assert [note.text for note in found.notes] == ["no load case compresses the rod"]
     assert buckling_lines(found.figures) == ["No load case compresses the rod, so it cannot buckle."]
 
 

@@ -128,8 +128,8 @@ def test_superposition_is_checked_against_the_peak_cases(at_6000):
 def test_a_pressure_that_jumps_is_held_to_a_limit_of_its_own(at_6000, jumps, superposition, passed):
     found = replace(at_6000.cycle, jumps=jumps, series_error=0.5, superposition=superposition)
     assert found.checks()["superposition"].passed is passed
-    assert any(("jumps" if jumps else "narrow arc") in note for note in found.notes())
-    assert not any("bore pressure" in note for note in at_6000.cycle.notes())
+    assert any(("jumps" if jumps else "narrow arc") in str(note) for note in found.notes())
+    assert not any("bore pressure" in str(note) for note in at_6000.cycle.notes())
 
 
 def test_a_factor_that_is_not_known_is_no_nan_in_the_file(at_6000):

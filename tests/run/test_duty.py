@@ -128,8 +128,8 @@ def test_a_material_without_a_line_gets_factors_only_and_is_told():
     life = prepare(plain).life
     assert life.figures is None
     assert life.point_data() == {}
-    assert "no S–N line" in life.notes[0]
-    assert "safety factors" in life.notes[0]
+    assert "no S–N line" in str(life.notes[0])
+    assert "safety factors" in str(life.notes[0])
 
 
 def test_the_mesh_is_refined_for_the_speeds_of_the_duty(monkeypatch):

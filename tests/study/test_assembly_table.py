@@ -124,12 +124,12 @@ def test_what_is_left_out_is_assumed_and_said():
     assert found.bolt.grip == SEATS.length
     # 90 % of the yield strength of class 10.9, by hand: 0.9 · 940 · 51.04 / √(1 + 3 · 0.2746²).
     assert found.bolt.preload == pytest.approx(39.0e3, rel=1e-3)
-    said = found.remarks[0]
+    said = str(found.notes[0])
     for key in ("thread", "grip_mm", "head_mm", "nut_mm", "shank_mm", "grade", "preload_kN", "thread_rolled"):
         assert f"bolt_{key}" in said
-    assert all("assumed" not in line for line in found.remarks[1:])
-    assert "90% of the yield strength" in found.remarks[1]
-    assert any("embedding is not deducted" in line for line in found.remarks)
+    assert all("assumed" not in str(note) for note in found.notes[1:])
+    assert "90% of the yield strength" in str(found.notes[1])
+    assert any("embedding is not deducted" in str(note) for note in found.notes)
 
 
 def test_torque_stretch_and_preload_agree():
@@ -138,7 +138,7 @@ def test_torque_stretch_and_preload_agree():
     by_stretch = bolt(f"bolt_stretch_mm = {30e3 * by_force.compliance.between_ends!r}")
     assert by_torque.bolt.preload == pytest.approx(30e3, rel=1e-12)
     assert by_stretch.bolt.preload == pytest.approx(30e3, rel=1e-12)
-    assert "by stretching" in " ".join(by_stretch.remarks)
+    assert "by stretching" in " ".join(map(str, by_stretch.notes))
 
 
 def test_strengths_are_those_of_the_material_or_of_the_grade():
@@ -162,16 +162,16 @@ def test_embedding_that_is_given_is_taken_from_the_preload():
 
 
 def test_tightening_is_judged():
-    assert any("exceeds the proof load" in line for line in bolt("bolt_stretch_mm = 0.195").remarks)
-    assert any("tightening yields them" in line for line in bolt("bolt_preload_kN = 45.0").remarks)
+    assert any("exceeds the proof load" in str(note) for note in bolt("bolt_stretch_mm = 0.195").notes)
+    assert any("tightening yields them" in str(note) for note in bolt("bolt_preload_kN = 45.0").notes)
     with pytest.raises(
         InvalidValue, match=r"bolt_preload_kN = 50: breaks the bolt.*ultimate strength is 1040"
     ):
         bolt("bolt_preload_kN = 50.0")
-    scattered = bolt("bolt_preload_kN = 32.0\nbolt_tightening_factor = 1.6").remarks
-    assert any("may leave only 20 kN" in line for line in scattered)
+    scattered = bolt("bolt_preload_kN = 32.0\nbolt_tightening_factor = 1.6").notes
+    assert any("may leave only 20 kN" in str(note) for note in scattered)
     # 39 kN on π/4 (10² − 9²) mm².
-    assert any("2613 MPa under head or nut" in line for line in bolt("bolt_head_mm = 10.0").remarks)
+    assert any("2613 MPa under head or nut" in str(note) for note in bolt("bolt_head_mm = 10.0").notes)
 
 
 @pytest.mark.parametrize(
@@ -236,11 +236,11 @@ def test_fits_and_temperature_are_judged_and_said():
     # Bronze in steel, 27 mm, 100 K: 6.5e-6 · 27 · 100; the shells are steel, as the rod.
     assert warm.fits["bushing"].interference == pytest.approx(0.04 + 0.01755)
     assert warm.fits["shell"].interference == cold.fits["shell"].interference == 0.03
-    said = " ".join(warm.remarks(read("[assembly]\n"), ("rod", "bushing")))
+    said = " ".join(map(str, warm.notes(read("[assembly]\n"), ("rod", "bushing"))))
     assert "+100 K from 20 °C" in said
     assert "copper alloy for the bushing" in said
     assert "0.0576 mm" in said
-    assert "K from" not in " ".join(cold.remarks(read("[assembly]\n"), ("rod", "bushing")))
+    assert "K from" not in " ".join(map(str, cold.notes(read("[assembly]\n"), ("rod", "bushing"))))
     with pytest.raises(InvalidValue, match="makes the bushing yield through its wall"):
         assembling("[assembly]\nbushing_interference_mm = 0.2\n")
 

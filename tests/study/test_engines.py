@@ -7,7 +7,7 @@ import pytest
 
 from fea.run.engine_study import engine_study
 from fea.run.study_forces import study_forces
-from fea.study.engine_table import EngineTable, engine_remarks, layout_remarks
+from fea.study.engine_table import EngineTable, engine_notes, layout_notes
 from fea.study.flags import Flags, python_flags
 from fea.study.presets import engine_names, engine_preset
 from fea.study.rod_table import RodKeys
@@ -140,21 +140,21 @@ def test_the_flag_gives_a_rod_alone_an_engine_and_its_redline():
 
 def test_what_is_assumed_is_said_but_not_what_the_study_gives():
     table = parsed('engine = "toyota-2jz"\n' + ROD).engine
-    (said,) = engine_remarks(table, 142.0, 6000)
-    assert "piston_mass_kg = 0.38 (0.6 g/cm³ × bore³)" in said
-    assert "peak_pressure_bar = 68" in said
-    assert "stroke_mm" not in said
+    (said,) = engine_notes(table, 142.0, 6000)
+    assert "piston_mass_kg = 0.38 (0.6 g/cm³ × bore³)" in str(said)
+    assert "peak_pressure_bar = 68" in str(said)
+    assert "stroke_mm" not in str(said)
     weighed = dataclasses.replace(table, piston_mass_kg=0.4, gas="none")
-    assert engine_remarks(weighed, 142.0, 6000) == []
-    assert engine_remarks(dataclasses.replace(table, preset=None), 1.0, 9e3) == []
+    assert engine_notes(weighed, 142.0, 6000) == []
+    assert engine_notes(dataclasses.replace(table, preset=None), 1.0, 9e3) == []
 
 
 def test_another_rod_and_too_high_a_speed_are_said():
     table = parsed('engine = "leon-2001"\n' + ROD).engine
-    assert engine_remarks(table, 141.0, 6000) == []
-    length, speed = engine_remarks(table, 150.0, 6001)
-    assert "141 mm long, the one of this study 150 mm" in length
-    assert "6001 rpm is above the redline of the leon-2001 engine, 6000 rpm" in speed
+    assert engine_notes(table, 141.0, 6000) == []
+    length, speed = engine_notes(table, 150.0, 6001)
+    assert "141 mm long, the one of this study 150 mm" in str(length)
+    assert "6001 rpm is above the redline of the leon-2001 engine, 6000 rpm" in str(speed)
 
 
 def test_the_sums_of_an_engine_in_v_are_marked():
@@ -164,7 +164,7 @@ def test_the_sums_of_an_engine_in_v_are_marked():
     assert "8 cylinders in line, but the chevrolet-454 engine is of V layout" in whole.note
     assert "layout" not in one.note
     assert "assumed are" in one.note
-    assert layout_remarks(parsed('engine = "toyota-2jz"\n' + ROD).engine) == []
+    assert layout_notes(parsed('engine = "toyota-2jz"\n' + ROD).engine) == []
 
 
 def engine_rod(name):

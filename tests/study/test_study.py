@@ -185,12 +185,12 @@ def test_a_center_of_gravity_beyond_the_bores_is_refused(tmp_path):
 def test_given_masses_that_the_solid_has_not_are_told(tmp_path):
     mass = "mass_kg = 0.785\ncenter_of_gravity_mm = 64\ninertia_kg_m2 = 3.9e-3\n"
     rod = parsed(LEON.replace("[engine]", mass + "[engine]"), tmp_path).rod
-    assert rod.mass_remarks(rod.mass) == []
-    (remark,) = rod.mass_remarks(rod.mass.times(0.5))
-    assert "mass_kg = 0.785 (solid: 0.3925)" in remark
-    assert "inertia" in remark
-    assert "gravity" not in remark
-    assert parsed(LEON, tmp_path).rod.mass_remarks(rod.mass) == []
+    assert rod.mass_notes(rod.mass) == []
+    (note,) = rod.mass_notes(rod.mass.times(0.5))
+    assert "mass_kg = 0.785 (solid: 0.3925)" in str(note)
+    assert "inertia" in str(note)
+    assert "gravity" not in str(note)
+    assert parsed(LEON, tmp_path).rod.mass_notes(rod.mass) == []
 
 
 def test_paths_that_no_file_of_a_run_could_name_are_refused(tmp_path, monkeypatch):

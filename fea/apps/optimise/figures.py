@@ -13,6 +13,7 @@ from fea.apps.optimise.designs import Design
 from fea.apps.optimise.limits import Limit
 from fea.apps.optimise.search import Found
 from fea.apps.optimise.variables import Variables
+from fea.base.note import Note
 from fea.output.target import near
 from fea.run.summary_file import OPTIMISED_SCHEMA
 
@@ -87,7 +88,7 @@ class OptimiseFigures:
     limits: tuple[LimitFigures, ...]
     stopped_by: tuple[str, ...]
     history: tuple[DesignFigures, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     files: tuple[str, ...]
     total_s: float
 

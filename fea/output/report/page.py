@@ -79,8 +79,9 @@ def _environment() -> Environment:
     return found
 
 
-def _sentence(text: str) -> str:
+def _sentence(said: object) -> str:
     """A sentence begins with a capital letter, unless its first word is the name of a key."""
+    text = str(said)
     first = text.partition(" ")[0]
     return text if "_" in first or not text else f"{text[0].upper()}{text[1:]}"
 

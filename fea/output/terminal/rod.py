@@ -53,7 +53,7 @@ def _found(figures: RodReport) -> list[str]:
             lines.append(f"  {solid.name}: {solid.role}{kept}; {size} mm, {solid.mass_kg:.4g} kg")
     if figures.assembly:
         lines += ["as an assembly ([assembly] in a study):", *(f"  {text}" for text in figures.assembly)]
-    return [*lines, *figures.assumed]
+    return [*lines, *map(str, figures.assumed)]
 
 
 def _column(figures: RodReport) -> list[str]:

@@ -166,7 +166,7 @@ def _doubts(summary: Summary) -> list[str]:
         for name, check in summary.checks.items()
         if not check.passed
     ]
-    return [*doubts, *_unsettled(summary), *summary.notes]
+    return [*doubts, *_unsettled(summary), *map(str, summary.notes)]
 
 
 def _unsettled(summary: Summary) -> list[str]:

@@ -89,7 +89,7 @@ def _sweep_doubts(summaries: Sequence[Summary]) -> list[str]:
     remedy = "a smaller --tolerance" if summaries[0].passes else "--tolerance 5 or less"
     remedy = "a finer mesh" if summaries[0].model.mesh_from_file else remedy
     doubts = [f"Not converged: the worst case of {speeds} (try {remedy})"] if loose else []
-    return [*doubts, *gathered((summary.rpm or 0.0, summary.notes) for summary in summaries)]
+    return [*doubts, *gathered((summary.rpm or 0.0, [*map(str, summary.notes)]) for summary in summaries)]
 
 
 def _critical(summaries: Sequence[Summary]) -> list[str]:

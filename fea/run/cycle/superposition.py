@@ -8,10 +8,11 @@ import numpy as np
 from fea.base.checks import LIMITS, Check
 from fea.base.choices import Fatigue
 from fea.base.material import Material
+from fea.base.note import Note, warning
 from fea.contact.assembly_state import AssemblyState
 from fea.contact.touch import Touch
 from fea.judge.case_result import CaseResult
-from fea.judge.fatigue import fatigue_remarks
+from fea.judge.fatigue import fatigue_notes
 from fea.pins.pressure_loads import TOLERANCE
 from fea.pins.unit_loads import UnitLoads, Weights
 from fea.rod.meshed_rod import MeshedRod
@@ -32,7 +33,9 @@ from loads.instants import Instants, joined
 AT_JUMPS = 0.05
 # Stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads.
 Direct = Callable[[Instants, CrankCycle], Sequence[Floats]]
-_AWAY = "the safety factors of the cycle also leave out places where the exact stress is infinite (singular)"
+_AWAY = warning(
+    "the safety factors of the cycle also leave out places where the exact stress is infinite (singular)"
+)
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,7 @@ class CycleResult:
         Number of unit solutions.
     jumps
         Whether the bore pressure jumps at the ends of its arc.
-    remarks
+    known_notes
         Notes about the material for the user.
     multiaxial
         The worst place by Crossland's criterion, or None if no endurance limit is known.
@@ -89,7 +92,7 @@ class CycleResult:
     counts: Mask
     regions: SurfaceRegions
     weights: Weights
-    remarks: tuple[str, ...] = ()
+    known_notes: tuple[Note, ...] = ()
     multiaxial: Spot | None = None
     touches: tuple[Mapping[Surface, Touch], ...] = ()
     states: tuple[AssemblyState, ...] = ()
@@ -113,20 +116,18 @@ class CycleResult:
             columns[f"{end}_arc_deg"] = np.array([touch.arc for touch in own]) / DEG
         return columns | assembly_columns(self.states)
 
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Note, ...]:
         """Return the notes about the cycle for the user."""
-        said = self.remarks if self.counts.all() else (*self.remarks, _AWAY)
+        notes = self.known_notes if self.counts.all() else (*self.known_notes, _AWAY)
         if self.jumps:
             why = "jumps at the ends of its arc"
         elif self.series_error > 2 * TOLERANCE:
             why = "acts on a narrow arc"
         else:
-            return said
+            return notes
         apart = f"{100 * self.superposition:.2g} % of the largest stress of each peak case"
-        return (
-            *said,
-            f"the bore pressure {why}, so that the superposed stress may err there by up to {apart}",
-        )
+        text = f"the bore pressure {why}, so that the superposed stress may err there by up to {apart}"
+        return (*notes, warning(text))
 
 
 @dataclass(frozen=True)
@@ -231,7 +232,7 @@ class CycleAnalysis:
             counts=counts,
             regions=regions,
             weights=of_degrees,
-            remarks=fatigue_remarks(self.materials, self.fatigue),
+            known_notes=fatigue_notes(self.materials, self.fatigue),
             multiaxial=multiaxial,
             touches=contacts.touches,
             states=contacts.states,
