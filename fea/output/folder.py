@@ -6,12 +6,10 @@ died, and the next run into the same place removes it. If two directories cannot
 earlier run is renamed to ``.<name>.<random>.backup``, which the next run restores if necessary.
 """
 
-import ctypes
 import errno
 import json
 import os
 import shutil
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -20,6 +18,7 @@ from typing import Any
 from fea.output.picture_name import picture_name
 from fea.output.target import OccupiedError, StorageError, near
 from fea.run.summary_file import OPTIMISED, OPTIMISED_SCHEMA, SCHEMA, SUMMARY
+from geometry.system import exchange, lock
 
 REPORT = "report.html"
 # Of any version.
@@ -67,19 +66,6 @@ def _manifest(folder: Path) -> dict[str, Any]:
     return {}
 
 
-if sys.platform == "win32":  # pragma: no cover - directories cannot be locked: `take` always returns None
-
-    def _lock(descriptor: int, *, wait: bool) -> None:
-        raise OSError(descriptor, wait)
-
-else:
-    import fcntl
-
-    def _lock(descriptor: int, *, wait: bool) -> None:
-        """Lock an open file or raise OSError."""
-        fcntl.flock(descriptor, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
-
-
 @contextmanager
 def held(directory: Path) -> Iterator[None]:
     """Hold the lock of `directory` during the block; on a file system without locks, do nothing."""
@@ -97,7 +83,7 @@ def take(directory: Path, *, wait: bool = False) -> int | None:
     except OSError:
         return None
     try:
-        _lock(descriptor, wait=wait)
+        lock(descriptor, wait=wait)
     except OSError:
         os.close(descriptor)
         return None
@@ -109,37 +95,6 @@ def release(descriptor: int | None) -> None:
     if descriptor is not None:
         with suppress(OSError):
             os.close(descriptor)
-
-
-AT_FDCWD = -100  # Linux: paths are relative to the working directory
-RENAME_EXCHANGE = 2
-NOT_THERE = {errno.ENOSYS, errno.EINVAL}  # the kernel or the file system does not support the flag
-
-
-def exchange(one: Path, other: Path) -> bool:
-    """Exchange two existing paths on one file system.
-
-    Returns
-    -------
-    bool
-        False if the system cannot do this in one step; then nothing has changed.
-
-    Raises
-    ------
-    OSError
-        The system supports it, but refused.
-    """
-    if not sys.platform.startswith("linux"):
-        return False
-    renameat2 = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)  # since glibc 2.28
-    if renameat2 is None:
-        return False
-    if not renameat2(AT_FDCWD, os.fsencode(one), AT_FDCWD, os.fsencode(other), RENAME_EXCHANGE):
-        return True
-    code = ctypes.get_errno()
-    if code in NOT_THERE:
-        return False
-    raise OSError(code, os.strerror(code), str(one), None, str(other))
 
 
 PART, BACKUP = "part", "backup"
