@@ -100,7 +100,7 @@ def _leave_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: 
     write_text(above / CASE_MAP, text.getvalue())
     found = speed_map(summaries)
     if found is not None:
-        from fea.output.plots.speed_map import plot_speed_map, write_speed_map  # noqa: PLC0415 - only a sweep
+        from fea.output.plots.forces import plot_speed_map, write_speed_map  # noqa: PLC0415 - only a sweep
 
         with clock("plot"):
             table, plot = CYCLE_MAP

@@ -57,11 +57,11 @@ def optimise(
     asked = replace(asked, optimise=table)
 
     from fea.apps.optimise.run_optimise import optimise as optimised
-    from fea.machine.clock import told
+    from fea.machine.clock import progress_line
 
     folder = Path("results") / f"{asked.name}-optimised" if out is None else out
-    with told("meshing the first rod", silent=quiet or json) as say:
-        figures, complaint = optimised(asked, folder, say)
+    with progress_line("meshing the first rod", silent=quiet or json) as show:
+        figures, complaint = optimised(asked, folder, show)
     if json:
         print_json(figures)
     elif not quiet:

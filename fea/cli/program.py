@@ -49,15 +49,14 @@ _COMMANDS = {
     "rod": "Show mass properties and sections of the rod; export STEP; fit dimensions to a mass.\n\n"
     "- `fea rod my.toml --step my.step --screenshot`\n"
     "- `fea rod --fit big_end_ring_mm --mass-kg 0.8 > fitted.toml`: find the ring that gives this mass",
-    "sweep": "Compute many variants of a study: ranges, tolerances, what matters most.\n\n"
-    "- `fea sweep web.toml`: goes on where it was if it is ended, and leaves tables and a report in "
-    "results/web\n\n"
+    "sweep": "Compute many variants of a study: ranges, tolerances, sensitivities.\n\n"
+    "- `fea sweep web.toml`: leaves tables and a report in results/web; an interrupted sweep resumes\n\n"
     "A sweep file:\n\n"
     '    study = "leon-2001"\n'
     '    sampling = "sobol"  # or grid, latin-hypercube, random, saltelli; designs = "FILE.csv" instead\n'
     "    samples = 64\n"
     "    vary.rod.web_thickness_mm = { from = 4.0, to = 6.0 }",
-    "optimise": "Find the lightest rod that holds: free dimensions, factors less error bars.\n\n"
+    "optimise": "Find the lightest rod that meets the required factors less their error bars.\n\n"
     "- `fea optimise my.toml --min-safety 1.3 --free web_thickness_mm=3:7 --free flange_thickness_mm=3:8`\n\n"
     "It leaves the study of the lighter rod, a table, the history and a picture of both rods.",
     "reproduce": "Compare published figures with computed ones.",

@@ -48,11 +48,11 @@ def sweep(
 
     asked = load_sweep(file)
     if study is not None:
-        from fea.apps.sweep.evaluate import study_text
+        from fea.apps.sweep.plan import study_text
 
         sys.stdout.write(study_text(asked, study))
         return 0
-    from fea.apps.sweep.extra import require_extra
+    from fea.apps.sweep.base import require_extra
 
     require_extra()
     from fea.apps.sweep.run_sweep import run_sweep

@@ -77,20 +77,10 @@ def stages(*, silent: bool) -> Iterator[Callable[[str], None] | None]:
 
 
 @contextmanager
-def told(first: str, *, silent: bool) -> Iterator[Callable[[str], None]]:
+def progress_line(first: str, *, silent: bool) -> Iterator[Callable[[str], None]]:
     """Show on stderr how far a long job is: a line that changes on a terminal, elsewhere a line a minute.
 
-    Parameters
-    ----------
-    first
-        Shown on a terminal until there is something to tell.
-    silent
-        Show nothing.
-
-    Yields
-    ------
-    Callable
-        To be told the text.
+    Yields what shows a text; `first` is shown on a terminal before, and nothing if `silent`.
     """
     if silent:
         yield lambda _text: None
@@ -107,11 +97,11 @@ def by_the_minute(clock: Callable[[], float] = time.monotonic) -> Callable[[str]
     """Return what writes a text to stderr if the last one is a minute old."""
     last = clock()
 
-    def say(text: str) -> None:
+    def show(text: str) -> None:
         nonlocal last
         if clock() - last >= _MINUTE:
             last = clock()
             sys.stderr.write(f"fea: {text}\n")
             sys.stderr.flush()
 
-    return say
+    return show

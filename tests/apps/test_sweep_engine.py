@@ -7,10 +7,9 @@ from types import SimpleNamespace
 import pytest
 
 from fea.apps.sweep import cluster, work
-from fea.apps.sweep.cluster import ClusterError
-from fea.apps.sweep.engine import Engine
+from fea.apps.sweep.cluster import ClusterError, Engine
 from fea.apps.sweep.journal import Done, Journal, State
-from fea.apps.sweep.plan import Row
+from fea.apps.sweep.plan import PlannedRow
 from fea.apps.sweep.work import Task, VersionError, program_version
 from geometry.errors import InvalidValue
 
@@ -80,7 +79,7 @@ def task(job):
 def journal_of(tmp_path, count):
     journal = Journal(tmp_path / "j.sqlite")
     rows = [
-        Row(number=n, sample=n, design={}, rpm=None, job=f"job{n}", key=f"{n}") for n in range(count)
+        PlannedRow(number=n, sample=n, design={}, rpm=None, job=f"job{n}", key=f"{n}") for n in range(count)
     ]  # fmt: skip
     journal.begin({"schema": "x"}, rows)
     return journal

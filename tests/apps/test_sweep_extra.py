@@ -1,6 +1,6 @@
 import pytest
 
-from fea.apps.sweep import extra
+from fea.apps.sweep import base as extra
 from fea.cli.program import exit_code
 
 

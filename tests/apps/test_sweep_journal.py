@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fea.apps.sweep.journal import Done, Journal, State
-from fea.apps.sweep.plan import Row
+from fea.apps.sweep.plan import PlannedRow
 from fea.output.target import StorageError
 from geometry.errors import InvalidValue
 
@@ -19,7 +19,7 @@ META = {"schema": "fea/sweep/1", "version": "1", "sweep": "abc"}
 def planned(count):
     """Rows of `count` rods at two speeds each."""
     return [
-        Row(number=n, sample=n // 2, design={"rod.web_thickness_mm": n // 2}, rpm=1000.0 * (1 + n % 2),
+        PlannedRow(number=n, sample=n // 2, design={"rod.web_thickness_mm": n // 2}, rpm=1000.0 * (1 + n % 2),
             job=f"job{n // 2}", key=f"key{n}")
         for n in range(2 * count)
     ]  # fmt: skip

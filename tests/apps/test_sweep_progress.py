@@ -34,7 +34,7 @@ def test_rate_and_time_left_follow_the_last_results():
 
 def test_elsewhere_than_on_a_terminal_there_is_a_line_a_minute(capsys):
     clock = Clock()
-    show = Progress(300, clock).telling(by_the_minute(clock))
+    show = Progress(300, clock).shown_by(by_the_minute(clock))
     for _ in range(300):
         clock.now += 1
         show(1, 2)

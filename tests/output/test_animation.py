@@ -16,7 +16,7 @@ from fea.base.choices import Symmetry
 from fea.output.pictures import animation
 from fea.output.pictures.animation import COUNT, computed, drawn, require_film, write_film
 from fea.output.pictures.film import Film
-from fea.output.pictures.skin import Skin
+from fea.output.pictures.surface import Skin
 from fea.output.target import PictureError, StorageError
 from fea.run.speed import solve_speed
 from fea.units import DEG

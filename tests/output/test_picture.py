@@ -156,13 +156,13 @@ def test_orders_to_a_process_that_has_died_are_an_error():
     with drawing_process(environments()[0]) as drawer:
         drawer.started.kill()
         drawer.started.wait()
-        said = explained(drawer, "fea.output.pictures.render:draw_all", [], timeout=1.0)
+        said = explained(drawer, "fea.output.pictures.drawing:draw_all", [], timeout=1.0)
         assert said == "the drawing process ended (SIGKILL)"
 
 
 def test_a_process_that_does_not_answer_is_ended(result):
     with drawing_process(environments()[0]) as drawer:
-        said = explained(drawer, "fea.output.pictures.render:draw_all", [], timeout=0.01)
+        said = explained(drawer, "fea.output.pictures.drawing:draw_all", [], timeout=0.01)
         assert said == "it took longer than 0.01 s"
         assert drawer.started.wait() == -signal.SIGKILL
 

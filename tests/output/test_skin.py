@@ -5,7 +5,7 @@ import pytest
 
 from fea.output.pictures.frame import View, choose_view
 from fea.output.pictures.scale import Bands, band_limits, exaggeration, round_down, round_up
-from fea.output.pictures.skin import Skin, refined_line
+from fea.output.pictures.surface import Skin, refined_line
 from mesh.tetmesh import EDGES
 
 OUTER = [(1, 3, 5), (3, 2, 5), (2, 4, 5), (4, 1, 5), (3, 1, 6), (2, 3, 6), (4, 2, 6), (1, 4, 6)]

@@ -1,13 +1,17 @@
 """The study that a sweep starts from, and the designs made of it."""
 
+import hashlib
 import tomllib
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from fea.study.paths import is_file
 from fea.study.study import TABLES, Study, load_study, parse_study, shipped_studies
 from fea.study.tables import hints_of, toml_text, unknown_key
 from geometry.errors import InvalidValue, require
@@ -189,3 +193,35 @@ def _is_table(path: tuple[str, ...]) -> bool:
     if len(path) == 1:
         return True
     return len(path) == 2 and path[0] == "material" and path[1] not in hints_of(TABLES["material"])
+
+
+_NEEDED = ("dask", "distributed", "pyarrow", "SALib")
+
+
+def require_extra() -> None:
+    """Refuse to begin without them.
+
+    Raises
+    ------
+    ImportError
+        One is missing (exit code 7).
+    """
+    missing = [name for name in _NEEDED if find_spec(name) is None]
+    if missing:
+        raise ImportError(
+            f"fea sweep needs {', '.join(missing)}, not installed here: pip install 'conrod-fea[sweep]'"
+        )
+
+
+def digest(path: Path) -> str:
+    """Return a digest of a file's contents; empty where there is no such file."""
+    if not is_file(path):
+        return ""
+    changed = path.stat()
+    return _digest(path, changed.st_mtime_ns, changed.st_size)
+
+
+@cache
+def _digest(path: Path, _changed: int, _size: int) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,14 +1,18 @@
-"""Where the rods are computed: processes of this machine, or the workers of a Dask scheduler."""
+"""Compute the rods of a journal in processes of this machine, or by the workers of a Dask scheduler."""
 
 import json
-import os
+import queue
+import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from fea.apps.sweep.journal import Done, Journal
+from fea.apps.sweep.work import Task, VersionError, program_version, work
 from geometry.errors import InvalidValue, require
+from geometry.system import usable_processors
 
 # Settings of Dask that a sweep changes; results/sweep.md tells of the trials. Work stealing stays on: a rod
 # that lost its worker and waits behind another moves on. So does the limit for workers that are silent.
@@ -27,7 +31,7 @@ def physical_cores() -> int:
     """Number of cores that this process may use, without the second threads of each."""
     import psutil  # noqa: PLC0415 - comes with the extra
 
-    allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    allowed = usable_processors()
     return min(psutil.cpu_count(logical=False) or allowed, allowed)
 
 
@@ -78,7 +82,7 @@ def _local(workers: int) -> Iterator[Any]:
             dashboard_address=None,
             worker_dashboard_address=None,
             silence_logs=50,
-            preload="fea.apps.sweep.preload",
+            preload="fea.apps.sweep.cluster",
         )
     except (OSError, RuntimeError) as error:
         why = " ".join(str(error).split())
@@ -139,15 +143,7 @@ _PATIENCE = 300.0
 
 
 class Workers:
-    """The workers of a cluster.
-
-    Parameters
-    ----------
-    client
-        Of Dask.
-    clock
-        Seconds.
-    """
+    """The workers of a Dask client."""
 
     def __init__(self, client: Any, clock: Callable[[], float] = time.monotonic) -> None:
         self._client, self._clock = client, clock
@@ -192,3 +188,108 @@ def lost(why: object) -> ClusterError:
 def _replace(processes: Any) -> None:
     """Start workers in place of lost ones: Dask does not where one ended while it started."""
     processes.scale(len(processes.worker_spec))
+
+
+# Seconds between two looks at the cluster where no rod comes back.
+_WAIT = 0.5
+
+
+class Engine:
+    """Gives the pending rods of a journal to a Dask client; the only writer of the journal.
+
+    `task` returns the task of a rod by its digest; `compute` replaces the analysis in tests.
+    """
+
+    def __init__(
+        self,
+        journal: Journal,
+        client: Any,
+        task: Callable[[str], Task],
+        compute: Callable[..., Any] | None = None,
+    ) -> None:
+        self._journal, self._client, self._task, self._compute = journal, client, task, compute
+        self._back: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._out: dict[Any, str] = {}
+        self._workers = Workers(client)
+
+    def run(self, listener: Callable[[int, int], None]) -> None:
+        """Compute them all.
+
+        `listener` is called about twice a second, and after each entry, with the number of rods that came
+        back and the number of threads.
+
+        Raises
+        ------
+        ClusterError
+            The scheduler is gone.
+        VersionError
+            A worker has another version of the program, or none.
+        StorageError
+            The journal cannot be written.
+        """
+        jobs = iter(self._journal.pending())
+        self._give(jobs)
+        while self._out:
+            back = self._wait()
+            if back:
+                self._journal.finish([self._result(future) for future in back])
+            self._give(jobs)
+            listener(len(back), self._workers.threads())
+
+    def _give(self, jobs: Iterator[str]) -> None:
+        """Keep one rod for each thread given out: none waits on a worker that may die."""
+        while len(self._out) < max(1, self._workers.threads()):
+            job = next(jobs, None)
+            if job is None:
+                return
+            try:
+                task = self._task(job)
+            except InvalidValue as error:  # a design that breaks a rule, tried again
+                self._journal.finish([Done(job, {}, 0.0, str(error))])
+                continue
+            future = self._client.submit(work, task, self._compute, pure=False)
+            self._out[future] = job
+            future.add_done_callback(self._back.put)
+
+    def _wait(self) -> list[Any]:
+        """Return the rods that have come back, after a while none."""
+        found = []
+        try:
+            found.append(self._back.get(timeout=_WAIT))
+            while True:
+                found.append(self._back.get_nowait())
+        except queue.Empty:
+            if self._client.status not in ("running", "connecting"):
+                raise lost(self._client.status) from None
+        return found
+
+    def _result(self, future: Any) -> Done:
+        job = self._out.pop(future)
+        if future.status == "cancelled":
+            raise lost(future.status)
+        error = future.exception()  # waits where the worker that held the result has ended meanwhile
+        if error is None:
+            done: Done = future.result()
+            # As long as it is wanted, Dask computes it again when the worker that holds it ends.
+            future.release()
+            return done
+        if isinstance(error, VersionError):
+            raise error
+        if type(error).__name__ == "KilledWorker":
+            return Done(job, {}, 0.0, "the worker that computed it ended, again and again")
+        raise _unready(error) from error
+
+
+def _unready(error: BaseException) -> VersionError:
+    """What keeps a cluster from beginning a rod, whose own errors are results."""
+    why = error.__cause__ or error
+    said = f"{type(why).__name__}: {' '.join(str(why).split())}"
+    return VersionError(
+        f"the cluster cannot begin a rod ({said}): install conrod-fea[sweep] {program_version()} where the "
+        "scheduler and its workers run, and start them again."
+    )
+
+
+def dask_setup(_worker: object) -> None:
+    """Leave Ctrl-C to the program, which ends its workers; Dask looks for this name."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -2,8 +2,6 @@
 
 from typing import Any
 
-from fea.apps.sweep.plan import rows, study_of
-from fea.apps.sweep.sweep_file import Sweep
 from fea.machine.clock import Clock
 from fea.run.adapt import Adapted, adapt_mesh
 from fea.run.figures import Summary
@@ -12,30 +10,14 @@ from fea.run.modes import modes_on
 from fea.run.outcome import outcome
 from fea.run.survival import Factor, factors
 from fea.study.study import Study
-from geometry.errors import require
 
 Figures = dict[str, Any]
 
 
 def evaluate(study: Study, frequencies: int = 0) -> dict[float | None, Figures]:
-    """Compute a rod.
+    """Return the figures of a rod by speed, rpm (None for given forces); errors as `fea.apps.result.analyse`.
 
-    Parameters
-    ----------
-    study
-        With all its speeds.
-    frequencies
-        Number of natural frequencies to find.
-
-    Returns
-    -------
-    dict
-        The figures by speed, rpm (None for given forces), their names with the unit.
-
-    Raises
-    ------
-    InvalidValue, GeometryError, MeshError, UnderconstrainedError, SingularMatrixError
-        See `fea.apps.result.analyse`.
+    `frequencies` is the number of natural frequencies to find.
     """
     speeds = study.speeds()
     adapted = adapt_mesh(study, speeds, Clock())
@@ -99,17 +81,3 @@ def _frequencies(study: Study, adapted: Adapted, count: int) -> Figures:
     report = modes_on(study, adapted.rod.mesh, count)
     hertz = {f"frequency_{number}_Hz": float(one) for number, one in enumerate(report.elastic, start=1)}
     return hertz | ({} if report.trusted else {"trusted": False})
-
-
-def study_text(sweep: Sweep, number: int) -> str:
-    """Return the study of a row as a file that ``fea run`` takes.
-
-    Raises
-    ------
-    InvalidValue
-        There is no such row, or its design breaks a rule.
-    """
-    found = rows(sweep)
-    require(0 <= number < len(found), "--study", number, f"must be a row, 0 to {len(found) - 1}")
-    row = found[number]
-    return study_of(sweep, row.design, [row.rpm]).text()

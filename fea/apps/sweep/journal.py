@@ -13,7 +13,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from fea.apps.sweep.plan import Row
+from fea.apps.sweep.plan import PlannedRow
 from fea.output.target import StorageError
 from geometry.errors import InvalidValue
 
@@ -108,14 +108,14 @@ class Journal:
             known = self._base.execute("SELECT count(*) FROM sqlite_master WHERE name = 'meta'").fetchone()[0]
             return dict(self._base.execute("SELECT name, value FROM meta")) if known else {}
 
-    def begin(self, meta: Mapping[str, str], rows: Sequence[Row]) -> None:
+    def begin(self, meta: Mapping[str, str], rows: Sequence[PlannedRow]) -> None:
         """Enter all rows of a new sweep, in one transaction."""
         with self._transaction():
             for statement in _TABLES.split(";"):
                 self._base.execute(statement)
             self._enter(meta, rows)
 
-    def extend(self, meta: Mapping[str, str], rows: Sequence[Row]) -> None:
+    def extend(self, meta: Mapping[str, str], rows: Sequence[PlannedRow]) -> None:
         """Enter further rows."""
         with self._transaction():
             self._enter(meta, rows)
@@ -184,7 +184,7 @@ class Journal:
         if found and found != {"meta", "rods"}:
             raise sqlite3.DatabaseError(f"it has the tables {', '.join(sorted(found))}")
 
-    def _enter(self, meta: Mapping[str, str], rows: Sequence[Row]) -> None:
+    def _enter(self, meta: Mapping[str, str], rows: Sequence[PlannedRow]) -> None:
         self._base.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", list(meta.items()))
         self._base.executemany(
             "INSERT INTO rods (number, sample, design, rpm, job, key, state, reason) "
@@ -222,7 +222,7 @@ class Journal:
             raise InvalidValue("--out", str(self.path), rule, "Choose another directory.") from error
 
 
-def _values(row: Row) -> tuple[Any, ...]:
+def _values(row: PlannedRow) -> tuple[Any, ...]:
     state = State.FAILED if row.refused else State.PENDING
     return (
         row.number, row.sample, json.dumps(row.design), row.rpm, row.job, row.key, state.value, row.refused,

@@ -6,31 +6,26 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from fea.apps.sweep.base import files_of
-from fea.apps.sweep.extra import digest
+from fea.apps.sweep.base import digest, files_of
 from fea.apps.sweep.sampling import Design
 from fea.apps.sweep.sweep_file import Sweep
 from fea.study.option_tables import SpeedTable
 from fea.study.study import Study
-from geometry.errors import InvalidValue
+from geometry.errors import InvalidValue, require
 
 SPEED = "speed.rpm"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
-    """A row of the table: a design at one of its speeds.
+class PlannedRow:
+    """A row of the table: a design (the values of the varied keys) at one of its speeds.
 
     Attributes
     ----------
-    number
-        Of the row, from 0.
     sample
-        Number of the design, from 0.
-    design
-        Values of the varied keys.
+        Number of the design.
     rpm
-        The speed; None where forces are given, or where the design is refused.
+        None where forces are given, or where the design is refused.
     job
         Digest of the rod to compute, with all its speeds.
     key
@@ -48,7 +43,7 @@ class Row:
     refused: str = ""
 
 
-def rows(sweep: Sweep) -> list[Row]:
+def rows(sweep: Sweep) -> list[PlannedRow]:
     """Return the rows of a sweep.
 
     One mesh and one factorisation serve all speeds of a rod: of the study's list of speeds, and of designs
@@ -71,7 +66,7 @@ def rows(sweep: Sweep) -> list[Row]:
                 speeds[rod].append(rpm)
     jobs = {rod: _digest(rod, sorted(speed or 0.0 for speed in own)) for rod, own in speeds.items()}
     return [
-        Row(
+        PlannedRow(
             number=number,
             sample=sample,
             design=design,
@@ -89,6 +84,20 @@ def study_of(sweep: Sweep, design: Mapping[str, Any], speeds: Sequence[float | N
     rpm = tuple(speed for speed in speeds if speed is not None)
     study = sweep.base.study(design)
     return study if not rpm else replace(study, speed=SpeedTable(rpm[0] if len(rpm) == 1 else rpm))
+
+
+def study_text(sweep: Sweep, number: int) -> str:
+    """Return the study of a row as a file that ``fea run`` takes.
+
+    Raises
+    ------
+    InvalidValue
+        There is no such row, or its design breaks a rule.
+    """
+    found = rows(sweep)
+    require(0 <= number < len(found), "--study", number, f"must be a row, 0 to {len(found) - 1}")
+    row = found[number]
+    return study_of(sweep, row.design, [row.rpm]).text()
 
 
 def _speeds(sweep: Sweep, design: Design) -> Iterator[tuple[float | None, str, str]]:

@@ -9,8 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from fea.apps.sweep.base import Base, kind_of, leaves, read_base
-from fea.apps.sweep.extra import digest
+from fea.apps.sweep.base import Base, digest, kind_of, leaves, read_base
 from fea.apps.sweep.sampling import Design, Sampling, designs, read_designs
 from fea.apps.sweep.variation import Variation, variation
 from fea.study.paths import is_file, located, require_size

@@ -85,15 +85,7 @@ _RECENT = 50
 
 
 class Progress:
-    """Counts what comes back.
-
-    Parameters
-    ----------
-    total
-        Rods to compute now.
-    clock
-        Seconds.
-    """
+    """Counts the rods that came back, of a total to compute now."""
 
     def __init__(self, total: int, clock: Callable[[], float] = time.monotonic) -> None:
         self.total, self.done = total, 0
@@ -123,14 +115,14 @@ class Progress:
         left = (self.total - self.done) / rate
         return f"{share}, {_rate(rate)}, {duration(left)} left"
 
-    def telling(self, say: Callable[[str], None]) -> Callable[[int, int], None]:
-        """Return what is to be told how many rods came back, and how many threads compute."""
+    def shown_by(self, show: Callable[[str], None]) -> Callable[[int, int], None]:
+        """Return a listener that counts rods that came back and shows a line; it takes the threads, too."""
 
-        def tell(count: int, threads: int) -> None:
+        def listener(count: int, threads: int) -> None:
             self.add(count)
-            say(self.text(threads))
+            show(self.text(threads))
 
-        return tell
+        return listener
 
 
 def duration(seconds: float) -> str:

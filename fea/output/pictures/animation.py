@@ -10,7 +10,7 @@ import numpy as np
 from fea.machine.clock import Clock
 from fea.output.pictures.film import Film
 from fea.output.pictures.process import REMEDY, environments, run_drawing
-from fea.output.pictures.skin import Skin
+from fea.output.pictures.surface import Skin
 from fea.output.target import PictureError, require_target
 from fea.output.text import stored
 from fea.pins.unit_loads import Weights

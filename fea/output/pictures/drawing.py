@@ -2,17 +2,18 @@
 
 import itertools
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyvista
 from PIL import Image
 
+from fea.machine.isolated import IsolatedProcess, copied
 from fea.output.pictures.frame import USUAL, Frame, View
 from fea.output.pictures.scale import Bands, round_down
-from fea.output.pictures.scene import Scene
-from fea.output.pictures.shown import MODE
-from fea.output.pictures.skin import Skin, refined_line
+from fea.output.pictures.scene import Scene, read_skin, trial_scene
+from fea.output.pictures.shown import MODE, Picture
 from fea.output.pictures.strokes import (
     GREY,
     INK,
@@ -23,9 +24,12 @@ from fea.output.pictures.strokes import (
     add_lines,
     canvas,
     finish,
+    save,
     write,
 )
+from fea.output.pictures.surface import Skin, refined_line
 from geometry.arrays import Floats
+from geometry.system import CAN_FORK
 
 ROD_SHARE, SPOT_SHARE = 0.58, 0.64  # share of the height for the rod, of the width for the hot spot
 SCALARS = "shown"  # name of the array that the colours show
@@ -226,3 +230,37 @@ def draw_mesh(skin: Skin, title: str) -> Image.Image:
     plotter.subplot(0, 0)
     write(plotter, title, (0.02, 0.91), size=30)
     return finish(plotter, ROWS[0])
+
+
+_copies: list[IsolatedProcess] = []
+
+
+def warm_up() -> None:
+    """Copy this process while only its libraries are loaded; in both, start OpenGL and load the fonts."""
+    if CAN_FORK:
+        _copies.append(copied(_draw_trial))
+    _draw_trial()
+
+
+def _draw_trial() -> None:
+    draw(trial_scene(), "")
+
+
+def draw_all(pictures: Sequence[Picture]) -> None:
+    """Draw every picture; the copy, if there is one, draws every second one of several."""
+    if len(pictures) > 1 and _copies:
+        _copies[0].begin(_draw_each, pictures[1::2])
+        _draw_each(pictures[::2])
+        _copies[0].result()
+    else:
+        _draw_each(pictures)
+
+
+def _draw_each(pictures: Sequence[Picture]) -> None:
+    for picture in pictures:
+        if picture.mesh_only:
+            image = draw_mesh(read_skin(picture.vtu), picture.title)
+        else:
+            scene = Scene.read(picture.vtu, picture.field, picture.peak, picture.at, picture.error_percent)
+            image = draw(scene, picture.title, picture.notes, picture.marks)
+        save(image, Path(picture.png))

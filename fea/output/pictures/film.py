@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.output.pictures.scale import exaggeration
-from fea.output.pictures.skin import Skin
+from fea.output.pictures.surface import Skin
 from geometry.arrays import Floats
 
 Singles = npt.NDArray[np.float32]

@@ -92,7 +92,7 @@ def draw_pictures(pictures: Sequence[Picture]) -> None:
         for picture in pictures:
             picture.png.unlink(missing_ok=True)
         said = run_drawing(
-            "fea.output.pictures.render:draw_all",
+            "fea.output.pictures.drawing:draw_all",
             pictures,
             environment=environment,
             timeout=TIMEOUT * (1 + len(pictures)),

@@ -11,7 +11,7 @@ from fea.machine.isolated import CrashError, IsolatedProcess, OvertimeError, fre
 
 REMEDY = "Install the OpenGL libraries; on Debian or Ubuntu: apt-get install libegl1 libgl1 libxrender1."
 
-_RENDER = "fea.output.pictures.render"
+_RENDER = "fea.output.pictures.drawing"
 _ready: ContextVar[IsolatedProcess | None] = ContextVar("_ready", default=None)
 
 

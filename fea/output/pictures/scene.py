@@ -10,7 +10,7 @@ import pyvista
 from fea.output.pictures.frame import View, choose_view
 from fea.output.pictures.scale import Bands, exaggeration
 from fea.output.pictures.shown import MODE, VON_MISES, Field, field_of
-from fea.output.pictures.skin import Skin
+from fea.output.pictures.surface import Skin
 from fea.output.text import error_bar
 from geometry.arrays import Floats, Ints
 

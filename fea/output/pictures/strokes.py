@@ -10,7 +10,7 @@ import pyvista
 from PIL import Image
 
 from fea.output.pictures.frame import Frame
-from fea.output.pictures.skin import Skin, refined_line
+from fea.output.pictures.surface import Skin, refined_line
 from geometry.arrays import Floats
 
 SIZE = (1600, 1000)  # pixels

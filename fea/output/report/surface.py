@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.output.pictures.skin import Skin
+from fea.output.pictures.surface import Skin
 from geometry.arrays import Floats, Ints
 from mesh.tetmesh import TetMesh
 
