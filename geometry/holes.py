@@ -1,10 +1,106 @@
-"""Right-handed frames about an axis, and where a rod's centre of gravity lies in its frame."""
+"""Round holes of solids and meshes from files, and which two of them are the bores of a rod."""
 
-from typing import NamedTuple
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from geometry.arrays import Floats
+
+# Sine of the angle between parallel axes.
+PARALLEL = 1e-4
+# Part of a turn from which on a wall is as good as closed: an oil hole or a notch may be missing from it.
+CLOSED = 0.8
+# Bores that identify themselves need nothing else; the others are named by the user.
+NAME_BORES = "Give the diameters of the bores as rod.big_end_bore_mm and rod.small_end_bore_mm"
+
+# Diameters of the big-end and the small-end bore, mm, where the user has given them.
+Diameters = tuple[float | None, float | None]
+UNKNOWN: Diameters = (None, None)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Axis:
+    """A straight line with a point from which positions along it count."""
+
+    center: Floats  # (3,), mm
+    direction: Floats  # unit vector (3,)
+
+    def at(self, position: float) -> Floats:
+        """Return the point (3,) at a position, mm."""
+        return np.asarray(self.center + position * self.direction)
+
+    def along(self, points: Floats) -> Floats:
+        """Positions (n,) of points (n, 3), mm."""
+        return np.asarray((points - self.center) @ self.direction)
+
+    def beside(self, points: Floats) -> Floats:
+        """Distances (n,) of points (n, 3) from it, mm."""
+        away = points - self.center
+        return np.asarray(np.linalg.norm(away - self.along(points)[:, None] * self.direction, axis=1))
+
+    def parallel(self, other: "Axis") -> bool:
+        """Whether it is parallel to another."""
+        return bool(np.linalg.norm(np.cross(self.direction, other.direction)) < PARALLEL)
+
+    def apart(self, other: "Axis") -> float:
+        """Return the distance of a parallel axis, mm."""
+        between = other.center - self.center
+        return float(np.linalg.norm(between - (between @ self.direction) * self.direction))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RoundHole(Axis):
+    """The wall of a cylindrical hole; its centre is at half its width."""
+
+    radius: float  # mm
+    width: float  # length along the axis, at its longest, mm
+    area: float  # of the wall, mm²
+    turn: float = 1.0  # part of a full turn that the wall covers: ½ for half a bore
+
+    def same_radius(self, radius: float | None, slack: float) -> bool:
+        """Whether it has this radius, mm, to a relative tolerance; true where none is given."""
+        return radius is None or math.isclose(self.radius, radius, rel_tol=slack)
+
+
+Hole = TypeVar("Hole", bound=RoundHole)
+
+
+def pin_wall(walls: Sequence[Hole]) -> Hole:
+    """Return the coaxial wall that a pin touches: the narrowest one that is not just a lip."""
+    most = max(wall.area for wall in walls)
+    return min((wall for wall in walls if wall.area > most / 2), key=lambda wall: wall.radius)
+
+
+def bore_pairs(holes: Sequence[Hole], diameters: Diameters, slack: float) -> Iterator[tuple[Hole, Hole]]:
+    """Pairs of parallel holes that may be the bores, big end first, in the order of the holes.
+
+    Diameters that are given must be met to a relative tolerance.
+    """
+    radii = [None if diameter is None else diameter / 2 for diameter in diameters]
+    for one, other in combinations(holes, 2):
+        if one.parallel(other) and one.apart(other) > max(one.radius, other.radius):
+            for pair in ((one, other), (other, one)):
+                if all(hole.same_radius(radius, slack) for hole, radius in zip(pair, radii, strict=True)):
+                    yield pair
+                    break
+
+
+def heavier_first(bores: tuple[Hole, Hole], middle: Floats) -> tuple[Hole, Hole]:
+    """Of two equal bores, take the one nearer to the centre of gravity (3,) for the big end's."""
+    one, other = bores
+    along = (other.center - one.center) / np.linalg.norm(other.center - one.center)
+    nearer_other = (middle - (one.center + other.center) / 2) @ along > 1e-6 * one.apart(other)
+    return (other, one) if nearer_other else bores
+
+
+def place_text(place: Floats) -> str:
+    """Write coordinates, mm, without the remainders of rounding."""
+    x, y, z = np.round(place, 4) + 0.0
+    return f"({x:.4g}, {y:.4g}, {z:.4g})"
 
 
 def rod_frame(axis: Floats, between: Floats) -> tuple[Floats, float]:
@@ -28,25 +124,31 @@ def rod_frame(axis: Floats, between: Floats) -> tuple[Floats, float]:
     return np.stack([x, np.cross(axis, x), axis]), length
 
 
+def basis_across(direction: Floats) -> Floats:
+    """Two unit vectors (2, 3) across a direction and across each other, right-handed with it."""
+    first = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
+    first = first / np.linalg.norm(first)
+    return np.stack([first, np.cross(direction, first)])
+
+
 # Largest distance of a rod's centre of gravity from the line between its bores, and from the ends of that
 # line, over the distance of the bores: 0.06 and 0 on rods.
 _OFF_LINE = 0.2
 
 
 class Balance(NamedTuple):
-    """Where a centre of gravity lies relative to the line between two bores."""
+    """Where a centre of gravity lies relative to the line between two bores, mm."""
 
-    distance: float  # of the bores, mm
-    # aside, beyond: of the centre of gravity from the line, and from its ends along it, mm; 0 beyond where it
-    # is between
-    aside: float
-    beyond: float
+    distance: float  # of the bores
+    aside: float  # of the centre of gravity from the line
+    beyond: float  # of the centre of gravity from the line's ends along it; 0 where it is between
 
     @classmethod
-    def of(cls, axis: Floats, big: Floats, small: Floats, middle: Floats) -> "Balance":
-        """Balance of a centre of gravity (3,), bores along the unit vector `axis` through points (3,)."""
-        frame, distance = rod_frame(axis, small - big)
-        along, aside, _ = (frame @ (middle - big)).tolist()
+    def of(cls, bores: tuple[RoundHole, RoundHole], middle: Floats) -> "Balance":
+        """Balance of a centre of gravity (3,)."""
+        big, small = bores
+        frame, distance = rod_frame(big.direction, small.center - big.center)
+        along, aside, _ = (frame @ (middle - big.center)).tolist()
         return cls(distance, abs(aside), max(-along, along - distance, 0.0))
 
     @property
@@ -55,15 +157,8 @@ class Balance(NamedTuple):
         return max(self.aside, self.beyond) <= _OFF_LINE * self.distance
 
     def text(self) -> str:
-        """Say it."""
+        """Describe it in words."""
         return (
             f"the centre of gravity lies {self.aside:.4g} mm beside and {self.beyond:.4g} mm beyond the line "
             f"between them, which is {self.distance:.4g} mm long"
         )
-
-
-def basis_across(direction: Floats) -> Floats:
-    """Two unit vectors (2, 3) across a direction and across each other, right-handed with it."""
-    first = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
-    first = first / np.linalg.norm(first)
-    return np.stack([first, np.cross(direction, first)])

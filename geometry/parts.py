@@ -12,6 +12,7 @@ from geometry import kernel
 from geometry.assembly import Assembly, BoltAxis
 from geometry.errors import GeometryError
 from geometry.faces import Face, Feature, FeatureKind, edge_points
+from geometry.holes import Axis
 from geometry.kernel import SOLID
 from geometry.rod import Rod
 from geometry.surfaces import Surface
@@ -228,9 +229,11 @@ def with_seats(
 def _seat(face: Face, bolt: BoltAxis) -> Surface | None:
     """What of a bolt presses on a face."""
     slack = _SLACK * bolt.hole_radius
-    away = edge_points(face.tag) - np.array(bolt.point)
-    along = away @ np.array(bolt.direction)
-    beside = np.linalg.norm(away - along[:, None] * np.array(bolt.direction), axis=1)
+    axis, points = (
+        Axis(center=np.array(bolt.point), direction=np.array(bolt.direction)),
+        edge_points(face.tag),
+    )
+    along, beside = axis.along(points), axis.beside(points)
     if face.shape == "Plane":
         seats = [(Surface.BOLT_HEAD, bolt.head, bolt.head_radius)]
         seats += [(Surface.BOLT_THREAD, bolt.grip_end, bolt.nut_radius)]

@@ -9,7 +9,7 @@ import gmsh
 from geometry import kernel
 from geometry.assembly import Assembly, BoltAxis, bolt_axes, check
 from geometry.errors import GeometryError, require
-from geometry.faces import Bore, Face, Feature, faces_of, surfaces
+from geometry.faces import Bore, Feature, faces_of, surfaces
 from geometry.features import check_contacts, checked_features
 from geometry.imports import ImportReport
 from geometry.mass import MassProperties, joined
@@ -95,7 +95,8 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None =
         Bore(rod.length, rod.small_end_bore / 2, rod.pin_bearing_width, rod.pin_bearing_taper),
     )
     mass = joined([part.mass for part in parts])
-    solid = Solid(mirror, bores, parts, surfaces(bores, mirror, faces), features, mass, bolts=bolts)
+    named = with_seats(surfaces(bores, mirror, faces), faces, bolts)
+    solid = Solid(mirror, bores, parts, named, features, mass, bolts=bolts)
     if assembly is None:
         return solid
     walls = {
@@ -103,26 +104,24 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None =
         Surface.BUSHING_SEAT: rod.bushing,
         Surface.SHELL_SEAT: assembly.shell,
     }
-    solid = with_contacts(solid, faces, assembly, lambda _: walls)
+    solid = with_contacts(solid, assembly, lambda _: walls)
     check_contacts(rod, assembly, mirror, solid.interfaces, solid.faces)
     return solid
 
 
 def with_contacts(
     solid: Solid,
-    faces: Sequence[Face],
     assembly: Assembly,
     thickness: Callable[[Sequence[Interface]], Mapping[Surface, float]],
 ) -> Solid:
-    """Name the faces where parts touch and bolts press.
+    """Add the interfaces, and the faces there and under bolts as features.
 
     `thickness` of what lies behind the interfaces, mm, is by the first surface of each.
     """
     parts = solid.parts
     touching = interfaces([part.name for part in parts], [part.volumes for part in parts], assembly)
-    named = with_seats(solid.faces, faces, solid.bolts)
-    small = contact_features(touching, named, solid.bolts, thickness(touching))
-    return replace(solid, faces=named, features=(*solid.features, *small), interfaces=touching)
+    small = contact_features(touching, solid.faces, solid.bolts, thickness(touching))
+    return replace(solid, features=(*solid.features, *small), interfaces=touching)
 
 
 def _require_symmetry(smallest: Mirror, mirror: Mirror) -> None:

@@ -2,56 +2,82 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
+import gmsh
+import numpy as np
+
+from geometry.arrays import Floats
 from geometry.assembly import BoltAxis, BoltSeat
-from geometry.cad.bolt_holes import USUAL, BoltHole, Fastener, Seat
-from geometry.cad.holes import place_text
+from geometry.cad.bolt_holes import USUAL, BoltHole, Seat
+from geometry.cad.shapes import recognised_faces
 from geometry.errors import GeometryError, require
+from geometry.faces import edge_points, solid_points
+from geometry.holes import place_text
 
 # Largest and least part of the room for a seat that is used.
 _ROOM, _WIDER = 0.98, 1.1
 # A round seat that a head covers to this part of its radius counts as covered.
 _WHOLE = 0.9
-# Length of an engaged thread over the hole's diameter, where nothing tells it; distance of the first thread
+# Length of an engaged thread over the hole's diameter, where nothing shows it; distance of the first thread
 # from the joint, over the hole's diameter.
 _ENGAGED, _PLAIN = 1.5, 0.05
 # The hole in the rod is that of a nut's bolt, rather than a thread's, if it is not narrower than this part of
 # the cap's.
 _ALIKE = 0.97
-
 # Ratio of the sizes of bolts that count as alike.
 _SAME_SIZE = 1.01
 # Relative difference of lengths that are meant to be the same.
 _SAME_GRIP = 1e-3
 # Of coordinates, which the kernel turned and moved.
 _DIGITS = 12
+# A fastener's axis is that of its hole within this part of the hole's radius.
+_ALONG_ONE_AXIS = 0.2
 
 
-@dataclass(frozen=True)
-class FoundSeats:
-    """What a bolt presses on."""
+@dataclass(frozen=True, eq=False)
+class Fastener:
+    """A solid that may be a bolt, a nut or a washer."""
 
-    # head_radius, nut_radius: mm; 0 without a nut
-    head_radius: float
-    nut_radius: float
-    # grip_end, engaged: as of `BoltAxis`
-    grip_end: float
-    engaged: float
+    points: Floats  # (n, 3) along its edges, mm
+    planes: tuple[Floats, ...]  # per plane face, points (n, 3) along its edges, mm
+
+    def is_in(self, hole: BoltHole) -> bool:
+        """Whether its axis is that of a hole."""
+        middle = (self.points.min(axis=0) + self.points.max(axis=0)) / 2
+        return bool(hole.beside(middle[None])[0] < _ALONG_ONE_AXIS * hole.radius)
+
+    def contact(self, hole: BoltHole, level: float) -> float | None:
+        """Outer radius, mm, of its plane face at a position along a hole, if it has one wider than the hole.
+
+        Of a hexagon it is that of the inscribed circle.
+        """
+        radii = []
+        for points in self.planes:
+            beside = hole.beside(points)
+            at_level = np.abs(hole.along(points) - level).max() < 0.05 * hole.radius
+            if at_level and beside.max() > 1.05 * hole.radius:
+                radii.append(float(beside[beside > (beside.min() + beside.max()) / 2].min()))
+        return max(radii, default=None)
 
 
-def found_bolts(
+def removed(volumes: Sequence[int]) -> list[Fastener]:
+    """Measure solids and take them out of the model."""
+    fasteners = []
+    for volume in volumes:
+        planes = [face.tag for face in recognised_faces((volume,)) if face.shape == "Plane"]
+        fasteners.append(Fastener(solid_points(volume), tuple(map(edge_points, planes))))
+    gmsh.model.occ.remove([(3, volume) for volume in volumes], recursive=True)
+    gmsh.model.occ.synchronize()
+    return fasteners
+
+
+def bolts_in(
     holes: Sequence[BoltHole], fasteners: Sequence[Fastener], given: BoltSeat | None
 ) -> tuple[tuple[BoltAxis, ...], tuple[str, ...]]:
-    """Return the bolts and what was assumed about them.
+    """Return the bolts in holes through the joint, and what was assumed about them.
 
-    Parameters
-    ----------
-    holes
-        Through the joint.
-    fasteners
-        Of the file; those of one hole stand for all.
-    given
-        What the user says of the bolts, where a length of 0 says nothing; the file tells the rest.
+    The fasteners of one hole stand for all. Of what the user gives, a length of 0 says nothing.
 
     Raises
     ------
@@ -67,13 +93,13 @@ def found_bolts(
         )
     _require_alike(holes)
     pattern = next((hole for hole in holes if any(one.is_in(hole) for one in fasteners)), holes[0])
-    own = [one for one in fasteners if one.is_in(pattern)]
-    clues = _Clues(pattern, own, given or BoltSeat(head_diameter=0.0, grip=0.0))
+    shown = [one for one in fasteners if one.is_in(pattern)]
+    dimensions = _BoltDimensions(pattern, shown, given or BoltSeat(head_diameter=0.0, grip=0.0))
     bolts = []
     for hole in holes:
-        head = _required(hole)
-        found = clues.seats(hole, head)
-        x, y, z = (hole.point.round(_DIGITS) + 0.0).tolist()
+        head = _head_seat(hole)
+        seats = dimensions.seats(hole, head)
+        x, y, z = (hole.center.round(_DIGITS) + 0.0).tolist()
         u, v, w = (hole.direction.round(_DIGITS) + 0.0).tolist()
         bolts.append(
             BoltAxis(
@@ -81,21 +107,18 @@ def found_bolts(
                 direction=(u, v, w),
                 hole_radius=hole.radius,
                 head=head.level,
-                grip_end=found.grip_end,
-                engaged=found.engaged,
-                head_radius=found.head_radius,
-                nut_radius=found.nut_radius,
                 thread_radius=hole.rod_radius,
+                **seats._asdict(),
             )
         )
-    return tuple(bolts), (*clues.assumed, *_unequal(bolts))
+    return tuple(bolts), (*dimensions.assumed, *_unequal(bolts))
 
 
 def _require_alike(holes: Sequence[BoltHole]) -> None:
     """Refuse holes of different sizes: the bolts of a cap are alike."""
     sizes = [hole.radius for hole in holes]
     if max(sizes) > _SAME_SIZE * min(sizes):
-        listed = "; ".join(f"{2 * hole.radius:.4g} mm at {place_text(hole.point)}" for hole in holes)
+        listed = "; ".join(f"{2 * hole.radius:.4g} mm at {place_text(hole.center)}" for hole in holes)
         raise GeometryError(
             f"the holes through the joint differ in size, but the bolts of a cap must be alike: {listed}. "
             "Close those that are not for bolts in the CAD program"
@@ -111,44 +134,40 @@ def _unequal(bolts: Sequence[BoltAxis]) -> list[str]:
     return [f"the bolts have different grips ({listed} mm); each is taken to be as stiff as the first"]
 
 
-def _required(hole: BoltHole) -> Seat:
+def _head_seat(hole: BoltHole) -> Seat:
     if hole.head is None:
         raise GeometryError(
-            f"the hole of diameter {2 * hole.radius:.4g} mm through the joint at {place_text(hole.point)} "
+            f"the hole of diameter {2 * hole.radius:.4g} mm through the joint at {place_text(hole.center)} "
             "has no plane seat around it for the head of its bolt, square to the hole. Add one to the cap "
             "in the CAD program"
         )
     return hole.head
 
 
-class _Clues:
-    """What the user and the fasteners of one hole tell about all bolts.
+class _Seats(NamedTuple):
+    """What a bolt presses on, as of `BoltAxis`."""
 
-    Parameters
-    ----------
-    pattern
-        The hole that the fasteners are in.
-    fasteners, given
-        As for `found_bolts`.
+    head_radius: float
+    nut_radius: float
+    grip_end: float
+    engaged: float
 
-    Attributes
-    ----------
-    assumed
-        What neither tells, in words.
-    """
+
+class _BoltDimensions:
+    """Dimensions of all bolts: given, of the fasteners in one hole (the pattern), or in usual proportions."""
 
     def __init__(self, pattern: BoltHole, fasteners: Sequence[Fastener], given: BoltSeat) -> None:
         self._pattern, self._fasteners, self._given = pattern, fasteners, given
-        self.assumed: dict[str, None] = {}
+        self.assumed: dict[str, None] = {}  # what neither user nor fasteners give, in words
 
-    def seats(self, hole: BoltHole, head: Seat) -> FoundSeats:
+    def seats(self, hole: BoltHole, head: Seat) -> _Seats:
         """What the bolt in a hole presses on."""
-        radius, given = self._head(hole, head), self._given
-        nut = None if given.engaged else self._nut(hole, head)
+        radius = self._head(hole, head)
+        nut = None if self._given.engaged else self._nut(hole, head)
         if nut is not None and hole.nut is not None:
-            return FoundSeats(radius, nut, -hole.nut.level, 0.0)
+            return _Seats(radius, nut, -hole.nut.level, 0.0)
         first, last = self._thread(hole, head)
-        return FoundSeats(radius, 0.0, first, first - last)
+        return _Seats(radius, 0.0, first, first - last)
 
     def _assume(self, text: str) -> None:
         self.assumed[text] = None
@@ -159,12 +178,11 @@ class _Clues:
         return next((radius for radius in radii if radius is not None), None)
 
     def _head(self, hole: BoltHole, head: Seat) -> float:
-        """Radius of the head's seat."""
         if diameter := self._given.head_diameter:
             _require_room("assembly.bolt_head_mm", diameter, head, "head")
             return diameter / 2
         shown = None if self._pattern.head is None else self._contact(self._pattern.head.level)
-        radius = _fitted(USUAL * hole.radius if shown is None else shown, head)
+        radius = _within(USUAL * hole.radius if shown is None else shown, head)
         if shown is None:
             self._assume(
                 f"the bolts' heads, which the file does not show, press on {2 * radius:.4g} mm in diameter "
@@ -191,10 +209,10 @@ class _Clues:
             return None
         shown = self._contact(-self._pattern.nut.level)
         if shown is not None:
-            return _fitted(shown, hole.nut)
+            return _within(shown, hole.nut)
         if self._fasteners or hole.rod_radius < _ALIKE * hole.radius:
             return None
-        radius = _fitted(USUAL * hole.radius, hole.nut)
+        radius = _within(USUAL * hole.radius, hole.nut)
         self._assume(
             f"the bolts have nuts on seats of {2 * radius:.4g} mm in diameter, because the rod's holes have "
             "plane ends (assembly.bolt_nut_mm or assembly.bolt_engaged_mm)"
@@ -217,11 +235,11 @@ class _Clues:
             require(fits, "assembly.bolt_engaged_mm", given.engaged, rule)
             return first, max(first - given.engaged, low)
         if self._fasteners:
-            last = max(low, min(one.end(self._pattern) for one in self._fasteners))
-            if last < first:
+            ends = [float(self._pattern.along(one.points).min()) for one in self._fasteners]
+            if (last := max(low, min(ends))) < first:
                 return first, last
             raise GeometryError(
-                f"the bolt in the hole at {place_text(hole.point)} has no nut and ends before a thread in "
+                f"the bolt in the hole at {place_text(hole.center)} has no nut and ends before a thread in "
                 "the rod. Correct the CAD file, or give assembly.bolt_grip_mm and bolt_engaged_mm"
             )
         last = max(low, first - 2 * _ENGAGED * hole.radius)
@@ -238,14 +256,14 @@ def _require_room(key: str, diameter: float, seat: Seat, what: str) -> None:
     require(least < diameter <= most, key, diameter, rule)
 
 
-def _fitted(radius: float, seat: Seat) -> float:
+def _within(radius: float, seat: Seat) -> float:
     """Reduce a radius to the room on a seat."""
     if seat.round and radius > _WHOLE * seat.outer:
         return seat.outer  # rather than a thin rim around the head
-    fitted = min(radius, _ROOM * seat.outer)
-    if fitted < _WIDER * seat.inner:
+    reduced = min(radius, _ROOM * seat.outer)
+    if reduced < _WIDER * seat.inner:
         raise GeometryError(
             f"a bolt's seat of {2 * seat.inner:.4g} to {2 * seat.outer:.4g} mm in diameter is too narrow to "
             "press on. Correct the CAD file"
         )
-    return fitted
+    return reduced

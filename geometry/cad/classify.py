@@ -10,14 +10,15 @@ import numpy as np
 
 from geometry import kernel
 from geometry.assembly import Assembly
-from geometry.cad.cylinders import recognised
+from geometry.cad.bores import SAME_DIAMETER, Pair
 from geometry.cad.formats import NamedSolid
-from geometry.cad.holes import CLOSED, Hole, Walls, walls_of
+from geometry.cad.holes import CadHole, Walls, walls_of
+from geometry.cad.shapes import recognised_faces
 from geometry.errors import GeometryError, InvalidValue, require
-from geometry.faces import Bore, faces_of, solid_points
-from geometry.holes import Balance, rod_frame
+from geometry.faces import Bore, solid_points
+from geometry.holes import CLOSED, UNKNOWN, Balance, Diameters, rod_frame
 from geometry.imports import CadSolid, Role
-from geometry.parts import BUSHING, CAP, LOWER_SHELL, ROD, UPPER_SHELL, divided
+from geometry.parts import BUSHING, CAP, LOWER_SHELL, NAMES, ROD, UPPER_SHELL, divided
 
 # A rod's distance of the bores is at least this part of its length, and its width along the pins and its
 # breadth at most these: 0.6 to 0.8, 0.1 to 0.4 and 0.3 to 0.6 on rods.
@@ -40,30 +41,30 @@ ROLES = {
 _OVERHANG, _THIN = 1.25, 0.75
 
 
-def member(tag: int, name: str, role: Role, *, kept: bool = True) -> CadSolid:
+def cad_solid(tag: int, name: str, role: Role, *, kept: bool = True) -> CadSolid:
     """Measure a solid of the open model."""
     box = np.reshape(gmsh.model.getBoundingBox(3, tag), (2, 3))
     x, y, z = np.ptp(box, axis=0).tolist()
     return CadSolid(tag, name, role, kept, float(gmsh.model.occ.getMass(3, tag)), (x, y, z))
 
 
-def members(
+def classified(
     solids: Sequence[NamedSolid],
     chosen: Sequence[str] = (),
-    named: tuple[float | None, float | None] = (None, None),
+    diameters: Diameters = UNKNOWN,
 ) -> list[CadSolid]:
-    """Tell the solids of a file apart.
+    """Classify the solids of a file, which are in the open model.
 
     Parameters
     ----------
     solids
-        Of the open model.
+        With their names.
     chosen
-        Names of those to keep, with what they are before them where that is not to be found out
+        Names of those to keep, with their role before them where it cannot be recognised
         (``"cap: Deckel"``, one of `ROLES`; bolts and nuts are not kept); empty: the rod and what belongs to
         it, or all of them if none is a rod.
-    named
-        Diameters of the big-end and the small-end bore, mm, if the user has given them.
+    diameters
+        Of the bores, if the user has given them.
 
     Raises
     ------
@@ -71,17 +72,17 @@ def members(
         Several different rods, or a name that the file does not have.
     """
     if len(solids) == 1:
-        return [member(solids[0].tag, "rod", Role.ROD)]
+        return [cad_solid(solids[0].tag, "rod", Role.ROD)]
     names = _names(solids)
-    said = {solid.tag: {solid.name, names[solid.tag]} for solid in solids}
-    roles = dict(_split(text, set().union(*said.values())) for text in chosen)
+    aliases = {solid.tag: {solid.name, names[solid.tag]} for solid in solids}
+    roles = dict(_split(text, set().union(*aliases.values())) for text in chosen)
     for name in roles:
-        if not any(name in both for both in said.values()):
+        if not any(name in both for both in aliases.values()):
             listed = ", ".join(names.values())
             raise GeometryError(f"rod.solids names {name!r}, but the solids of the file are: {listed}")
     keep = {name for name, role in roles.items() if role is not Role.BOLT}
-    wanted = {tag for tag, both in said.items() if not both.isdisjoint(keep)}
-    return [_as_said(one, said[one.tag], roles) for one in _told_apart(names, wanted, named)]
+    wanted = {tag for tag, both in aliases.items() if not both.isdisjoint(keep)}
+    return [_with_role(one, aliases[one.tag], roles) for one in _by_shape(names, wanted, diameters)]
 
 
 def _split(text: str, known: set[str]) -> tuple[str, Role | None]:
@@ -92,28 +93,26 @@ def _split(text: str, known: set[str]) -> tuple[str, Role | None]:
     return name.strip(), ROLES[role.strip().lower()]
 
 
-def _as_said(one: CadSolid, names: set[str], roles: Mapping[str, Role | None]) -> CadSolid:
+def _with_role(one: CadSolid, names: set[str], roles: Mapping[str, Role | None]) -> CadSolid:
     role = next((roles[name] for name in names if name in roles), None)
     return one if role is None else replace(one, role=role, kept=role is not Role.BOLT)
 
 
-def _told_apart(
-    names: Mapping[int, str], wanted: set[int], named: tuple[float | None, float | None]
-) -> list[CadSolid]:
-    """Tell solids apart by their shapes; empty `wanted`: keep the rod and what belongs to it."""
+def _by_shape(names: Mapping[int, str], wanted: set[int], diameters: Diameters) -> list[CadSolid]:
+    """Classify solids by their shapes; empty `wanted`: keep the rod and what belongs to it."""
     walls = {tag: walls_of(tag) for tag in names}
-    alike = _rods(walls, named) or _rods(walls) or _rods(walls, tried=_TRIED)
+    alike = _rods(walls, diameters) or _rods(walls) or _rods(walls, tried=_TRIED)
     rods = {tag: bores for tag, bores in alike.items() if not wanted or tag in wanted}
     if not rods:
         return [
-            member(tag, name, Role.OTHER, kept=not wanted or tag in wanted) for tag, name in names.items()
+            cad_solid(tag, name, Role.OTHER, kept=not wanted or tag in wanted) for tag, name in names.items()
         ]
     rod = _only_rod(rods, names)
     roles = {tag: _role(tag, walls[tag], rods[rod]) for tag in names}
     # Of a rod that is divided lengthwise, each half has the shape of a rod.
     roles |= {tag: Role.OTHER_ROD for tag in alike if roles[tag] is not Role.CAP} | {rod: Role.ROD}
     kept = wanted or {tag for tag, role in roles.items() if role in (Role.ROD, Role.CAP, Role.BUSHING)}
-    return [member(tag, name, roles[tag], kept=tag in kept) for tag, name in names.items()]
+    return [cad_solid(tag, name, roles[tag], kept=tag in kept) for tag, name in names.items()]
 
 
 def _names(solids: Sequence[NamedSolid]) -> dict[int, str]:
@@ -126,30 +125,29 @@ def _names(solids: Sequence[NamedSolid]) -> dict[int, str]:
     }
 
 
-def _rods(
-    walls: Mapping[int, Walls], named: tuple[float | None, float | None] = (None, None), tried: int = 1
-) -> dict[int, tuple[Hole, Hole]]:
+def _rods(walls: Mapping[int, Walls], diameters: Diameters = UNKNOWN, tried: int = 1) -> dict[int, Pair]:
     """The bores of the solids of a rod's shape."""
-    found = {tag: _rod_bores(tag, own, named, tried) for tag, own in walls.items()}
-    return {tag: bores for tag, bores in found.items() if bores is not None}
+    candidates = {tag: _rod_bores(tag, of_solid, diameters, tried) for tag, of_solid in walls.items()}
+    return {tag: bores for tag, bores in candidates.items() if bores is not None}
 
 
-def _rod_bores(
-    volume: int, walls: Walls, named: tuple[float | None, float | None], tried: int
-) -> tuple[Hole, Hole] | None:
+def _rod_bores(volume: int, walls: Walls, diameters: Diameters, tried: int) -> Pair | None:
     """The bores of a solid of a rod's shape: its largest hollow wall, and one of the next parallel to it."""
-    big = next((wall for wall in walls.hollow() if wall.has_diameter(named[0])), None)
+    radii = [None if diameter is None else diameter / 2 for diameter in diameters]
+    big = next((wall for wall in walls.hollow() if wall.same_radius(radii[0], SAME_DIAMETER)), None)
     if big is None:
         return None
     apart = (
         wall
         for wall in walls.hollow()
-        if big.parallel(wall) and big.apart(wall) > big.radius + wall.radius and wall.has_diameter(named[1])
+        if big.parallel(wall)
+        and big.apart(wall) > big.radius + wall.radius
+        and wall.same_radius(radii[1], SAME_DIAMETER)
     )
     return next(((big, small) for small in islice(apart, tried) if _is_rod(volume, big, small)), None)
 
 
-def _is_rod(volume: int, big: Hole, small: Hole) -> bool:
+def _is_rod(volume: int, big: CadHole, small: CadHole) -> bool:
     """Whether the proportions are those of a rod."""
     frame, distance = rod_frame(big.direction, small.center - big.center)
     length, breadth, width = np.ptp(solid_points(volume) @ frame.T, axis=0)
@@ -158,11 +156,11 @@ def _is_rod(volume: int, big: Hole, small: Hole) -> bool:
         distance >= _REACH * length
         and width <= _WIDTH * distance
         and breadth <= _BREADTH * length
-        and Balance.of(big.direction, big.center, small.center, middle).is_that_of_a_rod
+        and Balance.of((big, small), middle).is_that_of_a_rod
     )
 
 
-def _only_rod(rods: Mapping[int, tuple[Hole, Hole]], names: Mapping[int, str]) -> int:
+def _only_rod(rods: Mapping[int, Pair], names: Mapping[int, str]) -> int:
     """The first of the rods, if all have bores and a volume of the same size."""
     sizes = np.array(
         [
@@ -180,13 +178,11 @@ def _only_rod(rods: Mapping[int, tuple[Hole, Hole]], names: Mapping[int, str]) -
     return next(iter(rods))
 
 
-def _role(volume: int, walls: Walls, bores: tuple[Hole, Hole]) -> Role:
+def _role(volume: int, walls: Walls, bores: Pair) -> Role:
     """What a solid is beside a rod with these bores."""
     points = solid_points(volume)
     for bore in bores:
-        away = points - bore.center
-        height = away @ bore.direction
-        radius = np.linalg.norm(away - height[:, None] * bore.direction, axis=1)
+        height, radius = bore.along(points), bore.beside(points)
         coaxial = [wall.radius / bore.radius for wall in walls.about(bore, _ALIKE)]
         beside = abs(height.min() + height.max()) < bore.width  # else it belongs to another rod
         if radius.max() <= (1 + _ALIKE) * bore.radius and np.abs(height).min() <= bore.width / 2:
@@ -207,9 +203,6 @@ def _is_slender(volume: int) -> bool:
     return bool(moments[-1] > 3 * moments[0])
 
 
-_ORDER = (ROD, CAP, BUSHING, UPPER_SHELL, LOWER_SHELL)
-
-
 def named_parts(
     kept: Sequence[CadSolid], bores: tuple[Bore, Bore], assembly: Assembly
 ) -> dict[str, list[int]]:
@@ -220,17 +213,17 @@ def named_parts(
     if ROD not in volumes:
         listed = ", ".join(f"{one.name} ({one.role})" for one in kept)
         raise GeometryError(f"no solid of the file is a rod: {listed}. Name rod and cap in rod.solids")
-    own = [name for name in (UPPER_SHELL, LOWER_SHELL) if name in volumes]
-    if own:
-        rule = f"the file has bearing shells of its own ({', '.join(own)})"
-        thick = _thickness(volumes[own[0]])
+    shells = [name for name in (UPPER_SHELL, LOWER_SHELL) if name in volumes]
+    if shells:
+        rule = f"the file has bearing shells of its own ({', '.join(shells)})"
+        thick = _thickness(volumes[shells[0]])
         fits = not assembly.shell or math.isclose(assembly.shell, thick, rel_tol=0.02)
         remedy = f"Leave it out, or give their thickness, {thick:.4g} mm."
         require(fits, "assembly.shell_thickness_mm", assembly.shell, rule, remedy)
     if BUSHING not in volumes and assembly.bushing:
         rule = "needs a bushing in the small end, but the file has none"
         raise InvalidValue("assembly.bushing_interference_mm", None, rule, "Add the bushing to the file.")
-    return _divided(volumes, bores, assembly, own)
+    return _divided(volumes, bores, assembly, shells)
 
 
 def _divided(
@@ -242,7 +235,7 @@ def _divided(
     normal = assembly.normal if CAP not in volumes and assembly.split is not None else None
     radius = bores[0].radius + assembly.shell if assembly.shell and not shells else None
     if normal is None and radius is None:
-        return {name: volumes[name] for name in _ORDER if name in volumes}
+        return {name: volumes[name] for name in NAMES if name in volumes}
     if CAP in volumes:
         raise InvalidValue(
             "assembly.shell_thickness_mm",
@@ -252,9 +245,9 @@ def _divided(
         )
     bodies = {name: volumes[name][0] for name in (ROD, BUSHING) if name in volumes}
     far = 3 * (bores[1].x + 2 * bores[0].radius)
-    made = divided(bodies, normal, radius, far)
+    divided_bodies = divided(bodies, normal, radius, far)
     gmsh.model.occ.synchronize()
-    return {name: [tag] for name, tag in made.items()}
+    return {name: [tag] for name, tag in divided_bodies.items()}
 
 
 def _name(one: CadSolid, bores: tuple[Bore, Bore]) -> str:
@@ -274,5 +267,5 @@ def _name(one: CadSolid, bores: tuple[Bore, Bore]) -> str:
 
 def _thickness(shell: Sequence[int]) -> float:
     """Of a half shell, from the radii of its cylinders, mm."""
-    radii = [face.values[6] for face in map(recognised, faces_of(shell)) if face.shape == "Cylinder"]
+    radii = [face.values[6] for face in recognised_faces(shell) if face.shape == "Cylinder"]
     return max(radii, default=0.0) - min(radii, default=0.0)

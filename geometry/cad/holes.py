@@ -8,56 +8,23 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.cad.cylinders import recognised
-from geometry.faces import Face, edge_points, faces_of
+from geometry.cad.shapes import Interior, recognised_faces
+from geometry.faces import Face, edge_points
+from geometry.holes import CLOSED, PARALLEL, RoundHole, basis_across, pin_wall, place_text
 
-
-class Interior:
-    """The inside of volumes of the open model.
-
-    The kernel takes milliseconds to tell, so it is asked only for volumes whose bounding box holds the point.
-
-    Parameters
-    ----------
-    volumes
-        gmsh's tags.
-    """
-
-    def __init__(self, volumes: Sequence[int]) -> None:
-        self._volumes = tuple(volumes)
-        boxes = np.reshape([gmsh.model.getBoundingBox(3, volume) for volume in volumes], (-1, 2, 3))
-        self._low, self._high = boxes[:, 0], boxes[:, 1]
-
-    def contains(self, point: Floats) -> bool:
-        """Whether a point lies in any of the volumes."""
-        near = ((self._low <= point) & (point <= self._high)).all(axis=1)
-        return any(gmsh.model.isInside(3, self._volumes[at], list(point)) for at in np.flatnonzero(near))
-
-
-_PARALLEL = 1e-4
 # Largest distance of two axes, and difference of two radii, that count as one, relative to the radius: bores
 # of rod and cap are drawn apart, and some are fitted.
 _COAXIAL, _ALIKE = 1e-3, 2e-4
-# Least part of a turn that the wall of a hole covers (an oil hole may be missing from it), and of one that is
-# open on one side, more than which a fillet does not cover.
-CLOSED, _OPEN = 0.8, 0.3
+# Least part of a turn that a wall open on one side covers, more than which a fillet does not cover.
+_OPEN = 0.3
 
 
-@dataclass(frozen=True, eq=False)
-class Hole:
-    """A cylindrical through-hole."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CadHole(RoundHole):
+    """A cylindrical hole of a solid."""
 
-    # center, direction: middle of its axis, mm, and the axis's unit vector
-    center: Floats
-    direction: Floats
-    # radius, width: mm; the width is its length along the axis, at its longest
-    radius: float
-    width: float
-    # area, moment: of its wall, mm², and its first moment (3,) about `center`, mm³
-    area: float
-    moment: Floats
+    moment: Floats  # (3,) first moment of the wall's area about `center`, mm³
     faces: tuple[int, ...]  # gmsh's tags of its wall, the largest first
-    turn: float = 1.0  # part of a full turn that the wall covers, in the mean over its width
     deviation: float = 0.0  # by how much the axes and radii of its faces differ, mm
     fitted: bool = False  # whether a face of it is a surface of another kind, to which the cylinder is fitted
 
@@ -70,90 +37,46 @@ class Hole:
         """How much longer than its mean a wall with slanted ends is on the side of a unit vector, mm."""
         return float(self.moment @ direction) / (math.pi * self.radius**2)
 
-    def parallel(self, other: "Hole") -> bool:
-        """Whether the axes are parallel."""
-        return bool(np.linalg.norm(np.cross(self.direction, other.direction)) < _PARALLEL)
-
-    def apart(self, other: "Hole") -> float:
-        """Return the distance of two parallel axes, mm."""
-        between = other.center - self.center
-        return float(np.linalg.norm(between - (between @ self.direction) * self.direction))
-
-    def has_diameter(self, diameter: float | None) -> bool:
-        """Whether it has a diameter, mm, if one is given."""
-        return diameter is None or math.isclose(2 * self.radius, diameter, rel_tol=1e-3)
-
     def text(self) -> str:
         """Say where it is and how large."""
         return f"diameter {2 * self.radius:.5g} mm at {place_text(self.center)}, {self.width:.4g} mm long"
 
 
-def place_text(place: Floats) -> str:
-    """Write coordinates, mm, without the remainders of rounding."""
-    x, y, z = np.round(place, 4) + 0.0
-    return f"({x:.4g}, {y:.4g}, {z:.4g})"
-
-
-def through_holes(interior: Interior, faces: Sequence[Face]) -> list[Hole]:
+def through_holes(interior: Interior, faces: Sequence[Face]) -> list[CadHole]:
     """Return the cylindrical through-holes, one per axis, the largest radius first."""
-    holes: list[Hole] = []
-    for group in _coaxial([face for face in faces if face.shape == "Cylinder"]):
+    holes: list[CadHole] = []
+    for group in _coaxial(faces):
         walls = [wall for wall in _walls(group) if wall.turn > CLOSED and _is_through(wall, interior)]
         if walls:
-            holes.append(_bearing(walls))
+            holes.append(pin_wall(walls))
     return sorted(holes, key=lambda hole: -hole.radius)
 
 
-def hollow_walls(interior: Interior, faces: Sequence[Face], *, at_most: float = math.inf) -> list[Hole]:
-    """Return cylindrical walls with material outside them that cover a third of a turn or more.
-
-    Parameters
-    ----------
-    at_most
-        Part of a turn that they cover at most.
-
-    Returns
-    -------
-    list of Hole
-        The widest of each axis, the largest radius first.
-    """
-    walls = [hollow_wall(interior, group) for group in wall_groups(faces, at_most=at_most)]
-    return sorted((wall for wall in walls if wall is not None), key=lambda wall: -wall.radius)
-
-
-def wall_groups(faces: Sequence[Face], *, at_most: float = math.inf) -> list[list[Hole]]:
+def wall_groups(faces: Sequence[Face], *, at_most: float = math.inf) -> list[list[CadHole]]:
     """Return cylindrical walls that cover a third of a turn or more, by their axes, hollow or not.
 
-    Parameters
-    ----------
-    at_most
-        Part of a turn that they cover at most.
+    `at_most` is the part of a turn that they cover at most.
     """
-    axes = _coaxial([face for face in faces if face.shape == "Cylinder"])
-    groups = [[wall for wall in _walls(axis) if _OPEN < wall.turn <= at_most] for axis in axes]
+    groups = [[wall for wall in _walls(axis) if _OPEN < wall.turn <= at_most] for axis in _coaxial(faces)]
     return [group for group in groups if group]
 
 
-def hollow_wall(interior: Interior, group: Sequence[Hole]) -> Hole | None:
+def hollow_wall(interior: Interior, group: Sequence[CadHole]) -> CadHole | None:
     """Return the widest of coaxial walls with material outside them; None if there is none."""
     hollow = [wall for wall in group if _is_hollow(wall, interior)]
-    return _bearing(hollow) if hollow else None
+    return pin_wall(hollow) if hollow else None
 
 
-def _bearing(walls: Sequence[Hole]) -> Hole:
-    """Return the coaxial wall that a pin touches: the narrowest one that is not just a lip."""
-    most = max(wall.area for wall in walls)
-    return min((wall for wall in walls if wall.area > most / 2), key=lambda wall: wall.radius)
-
-
-def _coaxial(cylinders: Sequence[Face]) -> list[list[Face]]:
+def _coaxial(faces: Sequence[Face]) -> list[list[Face]]:
     groups: list[list[Face]] = []
-    for face in cylinders:
+    for face in faces:
+        if face.shape != "Cylinder":
+            continue
         for group in groups:
             point, direction = np.array(group[0].values[:3]), np.array(group[0].values[3:6])
             offset = np.cross(np.array(face.values[:3]) - point, direction)
             turned = np.cross(np.array(face.values[3:6]), direction)
-            if np.linalg.norm(offset) < _COAXIAL * group[0].values[6] and np.linalg.norm(turned) < _PARALLEL:
+            if np.linalg.norm(offset) < _COAXIAL * group[0].values[6] and np.linalg.norm(turned) < PARALLEL:
                 group.append(face)
                 break
         else:
@@ -161,50 +84,42 @@ def _coaxial(cylinders: Sequence[Face]) -> list[list[Face]]:
     return groups
 
 
-def _walls(group: Sequence[Face]) -> list[Hole]:
+def _walls(group: Sequence[Face]) -> Iterator[CadHole]:
     """Join coaxial faces of one radius."""
     point, direction = np.array(group[0].values[:3]), np.array(group[0].values[3:6])
     direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
-    walls = []
     for same in _of_radius(group):
         same.sort(key=lambda face: -gmsh.model.occ.getMass(2, face.tag))
-        radius = same[0].values[6]
+        radius, tags = same[0].values[6], tuple(face.tag for face in same)
         extents = np.array([_extent(face, point, direction) for face in same])
         low, high = float(extents.min()), float(extents.max())
-        areas = np.array([gmsh.model.occ.getMass(2, face.tag) for face in same])
-        area = float(areas.sum())
-        center = point + (low + high) / 2 * direction
-        tags = tuple(face.tag for face in same)
+        areas = np.array([gmsh.model.occ.getMass(2, tag) for tag in tags])
         middles = np.array([gmsh.model.occ.getCenterOfMass(2, tag) for tag in tags])
+        center = point + (low + high) / 2 * direction
         apart = [np.cross(np.array(face.values[:3]) - point, direction) for face in same]
-        walls.append(
-            Hole(
-                center=center,
-                direction=direction,
-                radius=radius,
-                width=high - low,
-                area=area,
-                moment=areas @ (middles - center),
-                faces=tags,
-                turn=area / (2 * math.pi * radius * _covered(extents)),
-                deviation=float(
-                    max(np.linalg.norm(apart, axis=1)) + np.ptp([face.values[6] for face in same])
-                ),
-                fitted=any(face.fitted for face in same),
-            )
+        yield CadHole(
+            center=center,
+            direction=direction,
+            radius=radius,
+            width=high - low,
+            area=float(areas.sum()),
+            moment=areas @ (middles - center),
+            faces=tags,
+            turn=float(areas.sum()) / (2 * math.pi * radius * _covered(extents)),
+            deviation=float(max(np.linalg.norm(apart, axis=1)) + np.ptp([face.values[6] for face in same])),
+            fitted=any(face.fitted for face in same),
         )
-    return walls
 
 
 def _of_radius(group: Sequence[Face]) -> list[list[Face]]:
     """Divide coaxial faces by their radius, the smallest first."""
-    found: list[list[Face]] = []
+    groups: list[list[Face]] = []
     for face in sorted(group, key=lambda face: face.values[6]):
-        if found and face.values[6] - found[-1][0].values[6] < _ALIKE * face.values[6]:
-            found[-1].append(face)
+        if groups and face.values[6] - groups[-1][0].values[6] < _ALIKE * face.values[6]:
+            groups[-1].append(face)
         else:
-            found.append([face])
-    return found
+            groups.append([face])
+    return groups
 
 
 def _extent(face: Face, point: Floats, direction: Floats) -> Floats:
@@ -225,7 +140,7 @@ def _covered(extents: Floats) -> float:
     return total
 
 
-def _is_through(wall: Hole, interior: Interior) -> bool:
+def _is_through(wall: CadHole, interior: Interior) -> bool:
     """Whether its axis is free from end to end and beyond, with material behind most of its wall."""
     reach = 0.55 * wall.width
     free = [wall.center + step * reach * wall.direction for step in (-1.0, -0.5, 0.0, 0.5, 1.0)]
@@ -234,16 +149,14 @@ def _is_through(wall: Hole, interior: Interior) -> bool:
     # At the middle of a face, because the middle of the whole wall may lie in a groove.
     middle = np.array(gmsh.model.occ.getCenterOfMass(2, wall.faces[0]))
     level = wall.center + ((middle - wall.center) @ wall.direction) * wall.direction
-    across = np.cross(wall.direction, np.eye(3)[np.argmin(np.abs(wall.direction))])
-    across /= np.linalg.norm(across)
-    other = np.cross(wall.direction, across)
+    across, other = basis_across(wall.direction)
     ring = [math.cos(a) * across + math.sin(a) * other for a in np.arange(8) * math.pi / 4 + 0.1]
     behind = sum(interior.contains(level + 1.002 * wall.radius * out) for out in ring)
     before = sum(interior.contains(level + 0.998 * wall.radius * out) for out in ring)
     return behind >= 6 and before == 0
 
 
-def _is_hollow(wall: Hole, interior: Interior) -> bool:
+def _is_hollow(wall: CadHole, interior: Interior) -> bool:
     """Whether there is material outside the largest face of a wall, and none before it."""
     low, high = (np.array(end) for end in gmsh.model.getParametrizationBounds(2, wall.faces[0]))
     votes = 0
@@ -265,21 +178,21 @@ class Walls:
     Of a solid with a thousand faces, the kernel takes a minute to tell which are hollow.
     """
 
-    interior: Interior  # of the solid
-    groups: tuple[tuple[Hole, ...], ...]  # walls with the same axis, those with the largest radius first
+    interior: Interior
+    groups: tuple[list[CadHole], ...]  # walls with the same axis, those with the largest radius first
 
-    def hollow(self) -> Iterator[Hole]:
+    def hollow(self) -> Iterator[CadHole]:
         """Find the hollow walls, one per axis, the largest radius first."""
-        found: list[Hole] = []
+        hollow: list[CadHole] = []
         for group in self.groups:
             least = max(wall.radius for wall in group)
-            while found and found[0].radius >= least:
-                yield found.pop(0)
+            while hollow and hollow[0].radius >= least:
+                yield hollow.pop(0)
             wall = hollow_wall(self.interior, group)
-            found = sorted([*found, *([] if wall is None else [wall])], key=lambda wall: -wall.radius)
-        yield from found
+            hollow = sorted([*hollow, *([] if wall is None else [wall])], key=lambda wall: -wall.radius)
+        yield from hollow
 
-    def about(self, bore: Hole, slack: float) -> Iterator[Hole]:
+    def about(self, bore: CadHole, slack: float) -> Iterator[CadHole]:
         """Find the hollow wall on the axis of a bore, up to a distance relative to the bore's radius."""
         for group in self.groups:
             if group[0].parallel(bore) and group[0].apart(bore) < slack * bore.radius:
@@ -289,6 +202,7 @@ class Walls:
 
 def walls_of(volume: int) -> Walls:
     """Return the walls of a volume of the open model."""
-    groups = wall_groups([recognised(face) for face in faces_of((volume,))])
-    groups.sort(key=lambda group: -max(wall.radius for wall in group))
-    return Walls(Interior((volume,)), tuple(map(tuple, groups)))
+    groups = wall_groups(recognised_faces((volume,)))
+    return Walls(
+        Interior((volume,)), tuple(sorted(groups, key=lambda group: -max(wall.radius for wall in group)))
+    )

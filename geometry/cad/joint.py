@@ -9,10 +9,11 @@ import numpy as np
 
 from geometry import kernel
 from geometry.arrays import Floats
-from geometry.cad.holes import Hole
+from geometry.cad.holes import CadHole
 from geometry.errors import GeometryError
-from geometry.faces import Face, edge_points
+from geometry.faces import Face, edge_points, parameter_grid
 from geometry.holes import basis_across
+from geometry.parts import boundary
 
 # A plane lies farther from the big end's centre than this part of the bore's radius only by mistake; faces
 # of serrations and fractures lie within this part of it from their mean plane.
@@ -57,7 +58,7 @@ def joint_of(rod: Sequence[int], cap: Sequence[int], radius: float) -> Joint:
     GeometryError
         They share no face, or the faces are no joint through the bore.
     """
-    faces = sorted(_boundary(rod) & _boundary(cap))
+    faces = sorted(boundary(rod) & boundary(cap))
     if not faces:
         gap = min(gmsh.model.occ.getDistance(kernel.SOLID, a, kernel.SOLID, b)[0] for a in rod for b in cap)
         raise GeometryError(
@@ -82,22 +83,13 @@ def joint_of(rod: Sequence[int], cap: Sequence[int], radius: float) -> Joint:
     return joint
 
 
-def _boundary(volumes: Sequence[int]) -> set[int]:
-    found = gmsh.model.getBoundary([(3, tag) for tag in volumes], combined=False, oriented=False)
-    return {tag for _, tag in found}
-
-
 def _normal(faces: Sequence[int], points: Floats, areas: Floats) -> Floats:
     """Mean normal (3,) of faces that roughly lie in a plane, whichever way each is oriented."""
     rough = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][2]
     total = np.zeros(3)
     for face, area in zip(faces, areas, strict=True):
-        low, high = gmsh.model.getParametrizationBounds(2, face)
-        shares = np.linspace(0.1, 0.9, 5)
-        u, v = (a + (b - a) * shares for a, b in zip(low, high, strict=True))
-        normals = np.reshape(
-            gmsh.model.getNormal(face, np.stack(np.meshgrid(u, v), axis=-1).ravel()), (-1, 3)
-        )
+        places = parameter_grid(face, np.linspace(0.1, 0.9, 5)).ravel()
+        normals = np.reshape(gmsh.model.getNormal(face, places), (-1, 3))
         mean = normals.mean(axis=0)
         total += area * mean * np.sign(mean @ rough)
     return np.asarray(total / np.linalg.norm(total))
@@ -117,7 +109,7 @@ def _require_joint(joint: Joint, radius: float) -> None:
 _CAP_OFF = 0.05
 
 
-def assumed_cap(faces: Sequence[Face], wall: Hole) -> int:
+def assumed_cap(faces: Sequence[Face], wall: CadHole) -> int:
     """Draw a half ring of the section at the joint, which closes a bore; return its volume tag.
 
     Parameters
@@ -158,7 +150,7 @@ def _extent(curves: Sequence[int]) -> float:
     return float(np.ptp(boxes, axis=0).max())
 
 
-def _joint_angle(face: Face, wall: Hole) -> float | None:
+def _joint_angle(face: Face, wall: CadHole) -> float | None:
     """Angle about the axis, rad, at which a face lies that is a joint; None if it is none."""
     if face.shape != "Plane":
         return None
@@ -177,7 +169,7 @@ def _joint_angle(face: Face, wall: Hole) -> float | None:
     return math.atan2(float(middle @ y), float(middle @ x))
 
 
-def _is_covered(wall: Hole, angle: float) -> bool:
+def _is_covered(wall: CadHole, angle: float) -> bool:
     """Whether the middle of the wall lies in a direction about the axis, rather than opposite."""
     x, y = basis_across(wall.direction)
     return bool(wall.moment @ (math.cos(angle) * x + math.sin(angle) * y) > 0)

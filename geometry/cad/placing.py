@@ -1,4 +1,4 @@
-"""Mirror planes of an imported solid: found from its faces, and used to cut it."""
+"""Imported solids, placed in the rod's frame, cut at their mirror planes and made to share faces."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,13 +8,13 @@ import numpy as np
 
 from geometry import kernel
 from geometry.arrays import Floats
-from geometry.cad.cylinders import ROUND
-from geometry.cad.holes import Hole
+from geometry.cad.holes import CadHole
+from geometry.cad.shapes import ROUND
 from geometry.errors import GeometryError
-from geometry.faces import Bore, edge_points
+from geometry.faces import Bore, edge_points, parameter_grid
 from geometry.holes import rod_frame
 from geometry.mass import joined
-from geometry.parts import remove_all
+from geometry.parts import boundary, remove_all
 from geometry.solid import Part, whole_mass
 from geometry.surfaces import PLANE_AXIS, Mirror
 
@@ -93,9 +93,7 @@ def _within(face: int) -> Floats:
     """Points (n, 3) of a curved face between its edges; a plane is known by its edges."""
     if gmsh.model.getType(2, face) == "Plane":
         return np.zeros((0, 3))
-    low, high = gmsh.model.getParametrizationBounds(2, face)
-    u, v = (a + (b - a) * _WITHIN for a, b in zip(low, high, strict=True))
-    grid = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
+    grid = parameter_grid(face, _WITHIN).reshape(-1, 2)
     on = [place for place in grid if gmsh.model.isInside(2, face, list(place), True)]  # noqa: FBT003 - gmsh's
     if not on:
         return np.zeros((0, 3))
@@ -127,7 +125,7 @@ def _holds(face: int, points: Floats, axis: int, slack: float) -> bool:
     return bool(np.abs(np.reshape(nearest, (-1, 3)) - image).max(initial=0.0) < slack)
 
 
-def placed(volumes: Sequence[int], big: Hole, small: Hole) -> tuple[Bore, Bore]:
+def placed(volumes: Sequence[int], big: CadHole, small: CadHole) -> tuple[Bore, Bore]:
     """Move the solid so that the big-end bore is the origin, x leads to the small end, z along the pins."""
     from scipy.spatial.transform import Rotation  # noqa: PLC0415 - only imported solids need it
 
@@ -146,33 +144,13 @@ def placed(volumes: Sequence[int], big: Hole, small: Hole) -> tuple[Bore, Bore]:
     )
 
 
-def _slack(hole: Hole) -> float:
+def _slack(hole: CadHole) -> float:
     """By how much the faces of a bore may differ from its cylinder, mm; 0 where all are the same cylinder."""
     exact = hole.deviation < 1e-6 * hole.radius and not hole.fitted
     return 0.0 if exact else 2 * (hole.deviation + ROUND * hole.radius)
 
 
 Entity = tuple[int, int]
-
-
-def joined_parts(cells: Sequence[Sequence[int]], names: Sequence[str], mirror: Mirror) -> tuple[Part, ...]:
-    """Let touching solids share their faces, and compute the mass properties of each.
-
-    Parameters
-    ----------
-    cells
-        Volume tags that each solid became in the mirror cell.
-    names
-        Of the solids.
-    mirror
-        The cell.
-
-    Raises
-    ------
-    GeometryError
-        Solids overlap, or one touches no other.
-    """
-    return parts_of(sharing(cells, names), names, mirror)
 
 
 def parts_of(cells: Sequence[Sequence[int]], names: Sequence[str], mirror: Mirror) -> tuple[Part, ...]:
@@ -190,18 +168,27 @@ def sharing(
 
     Parameters
     ----------
-    cells, names
-        As for `joined_parts`, which says what is raised.
+    cells
+        Volume tags that each solid became in the symmetry cell.
+    names
+        Of the solids.
     borders
         Faces whose edges become edges of the solids' faces; they are used up.
+
+    Raises
+    ------
+    GeometryError
+        Solids overlap, or one touches no other.
     """
     volumes = [list(cell) for cell in cells]
     if sum(map(len, volumes)) > 1 or borders:
         every = [(kernel.SOLID, tag) for cell in volumes for tag in cell]
         with kernel.attempt("join the parts at their common faces"):
             _, pieces = gmsh.model.occ.fragment(every, list(borders))
-        own = pieces[: len(every)]
-        became = {entity[1]: [tag for _, tag in made] for entity, made in zip(every, own, strict=True)}
+        became = {
+            tag: [piece for _, piece in made]
+            for (_, tag), made in zip(every, pieces[: len(every)], strict=True)
+        }
         volumes = [[piece for tag in cell for piece in became[tag]] for cell in volumes]
         every_piece = [piece for cell in volumes for piece in cell]
         if len(set(every_piece)) < len(every_piece):
@@ -217,10 +204,7 @@ def sharing(
 
 def _require_joined(cells: Sequence[Sequence[int]], names: Sequence[str]) -> None:
     """Refuse parts that share no face with the others: they would be loose."""
-    faces = [
-        set(gmsh.model.getBoundary([(kernel.SOLID, tag) for tag in cell], combined=False, oriented=False))
-        for cell in cells
-    ]
+    faces = [boundary(cell) for cell in cells]
     joined, loose = [0], list(range(1, len(cells)))
     while touching := [one for one in loose if any(faces[one] & faces[other] for other in joined)]:
         joined += touching

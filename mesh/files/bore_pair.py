@@ -2,17 +2,26 @@
 
 import math
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import islice
 
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.holes import Balance
-from mesh.files.round_hole import RoundHole, fitted_axes, round_holes, straightest
+from geometry.holes import (
+    NAME_BORES,
+    UNKNOWN,
+    Balance,
+    Diameters,
+    bore_pairs,
+    heavier_first,
+    pin_wall,
+)
+from mesh.files.round_hole import MeshHole, fitted_axes, round_holes, straightest
 from mesh.files.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError
 
-_REMEDY = "Give the diameters of the bores as rod.big_end_bore_mm and rod.small_end_bore_mm"
+# Relative tolerance of diameters that the user gives, and of radii that count as the same.
+_SAME = 5e-3
 # Tolerances, over the radius, with which walls are searched: wide while the direction is a guess.
 _WIDE, _CLOSE = 0.05, 0.015
 # Directions of normals that are tried, and the angle (its cosine) that counts as one direction.
@@ -24,18 +33,11 @@ _SAME_SIZE = 0.97
 # From this share of a turn on, an open wall may be half a bore; fillets are shorter.
 _HALF = 0.42
 
-Pair = tuple[RoundHole, RoundHole]
+Pair = tuple[MeshHole, MeshHole]
 
 
-def find_bore_pair(surface: SurfaceMesh, named: tuple[float | None, float | None] = (None, None)) -> Pair:
+def find_bore_pair(surface: SurfaceMesh, diameters: Diameters = UNKNOWN) -> Pair:
     """Find the bores of the big and the small end: the two largest parallel through-holes.
-
-    Parameters
-    ----------
-    surface
-        The boundary of the mesh.
-    named
-        Diameters of the big-end and the small-end bore, mm, if the user has given them.
 
     Raises
     ------
@@ -43,17 +45,21 @@ def find_bore_pair(surface: SurfaceMesh, named: tuple[float | None, float | None
         No two holes can be the bores, several pairs can, or the pair found leaves out a larger hole or lies
         off the centre of gravity. The message lists the holes.
     """
-    found = [round_holes(surface, direction, _CLOSE) for direction in _aligned(surface, _directions(surface))]
-    pairs = [pair for pair in (_pair(holes, named) for holes in found) if pair is not None]
-    every = sorted((hole for holes in found for hole in holes), key=lambda hole: -hole.radius)
+    walls = [round_holes(surface, direction, _CLOSE) for direction in _aligned(surface, _directions(surface))]
+    usable = ([hole for hole in _pin_walls(holes) if hole.closed and hole.through] for holes in walls)
+    pairs = [pair for holes in usable for pair in islice(bore_pairs(holes, diameters, _SAME), 1)]
+    every = sorted((hole for holes in walls for hole in holes), key=lambda hole: -hole.radius)
     if not pairs:
-        raise MeshError(f"no two parallel round bores were found on its surface. {_listed(every)}. {_REMEDY}")
+        raise MeshError(
+            f"no two parallel round bores were found on its surface. {_listed(every)}. {NAME_BORES}"
+        )
     best = _straightened(surface, _largest(pairs))
-    _require_only(best, every, named)
-    if not any(named):
+    _require_only(best, every, diameters)
+    if not any(diameters):
         _require_largest(best, every)
         _require_between(best, surface)
-    return _heavier_first(best, surface) if _alike(*best) and not any(named) else best
+    alike = best[0].same_radius(best[1].radius, _SAME) and not any(diameters)
+    return heavier_first(best, surface.center) if alike else best
 
 
 def _largest(pairs: Sequence[Pair]) -> Pair:
@@ -67,12 +73,12 @@ def _straightened(surface: SurfaceMesh, pair: Pair) -> Pair:
     """The same holes along the axis that fits their walls, with all facets that lie on them then."""
     clouds = [surface.points[np.unique(surface.facets[bore.facets])] for bore in pair]
     holes = round_holes(surface, fitted_axes(clouds, pair[0].direction).direction, _CLOSE)
-    found = [max(holes, key=lambda hole: _common(hole, bore), default=bore) for bore in pair]
-    lost = any(hole.area < bore.area for hole, bore in zip(found, pair, strict=True))
-    return pair if lost else (found[0], found[1])
+    big, small = (max(holes, key=lambda hole: _common(hole, bore), default=bore) for bore in pair)
+    lost = big.area < pair[0].area or small.area < pair[1].area
+    return pair if lost else (big, small)
 
 
-def _common(hole: RoundHole, bore: RoundHole) -> int:
+def _common(hole: MeshHole, bore: MeshHole) -> int:
     """How many facets two walls have in common."""
     return int(np.isin(hole.facets, bore.facets).sum())
 
@@ -81,7 +87,7 @@ def _directions(surface: SurfaceMesh) -> list[Floats]:
     """Directions that most of the surface faces, and the principal axes of the normals."""
     normals, areas = surface.normals, surface.areas
     left = areas.copy()
-    found = []
+    directions = []
     for _ in range(_DIRECTIONS):
         cells = np.round(normals * np.sign(normals @ [1.0, 1e-3, 1e-6])[:, None], 1)
         _, which = np.unique(cells, axis=0, return_inverse=True)
@@ -91,10 +97,10 @@ def _directions(surface: SurfaceMesh) -> list[Floats]:
             break
         sign = np.sign(normals[near] @ normals[near][0])
         mean = ((sign * left[near])[:, None] * normals[near]).sum(axis=0)
-        found.append(mean / np.linalg.norm(mean))
+        directions.append(mean / np.linalg.norm(mean))
         left[near] = 0.0
     _, axes = np.linalg.eigh((normals * areas[:, None]).T @ normals)
-    return _distinct([*found, *axes.T], _ALIGNED_SINE)
+    return _distinct([*directions, *axes.T], _ALIGNED_SINE)
 
 
 def _distinct(directions: Sequence[Floats], sine: float) -> list[Floats]:
@@ -119,29 +125,17 @@ def _aligned(surface: SurfaceMesh, guesses: Sequence[Floats]) -> list[Floats]:
     return _distinct(kept, 1e-4)
 
 
-def _pair(holes: Sequence[RoundHole], named: tuple[float | None, float | None]) -> Pair | None:
-    """The two largest through-holes that fit the names, the larger one or the one named so first."""
-    usable = [hole for hole in _bearing(holes) if hole.closed and hole.through]
-    for one, other in combinations(usable, 2):
-        if one.apart(other) > one.radius + other.radius:
-            for pair in ((one, other), (other, one)):
-                if all(_has_diameter(hole, name) for hole, name in zip(pair, named, strict=True)):
-                    return pair
-    return None
-
-
-def _bearing(holes: Sequence[RoundHole]) -> list[RoundHole]:
-    """Of coaxial walls the one that a pin touches: the narrowest that is not just a lip."""
+def _pin_walls(holes: Sequence[MeshHole]) -> list[MeshHole]:
+    """Of coaxial walls keep the one that a pin touches."""
     kept = []
     for hole in holes:
         group = [other for other in holes if hole.apart(other) < 0.02 * hole.radius and other.closed]
-        most = max((other.area for other in group), default=0.0)
-        if not group or hole is min((each for each in group if each.area > most / 2), key=lambda h: h.radius):
+        if not group or hole is pin_wall(group):
             kept.append(hole)
     return kept
 
 
-def _beside(hole: RoundHole, bore: RoundHole) -> bool:
+def _beside(hole: MeshHole, bore: MeshHole) -> bool:
     """Whether a hole has another axis than a bore, and no wall in common with it."""
     if _common(hole, bore):
         return False
@@ -149,28 +143,23 @@ def _beside(hole: RoundHole, bore: RoundHole) -> bool:
     return turned > _ANOTHER or bore.apart(hole) > _APART * bore.radius
 
 
-def _has_diameter(hole: RoundHole, diameter: float | None) -> bool:
-    return diameter is None or math.isclose(2 * hole.radius, diameter, rel_tol=5e-3)
-
-
-def _alike(one: RoundHole, other: RoundHole) -> bool:
-    return math.isclose(one.radius, other.radius, rel_tol=5e-3)
-
-
-def _require_only(pair: Pair, holes: Sequence[RoundHole], named: tuple[float | None, float | None]) -> None:
+def _require_only(pair: Pair, holes: Sequence[MeshHole], diameters: Diameters) -> None:
     """Refuse to choose between holes of the same diameter."""
-    for bore, name in zip(pair, named, strict=True):
+    for bore, diameter in zip(pair, diameters, strict=True):
         twins = [
             hole
             for hole in holes
-            if hole.closed and hole.through and _alike(hole, bore) and all(_beside(hole, own) for own in pair)
+            if hole.closed
+            and hole.through
+            and hole.same_radius(bore.radius, _SAME)
+            and all(_beside(hole, other) for other in pair)
         ]
         if twins:
-            known = f" of {name:g} mm" if name else ""
-            raise MeshError(f"more than one hole{known} could be a bore. {_listed(holes)}. {_REMEDY}")
+            known = f" of {diameter:g} mm" if diameter else ""
+            raise MeshError(f"more than one hole{known} could be a bore. {_listed(holes)}. {NAME_BORES}")
 
 
-def _require_largest(pair: Pair, holes: Sequence[RoundHole]) -> None:
+def _require_largest(pair: Pair, holes: Sequence[MeshHole]) -> None:
     """Refuse bores that leave out a larger hole, such as half a big end without its cap."""
     small = min(bore.radius for bore in pair)
     for hole in holes:
@@ -180,27 +169,20 @@ def _require_largest(pair: Pair, holes: Sequence[RoundHole]) -> None:
             missing = "" if hole.closed else ": is the cap missing?"
             raise MeshError(
                 f"the two largest through-holes cannot be the bores, because there is a larger one that is "
-                f"{'blind' if hole.closed else 'half open'}{missing}. {_listed(holes)}. {_REMEDY}"
+                f"{'blind' if hole.closed else 'half open'}{missing}. {_listed(holes)}. {NAME_BORES}"
             )
 
 
 def _require_between(pair: Pair, surface: SurfaceMesh) -> None:
     """Refuse bores with the centre of gravity far from the line between them."""
-    big, small = pair
-    balance = Balance.of(big.direction, big.center, small.center, surface.center)
+    balance = Balance.of(pair, surface.center)
     if not balance.is_that_of_a_rod:
         raise MeshError(
             f"the two largest through-holes cannot be the bores, because {balance.text()}. {_listed(pair)}. "
-            f"{_REMEDY}"
+            f"{NAME_BORES}"
         )
 
 
-def _heavier_first(pair: Pair, surface: SurfaceMesh) -> Pair:
-    """Of two equal bores, take the one nearer to the centre of gravity for the big end's."""
-    one, other = (float(np.linalg.norm(surface.center - bore.center)) for bore in pair)
-    return pair[::-1] if other < one * (1 - 1e-6) else pair
-
-
-def _listed(holes: Sequence[RoundHole]) -> str:
-    told = [hole.text() for hole in holes if hole.turn >= _HALF][:8]
-    return f"Round holes: {'; '.join(told)}" if told else "There are no round holes"
+def _listed(holes: Sequence[MeshHole]) -> str:
+    texts = [hole.text() for hole in holes if hole.turn >= _HALF][:8]
+    return f"Round holes: {'; '.join(texts)}" if texts else "There are no round holes"

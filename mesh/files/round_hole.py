@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import Floats, Ints, Mask
-from geometry.holes import basis_across
+from geometry.holes import CLOSED, RoundHole, basis_across
 from geometry.segments import Circle, fitted_circle
 from mesh.files.surface_mesh import SurfaceMesh
 
@@ -101,8 +101,6 @@ def covered(angles: Floats, bins: int = 360) -> float:
     return float(1 - open_bins.mean())
 
 
-# A wall is as good as closed from this share of a turn on: an oil hole or a notch may be missing from it.
-CLOSED = 0.8
 # Normals of a wall's facets lean out of the plane across the axis by the sine of this angle at most: on a
 # coarse mesh triangles span several angles. The bevels of a bore lean by 45°.
 _LEAN = 0.3
@@ -115,18 +113,10 @@ _SAMPLES, _MOST_PLACES, _FINALISTS = 200, 1000, 8
 _ROUNDS = 6
 
 
-@dataclass(frozen=True, eq=False)
-class RoundHole:
-    """The wall of a cylindrical hole."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MeshHole(RoundHole):
+    """The wall of a cylindrical hole of a surface mesh."""
 
-    # center, direction: A point on its axis at half the height of the wall, mm, and the axis's unit vector
-    center: Floats
-    direction: Floats
-    # radius, height: mm
-    radius: float
-    height: float
-    area: float  # of the wall, mm²
-    turn: float  # share of a full turn that the wall covers: 1 for a closed hole, ½ for half a bore
     through: bool  # whether nothing crosses the axis
     facets: Ints  # numbers of the wall's facets
 
@@ -134,11 +124,6 @@ class RoundHole:
     def closed(self) -> bool:
         """Whether the wall goes all the way round."""
         return self.turn >= CLOSED
-
-    def apart(self, other: "RoundHole") -> float:
-        """Return the distance of two parallel axes, mm."""
-        between = other.center - self.center
-        return float(np.linalg.norm(between - (between @ self.direction) * self.direction))
 
     def text(self) -> str:
         """Say how large it is, where, and what it lacks."""
@@ -148,7 +133,7 @@ class RoundHole:
         return f"diameter {2 * self.radius:.4g} mm at ({x:.4g}, {y:.4g}, {z:.4g}){lacks}{blind}"
 
 
-def round_holes(surface: SurfaceMesh, direction: Floats, tolerance: float) -> list[RoundHole]:
+def round_holes(surface: SurfaceMesh, direction: Floats, tolerance: float) -> list[MeshHole]:
     """Find the concave cylindrical walls along a direction, the largest radius first.
 
     Parameters
@@ -268,18 +253,18 @@ def _distinct(circles: list[Circle]) -> list[Circle]:
     return kept
 
 
-def _hole(surface: SurfaceMesh, flat: _Plan, circle: Circle, wall: Ints, direction: Floats) -> RoundHole:
+def _hole(surface: SurfaceMesh, flat: _Plan, circle: Circle, wall: Ints, direction: Floats) -> MeshHole:
     """Describe the wall on a circle, fitted again to all of its corners."""
     across = basis_across(direction)
     circle = fitted_circle(flat.corners[wall].reshape(-1, 2)) or circle
     heights = surface.corners[wall] @ direction
     arms = flat.corners[wall] - circle.center
     middle = (heights.min() + heights.max()) / 2
-    return RoundHole(
+    return MeshHole(
         center=circle.center @ across + middle * direction,
         direction=direction,
         radius=circle.radius,
-        height=float(np.ptp(heights)),
+        width=float(np.ptp(heights)),
         area=float(surface.areas[wall].sum()),
         turn=covered(np.arctan2(arms[..., 1], arms[..., 0])),
         through=not _crossed(flat.corners, circle.center),

@@ -1,31 +1,114 @@
-"""Concave radii of an imported solid, where stress concentrates and elements must be small."""
+"""Faces of imported solids: planes and cylinders, whatever the kernel calls them, and concave rounds."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.cad.holes import Interior
-from geometry.faces import Face, Feature, FeatureKind
+from geometry.faces import Face, Feature, FeatureKind, edge_points, faces_of, parameter_grid
+from geometry.segments import fitted_circle
+
+
+class Interior:
+    """The inside of volumes of the open model.
+
+    The kernel takes milliseconds to tell, so it is asked only for volumes whose bounding box holds the point.
+    """
+
+    def __init__(self, volumes: Sequence[int]) -> None:
+        self._volumes = tuple(volumes)
+        boxes = np.reshape([gmsh.model.getBoundingBox(3, volume) for volume in volumes], (-1, 2, 3))
+        self._low, self._high = boxes[:, 0], boxes[:, 1]
+
+    def contains(self, point: Floats) -> bool:
+        """Whether a point lies in any of the volumes."""
+        near = ((self._low <= point) & (point <= self._high)).all(axis=1)
+        return any(gmsh.model.isInside(3, self._volumes[at], list(point)) for at in np.flatnonzero(near))
+
+
+# Largest deviation of a face from its cylinder, relative to the radius.
+ROUND = 1e-3
+# Largest mean component of its normals along the axis, and least spread of the normals of a curved face
+# (about a sixth of a right angle).
+_ALONG, _SPREAD = 3e-3, 0.07
+# Largest height of a plane over its extent.
+_FLAT = 1e-6
+_SAMPLES = 9  # along each parameter
+_KNOWN = ("Plane", "Cylinder", "Torus", "Cone", "Sphere")
+
+
+def recognised(face: Face) -> Face:
+    """Return the face as a plane or cylinder if it has that shape and the kernel does not know it.
+
+    The box of a plane is that of its edges: the kernel's is wider by the tolerance of the file.
+    """
+    if face.shape == "Plane":
+        points = edge_points(face.tag)
+        return replace(face, low=_corner(points.min(axis=0)), high=_corner(points.max(axis=0)))
+    if face.shape in _KNOWN:
+        return face
+    points, normals = _samples(face.tag)
+    if np.ptp(points @ normals.mean(axis=0)) < _FLAT * np.ptp(points, axis=0).max():
+        return recognised(replace(face, shape="Plane", fitted=True))
+    values = _fitted_cylinder(points, normals)
+    return face if values is None else replace(face, shape="Cylinder", values=values, fitted=True)
+
+
+def recognised_faces(volumes: Sequence[int]) -> list[Face]:
+    """Describe the outer faces of volumes, with the planes and cylinders among them."""
+    return [recognised(face) for face in faces_of(volumes)]
+
+
+def _fitted_cylinder(points: Floats, normals: Floats) -> tuple[float, ...] | None:
+    """Axis point (3), direction (3) and radius of a cylinder through points with unit normals (n, 3).
+
+    It is a circle normal to the mean axis; None where the points do not lie on a cylinder.
+    """
+    size, axes = np.linalg.eigh(normals.T @ normals / len(normals))
+    if size[0] > _ALONG**2 or size[1] < _SPREAD**2:
+        return None
+    direction, across = axes[:, 0], axes[:, 1:]
+    middle = points.mean(axis=0)
+    places = (points - middle) @ across
+    circle = fitted_circle(places)
+    if circle is None or float(circle.distance(places).max()) > ROUND * circle.radius:
+        return None
+    on_axis = middle + across @ circle.center
+    return *on_axis.tolist(), *direction.tolist(), circle.radius
+
+
+def _corner(values: Floats) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def _samples(face: int) -> tuple[Floats, Floats]:
+    """Points and unit normals (n, 3) over the parameters of a face."""
+    places = parameter_grid(face, np.linspace(0.01, 0.99, _SAMPLES)).ravel()  # at its ends may be no normal
+    points = np.reshape(gmsh.model.getValue(2, face, places), (-1, 3))
+    normals = np.reshape(gmsh.model.getNormal(face, places), (-1, 3))
+    sound = np.isfinite(normals).all(axis=1) & (np.abs(np.linalg.norm(normals, axis=1) - 1) < 1e-6)
+    if sound.sum() < 2 * _SAMPLES:
+        return np.zeros((1, 3)), np.zeros((1, 3))
+    return points[sound], normals[sound]
+
+
+# Rounds: concave radii, where stress concentrates and elements must be small.
 
 # Largest difference of the radii of two strips of one round, relatively, and of their normals at the edge.
-_ALIKE, _SMOOTH = 0.05, 0.05
+_SAME_ROUND, _SMOOTH = 0.05, 0.05
 # The edge between two strips runs along the round: largest cosine of its angle with the arc.
-_ALONG = 0.5
+_MOST_ALONG = 0.5
 
 
-def whole_sweeps(rounds: Mapping[int, tuple[float, float]]) -> dict[int, float]:
-    """Return the angle of the arc (rad) that each face of a round belongs to.
+def _whole_sweeps(rounds: Mapping[int, tuple[float, float]]) -> dict[int, float]:
+    """Angle of the arc (rad) that each face of a round belongs to, from the radius (mm) and angle of each.
 
     Of strips it is at most a quarter turn, or their own angle: two fillets that meet in a groove keep theirs.
-
-    Parameters
-    ----------
-    rounds
-        Radius (mm) and angle of the own arc (rad) of faces of the open model, by tag.
     """
     sweeps = {tag: sweep for tag, (_, sweep) in rounds.items()}
     pairs = list(_neighbours(rounds))
@@ -34,11 +117,11 @@ def whole_sweeps(rounds: Mapping[int, tuple[float, float]]) -> dict[int, float]:
     from scipy import sparse  # noqa: PLC0415 - only divided rounds need it
 
     place = {tag: at for at, tag in enumerate(rounds)}
-    own = np.array(list(sweeps.values()))
+    sweep = np.array(list(sweeps.values()))
     one, other = np.array([[place[tag] for tag in pair] for pair in pairs]).T
-    between = sparse.csr_array(((own[one] + own[other]) / 2, (one, other)), shape=(len(own), len(own)))
+    between = sparse.csr_array(((sweep[one] + sweep[other]) / 2, (one, other)), shape=(len(sweep),) * 2)
     apart = sparse.csgraph.shortest_path(between, directed=False)  # from middle to middle
-    arcs = apart + (own[:, None] + own) / 2
+    arcs = apart + (sweep[:, None] + sweep) / 2
     _, group = sparse.csgraph.connected_components(between, directed=False)
     widest = {int(one): float(arcs[np.ix_(group == one, group == one)].max()) for one in np.unique(group)}
     return {tag: max(sweeps[tag], min(widest[int(group[at])], np.pi / 2)) for tag, at in place.items()}
@@ -53,7 +136,7 @@ def _neighbours(rounds: Mapping[int, tuple[float, float]]) -> Iterator[tuple[int
     for edge, faces in faces_at.items():
         for one, other in combinations(faces, 2):
             radii = rounds[one][0], rounds[other][0]
-            if abs(radii[0] - radii[1]) < _ALIKE * min(radii) and _continues(edge, one, other):
+            if abs(radii[0] - radii[1]) < _SAME_ROUND * min(radii) and _continues(edge, one, other):
                 yield one, other
 
 
@@ -65,7 +148,7 @@ def _continues(edge: int, one: int, other: int) -> bool:
     along /= np.linalg.norm(along)
     (first, arc), (second, _) = (_normal_and_arc(edge, middle, face) for face in (one, other))
     smooth = np.linalg.norm(np.cross(first, second)) < _SMOOTH
-    return bool(smooth and abs(along @ arc) < _ALONG)
+    return bool(smooth and abs(along @ arc) < _MOST_ALONG)
 
 
 def _normal_and_arc(edge: int, middle: list[float], face: int) -> tuple[Floats, Floats]:
@@ -84,13 +167,13 @@ def concave_rounds(faces: Sequence[Face], interior: Interior, length: float) -> 
     """Find faces with a concave radius below a quarter of the rod's length; one feature per radius.
 
     These are cylinders, tori, and blends of varying radius, drafted corners and splines; the radius of the
-    latter is the smallest one found from neighbouring normals.
+    latter is the smallest one between neighbouring normals.
     """
     measured = {face.tag: _round(face, interior) for face in faces}
-    found = {tag: arc for tag, arc in measured.items() if arc is not None and arc[0] < length / 4}
-    sweeps = whole_sweeps(found)
+    arcs = {tag: arc for tag, arc in measured.items() if arc is not None and arc[0] < length / 4}
+    sweeps = _whole_sweeps(arcs)
     by_radius: dict[float, list[int]] = {}
-    for tag, (radius, _) in found.items():
+    for tag, (radius, _) in arcs.items():
         by_radius.setdefault(round(radius, 4), []).append(tag)
     for radius, alike in sorted(by_radius.items()):
         yield Feature(FeatureKind.ROUND, tuple(alike), radius, max(sweeps[tag] for tag in alike))
@@ -128,10 +211,8 @@ def _is_concave(face: Face, interior: Interior) -> bool:
 
 def _tightest(face: Face, interior: Interior) -> tuple[float, float] | None:
     """Smallest concave radius along the parameter lines, and the angle by which the normal turns there."""
-    low, high = gmsh.model.getParametrizationBounds(2, face.tag)
     steps = np.linspace(0.02, 0.98, _STEPS + 1)  # a cone's tip has no normal
-    u, v = (a + (b - a) * steps for a, b in zip(low, high, strict=True))
-    places = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
+    places = parameter_grid(face.tag, steps)
     flat = places.ravel()
     points = np.reshape(gmsh.model.getValue(2, face.tag, flat), (*places.shape[:2], 3))
     normals = np.reshape(gmsh.model.getNormal(face.tag, flat), points.shape)
