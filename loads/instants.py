@@ -78,6 +78,17 @@ class Instants:
         """Return the same with a name."""
         return replace(self, names=np.array(name))
 
+    def times(self, factor: float) -> Self:
+        """Return the same with a multiple of everything that acts."""
+        return replace(
+            self,
+            pin=factor * self.pin,
+            crank=factor * self.crank,
+            acceleration=factor * self.acceleration,
+            angular_velocity=np.sqrt(factor) * self.angular_velocity,
+            angular_acceleration=factor * self.angular_acceleration,
+        )
+
     @property
     def name(self) -> str:
         """The name of a single instant."""
@@ -120,10 +131,12 @@ class Instants:
         return np.asarray(~np.isnan(self.speed))
 
 
+_NOTHING = Instants(pin=np.zeros((2, 0)), crank=np.zeros((2, 0)))
+
+
 def joined(parts: Sequence[Instants]) -> Instants:
     """Return instants, single ones or several each, one after another."""
-    none = Instants(pin=np.zeros((2, 0)), crank=np.zeros((2, 0)))
-    rows = [part if part.speed.ndim else part[None] for part in (none, *parts)]
+    rows = [part if part.speed.ndim else part[None] for part in (_NOTHING, *parts)]
     return Instants(
         **{
             item.name: np.concatenate([getattr(row, item.name) for row in rows], axis=-1)

@@ -104,7 +104,7 @@ def _deck_notes(rod: PreparedRod) -> list[str]:
         if not rod.clamped
         else "pressures and inertia are nodal forces (*CLOAD); the big-end bore is held"
     ]
-    if rod.soft:
+    if rod.structure.soft:
         notes.append(
             "a part is nearly incompressible: the run solves it with mixed elements, which have a pressure "
             "field that C3D10 lack, so that results of the deck differ there"
@@ -118,5 +118,5 @@ def _step(run: LeftRun, rod: PreparedRod, case: Instants) -> Step:
     displacement = run.cases[case.name].point["displacement"].astype(float)
     angle = run.summary["loads"][case.name]["crank_deg"]
     title = case.name if angle is None else f"{case.name}, crank angle {angle:g} degrees"
-    forces = rod.pins.forces(case).forces.symmetric
-    return Step(title, forces, fixed, np.where(fixed, displacement, 0.0))
+    (response,) = rod.pins.respond(case[None])
+    return Step(title, response.forces.symmetric, fixed, np.where(fixed, displacement, 0.0))

@@ -57,7 +57,7 @@ class Assembly(StrEnum):
     SCIKIT_FEM = "scikit-fem"
 
 
-class PinModel(StrEnum):
+class PinBody(StrEnum):
     """How a pin in contact gives way: as an elastic body of revolution, or not at all."""
 
     ELASTIC = "elastic"

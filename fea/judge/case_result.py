@@ -52,7 +52,7 @@ class CaseResult(CaseFields):
     part_von_mises: tuple[Floats, ...]
     von_mises_error: Floats  # (n_nodes,) estimated error of `von_mises`, MPa
     # (n_nodes, 3) displacement at which the bores of a rod of separate parts were made round, mm
-    made: Floats | None = None
+    bore_datum: Floats | None = None
     # What can be said of the rod's sharp re-entrant edges, the worst first; empty where it has none
     sharp: tuple[SharpPlace, ...] = ()
 
@@ -107,7 +107,7 @@ class CaseResult(CaseFields):
     @property
     def distortion(self) -> Floats:
         """Displacement (n_nodes, 3) since the bores were made, mm."""
-        return self.displacement if self.made is None else self.displacement - self.made
+        return self.displacement if self.bore_datum is None else self.displacement - self.bore_datum
 
     @property
     def counts(self) -> Mask:
@@ -178,7 +178,7 @@ def case_result(
     stresses: Sequence[Floats],
     *,
     materials: Sequence[Material],
-    made: Floats | None = None,
+    bore_datum: Floats | None = None,
     sharp: SharpPlaces | None = None,
 ) -> CaseResult:
     """Return the result of a case from its fields and each part's stress (n_nodes, 6), NaN outside it."""
@@ -206,7 +206,7 @@ def case_result(
         safety_factor=factor,
         part_von_mises=equivalents,
         von_mises_error=off,
-        made=made,
+        bore_datum=bore_datum,
     )
     if sharp is None:
         return result

@@ -8,7 +8,7 @@ piston pin is about 0.6 of its diameter; its bosses leave some play beside the r
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from fea.base.choices import PinModel
+from fea.base.choices import PinBody
 from fea.base.note import Note, assumptions, warning
 from fea.contact.elastic_pin import Pin
 from fea.rod.meshed_rod import Bores
@@ -105,7 +105,7 @@ class Fits:
             )
         )
         piston_pin = None
-        if table.piston_pin is PinModel.ELASTIC:
+        if table.piston_pin is PinBody.ELASTIC:
             diameter, width = 2 * bores.small_radius, bores.small_width + abs(bores.small_taper)
             bore = given(
                 "piston_pin_bore_mm", table.piston_pin_bore_mm, PIN_BORE * diameter, "piston-pin bore"

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from scipy.optimize import brentq
 
 from fea.contact.assembly_state import AssemblyState, FaceState
-from fea.pins.assembled_rod import AssembledRod
+from fea.pins.assembly import AssemblyPins
 from geometry.surfaces import Surface
 from loads.instants import Instants
 
@@ -52,17 +52,17 @@ class LoadLimits:
 
     Parameters
     ----------
-    rod
-        The assembly.
+    pins
+        Of the assembly.
     case
         The load case.
     known
         Its state.
     """
 
-    def __init__(self, rod: AssembledRod, case: Instants, known: AssemblyState) -> None:
-        self._rod, self._case = rod, case
-        self._states = {0.0: rod.states(rod.assembled.start), 1.0: known}
+    def __init__(self, pins: AssemblyPins, case: Instants, known: AssemblyState) -> None:
+        self._pins, self._case = pins, case
+        self._states = {0.0: pins.assembly.sums(pins.assembly.assembled.start), 1.0: known}
 
     def opens(self) -> float | None:
         """When the joint opens at the edge of the bore.
@@ -88,7 +88,7 @@ class LoadLimits:
 
         def left(factor: float) -> float:
             if factor not in self._states:
-                self._states[factor] = self._rod.states(self._rod.scaled(self._case, factor))
+                self._states[factor] = self._pins.state_under(self._case, factor)
             found = measure(self._states[factor])
             return found if found > 0 else lost
 

@@ -146,7 +146,7 @@ def _pin_factors(
 
     A CAD file is meshed in a copy of this process, which must not be made while another thread runs.
     """
-    if len(results) != 1 or rod.dimensions is None:
+    if len(results) != 1 or rod.study.rod.dimensions is None:
         return ()
     ((rpm, result),) = results.items()
     cases = result.loads.cases

@@ -29,7 +29,7 @@ from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
 if TYPE_CHECKING:
-    from fea.pins.assembled_rod import Expansion, Putting
+    from fea.pins.model import AssemblySpecification, Expansion
 
 # Directions in which a ring's thickness is looked at.
 _SECTORS = 24
@@ -193,12 +193,12 @@ class Assembling:
             ),
         )
 
-    def putting(self, study: Study, mesh: MeshedRod) -> "Putting":
+    def specification(self, study: Study, mesh: MeshedRod) -> "AssemblySpecification":
         """How the parts of the meshed rod are put together."""
-        from fea.pins.assembled_rod import Putting  # noqa: PLC0415 - rods of one piece do without
+        from fea.pins.model import AssemblySpecification  # noqa: PLC0415 - drawing does without
 
         table, bolt = self.table, self.bolt.bolt
-        return Putting(
+        return AssemblySpecification(
             normal=self.geometry.normal,
             bolts=mesh.bolts,
             preload=bolt.preload,
@@ -221,7 +221,7 @@ class Assembling:
         return (*assumptions("assembly", assumed), *self.bolt.notes, *self.expansions.notes, *fits)
 
     def _expansion(self, study: Study, parts: tuple[str, ...]) -> "Expansion | None":
-        from fea.pins.assembled_rod import Expansion  # noqa: PLC0415 - see above
+        from fea.pins.model import Expansion  # noqa: PLC0415 - see above
 
         if self.expansions.warming == 0:
             return None

@@ -37,6 +37,7 @@ from loads.cases import ASSEMBLY
 from loads.instants import Instants
 
 if TYPE_CHECKING:
+    from fea.pins.assembly import AssemblyPins
     from fea.pins.load_limits import LoadLimits
 
 # Unknowns of the contact problem above which a dozen further states cost more than the rest of a run.
@@ -48,23 +49,23 @@ class Onsets:
 
     Parameters
     ----------
-    rod
-        Of separate parts.
+    pins
+        Of the assembly.
     cases, states
         By name.
     """
 
     def __init__(
-        self, rod: PreparedRod, cases: Mapping[str, Instants], states: Mapping[str, AssemblyState]
+        self, pins: "AssemblyPins", cases: Mapping[str, Instants], states: Mapping[str, AssemblyState]
     ) -> None:
-        self._rod, self._cases = rod, cases
+        self._pins, self._cases = pins, cases
         self._states = {name: state for name, state in states.items() if name != ASSEMBLY}
         self._assembled = states[ASSEMBLY]
         self._limits: dict[str, LoadLimits] = {}
 
     @cached_property
     def _possible(self) -> bool:
-        return self._rod.contact.problem.unfolding.size <= MOST_UNKNOWNS
+        return self._pins.contact.problem.unfolding.size <= MOST_UNKNOWNS
 
     def opens(self) -> OnsetFigures | None:
         """When the joint opens at the edge of the bore."""
@@ -90,7 +91,7 @@ class Onsets:
         from fea.pins.load_limits import LARGEST, LoadLimits  # noqa: PLC0415 - rods of one piece do without
 
         if case not in self._limits:
-            self._limits[case] = LoadLimits(self._rod.held_together, self._cases[case], self._states[case])
+            self._limits[case] = LoadLimits(self._pins, self._cases[case], self._states[case])
         try:
             factor = begins(self._limits[case])
         except ContactError:
@@ -198,19 +199,20 @@ def assembly_figures(
     cycle
         The whole crank cycle, if it was worked out.
     """
-    if rod.assembling is None or rod.putting is None:
+    specification, pins = rod.structure.assembly, rod.assembly_contact
+    if rod.assembling is None or specification is None or pins is None:
         return None
     table = rod.assembling.table
     states = {name: case.assembly for name, case in cases.items() if case.assembly is not None}
-    onsets = Onsets(rod, {name: case.load for name, case in cases.items()}, states)
+    onsets = Onsets(pins, {name: case.load for name, case in cases.items()}, states)
     return AssemblyFigures(
         parts=tuple(rod.mesh.parts),
         temperature_C=REFERENCE_TEMPERATURE if table.temperature_C is None else table.temperature_C,
         bolts=bolts_figures(rod.assembling, states, cycle),
-        joint=_joint(rod.putting.friction, states, onsets, cycle),
+        joint=_joint(specification.friction, states, onsets, cycle),
         fits={
             name: FitFigures(
-                interference_mm=2 * rod.putting.interference.get(seat, 0.0),
+                interference_mm=2 * specification.interference.get(seat, 0.0),
                 lifts_off=onsets.lifts_off(seat),
                 by_case={case: _face(state.faces[seat]) for case, state in states.items()},
             )

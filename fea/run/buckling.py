@@ -8,10 +8,10 @@ import numpy as np
 from fea.base.checks import Check, check
 from fea.base.note import Note, omission
 from fea.judge.column import Column, Plane, column
+from fea.rod.shank import part_at, shank
 from fea.run.figures import BucklingFigures, BucklingModeFigures, ColumnFigures, PlaneFigures
 from fea.run.modes import moves
 from fea.run.prepare import PreparedRod
-from fea.run.solve import PinModel
 from fea.run.speed import SpeedResult
 from fea.solid.parity import Parity
 from fea.solvers.buckling import BucklingMode
@@ -73,8 +73,7 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
         return BucklingReport(figures, notes=(_ONLY_PULLED,))
     with rod.clock("buckling"):
         # A buckling load is a multiple of the load; contact is not.
-        prescribed = PinModel(rod.nodal_forces, rod.model)
-        displacement = prescribed.equilibrium(pushed).solution.displacement
+        displacement = rod.equilibrium(pushed, pins=rod.prescribed).solution.displacement
         by_case = rod.buckling.modes(displacement, COUNT)
     found = {case.name: modes for case, modes in zip(pushed, by_case, strict=True)}
     every = [mode for modes in by_case for mode in modes]
@@ -90,7 +89,7 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
     )
     shapes = {f"mode_{i}": _shape(whole, mode) for i, mode in enumerate(found[worst], start=1)}
     residual = max((mode.residual for mode in every), default=0.0)
-    notes = (_NO_CONTACT,) if rod.options.in_contact else ()
+    notes = () if rod.prescribed is rod.pins else (_NO_CONTACT,)
     return BucklingReport(figures, shapes, {"buckling": check("buckling", residual)}, notes)
 
 
@@ -98,8 +97,8 @@ def column_figures(rod: PreparedRod, cases: Instants) -> ColumnFigures:
     """Return what the column formulas say of the load case that compresses the rod most."""
     worst = cases[int(compression(cases).argmax())]
     force = float(compression(worst))
-    stations, least = rod.sections
-    material = rod.shank_material
+    stations, least = shank(rod.study.rod.dimensions, rod.mesh.whole, rod.mesh.bores)
+    material = rod.materials[part_at(rod.mesh.whole, least.x)]
     planes = {
         plane.value: _plane(
             column(plane, stations, least, material.youngs_modulus, material.yield_strength), force

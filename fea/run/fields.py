@@ -12,42 +12,48 @@ import numpy as np
 from fea.base.material import Material
 from fea.judge.case_error import CaseErrors
 from fea.judge.case_result import CaseFields
-from fea.pins.case_forces import CaseForces
-from fea.run.solve import Equilibrium
+from fea.pins.model import Response
 from fea.solid.bore_motion import referred_to_bores
 from fea.solid.parity import Parity, Split
-from fea.solvers.static import Solution
+from fea.solvers.static import Model, Solution
 from fea.stress.recovery import PartRecovery
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
+from loads.instants import Instants
 from mesh.mirror import MirroredMesh
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """Instants in equilibrium."""
+
+    instants: Instants  # what acts
+    responses: tuple[Response, ...]  # what the pins make of it
+    solution: Solution  # the displacement, a column per instant
+
+
+def equilibrium(responses: Sequence[Response], model: Model, instants: Instants) -> Equilibrium:
+    """Solve what acts at instants, all with one factorisation per parity; errors as of `Model.solve`."""
+    solution = model.solve([response.forces for response in responses])
+    shifts = [response.shift for response in responses if response.shift is not None]
+    if shifts:
+        solution = solution.moved(shifts)
+    return Equilibrium(instants, tuple(responses), solution)
 
 
 @dataclass(frozen=True, kw_only=True)
 class FieldRecovery:
-    """Carries solutions to the whole rod and recovers their stress.
+    """Carries solutions to the whole rod and recovers their stress."""
 
-    Attributes
-    ----------
-    mirrored
-        The whole rod from the cell.
-    materials
-        One per part.
-    recovery, errors
-        Nodal stress of each part on the cell, and its estimated error.
-    rod_length
-        Distance of the bores, mm, relative to which displacement is given; None where a clamp holds the rod.
-    """
-
-    mirrored: MirroredMesh
-    materials: tuple[Material, ...]
-    recovery: PartRecovery
-    errors: CaseErrors
-    rod_length: float | None
+    mirrored: MirroredMesh  # the whole rod from the cell
+    materials: tuple[Material, ...]  # one per part
+    recovery: PartRecovery  # nodal stress of each part on the cell
+    errors: CaseErrors  # of that stress
+    rod_length: float | None  # to which displacement refers, mm; None where a clamp holds the rod
 
     def displaced(self, found: Equilibrium) -> Floats:
         """Displacement (n_nodes, 3, n_cases) of the whole rod, mm, with its thermal expansion."""
-        growth = [case.growth for case in found.forces if case.growth is not None]
+        growth = [case.growth for case in found.responses if case.growth is not None]
         return self.displacement(found.solution.moved(growth) if growth else found.solution)
 
     def displacement(self, solution: Solution) -> Floats:
@@ -63,7 +69,7 @@ class FieldRecovery:
         solution = found.solution
         return {
             parity: self.recovery.nodal_stress(
-                u, self.materials, parity, _traction(found.forces, parity), solution.pressure.get(parity)
+                u, self.materials, parity, _traction(found.responses, parity), solution.pressure.get(parity)
             )
             for parity, u in solution.displacement.items()
         }
@@ -89,21 +95,21 @@ class FieldRecovery:
             CaseFields(
                 displacement=displacement[..., index],
                 error=error,
-                contact_pressure=self._contact_pressure(forces),
-                gap=self._scalar(forces.gap),
-                assembly=forces.assembly,
-                touch=forces.touch,
+                contact_pressure=self._contact_pressure(response),
+                gap=self._scalar(response.gap),
+                assembly=response.assembly,
+                touch=response.touch,
             )
-            for index, (forces, error) in enumerate(zip(found.forces, errors, strict=True))
+            for index, (response, error) in enumerate(zip(found.responses, errors, strict=True))
         ]
         return [(fields, [tensor[..., index] for tensor in tensors]) for index, fields in enumerate(cases)]
 
-    def _contact_pressure(self, forces: CaseForces) -> Floats | None:
-        if forces.pressure is not None:
-            return self._scalar(forces.pressure)
-        if not forces.touch:
+    def _contact_pressure(self, response: Response) -> Floats | None:
+        if response.pressure is not None:
+            return self._scalar(response.pressure)
+        if not response.touch:
             return None
-        tractions = forces.traction.values()
+        tractions = response.traction.values()
         whole = [self.mirrored.vector(own.symmetric, own.antisymmetric) for own in tractions]
         return np.asarray(np.linalg.norm(np.sum(whole, axis=0), axis=1))
 
@@ -111,7 +117,7 @@ class FieldRecovery:
         return None if field is None else self.mirrored.scalar(field.symmetric, field.antisymmetric)
 
 
-def _traction(forces: Sequence[CaseForces], parity: Parity) -> dict[Surface, Floats]:
+def _traction(forces: Sequence[Response], parity: Parity) -> dict[Surface, Floats]:
     """Traction (n_nodes, 3, n_cases) of one parity on each pressed surface."""
     return {
         surface: np.stack([case.traction[surface].part(parity) for case in forces], axis=-1)

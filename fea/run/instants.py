@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.judge.verdict import safety_factor
-from fea.pins.unit_loads import Weights
+from fea.pins.model import Weights
 from fea.run.prepare import PreparedRod
 from fea.stress.stress import principal, von_mises
 from fea.units import DEG

@@ -10,12 +10,13 @@ from fea.base.note import Note, omission, warning, warnings
 from fea.judge.fatigue import criterion_strength
 from fea.rod.loading import DutyLoads
 from fea.run.cycle.duty import DutyDamage, DutyEntry, duty_damage
+from fea.run.cycle.superposition import CycleAnalysis
 from fea.run.cycle_figures import DutyFigures, LifeFigures
 from fea.run.figure_types import vector
-from fea.run.prepare import PreparedRod
 from fea.study.endurance import SCATTER
 from fea.study.option_tables import DutyTable
 from geometry.arrays import Floats
+from geometry.mass import MassProperties
 
 # Of a four-stroke cycle, 720°, that the angles of a history cover.
 _CYCLES_PER_HOUR = 30.0  # at 1 rpm
@@ -53,7 +54,7 @@ class Life:
         return {"damage_per_hour": np.nan_to_num(self.damage, nan=_NOT_JUDGED)}
 
 
-def life_of(rod: PreparedRod, duty: DutyLoads) -> Life:
+def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> Life:
     """Return the life of a rod over a duty.
 
     Raises
@@ -61,33 +62,33 @@ def life_of(rod: PreparedRod, duty: DutyLoads) -> Life:
     InvalidValue
         The S–N line of a material does not fit its endurance limit.
     """
-    unknown = tuple(map(warning, _unknown(rod)))
-    entries = list(_entries(rod, duty))
-    found = duty_damage(rod.cycle, entries)
+    unknown = tuple(map(warning, _unknown(analysis)))
+    entries = list(_entries(analysis, mass, duty))
+    found = duty_damage(analysis, entries)
     if found is None:
         return Life(None, unknown)
-    figures = _figures(rod, duty.table, found)
-    known = warnings("life", _limits(duty.table, found, figures, singular=bool(rod.cycle.masked.any())))
+    figures = _figures(analysis, duty.table, found)
+    known = warnings("life", _limits(duty.table, found, figures, singular=bool(analysis.masked.any())))
     return Life(figures, (*unknown, *known, _OMISSION), found.per_hour)
 
 
-def _entries(rod: PreparedRod, duty: DutyLoads) -> Iterator[DutyEntry]:
+def _entries(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> Iterator[DutyEntry]:
     """The cycle of every entry at every degree and at its peaks, as `CycleAnalysis.at` takes its extremes."""
     table = duty.table
     for rpm, share, loading in zip(table.rpm, table.shares, duty.loadings, strict=True):
-        cycle, cases = loading.crank_cycle(rod.mass, rpm), loading.at(rod.mass, rpm).cases
+        cycle, cases = loading.crank_cycle(mass, rpm), loading.at(mass, rpm).cases
         angles = np.sort(np.append(cycle.degrees.crank_angle, cases.crank_angle[cases.in_cycle]))
-        weights = rod.cycle.weights(cycle, angles)
+        weights = analysis.weights(cycle, angles)
         yield DutyEntry(weights, share * rpm * _CYCLES_PER_HOUR)
 
 
-def _figures(rod: PreparedRod, duty: DutyTable, found: DutyDamage) -> LifeFigures:
-    worst, mesh = found.worst, rod.mesh.whole
+def _figures(analysis: CycleAnalysis, duty: DutyTable, found: DutyDamage) -> LifeFigures:
+    worst, mesh = found.worst, analysis.mesh.whole
     damage = worst.damage()
     total = float(damage.sum())
     by_entry = np.bincount(worst.entry, damage, len(duty.rpm))
     largest = sum(float(damage[worst.entry == number].max(initial=0.0)) for number in range(len(duty.rpm)))
-    reliability = rod.materials[worst.part].marin.reliability
+    reliability = analysis.materials[worst.part].marin.reliability
     low, high = (_hours(worst.damage((1 + sign * _BAND * SCATTER) / reliability)) for sign in (-1, 1))
     hours = _hours(damage)
     return LifeFigures(
@@ -98,7 +99,7 @@ def _figures(rod: PreparedRod, duty: DutyTable, found: DutyDamage) -> LifeFigure
         endless=hours is None,
         duties=None if hours is None or duty.hours is None else hours / sum(duty.hours),
         at_mm=vector(mesh.points[worst.node]),
-        part=list(rod.mesh.parts)[worst.part],
+        part=list(analysis.mesh.parts)[worst.part],
         damage_per_hour=total,
         largest_range_percent=100 * largest / total if total else None,
         duty=tuple(
@@ -113,7 +114,7 @@ def _figures(rod: PreparedRod, duty: DutyTable, found: DutyDamage) -> LifeFigure
         ),
         knee_cycles=worst.line.knee,
         endurance_MPa=float(worst.line.limit[0]),
-        fatigue_criterion=rod.options.fatigue.value,
+        fatigue_criterion=analysis.fatigue.value,
     )
 
 
@@ -123,10 +124,10 @@ def _hours(damage: Floats) -> float | None:
     return 1 / total if total else None
 
 
-def _unknown(rod: PreparedRod) -> Iterator[str]:
+def _unknown(analysis: CycleAnalysis) -> Iterator[str]:
     """Say so of every part whose life is not judged, and why."""
-    for part, material in zip(rod.mesh.parts, rod.materials, strict=True):
-        missing = [name for name, known in _needed(rod, material).items() if not known]
+    for part, material in zip(analysis.mesh.parts, analysis.materials, strict=True):
+        missing = [name for name, known in _needed(analysis, material).items() if not known]
         if missing:
             yield (
                 f"the life of {part} is not judged, only its safety factors: its material has no "
@@ -134,8 +135,8 @@ def _unknown(rod: PreparedRod) -> Iterator[str]:
             )
 
 
-def _needed(rod: PreparedRod, material: Material) -> Mapping[str, bool]:
-    strength = criterion_strength(rod.options.fatigue, material)
+def _needed(analysis: CycleAnalysis, material: Material) -> Mapping[str, bool]:
+    strength = criterion_strength(analysis.fatigue, material)
     return {
         "S–N line (fatigue_strength_coefficient_MPa and fatigue_strength_exponent, or sn_cycles and "
         "sn_amplitude_MPa)": material.basquin is not None,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fea.pins.unit_loads import Fields, Weights
+from fea.pins.model import Fields, Weights
 from fea.run.cycle.modes import Modes, modes
 from fea.run.cycle.unit_solutions import PartStress
 from fea.run.prepare import PreparedRod

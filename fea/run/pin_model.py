@@ -3,15 +3,14 @@
 import numpy as np
 
 from fea.base.choices import CONTACT
+from fea.base.pin_models import pin_model
 from fea.judge.verdict import CAP
-from fea.pins.case_forces import NodalForces
+from fea.pins.model import PinModel
 from fea.run.figures import PinModelFigures
 from fea.run.prepare import PreparedRod
-from fea.run.solve import PinModel
 from fea.stress.singular import masked_nodes
 from fea.stress.stress import von_mises
 from geometry.arrays import Mask
-from loads.bearing import BorePressure
 from loads.instants import Instants
 
 # Smallest safety factors by the name of the pressure on the bores.
@@ -38,20 +37,21 @@ def least_factors(rod: PreparedRod, cases: Instants, known: float | None = None)
     dict or None
         None where the pins are in contact already.
     """
-    if rod.options.in_contact:
+    if pin_model(rod.options.pressure).in_contact:
         return None
     with rod.clock("pin model"):
         asked = rod.options.pressure
         name = next(other for other in _OTHERS if other != asked)
-        pressure = BorePressure.parse(name)
-        forces = NodalForces(rod.mesh.cell, rod.mesh.bores, rod.inertia, pressure, rod.options.support)
         counts = ~rod.fields.errors.masked[rod.mesh.mirrored.source]
         own = _least(rod, rod.pins, cases, counts) if known is None else known
-        found = {asked: own, name: _least(rod, PinModel(forces, rod.model), cases, counts)}
-        if known is not None or not PinModelFigures(min_safety_factors=found).matters or rod.without_contact:
+        found = {asked: own, name: _least(rod, rod.structure.pins(name), cases, counts)}
+        if known is not None or not PinModelFigures(min_safety_factors=found).matters:
             return found
-        near = masked_nodes(rod.mesh.cell, rod.fits.sharp, rod.mesh.cell_creases)[rod.mesh.mirrored.source]
-        return found | {CONTACT: _least(rod, PinModel(rod.contact, rod.model), cases, counts & ~near)}
+        contact, mesh = rod.structure.pins(CONTACT), rod.mesh
+        if contact.excluded_because:
+            return found
+        near = masked_nodes(mesh.cell, contact.singular_surfaces, mesh.cell_creases)[mesh.mirrored.source]
+        return found | {CONTACT: _least(rod, contact, cases, counts & ~near)}
 
 
 def pin_model_figures(
@@ -84,7 +84,7 @@ def pin_model_figures(
 
 def _least(rod: PreparedRod, pins: PinModel, cases: Instants, counts: Mask) -> float:
     """The smallest safety factor of all cases at the nodes (n_nodes,) that count, or at all if none does."""
-    stresses = rod.fields.stresses(pins.equilibrium(cases))
+    stresses = rod.fields.stresses(rod.equilibrium(cases, pins=pins))
     chosen = counts if counts.any() else slice(None)
     return min(
         material.yield_strength / float(np.nanmax(von_mises(np.moveaxis(stress[chosen], 1, -1))))

@@ -6,71 +6,75 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.base.checks import LIMITS, Check, check
-from fea.base.choices import Element
 from fea.base.material import Material
 from fea.base.note import Note, omission, warning
 from fea.judge.case_result import CaseResult, case_result
 from fea.judge.fatigue import check_notes
 from fea.judge.plausible import unit_notes
-from fea.pins.case_forces import CaseForces, imbalance
 from fea.rod.loading import EngineLoading, SpeedLoads
 from fea.rod.meshed_rod import MeshedRod
 from fea.run.cycle.superposition import CycleResult
+from fea.run.fields import Equilibrium
 from fea.run.prepare import PreparedRod
-from fea.run.solve import Equilibrium
 from fea.solid.parity import Parity
+from fea.solid.tilt import imbalance
 from fea.solvers.static import Solution
 from fea.stress.section_balance import SectionBalance
-from loads.cases import assembled
 from loads.instants import joined
 
 
-def speed_checks(rod: PreparedRod, found: Equilibrium, cases: Sequence[CaseResult]) -> dict[str, Check]:
+def speed_checks(rod: PreparedRod, solved: Equilibrium, cases: Sequence[CaseResult]) -> dict[str, Check]:
     """Hold mesh, loads and solution against the limits of `fea.base.checks`, by name.
 
     Parameters
     ----------
     rod
         The meshed rod.
-    found
+    solved
         What was applied, and what came out of the solver.
     cases
         The figures drawn from it.
     """
-    mesh, forces, residuals = rod.mesh, found.forces, list(found.solution.residuals.values())
-    quality = mesh.meshing.quality
+    values = _of_mesh(rod) | _of_cases(rod, cases) | _of_solution(solved.solution)
+    values["bore_pressure_scale"] = max(abs(response.scale - 1) for response in solved.responses)
+    if not rod.clamped:  # a clamp takes up forces, so that they need not balance
+        values |= _balance(rod.mesh, solved)
+    for name in sorted({name for response in solved.responses for name in response.checks}):
+        values[name] = max(response.checks[name] for response in solved.responses)
+    return {name: check(name, value) for name, value in values.items()}
+
+
+def _of_mesh(rod: PreparedRod) -> dict[str, float]:
+    mesh, quality = rod.mesh, rod.mesh.meshing.quality
+    order, soft = mesh.cell.order, rod.structure.soft
     values = {
-        "finite": float(sum(not case.finite for case in cases)),
         "inverted_elements": float(quality.least_scaled_jacobian <= 0),
         "flattest_element": 1 / max(quality.least_shape, 1e-300),
-        "mesh_mass_p1" if mesh.cell.order == 1 else "mesh_mass": mesh.mass_error(
-            rod.mass.mass, rod.materials
-        ),
+        "mesh_mass_p1" if order == 1 else "mesh_mass": mesh.mass_error(rod.mass.mass, rod.materials),
+    }
+    displacement_only = [m.poissons_ratio for n, m in enumerate(rod.materials) if n not in soft]
+    if displacement_only:
+        values[f"poissons_ratio_p{order}"] = max(displacement_only)
+    return values
+
+
+def _of_cases(rod: PreparedRod, cases: Sequence[CaseResult]) -> dict[str, float]:
+    return {
+        "finite": float(sum(not case.finite for case in cases)),
         "small_strain": max(_strain(case, rod.materials) for case in cases),
-        "small_displacement": max(case.max_displacement for case in cases) / mesh.bores.rod_length,
-        "bore_pressure_scale": max(abs(case.scale - 1) for case in forces),
+        "small_displacement": max(case.max_displacement for case in cases) / rod.mesh.bores.rod_length,
+        "section_balance": _section_balance(rod.mid_sections, cases),
+    }
+
+
+def _of_solution(solution: Solution) -> dict[str, float]:
+    residuals = list(solution.residuals.values())
+    values = {
         "backward_error": max(item.backward_error for item in residuals),
         "energy_balance": max(item.energy for item in residuals),
         "imbalance": max(item.imbalance for item in residuals),
-        "section_balance": _section_balance(rod.mid_sections, cases),
     }
-    if found.solution.condition:
-        values["condition"] = max(found.solution.condition.values())
-    displacement_only = [n for n in range(len(rod.materials)) if n not in rod.soft]
-    if displacement_only:
-        values[f"poissons_ratio_{rod.element}"] = max(
-            rod.materials[part].poissons_ratio for part in displacement_only
-        )
-    if not rod.clamped:  # a clamp takes up forces, so that they need not balance
-        largest = max(case.largest for case in forces)
-        values |= _balance(mesh, forces, largest)
-        tilts = [case.tilt for case in forces if case.tilt is not None]
-        if tilts:
-            values["tilt"] = max(tilts)
-        values["reactions"] = max(item.reaction for item in residuals) / largest
-    for name in sorted({name for case in forces for name in case.checks}):
-        values[name] = max(case.checks[name] for case in forces)
-    return {name: check(name, value) for name, value in values.items()}
+    return values | ({"condition": max(solution.condition.values())} if solution.condition else {})
 
 
 def _section_balance(sections: Iterable[SectionBalance], cases: Sequence[CaseResult]) -> float:
@@ -92,12 +96,17 @@ def _strain(case: CaseResult, materials: Sequence[Material]) -> float:
     return max(float(np.nanmax(stress)) / (3 * material.shear_modulus) for stress, material in parts)
 
 
-def _balance(mesh: MeshedRod, forces: Sequence[CaseForces], largest: float) -> dict[str, float]:
-    sums = np.array([imbalance(mesh.cell.points, case.forces, mesh.symmetry.copies) for case in forces])
+def _balance(mesh: MeshedRod, solved: Equilibrium) -> dict[str, float]:
+    responses, points = solved.responses, mesh.cell.points
+    largest = max(response.largest for response in responses)
+    sums = np.array([imbalance(points, response.forces, mesh.symmetry.copies) for response in responses])
     force, moment = sums.max(axis=0)
+    tilts = [response.tilt for response in responses if response.tilt is not None]
     return {
         "force_balance": float(force / largest),
         "moment_balance": float(moment / (largest * mesh.bores.rod_length)),
+        "reactions": max(item.reaction for item in solved.solution.residuals.values()) / largest,
+        **({"tilt": max(tilts)} if tilts else {}),
     }
 
 
@@ -153,9 +162,8 @@ def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
     """
     with rod.clock("loads"):
         loads = rod.loading.at(rod.mass, rpm)
-    if rod.putting is not None:
-        loads = replace(loads, cases=joined([loads.cases, assembled()]))
-    found = rod.pins.equilibrium(loads.cases)
+    loads = replace(loads, cases=joined([loads.cases, rod.pins.resting]))
+    found = rod.equilibrium(loads.cases)
     with rod.clock("stress"):
         cases = judge(rod, found)
     checks = speed_checks(rod, found, tuple(cases.values()))
@@ -198,10 +206,10 @@ def judge(rod: PreparedRod, found: Equilibrium) -> dict[str, CaseResult]:
             fields,
             stresses,
             materials=rod.materials,
-            made=rod.made,
+            bore_datum=rod.bore_datum,
             sharp=rod.sharp_places,
         )
-        for case, (fields, stresses) in zip(found.cases, rod.fields(found), strict=True)
+        for case, (fields, stresses) in zip(found.instants, rod.fields(found), strict=True)
     }
 
 
@@ -210,7 +218,7 @@ def _solution_omissions(rod: PreparedRod, solution: Solution) -> tuple[Note, ...
     spared = []
     if Parity.ANTISYMMETRIC not in solution.displacement and rod.mesh.cut_y:
         spared.append(omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"))
-    if not rod.soft and rod.element is Element.P2:
+    if not rod.structure.soft and rod.mesh.cell.order > 1:
         why = f"ν is at most {LIMITS['poissons_ratio_p2']} everywhere"
         spared.append(omission("pressure unknowns", why))
     return tuple(spared)
@@ -230,5 +238,5 @@ def _pressure_notes(rod: PreparedRod) -> list[Note]:
             f"solved with mixed displacement–pressure elements, as ν = {rod.materials[n].poissons_ratio:g}",
             names[n],
         )
-        for n in rod.soft
+        for n in rod.structure.soft
     ]

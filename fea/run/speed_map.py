@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
@@ -11,6 +12,9 @@ from fea.run.figures import Summary
 from fea.run.prepare import PreparedRod
 from fea.solid.errors import ContactError
 from geometry.arrays import Floats
+
+if TYPE_CHECKING:
+    from fea.pins.assembly import AssemblyPins
 
 COLUMNS = (
     "rpm",
@@ -152,7 +156,7 @@ _WITHIN = 0.01
 _OPEN = -1.0
 
 
-def opening_speed(rod: PreparedRod, speeds: Sequence[float]) -> float | None:
+def opening_speed(rod: PreparedRod, pins: "AssemblyPins", speeds: Sequence[float]) -> float | None:
     """Find the lowest speed, rpm, at which a load case opens the joint at the edge of the bore.
 
     Parameters
@@ -169,28 +173,28 @@ def opening_speed(rod: PreparedRod, speeds: Sequence[float]) -> float | None:
         it opens at none of them.
     """
     rising = sorted(speeds)
-    number = next((number for number, rpm in enumerate(rising) if _edge(rod, rpm) <= 0), None)
+    number = next((number for number, rpm in enumerate(rising) if _edge(rod, pins, rpm) <= 0), None)
     if number is None:
         return None
     rpm = rising[number]
-    if number == 0 or rod.contact.problem.unfolding.size > MOST_UNKNOWNS:
+    if number == 0 or pins.contact.problem.unfolding.size > MOST_UNKNOWNS:
         return rpm
     low = rising[number - 1]
-    return float(brentq(lambda speed: _edge(rod, speed), low, rpm, xtol=_WITHIN * rpm))
+    return float(brentq(lambda speed: _edge(rod, pins, speed), low, rpm, xtol=_WITHIN * rpm))
 
 
 def opening_speeds(rod: PreparedRod, speeds: Sequence[float]) -> dict[str, float | None]:
     """Return that speed by its name; nothing for a rod of one piece."""
-    return {} if rod.putting is None else {JOINT_OPENING: opening_speed(rod, speeds)}
+    pins = rod.assembly_contact
+    return {} if pins is None else {JOINT_OPENING: opening_speed(rod, pins, speeds)}
 
 
-def _edge(rod: PreparedRod, rpm: float) -> float:
+def _edge(rod: PreparedRod, pins: "AssemblyPins", rpm: float) -> float:
     """Least pressure, MPa, at the edge of the bore over the load cases; negative where the joint opens."""
-    contact = rod.held_together
     least = []
     for case in rod.loading.at(rod.mass, rpm).cases:
         try:
-            pressure = contact.states(contact.scaled(case, 1.0)).joint.edge_pressure
+            pressure = pins.state_under(case).joint.edge_pressure
         except ContactError:
             return _OPEN
         least.append(pressure or _OPEN)

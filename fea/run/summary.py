@@ -177,7 +177,7 @@ def summary_of(
     life = rod.life
     notes = (*notes, *(() if life is None else life.notes))
     return Summary(
-        study=rod.name,
+        study=rod.study.name,
         rpm=rpm,
         trusted=all(item.passed for item in checks.values()),
         survival=survival(
@@ -372,8 +372,8 @@ def _model(rod: PreparedRod) -> ModelFigures:
         elements=len(whole.tets),
         dofs=whole.points.size,
         solved_dofs=rod.model.solved_dofs,
-        element=rod.element.value,
-        formulation="displacement-pressure" if rod.soft else "displacement",
+        element=f"p{rod.mesh.cell.order}",
+        formulation="displacement-pressure" if rod.structure.soft else "displacement",
         size_mm=meshing.size,
         symmetry=rod.mesh.symmetry.value,
         support=rod.options.support.value,

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.solid.inertia import Inertia
+from fea.solid.parity import Split
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -60,3 +61,22 @@ class Tilt:
 def resultants(points: Floats, forces: Floats) -> Floats:
     """Force (N) and moment about the origin (N·mm) of nodal forces (n_nodes, 3): (6,)."""
     return np.concatenate([forces.sum(axis=0), np.cross(points, forces).sum(axis=0)])
+
+
+def imbalance(points: Floats, forces: Split, images: int) -> tuple[float, float]:
+    """Resultant force (N) and moment about z (N·mm) of nodal forces on the whole rod, both zero in balance.
+
+    Parameters
+    ----------
+    points
+        Nodes of the cell, (n_nodes, 3).
+    forces
+        On the cell.
+    images
+        Number of cells that make the whole rod.
+    """
+    x_part = forces.symmetric
+    y_part = forces.symmetric if forces.antisymmetric is None else forces.antisymmetric
+    moment = points[:, 0] @ y_part[:, 1] - points[:, 1] @ y_part[:, 0]
+    resultant = np.hypot(x_part[:, 0].sum(), y_part[:, 1].sum())
+    return float(images * resultant), float(images * abs(moment))

@@ -6,21 +6,20 @@ from dataclasses import MISSING, dataclass, replace
 from pathlib import Path
 
 from fea.base.choices import (
-    CONTACT,
     Assembly,
     Element,
     Fatigue,
-    PinModel,
+    PinBody,
     SolverName,
     Support,
     Symmetry,
 )
+from fea.base.pin_models import contact_excluded_because, pin_model
 from fea.study.engine_table import located_gas
 from fea.study.paths import absolute, parse_speeds
 from fea.study.rod_table import dimension_of
 from fea.study.tables import Flag, Table, key, not_negative, within
 from geometry.errors import InvalidValue, require, require_number, require_positive
-from loads.bearing import PinLoad, parse_pin_load
 
 # Faster than any piston engine; model aircraft engines reach about 40 000 rpm.
 LARGEST_RPM = 50_000.0
@@ -202,30 +201,15 @@ class AnalysisTable(Table, table="analysis"):
         """Refuse values out of range."""
         super().__post_init__()
         if self.in_contact:
-            clamped, why = self.support is Support.CLAMPED, self.contact_obstacle
+            clamped = self.support is Support.CLAMPED
+            why = contact_excluded_because(self.support, self.solver)
             remedy = "Use inertia-relief." if clamped else "Choose another --solver."
-            require(not why, "analysis.pressure", CONTACT, why, remedy)
-        else:
-            parse_pin_load(self.pressure)
+            require(not why, "analysis.pressure", self.pressure, why, remedy)
 
     @property
     def in_contact(self) -> bool:
-        """Whether the pressure on the bores comes from contact with the pins."""
-        return self.pressure == CONTACT
-
-    @property
-    def contact_obstacle(self) -> str:
-        """Why there can be no contact, as a rule; empty where it is possible."""
-        if self.support is Support.CLAMPED:
-            return 'cannot be combined with support = "clamped", which replaces the crank pin'
-        if self.solver is SolverName.AMG:
-            return "needs the compliance of the bores, which the iterative solver does not give"
-        return ""
-
-    @property
-    def prescribed(self) -> PinLoad:
-        """The prescribed load on the bores; the default one for what contact does not support."""
-        return parse_pin_load("cosine-180" if self.in_contact else self.pressure)
+        """Whether the bores touch pins as [contact] says."""
+        return pin_model(self.pressure).in_contact
 
 
 @dataclass(frozen=True)
@@ -306,10 +290,10 @@ class ContactTable(
         "0.0144", "diametral, bore less pin; negative: a press fit", require_number
     )
     big_end_clearance_mm: float | None = key("0.052", check=require_number)
-    piston_pin: PinModel = key(
+    piston_pin: PinBody = key(
         '"elastic"',
         'or "rigid"; the crank pin is rigid unless [material.crank_pin] is given',
-        default=PinModel.ELASTIC,
+        default=PinBody.ELASTIC,
     )
     piston_pin_bore_mm: float | None = key("14.4", "0: a solid pin", not_negative)
     piston_pin_length_mm: float | None = key("64.8", check=not_negative)

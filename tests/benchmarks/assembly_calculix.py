@@ -34,10 +34,10 @@ CASES = ("tension", "compression")
 
 def shifted(rod):
     """The mesh with the parts as made: those that are pressed in are larger by their interference."""
-    mesh, putting = rod.mesh.cell, rod.putting
+    mesh, assembly = rod.mesh.cell, rod.structure.assembly
     points = mesh.points.copy()
     for seat, back in INTERFACES:
-        overlap = putting.interference.get(seat, 0.0)
+        overlap = assembly.interference.get(seat, 0.0)
         if not overlap or seat not in mesh.facets:
             continue
         own = np.unique(mesh.part[np.isin(mesh.tets, mesh.facets[back]).any(axis=1)])
@@ -58,19 +58,19 @@ def supports(mesh):
 
 def solved(rod, case, folder):
     """Both solutions of a case: forces of the bolts, displacements, seconds of CalculiX."""
-    contact, problem = rod.contact, rod.contact.problem
-    (found,) = contact.solutions(case[None])
+    pins, problem = rod.pins, rod.pins.contact.problem
+    (found,) = pins.states(case[None])
     values = problem.unfolding.parts(found.values)[Parity.SYMMETRIC]
     pins = np.zeros_like(values)
     pins[: problem.starts[2]] = values[: problem.starts[2]]
     forces = (problem.forces @ pins).reshape(-1, 3)
     forces = forces + rod.inertia.forces(case).symmetric
-    u = rod.pins.equilibrium(case[None]).solution.displacement[Parity.SYMMETRIC][..., 0]
+    u = rod.equilibrium(case[None]).solution.displacement[Parity.SYMMETRIC][..., 0]
     mesh, fixed = shifted(rod), supports(rod.mesh.cell)
     moduli = [(m.youngs_modulus, m.poissons_ratio) for m in rod.materials]
     pulls = [bolt.forces.reshape(-1, 3) / bolt.share for bolt in problem.bolts]
     k = [bolt.share * bolt.stiffness for bolt in problem.bolts]
-    preload = np.array([bolt.share * rod.putting.preload for bolt in problem.bolts])
+    preload = np.array([bolt.share * rod.structure.assembly.preload for bolt in problem.bolts])
     pairs = [calculix.Pair(b, a) for a, b in INTERFACES if a in mesh.facets]
     start = time.perf_counter()
     nothing = np.zeros_like(forces)
@@ -140,7 +140,7 @@ def main():
     arguments = parser.parse_args()
     command = " ".join(["python tests/benchmarks/assembly_calculix.py", *sys.argv[1:]])
     rod, lines = report(arguments.size)
-    unknowns = rod.contact.problem.unfolding.size
+    unknowns = rod.pins.contact.problem.unfolding.size
     text = "\n".join(
         [
             "# An assembled rod against CalculiX",

@@ -23,8 +23,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from rod_studies import random_study
 
-from fea.base.choices import CONTACT, PinModel
-from fea.pins.assembled_rod import AssembledRod
+from fea.base.choices import CONTACT, PinBody
+from fea.pins.assembly import AssemblyPins
 from fea.run.prepare import prepare
 from fea.solid.errors import ContactError
 from fea.study.assembly_table import AssemblyTable
@@ -87,7 +87,7 @@ def drawn(seed: int) -> Study | InvalidValue | None:
             study,
             rod=dataclasses.replace(study.rod, dimensions=wider),
             assembly=table,
-            contact=ContactTable(piston_pin=PinModel(draw.choice(["elastic", "rigid"]))),
+            contact=ContactTable(piston_pin=PinBody(draw.choice(["elastic", "rigid"]))),
             analysis=AnalysisTable(pressure=CONTACT),
             mesh=MeshTable(size_mm=float(2 * default_size(rod.length))),
             speed=SpeedTable(float(study.speed.speeds()[0] * draw.uniform(0.2, 1.3))),
@@ -106,17 +106,17 @@ def outcome(seed: int) -> Outcome | None:
         if isinstance(study, InvalidValue):
             raise study
         rod = prepare(study)
-        contact = rod.contact
-        assert isinstance(contact, AssembledRod)
-        found = contact.solutions(rod.loading.at(rod.mass, study.speed.speeds()[0]).cases)
+        pins = rod.pins
+        assert isinstance(pins, AssemblyPins)
+        found = pins.states(rod.loading.at(rod.mass, study.speed.speeds()[0]).cases)
     except (InvalidValue, GeometryError, MeshError, ContactError) as error:
         seconds = time.perf_counter() - start
         return Outcome(seed, seconds=seconds, refused=f"{type(error).__name__}: {error}")
     changes = [each.changes for each in found]
     return Outcome(
         seed,
-        unknowns=contact.problem.unfolding.size,
-        residual=max(each.residual for each in [*found, contact.assembled.start]),
+        unknowns=pins.contact.problem.unfolding.size,
+        residual=max(each.residual for each in [*found, pins.assembly.assembled.start]),
         imbalance=max(each.imbalance for each in found),
         most_changes=max(changes),
         long=sum(count > MANY for count in changes),

@@ -33,7 +33,7 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     from assembled_rods import study
 
     from fea.machine.clock import Clock
-    from fea.pins.assembled_rod import AssembledRod  # noqa: F401 - loaded before the clock starts
+    from fea.pins.assembly import AssemblyPins  # noqa: F401 - loaded before the clock starts
     from fea.run.meshing import mesh_loaded
     from fea.run.prepare import prepare
     from fea.run.speed import solve_speed, with_cycle
@@ -61,7 +61,7 @@ def work(mode: str, size: float | None) -> dict[str, float]:
         "seconds": seconds,
         "MiB": peak_memory(),
         "nodes": len(rod.mesh.whole.points),
-        "unknowns": 0 if mode in STATIC.values() else rod.contact.problem.unfolding.size,
+        "unknowns": 0 if mode in STATIC.values() else rod.pins.contact.problem.unfolding.size,
         "failed": sum(not check.passed for check in result.checks.values()),
     }
 

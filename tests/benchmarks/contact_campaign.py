@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from rod_studies import random_study
 
-from fea.base.choices import CONTACT, PinModel
+from fea.base.choices import CONTACT, PinBody
 from fea.contact.active_set import MOST_CHANGES
 from fea.run.prepare import prepare
 from fea.solid.errors import ContactError
@@ -58,7 +58,7 @@ def drawn(seed: int) -> Study | None:
     pins = ContactTable(
         small_end_clearance_mm=small,
         big_end_clearance_mm=big,
-        piston_pin=PinModel(draw.choice(["elastic", "elastic", "rigid"])),
+        piston_pin=PinBody(draw.choice(["elastic", "elastic", "rigid"])),
         piston_pin_bore_mm=float(draw.choice([0.0, 0.4, 0.6, 0.75]) * rod.small_end_bore),
     )
     return dataclasses.replace(
@@ -77,16 +77,16 @@ def outcome(seed: int) -> Outcome | None:
         return None
     try:
         rod = prepare(study)
-        contact, instants = rod.contact, rod.crank_cycle(study.speed.speeds()[0]).degrees
+        pins, instants = rod.pins, rod.crank_cycle(study.speed.speeds()[0]).degrees
         start = time.perf_counter()
-        found = contact.solutions(instants)
+        found = pins.states(instants)
         seconds = time.perf_counter() - start
     except (InvalidValue, GeometryError, MeshError, ContactError) as error:
         return Outcome(seed, refused=f"{type(error).__name__}: {error}")
     changes = [each.changes for each in found]
     return Outcome(
         seed,
-        unknowns=contact.problem.unfolding.size,
+        unknowns=pins.contact.problem.unfolding.size,
         residual=max(each.residual for each in found),
         imbalance=max(each.imbalance for each in found),
         most_changes=max(changes),

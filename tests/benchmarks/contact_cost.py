@@ -31,7 +31,7 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     """Run one of the modes; seconds without the imports, and the peak memory of the process."""
     from fea.base.choices import CONTACT
     from fea.machine.clock import Clock
-    from fea.pins.rod_contact import RodContact  # noqa: F401 - loaded before the clock starts
+    from fea.pins.contact import ContactPins  # noqa: F401 - loaded before the clock starts
     from fea.run.many_speeds import SpeedSweep
     from fea.run.meshing import mesh_loaded
     from fea.run.prepare import prepare
@@ -65,7 +65,7 @@ def work(mode: str, size: float | None) -> dict[str, float]:
         "seconds": time.perf_counter() - start,
         "MiB": peak_memory(),
         "nodes": len(meshed.whole.points),
-        "unknowns": rod.contact.problem.unfolding.size if mode != "static" else 0,
+        "unknowns": rod.pins.contact.problem.unfolding.size if mode != "static" else 0,
     }
 
 

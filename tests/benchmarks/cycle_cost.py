@@ -19,8 +19,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 
 from cycles import SPEEDS, direct, on_bores
 
-import fea.pins.pressure_loads as pressure_loads_module
-import fea.pins.pressure_loads as series_module
+import fea.pins.pressure as pressure_loads_module
+import fea.pins.pressure as series_module
 from fea.base.choices import Symmetry
 from fea.output.inp import write_inp
 from fea.run.prepare import PreparedRod, prepare
@@ -132,7 +132,7 @@ def calculix() -> list[str]:
         for count in STEPS:
             job, model, steps = Path(folder) / "job.inp", "", ""
             for angle in np.linspace(0, 4 * math.pi, count, endpoint=False):
-                forces = rod.nodal_forces(rod.crank_cycle(6000).at(angle)).forces
+                forces = rod.prescribed.respond(rod.crank_cycle(6000).at(np.array([angle])))[0].forces
                 write_inp(job, cell, rod.materials[0], forces.symmetric, fixed)
                 model, step = job.read_text().split("*STEP", maxsplit=1)
                 steps += "*STEP" + step.replace("*CLOAD", "*CLOAD, OP=NEW")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from assembled_rods import EVERY, study
 
-from fea.pins import assembled_loads
-from fea.pins.assembled_loads import _principal
+from fea.pins import assembly
+from fea.pins.assembly import _principal
 from fea.run.prepare import prepare
 from fea.run.speed import solve_speed, with_cycle
 from fea.solid.parity import Parity
@@ -38,8 +38,8 @@ def instants(rod):
 
 
 def test_the_unit_loads_span_the_state_at_every_instant(rod, result, instants):
-    contact, loads = rod.held_together, rod.cycle.loads
-    states = np.stack([state.values for state in loads.states(*instants)], axis=1)
+    contact, loads = rod.pins.assembly, rod.cycle.loads
+    states = np.stack([state.values for state in rod.pins.states(*instants)], axis=1)
     parts = {
         parity: fields.patterns @ own
         for parity, fields, own in zip(Parity, loads.fields(), result.cycle.weights, strict=True)
@@ -74,8 +74,8 @@ def test_patterns_are_orthonormal_and_span_states_to_the_error_asked_for(n_state
 
 
 def test_what_the_unit_loads_leave_out_shows_in_the_check(rod, result, monkeypatch):
-    monkeypatch.setattr(assembled_loads, "_ERROR", 30 * assembled_loads._ERROR)
-    monkeypatch.setattr(assembled_loads, "_OF_CASES", 1e3)  # but not of the load cases
+    monkeypatch.setattr(assembly, "_ERROR", 30 * assembly._ERROR)
+    monkeypatch.setattr(assembly, "_OF_CASES", 1e3)  # but not of the load cases
     coarse = replace(rod)  # solves its unit loads anew
     coarse = with_cycle(coarse, result)
     assert coarse.checks["superposition_of_parts"].value > 3 * result.checks["superposition_of_parts"].value

@@ -12,8 +12,7 @@ from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH, strap
 
 from fea.apps.result import analyse
 from fea.base.choices import Element, Support, Symmetry
-from fea.pins.bonded_loads import BondedLoads
-from fea.pins.case_forces import NodalForces, imbalance
+from fea.pins.bonded import BondedPins
 from fea.rod.meshed_rod import Bores
 from fea.run.prepare import prepare
 from fea.run.speed import solve_speed
@@ -21,10 +20,11 @@ from fea.solid.bonded_bore import BondedBore
 from fea.solid.bore import bore_facets
 from fea.solid.inertia import inertia
 from fea.solid.scikit_fem import basis
+from fea.solid.tilt import imbalance
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.surfaces import Surface
-from loads.bearing import Bonded, parse_pin_load
+from loads.bearing import Bonded
 from loads.instants import in_motion
 from mesh.mirror import reflect, unmirrored
 
@@ -102,8 +102,8 @@ def test_the_unit_loads_of_a_cycle_span_every_instant(cell, support):
     body = inertia(mesh, 7.7e-9)
     pin, crank = np.array([3000.0, -500.0]), np.array([-2500.0, 800.0])
     case = dataclasses.replace(in_motion((-2e6, 1e6), 300.0, 3e4), pin=pin, crank=crank)
-    direct = NodalForces(mesh, BORES, body, parse_pin_load("bonded"), support)(case)
-    loads = BondedLoads(mesh, BORES, body, support)
+    pins = BondedPins(mesh, BORES, body, support)
+    (direct,), loads = pins.respond(case[None]), pins.span([])
     weights = loads.weights(case[None])
     parts = [
         np.tensordot(weight[:, 0], fields.forces(slice(None)), axes=1)
@@ -120,7 +120,7 @@ def test_displacements_are_those_of_scikit_fem():
     """A clamped rod under a tilted force on its pin bore, assembled and solved by scikit-fem as a whole."""
     flags = Flags(size=24.0, element=Element.P1, pressure="bonded", symmetry=Symmetry.QUARTER)
     rod = prepare(flags.applied(load_study("leon-2001-as-published")))
-    found = rod.pins.equilibrium(rod.loading.at(rod.mass, None).cases)
+    found = rod.equilibrium(rod.loading.at(rod.mass, None).cases)
     ours = rod.fields.displacement(found.solution)[..., 0]
     mesh, force, steel = rod.mesh.whole, (-45914.89, 10321.14), rod.materials[0]
     cells = basis(mesh)
@@ -174,6 +174,6 @@ def test_a_rod_in_motion_is_in_balance_without_symmetry():
     rod, accelerated = body.properties, 1e6
     pull = rod.mass * accelerated
     case = dataclasses.replace(in_motion((accelerated, 0.0)), crank=np.array([pull, 0.0]))
-    forces = NodalForces(mesh, BORES, body, Bonded(), Support.INERTIA_RELIEF)(case).forces
-    force, _ = imbalance(mesh.points, forces, images(mesh))
+    (response,) = BondedPins(mesh, BORES, body, Support.INERTIA_RELIEF).respond(case[None])
+    force, _ = imbalance(mesh.points, response.forces, images(mesh))
     assert force < 1e-10 * pull

@@ -8,7 +8,7 @@ import pytest
 from cycles import superposition_errors
 
 from fea.base.choices import Symmetry
-from fea.pins.pressure_loads import SKEWED, _skewness
+from fea.pins.pressure import SKEWED, _skewness
 from fea.run.prepare import prepare
 from fea.study.flags import Flags
 from fea.study.study import load_study

@@ -5,15 +5,13 @@ import pytest
 from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH, strap
 
 from fea.base.choices import Support
-from fea.pins.case_forces import NodalForces
-from fea.pins.pressure_loads import PressureLoads
+from fea.pins.pressure import PressedPins
 from fea.rod.meshed_rod import Bores
 from fea.solid.inertia import inertia
 from fea.solid.tilt import Tilt, resultants
 from fea.solvers.static import Model
 from fea.verify.body import STEEL
 from geometry.surfaces import Surface
-from loads.bearing import BorePressure
 from loads.cases import given
 from mesh.mirror import reflect, unmirrored
 
@@ -31,8 +29,8 @@ def whole(shift=0.0):
 
 def of(mesh):
     """What loads ask for beside the mesh."""
-    bores, pressure = Bores(LENGTH, BIG_BORE, WIDTH, SMALL_BORE, WIDTH), BorePressure.parse("cosine-180")
-    return bores, inertia(mesh, RHO), pressure, Support.INERTIA_RELIEF
+    bores = Bores(LENGTH, BIG_BORE, WIDTH, SMALL_BORE, WIDTH)
+    return bores, inertia(mesh, RHO), Support.INERTIA_RELIEF, "cosine-180"
 
 
 def test_what_tilts_is_balanced_and_nothing_else_is_changed():
@@ -49,7 +47,7 @@ def test_what_tilts_is_balanced_and_nothing_else_is_changed():
 def test_a_rod_whose_bores_are_off_one_plane_is_left_without_reactions(shift):
     """The moment is force times what the pins are off one line, where half-cosines press: 8R / 3π."""
     mesh = whole(shift)
-    case = NodalForces(mesh, *of(mesh))(given(AXIAL))
+    (case,) = PressedPins(mesh, *of(mesh)).respond(given(AXIAL)[None])
     solution = Model(mesh, STEEL, Support.INERTIA_RELIEF).solve([case.forces])
     reach = LENGTH + 8 / (3 * np.pi) * (BIG_BORE + SMALL_BORE)
     assert case.tilt == pytest.approx(shift * reach / LENGTH**2, rel=1e-3, abs=1e-12)
@@ -58,7 +56,7 @@ def test_a_rod_whose_bores_are_off_one_plane_is_left_without_reactions(shift):
 
 def test_the_unit_loads_of_a_cycle_do_not_tilt_either():
     mesh = whole(shift=1.0)
-    loads = [load for fields in PressureLoads(mesh, *of(mesh)).fields() for load in fields.nodal]
+    loads = [load for fields in PressedPins(mesh, *of(mesh)).span([]).fields() for load in fields.nodal]
     sums = np.array([resultants(mesh.points, load) for load in loads])
     sizes = np.array([np.abs(load).sum() * LENGTH for load in loads])
     assert np.abs(sums[:, [2, 3, 4]]).max(axis=1) == pytest.approx(

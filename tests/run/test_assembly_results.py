@@ -79,14 +79,14 @@ def test_an_assembled_rod_is_not_prepared_again_from_the_mesh_of_its_run(pulled_
 
 def test_the_cap_is_in_equilibrium_across_and_along_an_oblique_joint():
     rod = prepare(read("[forces]\npin_N = [30e3, 0.0]\n" + ASSEMBLED + "split = 12.0\n"))
-    contact, cell = rod.held_together, rod.mesh.cell
-    found = contact.scaled(pulled(30e3), 1.0)
+    contact, cell = rod.pins.assembly, rod.mesh.cell
+    (found,) = rod.pins.states(pulled(30e3)[None])
     bore = contact.problem.own(1)
     forces = (contact.problem.forces[:, bore] @ found.values[bore]).reshape(-1, 3)
     pin = 2 * forces[np.unique(cell.tets[cell.part == 1]), :2].sum(axis=0)
     assert not contact.problem.cut_y
     normal = np.array([math.cos(math.radians(12)), math.sin(math.radians(12))])
-    state = contact.states(found)
+    state = contact.sums(found)
     assert state.bolt_force - state.joint.force == pytest.approx(-(pin @ normal), rel=1e-6)
     assert state.joint.shear == pytest.approx(abs(pin @ [-normal[1], normal[0]]), rel=1e-6)
     assert state.joint.slip_safety == pytest.approx(state.joint.friction / state.joint.shear)
@@ -141,7 +141,7 @@ def test_half_a_rod_says_the_same_as_a_quarter():
         study = read(ENGINE + ASSEMBLED)
         rod = prepare(replace(study, analysis=replace(study.analysis, symmetry=symmetry)))
         load = next(case for case in rod.loading.at(rod.mass, 6000.0).cases if case.name == "compression")
-        found.append(rod.held_together.states(rod.held_together.scaled(load, 1.0)))
+        found.append(rod.pins.state_under(load))
     one, other = found
     assert one.joint.shear > 100
     for name in ("force", "shear", "largest", "slipping_share", "slip", "area"):
@@ -152,11 +152,11 @@ def test_half_a_rod_says_the_same_as_a_quarter():
 
 
 def test_a_joint_opens_and_comes_apart_where_it_is_said_to(rod):
-    contact, case = rod.held_together, pulled(40e3)
-    limits = LoadLimits(contact, case, contact.states(contact.scaled(case, 1.0)))
+    pins, case = rod.pins, pulled(40e3)
+    limits = LoadLimits(pins, case, pins.state_under(case))
 
     def joint(factor):
-        return contact.states(contact.scaled(case, factor)).joint
+        return pins.state_under(case, factor).joint
 
     opens, separates = limits.opens(), limits.separates()
     assert 0 < opens < 1 < separates

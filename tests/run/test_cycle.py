@@ -10,7 +10,7 @@ from cycles import SPEEDS, analysis, superposition_errors
 
 from fea.base.choices import Symmetry
 from fea.output.vtu import write_vtu
-from fea.pins.pressure_loads import series
+from fea.pins.pressure import series
 from fea.run.cycle.envelope import NOT_JUDGED
 from fea.run.cycle.spots import distinct
 from fea.run.speed import solve_speed, with_cycle

@@ -32,7 +32,7 @@ def study(name="leon-2001", **tables):
 
 
 def life_of(rod, duty):
-    return life_of_loads(rod, DutyLoads.of(duty, rod.engine))
+    return life_of_loads(rod.cycle, rod.mass, DutyLoads.of(duty, rod.engine))
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from assemblies import NUTS, SIMPLE
 from assembly_files import write_assembly
 
 from fea.apps.result import analyse
-from fea.pins.assembled_rod import _pulls
+from fea.pins.assembly import _pulls
 from fea.run.assembling import Assembling
 from fea.run.meshing import mesh_study
 from fea.study.flags import Flags

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from fea.judge.fatigue import ball_radii
 from fea.judge.history import Extremes, deviatoric, extreme_principals
 from fea.judge.history import extremes as everywhere
-from fea.pins.unit_loads import ALONE, Together, Weights
+from fea.pins.model import NOT_JOINT, JointBounds, Weights
 from fea.run.cycle import screened
 from fea.run.cycle.path import path
 from fea.run.cycle.screened import Reach, extremes
@@ -36,16 +36,16 @@ def _weights(rng, instants, roughness):
 
 
 @pytest.mark.parametrize(
-    "together", [ALONE, Together(slice(1, 5), slice(2, UNITS))], ids=["alone", "together"]
+    "joint", [NOT_JOINT, JointBounds(slice(1, 5), slice(2, UNITS))], ids=["alone", "joint"]
 )
 @pytest.mark.parametrize("sides", [(1,), (1, -1)], ids=["whole", "mirrored"])
 @pytest.mark.parametrize("seed", range(12))
-def test_screened_extremes_are_those_of_every_instant(seed, sides, together):
+def test_screened_extremes_are_those_of_every_instant(seed, sides, joint):
     rng = np.random.default_rng(seed)
-    part = dataclasses.replace(_part(rng), together=together)
+    part = dataclasses.replace(_part(rng), joint=joint)
     instants = int(rng.integers(2, 400))
     weights = _weights(rng, instants, rng.choice([0.0, 0.3]))
-    (found,) = extremes([part], path(weights, together), sides)
+    (found,) = extremes([part], path(weights, joint), sides)
     for side, own in zip(sides, found, strict=True):
         even, odd = deviatoric(part.even), deviatoric(part.odd)
         expected = everywhere(even @ weights[0] + side * (odd @ weights[1]))

@@ -4,8 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strap import strap
 
-from fea.pins.case_forces import imbalance
 from fea.solid.inertia import inertia
+from fea.solid.tilt import imbalance
 from geometry.surfaces import Surface
 from loads.instants import in_motion
 from mesh.mirror import reflect, unmirrored

@@ -103,7 +103,7 @@ class Penalised:
 
 
 def test_a_penalty_comes_ever_nearer_to_the_pressures_of_contact(rod):
-    problem, penalised = rod.contact.problem, Penalised(rod)
+    problem, penalised = rod.pins.contact.problem, Penalised(rod)
     found = problem.solve([np.array([FORCE, 0.0]), np.array([-FORCE, 0.0])], np.zeros(4))
     exact = problem.unfolding.parts(found.pressure)[Parity.SYMMETRIC]
     errors = [

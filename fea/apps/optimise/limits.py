@@ -120,7 +120,7 @@ def _of_edges(result: SpeedResult, asked: Required) -> list[Limit]:
 def _places(rod: PreparedRod) -> tuple[Mask, Mask, Mask]:
     """Nodes (n_nodes,) of big end, shank and small end."""
     x, bores = rod.mesh.whole.points[:, 0], rod.mesh.bores
-    shape = rod.dimensions
+    shape = rod.study.rod.dimensions
     if shape is None:
         raise ValueError("only a rod with dimensions has places")
     big, small = x <= shape.big_end_radius, x >= bores.rod_length - shape.small_end_radius

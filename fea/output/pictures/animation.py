@@ -13,7 +13,7 @@ from fea.output.pictures.process import REMEDY, environments, run_drawing
 from fea.output.pictures.surface import Skin
 from fea.output.target import PictureError, require_target
 from fea.output.text import stored
-from fea.pins.unit_loads import Weights
+from fea.pins.model import Weights
 from fea.run.prepare import PreparedRod
 from fea.stress.stress import von_mises
 from geometry.arrays import Floats
@@ -103,7 +103,7 @@ def computed(rod: PreparedRod, rpm: float) -> Film:
         crank_radius=engine.crank_radius,
         rod_length=engine.rod_length,
         pin_offset=engine.pin_offset,
-        title=(rod.name, f"{rpm:g} rpm"),
+        title=(rod.study.name, f"{rpm:g} rpm"),
     )
 
 

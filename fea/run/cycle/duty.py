@@ -13,7 +13,7 @@ import numpy as np
 
 from fea.judge.fatigue import criterion_strength, reversed_amplitude
 from fea.judge.life_line import LifeLine, rainflow
-from fea.pins.unit_loads import Weights
+from fea.pins.model import Weights
 from fea.run.cycle.envelope import carried
 from fea.run.cycle.path import path
 from fea.run.cycle.screened import extremes
@@ -140,7 +140,7 @@ def _of_part(
         return None
     amplitudes = []
     for entry in entries:
-        (sides,) = extremes([part], path(entry.weights, units.together), units.sides)
+        (sides,) = extremes([part], path(entry.weights, units.joint), units.sides)
         amplitudes.append(
             [reversed_amplitude(analysis.fatigue, of.mean, of.amplitude, material) for of in sides]
         )

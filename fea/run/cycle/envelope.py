@@ -14,7 +14,7 @@ from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import crossland_bound, crossland_factors, fatigue_factor
 from fea.judge.history import deviatoric
 from fea.judge.verdict import safety_factor
-from fea.pins.unit_loads import Weights
+from fea.pins.model import Weights
 from fea.rod.surface_regions import SurfaceRegions
 from fea.run.cycle.path import path
 from fea.run.cycle.screened import Reach, extremes
@@ -129,7 +129,7 @@ def envelope(
         Of the surface of the whole rod.
     """
     order = np.argsort(angles)
-    along, angles = path(weights.at(order), units.together), angles[order]
+    along, angles = path(weights.at(order), units.joint), angles[order]
     reached = extremes(units.parts, along, units.sides)
     merged: Envelope | None = None
     for number, (part, material, sides) in enumerate(zip(units.parts, materials, reached, strict=True)):

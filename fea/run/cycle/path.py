@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.judge.history import deviator_norm
-from fea.pins.unit_loads import ALONE, Together, Weights
+from fea.pins.model import NOT_JOINT, JointBounds, Weights
 from geometry.arrays import Floats, Ints, Reals
 
 # Instants from one end of a chord to the other, also where many unit loads make the bounds wide.
@@ -34,14 +34,14 @@ class Path:
         (n_chords + 1,) the instants at which chords begin and end.
     strays
         (m, n_chords) largest sizes of δ, as of `sizes`, of the even and the odd weights.
-    together
-        Unit loads whose deviations are bounded together.
+    joint
+        Unit loads whose deviations are bounded jointly.
     """
 
     weights: Weights
     ends: Ints
     strays: Weights
-    together: Together
+    joint: JointBounds
 
     def at_ends(self) -> Weights:
         """Weights at the ends of the chords."""
@@ -53,48 +53,48 @@ class Path:
         return inside, self.weights.at(inside)
 
 
-def path(weights: Weights, together: Together = ALONE) -> Path:
+def path(weights: Weights, joint: JointBounds = NOT_JOINT) -> Path:
     """Divide the instants, in the given order, into chords."""
     count = weights.even.shape[1]
     chord = CHORD if sum(map(len, weights)) < MANY else SHORT
     ends = np.unique(np.append(np.arange(0, count, chord), count - 1))
-    strays = Weights(*(_strays(w, ends, own) for w, own in zip(weights, together, strict=True)))
-    return Path(weights, ends, strays, together)
+    strays = Weights(*(_strays(w, ends, own) for w, own in zip(weights, joint, strict=True)))
+    return Path(weights, ends, strays, joint)
 
 
-def sizes(away: Floats, together: slice) -> Floats:
-    """Sizes (m, n) of deviations (n_units, n): of each by itself, then of those bounded together."""
-    alone = np.abs(np.delete(away, together, axis=0))
-    joint = np.linalg.norm(away[together], axis=0, keepdims=True)
-    return np.concatenate([alone, joint]) if away[together].size else alone
+def sizes(away: Floats, joint: slice) -> Floats:
+    """Sizes (m, n) of deviations (n_units, n): of each by itself, then of those bounded jointly."""
+    alone = np.abs(np.delete(away, joint, axis=0))
+    bounded = np.linalg.norm(away[joint], axis=0, keepdims=True)
+    return np.concatenate([alone, bounded]) if away[joint].size else alone
 
 
-def norms(units: Reals, together: slice) -> tuple[Reals, Reals]:
+def norms(units: Reals, joint: slice) -> tuple[Reals, Reals]:
     """Largest von Mises stress, and largest mean stress, each (n, m), that deviations of unit size can cause.
 
     Parameters
     ----------
     units
         (n, 6, n_units) unit stresses, components of `fea.judge.history`.
-    together
+    joint
         As for `sizes`.
     """
-    alone, joint = np.delete(units, together, axis=2), units[..., together]
+    alone, others = np.delete(units, joint, axis=2), units[..., joint]
     equivalent, mean = deviator_norm(alone), np.abs(alone[:, 5])
-    if not joint.shape[2]:
+    if not others.shape[2]:
         return equivalent, mean
-    q = joint[:, :5]
+    q = others[:, :5]
     largest = np.linalg.eigvalsh(q @ q.swapaxes(1, 2))[:, -1:]
     furthest = (1 + _ROUNDING) * np.sqrt(np.maximum(largest, 0.0))
-    pressed = (1 + _ROUNDING) * np.linalg.norm(joint[:, 5], axis=1, keepdims=True)
+    pressed = (1 + _ROUNDING) * np.linalg.norm(others[:, 5], axis=1, keepdims=True)
     return np.concatenate([equivalent, furthest], axis=1), np.concatenate([mean, pressed], axis=1)
 
 
-def _strays(weights: Floats, ends: Ints, together: slice) -> Floats:
+def _strays(weights: Floats, ends: Ints, joint: slice) -> Floats:
     instants = np.arange(weights.shape[1])
     chord = np.clip(np.searchsorted(ends, instants, side="right") - 1, 0, max(len(ends) - 2, 0))
     after = np.minimum(chord + 1, len(ends) - 1)
     share = (instants - ends[chord]) / np.maximum(ends[after] - ends[chord], 1)
     straight = (1 - share) * weights[:, ends[chord]] + share * weights[:, ends[after]]
-    away = sizes(weights - straight, together)
+    away = sizes(weights - straight, joint)
     return np.maximum.reduceat(away, ends[:-1], axis=1) if len(ends) > 1 else away[:, :0]

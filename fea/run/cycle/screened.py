@@ -16,7 +16,7 @@ import numpy as np
 
 from fea.judge.history import NO_SIGN, Extremes, deviator_norm, deviatoric, extreme_principals
 from fea.machine.threads import side_by_side
-from fea.pins.unit_loads import Weights
+from fea.pins.model import Weights
 from fea.run.cycle.path import Path, norms
 from fea.run.cycle.unit_solutions import PartStress
 from geometry.arrays import Ints, Reals
@@ -120,7 +120,7 @@ class Block:
         self._even, self._odd, self._path, self._sides = even, odd, path, sides
         self._measures = _three if principals else _one
         self._at_ends = superposed(self._even, self._odd, self._sides, path.at_ends())
-        bounds = [_bounds(*item) for item in zip((even, odd), path.strays, path.together, strict=True)]
+        bounds = [_bounds(*item) for item in zip((even, odd), path.strays, path.joint, strict=True)]
         # (3, n_rows, n_chords): of the von Mises, the largest and the negative least principal stress.
         strays = np.concatenate([bounds[0] + bounds[1]] * len(sides), axis=1)
         self._strays = strays[[0, 1, 1]] if principals else strays[:1]
@@ -254,9 +254,9 @@ def _one(stress: Reals) -> Reals:
     return deviator_norm(stress)[None]
 
 
-def _bounds(units: Reals, strays: Reals, together: slice) -> Reals:
+def _bounds(units: Reals, strays: Reals, joint: slice) -> Reals:
     """Bounds (2, n, n_chords) on von Mises and principal stresses of the deviations from the chords."""
-    equivalent, mean = norms(units, together)
+    equivalent, mean = norms(units, joint)
     strays = strays.astype(units.dtype)
     return np.stack([_product(equivalent, strays), _product(mean + 2 / 3 * equivalent, strays)])
 

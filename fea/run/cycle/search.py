@@ -28,7 +28,7 @@ from fea.base.choices import Region
 from fea.judge.fatigue import crossland_factors, fatigue_factor
 from fea.judge.history import deviator_norm, deviatoric, extreme_principals, signed_equivalent
 from fea.judge.verdict import CAP, safety_factor
-from fea.pins.unit_loads import Weights
+from fea.pins.model import Weights
 from fea.run.cycle.path import Path, norms, path, sizes
 from fea.run.cycle.screened import Block, product, superposed
 from fea.run.cycle.superposition import CycleAnalysis
@@ -38,7 +38,7 @@ from loads.crank_cycle import CrankCycle
 from loads.instants import Instants
 from loads.slider_crank import cycle_angles
 
-# Number of nodes for which bounds are computed together.
+# Number of nodes for which bounds are computed at once.
 _NODES = 2000
 # Relative allowance for rounding in the bounds.
 _ROUNDING = 1e-9
@@ -56,10 +56,9 @@ class PartRows:
         if not counts.any():  # a part has a worst place
             counts[:] = True
         self._even, self._odd = deviatoric(own.even[counts]), deviatoric(own.odd[counts])
-        self._together = own.together
+        self._joint = own.joint
         self._norms = [
-            norms(units, together)[0]
-            for units, together in zip((self._even, self._odd), own.together, strict=True)
+            norms(units, joint)[0] for units, joint in zip((self._even, self._odd), own.joint, strict=True)
         ]
         self.material = analysis.materials[number]
         self._criterion, self.regions = analysis.fatigue, analysis.regions.at(own.nodes[counts])
@@ -90,7 +89,7 @@ class PartRows:
 
     def bound(self, weights: Weights) -> Floats:
         """Upper bound of the largest von Mises stress (n_rows,) over the instants."""
-        along = path(weights, self._together)
+        along = path(weights, self._joint)
         strays, ends = self.strayed(along.strays), along.at_ends()
         largest = np.empty(len(self.points))
         for start in range(0, len(largest), _NODES):
@@ -271,7 +270,7 @@ class SpeedSearch:
         strays = Weights(
             *(
                 sizes(w - (1 - share) * b - share * a, own).max(axis=1)[:, None]
-                for w, b, a, own in zip(weights, before, after, self._analysis.units.together, strict=True)
+                for w, b, a, own in zip(weights, before, after, self._analysis.units.joint, strict=True)
             )
         )
         between = zip(self._largest[above - 1], self._largest[above], strict=True)
@@ -291,7 +290,7 @@ class SpeedSearch:
         """The place of the smallest factor."""
         least = np.concatenate([bound(part, b) for part, b in zip(self._parts, bounds, strict=True)])
         order, first = np.argsort(least), np.cumsum([0, *(len(b) for b in bounds)])
-        best, at, along = np.inf, int(order[0]), path(cycle.weights, self._analysis.units.together)
+        best, at, along = np.inf, int(order[0]), path(cycle.weights, self._analysis.units.joint)
         for start, stop in pairwise([0, *range(FIRST_ROWS, len(order), ROWS), len(order)]):
             chosen = order[start:stop]
             chosen = chosen[least[chosen] < best]

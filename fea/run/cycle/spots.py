@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.judge.history import signed_equivalent, tensor
-from fea.pins.unit_loads import Weights
+from fea.pins.model import Weights
 from fea.run.cycle.unit_solutions import UnitSolutions
 from geometry.arrays import Floats
 from mesh.mirror import MirroredMesh

@@ -13,8 +13,8 @@ from fea.contact.assembly_state import AssemblyState
 from fea.contact.touch import Touch
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import fatigue_notes
-from fea.pins.pressure_loads import TOLERANCE
-from fea.pins.unit_loads import UnitLoads, Weights
+from fea.pins.model import UnitLoads, Weights
+from fea.pins.pressure import TOLERANCE
 from fea.rod.meshed_rod import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
 from fea.run.cycle.assembly_history import assembly_columns
@@ -149,8 +149,7 @@ class CycleAnalysis:
     regions
         Of the surface of the cell.
     direct
-        Stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads; None where the
-        peak cases are such instants.
+        Stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads.
     """
 
     mesh: MeshedRod
@@ -160,7 +159,7 @@ class CycleAnalysis:
     fatigue: Fatigue
     masked: Mask
     regions: SurfaceRegions
-    direct: Direct | None = None
+    direct: Direct
 
     @property
     def counts(self) -> Mask:
@@ -203,7 +202,7 @@ class CycleAnalysis:
         found = with_cases(found, cases)
         count = len(degrees)
         of_degrees, at_peaks = every.at(slice(count)), every.at(slice(count, None))
-        if self.loads.remembers and peaks:  # they were solved without what came before
+        if self.loads.path_dependent and peaks:  # they were solved without what came before
             at_peaks = self.case_weights(of_peaks)
         points, length = whole.mesh.points, self.mesh.bores.rod_length
         counts = self.counts[whole.source]
@@ -272,7 +271,7 @@ class CycleAnalysis:
 
         It is relative to the largest stress of each part, of the peak cases too.
         """
-        if self.direct is None:
+        if not self.loads.path_dependent:
             return None
         which = np.unique([np.abs(spot.signed).argmax() for spot in histories])
         stresses = self.direct(cycle.degrees[which], cycle)

@@ -10,21 +10,21 @@ import numpy as np
 from fea.base.material import Material
 from fea.judge.history import deviatoric
 from fea.machine.threads import side_by_side
-from fea.pins.unit_loads import ALONE, Fields, Together, UnitLoads, Weights
+from fea.pins.model import NOT_JOINT, Fields, JointBounds, UnitLoads, Weights
 from fea.solid.parity import Parity, Split
 from fea.solvers.static import Model, Solution
 from fea.stress.recovery import PartRecovery
 from geometry.arrays import Floats, Ints
 from mesh.mirror import MirroredMesh
 
-# Bytes of the displacements that are solved for together (starting a solver costs as much as ten columns),
+# Bytes of the displacements that are solved for at once (starting a solver costs as much as ten columns),
 # and the smallest number of columns of a block, for large meshes.
 SOLVED_BYTES = 64 * 2**20
 SOLVED = 20
 # Unit stresses that would take more than this are kept in single precision: a millionth of the stress is far
 # less than any error of the mesh.
 DOUBLE_BYTES = 192 * 2**20
-# Number of columns whose stress is recovered together, so that they fit into the caches.
+# Number of columns whose stress is recovered at once, so that they fit into the caches.
 RECOVERED = 24
 
 
@@ -38,14 +38,14 @@ class PartStress:
         (n,) its nodes in the cell.
     even, odd
         (n, 6, n_units), MPa, of the unit loads of each parity.
-    together
-        Unit loads whose deviations are bounded together.
+    joint
+        Unit loads whose deviations are bounded jointly.
     """
 
     nodes: Ints
     even: Floats
     odd: Floats
-    together: Together = ALONE
+    joint: JointBounds = NOT_JOINT
 
     def histories(self, weights: Weights, sides: tuple[int, ...], rows: slice | Ints) -> list[Floats]:
         """Histories (n, 6, n_instants) of some nodes, and of their images across y = 0 (side −1).
@@ -85,9 +85,9 @@ class UnitSolutions:
     backward_error: float
 
     @property
-    def together(self) -> Together:
-        """Unit loads whose deviations are bounded together."""
-        return self.parts[0].together
+    def joint(self) -> JointBounds:
+        """Unit loads whose deviations are bounded jointly."""
+        return self.parts[0].joint
 
     def tensor(self, part: int, weights: Weights, whole: MirroredMesh) -> Floats:
         """Stress (n_nodes, 6, n_instants) of a part on the whole rod; NaN at nodes outside the part."""
@@ -118,7 +118,7 @@ def unit_solutions(
         alone = [_solved(model, recovery, materials, (fields,)) for fields in (even, odd)]
         stresses, errors = [found[0][0] for found in alone], [error for found in alone for error in found[1]]
     parts = tuple(
-        PartStress(nodes, even, odd, loads.together)
+        PartStress(nodes, even, odd, loads.joint)
         for nodes, even, odd in zip(recovery.nodes, *stresses, strict=True)
     )
     return UnitSolutions(parts, (1, -1) if cut_y else (1,), even.count + odd.count, max(errors))

@@ -100,7 +100,8 @@ def _calculix_rod(computation: Computation, study: Study) -> Measured:
     rod = prepare(asked, clock)
     mesh = rod.mesh.cell
     loads = rod.loading.at(rod.mass, study.speeds()[0])
-    forces = rod.nodal_forces(loads.cases[0]).forces.symmetric
+    (response, *_) = rod.prescribed.respond(loads.cases)
+    forces = response.forces.symmetric
     held = asked.analysis.support == "clamped"
     fixed = clamped(mesh, Surface.BIG_END_BORE) if held else determinate_restraints(mesh)
     # Geometry, mesh and loads are made by fea for both programs; the time of fea's assembly is not counted

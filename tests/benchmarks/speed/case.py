@@ -14,7 +14,8 @@ import numpy as np
 
 from fea.base.choices import Support
 from fea.output.inp import write_inp
-from fea.pins.case_forces import CaseForces, NodalForces
+from fea.pins.model import Response
+from fea.pins.pressure import PressedPins
 from fea.rod.meshed_rod import Bores, MeshedRod
 from fea.run.meshing import mesh_study
 from fea.solid.inertia import inertia
@@ -22,7 +23,6 @@ from fea.solid.supports import determinate_restraints
 from fea.study.study import load_study
 from fea.units import RPM
 from geometry.surfaces import Surface
-from loads.bearing import BorePressure
 from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
 from mesh.mirror import MirroredMesh, reflect, unmirrored
@@ -123,7 +123,7 @@ def mirrored(cell: TetMesh) -> MirroredMesh:
     return whole
 
 
-def nodal_forces(mesh: TetMesh, bores: Bores) -> CaseForces:
+def nodal_forces(mesh: TetMesh, bores: Bores) -> Response:
     """Nodal forces of the load on a mesh, cut at its mirror planes or whole."""
     study = load_study(STUDY)
     weights = inertia(mesh, study.material.material().density)
@@ -131,8 +131,9 @@ def nodal_forces(mesh: TetMesh, bores: Bores) -> CaseForces:
     engine = study.engine.engine(study.rod.length)
     peaks = peak_cases(CrankCycle(engine, weights.properties, study.engine.gas_model(engine), SPEED * RPM))
     chosen = next(case for case in peaks.cases if case.name == LOAD)
-    pressure = BorePressure.parse(study.analysis.pressure)
-    return NodalForces(mesh, bores, weights, pressure, Support.INERTIA_RELIEF)(chosen)
+    return PressedPins(mesh, bores, weights, Support.INERTIA_RELIEF, study.analysis.pressure).respond(
+        chosen[None]
+    )[0]
 
 
 def restraints(mesh: TetMesh) -> np.ndarray:

@@ -1,25 +1,24 @@
-"""Unit loads of prescribed bore pressures: their harmonics cos nφ and sin nφ, and four inertia fields."""
+"""Pins that press on their bores: a cosine or a uniform pressure over an arc about their force.
+
+The unit loads of a cycle are the harmonics cos nφ and sin nφ of the pressure.
+"""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, reduce
 
 import numpy as np
 
-from fea.base.choices import Support
-from fea.pins.unit_loads import ALONE, Contacts, Weights, inertial_fields
-from fea.rod.meshed_rod import Bores
-from fea.solid.bore import BoreFacets, bore_facets, radial_forces, radial_traction, wrapped
-from fea.solid.inertia import Inertia
-from fea.solid.tilt import Tilt
+from fea.pins.model import UnitLoads, Weights, inertial_fields
+from fea.pins.prescribed import LoadedBore, PrescribedPins, StoredFields
+from fea.solid.bore import BoreFacets, BoreLoad, bore_load, radial_forces, radial_traction, wrapped
 from fea.units import DEG
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from loads.bearing import Arc, BorePressure, Shape
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants
-from mesh.tetmesh import TetMesh
 
 Wave = Callable[[Floats], Floats]
 
@@ -108,58 +107,35 @@ SKEWED = 2e-3
 _DIRECTIONS = np.arange(0, 360, 30) * DEG
 
 
-@dataclass(frozen=True)
-class StoredFields:
-    """Unit loads of one parity on the cell.
+class PressedPins(PrescribedPins):
+    """Pins that press on one side of their bores, with a pressure of a given shape."""
 
-    Attributes
-    ----------
-    nodal
-        (n_nodes, 3) each, N.
-    pressed
-        Per bore (n_nodes, 3, n_units), MPa.
-    """
+    @cached_property
+    def distribution(self) -> BorePressure:
+        """How the pressure is spread."""
+        return BorePressure.parse(self.pressure)
 
-    nodal: tuple[Floats, ...]
-    pressed: dict[Surface, Floats]
+    def load(self, bore: LoadedBore, force: tuple[float, float]) -> BoreLoad:
+        """Load a bore with a force (x, y) on the whole rod, N."""
+        arc = self.distribution.arc(bore.outwards * force[0])
+        magnitude, taper = np.hypot(*force), bore.taper * np.cos(np.arctan2(force[1], force[0]))
+        peak = arc.peak(float(magnitude), bore.radius, bore.width, float(taper))
+        return bore_load(
+            bore.facets, self.n_nodes, force, lambda psi: peak * arc.unbounded(psi), arc.angle / 2
+        )
 
-    @property
-    def count(self) -> int:
-        """Number of unit loads."""
-        return len(self.nodal)
-
-    def forces(self, units: slice) -> tuple[Floats, ...]:
-        """Nodal forces (n_nodes, 3) of some of them."""
-        return self.nodal[units]
-
-    def traction(self, units: slice) -> dict[Surface, Floats]:
-        """Traction (n_nodes, 3, n) of some of them on each bore."""
-        return {surface: values[..., units] for surface, values in self.pressed.items()}
+    def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:  # noqa: ARG002
+        """Return harmonics of the pressure on each bore, and inertia: they span any instant."""
+        return Harmonics(self)
 
 
 @dataclass(frozen=True)
 class PressedBore:
-    """Harmonic pressures of 1 MPa on one bore.
+    """Harmonic pressures of 1 MPa on one bore."""
 
-    Attributes
-    ----------
-    surface
-        The bore.
-    facets
-        Its facets on the meshed cell.
-    outwards
-        Sign of the force along x that pulls this end outwards.
-    arcs
-        The pressures in tension and in compression.
-    orders
-        (n_terms,) of the harmonics: cos nφ of all, sin nφ of all but n = 0.
-    """
-
-    surface: Surface
-    facets: BoreFacets
-    outwards: int
-    arcs: tuple[Arc, Arc]
-    orders: Ints
+    bore: LoadedBore
+    arcs: tuple[Arc, Arc]  # the pressures in tension and in compression
+    orders: Ints  # (n_terms,) of the harmonics: cos nφ of all, sin nφ of all but n = 0
 
     def pressures(self, angle: Floats) -> tuple[Floats, Floats]:
         """Harmonics cos nφ (n_terms, …) and sin nφ (n_terms − 1, …) at angles."""
@@ -169,7 +145,7 @@ class PressedBore:
     @cached_property
     def resultants(self) -> tuple[Floats, Floats]:
         """Force (2, n) on the whole rod of each even and each odd harmonic, N."""
-        facets = self.facets
+        facets = self.bore.facets
         images = (2 if facets.cut_y else 1) * (2 if facets.cut_z else 1)
         radial = np.stack([np.cos(facets.angle), np.sin(facets.angle)]) * facets.areas * images
         even, odd = (
@@ -188,7 +164,7 @@ class PressedBore:
         """
         direction = np.arctan2(force[1], force[0])
         cosines, sines = self.pressures(direction)
-        pulled = self.outwards * force[0] > 0
+        pulled = self.bore.outwards * force[0] > 0
         c, d = (
             np.where(pulled, *(of[:, None] for of in pair)) for pair in zip(*self._coefficients, strict=True)
         )
@@ -204,81 +180,45 @@ class PressedBore:
         return [coefficients(arc, self.orders) for arc in self.arcs]
 
 
-class PressureLoads:
-    """The unit loads of a meshed rod whose pins press as prescribed.
+class Harmonics(UnitLoads):
+    """Harmonics cos nφ and sin nφ of the pressure on each bore, and inertia."""
 
-    Parameters
-    ----------
-    mesh
-        The meshed cell.
-    bores
-        Dimensions of the bores.
-    inertia
-        Inertia of the same mesh.
-    pressure
-        Distribution of the pin pressure on the bores.
-    support
-        With a clamped big end, the crank force is a reaction and not applied.
-    """
-
-    together = ALONE
-
-    remembers = False
-
-    def __init__(
-        self, mesh: TetMesh, bores: Bores, inertia: Inertia, pressure: BorePressure, support: Support
-    ) -> None:
-        self._n_nodes, self._inertia = len(mesh.points), inertia
-        self._tilt = Tilt.where_free(mesh, inertia, held=support is Support.CLAMPED)
+    def __init__(self, pins: PressedPins) -> None:
+        self._pins, pressure = pins, pins.distribution
         arcs = (pressure.tension, pressure.compression)
         orders = np.union1d(*(series(arc).orders for arc in arcs))
         self.series_error = max(series(arc).error for arc in arcs)
         self.jumps = any(arc.shape is Shape.UNIFORM for arc in arcs)
-        small = bore_facets(mesh, Surface.SMALL_END_BORE, bores.rod_length)
-        self.bores = [PressedBore(Surface.SMALL_END_BORE, small, 1, arcs, _with_skewed(orders, small, arcs))]
-        if support is not Support.CLAMPED:
-            big = bore_facets(mesh, Surface.BIG_END_BORE, 0.0)
-            self.bores.append(
-                PressedBore(Surface.BIG_END_BORE, big, -1, arcs, _with_skewed(orders, big, arcs))
-            )
+        self.bores = [PressedBore(bore, arcs, _with_skewed(orders, bore.facets, arcs)) for bore in pins.bores]
 
     def fields(self) -> tuple[StoredFields, StoredFields]:
         """Return the even and the odd unit loads."""
-        even, odd = inertial_fields(self._inertia)
-        return self._fields(0, even), self._fields(1, odd)
+        even, odd = (
+            StoredFields.of(
+                sum(len(bore.orders) - parity for bore in self.bores),
+                self._harmonics(parity),
+                inertial,
+                self._pins.tilt,
+            )
+            for parity, inertial in enumerate(inertial_fields(self._pins.inertia))
+        )
+        return even, odd
 
-    def _fields(self, parity: int, inertial: list[Floats]) -> StoredFields:
-        """Harmonics of every bore, then the inertia fields."""
-        forces: list[Floats] = []
-        count = sum(len(bore.orders) - parity for bore in self.bores) + len(inertial)
-        traction = {bore.surface: np.zeros((count, self._n_nodes, 3)) for bore in self.bores}
-        for bore in self.bores:
-            for pressed, nodal in _harmonics(bore, parity):
-                traction[bore.surface][len(forces)] = radial_traction(bore.facets, self._n_nodes, nodal)
-                forces.append(radial_forces(bore.facets, self._n_nodes, pressed))
-        every = {surface: np.moveaxis(values, 0, -1) for surface, values in traction.items()}
-        loads = (*forces, *inertial)
-        if self._tilt is not None:  # balanced in every load separately, and so in their sum
-            loads = tuple(self._tilt.balanced(load) for load in loads)
-        return StoredFields(loads, every)
+    def _harmonics(self, parity: int) -> Iterator[tuple[Surface, Floats, Floats]]:
+        n_nodes = self._pins.n_nodes
+        for pressed in self.bores:
+            facets = pressed.bore.facets
+            there, nodal = pressed.pressures(facets.angle), pressed.pressures(facets.node_angle)
+            for pressure, at_nodes in zip(there[parity], nodal[parity], strict=True):
+                forces = radial_forces(facets, n_nodes, pressure)
+                yield pressed.bore.surface, forces, radial_traction(facets, n_nodes, at_nodes)
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:  # noqa: ARG002
-        """Weights of the unit loads at n instants, as `UnitLoads.weights`."""
-        forces = {Surface.SMALL_END_BORE: instants.pin, Surface.BIG_END_BORE: instants.crank}
-        pressed = [bore.weights(forces[bore.surface]) for bore in self.bores]
+        """Weights of the unit loads at n instants: see `UnitLoads.weights`."""
+        pressed = [bore.weights(bore.bore.force(instants)) for bore in self.bores]
         even = [*(weights.even for weights in pressed), instants.motions[:2]]
         odd = [*(weights.odd for weights in pressed), instants.motions[2:]]
         return Weights(np.concatenate(even), np.concatenate(odd))
-
-    def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002
-        """Nothing: the load on the bores is prescribed."""
-        return Contacts()
-
-
-def _harmonics(bore: PressedBore, parity: int) -> Iterator[tuple[Floats, Floats]]:
-    """Pressure of each harmonic at the quadrature points and at the nodes of the facets."""
-    there, nodal = bore.pressures(bore.facets.angle), bore.pressures(bore.facets.node_angle)
-    yield from zip(there[parity], nodal[parity], strict=True)
 
 
 def _with_skewed(orders: Ints, facets: BoreFacets, arcs: tuple[Arc, Arc]) -> Ints:

@@ -1,0 +1,409 @@
+"""Rods of separate parts: bolts, fits and pins, with friction between the parts.
+
+What acts between the parts is linear in the inertia while everything sticks, so that one kind of unit loads
+is that of the joined rod. The state in which the parts were put together is one more. What the pins, opening
+and slip add over a cycle is spanned by the largest singular vectors of its states (method of snapshots,
+Sirovich 1987, Q. Appl. Math. 45, 561).
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple, cast
+
+import numpy as np
+
+from fea.contact.assembled import Assembled, Warming
+from fea.contact.assembly_state import AssemblyState
+from fea.contact.friction_cycle import FrictionCycle
+from fea.contact.friction_system import ContactState, Load
+from fea.contact.interfaces import BoltPull, MatingFaces
+from fea.contact.multipliers import Direction, radial
+from fea.machine.threads import one_blas_thread
+from fea.pins.assembly_states import AssemblyStates, gap_at_nodes, pressure_at_nodes
+from fea.pins.contact import SMOOTH, BoreContact, ContactPins, ContactUnits, acting, of_unit_work
+from fea.pins.fits import Fits
+from fea.pins.model import (
+    AssemblySpecification,
+    Contacts,
+    JointBounds,
+    Response,
+    Structure,
+    UnitLoads,
+    Weights,
+)
+from fea.rod.meshed_rod import Bores
+from fea.solid.errors import ContactError
+from fea.solid.parity import Parity, Split
+from fea.solid.supports import components
+from geometry.arrays import Floats, Ints
+from geometry.assembly import BoltAxis
+from geometry.surfaces import Surface
+from loads.cases import assembled, peak_cases
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants, joined
+from mesh.tetmesh import TetMesh
+
+# Distance from a mirror plane, over the hole's radius, within which a bolt's axis lies on it.
+_ON_PLANE = 1e-6
+
+
+class AssemblyContact(BoreContact):
+    """The contact problem of a rod of separate parts and its pins.
+
+    Attributes
+    ----------
+    assembled
+        The parts put together.
+    sums
+        Sums up states of them.
+    growth
+        Free thermal expansion of the rod on the cell, mm.
+
+    Raises
+    ------
+    ContactError
+        No contact between the parts carries the bolt forces.
+    """
+
+    def __init__(self, structure: Structure, fits: Fits, specification: AssemblySpecification) -> None:
+        mesh, bores, friction = structure.mesh, structure.bores, specification.friction
+        faces = [
+            MatingFaces.of(
+                mesh,
+                sides,
+                _direction(sides[0], bores, specification.normal),
+                interference=specification.interference.get(sides[0], 0.0),
+                friction=friction > 0,
+            )
+            for sides in mesh.interfaces
+        ]
+        axes = _of_cell(mesh, specification.bolts)
+        super().__init__(structure, fits, faces=faces, bolts=_pulls(mesh, axes, specification.stiffness))
+        body = components(mesh)
+        held = body[mesh.tets[0, 0]]  # the first part, to which the others are moved
+        parts = [np.flatnonzero(body == number) for number in np.unique(body) if number != held]
+        names = [_part_name(mesh, nodes, specification.parts) for nodes in parts]
+        preload = np.full(len(axes), specification.preload)
+        warming = _warming(mesh, bores, fits, specification)
+        self.growth = None if warming is None else Split(warming.displacement.reshape(-1, 3), None)
+        self.assembled = Assembled(self.problem, parts, friction, preload, warming, names=names)
+        at = np.array([bolt.point for bolt in axes]).reshape(-1, 3)
+        self.sums = AssemblyStates(self.assembled, friction, at, bores.big_radius)
+
+    def loads(self, instants: Instants) -> list[Load]:
+        """What acts between the parts at instants."""
+        return [
+            self.assembled.load((pin, crank), motion, self.tilted(motion))
+            for pin, crank, motion in acting(instants)
+        ]
+
+    def respond(self, instant: Instants, state: ContactState) -> Response:
+        """Return what a state and the inertia of its instant do to the rod."""
+        forces, summed = self.response(instant, state), self.sums(state)
+        moved, values = self.assembled.displacement(state), state.values.copy()
+        normal = self.assembled.vertices.normal
+        values[normal] = self.sums.pressure(state)  # exactly zero where parts have parted
+        return replace(
+            forces,
+            touch=forces.touch if instant.pin.any() or instant.crank.any() else {},
+            shift=Split(moved[Parity.SYMMETRIC], moved.get(Parity.ANTISYMMETRIC)),
+            growth=self.growth,
+            largest=max(forces.largest, summed.bolt_force),
+            assembly=summed,
+            pressure=pressure_at_nodes(self.problem, values),
+            gap=gap_at_nodes(self.problem, normal, self.sums.gap(state)),
+        )
+
+
+class _Cycle(NamedTuple):
+    """A cycle, and its states that are known, by what acts."""
+
+    cycle: FrictionCycle
+    known: dict[bytes, ContactState]
+
+
+class AssemblyPins(ContactPins):
+    """Pins in contact with a rod of separate parts, as [contact] and [assembly] describe them."""
+
+    def __init__(self, structure: Structure) -> None:
+        super().__init__(structure)
+        self.resting = joined([assembled()])
+        # Load cases are asked for again where the cycle is checked.
+        self._from_rest: dict[bytes, ContactState] = {}
+        self._cycles: dict[bytes, _Cycle] = {}
+        self._spanned: frozenset[bytes] = frozenset()
+
+    @property
+    def assembly(self) -> AssemblyContact:
+        """The contact problem."""
+        return cast("AssemblyContact", self.contact)
+
+    def _problem(self) -> AssemblyContact:
+        if self.structure.assembly is None:
+            raise ValueError("a rod of one piece is no assembly")
+        return AssemblyContact(self.structure, self.fits, self.structure.assembly)
+
+    def datum(self) -> Response:
+        """The state in which the bores were made round: bolts tightened, everything as warm as the room."""
+        return self.assembly.respond(assembled(), self.assembly.assembled.tightened)
+
+    def respond(self, instants: Instants, cycle: CrankCycle | None = None) -> list[Response]:
+        """Return what acts on the rod at instants: see `PinModel.respond`."""
+        states = self.states(instants, cycle)
+        return [self.assembly.respond(*each) for each in zip(instants, states, strict=True)]
+
+    def state_under(self, case: Instants, factor: float = 1.0) -> AssemblyState:
+        """Sum up the state under a multiple of everything that acts in a case; errors as of `respond`."""
+        return self.assembly.sums(*self.states(case.times(factor)[None]))
+
+    def states(self, instants: Instants, cycle: CrankCycle | None = None) -> list[ContactState]:
+        """States at instants: of a cycle, or each of them from the parts put together.
+
+        Parameters and errors are those of `PinModel.respond`.
+        """
+        if cycle is None:
+            return [self._state(instant) for instant in instants]
+        keys = [_key(*instant) for instant in acting(instants)]
+        history, known = self._cycle(cycle)
+        left = [number for number, key in enumerate(keys) if key not in known]
+        if left:
+            some = instants[np.array(left)]
+            states = history.at(self.assembly.loads(some), cycle.places(some.crank_angle))
+            known.update(zip([keys[number] for number in left], states, strict=True))
+        return [known[key] for key in keys]
+
+    def _state(self, instant: Instants) -> ContactState:
+        parts = self.assembly.assembled
+        key = _key(instant.pin, instant.crank, instant.motions)
+        if not any(key):  # nothing acts
+            return parts.start
+        if key not in self._from_rest:
+            (load,) = self.assembly.loads(instant[None])
+            try:
+                with one_blas_thread():
+                    self._from_rest[key] = parts.step(load, parts.start)
+            except ContactError as error:
+                raise type(error)(f"{instant.name}: {error}" if instant.name else str(error)) from error
+        return self._from_rest[key]
+
+    def _cycle(self, cycle: CrankCycle) -> _Cycle:
+        """A cycle with what is known of it: kept for what is spanned and the last one."""
+        key = _cycle_key(cycle)
+        if key not in self._cycles:
+            kept = {own: known for own, known in self._cycles.items() if own in self._spanned}
+            steps = self.assembly.loads(cycle.increments)
+            self._cycles = kept | {key: _Cycle(FrictionCycle(self.assembly.assembled, steps), {})}
+        return self._cycles[key]
+
+    def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:
+        """Return patterns of what acts between the parts, and inertia."""
+        self._spanned = frozenset(map(_cycle_key, cycles))
+        return AssemblyUnits(self, cycles)
+
+
+def _key(*acting: Floats) -> bytes:
+    return b"".join((0.0 + values).tobytes() for values in acting)
+
+
+def _cycle_key(cycle: CrankCycle) -> bytes:
+    return _key(cycle.increments.pin, cycle.increments.motions)
+
+
+def _direction(surface: Surface, bores: Bores, normal: tuple[float, float]) -> Direction:
+    """In which pressure on an interface pushes its first side."""
+    if surface is Surface.JOINT:
+        across = np.array([*normal, 0.0])
+        return lambda places: np.broadcast_to(across, places.shape)
+    return radial(bores.rod_length if surface is Surface.BUSHING_SEAT else 0.0)
+
+
+def _part_name(mesh: TetMesh, nodes: Ints, names: Sequence[str]) -> str:
+    """Name of the part that nodes belong to."""
+    number = 0 if mesh.part is None else mesh.part[np.isin(mesh.tets[:, 0], nodes).argmax()]
+    return names[number] if number < len(names) else "part"
+
+
+def _of_cell(mesh: TetMesh, bolts: Sequence[BoltAxis]) -> tuple[BoltAxis, ...]:
+    """Bolts that the cell holds, or holds a half of."""
+    cuts = [(1, Surface.SYMMETRY_Y), (2, Surface.SYMMETRY_Z)]
+    return tuple(
+        bolt
+        for bolt in bolts
+        if all(plane not in mesh.facets or bolt.point[axis] > -_on(bolt) for axis, plane in cuts)
+    )
+
+
+def _on(bolt: BoltAxis) -> float:
+    return _ON_PLANE * bolt.hole_radius
+
+
+def _pulls(mesh: TetMesh, bolts: Sequence[BoltAxis], stiffness: float) -> list[BoltPull]:
+    """The bolts of the cell with the facets that they press on."""
+    owner = {surface: _owner(mesh, surface, bolts) for surface in (Surface.BOLT_HEAD, Surface.BOLT_THREAD)}
+    halved = Surface.SYMMETRY_Z in mesh.facets
+    return [
+        BoltPull.of(
+            mesh,
+            f"bolt {number + 1}",
+            {surface: np.flatnonzero(own == number) for surface, own in owner.items()},
+            np.array(bolt.direction),
+            stiffness,
+            share=0.5 if halved and abs(bolt.point[2]) <= _on(bolt) else 1.0,
+            point=np.array(bolt.point),
+        )
+        for number, bolt in enumerate(bolts)
+    ]
+
+
+def _owner(mesh: TetMesh, surface: Surface, bolts: Sequence[BoltAxis]) -> Ints:
+    """Number of the bolt whose axis is nearest to each facet."""
+    middle = mesh.points[mesh.facets[surface][:, :3]].mean(axis=1)
+    away = []
+    for bolt in bolts:
+        off, along = middle - np.array(bolt.point), np.array(bolt.direction)
+        away.append(np.linalg.norm(off - (off @ along)[:, None] * along, axis=1))
+    return np.asarray(np.stack(away).argmin(axis=0))
+
+
+def _warming(mesh: TetMesh, bores: Bores, fits: Fits, specification: AssemblySpecification) -> Warming | None:
+    """Free expansion of the parts about the big end's centre, of the bolts and of the pins."""
+    own = specification.expansion
+    if own is None or own.rise == 0:
+        return None
+    rate = np.zeros(len(mesh.points))
+    parts = np.zeros(len(mesh.tets), dtype=np.int64) if mesh.part is None else mesh.part
+    for number, alpha in enumerate(own.parts):
+        rate[mesh.tets[parts == number]] = alpha
+    bolts = _of_cell(mesh, specification.bolts)
+    pins = (
+        (own.piston_pin, bores.small_radius - fits.small_clearance),
+        (own.crank_pin, bores.big_radius - fits.big_clearance),
+    )
+    return Warming(
+        displacement=(own.rise * rate[:, None] * mesh.points).ravel(),
+        bolts=np.array([own.rise * own.bolt * bolt.grip for bolt in bolts]),
+        pins=[own.rise * alpha * radius for alpha, radius in pins],
+    )
+
+
+# Largest error of a pressure, relative to the largest, and of a bolt force likewise, that the patterns may
+# leave over a cycle: stresses, which are larger, err less. Of load cases, some of which have little stress,
+# it is a tenth. And the least singular values, relative to the largest, with which that is tried.
+_ERROR, _OF_CASES = 2e-3, 10
+_KEPT = np.geomspace(1e-3, 1e-6, 31)
+# Singular values, relative to the largest, that a Gram matrix does not tell from rounding.
+_NOISE = 1e-7
+_Parts = dict[Parity, Floats]
+
+
+class _Span(NamedTuple):
+    """Patterns (n_cell, k) of unit work, and weights (k, n_cell) of what they span."""
+
+    patterns: Floats
+    weighing: Floats
+
+
+class AssemblyUnits(ContactUnits):
+    """The unit loads of a rod of separate parts, for instants of cycles and for their peak cases."""
+
+    path_dependent = True
+
+    def __init__(self, pins: AssemblyPins, cycles: Sequence[CrankCycle]) -> None:
+        super().__init__(pins)
+        self._pins, self._assembled = pins, pins.assembly.assembled
+        self._unfolding = self.contact.problem.unfolding
+        self._sticking = self._assembled.sticking_loads(), self._assembled.sticking_start[:, None]
+        over_cycles = [(pins.states(cycle.degrees, cycle), cycle.degrees.motions) for cycle in cycles]
+        of_cases = [(pins.states(each), each.motions) for each in (peak_cases(own).cases for own in cycles)]
+        rests = [self._rest(*own) for own in over_cycles] + [_OF_CASES * self._rest(*own) for own in of_cases]
+        largest = np.max([np.abs(state.values) for states, _ in over_cycles for state in states], axis=0)
+        self._spans = self._spanning(self._unfolding.parts(np.hstack(rests)), largest)
+        self._inertial, self._start = map(self._unfolding.parts, self._sticking)
+        count = {parity: own.patterns.shape[1] for parity, own in self._spans.items()}
+        self.joint = JointBounds(*(slice(SMOOTH, count.get(parity, 0)) for parity in Parity))
+
+    def _rest(self, states: Sequence[ContactState], motions: Floats) -> Floats:
+        """Unknowns (n, n_instants) less those of the parts put together and of inertia in the joined rod."""
+        inertial, start = self._sticking
+        return np.asarray(_values(states) - start - inertial @ motions)
+
+    def _spanning(self, parts: _Parts, largest: Floats) -> dict[Parity, _Span]:
+        """Span states (n_cell, n_states) of each parity, whose unknowns reach the values `largest` (n,)."""
+        problem, bolts = self.contact.problem, self._assembled.bolts
+        pressure, force = np.delete(largest, bolts).max(), largest[bolts].max(initial=0.0)
+        scale = np.ones(len(problem.unfolding.on_y))
+        if force > 0:  # both count in their own sizes
+            scale[len(scale) - len(problem.bolts) :] = pressure / force
+        scaled = {parity: scale[:, None] * own for parity, own in parts.items()}
+        bases = _principal(scaled, _ERROR * pressure)
+        spans = {}
+        for parity, basis in bases.items():
+            unscaled = basis / scale[:, None]
+            smooth, weighing = of_unit_work(unscaled.T @ problem.cell_compliance[parity] @ unscaled)
+            nearest = basis.T * scale
+            # Exactly the forces of the pins: what is left must not reach beyond the ends of the rod.
+            forces, of_patterns = (self._pin_forces(parity, own) for own in (np.eye(len(scale)), unscaled))
+            nearest += np.linalg.pinv(of_patterns, rcond=_NOISE) @ (forces - of_patterns @ nearest)
+            spans[parity] = _Span(unscaled @ smooth, weighing.T @ nearest)
+        return spans
+
+    def _pin_forces(self, parity: Parity, values: Floats) -> Floats:
+        """Resultants (m, k) of the pins in states (n_cell, k) of one parity."""
+        parts = {
+            own: values if own is parity else np.zeros_like(values) for own in self._unfolding.parities()
+        }
+        return np.asarray(self.contact.problem.rigid.T @ self._unfolding.unfolded(parts))
+
+    def patterns(self, parity: Parity) -> Floats:
+        """Unknowns in each unit load: pins, opening and slip; the parts put together; inertia."""
+        motions = slice(0, 2) if parity is Parity.SYMMETRIC else slice(2, 4)
+        if parity not in self._spans:  # a cell that is not cut at y = 0 has everything in its even part
+            return self._inertial[Parity.SYMMETRIC][:, motions]
+        own = [self._spans[parity].patterns, self._start[parity], self._inertial[parity][:, motions]]
+        return np.hstack(own)
+
+    def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
+        """Weights of the unit loads at n instants: see `UnitLoads.weights`."""
+        motions = instants.motions
+        rest = self._unfolding.parts(self._rest(self._pins.states(instants, cycle), motions))
+        one = np.ones((1, motions.shape[1]))
+        weights = []
+        for parity, moved in zip(Parity, (motions[:2], motions[2:]), strict=True):
+            known = [self._spans[parity].weighing @ rest[parity], one] if parity in self._spans else []
+            weights.append(np.concatenate([*known, moved]))
+        return Weights(*weights)
+
+    def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002
+        """Contact of the pins with the bores, bolts and interfaces at each instant."""
+        states = self._pins.states(instants, cycle)
+        touches = self.contact.touches(_values(states), self._assembled.pins)
+        return Contacts(touches, tuple(map(self._pins.assembly.sums, states)))
+
+
+def _values(states: Sequence[ContactState]) -> Floats:
+    return np.stack([state.values for state in states], axis=1)
+
+
+def _principal(parts: _Parts, error: float) -> _Parts:
+    """Orthonormal patterns (n_cell, k) that span states (n_cell, n_states) up to an error at any place."""
+    found = {parity: _singular(own) for parity, own in parts.items()}
+    most = max(float(sizes.max(initial=0.0)) for sizes, _ in found.values())
+    left, count = parts, dict.fromkeys(parts, 0)
+    for least in _KEPT:
+        for parity, (sizes, vectors) in found.items():
+            before, count[parity] = count[parity], int((sizes > least * most).sum())
+            more = vectors[:, before : count[parity]]
+            left = left | {parity: left[parity] - more @ (more.T @ left[parity])}
+        if np.sum([np.abs(own) for own in left.values()], axis=0).max() <= error:
+            break
+    return {parity: vectors[:, : count[parity]] for parity, (_, vectors) in found.items()}
+
+
+def _singular(states: Floats) -> tuple[Floats, Floats]:
+    """Singular values (k,), the largest first, and left vectors (n_cell, k), from the smaller Gram matrix."""
+    few = states.shape[1] <= states.shape[0]
+    values, vectors = np.linalg.eigh(states.T @ states if few else states @ states.T)
+    sizes = np.sqrt(np.maximum(values[::-1], 0.0))
+    kept = sizes > _NOISE * sizes.max(initial=0.0)
+    sizes, vectors = sizes[kept], vectors[:, ::-1][:, kept]
+    return sizes, states @ (vectors / sizes) if few else vectors

@@ -1,0 +1,341 @@
+"""Pins in contact with the bores over their clearance: pressure follows from where they come to lie.
+
+The pressures of an instant are the solution of a small contact problem; everything that follows from them is
+linear. The unit loads of a cycle are therefore patterns of pressure: the eigenvectors of the compliance,
+smooth ones first, of unit work. The smooth ones reach far into the rod, and what all others do together is
+bounded by their work.
+"""
+
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol, Self
+
+import numpy as np
+
+from fea.base.checks import LIMITS
+from fea.base.choices import CONTACT, SolverName
+from fea.base.pin_models import contact_excluded_because
+from fea.contact.interfaces import BoltPull, MatingFaces, PinInBore
+from fea.contact.multipliers import Multipliers, radial
+from fea.contact.problem import ContactProblem
+from fea.contact.touch import Touch
+from fea.machine.threads import one_blas_thread
+from fea.pins.fits import Fits
+from fea.pins.model import (
+    Contacts,
+    JointBounds,
+    PinModel,
+    Response,
+    Structure,
+    UnitLoads,
+    Weights,
+    inertial_fields,
+)
+from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS
+from fea.solid.parity import Parity, Split
+from fea.solid.tilt import resultants
+from geometry.arrays import Floats, Ints
+from geometry.errors import require
+from geometry.surfaces import Surface
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants
+
+_MOTIONS = (*EVEN_MOTIONS, *ODD_MOTIONS)
+# Patterns of either parity that are bounded each by itself.
+SMOOTH = 10
+# Of the largest pressure of an instant: what rounding leaves where nothing touches.
+NOTHING = 1e-9
+
+
+class Solved(Protocol):
+    """A solution of the contact problem."""
+
+    @property
+    def values(self) -> Floats:
+        """λ (n,) of all unknowns of `ContactProblem`."""
+
+    @property
+    def residual(self) -> float:
+        """Largest violation of the laws of contact, relative to what it is the difference of."""
+
+    @property
+    def imbalance(self) -> float:
+        """Largest error of the resultants, relative to them."""
+
+    @property
+    def changes(self) -> int:
+        """How many contact areas or states were tried."""
+
+
+class BoreContact:
+    """The contact problem of a meshed rod and its pins, whose compliance is computed once.
+
+    Parameters
+    ----------
+    structure
+        The rod.
+    fits
+        The pins.
+    faces, bolts
+        Where separate parts of the rod touch, and what holds them together (`fea.pins.assembly`).
+    """
+
+    def __init__(
+        self,
+        structure: Structure,
+        fits: Fits,
+        *,
+        faces: Sequence[MatingFaces] = (),
+        bolts: Sequence[BoltPull] = (),
+    ) -> None:
+        model, bores, inertia = structure.model, structure.bores, structure.inertia
+        mesh = model.mesh
+        cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
+        self._n_nodes, self._points, self._inertia = len(mesh.points), mesh.points, inertia
+        pins = []
+        for surface, x, clearance, pin, relief in (
+            (Surface.SMALL_END_BORE, bores.rod_length, fits.small_clearance, fits.piston_pin, fits.relief),
+            (Surface.BIG_END_BORE, 0.0, fits.big_clearance, fits.crank_pin, None),
+        ):
+            multipliers = Multipliers.of(mesh, surface, radial(x))
+            z = multipliers.places[..., 2]
+            middle = 0.0 if cut_z else float(z.min() + z.max()) / 2
+            pins.append(PinInBore(multipliers, (x, middle), clearance, pin, cut_y, cut_z, relief))
+        unit = [inertia.forces(motion) for motion in _MOTIONS]
+        parities = tuple(Parity) if cut_y else (Parity.SYMMETRIC,)
+        loads = {
+            parity: np.stack([forces.part(parity).ravel() for forces in unit], axis=1) for parity in parities
+        }
+        # Moments about x and y of the unit motions, on a rod that may tilt.
+        self._tilting = (
+            None
+            if cut_z
+            else np.stack([resultants(mesh.points, forces.symmetric)[3:5] for forces in unit], axis=1)
+        )
+        self.problem = ContactProblem(model, mesh, pins, loads, both_sides=True, faces=faces, bolts=bolts)
+        # Place and bore of each unknown.
+        nodes = np.concatenate([bore.multipliers.nodes for bore in pins])
+        owner = np.repeat(np.arange(len(pins)), [bore.multipliers.size for bore in pins])
+        unfolding, cells = self.problem.unfolding, np.arange(len(nodes))
+        off = ~unfolding.on_y[cells] if unfolding.both_sides else np.zeros(len(nodes), dtype=bool)
+        self._pins = unfolding.with_images(cells)
+        images = mesh.points[nodes[off]] * [1.0, -1.0, 1.0]
+        self._vertices = np.concatenate([mesh.points[nodes], images])
+        self._owner = np.concatenate([owner, owner[off]])
+
+    def tilted(self, motion: Floats) -> Floats | None:
+        """Moments (2,) that the pins must have on a rod that may tilt."""
+        return None if self._tilting is None else -self._tilting @ motion
+
+    def response(self, instant: Instants, state: Solved) -> Response:
+        """Return what a solution and the inertia of its instant do to the rod."""
+        parts = self.problem.unfolding.parts(state.values)
+        forces = {parity: (self.problem.forces @ values).reshape(-1, 3) for parity, values in parts.items()}
+        if instant.motions.any():
+            inertial = self._inertia.forces(instant)
+            forces = {parity: nodal + inertial.part(parity) for parity, nodal in forces.items()}
+        traction = {parity: self.traction(values[:, None]) for parity, values in parts.items()}
+        odd = Parity.ANTISYMMETRIC
+        return Response(
+            forces=Split(forces[Parity.SYMMETRIC], forces.get(odd)),
+            traction={
+                surface: Split(even[..., 0], traction[odd][surface][..., 0] if odd in traction else None)
+                for surface, even in traction[Parity.SYMMETRIC].items()
+            },
+            largest=float(instant.largest_force),
+            touch=self.touch(state.values),
+            checks={"contact_gap": state.residual, "contact_balance": state.imbalance},
+        )
+
+    def touches(self, values: Floats, pins: slice | Ints) -> tuple[Mapping[Surface, Touch], ...]:
+        """Contact at each instant from the unknowns (n, n_instants), of which `pins` are the pins'."""
+        values = np.where(values < NOTHING * values[pins].max(axis=0), 0.0, values)
+        return tuple(self.touch(instant) for instant in values.T)
+
+    def touch(self, values: Floats) -> dict[Surface, Touch]:
+        """Contact of each pin with its bore under the values (n,) of the unknowns."""
+        pressure = values[self._pins]
+        x, y, z = self._vertices.T
+        found = {}
+        for number, bore in enumerate(self.problem.bores):
+            own = self._owner == number
+            angle = np.arctan2(y[own], x[own] - bore.center[0])
+            found[bore.multipliers.surface] = Touch.of(pressure[own], angle, z[own])
+        return found
+
+    def traction(self, pressure: Floats) -> dict[Surface, Floats]:
+        """Traction (n_nodes, 3, k) on each surface of unknowns (n_cell, k) on the cell, MPa."""
+        found: dict[Surface, Floats] = {}
+        for number, bore in enumerate(self.problem.bores):
+            own = bore.multipliers
+            nodes, values = own.at_nodes(pressure[self.problem.own(number)])
+            traction = np.zeros((self._n_nodes, 3, pressure.shape[1]))
+            traction[nodes] = values[:, None] * own.direction(self._points[nodes])[..., None]
+            found[own.surface] = traction
+        first = len(self.problem.bores)
+        for number, faces in enumerate(self.problem.faces):
+            found |= faces.traction(pressure[self.problem.own(first + number)], self._points)
+        for number, bolt in enumerate(self.problem.bolts, first + len(self.problem.faces)):
+            for surface, unit in bolt.traction.items():
+                own_share = unit[..., None] * pressure[self.problem.own(number)]
+                found[surface] = found.get(surface, 0.0) + own_share
+        return found
+
+
+def acting(instants: Instants) -> Iterator[tuple[Floats, Floats, Floats]]:
+    """Yield the forces (2,) at pin and crank and the weights (4,) of the motion of each instant."""
+    return zip(instants.pin.T, instants.crank.T, instants.motions.T, strict=True)
+
+
+class ContactPins(PinModel):
+    """Rigid or elastic pins with clearance, as [contact] describes them."""
+
+    def __init__(self, structure: Structure) -> None:
+        self.structure = structure
+        self.fits = Fits.of(structure.contact, structure.bores, structure.pin_stiffness)
+        self.singular_surfaces, self.notes = self.fits.sharp, self.fits.notes
+
+    @classmethod
+    def of(cls, structure: Structure) -> Self:
+        """Complete what the study says of the pins: see `PinModel.of`."""
+        return cls(structure)
+
+    @property
+    def excluded_because(self) -> str:
+        """Why the pins of this rod cannot be in contact: see `PinModel.excluded_because`."""
+        rod = self.structure
+        chosen = SolverName(rod.model.solver)
+        why = contact_excluded_because(rod.support, chosen)
+        if rod.soft and not why:
+            nu = max(material.poissons_ratio for material in rod.materials)
+            most = LIMITS["poissons_ratio_p2"]
+            return f"supports displacement elements only, and ν = {nu:g} of a part exceeds {most}"
+        return why
+
+    @cached_property
+    def contact(self) -> BoreContact:
+        """The contact problem, whose compliance is computed when first asked for.
+
+        Raises
+        ------
+        InvalidValue
+            Contact cannot be combined with something else that was asked for.
+        """
+        why = self.excluded_because
+        require(not why, "analysis.pressure", CONTACT, why, "Choose another --pressure.")
+        with self.structure.clock("contact"):
+            return self._problem()
+
+    def _problem(self) -> BoreContact:
+        return BoreContact(self.structure, self.fits)
+
+    def respond(self, instants: Instants, cycle: CrankCycle | None = None) -> list[Response]:
+        """Return what acts on the rod at instants: see `PinModel.respond`."""
+        states = self.states(instants, cycle)
+        return [self.contact.response(*each) for each in zip(instants, states, strict=True)]
+
+    def states(self, instants: Instants, cycle: CrankCycle | None = None) -> Sequence[Solved]:  # noqa: ARG002
+        """Solve instants one after another; parameters and errors as for `PinModel.respond`."""
+        contact = self.contact
+        with one_blas_thread():
+            return [
+                contact.problem.solve((pin, crank), motion, contact.tilted(motion))
+                for pin, crank, motion in acting(instants)
+            ]
+
+    def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:  # noqa: ARG002
+        """Return patterns of pressure, and inertia: they span any instant."""
+        return PressurePatterns(self)
+
+
+@dataclass(frozen=True)
+class ContactFields:
+    """Unit loads of one parity on the cell."""
+
+    contact: BoreContact
+    patterns: Floats  # (n_cell, n) unknowns of the contact problem on the cell in each unit load
+    inertial: Sequence[Floats]  # nodal forces (n_nodes, 3) of the inertia fields, the last unit loads
+
+    @property
+    def count(self) -> int:
+        """Number of unit loads."""
+        return int(self.patterns.shape[1])
+
+    def forces(self, units: slice) -> list[Floats]:
+        """Nodal forces (n_nodes, 3) of some of them."""
+        pressed = (self.contact.problem.forces @ self.patterns[:, units]).T
+        found = [column.reshape(-1, 3) for column in pressed]
+        for number, own in enumerate(self.inertial, self.count - len(self.inertial) - units.start):
+            if 0 <= number < len(found):
+                found[number] = found[number] + own
+        return found
+
+    def traction(self, units: slice) -> dict[Surface, Floats]:
+        """Traction (n_nodes, 3, n) of some of them on each surface."""
+        return self.contact.traction(self.patterns[:, units])
+
+
+class ContactUnits(UnitLoads):
+    """Patterns of the unknowns of the contact problem, and inertia."""
+
+    def __init__(self, pins: ContactPins) -> None:
+        self.pins, self.contact = pins, pins.contact
+
+    @abstractmethod
+    def patterns(self, parity: Parity) -> Floats:
+        """Unknowns (n_cell, n) on the cell in each unit load; inertia alone is the last two."""
+
+    def fields(self) -> tuple[ContactFields, ContactFields]:
+        """Return the even and the odd unit loads."""
+        inertial = zip(Parity, inertial_fields(self.pins.structure.inertia), strict=True)
+        even, odd = (ContactFields(self.contact, self.patterns(parity), own) for parity, own in inertial)
+        return even, odd
+
+
+class PressurePatterns(ContactUnits):
+    """The unit loads of a rod of one piece."""
+
+    def __init__(self, pins: ContactPins) -> None:
+        super().__init__(pins)
+        problem = self.contact.problem
+        self._n_cell = len(problem.unfolding.on_y)
+        none = np.zeros((self._n_cell, 0))
+        self._patterns, self._weighing = ({Parity.ANTISYMMETRIC: none} for _ in range(2))
+        for parity, compliance in problem.cell_compliance.items():
+            own = np.flatnonzero(problem.unfolding.has(parity))
+            self._patterns[parity], self._weighing[parity] = np.zeros((2, self._n_cell, len(own)))
+            patterns = of_unit_work(compliance[np.ix_(own, own)])
+            self._patterns[parity][own], self._weighing[parity][own] = patterns
+        self.joint = JointBounds(*(slice(SMOOTH, self._patterns[parity].shape[1]) for parity in Parity))
+
+    def patterns(self, parity: Parity) -> Floats:
+        """Unknowns on the cell in each unit load: see `ContactUnits`."""
+        return np.pad(self._patterns[parity], [(0, 0), (0, 2)])
+
+    def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
+        """Weights of the unit loads at n instants: see `UnitLoads.weights`."""
+        values = np.stack([state.values for state in self.pins.states(instants, cycle)], axis=1)
+        parts, none = self.contact.problem.unfolding.parts(values), np.zeros((self._n_cell, len(instants)))
+        even, odd = (self._weighing[parity].T @ parts.get(parity, none) for parity in Parity)
+        motions = instants.motions
+        return Weights(np.concatenate([even, motions[:2]]), np.concatenate([odd, motions[2:]]))
+
+    def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002
+        """Contact of the pins with the bores at each instant."""
+        parts = {
+            parity: patterns @ own[: patterns.shape[1]]
+            for (parity, own), patterns in zip(
+                zip(Parity, weights, strict=True), (self._patterns[parity] for parity in Parity), strict=True
+            )
+        }
+        pressure = self.contact.problem.unfolding.unfolded(parts)
+        return Contacts(self.contact.touches(pressure, slice(None)))
+
+
+def of_unit_work(compliance: Floats) -> tuple[Floats, Floats]:
+    """Eigenvectors (n, n) of a compliance of unit work, softest first, and what weighs values by them."""
+    work, vectors = np.linalg.eigh(compliance)
+    scale = np.sqrt(work[::-1])
+    return vectors[:, ::-1] / scale, vectors[:, ::-1] * scale

@@ -1,0 +1,257 @@
+"""What a pin model is: it responds to what acts on the rod, and spans crank cycles by unit loads.
+
+The models are registered in `fea.base.pin_models`.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, NamedTuple, Protocol, Self
+
+import numpy as np
+
+from fea.base.checks import LIMITS
+from fea.base.choices import Support
+from fea.base.material import Material
+from fea.base.note import Note
+from fea.base.pin_models import pin_model
+from fea.contact.assembly_state import AssemblyState
+from fea.contact.touch import Touch
+from fea.machine.clock import Clock
+from fea.rod.meshed_rod import Bores
+from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia
+from fea.solid.parity import Split
+from fea.solvers.static import Model
+from fea.study.option_tables import ContactTable
+from geometry.arrays import Floats, Ints, Mask
+from geometry.assembly import BoltAxis
+from geometry.surfaces import Surface
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants, joined
+from mesh.tetmesh import TetMesh
+
+
+@dataclass(frozen=True, kw_only=True)
+class Expansion:
+    """A uniform change of temperature, K, and linear expansions, 1/K, of parts, bolts and both pins."""
+
+    rise: float
+    parts: tuple[float, ...]
+    bolt: float
+    piston_pin: float
+    crank_pin: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class AssemblySpecification:
+    """How the parts of a rod are put together."""
+
+    normal: tuple[float, float]  # (x, y) of the joint plane, from the cap towards the rod
+    bolts: tuple[BoltAxis, ...]  # of the whole rod
+    preload: float  # of each bolt after tightening, N
+    stiffness: float  # of what of each bolt the mesh does not hold, N/mm
+    friction: float  # coefficient μ between the parts
+    interference: Mapping[Surface, float]  # radial, mm, by the first surface of an interface
+    expansion: Expansion | None = None  # None where the engine is as warm as the room of the assembly
+    parts: tuple[str, ...] = ()  # names of the parts in the order of their numbers
+
+
+@dataclass(frozen=True, kw_only=True)
+class Structure:
+    """The rod that the pins load, and what the study says of them."""
+
+    model: Model  # the stiffness of the cell
+    bores: Bores
+    materials: tuple[Material, ...]  # one per part
+    inertia: Inertia  # of the same mesh
+    pressure: str  # what the study asks for
+    support: Support
+    contact: ContactTable
+    pin_stiffness: Mapping[str, tuple[float, float]]  # E, MPa, and ν of pins whose material is given
+    assembly: AssemblySpecification | None  # None for a rod of one piece
+    clock: Clock
+
+    @property
+    def mesh(self) -> TetMesh:
+        """Mesh of the cell."""
+        return self.model.mesh
+
+    @property
+    def soft(self) -> tuple[int, ...]:
+        """Numbers of the parts in which second-order displacement elements alone would lock."""
+        return soft_parts(self.materials, self.mesh)
+
+    def pins(self, pressure: str = "") -> "PinModel":
+        """Return the model of the pins, by default the one that the study asks for.
+
+        Raises
+        ------
+        InvalidValue
+            There is no such model, or a pin does not fit the rod.
+        """
+        asked = replace(self, pressure=pressure or self.pressure)
+        in_parts = self.assembly is not None and pin_model(asked.pressure).in_contact
+        model: PinModel = pin_model(asked.pressure, in_parts=in_parts).load().of(asked)
+        return model
+
+
+def soft_parts(materials: Sequence[Material], mesh: TetMesh) -> tuple[int, ...]:
+    """Return the numbers of the parts in which second-order displacement elements alone would lock."""
+    limit = LIMITS["poissons_ratio_p2"] if mesh.order > 1 else np.inf
+    return tuple(n for n, material in enumerate(materials) if material.poissons_ratio > limit)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Response:
+    """What acts on the rod at an instant: nodal forces that balance, and what the bores feel."""
+
+    forces: Split  # on the cell, N
+    traction: Mapping[Surface, Split]  # known traction on the surface, MPa
+    largest: float  # the largest force on a bore, or of all bolts together, N
+    scale: float = 1.0  # correction factor of a prescribed load that is farthest from 1
+    # Moment out of the plane of motion that the rod's inertia balances, over the largest bore force times the
+    # rod's length; None if mirror planes or a clamp exclude such a moment
+    tilt: float | None = None
+    touch: Mapping[Surface, Touch] = field(default_factory=dict)  # where pins in contact touch the bores
+    shift: Split | None = None  # rigid displacement of separate parts on the cell, mm
+    growth: Split | None = None  # free thermal expansion on the cell, mm, which causes no stress
+    checks: Mapping[str, float] = field(default_factory=dict)  # further ones of `fea.base.checks`
+    assembly: AssemblyState | None = None  # bolts and interfaces of a rod of separate parts
+    pressure: Split | None = None  # (n_nodes,) contact pressure of such a rod, MPa
+    gap: Split | None = None  # (n_nodes,) between its parts, mm
+
+
+class Weights(NamedTuple):
+    """How much of each unit load there is: (n_units, n_instants), of the unit loads of either parity."""
+
+    even: Floats
+    odd: Floats
+
+    def at(self, instants: slice | Ints | Mask) -> "Weights":
+        """Return those of some instants."""
+        return Weights(self.even[:, instants], self.odd[:, instants])
+
+
+class JointBounds(NamedTuple):
+    """Unit loads of either parity whose deviations are bounded jointly instead of each by itself.
+
+    The bound is close if they are orthogonal states of equal energy.
+    """
+
+    even: slice
+    odd: slice
+
+
+NOT_JOINT = JointBounds(slice(0, 0), slice(0, 0))
+
+
+class Fields(Protocol):
+    """Unit loads of one parity on the cell."""
+
+    @property
+    def count(self) -> int:
+        """Number of unit loads."""
+
+    def forces(self, units: slice) -> Sequence[Floats]:
+        """Nodal forces (n_nodes, 3) of some of them, N."""
+
+    def traction(self, units: slice) -> dict[Surface, Floats]:
+        """Traction (n_nodes, 3, n) of some of them on each bore, MPa."""
+
+
+class Contacts(NamedTuple):
+    """Contact at each instant."""
+
+    touches: tuple[Mapping[Surface, Touch], ...] = ()  # of the pins with the bores, where they are in contact
+    states: tuple[AssemblyState, ...] = ()  # of bolts and interfaces; empty for a rod of one piece
+
+
+class UnitLoads(ABC):
+    """Loads whose sums, with weights, are everything that acts over crank cycles."""
+
+    series_error: float = 0.0  # largest error of the pressures that they can represent, over their peak
+    jumps: bool = False  # whether the pressure jumps at the ends of its arc
+    joint: JointBounds = NOT_JOINT
+    path_dependent: ClassVar[bool] = False  # whether friction makes an instant depend on those before it
+
+    @abstractmethod
+    def fields(self) -> tuple[Fields, Fields]:
+        """Return the even and the odd unit loads."""
+
+    @abstractmethod
+    def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
+        """Weights of the unit loads at n instants; `cycle` as for `PinModel.respond`."""
+
+    def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002
+        """Contact at the instants of a cycle, whose weights are known."""
+        return Contacts()
+
+
+class PinModel(ABC):
+    """How the pins load the rod."""
+
+    # Where the exact stress is infinite because pins press on sharp edges.
+    singular_surfaces: tuple[Surface, ...] = ()
+    notes: tuple[Note, ...] = ()  # what a reader must know of the pins
+    resting: Instants = joined(())  # load cases of a rod on which nothing acts but the model itself
+
+    @property
+    def excluded_because(self) -> str:
+        """Why the model cannot be used for the rod, as a rule; empty where it can."""
+        return ""
+
+    @classmethod
+    @abstractmethod
+    def of(cls, structure: Structure) -> Self:
+        """Prepare the model for a rod; what takes long waits until it is needed.
+
+        Raises
+        ------
+        InvalidValue
+            A pin does not fit the rod.
+        """
+
+    @abstractmethod
+    def respond(self, instants: Instants, cycle: CrankCycle | None = None) -> Sequence[Response]:
+        """Return what acts on the rod at instants.
+
+        Parameters
+        ----------
+        instants
+            Forces and motion.
+        cycle
+            That they belong to, where friction makes them depend on what came before; by default each of them
+            follows on the rod at rest.
+
+        Raises
+        ------
+        ContactError
+            No state of contact carries the load.
+        InvalidValue
+            The model cannot be combined with something else that was asked for.
+        """
+
+    def datum(self) -> Response | None:
+        """The state in which the bores were made round; None if nothing acted then."""
+        return None
+
+    @abstractmethod
+    def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:
+        """Return unit loads that span crank cycles and their peak cases; errors as of `respond`."""
+
+
+def inertial_fields(inertia: Inertia) -> tuple[list[Floats], list[Floats]]:
+    """Nodal forces (n_nodes, 3) of the even and of the odd unit accelerations."""
+    even, odd = ([inertia.forces(motion) for motion in motions] for motions in (EVEN_MOTIONS, ODD_MOTIONS))
+    return [split.symmetric for split in even], [odd_part(split) for split in odd]
+
+
+def odd_part(split: Split) -> Floats:
+    """The antisymmetric part of a field, or all of it on a cell that is not cut at y = 0."""
+    return split.symmetric if split.antisymmetric is None else split.antisymmetric
+
+
+def total(parts: Sequence[Split]) -> Split:
+    """Sum of fields."""
+    odd = [part.antisymmetric for part in parts if part.antisymmetric is not None]
+    return Split(np.sum([part.symmetric for part in parts], axis=0), np.sum(odd, axis=0) if odd else None)
