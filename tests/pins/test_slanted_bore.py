@@ -42,5 +42,5 @@ def test_skewness_is_that_of_a_width_that_differs_around_the_bore(slanted):
     width, taper = slanted.mesh.bores.small_width, slanted.mesh.bores.small_taper
     alpha = np.linspace(0, math.pi, 1001)
     across = taper * np.sin(alpha) * 2 / 3 / (width * 2 / 3 + taper * np.cos(alpha) * math.pi / 8)
-    assert _skewness(small.facets, small.arcs[0]) == pytest.approx(np.abs(across).max(), rel=0.03)
-    assert _skewness(big.facets, big.arcs[0]) < SKEWED
+    assert _skewness(small.bore.facets, small.arcs[0]) == pytest.approx(np.abs(across).max(), rel=0.03)
+    assert _skewness(big.bore.facets, big.arcs[0]) < SKEWED
