@@ -69,9 +69,9 @@ class ContactSystem:
             No pressure has these resultants.
         """
         active = self._R @ force > 0 if self._active is None else self._active
-        found = self._primal_dual(gap, force, active) or self._exchanged(gap, force)
-        self._active = found.pressure > 0
-        return found
+        contact = self._primal_dual(gap, force, active) or self._exchanged(gap, force)
+        self._active = contact.pressure > 0
+        return contact
 
     def _primal_dual(self, gap: Floats, force: Floats, active: Mask) -> Contact | None:
         """Change all places at once; None if that does not settle."""
@@ -81,8 +81,8 @@ class ContactSystem:
             left = self._gap(pressure, motion, gap)
             better = np.where(active, pressure >= -_little(pressure), left < -_slack(left, gap)).astype(bool)
             if (better == active).all():
-                found = self._contact(pressure, motion, left, gap, force, changes=change)
-                return found if found.imbalance <= BALANCE else None
+                contact = self._contact(pressure, motion, left, gap, force, changes=change)
+                return contact if contact.imbalance <= BALANCE else None
             if (key := better.tobytes()) in tried:
                 return None
             tried.add(key)
@@ -117,21 +117,21 @@ class ContactSystem:
 
     def _touching(self, active: Mask, gap: Floats, force: Floats) -> tuple[Floats, Floats]:
         """Pressures (n,) and motions (m,) that close the gap in the active places and balance the load."""
-        own = np.flatnonzero(active)
-        rigid = self._R[own]
-        if self._factorised is None or not np.array_equal(self._factorised[0], own):
-            block = self._C[np.ix_(own, own)]
+        touching = np.flatnonzero(active)
+        rigid = self._R[touching]
+        if self._factorised is None or not np.array_equal(self._factorised[0], touching):
+            block = self._C[np.ix_(touching, touching)]
             factor = cho_factor(block, lower=True, overwrite_a=True, check_finite=False)
             moved = cho_solve(factor, rigid, check_finite=False)
-            self._factorised = own, factor, moved
+            self._factorised = touching, factor, moved
         _, factor, moved = self._factorised
-        at_rest = cho_solve(factor, gap[own], check_finite=False)
+        at_rest = cho_solve(factor, gap[touching], check_finite=False)
         scale = self._scale
         schur = (rigid.T @ moved) / np.outer(scale, scale)
         # A motion that no place in contact resists stays zero.
         motion = np.linalg.lstsq(schur, (force + rigid.T @ at_rest) / scale, rcond=1e-12)[0] / scale
         pressure = np.zeros(len(gap))
-        pressure[own] = moved @ motion - at_rest
+        pressure[touching] = moved @ motion - at_rest
         return pressure, motion
 
     def _contact(

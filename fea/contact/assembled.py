@@ -106,7 +106,9 @@ class Assembled:
         moved = [problem.moved(nodes) for nodes in parts]
         n, n_loads = problem.loaded.shape
         self._P = np.hstack([columns for columns, _ in moved]) if moved else np.zeros((n, 0))
-        self._resultants = np.concatenate([own for _, own in moved]) if moved else np.zeros((0, n_loads))
+        self._resultants = (
+            np.concatenate([of_part for _, of_part in moved]) if moved else np.zeros((0, n_loads))
+        )
         bores, faces = len(problem.bores), len(problem.faces)
         self.pins = self._numbers(range(bores))
         self.bolts = self._numbers(range(bores + faces, bores + faces + len(problem.bolts)))
@@ -114,7 +116,9 @@ class Assembled:
         self._preload = np.tile(preload, len(self.bolts) // max(len(preload), 1))
         self._condensed = CondensedInterface.of(problem.compliance, self._P, self.pins)
         of_motion = [
-            f"the {name}" for name, (own, _) in zip(names, moved, strict=False) for _ in range(own.shape[1])
+            f"the {name}"
+            for name, (of_part, _) in zip(names, moved, strict=False)
+            for _ in range(of_part.shape[1])
         ]
         self.system = FrictionSystem(self._condensed, problem.rigid, self._places(friction), of_motion)
         self._made = problem.initial.copy()
@@ -145,15 +149,15 @@ class Assembled:
         C, normal, bolts = self.problem.compliance, self.vertices.normal, self.bolts
         pulled = C[:, bolts] @ self._preload
         system = ContactSystem(C[np.ix_(normal, normal)], self._P[normal])
-        found = system.solve((self._made + pulled)[normal], -self._P[bolts].T @ self._preload)
+        contact = system.solve((self._made + pulled)[normal], -self._P[bolts].T @ self._preload)
         values = np.zeros(len(C))
-        values[normal], values[bolts] = found.pressure, self._preload
-        gap = C @ values + self._made - self._P @ found.motion
+        values[normal], values[bolts] = contact.pressure, self._preload
+        gap = C @ values + self._made - self._P @ contact.motion
         locked = np.concatenate([bolts, self.pins])
         self._made[bolts] -= gap[bolts]
         self._made[self.pins] -= gap[self.pins] - self.problem.initial[self.pins]
         gap[locked] = 0.0
-        return self._frictionless(values, gap, found)
+        return self._frictionless(values, gap, contact)
 
     @property
     def interface(self) -> Ints:
@@ -167,9 +171,9 @@ class Assembled:
     def _warmed(self, warming: Warming) -> ContactState:
         """Let parts, bolts and pins expand, without any load."""
         self._made = self._made + self._expansion(warming)
-        found = self.step(self._idle, self.tightened)
-        absent = np.zeros_like(found.guess.touching)  # the pins of the next step are elsewhere
-        return replace(found, guess=replace(found.guess, touching=absent))
+        warm = self.step(self._idle, self.tightened)
+        absent = np.zeros_like(warm.guess.touching)  # the pins of the next step are elsewhere
+        return replace(warm, guess=replace(warm.guess, touching=absent))
 
     def _expansion(self, warming: Warming) -> Floats:
         """Moments (n,) of the gaps that free expansion opens."""
@@ -183,8 +187,7 @@ class Assembled:
             ]
         return problem.gaps(even)
 
-    def _frictionless(self, values: Floats, gap: Floats, found: Contact) -> ContactState:
-        """Return a state without friction."""
+    def _frictionless(self, values: Floats, gap: Floats, contact: Contact) -> ContactState:
         places = np.concatenate([self.vertices.normal, self.bolts])
         opened = values[places] <= 0
         gap[places[~opened]] = 0.0
@@ -195,9 +198,9 @@ class Assembled:
             gap=gap[self._condensed.interface],
             guess=replace(guess, opened=opened),
             loose=np.zeros(len(self._condensed.free[1])),
-            residual=found.residual,
-            imbalance=found.imbalance,
-            changes=found.changes,
+            residual=contact.residual,
+            imbalance=contact.imbalance,
+            changes=contact.changes,
         )
 
     def steps(self, exact: Exact = EXACT, end: int | None = None) -> Steps:

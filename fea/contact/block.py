@@ -61,7 +61,9 @@ class Effects:
     def part(self, interface: Ints, pins: Ints) -> "Effects":
         """Those of some unknowns."""
         matrices = (self.A, pins, pins), (self.B, interface, pins), (self.S, interface, interface)
-        return Effects(*(np.ascontiguousarray(own[np.ix_(rows, columns)]) for own, rows, columns in matrices))
+        return Effects(
+            *(np.ascontiguousarray(matrix[np.ix_(rows, columns)]) for matrix, rows, columns in matrices)
+        )
 
 
 @dataclass(frozen=True)
@@ -124,12 +126,12 @@ class Block:
         n_p, n_J = len(self.pins), len(self.interface)
         label = self._labels()
         pins, interface, motions = np.split(label, [n_p, n_p + n_J])
-        own, kinds = np.unique(np.concatenate([pins, interface])), (pins, interface, motions)
-        if len(own) < 2:
+        numbers, kinds = np.unique(np.concatenate([pins, interface])), (pins, interface, motions)
+        if len(numbers) < 2:
             return [self]
         # A motion that nothing resists goes to any of the blocks, where it is found not to be in balance.
-        motions[~np.isin(motions, own)] = own[0]
-        return [self.part(*(np.flatnonzero(kind == each) for kind in kinds)) for each in own]
+        motions[~np.isin(motions, numbers)] = numbers[0]
+        return [self.part(*(np.flatnonzero(kind == each) for kind in kinds)) for each in numbers]
 
     def _labels(self) -> Ints:
         """Number (n_p + n_J + m,) of the block of every unknown and every motion."""
@@ -155,16 +157,16 @@ class Block:
 
     def carrying(self, touching: Mask, forces: Floats) -> Floats:
         """Least pressures (n_p,) of the pins that touch, of either sign, with the resultants (m,)."""
-        found = np.zeros(len(self.pins))
+        pressure = np.zeros(len(self.pins))
         if touching.any():
-            found[touching] = np.linalg.lstsq(self.R[touching].T, forces, rcond=None)[0]
-        return found
+            pressure[touching] = np.linalg.lstsq(self.R[touching].T, forces, rcond=None)[0]
+        return pressure
 
     def change(self, one: Offsets, other: Offsets) -> float:
         """Largest change of a stress from one load to another while nothing moves but the pins, MPa."""
         gap = (one.pin_gap - other.pin_gap) * self.effects.press
         gap = (gap - self.even @ (self.even.T @ gap)) * self.effects.press
-        return float(max(np.abs(own).max(initial=0.0) for own in (one.stress - other.stress, gap)))
+        return float(max(np.abs(stress).max(initial=0.0) for stress in (one.stress - other.stress, gap)))
 
 
 def _strong(values: Floats) -> Mask:
@@ -222,20 +224,20 @@ class Coupling:
     @classmethod
     def of(cls, whole: Block, blocks: Sequence[Block], to: int, by: int) -> "Coupling":
         """Between two blocks."""
-        own, other, every = blocks[to], blocks[by], whole.effects
+        here, other, every = blocks[to], blocks[by], whole.effects
         there = other.interface
-        press, unit, its = own.effects.press, own.effects.unit, other.effects
+        press, unit, its = here.effects.press, here.effects.unit, other.effects
         nothing = np.zeros((len(other.interface), 0))
-        slip = Product.of(every.B[np.ix_(there, own.pins)], its.unit, press, own.even)
+        slip = Product.of(every.B[np.ix_(there, here.pins)], its.unit, press, here.even)
         return cls(
             by=by,
-            gap_by_pins=Product.of(every.A[np.ix_(own.pins, other.pins)], press, its.press, other.even),
+            gap_by_pins=Product.of(every.A[np.ix_(here.pins, other.pins)], press, its.press, other.even),
             gap_by_slip=slip.transposed,
             stress_by_pins=Product.of(
-                every.B[np.ix_(own.interface, other.pins)], unit, its.press, other.even
+                every.B[np.ix_(here.interface, other.pins)], unit, its.press, other.even
             ),
             stress_by_slip=Product.of(
-                every.S[np.ix_(own.interface, other.interface)], unit, its.unit, nothing
+                every.S[np.ix_(here.interface, other.interface)], unit, its.unit, nothing
             ),
         )
 
@@ -264,21 +266,21 @@ class Blocks:
     @cached_property
     def sticking(self) -> "Blocks":
         """The same, where all slip is given."""
-        return replace(self, blocks=tuple(own.sticking for own in self.blocks))
+        return replace(self, blocks=tuple(block.sticking for block in self.blocks))
 
     def shifted(
         self, number: int, offsets: Offsets, pressure: Sequence[Floats], moved: Sequence[Floats]
     ) -> Offsets:
         """Offsets of a block under pressures and slips of the others."""
-        for own in self.couplings[number]:
-            offsets = own.shifted(offsets, pressure[own.by], moved[own.by])
+        for coupling in self.couplings[number]:
+            offsets = coupling.shifted(offsets, pressure[coupling.by], moved[coupling.by])
         return offsets
 
     def slipped(self, number: int, gap: Floats) -> tuple[Floats, Floats]:
         """Stresses S y (n_J, n) and gaps Bᵀ y (n_p, n) of a block under gaps y of all unknowns."""
-        own = self.blocks[number]
-        here = gap[own.interface]
-        stress, pin_gap = own.effects.S @ here, own.effects.B.T @ here
+        block = self.blocks[number]
+        here = gap[block.interface]
+        stress, pin_gap = block.effects.S @ here, block.effects.B.T @ here
         for other in self.couplings[number]:
             there = gap[self.blocks[other.by].interface]
             stress = other.stress_by_slip.added(stress, there)

@@ -41,16 +41,16 @@ class Correction:
             return None
         eager = self._eager > 0
         self._eager -= 1
-        pins, normal, friction = trial.violations
+        pins, normal, _ = trial.violations
         kind = 2 if eager else 0 if pins.any() else 1 if normal.any() else 2
-        wrong = [
-            (own > 0) & (own >= least * own.max(initial=0.0)) if number <= kind else np.zeros_like(own, bool)
-            for number, (own, least) in enumerate(zip((pins, normal, friction), self._least, strict=True))
-        ]
-        found = trial.corrected(*wrong)
-        if any(own.any() for own in wrong):
-            self._remember(found, kind)
-        return found
+        wrong = []
+        for number, (violation, least) in enumerate(zip(trial.violations, self._least, strict=True)):
+            worst = (violation > 0) & (violation >= least * violation.max(initial=0.0))
+            wrong.append(worst if number <= kind else np.zeros_like(worst))
+        better = trial.corrected(*wrong)
+        if any(violation.any() for violation in wrong):
+            self._remember(better, kind)
+        return better
 
     def hopeless(self, trial: Trial) -> bool:
         """Whether no correction leads on: a place is wrong when it is open, and also when it is closed.
@@ -133,13 +133,7 @@ class BlockSearch:
         raise self._unresisted(trial)
 
     def _balancing(self, block: Block, forces: Floats) -> Mask:
-        """Which pressures (n_p,) of the pins can have the resultants along R together.
-
-        Raises
-        ------
-        ContactError
-            None can, because a bore is open or because a part slides away.
-        """
+        """Which pressures (n_p,) of the pins can have the resultants along R together."""
         try:
             return balanced(block.R, forces) > 0
         except ContactError as error:
@@ -149,13 +143,7 @@ class BlockSearch:
             raise ContactError(self._slides(block, left)) from error
 
     def _stopping(self, trial: Trial) -> Mask:
-        """Which pressures (n_p,) of the pins stop a motion that those that touch do not resist.
-
-        Raises
-        ------
-        UnsettledError
-            None does.
-        """
+        """Which pressures (n_p,) of the pins stop a motion that those that touch do not resist."""
         closing = np.where(trial.guess.touching, 0.0, trial.block.R @ trial.left)
         ahead = closing > BALANCE * np.abs(closing).max(initial=0.0)
         if not ahead.any():

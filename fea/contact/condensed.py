@@ -44,7 +44,7 @@ class CondensedInterface:
     free: tuple[Floats, Floats]
     _back: Floats
     _share: Floats
-    _own: Floats
+    _of_pins: Floats
     _moved: Floats
     _coupling: Floats
 
@@ -67,17 +67,17 @@ class CondensedInterface:
         schur = (P_J @ kept).T @ moved
         inverse = np.linalg.inv((schur + schur.T) / 2)
         V = moved @ inverse
-        own = P_p @ kept
+        of_pins = P_p @ kept
         # S C_Jp, of which the product would lose several digits to rigid motions.
         solved = cho_solve(factor, C_Jp)
         stiff = solved - V @ ((P_J @ kept).T @ solved)
-        B = stiff + V @ own.T
-        reach = C_Jp.T @ moved - own
+        B = stiff + V @ of_pins.T
+        reach = C_Jp.T @ moved - of_pins
         A = compliance[np.ix_(pins, pins)] - C_Jp.T @ stiff
         S = _inverse(factor[0])
         S -= V @ moved.T
         S = (S + S.T) / 2
-        A += own @ inverse @ own.T - C_Jp.T @ V @ own.T - own @ V.T @ C_Jp
+        A += of_pins @ inverse @ of_pins.T - C_Jp.T @ V @ of_pins.T - of_pins @ V.T @ C_Jp
         return cls(
             pins=pins,
             interface=interface,
@@ -89,7 +89,7 @@ class CondensedInterface:
             free=(P_p @ loose, loose.T),
             _back=kept @ inverse,
             _share=kept,
-            _own=own,
+            _of_pins=of_pins,
             _moved=moved,
             _coupling=C_Jp,
         )
@@ -97,14 +97,14 @@ class CondensedInterface:
     def motions(self, open_gap: Floats, pressure: Floats, forces: Floats, loose: Floats) -> Floats:
         """Motions (k,) of the parts from y_J − g_J (n_J,), λ_p (n_p,), f (k,) and the loose motions (m,)."""
         left = open_gap - self._coupling @ pressure
-        found = self._back @ (self._share.T @ forces - self._own.T @ pressure - self._moved.T @ left)
-        return np.asarray(found + self.free[1].T @ loose)
+        resisted = self._back @ (self._share.T @ forces - self._of_pins.T @ pressure - self._moved.T @ left)
+        return np.asarray(resisted + self.free[1].T @ loose)
 
 
 def _inverse(factor: Floats) -> Floats:
     """Inverse (n, n) of a matrix from its Cholesky factor, which is used up."""
-    found, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
-    below = np.tril(found)
-    found = below + below.T
-    found[np.diag_indices_from(found)] /= 2
-    return np.asarray(found)
+    inverse, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
+    below = np.tril(inverse)
+    inverse = below + below.T
+    inverse[np.diag_indices_from(inverse)] /= 2
+    return np.asarray(inverse)

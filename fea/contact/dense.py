@@ -20,7 +20,6 @@ _STEPS, _EXACT, _ENOUGH = 8, 1e-14, 0.1
 
 @cache
 def _lapack(name: str, precision: np.dtype[Any]) -> Callable[..., Any]:
-    """A routine of LAPACK."""
     return get_lapack_funcs(name, dtype=precision)  # type: ignore[no-any-return]
 
 
@@ -53,16 +52,16 @@ class Factor:
 
     def refined(self, matrix: Floats, side: Floats) -> Floats | None:
         """Solve with another matrix that is nearly the same; None if that takes too long."""
-        found, given = self.solve(side), np.abs(side).max()
+        solution, given = self.solve(side), np.abs(side).max()
         before = np.inf
         for _ in range(_STEPS):
-            left = side - matrix @ found
+            left = side - matrix @ solution
             size = float(np.abs(left).max())
-            if size <= _EXACT * given or size <= _EXACT * np.abs(found).max():
-                return found
+            if size <= _EXACT * given or size <= _EXACT * np.abs(solution).max():
+                return solution
             if size > _ENOUGH * before:
                 return None
-            found, before = found + self.solve(left), size
+            solution, before = solution + self.solve(left), size
         return None
 
 
@@ -75,9 +74,9 @@ def solved(matrix: Floats, side: Floats, near: Factor | None = None) -> tuple[Fl
     if not len(side):
         return side, None
     for rough in _rough(matrix, near):
-        found = rough.refined(matrix, side)
-        if found is not None:
-            return found, rough
+        solution = rough.refined(matrix, side)
+        if solution is not None:
+            return solution, rough
     factor = Factor.of(matrix)
     if factor is not None and _conditioned(matrix, factor):
         return factor.solve(side), factor

@@ -91,8 +91,8 @@ class ElasticPin:
     def harmonics(self, orders: Ints) -> Iterator[Harmonic]:
         """Answer of each harmonic."""
         load = np.zeros((_AXES * self._basis.N, len(self.stations) + 1))
-        own = _AXES * self._outer[: len(self.stations)]
-        load[own, np.arange(len(own))] = 1.0
+        surface = _AXES * self._outer[: len(self.stations)]
+        load[surface, np.arange(len(surface))] = 1.0
         squeezed = self._carried()
         for order in orders.tolist():
             around = np.pi * (1 + (order == 0))  # ∫ cos² nφ dφ
@@ -101,9 +101,9 @@ class ElasticPin:
             K0, K1, K2 = self._terms
             K = around * (K0 + order * K1 + order**2 * K2)
             inward = splu(K[free][:, free].tocsc()).solve(load[free])
-            found = np.zeros_like(load)
-            found[free] = inward
-            yield Harmonic(order, found[own, :-1], found[own, -1])
+            moved = np.zeros_like(load)
+            moved[free] = inward
+            yield Harmonic(order, moved[surface, :-1], moved[surface, -1])
 
     def harmonics_up_to(self, highest: int) -> Iterator[Harmonic]:
         """Answer of the harmonics 0 … `highest`; of those beyond the twelfth, none to the supports."""

@@ -90,10 +90,10 @@ class FrictionSystem:
         condensed, guess = self.condensed, states[0].guess
         values, gap = states[0].values.copy(), states[0].gap.copy()
         parts = list[tuple[Ints, Ints, Guess]]()
-        for own, state in zip(self.coupled.blocks, states, strict=True):
-            numbers = np.concatenate([condensed.pins[own.pins], condensed.interface[own.interface]])
-            values[numbers], gap[own.interface] = state.values[numbers], state.gap[own.interface]
-            parts.append((own.pins, own.sites, state.guess.of(own.pins, own.sites)))
+        for block, state in zip(self.coupled.blocks, states, strict=True):
+            numbers = np.concatenate([condensed.pins[block.pins], condensed.interface[block.interface]])
+            values[numbers], gap[block.interface] = state.values[numbers], state.gap[block.interface]
+            parts.append((block.pins, block.sites, state.guess.of(block.pins, block.sites)))
         return replace(
             states[0],
             values=values,
@@ -167,39 +167,40 @@ class Steps:
         blocks = coupled.blocks
         calm = _CALM * max(self._pressed(offsets, guess), self._exact.elsewhere)
         offsets = replace(offsets, least=max(calm, offsets.least))
-        parts = [offsets.of(own.pins, own.interface, own.motions) for own in blocks]
+        parts = [offsets.of(block.pins, block.interface, block.motions) for block in blocks]
         guesses = [
-            _begun(own, part, guess.of(own.pins, own.sites)) for own, part in zip(blocks, parts, strict=True)
+            _begun(block, part, guess.of(block.pins, block.sites))
+            for block, part in zip(blocks, parts, strict=True)
         ]
         alone = self._numbers[0] if len(self._numbers) == 1 else None
         pressure = [  # of what acts on others
-            np.zeros(len(own.pins)) if number == alone else own.carrying(each.touching, part.forces)
-            for number, (own, each, part) in enumerate(zip(blocks, guesses, parts, strict=True))
+            np.zeros(len(block.pins)) if number == alone else block.carrying(each.touching, part.forces)
+            for number, (block, each, part) in enumerate(zip(blocks, guesses, parts, strict=True))
         ]
-        moved = [np.zeros(len(own.interface)) for own in blocks]
-        found, changes = Trials(), 0
+        moved = [np.zeros(len(block.interface)) for block in blocks]
+        trials, changes = Trials(), 0
         # Without friction, a block is hardly worth a thread.
-        each = map if coupled is self._system.coupled.sticking else side_by_side
+        run = map if coupled is self._system.coupled.sticking else side_by_side
         for _ in range(_SWEEPS):
-            loads = {own: coupled.shifted(own, parts[own], pressure, moved) for own in self._numbers}
-            left = [own for own in self._numbers if _changed(blocks[own], loads[own], found.get(own))]
+            loads = {k: coupled.shifted(k, parts[k], pressure, moved) for k in self._numbers}
+            left = [k for k in self._numbers if _changed(blocks[k], loads[k], trials.get(k))]
             if not left:
                 break
-            least = max([offsets.least, *(own.size for own in found.values())])
-            last = self._trials | found
+            least = max([offsets.least, *(trial.size for trial in trials.values())])
+            last = self._trials | trials
             jobs = [
-                (blocks[own], replace(loads[own], least=least), guesses[own], self._exact, last.get(own))
-                for own in left
+                (blocks[k], replace(loads[k], least=least), guesses[k], self._exact, last.get(k))
+                for k in left
             ]
-            for number, (trial, states) in zip(left, each(self._system.search, jobs), strict=True):
+            for k, (trial, states) in zip(left, run(self._system.search, jobs), strict=True):
                 changes += states
-                found[number], guesses[number] = trial, trial.guess
-                pressure[number], moved[number] = trial.solution.pressure, trial.solution.moved
+                trials[k], guesses[k] = trial, trial.guess
+                pressure[k], moved[k] = trial.solution.pressure, trial.solution.moved
             if alone is not None:
                 break
         else:
             raise UnsettledError(UNSETTLED)
-        return found, changes
+        return trials, changes
 
     def _pressed(self, offsets: Offsets, guess: Guess) -> float:
         """Largest pressure between the parts while nothing moves, MPa."""
@@ -224,7 +225,7 @@ class Steps:
             stress[block.interface] += by_slip[0]
             pin_gap[block.pins] += by_slip[1]
         forces = np.concatenate([pins, self._system.loose @ parts]) / self._system.scale[:, None]
-        columns = (np.ascontiguousarray(own.T) for own in (stress, pin_gap, forces, begin))
+        columns = (np.ascontiguousarray(columns_of.T) for columns_of in (stress, pin_gap, forces, begin))
         return [Offsets(*instant) for instant in zip(*columns, strict=True)]
 
     def _state(self, trials: Trials, changes: int, load: Load, before: Floats, guess: Guess) -> ContactState:
@@ -234,10 +235,10 @@ class Steps:
         gap, motion = before.copy(), np.zeros(len(self._system.scale))
         parts = [(whole.pins, whole.sites, guess)]
         for number, trial in trials.items():
-            own = self._system.coupled.blocks[number]
-            pressure[own.pins], stress[own.interface] = trial.solution.pressure, trial.solution.stress
-            gap[own.interface], motion[own.motions] = trial.gap, trial.solution.motion
-            parts.append((own.pins, own.sites, trial.guess))
+            block = self._system.coupled.blocks[number]
+            pressure[block.pins], stress[block.interface] = trial.solution.pressure, trial.solution.stress
+            gap[block.interface], motion[block.motions] = trial.gap, trial.solution.motion
+            parts.append((block.pins, block.sites, trial.guess))
         values = np.zeros(len(load.gap))
         values[condensed.pins], values[condensed.interface] = np.maximum(pressure, 0.0), stress
         return ContactState(

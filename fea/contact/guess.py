@@ -25,7 +25,7 @@ class Places:
 
     def of(self, sites: Ints) -> "Places":
         """Some of the places."""
-        return Places(*(own[sites] for own in astuple(self)))
+        return Places(*(values[sites] for values in astuple(self)))
 
     @property
     def sticking(self) -> "Places":
@@ -60,12 +60,12 @@ class Guess:
     @classmethod
     def together(cls, n_pins: int, n_places: int, parts: Sequence[tuple[Ints, Ints, "Guess"]]) -> "Guess":
         """Put guesses of some pressures of the pins and some places together."""
-        found = cls.closed(n_pins, n_places)
+        whole = cls.closed(n_pins, n_places)
         for pins, sites, part in parts:
-            found.touching[pins] = part.touching
-            found.opened[sites], found.slipping[sites] = part.opened, part.slipping
-            found.direction[sites], found.ratio[sites] = part.direction, part.ratio
-        return found
+            whole.touching[pins] = part.touching
+            whole.opened[sites], whole.slipping[sites] = part.opened, part.slipping
+            whole.direction[sites], whole.ratio[sites] = part.direction, part.ratio
+        return whole
 
     @classmethod
     def closed(cls, n_pins: int, n_places: int) -> "Guess":

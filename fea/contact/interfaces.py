@@ -123,13 +123,13 @@ class PinInBore:
 
     def shifted(self) -> tuple[Floats, Floats]:
         """Moments (n,) of the radial part of a unit shift of the pin along x, and along y."""
-        found = self.harmonic(1, np.ones((len(self._angle), 1)))
-        return found[Parity.SYMMETRIC][:, 0], found[Parity.ANTISYMMETRIC][:, 0]
+        waves = self.harmonic(1, np.ones((len(self._angle), 1)))
+        return waves[Parity.SYMMETRIC][:, 0], waves[Parity.ANTISYMMETRIC][:, 0]
 
     def tilted(self) -> tuple[Floats, Floats]:
         """Moments (n,) of the radial part of a unit turn of the rod about x, and about y."""
-        found = self.harmonic(1, self.multipliers.places[..., 2].reshape(-1, 1))
-        return -found[Parity.ANTISYMMETRIC][:, 0], found[Parity.SYMMETRIC][:, 0]
+        waves = self.harmonic(1, self.multipliers.places[..., 2].reshape(-1, 1))
+        return -waves[Parity.ANTISYMMETRIC][:, 0], waves[Parity.SYMMETRIC][:, 0]
 
     @cached_property
     def deflection(self) -> "Deflection | None":
@@ -289,7 +289,7 @@ class MatingFaces:
     def traction(self, values: Floats, points: Floats) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, k) on each side of stresses (size, k), MPa."""
         ends = np.cumsum([len(vertices) for _, vertices in self.kinds])
-        found = {}
+        tractions = {}
         for surface, side, sign in (
             (self.pressing.surface, self.pressing, 1.0),
             (self.opposite[0], self.second, -1.0),
@@ -300,8 +300,8 @@ class MatingFaces:
                 every[vertices] = stress
                 nodes, nodal = side.at_nodes(every)
                 traction[nodes] += sign * nodal[:, None] * kind.direction(points[nodes])[..., None]
-            found[surface] = traction
-        return found
+            tractions[surface] = traction
+        return tractions
 
 
 @dataclass(frozen=True)
@@ -338,9 +338,9 @@ class BoltPull:
         forces, traction = np.zeros(3 * n_nodes), {}
         for surface, sign in ((Surface.BOLT_HEAD, -1.0), (Surface.BOLT_THREAD, 1.0)):
             facets = mesh.facets[surface][seats[surface]]
-            own = TetMesh(mesh.points, mesh.tets, {surface: facets})
+            seat = TetMesh(mesh.points, mesh.tets, {surface: facets})
             pull = sign * axis
-            pressed = Multipliers.of(own, surface, uniform(pull))
+            pressed = Multipliers.of(seat, surface, uniform(pull))
             across = np.zeros((0, 3)) if point is None else _levers(axis, halved=share < 1)
             origin = np.zeros(3) if point is None else point
             spread = share * _through(pressed, across, origin)

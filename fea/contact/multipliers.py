@@ -106,11 +106,11 @@ class Multipliers:
     def at_nodes(self, pressure: Floats) -> tuple[Ints, Floats]:
         """Nodes (m,) of the facets, and the values (m, k) there of pressures (n, k)."""
         nodes, local = self._nodes
-        found = np.zeros((len(nodes), pressure.shape[1]))
-        found[local[:, :3]] = pressure[self.corners]
+        nodal = np.zeros((len(nodes), pressure.shape[1]))
+        nodal[local[:, :3]] = pressure[self.corners]
         for middle, ends in zip(local[:, 3:].T, FACET_EDGES, strict=False):
-            found[middle] = found[local[:, ends]].mean(axis=1)
-        return nodes, found
+            nodal[middle] = nodal[local[:, ends]].mean(axis=1)
+        return nodes, nodal
 
 
 def uniform(vector: Floats) -> Direction:

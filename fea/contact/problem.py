@@ -94,10 +94,10 @@ class ContactProblem:
         n_cell = self.forces.shape[1]
         every = sparse.hstack([self.forces, dense_columns(loads)], format="csc")
         work = body.compliance(parity, every)
-        found = (work[:n_cell, :n_cell] + work[:n_cell, :n_cell].T) / 2
+        compliance = (work[:n_cell, :n_cell] + work[:n_cell, :n_cell].T) / 2
         for number, interface in enumerate(self._interfaces):
-            found[self.own(number), self.own(number)] += interface.flexibility(parity)
-        return found, work[:n_cell, n_cell:]
+            compliance[self.own(number), self.own(number)] += interface.flexibility(parity)
+        return compliance, work[:n_cell, n_cell:]
 
     def gaps(self, even: Floats, odd: Floats | None = None) -> Floats:
         """Moments (n,) over the whole body of gaps with an even and an odd part (n_cell,) on the cell."""
@@ -132,7 +132,7 @@ class ContactProblem:
         """Moments (n, m) of the free rigid motions of a part, and resultants (m, n_loads) along them."""
         columns, resultants = [], []
         for parity, moves in self.motions(nodes):
-            moments = {own: np.zeros(self.forces.shape[1]) for own in self.unfolding.parities()}
+            moments = {each: np.zeros(self.forces.shape[1]) for each in self.unfolding.parities()}
             moments[parity] = -(self.forces.T @ moves)
             columns.append(self.unfolding.moments(moments))
             resultants.append(self.unfolding.images * (moves @ self._cell_loads[parity]))
@@ -142,7 +142,7 @@ class ContactProblem:
         """The rigid motions that the mirror planes leave a part: parity and displacement (3 n_nodes,)."""
         points = self.mesh.points
         unit = motions(points[nodes], float(points[nodes, 0].mean()))
-        found = []
+        free = []
         for parity in self.unfolding.parities():
             y = parity if self.cut_y else None
             z = Parity.SYMMETRIC if self.cut_z else None
@@ -150,8 +150,8 @@ class ContactProblem:
                 if has_parity(motion, y, z):
                     moves = np.zeros_like(points)
                     moves[nodes] = unit[motion]
-                    found.append((parity, moves.ravel()))
-        return found
+                    free.append((parity, moves.ravel()))
+        return free
 
     def gap(self, forces: Sequence[Floats], weights: Floats) -> Floats:
         """Moments (n,) of the gap under forces (2,) of each pin on the whole body, N, and other loads."""
@@ -159,14 +159,14 @@ class ContactProblem:
 
     def bent(self, forces: Sequence[Floats]) -> Floats:
         """Moments (n,) of the gap that the supports of elastic pins open, for the forces (2,) of the pins."""
-        found = np.zeros(self.unfolding.size)
+        gap = np.zeros(self.unfolding.size)
         for number, (bore, force) in enumerate(zip(self.bores, forces, strict=True)):
             if bore.deflection is None or bore.pin is None:
                 continue
             pressed = bore.deflection.pressed(bore.pin, force)
             even, odd = (self._on_cell(number, pressed[parity]) for parity in Parity)
-            found += self.gaps(even, odd) if bore.cut_y else self.gaps(even + odd)
-        return found
+            gap += self.gaps(even, odd) if bore.cut_y else self.gaps(even + odd)
+        return gap
 
     def solve(self, forces: Sequence[Floats], weights: Floats, moments: Floats | None = None) -> Contact:
         """Pressures under forces (2,) of each pin on the whole body, N, and weights of the other loads.

@@ -135,8 +135,8 @@ class Linear:
         block, scaled, active, moving = self.block, self.block.effects.scaled, self.active, self.law.moving
         press, unit = block.effects.press, block.effects.unit
         acting = -press[active] * offsets.pin_gap[active], -self.law.of_rows(unit * offsets.stress)
-        found, factor = solved(self.matrix, np.concatenate([*acting, self.reach * offsets.forces]), near)
-        pressed, slid, motion = np.split(found, [len(active), len(active) + len(moving)])
+        unknowns, factor = solved(self.matrix, np.concatenate([*acting, self.reach * offsets.forces]), near)
+        pressed, slid, motion = np.split(unknowns, [len(active), len(active) + len(moving)])
         pressure, moved = np.zeros(len(block.pins)), np.zeros(len(block.interface))
         pressure[active], moved[moving] = press[active] * pressed, unit[moving] * slid
         motion = self.reach * motion
@@ -206,9 +206,9 @@ class Trial:
     @property
     def gap(self) -> Floats:
         """y_J (n_J,) at the end of the step; exactly zero where places are closed."""
-        found = self.offsets.gap + self.solution.moved
-        found[self.block.places.normal[~self.guess.opened]] = 0.0
-        return found
+        gap = self.offsets.gap + self.solution.moved
+        gap[self.block.places.normal[~self.guess.opened]] = 0.0
+        return gap
 
     @cached_property
     def _normal(self) -> Floats:
@@ -217,9 +217,9 @@ class Trial:
     @cached_property
     def _tangential(self) -> tuple[Floats, Floats]:
         """Shear stress (k, 2), and the same less the slip that the stiffness turns into a stress."""
-        own, at = self.block.places.tangential >= 0, self.block.places.tangential
+        has, at = self.block.places.tangential >= 0, self.block.places.tangential
         shear, slip = (
-            np.where(own, values[at], 0.0) for values in (self.solution.stress, self.solution.moved)
+            np.where(has, values[at], 0.0) for values in (self.solution.stress, self.solution.moved)
         )
         return shear, shear - self.block.against[:, None] * slip
 

@@ -124,7 +124,7 @@ class ChosenBolt:
 
 
 def choose_bolt(
-    table: AssemblyTable, seats: BoltSeats, own: MaterialTable | None, clamped: Material
+    table: AssemblyTable, seats: BoltSeats, bolt_table: MaterialTable | None, clamped: Material
 ) -> ChosenBolt:
     """Complete what a study says of its bolts: [assembly], and [material.bolt] if it is given.
 
@@ -135,8 +135,8 @@ def choose_bolt(
     """
     assumed = Assumed()
     shape = bolt_shape(table, seats, assumed)
-    strength = _strength(table, own, shape, assumed)
-    compliance, parts = _compliances(table, shape, seats, own, clamped.youngs_modulus)
+    strength = _strength(table, bolt_table, shape, assumed)
+    compliance, parts = _compliances(table, shape, seats, bolt_table, clamped.youngs_modulus)
     friction = _friction(table, assumed)
     lever = Lever(shape.thread, (shape.head_diameter + seats.hole) / 2, *friction)
     limit = allowed_preload(shape.thread, shape.least_diameter, friction[0], strength.yield_strength)
@@ -167,10 +167,10 @@ def choose_bolt(
 
 
 def _strength(
-    table: AssemblyTable, own: MaterialTable | None, shape: BoltShape, assumed: Assumed
+    table: AssemblyTable, bolt_table: MaterialTable | None, shape: BoltShape, assumed: Assumed
 ) -> BoltStrength:
     """Strengths of [material.bolt] where it has them, else those of the property class."""
-    given = None if own is None else own.resolved()
+    given = None if bolt_table is None else bolt_table.resolved()
     if given is None or given.yield_MPa is None:
         if table.grade is None:
             assumed.append(f"property class {DEFAULT_GRADE.value} (assembly.bolt_grade)")
@@ -182,10 +182,16 @@ def _strength(
 
 
 def _compliances(
-    table: AssemblyTable, shape: BoltShape, seats: BoltSeats, own: MaterialTable | None, rod_modulus: float
+    table: AssemblyTable,
+    shape: BoltShape,
+    seats: BoltSeats,
+    bolt_table: MaterialTable | None,
+    rod_modulus: float,
 ) -> tuple[BoltCompliance, float]:
     """Compliance of the bolt, and of the parts by the guideline."""
-    modulus = bolt_material({} if own is None else {BOLT: own}, table.grade).material().youngs_modulus
+    modulus = (
+        bolt_material({} if bolt_table is None else {BOLT: bolt_table}, table.grade).material().youngs_modulus
+    )
     nut = shape.engaged == 0
     bolt = bolt_compliance(
         shape.thread,
@@ -214,7 +220,6 @@ def _friction(table: AssemblyTable, assumed: Assumed) -> tuple[float, float]:
 def _preload(
     table: AssemblyTable, lever: Lever, compliance: BoltCompliance, limit: float, assumed: Assumed
 ) -> float:
-    """Force after tightening, N."""
     if table.bolt_torque_Nm is not None:
         return lever.preload(table.bolt_torque_Nm * N_M)
     if table.bolt_stretch_mm is not None:

@@ -138,12 +138,12 @@ def _thread(table: AssemblyTable, seats: BoltSeats, assumed: Assumed) -> Thread:
         fits = thread.diameter <= seats.hole * (1 + _ALIKE)
         require(fits, key, table.bolt_thread, rule, "Enlarge the hole (rod.cap_bolt_mm).")
         return thread
-    found = thread_in_hole(seats.hole)
-    if found is None:
+    standard = thread_in_hole(seats.hole)
+    if standard is None:
         rule = f"is missing, and no standard bolt goes through a hole of {seats.hole:g} mm"
         raise InvalidValue(key, None, rule, 'Give it, as "M2.5x0.45".')
-    assumed.append(f"thread {found.name} ({key})")
-    return found
+    assumed.append(f"thread {standard.name} ({key})")
+    return standard
 
 
 def _grip(table: AssemblyTable, seats: BoltSeats, thread: Thread, assumed: Assumed) -> tuple[float, float]:

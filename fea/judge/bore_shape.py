@@ -49,9 +49,9 @@ def bore_shape(mesh: TetMesh, surface: Surface, center_x: float, displacement: F
     x, y = mesh.points[nodes, 0] - center_x, mesh.points[nodes, 1]
     angle = np.arctan2(y, x)
     outwards = displacement[nodes, 0] * np.cos(angle) + displacement[nodes, 1] * np.sin(angle)
-    found = np.linalg.lstsq(_waves(angle, _ORDERS), outwards, rcond=None)[0]
+    amplitudes = np.linalg.lstsq(_waves(angle, _ORDERS), outwards, rcond=None)[0]
     even = np.concatenate([_ORDERS, _ORDERS[1:]]) % 2 == 0
-    return BoreShape(_DIRECTIONS, 2 * _waves(_DIRECTIONS, _ORDERS)[:, even] @ found[even])
+    return BoreShape(_DIRECTIONS, 2 * _waves(_DIRECTIONS, _ORDERS)[:, even] @ amplitudes[even])
 
 
 def _waves(angle: Floats, orders: Ints) -> Floats:

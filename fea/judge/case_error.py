@@ -86,11 +86,11 @@ class CaseErrors:
     def _on_whole(self, sides: Sequence[ErrorEstimate]) -> list[CaseError]:
         whole = self._mesh.mirrored
         side = self._element_side if len(sides) > 1 else np.zeros_like(self._element_side)
-        energy = np.stack([found.energy for found in sides])[side, whole.element_source]
-        solution = np.stack([found.solution for found in sides])[side, whole.element_source]
+        energy = np.stack([estimate.energy for estimate in sides])[side, whole.element_source]
+        solution = np.stack([estimate.solution for estimate in sides])[side, whole.element_source]
         total = (energy + solution).sum(axis=0)
         share = 100 * np.sqrt(np.divide(energy, total, out=np.zeros_like(energy), where=total > 0))
-        parts = [self._nodal([found.stress[part] for found in sides]) for part in range(len(sides[0].stress))]
+        parts = [self._nodal(stress) for stress in zip(*(estimate.stress for estimate in sides), strict=True)]
         return [
             CaseError(tuple(part[:, case] for part in parts), share[:, case], self._masked, self._sharp)
             for case in range(share.shape[1])

@@ -117,7 +117,7 @@ class CaseResult(CaseFields):
 
     def point_data(self) -> dict[str, npt.NDArray[np.float64]]:
         """Arrays at the nodes, by their names in the VTU file."""
-        found = {
+        arrays = {
             "displacement": self.displacement,
             "stress": self.stress,
             "von_mises": self.von_mises,
@@ -127,18 +127,18 @@ class CaseResult(CaseFields):
             "safety_factor": self.safety_factor,
         }
         contact = {"contact_pressure": self.contact_pressure, "gap": self.gap}
-        return found | {name: values for name, values in contact.items() if values is not None}
+        return arrays | {name: values for name, values in contact.items() if values is not None}
 
     def cell_data(self, materials: Sequence[Material]) -> dict[str, npt.NDArray[Any]]:
         """Arrays of the elements, by their names in the VTU file: the worst nodal value of each element."""
         mesh = self.mesh
         largest, factor = np.empty((2, len(mesh.tets)))
         for number, (equivalent, material) in enumerate(zip(self.part_von_mises, materials, strict=True)):
-            own = slice(None) if mesh.part is None else mesh.part == number
-            largest[own] = element_largest(equivalent, mesh.tets[own])
-            factor[own] = safety_factor(largest[own], material.yield_strength)
-        found = {"von_mises": largest, "safety_factor": factor, "error_percent": self.error.element_percent}
-        return found if mesh.part is None else found | {"part": mesh.part.astype(np.uint8)}
+            elements = slice(None) if mesh.part is None else mesh.part == number
+            largest[elements] = element_largest(equivalent, mesh.tets[elements])
+            factor[elements] = safety_factor(largest[elements], material.yield_strength)
+        arrays = {"von_mises": largest, "safety_factor": factor, "error_percent": self.error.element_percent}
+        return arrays if mesh.part is None else arrays | {"part": mesh.part.astype(np.uint8)}
 
     @property
     def judged(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
@@ -167,7 +167,7 @@ class CaseResult(CaseFields):
         """The worse of the verdicts on the largest von Mises stress and on the smallest safety factor."""
         severity = list(Verdict)
         return max(
-            (found.verdict(tolerance_percent) for found in (self.peak, self.worst)), key=severity.index
+            (extreme.verdict(tolerance_percent) for extreme in (self.peak, self.worst)), key=severity.index
         )
 
 

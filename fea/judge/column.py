@@ -91,10 +91,10 @@ def euler_load(x: Floats, bending_stiffness: Floats, *, built_in: bool) -> float
     K, G = np.zeros((2, n, n))
     middle = (bending_stiffness[1:] + bending_stiffness[:-1]) / 2
     for i, (h, stiffness) in enumerate(zip(np.diff(x), middle, strict=True)):
-        own = slice(2 * i, 2 * i + 4)
+        dofs = slice(2 * i, 2 * i + 4)
         scale = np.diag([1.0, h, 1.0, h])
-        K[own, own] += stiffness / h**3 * scale @ _BENDING @ scale
-        G[own, own] += scale @ _GEOMETRIC @ scale / (30 * h)
+        K[dofs, dofs] += stiffness / h**3 * scale @ _BENDING @ scale
+        G[dofs, dofs] += scale @ _GEOMETRIC @ scale / (30 * h)
     held = {0, n - 2} | ({1, n - 1} if built_in else set())
     free = np.array([i for i in range(n) if i not in held])
     inner = np.ix_(free, free)

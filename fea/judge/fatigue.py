@@ -187,8 +187,8 @@ def _carried(carriers: Floats, weights: Floats) -> tuple[Floats, Floats]:
         # top at (s − mean)/2s; weights must not become negative.
         reach = square[rows, chosen]
         best = np.divide(reach - mean, 2 * reach, out=np.full_like(reach, -np.inf), where=reach > _TINY)
-        own = weights[rows, chosen]
-        least = -np.divide(own, 1 - own, out=np.full_like(own, np.inf), where=own < 1)
+        weight = weights[rows, chosen]
+        least = -np.divide(weight, 1 - weight, out=np.full_like(weight, np.inf), where=weight < 1)
         step = np.maximum(best, least)
         weights *= (1 - step)[:, None]
         weights[rows, chosen] = np.maximum(weights[rows, chosen] + step, 0)

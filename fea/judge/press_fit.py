@@ -147,9 +147,9 @@ class Expansions:
         if table.temperature_C is None or table.temperature_C == REFERENCE_TEMPERATURE:
             return cls(dict.fromkeys(materials, 0.0), 0.0, ())
         by_part, assumed = {}, []
-        for part, own in materials.items():
+        for part, given in materials.items():
             name = "material" if part == ROD else f"material.{part}"
-            by_part[part], metal = thermal_expansion(name, own)
+            by_part[part], metal = thermal_expansion(name, given)
             if metal is not None:
                 said = f"{by_part[part] * 1e6:.3g}e-6/K of {metal} for the {part}"
                 assumed.append(f"{said} ({name}.thermal_expansion_1_K)")

@@ -137,16 +137,16 @@ class SharpPlaces:
             return ()
         measure, spots, bars = self._structural(rows, stress, error)
         fields = self._notches(rows, measure, stress)
-        found = []
+        places = []
         for number in np.unique(edges.place[rows]):
-            own = np.flatnonzero(edges.place[rows] == number)
-            sizes = von_mises(spots[own])
+            of_place = np.flatnonzero(edges.place[rows] == number)
+            sizes = von_mises(spots[of_place])
             if not np.isfinite(sizes).any():
                 continue
             k, side = np.unravel_index(np.nanargmax(sizes), sizes.shape)
-            at, row = own[k], rows[own[k]]
+            at, row = of_place[k], rows[of_place[k]]
             node = edges.nodes[row, 0]
-            found.append(
+            places.append(
                 SharpPlace(
                     at=edges.middle[row],
                     between=edges.between[number],
@@ -162,7 +162,7 @@ class SharpPlaces:
                     plane=math.sqrt(1 - self._poisson + self._poisson**2),
                 )
             )
-        return tuple(sorted(found, key=lambda place: place.safety_factor))
+        return tuple(sorted(places, key=lambda place: place.safety_factor))
 
     def _structural(self, rows: Ints, stress: Floats, error: Floats) -> tuple[Floats, Floats, Floats]:
         """Measure t (n, 2), structural stress (n, 2, 6) and its bar (n, 2) per flank; NaN without one."""
@@ -198,16 +198,16 @@ class SharpPlaces:
             np.einsum("nsi,nsij,nsj->ns", walk.ahead, _tensor(walk.of(stress)), walk.ahead) for walk in flanks
         ]
         distance = step[:, None] * np.arange(1, _STEPS + 1)
-        found: list[NotchField | None] = []
+        fields: list[NotchField | None] = []
         for k, row in enumerate(rows):
             first = _BEYOND * edges.size[row]
             if first > _WRONG * distance[k, -1] or any(walk.reached[k] < _STEPS for walk in flanks):
-                found.append(None)
+                fields.append(None)
                 continue
             use = distance[k] >= first
             notch = VNotch(float(edges.opening[row]))
-            found.append(fitted(notch, distance[k, use], sampled[0][k, use], sampled[1][k, use]))
-        return found
+            fields.append(fitted(notch, distance[k, use], sampled[0][k, use], sampled[1][k, use]))
+        return fields
 
 
 def _hottest(edges: SharpEdges, usage: Floats, least: float) -> Ints:
@@ -220,7 +220,7 @@ def _hottest(edges: SharpEdges, usage: Floats, least: float) -> Ints:
     hot = [number for number in np.unique(edges.place) if heat[edges.place == number].max() >= least]
     rows = [np.flatnonzero((edges.place == number) & inner) for number in hot]
     return np.concatenate(
-        [np.zeros(0, dtype=np.int64), *(own[np.argsort(-heat[own], kind="stable")[:_MOST]] for own in rows)]
+        [np.zeros(0, dtype=np.int64), *(row[np.argsort(-heat[row], kind="stable")[:_MOST]] for row in rows)]
     )
 
 

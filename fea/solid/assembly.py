@@ -43,7 +43,6 @@ class SymmetricMatrix:
 
     @cached_property
     def _rows(self) -> Ints:
-        """Block row of every block."""
         return np.repeat(np.arange(self.size // 3), np.diff(self.upper.indptr))
 
     @cached_property

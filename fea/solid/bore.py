@@ -185,14 +185,16 @@ def bore_load(
         nothing = np.zeros((n_nodes, 3))
         split = Split(nothing, nothing if bore.cut_y else None)
         return BoreLoad(split, split, 1.0)
-    own, nodes = np.unique(bore.nodes, return_inverse=True)  # sums over the nodes of the bore only
+    on_bore, nodes = np.unique(bore.nodes, return_inverse=True)  # sums over the nodes of the bore only
     local = replace(bore, nodes=nodes.reshape(bore.nodes.shape))
 
     def psi(angle: Floats, side: int) -> Floats:
         return np.asarray(side * wrapped(angle - side * direction))
 
     basis = [
-        _basis(facets_within(local, side * direction, half_arc), own.size, pressure, partial(psi, side=side))
+        _basis(
+            facets_within(local, side * direction, half_arc), on_bore.size, pressure, partial(psi, side=side)
+        )
         for side in sides
     ]
     factors = np.linalg.solve(_resultants(basis, direction, bore), [magnitude, 0.0])
@@ -204,7 +206,7 @@ def bore_load(
 
     forces = [np.zeros((n_nodes, 3)) for _ in sides]
     for force_here, both in zip(forces, basis, strict=True):
-        force_here[own] = np.tensordot(factors, both, axes=1)
+        force_here[on_bore] = np.tensordot(factors, both, axes=1)
     tractions = [radial_traction(bore, n_nodes, nodal(side)) for side in sides]
     return BoreLoad(_split(forces), _split(tractions), float(factors[0]))
 

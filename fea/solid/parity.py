@@ -124,11 +124,11 @@ class MirrorUnfolding:
         cell = np.concatenate([np.arange(len(off)), np.flatnonzero(off)])
         even = np.where(off, 0.5, np.where(across, 0.0, 1.0))
         odd = np.where(off, 0.5, np.where(across, 1.0, 0.0))
-        found = np.zeros((len(cell),) * 2)
+        moments = np.zeros((len(cell),) * 2)
         for parity, here, sign in ((Parity.SYMMETRIC, even, 1.0), (Parity.ANTISYMMETRIC, odd, -1.0)):
             share = np.concatenate([here, sign * here[off]])
-            own = of_cell[parity][np.ix_(cell, cell)]
-            own *= self.images * share
-            own *= share[:, None]
-            found += own
-        return found
+            part = of_cell[parity][np.ix_(cell, cell)]
+            part *= self.images * share
+            part *= share[:, None]
+            moments += part
+        return moments

@@ -162,8 +162,8 @@ def volume_forces(mesh: TetMesh, form: LinearForm, intorder: int) -> Floats:
     total = np.zeros(dofs.N)
     for part in blocks(len(mesh.tets), _BLOCK):
         elements = np.arange(part.start, part.stop)
-        own = _basis(bridged.mesh, intorder, elements=elements, dofs=dofs, disable_doflocs=True)
-        total += form.assemble(own)
+        block = _basis(bridged.mesh, intorder, elements=elements, dofs=dofs, disable_doflocs=True)
+        total += form.assemble(block)
     return _on_mesh(mesh, bridged.nodes, total.reshape(-1, _AXES))
 
 
@@ -182,8 +182,8 @@ def by_point(field: Callable[[Floats], Floats]) -> Callable[[Floats], Floats]:
     def of_places(x: Floats) -> Floats:
         nonlocal places, values
         if x is not places:  # a form asks anew for each of the basis functions
-            found = field(np.asarray(x).reshape(_AXES, -1).T)
-            places, values = x, np.moveaxis(found, 0, -1).reshape(*found.shape[1:], *x.shape[1:])
+            result = field(np.asarray(x).reshape(_AXES, -1).T)
+            places, values = x, np.moveaxis(result, 0, -1).reshape(*result.shape[1:], *x.shape[1:])
         return values
 
     return of_places
@@ -216,15 +216,14 @@ def _basis(mesh: MeshTet, intorder: int, **options: Any) -> CellBasis:
 
 
 def _displacements(mesh: MeshTet) -> ElementVector:
-    """Functions of the order of the mesh, in x, y and z."""
     return ElementVector(mesh.elem())
 
 
 def _on_mesh(mesh: TetMesh, nodes: Ints, values: Floats) -> Floats:
     """Values by the nodes of a mesh, of values by those of scikit-fem; zero where there is none."""
-    own = np.zeros((len(mesh.points), *values.shape[1:]))
-    own[nodes] = values
-    return own
+    on_mesh = np.zeros((len(mesh.points), *values.shape[1:]))
+    on_mesh[nodes] = values
+    return on_mesh
 
 
 def _inverse(order: Ints) -> Ints:
@@ -242,9 +241,9 @@ def _facet_numbers(mesh: MeshTet, facets: Ints) -> Ints:
         return np.asarray((a * mesh.nvertices + b) * mesh.nvertices + c)
 
     known, asked = key(mesh.facets), key(np.sort(facets, axis=1).T)
-    found = np.minimum(np.searchsorted(known, asked), len(known) - 1)
-    astray = np.flatnonzero(known[found] != asked)
+    numbers = np.minimum(np.searchsorted(known, asked), len(known) - 1)
+    astray = np.flatnonzero(known[numbers] != asked)
     if astray.size:
         first = np.sort(facets[astray[0]]).tolist()
         raise ValueError(f"{astray.size} facets, the first of vertices {first}, that no element has")
-    return np.asarray(found)
+    return np.asarray(numbers)

@@ -54,14 +54,14 @@ def free_shares(mesh: TetMesh, body: Ints, fixed: Mask) -> Floats:
     for number in range(count):
         nodes = np.unique(mesh.tets[body == number])
         modes = rigid_modes(mesh.points[nodes])
-        own = slice(6 * number, 6 * number + 6)
+        of_body = slice(6 * number, 6 * number + 6)
         held = modes[fixed[nodes]]
-        normal[own, own] += held.T @ held
+        normal[of_body, of_body] += held.T @ held
         joined = first[nodes] >= 0
         for other in np.unique(first[nodes[joined]]):
             at = first[nodes] == other
             rows = np.zeros((3 * np.count_nonzero(at), 6 * count))
-            rows[:, own] = modes[at].reshape(-1, 6)
+            rows[:, of_body] = modes[at].reshape(-1, 6)
             rows[:, 6 * other : 6 * other + 6] = -modes_at[nodes[at]].reshape(-1, 6)
             normal += rows.T @ rows
         first[nodes[~joined]], modes_at[nodes[~joined]] = number, modes[~joined]
@@ -90,10 +90,10 @@ def plane_conditions(mesh: TetMesh, parity: Parity, parity_z: Parity = Parity.SY
     tangential components.
     """
     fixed = np.zeros((len(mesh.points), 3), dtype=bool)
-    for plane, normal, own in ((Surface.SYMMETRY_Y, 1, parity), (Surface.SYMMETRY_Z, 2, parity_z)):
+    for plane, normal, about_plane in ((Surface.SYMMETRY_Y, 1, parity), (Surface.SYMMETRY_Z, 2, parity_z)):
         if plane in mesh.facets:
             across = np.arange(3) == normal
-            fixed[mesh.facets[plane].ravel()] |= across if own is Parity.SYMMETRIC else ~across
+            fixed[mesh.facets[plane].ravel()] |= across if about_plane is Parity.SYMMETRIC else ~across
     return fixed
 
 
@@ -164,10 +164,10 @@ def require_restrained(mesh: TetMesh, fixed: Mask) -> None:
     labels = components(mesh)
     count = int(labels.max()) + 1
     for piece in range(count):
-        own = labels == piece
-        motions = free_motions(mesh.points[own], fixed[own])
+        nodes = labels == piece
+        motions = free_motions(mesh.points[nodes], fixed[nodes])
         if motions:
-            who = "the model" if count == 1 else _piece(mesh.points[own], count)
+            who = "the model" if count == 1 else _piece(mesh.points[nodes], count)
             why = f"is under-constrained: nothing prevents {motions}"
             raise UnderconstrainedError(f"{who} {why}. {_remedy(count)}")
     body = bodies(mesh)
@@ -180,10 +180,10 @@ def _require_no_mechanism(mesh: TetMesh, body: npt.NDArray[np.int64], fixed: Mas
     number = int(np.linalg.norm(shares, axis=1).argmax())
     motions = _in_words(shares[number])
     if motions:
-        own = np.unique(mesh.tets[body == number])
-        x, y, z = mesh.points[own].mean(axis=0)
+        nodes = np.unique(mesh.tets[body == number])
+        x, y, z = mesh.points[nodes].mean(axis=0)
         message = (
-            f"a piece of {len(own)} nodes around ({x:.4g}, {y:.4g}, {z:.4g}) mm is connected to the rest "
+            f"a piece of {len(nodes)} nodes around ({x:.4g}, {y:.4g}, {z:.4g}) mm is connected to the rest "
             f"only along an edge or at a point and is under-constrained: nothing prevents {motions}. Join "
             "the pieces over a face"
         )

@@ -51,8 +51,8 @@ class ReferenceLoad:
     def times(self, shape: Mapping[Parity, Floats], parity_z: Parity) -> dict[Parity, Floats]:
         """K_σ φ of shapes given by their parts (n_nodes, 3, k)."""
         product_of = {side: np.zeros_like(part) for side, part in shape.items()}
-        for (own, matrix), (side, part) in product(self._parts.items(), shape.items()):
-            product_of[Parity(own * side)] += (matrix @ part.reshape(len(part), -1)).reshape(part.shape)
+        for (of_load, matrix), (side, part) in product(self._parts.items(), shape.items()):
+            product_of[Parity(of_load * side)] += (matrix @ part.reshape(len(part), -1)).reshape(part.shape)
         # The stress term alone describes forces that rotate with the bore; the pressure of a pin does not.
         turning = Parity.ANTISYMMETRIC if Parity.ANTISYMMETRIC in shape else Parity.SYMMETRIC
         for moment, row in self._pins if parity_z is Parity.SYMMETRIC else ():
@@ -111,13 +111,13 @@ class Buckling:
         fewer modes if tension prevents the others.
         """
         parts = {side: self._geometric(u) for side, u in displacement.items()}
-        found = []
+        of_loads = []
         for matrices in zip(*parts.values(), strict=True):
             load = ReferenceLoad(self._mesh, self._ends, dict(zip(parts, matrices, strict=True)))
             enough = self._enough(load, count)
             modes = [mode for parity_z in self._bodies for mode in self._modes(load, parity_z, count, enough)]
-            found.append(sorted(modes, key=lambda mode: mode.factor)[:count])
-        return found
+            of_loads.append(sorted(modes, key=lambda mode: mode.factor)[:count])
+        return of_loads
 
     def _modes(self, load: ReferenceLoad, parity_z: Parity, count: int, enough: float) -> list[BucklingMode]:
         """Modes of one parity about z = 0 with 1/λ not below `enough`."""
@@ -175,9 +175,9 @@ class Buckling:
         spaces = []
         for place, (side, body) in enumerate(self._bodies[parity_z].items()):
             own_y = side if len(self._sides) > 1 else None
-            own = [shapes[k] for k in (SLIDE_Y, SLIDE_Z, TURN_X) if has_parity(k, own_y, own_z)]
+            bent = [shapes[k] for k in (SLIDE_Y, SLIDE_Z, TURN_X) if has_parity(k, own_y, own_z)]
             odd = np.sin(np.arange(1.0, points.size + 1)).reshape(-1, 3, 1)
-            forces = np.concatenate([*own, odd], axis=2).reshape(points.size, -1)
+            forces = np.concatenate([*bent, odd], axis=2).reshape(points.size, -1)
             rows = slice(place * points.size, (place + 1) * points.size)
             vectors, pushes = np.zeros((2, len(self._sides) * points.size, forces.shape[1]))
             vectors[rows], pushes[rows] = body.solve(forces), forces

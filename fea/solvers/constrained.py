@@ -36,9 +36,9 @@ class Constrained:
     def solve(self, forces: Floats) -> Floats:
         """Displacements (n, k) under forces (n, k); the constraints react forces that are not balanced."""
         u = _solved(self.inverse, self.fixed, forces)
-        found = self.small @ np.concatenate([self.rows @ u, self.rigid.T @ forces])
+        unknowns = self.small @ np.concatenate([self.rows @ u, self.rigid.T @ forces])
         n_rows = len(self.rows)
-        return np.asarray(u - self.answers @ found[:n_rows] + self.rigid @ found[n_rows:])
+        return np.asarray(u - self.answers @ unknowns[:n_rows] + self.rigid @ unknowns[n_rows:])
 
 
 def constrained(
@@ -75,9 +75,9 @@ def stopping(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Mask:
     held = planes | np.repeat(np.isin(np.arange(len(mesh.points)), np.concatenate([*touching, []])), 3)
     rigid, piece = np.where(held[:, None], 0.0, _rigid(mesh, parities)), np.repeat(components(mesh), 3)
     for number in range(int(piece.max()) + 1):
-        own = np.where((piece == number)[:, None], rigid, 0.0)
+        of_piece = np.where((piece == number)[:, None], rigid, 0.0)
         # Pivoting chooses degrees of freedom that are far apart.
-        scaled = own / np.abs(own).max(axis=0, initial=1e-300)
+        scaled = of_piece / np.abs(of_piece).max(axis=0, initial=1e-300)
         _, _, order = qr(scaled.T, mode="economic", pivoting=True)
         planes[order[: rigid.shape[1]]] = True
     return planes
@@ -85,18 +85,18 @@ def stopping(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Mask:
 
 def _rigid(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Floats:
     """Rigid motions (n, n_rigid) that have the parities."""
-    own = _own(mesh, parities)
-    return motions(mesh.points, mesh.points[:, 0].mean())[own].reshape(len(own), -1).T
+    numbers = _own(mesh, parities)
+    return motions(mesh.points, mesh.points[:, 0].mean())[numbers].reshape(len(numbers), -1).T
 
 
 def _rows(mesh: TetMesh, held: tuple[Held, ...], parities: tuple[Parity, Parity]) -> Floats:
     """Rows (n_rows, n) of the constrained mean motions that have the parities."""
-    own = _own(mesh, parities)
+    numbers = _own(mesh, parities)
     rows = [
         mean_motions(mesh, end.surface, end.center)[motion].ravel()
         for end in held
         for motion in end.motions
-        if motion in own
+        if motion in numbers
     ]
     return np.stack(rows) if rows else np.zeros((0, mesh.points.size))
 

@@ -74,13 +74,13 @@ def pressure_space(mesh: TetMesh, materials: dict[int, Material]) -> PressureSpa
     part = np.zeros(len(mesh.tets), dtype=np.int64) if mesh.part is None else mesh.part
     parts = tuple(materials)
     elements = [np.flatnonzero(part == number) for number in parts]
-    tets = tuple(mesh.tets[own] for own in elements)
-    vertex = tuple(np.unique(own[:, :VERTICES]) for own in tets)
+    tets = tuple(mesh.tets[of_part] for of_part in elements)
+    vertex = tuple(np.unique(of_part[:, :VERTICES]) for of_part in tets)
     sizes = [nodes.size for nodes in vertex]
     unknowns = np.concatenate(
         [
-            first + np.searchsorted(nodes, own[:, :VERTICES])
-            for first, nodes, own in zip(np.r_[0, np.cumsum(sizes)], vertex, tets, strict=False)
+            first + np.searchsorted(nodes, of_part[:, :VERTICES])
+            for first, nodes, of_part in zip(np.r_[0, np.cumsum(sizes)], vertex, tets, strict=False)
         ]
     )
     soft = TetMesh(mesh.points, np.concatenate(tets))
@@ -266,12 +266,12 @@ class MixedModel(Model):
             with self._clock("solve"):
                 self._estimate_condition(parity, slot)
                 system = MixedSystem(self._K, self._space, self._fixed(parity), self._alive(parity))
-                u, p, found = self._settled(system, slot, f)
+                u, p, left = self._settled(system, slot, f)
                 restraints = self._restraints_off_planes(parity)
                 reaction = float(np.abs(system.reactions(u, p, f)[restraints]).max(initial=0.0))
             displacement[parity] = u.reshape(n_nodes, 3, -1)
             pressure[parity] = self._space.nodal(p, n_nodes)
-            residuals[parity] = replace(found, reaction=reaction)
+            residuals[parity] = replace(left, reaction=reaction)
         return Solution(displacement, residuals, pressure, dict(self._condition))
 
     def _settled(self, system: MixedSystem, slot: int, f: Floats) -> tuple[Floats, Floats, Residuals]:

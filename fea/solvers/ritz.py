@@ -97,9 +97,9 @@ def largest(
             space, pushed = space @ weights[:, : 2 * block], pushed @ weights[:, : 2 * block]
         new = (change @ np.eye(len(theta))[:, late]).without(space)
         space, pushed = space.joined(new), np.hstack([pushed, push(new.vectors)])
-    found = np.flatnonzero((counted & (theta > enough))[:count])
+    chosen = np.flatnonzero((counted & (theta > enough))[:count])
     kept = space @ weights[:, : 2 * block]
-    return Pairs(theta[found], ritz.vectors[:, found], residuals[found], kept)
+    return Pairs(theta[chosen], ritz.vectors[:, chosen], residuals[chosen], kept)
 
 
 def orthonormal(vectors: Floats, forces: Floats) -> Space:

@@ -43,8 +43,8 @@ class Solution:
     def moved(self, shifts: Sequence[Split]) -> "Solution":
         """Return the solution with a further displacement in each case, which causes no stress."""
         displacement = {
-            parity: own + np.stack([shift.part(parity) for shift in shifts], axis=-1)
-            for parity, own in self.displacement.items()
+            parity: u + np.stack([shift.part(parity) for shift in shifts], axis=-1)
+            for parity, u in self.displacement.items()
         }
         return replace(self, displacement=displacement)
 
@@ -125,7 +125,6 @@ class Model:
         return self._restraints[parity] & ~plane_conditions(self.mesh, parity).ravel()
 
     def _slot(self, parity: Parity) -> int:
-        """Slot of the solver that holds the factor of a parity."""
         if parity not in self._factorised:
             fixed = self._fixed(parity)
             require_restrained(self.mesh, fixed.reshape(-1, 3))
@@ -145,13 +144,13 @@ class Model:
             The factorisation broke down.
         """
         displacement: dict[Parity, Floats] = {}
-        found: dict[Parity, Residuals] = {}
+        left: dict[Parity, Residuals] = {}
         for parity, f in right_hand_sides(loads).items():
             slot = self._slot(parity)
             with self._clock("solve"):
-                u, found[parity] = self._refined(parity, slot, f)
+                u, left[parity] = self._refined(parity, slot, f)
             displacement[parity] = u.reshape(len(self.mesh.points), 3, -1)
-        return Solution(displacement, found, condition=dict(self._condition))
+        return Solution(displacement, left, condition=dict(self._condition))
 
     def _refined(self, parity: Parity, slot: int, f: Floats) -> tuple[Floats, Residuals]:
         """Solve for (n, k) forces, and refine an inaccurate solution as long as that helps."""

@@ -98,19 +98,19 @@ class ErrorEstimator:
         energy, solution = np.zeros((2, n_elements, n_cases))
         errors = []
         for number, (stress, material) in enumerate(zip(stresses, self._materials, strict=True)):
-            own = self._elements(number)
-            found = self._gauss_stress(displacement, material, (pressure or {}).get(number))
+            of_part = self._elements(number)
+            element_stress = self._gauss_stress(displacement, material, (pressure or {}).get(number))
             spread = _NodalMean(len(stress), n_cases)
-            for block in blocks(own.size, _BLOCK):
-                elements = own[block]
-                tets, raw = self._mesh.tets[elements], found[elements]
+            for block in blocks(of_part.size, _BLOCK):
+                elements = of_part[block]
+                tets, raw = self._mesh.tets[elements], element_stress[elements]
                 nodal = stress[tets]
                 energy[elements], solution[elements] = self._energies(elements, raw, nodal, material)
                 away = _along_places(self._to_nodes, raw) - nodal
                 spread.add(tets, von_mises(np.moveaxis(away, 2, -1)) ** 2)
-            bow = sagitta(self._mesh.tets[own], stress)
+            bow = sagitta(self._mesh.tets[of_part], stress)
             squares = spread.value() + bow**2
-            around = (squares + _around(self._mesh.tets[own], squares)) / 2
+            around = (squares + _around(self._mesh.tets[of_part], squares)) / 2
             error = self._stress_error(von_mises(np.moveaxis(stress, 1, -1)), np.sqrt(around))
             errors.append(np.where(self._inside, np.maximum(error, INSIDE_FACTOR * bow), error))
         return ErrorEstimate(energy, solution, tuple(errors))

@@ -183,17 +183,17 @@ class PartRecovery:
         There is one material per part, and pressures are given by the number of each part that has one; the
         rest is as for `Recovery.nodal_stress`.
         """
-        found = []
+        stresses = []
         for piece, stress in zip(
             self._pieces, self.part_stress(displacement, materials, parity, traction, pressure), strict=True
         ):
             if len(piece.nodes) < self._n_points:
                 every = np.full((self._n_points, *stress.shape[1:]), np.nan)
                 every[piece.nodes] = stress
-                found.append(every)
+                stresses.append(every)
             else:
-                found.append(stress)
-        return found
+                stresses.append(stress)
+        return stresses
 
     def part_stress(
         self,
@@ -206,13 +206,13 @@ class PartRecovery:
         """Stress (n, 6, n_cases) at the `nodes` of each part; parameters as for `nodal_stress`."""
         for number, (piece, material) in enumerate(zip(self._pieces, materials, strict=True)):
             nodes = piece.nodes
-            own = {
+            known = {
                 surface: values[nodes]
                 for surface, values in (traction or {}).items()
                 if surface in piece.surfaces
             }
             p = pressure[number][nodes] if pressure and number in pressure else None
-            yield piece.recovery.nodal_stress(displacement[nodes], material, parity, own, p)
+            yield piece.recovery.nodal_stress(displacement[nodes], material, parity, known, p)
 
 
 def _numbers(mesh: TetMesh) -> list[int]:
@@ -220,7 +220,7 @@ def _numbers(mesh: TetMesh) -> list[int]:
 
 
 def _piece(mesh: TetMesh, number: int, planes: tuple[Surface, ...], surfaces: tuple[Surface, ...]) -> _Piece:
-    own, nodes = (mesh, np.arange(len(mesh.points))) if mesh.part is None else submesh(mesh, number)
-    known = tuple(surface for surface in surfaces if surface in own.facets)
-    cuts = tuple(plane for plane in planes if plane in own.facets)
-    return _Piece(nodes, known, Recovery(own, cuts, known))
+    piece, nodes = (mesh, np.arange(len(mesh.points))) if mesh.part is None else submesh(mesh, number)
+    known = tuple(surface for surface in surfaces if surface in piece.facets)
+    cuts = tuple(plane for plane in planes if plane in piece.facets)
+    return _Piece(nodes, known, Recovery(piece, cuts, known))

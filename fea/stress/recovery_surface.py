@@ -201,7 +201,7 @@ class SurfaceStress:
         return np.asarray(np.add.reduceat(parts, self._start))
 
     def _operators(self, E: float, nu: float) -> tuple[Floats, Floats]:
-        """Contribution of each fan to the stress of a node, from slopes (n, 6, 6) and traction (n, 6, 3).
+        """Share of each fan in the stress of a node, from slopes (n, 6, 6) and traction (n, 6, 3).
 
         It is the least-squares solution of σ n = t and the plane stress-strain relations of all fans at a
         node.

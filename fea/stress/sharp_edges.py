@@ -54,14 +54,14 @@ class Ground:
         nodes, weights, directions, reached = [], [], [], np.zeros(len(start), dtype=np.int64)
         for _ in range(count):
             aim = here + step[:, None] * ahead
-            found, share, place = self._nearest(aim, patch)
+            facets, share, place = self._nearest(aim, patch)
             on = on & (np.linalg.norm(place - aim, axis=1) < _OFF * step)
-            normal = self._normals[found]
+            normal = self._normals[facets]
             turned = ahead - (ahead * normal).sum(axis=1, keepdims=True) * normal
             ahead = turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12)
             here = place
             reached += on
-            nodes.append(self.facets[found])
+            nodes.append(self.facets[facets])
             weights.append(shape_functions(self.facets.shape[1], share.T)[0])
             directions.append(ahead)
         return Walks(np.stack(nodes, 1), np.stack(weights, 1), np.stack(directions, 1), reached)
@@ -96,17 +96,17 @@ class Ground:
 
     def _nearest(self, places: Floats, patch: Ints) -> tuple[Ints, Floats, Floats]:
         """Facet (n,) of its patch nearest to each place, where in it (n, 2), and that point (n, 3)."""
-        _, found = self._tree.query(places, k=min(_CANDIDATES, len(self.facets)))
-        share, inside = _barycentric(self._corners[found], places[:, None])
-        corners = self._corners[found]
+        _, candidates = self._tree.query(places, k=min(_CANDIDATES, len(self.facets)))
+        share, inside = _barycentric(self._corners[candidates], places[:, None])
+        corners = self._corners[candidates]
         at = corners[..., 0, :] + np.einsum(
             "...k,...kx->...x", share, corners[..., 1:, :] - corners[..., :1, :]
         )
         apart = np.linalg.norm(at - places[:, None], axis=2)
-        apart = np.where(self.patch[found] == patch[:, None], apart, np.inf)
+        apart = np.where(self.patch[candidates] == patch[:, None], apart, np.inf)
         best = (apart - 1e-9 * inside).argmin(axis=1)
         rows = np.arange(len(places))
-        return found[rows, best], share[rows, best], at[rows, best]
+        return candidates[rows, best], share[rows, best], at[rows, best]
 
     def _first_hit(self, start: Floats, ahead: Floats) -> float:
         """Distance to the first facet that a ray leaves the solid through; infinite where there is none."""
@@ -121,13 +121,7 @@ class Ground:
 
 
 def _barycentric(corners: Floats, places: Floats) -> tuple[Floats, Mask]:
-    """Coordinates (…, 2) in triangles (…, 3, 3) of the points nearest to places (…, 3).
-
-    Returns
-    -------
-    share, inside
-        Clipped to the triangle, and whether that was needed for none (with a little slack).
-    """
+    """Coordinates (…, 2) in triangles (…, 3, 3), clipped, of the nearest points, and whether inside."""
     one, other = corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :]
     to = places - corners[..., 0, :]
     a, b, c = (one**2).sum(-1), (one * other).sum(-1), (other**2).sum(-1)
@@ -176,14 +170,14 @@ class SharpEdges:
         edges = shared_edges(body, normals)
         ends = body.facets[edges.facet[:, :1], FACET_EDGES[edges.place[:, 0]]]
         row = every = creases.find(ends)
-        found = np.flatnonzero((row >= 0) & ~edges.convex)
-        if not found.size:
+        kept = np.flatnonzero((row >= 0) & ~edges.convex)
+        if not kept.size:
             return None
-        ends, row = ends[found], row[found]
+        ends, row = ends[kept], row[kept]
         fold = creases.fold[row]
         a, b = mesh.points[ends[:, 0]], mesh.points[ends[:, 1]]
         middle, size = (a + b) / 2, np.linalg.norm(b - a, axis=1)
-        normal, away = _flanks(body, normals, edges, found, (b - a) / size[:, None])
+        normal, away = _flanks(body, normals, edges, kept, (b - a) / size[:, None])
         names = [tuple(sorted(pair)) for pair in creases.between]
         places = sorted({names[label] for label in creases.label[row]})
         place = np.array([places.index(names[label]) for label in creases.label[row]])
@@ -193,8 +187,8 @@ class SharpEdges:
             middle=middle,
             size=size,
             nodes=ends,
-            opening=np.where(edges.cosine[found] < 0, fold, np.pi - fold),
-            facet=edges.facet[found],
+            opening=np.where(edges.cosine[kept] < 0, fold, np.pi - fold),
+            facet=edges.facet[kept],
             normal=normal,
             away=away,
             place=place,
@@ -206,23 +200,23 @@ class SharpEdges:
 
     def thickness(self, rows: Ints) -> Floats:
         """Thickness (n, 2) of the material behind either flank of some of the edges, mm."""
-        found = np.empty((len(rows), 2))
+        depth = np.empty((len(rows), 2))
         for side in (0, 1):
             inwards, size = -self.normal[rows, side], self.size[rows, None]
             start = self.middle[rows] + _BESIDE * size * self.away[rows, side] + 1e-3 * size * inwards
-            found[:, side] = self.ground.depth(start, inwards)
-        return found
+            depth[:, side] = self.ground.depth(start, inwards)
+        return depth
 
     def walks(self, side: int, step: Floats, count: int, rows: Ints) -> Walks:
         """Walk away from some of the edges over one flank, `count` steps (n,) of so many mm."""
         return self.ground.walk(self.middle[rows], self.away[rows, side], self.facet[rows, side], step, count)
 
 
-def _flanks(body: Skin, normals: Floats, edges: Edges, found: Ints, along: Floats) -> tuple[Floats, Floats]:
+def _flanks(body: Skin, normals: Floats, edges: Edges, rows: Ints, along: Floats) -> tuple[Floats, Floats]:
     """Outward normals and tangents away from the edge (n, 2, 3) of the facets on either side."""
-    normal, away = np.empty((2, len(found), 2, 3))
+    normal, away = np.empty((2, len(rows), 2, 3))
     for side in (0, 1):
-        facet, place = edges.facet[found, side], edges.place[found, side]
+        facet, place = edges.facet[rows, side], edges.place[rows, side]
         at = place + 3 if body.facets.shape[1] == 6 else place
         n = normals[facet, at]
         start = body.points[body.facets[facet, place]]
@@ -245,22 +239,22 @@ def _lengths(ends: Ints, size: Floats, place: Ints, n_points: int) -> Floats:
     """Length (n,) of the connected edge that each mesh edge is part of, within its place."""
     total = np.empty(len(ends))
     for number in np.unique(place):
-        own = np.flatnonzero(place == number)
-        graph = sparse.coo_array((np.ones(own.size), ends[own].T), shape=(n_points, n_points))
+        of_place = np.flatnonzero(place == number)
+        graph = sparse.coo_array((np.ones(of_place.size), ends[of_place].T), shape=(n_points, n_points))
         _, piece = connected_components(graph, directed=False)
-        sums = np.bincount(piece[ends[own, 0]], size[own])
-        total[own] = sums[piece[ends[own, 0]]]
+        sums = np.bincount(piece[ends[of_place, 0]], size[of_place])
+        total[of_place] = sums[piece[ends[of_place, 0]]]
     return total
 
 
 def _to_end(points: Floats, ends: Ints, place: Ints, middle: Floats) -> Floats:
     """Distance (n,) of each mesh edge from the nearest end of its place's edges; infinite without one."""
-    found = np.full(len(ends), np.inf)
+    distance = np.full(len(ends), np.inf)
     for number in np.unique(place):
-        own = np.flatnonzero(place == number)
-        nodes, count = np.unique(ends[own], return_counts=True)
+        of_place = np.flatnonzero(place == number)
+        nodes, count = np.unique(ends[of_place], return_counts=True)
         last = points[nodes[count == 1]]
         if len(last):
-            apart = np.linalg.norm(middle[own, None] - last, axis=2)
-            found[own] = apart.min(axis=1)
-    return found
+            apart = np.linalg.norm(middle[of_place, None] - last, axis=2)
+            distance[of_place] = apart.min(axis=1)
+    return distance

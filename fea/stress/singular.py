@@ -32,16 +32,16 @@ class RimMask:
 
 def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
     """Find what is left out beside the rims of a mesh of separate bodies, within `largest`, mm."""
-    found = rims(mesh)
-    if not found:
+    every = rims(mesh)
+    if not every:
         return ()
     part = np.zeros(len(mesh.points), dtype=np.int64)
     if mesh.part is not None:
         part[mesh.tets] = mesh.part[:, None]
     volume = np.asarray(np.bincount(part[mesh.tets[:, 0]], _volumes(mesh)), dtype=np.float64)
     masks: dict[str, RimMask] = {}
-    for rim in found:
-        radius = min(largest, _SHARE * _measure(mesh, rim, found, part, volume))
+    for rim in every:
+        radius = min(largest, _SHARE * _measure(mesh, rim, every, part, volume))
         known = masks.get(rim.name, RimMask(rim.name, rim.nodes, radius))
         nodes = np.union1d(known.nodes, rim.nodes)
         masks[rim.name] = RimMask(rim.name, nodes, min(known.radius, radius))
@@ -116,7 +116,6 @@ def _on_sharp_edges(
 
 
 def _is_flat(mesh: TetMesh) -> bool:
-    """Whether the elements have straight sides."""
     if mesh.order == 1:
         return True
     ends = mesh.points[mesh.tets[:, np.array(EDGES)]]

@@ -158,18 +158,18 @@ class PardisoSchur:
         MemoryError
             MKL could not allocate the factor.
         """
-        own, size = matrix.size, forces.shape[1]
+        rows, size = matrix.size, forces.shape[1]
         upper, beside = matrix.scalar_upper(), sparse.csr_array(forces)
         upper.sort_indices()
         beside.sort_indices()
         ends = np.repeat(upper.indptr[1:], np.diff(beside.indptr))
         # Behind the rows of both, zeros on the diagonal.
         values = np.append(np.insert(upper.data, ends, beside.data), np.zeros(size))
-        columns = np.append(np.insert(upper.indices, ends, own + beside.indices), own + np.arange(size))
+        columns = np.append(np.insert(upper.indices, ends, rows + beside.indices), rows + np.arange(size))
         starts = np.append(upper.indptr + beside.indptr, len(values) - size + 1 + np.arange(size))
         parts = (values, starts.astype(np.int32), columns.astype(np.int32))
-        last = np.zeros(own + size, dtype=np.int32)
-        last[own:] = 1
+        last = np.zeros(rows + size, dtype=np.int32)
+        last[rows:] = 1
         complement = np.zeros((size, size))
         for phase in (_FACTORISE,) if self._is_known(parts) else (_ANALYSE, _FACTORISE):
             self._run(phase, parts, last, complement)
