@@ -11,8 +11,7 @@ from fea.study.paths import located
 from fea.study.presets import EnginePreset, engine_preset
 from fea.study.tables import Flag, key
 from fea.study.trace_columns import TraceKeys
-from fea.study.trace_import import Imported, Surroundings
-from fea.study.traces import SHIPPED, SUFFIXES, read_trace, shipped_trace
+from fea.study.traces import SHIPPED, SUFFIXES, Imported, Surroundings, read_trace, shipped_trace
 from fea.units import BAR, DEG, KG
 from geometry.errors import InvalidValue, require, require_positive
 from loads.engine import Engine

@@ -1,6 +1,7 @@
 """Which columns of a table are crank angle and cylinder pressure."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -9,7 +10,7 @@ import numpy as np
 
 from fea.base.choices import PressureReference, PressureUnit
 from fea.study.tables import Table, key, keys_of, within
-from fea.study.trace_table import Table as TraceTable
+from fea.study.trace_table import TraceTable
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
 
@@ -51,7 +52,7 @@ _BRACKETS = re.compile(r"[\[({<]([^\])}>]*)[\])}>]")
 
 
 def speed_of(name: str) -> float | None:
-    """Return the speed, rpm, of a column in our own format with one per speed."""
+    """Speed, rpm, of a column in our own format with one per speed."""
     match = _PER_SPEED.fullmatch(name)
     return None if match is None else float(match[1])
 
@@ -182,23 +183,15 @@ _SIMILAR = 0.9
 class Columns(NamedTuple):
     """Crank angle and pressure as they stand in the file.
 
-    Attributes
-    ----------
-    angles
-        (n,) as in the file, in its order.
-    pressures
-        (n, m): one column, or one per cycle.
-    angle_name, pressure_name
-        Headings, "" where the file has none.
-    found
-        The columns that were found out, as values of their keys.
+    Angles (n,) are in the order of the file, pressures (n, m) have a column per cycle; names are "" where the
+    file has no headings. `chosen` holds the columns that no key gave, as values of their keys.
     """
 
     angles: Floats
     pressures: Floats
     angle_name: str
     pressure_name: str
-    found: dict[str, str | int]
+    chosen: dict[str, str | int]
 
 
 def trace_columns(table: TraceTable, keys: TraceKeys) -> Columns:
@@ -209,25 +202,21 @@ def trace_columns(table: TraceTable, keys: TraceKeys) -> Columns:
     InvalidValue
         A key names no column, or several columns may be meant.
     """
-    found: dict[str, str | int] = {}
+    chosen: dict[str, str | int] = {}
     angle = _given(table, "angle_column", keys.angle_column)
     if not angle:
         angle = [_angle(table)]
-        found |= _note("angle_column", table, angle)
+        chosen |= _choice("angle_column", table, angle)
     pressure = _given(table, "pressure_column", keys.pressure_column)
     if not pressure:
         pressure = _pressure(table, angle[0])
-        found |= _note("pressure_column", table, pressure)
-    return Columns(
-        angles=table.column(angle[0]),
-        pressures=np.stack([table.column(i) for i in pressure], axis=1),
-        angle_name=table.names[angle[0]],
-        pressure_name=table.names[pressure[0]],
-        found=found,
-    )
+        chosen |= _choice("pressure_column", table, pressure)
+    pressures = np.stack([table.column(i) for i in pressure], axis=1)
+    names = table.names[angle[0]], table.names[pressure[0]]
+    return Columns(table.column(angle[0]), pressures, *names, chosen)
 
 
-def _note(key: str, table: TraceTable, columns: list[int]) -> dict[str, str | int]:
+def _choice(key: str, table: TraceTable, columns: list[int]) -> dict[str, str | int]:
     """The value of a key for columns that no key gave; nothing where their name tells it."""
     name = table.names[columns[0]]
     known = is_angle(name) if key == "angle_column" else is_pressure(name)
@@ -237,7 +226,7 @@ def _note(key: str, table: TraceTable, columns: list[int]) -> dict[str, str | in
 
 
 def _given(table: TraceTable, key: str, value: str | int | None) -> list[int]:
-    """Return the columns (from 0) that a key names; none without a key."""
+    """Columns (from 0) that a key names; none without a key."""
     if value is None:
         return []
     columns = [i for i, name in enumerate(table.names) if name and name == value]
@@ -246,13 +235,8 @@ def _given(table: TraceTable, key: str, value: str | int | None) -> list[int]:
     elif not columns and key == "pressure_column":
         columns = _range(str(value))
     remedy = f"{table.source} has these columns of numbers: {_listed(table, table.numbers)}."
-    require(
-        bool(columns) and set(columns) <= set(table.numbers),
-        f"engine.{key}",
-        value,
-        "does not name a column of numbers",
-        remedy,
-    )
+    valid, rule = bool(columns) and set(columns) <= set(table.numbers), "does not name a column of numbers"
+    require(valid, f"engine.{key}", value, rule, remedy)
     return columns
 
 
@@ -291,15 +275,13 @@ def _pressure(table: TraceTable, angle: int) -> list[int]:
     """The column named as a pressure, the only one left, or all where they are cycles of one engine."""
     rest = [i for i in table.numbers if i != angle]
     named = [i for i in rest if is_pressure(table.names[i])]
-    if len(named) == 1:
-        return named
     candidates = named or rest
-    if len(candidates) == 1:
-        return candidates
-    if not named and _are_cycles(table, candidates):
+    if len(candidates) == 1 or (not named and _are_cycles(table, candidates)):
         return candidates
     rule = f"has several columns that may be the pressure: {_listed(table, candidates)}"
-    remedy = f"Choose one, for example: pressure_column = {_key(table, candidates[0])}."
+    first = candidates[0]
+    example = f'"{table.names[first]}"' if table.names[first] else f"{first + 1}"
+    remedy = f"Choose one, for example: pressure_column = {example}."
     raise InvalidValue("engine.gas", table.source, rule, remedy)
 
 
@@ -316,11 +298,6 @@ def _are_cycles(table: TraceTable, columns: list[int]) -> bool:
     return min(alike) >= _SIMILAR and float(spread.min()) >= 0.5 * float(spread.max())
 
 
-def _key(table: TraceTable, column: int) -> str:
-    return f'"{table.names[column]}"' if table.names[column] else f"{column + 1}"
-
-
-def _listed(table: TraceTable, columns: "tuple[int, ...] | list[int]") -> str:
-    """Name some columns."""
+def _listed(table: TraceTable, columns: Sequence[int]) -> str:
     texts = [f"{i + 1} ({table.names[i]})" if table.names[i] else f"{i + 1}" for i in columns[:8]]
     return ", ".join(texts) + (" …" if len(columns) > len(texts) else "")

@@ -46,18 +46,17 @@ class Recording:
     period: float
     step: float
 
+    @property
+    def peak(self) -> float:
+        """Angle of the largest mean pressure, degrees in the file."""
+        return float(self.angles[int(np.argmax(self.pressures))])
+
 
 def recorded(angles: Floats, pressures: Floats, source: str, first_line: int) -> Recording:
-    """MirrorUnfolding recorded samples into one cycle, or one revolution where there is no more.
+    """Fold recorded samples into one cycle, or one revolution where there is no more.
 
-    Parameters
-    ----------
-    angles
-        (n,) degrees in the order of the file; may begin anew with every revolution or cycle.
-    pressures
-        (n, m), a column per cycle.
-    source, first_line
-        Name of the file and line of the first sample, for messages.
+    Angles (n,) are in degrees in the order of the file, and may begin anew with every revolution or cycle;
+    pressures (n, m) have a column per cycle. Messages name the file and count lines from `first_line`.
 
     Raises
     ------
@@ -151,17 +150,7 @@ def completed(recording: Recording, firing: float, strokes: int, source: str) ->
 
     A lone revolution of a two-stroke engine is repeated. That of a four-stroke engine must contain
     compression and expansion; the other revolution is held at the pressure with which compression begins.
-
-    Parameters
-    ----------
-    recording
-        The samples.
-    firing
-        Angle of firing TDC in the file, degrees.
-    strokes
-        2 or 4.
-    source
-        Name of the file, for messages.
+    Firing TDC is at the angle `firing` of the file, degrees.
 
     Raises
     ------
@@ -213,7 +202,7 @@ def firing_offset(recording: Recording, source: str) -> float:
     InvalidValue
         The peak is elsewhere, or both revolutions have a peak and differ.
     """
-    peak = float(recording.angles[int(np.argmax(recording.pressures))])
+    peak = recording.peak
     before = np.floor((peak - _EARLIEST) / _HALF_TURN) * _HALF_TURN
     if peak - before > _LATEST:
         after = before + _HALF_TURN
@@ -276,17 +265,7 @@ _SAME = 1e-3  # degrees: angles that differ by less than encoders tell apart
 
 
 class Smoothed(NamedTuple):
-    """Smoothed pressures.
-
-    Attributes
-    ----------
-    pressures
-        (n,)
-    width
-        Of the moving average, degrees; 0 for none.
-    change
-        The largest change of a pressure.
-    """
+    """Pressures (n,) after a moving average of a width in degrees (0: none), and their largest change."""
 
     pressures: Floats
     width: float
@@ -294,18 +273,9 @@ class Smoothed(NamedTuple):
 
 
 def smoothed(angles: Floats, pressures: Floats, step: float, width: float | None) -> Smoothed:
-    """Smooth a cycle by a moving average.
+    """Smooth pressures (n,) over increasing angles (n,) of one cycle by a moving average.
 
-    Parameters
-    ----------
-    angles
-        (n,) degrees, increasing within one cycle.
-    pressures
-        (n,)
-    step
-        Degrees between most samples.
-    width
-        Of the average, degrees; None to decide by the noise.
+    Most samples are `step` degrees apart; a `width` of None is decided by the noise.
     """
     if width:
         return _averaged(angles, pressures, width)
@@ -313,9 +283,9 @@ def smoothed(angles: Floats, pressures: Floats, step: float, width: float | None
     peak, noise = float(np.abs(pressures).max()), _noise(pressures)
     if width == 0 or step > _FINE_DEG or noise <= _NOISY * peak:
         return plain
-    found = _averaged(angles, pressures, _WIDTH_DEG)
-    changed = abs(float(found.pressures.max() - pressures.max()))
-    return found if changed <= max(_MOST_CHANGE * peak, _MOST_NOISE * noise) else plain
+    averaged = _averaged(angles, pressures, _WIDTH_DEG)
+    changed = abs(float(averaged.pressures.max() - pressures.max()))
+    return averaged if changed <= max(_MOST_CHANGE * peak, _MOST_NOISE * noise) else plain
 
 
 def _averaged(angles: Floats, pressures: Floats, width: float) -> Smoothed:
@@ -324,9 +294,9 @@ def _averaged(angles: Floats, pressures: Floats, width: float) -> Smoothed:
     sums = np.concatenate([[0.0], np.cumsum(np.tile(pressures, 3))])
     half = width / 2 + _SAME
     first, last = np.searchsorted(around, angles - half), np.searchsorted(around, angles + half, side="right")
-    own = np.arange(angles.size) + angles.size
-    beside = np.minimum(own - first, last - 1 - own)
-    mean = (sums[own + beside + 1] - sums[own - beside]) / (2 * beside + 1)
+    middle = np.arange(angles.size) + angles.size
+    beside = np.minimum(middle - first, last - 1 - middle)
+    mean = (sums[middle + beside + 1] - sums[middle - beside]) / (2 * beside + 1)
     return Smoothed(mean, width, float(np.abs(mean - pressures).max()))
 
 

@@ -24,21 +24,10 @@ _FILLING, _LEAST = 10.0, 1.0
 
 @dataclass(frozen=True)
 class Reading:
-    """One way to read the pressures.
-
-    Attributes
-    ----------
-    unit, reference
-        As the values of their keys.
-    """
+    """One way to read the pressures, by the values of the keys."""
 
     unit: PressureUnit
     reference: PressureReference
-
-    @property
-    def text(self) -> str:
-        """The reading in words."""
-        return f"{self.unit} {self.reference}"
 
     def absolute(self, pressures: Floats, atmosphere: float) -> Floats:
         """Absolute pressures, bar, of pressures in the unit of the file; `atmosphere` in bar."""
@@ -63,20 +52,8 @@ def read_as(
 ) -> tuple[Reading, str, str]:
     """Decide unit and reference; say why, and where the result is in doubt.
 
-    Parameters
-    ----------
-    angles
-        (n,) degrees from firing TDC.
-    pressures
-        (n,) in the unit of the file.
-    unit, reference
-        What is known.
-    atmosphere
-        bar.
-    ratio
-        Compression ratio, if it is known.
-    source
-        Name of the file, for messages.
+    Angles (n,) are in degrees from firing TDC, pressures (n,) in the unit of the file, the atmosphere in bar;
+    unit, reference and compression ratio are None where they are not known.
 
     Raises
     ------
@@ -133,7 +110,7 @@ def _within(value: float, limits: tuple[float, float]) -> bool:
 
 
 def _preferred(readings: list[Reading], pressures: Floats, atmosphere: float) -> list[Reading]:
-    """Keep the readings that the least pressure speaks for; all where it does not decide."""
+    """Keep the readings that the least pressure indicates; all where it does not decide."""
     least = {r: _level(r.absolute(pressures, atmosphere)) for r in readings}
     near = [r for r in readings if _within(least[r], _NEARLY_ALL)]
     units = {r.unit for r in near}
@@ -143,7 +120,7 @@ def _preferred(readings: list[Reading], pressures: Floats, atmosphere: float) ->
 
 
 def _by_level(readings: list[Reading], pressures: Floats) -> list[Reading]:
-    """Keep the reference, of readings in one unit, that the least pressure speaks for."""
+    """Keep the reference, of readings in one unit, that the least pressure indicates."""
     if len(readings) == 1:
         return readings
     least = _level(pressures, _LEAST) * readings[0].unit.bar
@@ -162,7 +139,8 @@ def _no_reading(readings: list[Reading], pressures: Floats, atmosphere: float, s
         remedy = "Set engine.pressure_column, or engine.pressure_unit and engine.pressure_reference."
         return InvalidValue(name, value, rule, remedy)
     first, second = (
-        f"{r.text} (peak {float(r.gauge(pressures.max(), atmosphere)):.4g} bar gauge)" for r in readings[:2]
+        f"{r.unit} {r.reference} (peak {float(r.gauge(pressures.max(), atmosphere)):.4g} bar gauge)"
+        for r in readings[:2]
     )
     remedy = "Set engine.pressure_reference, or give engine.compression_ratio."
     if readings[0].unit is not readings[1].unit:

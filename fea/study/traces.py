@@ -1,179 +1,71 @@
-"""Pressure traces from files: our own format as it stands, any other table by `trace_import`."""
+"""Pressure traces from files of measurements: what keys and headings leave open is decided and told."""
 
-import csv
-import math
-from array import array
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.resources import files
-from io import StringIO
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from fea.study.trace_columns import DOCUMENTED, TraceKeys, speed_of
-from fea.study.trace_import import REMEDY, Imported, Surroundings, import_trace
-from fea.study.trace_table import read_text
+from fea.base.choices import PressureReference, PressureUnit
+from fea.study.trace_columns import (
+    DOCUMENTED,
+    Columns,
+    TraceKeys,
+    is_documented,
+    reference_of,
+    speed_of,
+    trace_columns,
+    unit_of,
+    unknown_unit,
+)
+from fea.study.trace_cycles import Recording, Smoothed, completed, firing_offset, recorded, smoothed
+from fea.study.trace_reading import Reading, read_as
+from fea.study.trace_table import (
+    Form,
+    Line,
+    TraceTable,
+    cells_of,
+    lines_of,
+    read_rows,
+    read_text,
+    read_trace_table,
+)
 from fea.units import BAR, DEG, RPM
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
+from loads.gas import ATMOSPHERE
 from loads.trace import Trace
 
-_HINT = (
-    "The columns must be crank_deg and pressure_bar (gauge), or crank_deg and one pressure_bar_<rpm>rpm per "
-    "speed."
-)
-_HEADER = 2**16  # characters in which the header must stand
-
-
-class Row(NamedTuple):
-    """A line of the file that holds something.
-
-    Attributes
-    ----------
-    line
-        Its number.
-    cells
-        What stands between its commas.
-    """
-
-    line: int
-    cells: list[str]
-
-
-class OwnTable(NamedTuple):
-    """The samples of a file.
-
-    Attributes
-    ----------
-    lines
-        Line of each sample.
-    angles, pressures
-        (n,) degrees and (n, k) bar, gauge.
-    speeds
-        (k,) rpm; none for a trace that holds at any speed.
-    """
-
-    lines: Sequence[int]
-    angles: Floats
-    pressures: Floats
-    speeds: list[float]
-
-    @property
-    def is_turned(self) -> bool:
-        """Whether angles count from elsewhere than the gas-exchange TDC."""
-        return bool(self.angles.size and (self.angles.min() < 0 or self.angles.max() > 720))
-
-    def trace(self, source: str) -> Trace:
-        """Return the trace; an error names the line of the file.
-
-        Raises
-        ------
-        InvalidValue
-            The samples are not one cycle of an engine.
-        """
-        try:
-            _require_sorted(self.lines, self.angles)
-            return Trace(self.angles * DEG, self.pressures.T * BAR, np.array(self.speeds) * RPM)
-        except InvalidValue as error:
-            raise InvalidValue(f"{source}: {error.name}", error.value, error.rule, error.remedy) from error
-
-
-def own_header(text: str) -> list[str]:
-    """Names of the columns of a file in our own format; none for any other file."""
-    header = _header(text)
-    first, *pressures = header or [""]
-    per_speed = [speed_of(column) is not None for column in pressures]
-    is_own = first == DOCUMENTED[0] and (pressures == [DOCUMENTED[1]] or (bool(per_speed) and all(per_speed)))
-    return header if is_own else []
-
-
-def _header(text: str) -> list[str]:
-    """First line that holds something; nothing where that is no line of a CSV file."""
-    try:
-        first = next(_rows(text[:_HEADER]), None)
-    except csv.Error:
-        return []
-    return [] if first is None else [cell.strip() for cell in first.cells]
-
-
-def own_table(text: str, source: str) -> OwnTable:
-    """Read the samples of a file in our own format; `source` is its name in messages.
-
-    Raises
-    ------
-    InvalidValue
-        A line does not have the form of the header; the message names it.
-    """
-    try:
-        return _parsed(_rows(text), source)
-    except csv.Error as error:
-        raise InvalidValue("engine.gas", source, f"is not a CSV file ({error})", _HINT) from error
-
-
-def _parsed(rows: Iterator[Row], source: str) -> OwnTable:
-    """Read header and rows one by one: a file may have millions of lines."""
-    header = next(rows).cells
-    speeds = [speed for column in header if (speed := speed_of(column.strip())) is not None]
-    lines, values = array("q"), array("d")
-    for line, cells in rows:
-        lines.append(line)
-        values.extend(_numbers(cells, line, header, source))
-    table = np.frombuffer(values).reshape(len(lines), len(header))
-    return OwnTable(lines, table[:, 0], table[:, 1:], speeds)
-
-
-def _rows(text: str) -> Iterator[Row]:
-    """Lines that are neither blank nor comments."""
-    reader = csv.reader(StringIO(text, newline=None))
-    for cells in reader:
-        if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#"):
-            yield Row(reader.line_num, cells)
-
-
-def _numbers(cells: list[str], line: int, header: list[str], source: str) -> list[float]:
-    where = f"{source} line {line}"
-    require(len(cells) == len(header), where, ",".join(cells), f"must have {len(header)} columns", _HINT)
-    try:
-        values = [float(cell) for cell in cells]
-    except ValueError:
-        values = [math.nan]
-    if not all(map(math.isfinite, values)):
-        for cell, column in zip(cells, header, strict=True):
-            _require_number(cell, f"{where}, {column.strip()}")
-    return values
-
-
-def _require_number(cell: str, name: str) -> None:
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    require(math.isfinite(value), name, cell.strip(), "must be a finite number, with a decimal point")
-
-
-def _require_sorted(lines: Sequence[int], angles: Floats) -> None:
-    """Require increasing angles, as `Trace` does; here the message can name the line."""
-    back = np.flatnonzero(np.diff(angles) <= 0)
-    if back.size:
-        i = int(back[0])
-        raise InvalidValue(
-            f"line {lines[i + 1]}, crank_deg",
-            float(angles[i + 1]),
-            f"must increase from line to line (it follows {angles[i]:g})",
-            "Sort the lines and drop repeated angles.",
-        )
-
-
+_REMEDY = "A pressure trace needs a column of crank angles in degrees and one of pressures."
+_TURN, _CYCLE = 360.0, 720.0
+_FOUR_STROKES = 4
 SHIPPED = ("leon-2001",)
 # What a file of measurements may be called.
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".prn")
-_OF_FILE = TraceKeys()
-_NOWHERE = Surroundings()
 # A naturally aspirated engine draws in below the atmosphere: gauge pressures that stay above it by this much,
 # bar, may be absolute.
 _ABOVE = 0.2
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What else the study says of the gas: absolute pressure in the crankcase, MPa, and compression ratio."""
+
+    atmosphere: float = ATMOSPHERE
+    compression_ratio: float | None = None
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A trace, and the keys by which it is read in the same way again."""
+
+    trace: Trace
+    keys: TraceKeys
+
+
+_OF_FILE = TraceKeys()
+_NOWHERE = Surroundings()
 
 
 def shipped_trace(name: str) -> Trace:
@@ -185,70 +77,204 @@ def shipped_trace(name: str) -> Trace:
         There is no trace of that name.
     """
     require(name in SHIPPED, "engine.gas", name, f"must be one of {', '.join(SHIPPED)} or a CSV file")
-    source = f"{name}-gas.csv"
-    text = (files("fea") / "studies" / source).read_text(encoding="utf-8")
-    return own_table(text, source).trace(source)
+    return parse_trace((files("fea") / "studies" / f"{name}-gas.csv").read_text(encoding="utf-8"), "").trace
 
 
 def read_trace(path: Path, keys: TraceKeys = _OF_FILE, around: Surroundings = _NOWHERE) -> Imported:
-    """Read a user's trace.
-
-    Parameters
-    ----------
-    path
-        The file.
-    keys
-        How to read it, as far as the study says.
-    around
-        What else the study says of the gas.
+    """Read a user's trace as far as the keys say how, and decide the rest.
 
     Raises
     ------
     InvalidValue
         The file cannot be read or contains no cycle; the message names file, line, value and rule.
     """
-    return parse_trace(read_text(path, REMEDY), path.name, keys, around)
+    return parse_trace(read_text(path, _REMEDY), path.name, keys, around)
 
 
 def parse_trace(
     text: str, source: str, keys: TraceKeys = _OF_FILE, around: Surroundings = _NOWHERE
 ) -> Imported:
     """Turn the text of a file into a trace; `source` is its name in messages."""
-    header = own_header(text)
-    if header and not keys.given:
-        table = own_table(text, source)
-        if not table.is_turned:
-            trace = replace(table.trace(source), source=source)
-            return Imported(replace(trace, remarks=_remarks(trace)), keys)
-    columns = [column for column in header if speed_of(column) is not None]
-    if columns and keys.pressure_column is None:
-        return _import_speeds(text, source, columns, keys, around)
-    return import_trace(text, source, keys, around)
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    header = next((line for line in lines_of(text) if not line.is_comment), Line(0, ""))
+    names = cells_of(header.text, ",")
+    speeds = [name for name in names[1:] if speed_of(name) is not None]
+    documented = names[:1] == [DOCUMENTED[0]] and (
+        names[1:] == [DOCUMENTED[1]] or 0 < len(speeds) == len(names) - 1
+    )
+    if documented and not keys.given:
+        form = Form(",", comma=False, cells=len(names), numbers=tuple(range(len(names))), exact=True)
+        table = read_rows(text, form, tuple(names), header.number + 1, source)
+        angles = table.values[:, 0]
+        if not (angles.size and (angles.min() < 0 or angles.max() > _CYCLE)):
+            return Imported(_documented(text, table, speeds), keys)
+    if documented and speeds and keys.pressure_column is None:
+        return _import_speeds(text, source, speeds, keys, around)
+    return _import(text, source, keys, around)
+
+
+def _documented(text: str, table: TraceTable, speeds: list[str]) -> Trace:
+    """The trace of a file in our own format: gauge pressures over 0…720°."""
+    angles, source = table.values[:, 0], table.source
+    back = np.flatnonzero(np.diff(angles) <= 0)
+    if back.size:
+        after = int(back[0]) + 1
+        rows = [
+            line.number for line in lines_of(text) if not line.is_comment and line.number >= table.first_line
+        ]
+        raise InvalidValue(
+            f"{source}: line {rows[after]}, crank_deg",
+            float(angles[after]),
+            f"must increase from line to line (it follows {angles[after - 1]:g})",
+            "Sort the lines and drop repeated angles.",
+        )
+    rpm = np.array([speed_of(name) for name in speeds], dtype=np.float64)
+    trace = _checked(angles, table.values[:, 1:].T * BAR, rpm * RPM, source)
+    least = float(trace.pressures.min()) / BAR
+    if not source or least < _ABOVE:
+        return trace
+    told = f"the gauge pressure in {source} never falls below the atmosphere (at least {least:.3g} bar)"
+    remark = f'{told}: if the file holds absolute pressures, set pressure_reference = "absolute"'
+    return replace(trace, remarks=(remark,))
+
+
+def _checked(angles: Floats, pressures: Floats, speeds: Floats, source: str) -> Trace:
+    """The trace of angles in degrees; an error names the file."""
+    try:
+        return Trace(angles * DEG, pressures, speeds, source)
+    except InvalidValue as error:
+        raise InvalidValue(f"{source}: {error.name}", error.value, error.rule, error.remedy) from error
 
 
 def _import_speeds(
     text: str, source: str, columns: list[str], keys: TraceKeys, around: Surroundings
 ) -> Imported:
-    """Import a column per speed; what is found out for the first holds for all."""
-    first = import_trace(text, source, replace(keys, pressure_column=columns[0]), around)
+    """Import a column per speed; what is decided for the first holds for all."""
+    first = _import(text, source, replace(keys, pressure_column=columns[0]), around)
     rest = [
-        import_trace(text, source, replace(first.keys, pressure_column=column), around).trace
-        for column in columns[1:]
+        _import(text, source, replace(first.keys, pressure_column=column), around) for column in columns[1:]
     ]
-    trace = Trace(
-        first.trace.crank_angles,
-        np.concatenate([first.trace.pressures, *(other.pressures for other in rest)]),
-        np.array([speed_of(column) for column in columns], dtype=np.float64) * RPM,
-        source,
-        first.trace.remarks,
+    trace = replace(
+        first.trace,
+        pressures=np.concatenate([each.trace.pressures for each in (first, *rest)]),
+        speeds=np.array([speed_of(column) for column in columns], dtype=np.float64) * RPM,
     )
     return Imported(trace, replace(first.keys, pressure_column=None))
 
 
-def _remarks(trace: Trace) -> tuple[str, ...]:
-    """Say so where gauge pressures look like absolute ones."""
-    least = float(trace.pressures.min()) / BAR
-    if least < _ABOVE:
-        return ()
-    told = f"the gauge pressure in {trace.source} never falls below the atmosphere (at least {least:.3g} bar)"
-    return (f'{told}: if the file holds absolute pressures, set pressure_reference = "absolute"',)
+class _Assumption(NamedTuple):
+    """The value of a key that neither the study nor the file gives, and why it was chosen."""
+
+    key: str
+    value: str | float
+    why: str
+
+    @property
+    def text(self) -> str:
+        value = f"{self.value:g}" if isinstance(self.value, int | float) else f'"{self.value}"'
+        return f"{self.key} = {value} ({self.why})"
+
+
+def _import(text: str, source: str, keys: TraceKeys, around: Surroundings) -> Imported:
+    """Read a trace from the text of any table."""
+    table = read_trace_table(text, source, _REMEDY)
+    columns = trace_columns(table, keys)
+    recording = recorded(columns.angles, columns.pressures, source, table.first_line)
+    offset, assumed = _offset(recording, keys, source)
+    strokes = _FOUR_STROKES if keys.strokes is None else keys.strokes
+    angles, pressures, held = completed(recording, _TURN - offset, strokes, source)
+    smooth = smoothed(angles, pressures, recording.step, keys.smoothing_deg)
+    reading, units, doubt = _reading(columns, (angles, smooth.pressures), keys, around, source)
+    chosen = f"of {len(table.names)} columns"
+    assumptions = [
+        *(_Assumption(key, value, chosen) for key, value in columns.chosen.items()),
+        *units,
+        *assumed,
+    ]
+    if not np.isnan(held) and keys.strokes is None:
+        why = f"the gas exchange is held at {held:.4g} {reading.unit}, where compression begins"
+        assumptions.append(_Assumption("strokes", _FOUR_STROKES, f"one revolution is recorded; {why}"))
+    if smooth.width and keys.smoothing_deg is None:
+        assumptions.append(_smoothing(pressures, smooth, reading))
+    gauge = reading.gauge(smooth.pressures, around.atmosphere / BAR) * BAR
+    turned = np.mod(angles + _TURN, _CYCLE)
+    order = np.argsort(turned, kind="stable")
+    trace = _checked(turned[order], gauge[order], np.zeros(0), source)
+    remarks = (_told(trace, recording, reading, around, assumptions), doubt if assumptions else "")
+    decided: dict[str, Any] = {each.key: each.value for each in assumptions}
+    return Imported(replace(trace, remarks=tuple(filter(None, remarks))), replace(keys, **decided))
+
+
+def _offset(recording: Recording, keys: TraceKeys, source: str) -> tuple[float, list[_Assumption]]:
+    if keys.angle_offset_deg is not None:
+        return keys.angle_offset_deg, []
+    offset = firing_offset(recording, source)
+    peak = recording.peak
+    tdc = _TURN - offset + _CYCLE * round((peak - _TURN + offset) / _CYCLE)
+    why = f"firing TDC at {tdc:g}° in the file, where the peak is at {peak:.4g}°"
+    return offset, [_Assumption("angle_offset_deg", offset, why)]
+
+
+def _smoothing(pressures: Floats, smooth: Smoothed, reading: Reading) -> _Assumption:
+    peaks = f"the peak from {pressures.max():.4g} to {smooth.pressures.max():.4g} {reading.unit}"
+    why = f"changes no pressure by more than {smooth.change:.2g} {reading.unit}, {peaks}"
+    return _Assumption("smoothing_deg", smooth.width, why)
+
+
+def _reading(
+    columns: Columns, cycle: tuple[Floats, Floats], keys: TraceKeys, around: Surroundings, source: str
+) -> tuple[Reading, list[_Assumption], str]:
+    unit, reference = _known_unit(columns, keys, source), _known_reference(columns, keys)
+    _, pressures = cycle
+    reading, why, doubt = read_as(
+        *cycle,
+        unit,
+        reference,
+        atmosphere=around.atmosphere / BAR,
+        ratio=around.compression_ratio,
+        source=source,
+    )
+    assumptions = []
+    if unit is None:
+        largest = f"which makes the largest {pressures.max() * reading.unit.bar:.4g} bar"
+        assumptions.append(_Assumption("pressure_unit", reading.unit, largest))
+    if reference is None:
+        assumptions.append(_Assumption("pressure_reference", reading.reference, why))
+    return reading, assumptions, doubt
+
+
+def _known_unit(columns: Columns, keys: TraceKeys, source: str) -> PressureUnit | None:
+    if keys.pressure_unit is not None:
+        return keys.pressure_unit
+    strange = unknown_unit(columns.pressure_name)
+    rule = f"has pressures in an unknown unit, {strange}"
+    remedy = "Convert them, or set engine.pressure_unit to bar, kPa, MPa, Pa or psi."
+    require(not strange, f"{source}: column", columns.pressure_name, rule, remedy)
+    return unit_of(columns.pressure_name)
+
+
+def _known_reference(columns: Columns, keys: TraceKeys) -> PressureReference | None:
+    if keys.pressure_reference is not None:
+        return keys.pressure_reference
+    if is_documented(columns.angle_name, columns.pressure_name):
+        return PressureReference.GAUGE
+    return reference_of(columns.pressure_name)
+
+
+def _told(
+    trace: Trace, recording: Recording, reading: Reading, around: Surroundings, assumptions: list[_Assumption]
+) -> str:
+    """What was averaged and assumed, in one line; empty where nothing was."""
+    cycles = ""
+    if recording.cycles > 1:
+        highest = float(reading.gauge(np.array(recording.highest), around.atmosphere / BAR))
+        cycles = f"the mean of {recording.cycles} cycles, the highest of which reaches {highest:.4g} bar, "
+    if not cycles and not assumptions:
+        return ""
+    pressures = trace.pressures[0]
+    at = trace.crank_angles[int(pressures.argmax())] / DEG
+    assumed = ", ".join(each.text for each in assumptions)
+    return (
+        f"pressure trace {trace.source}: {cycles}peak {pressures.max() / BAR:.4g} bar gauge at {at:.4g}°"
+        + (f", assuming {assumed}" if assumed else "")
+    )

@@ -8,9 +8,8 @@ from measured import ATMOSPHERE, BAR_IN, RATIO, absolute, gauge, written
 
 from fea.base.choices import PressureReference, PressureUnit
 from fea.study.trace_columns import TraceKeys
-from fea.study.trace_import import Surroundings
 from fea.study.trace_table import LARGEST_TRACE
-from fea.study.traces import parse_trace, read_trace
+from fea.study.traces import Surroundings, parse_trace, read_trace
 from geometry.errors import InvalidValue
 from loads.trace import compression_exponent
 
