@@ -7,6 +7,7 @@ the summary.
 import json
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import meshio
@@ -71,6 +72,24 @@ class Body:
         part = written.cell_data.get("part")
         return cls(points, tets, _materials(points, tets, told, part), small, big)
 
+    @cached_property
+    def internal(self):
+        """At the points of the stiffness's rule: gradients (n, n_local, 3) and volumes (n,) of the elements."""
+        weights, values, slopes = rule(self.tets.shape[1], 2 if self.tets.shape[1] == 10 else 0)
+        J = [self.points[self.tets].transpose(0, 2, 1) @ slope for slope in slopes]
+        volumes = weights * np.stack([np.linalg.det(j) for j in J], axis=1)
+        return values, [slope @ np.linalg.inv(j) for slope, j in zip(slopes, J, strict=True)], volumes
+
+    @cached_property
+    def inertial(self):
+        """At the points of the rule of volumes: shape functions, volumes (n,), x and y (n,)."""
+        corners = self.points[self.tets]
+        found = []
+        for weight, value, slope in zip(*rule(self.tets.shape[1], VOLUME), strict=True):
+            x, y, _ = (value @ corners).T
+            found.append((value, weight * np.linalg.det(corners.transpose(0, 2, 1) @ slope), x, y))
+        return found
+
     def scattered(self, forces):
         """Sum forces (n_elements, n_local, 3) at their nodes."""
         sums = [
@@ -82,13 +101,10 @@ class Body:
 
 def internal_forces(body, u, told):
     """K u at the nodes (n, 3): the work of the stress of u with each shape function's gradient."""
-    weights, values, slopes = rule(body.tets.shape[1], 2 if body.tets.shape[1] == 10 else 0)
+    values, g, volumes = body.internal
     E, nu = np.array([(E, nu) for E, nu, _ in told.materials])[body.material].T
     mu, lame = E / (2 * (1 + nu)), E * nu / ((1 + nu) * (1 - 2 * nu))
-    J = [body.points[body.tets].transpose(0, 2, 1) @ slope for slope in slopes]
-    g = [slope @ np.linalg.inv(j) for slope, j in zip(slopes, J, strict=True)]
     H = [u[body.tets].transpose(0, 2, 1) @ one for one in g]
-    volumes = weights * np.stack([np.linalg.det(j) for j in J], axis=1)
     dilation = np.stack([np.trace(h, axis1=1, axis2=2) for h in H], axis=1)
     pressure = pressures(body.tets, dilation, volumes, values, (lame, nu, body.material))
     out = np.zeros((*body.tets.shape, 3))
@@ -113,13 +129,10 @@ def inertia_forces(body, told, crank_deg, cut):
     beta, rate, growth = rod_angle(told, theta)
     inward = -told.crank_radius * w * w * np.array([math.cos(theta), math.sin(theta)])
     a_x, a_y = inward @ [math.cos(beta), -math.sin(beta)], inward @ [math.sin(beta), math.cos(beta)]
-    weights, values, slopes = rule(body.tets.shape[1], VOLUME)
     density = np.array([rho for _, _, rho in told.materials])[body.material]
-    corners, beyond = body.points[body.tets], np.zeros(3)
-    out = np.zeros_like(corners)
-    for weight, value, slope in zip(weights, values, slopes, strict=True):
-        mass = density * weight * np.linalg.det(corners.transpose(0, 2, 1) @ slope)
-        x, y, _ = (value @ corners).T
+    beyond, out = np.zeros(3), np.zeros((*body.tets.shape, 3))
+    for value, volume, x, y in body.inertial:
+        mass = density * volume
         force = -mass * np.stack([a_x + growth * y - rate**2 * x, a_y - growth * x - rate**2 * y, 0 * x])
         beyond += force[:, x > cut].sum(axis=1)
         out += force.T[:, None, :] * value[:, None]

@@ -1,5 +1,7 @@
 """Shape functions and quadrature of the elements of a written file, from scikit-fem."""
 
+from functools import cache
+
 import numpy as np
 from skfem import ElementTetP1, ElementTetP2, ElementTriP1, ElementTriP2, MeshTet, MeshTri
 from skfem.quadrature import get_quadrature
@@ -7,6 +9,7 @@ from skfem.quadrature import get_quadrature
 _ELEMENTS = {4: ElementTetP1, 10: ElementTetP2, 3: ElementTriP1, 6: ElementTriP2}
 
 
+@cache
 def rule(n_nodes, degree):
     """Weights, values (q, n) and slopes (q, n, dim) of the reference element with so many nodes."""
     points, weights = get_quadrature((MeshTet if n_nodes in (4, 10) else MeshTri).elem.refdom, degree)
