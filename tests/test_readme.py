@@ -7,12 +7,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from program import fea
 
 from fea.study.study import load_study, parse_study
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-FEA = [sys.executable, "-m", "fea"]
 
 
 def blocks(language: str) -> list[str]:
@@ -33,7 +33,7 @@ def made_by(target: str) -> list[str]:
 
 
 def run(arguments: list[str], folder: Path) -> list[str]:
-    done = subprocess.run([*FEA, *arguments], cwd=folder, capture_output=True, text=True, check=False)
+    done = fea(*arguments, cwd=folder)
     assert done.returncode == 0, done.stderr
     return done.stdout.splitlines()
 

@@ -1,13 +1,12 @@
 """Rods from every source, through the program."""
 
-import json
 import re
 
 import meshio
 import numpy as np
 import pytest
 from cad_files import cad_file
-from program import COARSE, fea
+from program import COARSE, fea, figures
 
 from geometry.presets import LEON_2001
 
@@ -18,12 +17,6 @@ bore_mm = 76.0
 piston_mass_kg = 1.3345
 gas = "leon-2001"
 """
-
-
-def figures(*arguments, cwd):
-    done = fea(*arguments, "--json", cwd=cwd)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
 
 
 def test_a_step_file_gives_what_the_dimensions_gave(tmp_path):

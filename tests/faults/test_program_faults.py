@@ -9,18 +9,13 @@ import time
 
 import pytest
 from contained import contained
-from program import COARSE, fea
+from program import COARSE, PROGRAM, fea, names
 
 from geometry.cad.formats import export_step
 from geometry.presets import PRESETS
 from geometry.session import session
 
 MEBI = 2**20
-PROGRAM = [sys.executable, "-m", "fea"]
-
-
-def names(folder):
-    return {entry.name for entry in folder.iterdir()}
 
 
 def one_line(done, code, *words):
@@ -72,9 +67,8 @@ def test_enough_memory_is_noticed_by_nobody(tmp_path):
 def test_a_full_disk_is_exit_7_and_harms_nothing(tmp_path):
     assert fea("run", *COARSE, "--quiet", "--out", "r", cwd=tmp_path).returncode == 0
     kept = {path.name: path.read_bytes() for path in (tmp_path / "r").iterdir()}
-    for most in (100_000,):  # bytes a file
-        done = limited(["run", *COARSE, "--quiet", "--out", "r"], tmp_path, RLIMIT_FSIZE=most)
-        one_line(done, 7, "could not be written")
+    done = fea("run", *COARSE, "--quiet", "--out", "r", cwd=tmp_path, largest_file=100_000)
+    one_line(done, 7, "could not be written")
     assert {path.name: path.read_bytes() for path in (tmp_path / "r").iterdir()} == kept
     assert names(tmp_path) == {"r"}
 

@@ -36,6 +36,11 @@ def quarter():
 
 
 @pytest.fixture(scope="module")
+def rigid():
+    return analyse(study(piston_pin="rigid"))
+
+
+@pytest.fixture(scope="module")
 def rod():
     return prepare(study())
 
@@ -77,9 +82,9 @@ def test_the_mirror_cell_changes_nothing(quarter, symmetry):
         assert np.abs(case.contact_pressure - other.contact_pressure).max() < 1e-9 * largest
 
 
-@pytest.mark.parametrize("rpm", [1000.0, 6000.0, 9000.0])
+@pytest.mark.parametrize("rpm", [1000.0, 9000.0])
 def test_superposed_contact_is_directly_solved_contact(rod, rpm):
-    angles = np.random.default_rng(int(rpm)).uniform(0, 4 * math.pi, 20)
+    angles = np.random.default_rng(int(rpm)).uniform(0, 4 * math.pi, 12)
     stress, peaks = direct(rod, rpm, angles)
     weights = rod.cycle.weights(rod.crank_cycle(rpm), angles)
     superposed = rod.cycle.units.tensor(0, weights, rod.mesh.mirrored)
@@ -94,12 +99,9 @@ def test_a_neat_fit_of_rigid_pins_is_linear_in_its_load():
     assert np.abs(thousand.stresses[0] - 1e3 * one.stresses[0]).max() < 1e-9 * largest
 
 
-def test_more_clearance_narrows_the_arc_and_raises_the_pressure():
-    tight, loose = (
-        analyse(study(small_end_clearance_mm=clearance, piston_pin="rigid")).cases["compression"]
-        for clearance in (0.0, 0.15)
-    )
-    one, other = (case.touch[Surface.SMALL_END_BORE] for case in (tight, loose))
+def test_more_clearance_narrows_the_arc_and_raises_the_pressure(rigid):
+    loose = analyse(study(small_end_clearance_mm=0.15, piston_pin="rigid"))
+    one, other = (of.cases["compression"].touch[Surface.SMALL_END_BORE] for of in (rigid, loose))
     assert one.arc > other.arc
     assert one.pressure < other.pressure
 
@@ -111,14 +113,13 @@ def test_a_softer_pin_presses_harder_on_the_ends_of_its_bore(quarter):
     assert hollow.pressure > solid.pressure
 
 
-def test_an_almost_rigid_elastic_pin_is_the_rigid_one():
+def test_an_almost_rigid_elastic_pin_is_the_rigid_one(rigid):
     stiff = study(piston_pin_bore_mm=0.0)
     table = {"piston_pin": MaterialTable(E_GPa=2e8, nu=0.3), "crank_pin": MaterialTable(E_GPa=2e8, nu=0.3)}
     stiff = dataclasses.replace(stiff, part_material=table)
-    one, other = analyse(stiff), analyse(study(piston_pin="rigid"))
-    for name, case in one.cases.items():
-        rigid = other.cases[name].contact_pressure
-        assert np.abs(case.contact_pressure - rigid).max() < 1e-4 * rigid.max()
+    for name, case in analyse(stiff).cases.items():
+        pressure = rigid.cases[name].contact_pressure
+        assert np.abs(case.contact_pressure - pressure).max() < 1e-4 * pressure.max()
 
 
 @pytest.mark.parametrize(

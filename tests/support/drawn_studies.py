@@ -96,7 +96,9 @@ def written(seed, folder):
     tables["analysis"] = drawn_analysis(draw, clamped=clamped, harsh=harsh, cycle="engine" in tables)
     if more.random() < 0.04:
         tables["analysis"]["tolerance_percent"] = float(more.uniform(5, 15))
-    if tables["analysis"]["solver"] == "amg" and element == "p2":  # tenfold slower than the others on meshes of this size
+    if (
+        tables["analysis"]["solver"] == "amg" and element == "p2"
+    ):  # tenfold slower than the others on meshes of this size
         tables["mesh"]["size_mm"] *= 1.6
     if "bushing" in tables["material"] and tables["material"]["bushing"]["nu"] > 0.4:  # as slow
         tables["mesh"]["size_mm"] *= 1.3

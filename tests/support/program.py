@@ -1,6 +1,7 @@
 """The program run as a process: a new one, or a copy of this one, which has loaded the libraries already."""
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -17,15 +18,15 @@ PROGRAM = (sys.executable, "-m", "fea")
 _LIBRARIES = ("gmsh", "meshio", "skfem", "scipy.spatial", "vtkmodules.vtkIOXML", "fea.apps.run_study")
 
 
-def fea(*arguments, cwd, environment=None):
+def fea(*arguments, cwd, environment=None, largest_file=None):
     """Run `fea` in a directory, in a copy of this process; the finished process with its output as text.
 
     What the program does with streams, signals and exit codes is that of a new process; what it imports,
-    and the threads of its libraries, are not.
+    and the threads of its libraries, are not. No file may exceed `largest_file` bytes.
     """
-    command = list(map(str, arguments))
+    command, most = list(map(str, arguments)), largest_file
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
-        child = copied(command, cwd, environment or {}, out=out.fileno(), err=err.fileno())
+        child = copied(command, cwd, environment or {}, out=out.fileno(), err=err.fileno(), largest_file=most)
         code = waited(child, 300)
         out.seek(0)
         err.seek(0)
@@ -46,7 +47,7 @@ def started(*arguments, cwd, environment=None):
     )
 
 
-def copied(arguments, cwd, environment, *, out, err):
+def copied(arguments, cwd, environment, *, out, err, largest_file=None):
     """Begin `fea ARGUMENTS` in a copy of this process, a group of its own; return its number.
 
     Parameters
@@ -55,10 +56,14 @@ def copied(arguments, cwd, environment, *, out, err):
         What to change of the environment.
     out, err
         Descriptors of its standard streams.
+    largest_file
+        Bytes that no file may exceed; None for no limit.
     """
     _load()
     child = os.fork()
     if not child:
+        if largest_file is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
         _become(arguments, cwd, environment, out, err)
     return child
 
