@@ -33,7 +33,7 @@ min_yield_safety = 1.05
 def job(tmp_path_factory):
     folder = tmp_path_factory.mktemp("job")
     (folder / "own.toml").write_text(STUDY)
-    done = fea("optimise", "own.toml", "--size", 16, "--evaluations", 14, cwd=folder)
+    done = fea("optimise", "own.toml", "--size", 16, "--evaluations", 20, cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder / "results" / "own-optimised", done.stdout
 
@@ -43,7 +43,7 @@ def test_the_lighter_rod_holds_on_a_mesh_of_its_own(job):
     found = json.loads((folder / "optimise.json").read_text())
     assert found["holds"]
     assert found["trusted"]
-    assert found["evaluations"] <= 14
+    assert found["evaluations"] <= 20
     assert found["tolerance_percent"] == 2.0
     assert 0 < found["mass_after_kg"] < found["mass_before_kg"]
     assert re.search(r"own: 6[\d.]+ g instead of 7[\d.]+ g, [\d.]+ % lighter", said)

@@ -61,20 +61,6 @@ def result(tmp_path: Path) -> Path:
     return tmp_path / "tension.vtu"
 
 
-def test_a_picture_shows_the_result_in_colour_and_is_small(result):
-    png = result.with_suffix(".png")
-    assert picture_of(result, png) == png
-    image = np.asarray(Image.open(png).convert("RGB")).astype(int)
-    assert image.shape == (1000, 1600, 3)
-    assert png.stat().st_size < 300_000
-    assert tuple(image[0, -1]) == (255, 255, 255)
-    assert (np.ptp(image[:580], axis=2) > 40).mean() > 0.01  # the bar
-    red, blue = image[..., 0] - image[..., 2] > 120, image[..., 2] - image[..., 0] > 120
-    assert red[:580].any()
-    assert blue[:580].any()
-    assert np.argwhere(red[:580])[:, 1].mean() > np.argwhere(blue[:580])[:, 1].mean()  # x runs to the right
-
-
 def red_and_blue(png: Path, least: int = 120) -> tuple[np.ndarray, np.ndarray]:
     """Where the rod's part of a picture is red, and where blue: columns."""
     image = np.asarray(Image.open(png).convert("RGB")).astype(int)[:580]
@@ -82,52 +68,76 @@ def red_and_blue(png: Path, least: int = 120) -> tuple[np.ndarray, np.ndarray]:
     return np.argwhere(warm > least)[:, 1], np.argwhere(warm < -least)[:, 1]
 
 
-def test_safety_factors_are_red_where_they_are_least_and_modes_where_they_move(result):
-    grid = meshio.read(result)
-    mesh = TetMesh(grid.points, grid.cells[0].data)
-    along = mesh.points[:, 0] / 100
-    shape = np.column_stack([np.zeros((len(along), 2)), 1 - along])
-    factor = np.where(along < 0.05, -1.0, 1 + 5 * along)  # below zero there is none
-    data = {"mode_1": shape / 2, "mode_2": shape, "fatigue_safety_factor": factor}
-    write_vtu(result.with_stem("envelope"), mesh, data)
-    both = [
-        Picture(
-            vtu=result.with_stem("envelope"), png=result.with_name(f"{field}.png"), title=field, field=field
-        )
-        for field in ("mode_2", "fatigue_safety_factor")
-    ]
-    draw_pictures(both)
-    for picture_ in both:  # both are worst at the left
-        red, blue = red_and_blue(picture_.png)
-        assert red.mean() < blue.mean(), picture_.field
-    assert available(data) == ["fatigue_safety_factor", "mode_1", "mode_2"]
+@pytest.fixture(scope="class")
+def one_process():
+    with ready_to_draw():
+        yield
 
 
-def test_stresses_of_either_sign_are_red_and_blue_about_pale(result):
-    grid = meshio.read(result)
-    mesh = TetMesh(grid.points, grid.cells[0].data)
-    stress = 2 * mesh.points[:, 0] - 100  # from −100 at the left to 100 at the right
-    write_vtu(result.with_stem("signed"), mesh, {"mean": stress, "principal_3": stress})
-    for field, words in (("mean", "max 100 MPa"), ("principal_3", "min -100 MPa")):
-        png = picture_of(result.with_stem("signed"), result.with_name(f"{field}.png"), field)
-        red, blue = red_and_blue(png, 90)
-        assert blue.mean() < 800 < red.mean()
-        assert Scene.read(result.with_stem("signed"), field).worst == words
+@pytest.mark.usefixtures("one_process")
+class TestWhatPicturesShow:
+    def test_a_picture_shows_the_result_in_colour_and_is_small(self, result):
+        png = result.with_suffix(".png")
+        assert picture_of(result, png) == png
+        image = np.asarray(Image.open(png).convert("RGB")).astype(int)
+        assert image.shape == (1000, 1600, 3)
+        assert png.stat().st_size < 300_000
+        assert tuple(image[0, -1]) == (255, 255, 255)
+        assert (np.ptp(image[:580], axis=2) > 40).mean() > 0.01  # the bar
+        red, blue = image[..., 0] - image[..., 2] > 120, image[..., 2] - image[..., 0] > 120
+        assert red[:580].any()
+        assert blue[:580].any()
+        left, right = (np.argwhere(colour[:580])[:, 1].mean() for colour in (blue, red))
+        assert left < right  # as x does
 
+    def test_safety_factors_are_red_where_they_are_least_and_modes_where_they_move(self, result):
+        grid = meshio.read(result)
+        mesh = TetMesh(grid.points, grid.cells[0].data)
+        along = mesh.points[:, 0] / 100
+        shape = np.column_stack([np.zeros((len(along), 2)), 1 - along])
+        factor = np.where(along < 0.05, -1.0, 1 + 5 * along)  # below zero there is none
+        data = {"mode_1": shape / 2, "mode_2": shape, "fatigue_safety_factor": factor}
+        write_vtu(result.with_stem("envelope"), mesh, data)
+        both = [
+            Picture(
+                vtu=result.with_stem("envelope"),
+                png=result.with_name(f"{field}.png"),
+                title=field,
+                field=field,
+            )
+            for field in ("mode_2", "fatigue_safety_factor")
+        ]
+        draw_pictures(both)
+        for picture_ in both:  # both are worst at the left
+            red, blue = red_and_blue(picture_.png)
+            assert red.mean() < blue.mean(), picture_.field
+        assert available(data) == ["fatigue_safety_factor", "mode_1", "mode_2"]
 
-def test_the_peak_is_told_with_its_error_bar(result):
-    scene = Scene.read(result, "von_mises", 312.04, (100.0, 0.0, 0.0), 9.94)
-    assert scene.worst == "max 312 MPa ± 9.9 %"
-    assert Scene.read(result, error_percent=13.4).worst == "max 100 MPa ± 13 %"
-    assert Scene.read(result).worst == "max 100 MPa"
-    assert described_by(SUMMARY, result, "safety_factor").error_percent is None  # it is that of the stress
+    def test_stresses_of_either_sign_are_red_and_blue_about_pale(self, result):
+        grid = meshio.read(result)
+        mesh = TetMesh(grid.points, grid.cells[0].data)
+        stress = 2 * mesh.points[:, 0] - 100  # from −100 at the left to 100 at the right
+        write_vtu(result.with_stem("signed"), mesh, {"mean": stress, "principal_3": stress})
+        for field, words in (("mean", "max 100 MPa"), ("principal_3", "min -100 MPa")):
+            png = picture_of(result.with_stem("signed"), result.with_name(f"{field}.png"), field)
+            red, blue = red_and_blue(png, 90)
+            assert blue.mean() < 800 < red.mean()
+            assert Scene.read(result.with_stem("signed"), field).worst == words
 
+    def test_the_peak_is_told_with_its_error_bar(self, result):
+        scene = Scene.read(result, "von_mises", 312.04, (100.0, 0.0, 0.0), 9.94)
+        assert scene.worst == "max 312 MPa ± 9.9 %"
+        assert Scene.read(result, error_percent=13.4).worst == "max 100 MPa ± 13 %"
+        assert Scene.read(result).worst == "max 100 MPa"
+        assert (
+            described_by(SUMMARY, result, "safety_factor").error_percent is None
+        )  # it is that of the stress
 
-def test_a_mesh_is_drawn_without_results(tmp_path):
-    points = np.vstack([np.zeros(3), np.diag([150.0, 40, 20])])
-    png = picture_of_mesh(TetMesh(points, np.array([[0, 1, 2, 3]])), "mine", tmp_path / "results")
-    assert png == tmp_path / "results" / "mine-rod.png"
-    assert is_complete_png(png)
+    def test_a_mesh_is_drawn_without_results(self, tmp_path):
+        points = np.vstack([np.zeros(3), np.diag([150.0, 40, 20])])
+        png = picture_of_mesh(TetMesh(points, np.array([[0, 1, 2, 3]])), "mine", tmp_path / "results")
+        assert png == tmp_path / "results" / "mine-rod.png"
+        assert is_complete_png(png)
 
 
 @pytest.fixture

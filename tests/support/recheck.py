@@ -74,7 +74,7 @@ class Body:
 
     @cached_property
     def internal(self):
-        """At the points of the stiffness's rule: gradients (n, n_local, 3) and volumes (n,) of the elements."""
+        """At the stiffness's points: shape functions, gradients (n, n_local, 3), volumes (n, q)."""
         weights, values, slopes = rule(self.tets.shape[1], 2 if self.tets.shape[1] == 10 else 0)
         J = [self.points[self.tets].transpose(0, 2, 1) @ slope for slope in slopes]
         volumes = weights * np.stack([np.linalg.det(j) for j in J], axis=1)
