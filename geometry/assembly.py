@@ -222,7 +222,6 @@ def _clear_of_bearing(rod: Dimensions, assembly: Assembly, bosses: Bosses) -> No
 
 
 def _seat_fits(rod: Dimensions, bosses: Bosses, what: str, diameter: float) -> None:
-    """Refuse a seat that is smaller than the hole or larger than the plane end of the boss."""
     key = f"bolt_{what}_mm"
     diameter = require_number(f"assembly.{key}", diameter)
     inwards, outwards = bosses.bolt_at - bosses.seat, bosses.top - bosses.bolt_at

@@ -10,18 +10,9 @@ _SHOWN = 160
 class InvalidValue(ValueError):  # noqa: N818 - named for what it says
     """A given value breaks a stated rule.
 
-    Parameters
-    ----------
-    name
-        The quantity, with its unit where it has one (``"rod.web_thickness_mm"``).
-    value
-        The offending value as it was given; None if it is missing.
-    rule
-        What must hold, in words (``"must be positive"``).
-    remedy
-        What the user can do, in words; may be empty.
-    example
-        Lines to copy that show how, where words are not enough; not a part of the message.
+    `name` is the quantity with its unit (``"rod.web_thickness_mm"``), `value` as given, None if it is
+    missing, `rule` what must hold (``"must be positive"``), `remedy` what the user can do, `example` lines to
+    copy that show how, not a part of the message.
     """
 
     def __init__(self, name: str, value: object, rule: str, remedy: str = "", example: str = "") -> None:

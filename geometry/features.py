@@ -240,7 +240,6 @@ def contact_areas(rod: Rod, assembly: Assembly) -> dict[Surface, float]:
 
 
 def _annuli(outer: float, inner: float) -> float:
-    """Area of two annuli with these diameters."""
     return math.pi / 2 * (outer**2 - inner**2)
 
 

@@ -64,19 +64,8 @@ class Fit:
 def fit(rod: Rod, targets: Targets, free: Sequence[str]) -> Fit:
     """Adjust free dimensions of a rod until its mass properties come as close as possible to the targets.
 
-    Parameters
-    ----------
-    rod
-        The starting point; dimensions that are not free keep their values.
-    targets
-        At least one target.
-    free
-        Names of `Rod`'s dimensions. Each may change by the factor `SPAN` either way.
-
-    Returns
-    -------
-    Fit
-        Of bounded least squares over the relative misfits.
+    Bounded least squares over the relative misfits; each dimension may change by the factor `SPAN` either
+    way.
 
     Raises
     ------
@@ -125,7 +114,6 @@ def _misfits(rod: Rod, targets: Targets, sought: dict[str, float]) -> dict[str, 
 
 
 def _weighed(rod: Rod, targets: Targets) -> MassProperties:
-    """Mass properties with the densities of rod and bushing."""
     solid = HeightField(rod)
     every = solid.mass().times(targets.density)
     if not rod.bushing or targets.bushing_density is None:

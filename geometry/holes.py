@@ -104,19 +104,9 @@ def place_text(place: Floats) -> str:
 
 
 def rod_frame(axis: Floats, between: Floats) -> tuple[Floats, float]:
-    """Return the rod's frame in the coordinates of a file, and its length.
+    """Unit vectors (3, 3) along the rod, across it and along its pins, as rows, and its length, mm.
 
-    Parameters
-    ----------
-    axis
-        Unit vector (3,) along the pins.
-    between
-        From a point on the big end's axis to one on the small end's, mm.
-
-    Returns
-    -------
-    tuple
-        Unit vectors (3, 3) along the rod, across it and along its pins, as rows; distance of the axes, mm.
+    `axis` is the unit vector along the pins, `between` leads from the big end's axis to the small end's.
     """
     x = between - (between @ axis) * axis
     length = float(np.linalg.norm(x))

@@ -75,12 +75,7 @@ def usual_units(number: float) -> Iterator[str]:
 def plausible_unit(length: float, unit: str) -> str:
     """Return the unit with which a distance of bores is that of a rod; the one it was read with if none is.
 
-    Parameters
-    ----------
-    length
-        Distance of the bores, mm, if `unit` is right.
-    unit
-        Of `DECLARED`.
+    The distance, mm, is the one with `unit`, of `DECLARED`.
     """
     if _BELIEVED[0] <= length <= _BELIEVED[1]:
         return unit

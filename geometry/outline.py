@@ -98,18 +98,9 @@ def shank_edge(rod: Dimensions) -> Edge:
 
 
 def fillet_center(edge: Edge, ring: Point, ring_radius: float, radius: float, side: int) -> Point:
-    """Find the centre of the arc that is tangent to an edge and, from outside, to a ring.
+    """Find the centre of the arc that touches an edge, which cuts a ring, and from outside that ring.
 
-    Parameters
-    ----------
-    edge
-        It must cut the ring: ``edge.distance(ring) < ring_radius``.
-    ring, ring_radius
-        Centre and outer radius of the ring, mm.
-    radius
-        Of the arc, mm.
-    side
-        +1 for the corner on the small end's side of the ring, −1 for the other.
+    `side` is +1 for the corner on the small end's side of the ring, −1 for the other.
     """
     # The centre lies `radius` outside the edge and `ring_radius + radius` from the ring's centre.
     out = edge.distance(ring) + radius

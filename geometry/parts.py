@@ -43,23 +43,10 @@ def divided(
 ) -> dict[str, int]:
     """Divide bodies at a joint plane through the big end's centre and at the backs of bearing shells.
 
-    Parameters
-    ----------
-    bodies
-        Volume tags of ``"rod"`` and, if there is one, ``"bushing"``; they are used up.
-    normal
-        Of the joint plane (x, y), towards the rod; None without one.
-    radius
-        Of the shells' backs, mm; None without shells.
-    far
-        A length beyond the rod, mm.
-    borders
-        Faces whose edges become edges of the bodies' faces; they are used up.
-
-    Returns
-    -------
-    dict
-        Volume tags by the names of the parts, which share the faces where they touch.
+    Returned are volume tags by the names of the parts, which share the faces where they touch. `bodies` holds
+    those of ``"rod"`` and, if there is one, ``"bushing"``. `normal` (x, y) of the plane leads to the rod,
+    `radius`, mm, is that of the shells' backs, `far` a length beyond the rod. The edges of the faces
+    `borders` become edges of the bodies' faces. Bodies and borders are used up.
 
     Raises
     ------
@@ -105,7 +92,6 @@ def seat_disks(bolt: BoltAxis) -> list[int]:
 
 
 def _half_space(normal: tuple[float, float], far: float) -> Entity:
-    """Draw all that lies on the cap's side of the joint plane."""
     box = gmsh.model.occ.addBox(-far, -far, -far, far, 2 * far, 2 * far)
     gmsh.model.occ.rotate([(SOLID, box)], 0, 0, 0, 0, 0, 1, math.atan2(normal[1], normal[0]))
     return SOLID, box

@@ -208,13 +208,7 @@ def _nodes(seams: Floats) -> tuple[Floats, Floats]:
 
 
 def sections(rod: Rod, count: int = 201) -> tuple[Section, ...]:
-    """Return cross-sections evenly spaced over the shank, from ring to ring.
-
-    Parameters
-    ----------
-    count
-        How many, at least two.
-    """
+    """Return at least two cross-sections evenly spaced over the shank, from ring to ring."""
     field = HeightField(rod)
     stations = np.linspace(rod.big_end_radius, rod.length - rod.small_end_radius, count)
     return tuple(field.section(float(x)) for x in stations)

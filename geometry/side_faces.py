@@ -45,13 +45,7 @@ class RingStep:
         return np.where(distance <= self.rim, self.ring, flank)
 
     def space_above(self, top: float, far: float) -> tuple[Segment, ...]:
-        """Return the closed profile (distance, z) of all that lies above these faces.
-
-        Parameters
-        ----------
-        top, far
-            The profile reaches above `top`, or the arc if that is higher, and out to `far`, mm.
-        """
+        """Closed profile (distance, z) of what lies above these faces, up to `top` and out to `far`, mm."""
         ceiling = 1.1 * max(top, self.shank + self.radius)
         beyond, roof = (far, self.shank), (far, ceiling)
         center, quarter = (self.foot, self.shank + self.radius), math.pi / 2

@@ -151,10 +151,7 @@ def _upper_loop(outline: Outline) -> tuple[Segment, ...]:
 
 
 def _tools_above(rod: Rod, turn: float = 0.0) -> list[int]:
-    """Draw the volumes cut away above z = 0; below it, their mirror images are cut.
-
-    Bosses are turned by `turn`, rad.
-    """
+    """Draw what is cut away above z = 0, with bosses turned by `turn`, rad; its images are cut away below."""
     tools = []
     big, small = ring_steps(rod)
     top = max(big.ring, small.ring)
@@ -173,7 +170,6 @@ def _tools_above(rod: Rod, turn: float = 0.0) -> list[int]:
 
 
 def _holes(rod: Rod, turn: float = 0.0) -> list[int]:
-    """Draw the holes that lie on the plane z = 0; those of bolts are turned by `turn`, rad."""
     occ, tools = gmsh.model.occ, []
     if rod.oil_hole:
         tools.append(occ.addCylinder(rod.length, 0, 0, 2 * rod.small_end_radius, 0, 0, rod.oil_hole / 2))

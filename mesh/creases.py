@@ -56,17 +56,10 @@ class Creases:
 def creases(
     surfaces: Mapping[Surface, Sequence[int]], mesh: TetMesh, bodies: Sequence[Sequence[int]] = ()
 ) -> Creases:
-    """Find the creases of the open model, which has been meshed.
+    """Find the creases of the open model, which has been meshed; the mesh may be numbered differently.
 
-    Parameters
-    ----------
-    surfaces
-        gmsh's face tags per named surface: the outer faces, and those on mirror planes.
-    mesh
-        What was made of it; its nodes may be numbered differently.
-    bodies
-        gmsh's volume tags of each body, if there are several that only touch: the faces between them are
-        outer faces of both.
+    `surfaces` are gmsh's face tags of outer faces and mirror planes. `bodies` are the volume tags of each
+    body, if there are several that only touch: the faces between them are outer faces of both.
     """
     axis_of = {face: PLANE_AXIS.get(name, -1) for name, faces in surfaces.items() for face in faces}
     cut = {axis for axis in axis_of.values() if axis >= 0}
@@ -134,7 +127,6 @@ def _fold(curve: int, places: Floats, faces: tuple[int, int], axis_of: Mapping[i
 
 
 def _normals(curve: int, at: Floats, face: int) -> Floats:
-    """Normals (n, 3) of a face along one of its curves."""
     on_face = gmsh.model.reparametrizeOnSurface(1, curve, at, face)
     return np.reshape(gmsh.model.getNormal(face, on_face), (-1, 3))
 

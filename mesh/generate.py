@@ -30,34 +30,17 @@ def tetrahedralise(
     *,
     repair: Repair = NOTHING,
 ) -> tuple[TetMesh, Quality]:
-    """Mesh every volume of the open model.
+    """Mesh every volume of the open model, and measure the quality of the mesh.
 
-    Parameters
-    ----------
-    surfaces
-        gmsh's face tags per named surface.
-    refinements
-        Faces with smaller elements.
-    sizing
-        Size and order.
-    parts
-        gmsh's volume tags of each part, if there are several.
-    wanted
-        Element sizes requested by earlier solutions; at every point the smallest requested size applies.
-    repair
-        Changed settings for meshing the model again after a failure.
-
-    Returns
-    -------
-    TetMesh, Quality
-        The mesh, mended where raising the order had inverted elements, its nodes in the order of
-        `mesh.numbering`; and its measured quality.
+    `surfaces` are gmsh's face tags per named surface, `parts` the volume tags of each part, if there are
+    several. At every point the smallest size `wanted` by earlier solutions applies. Elements that raising the
+    order had inverted are mended; nodes stand in the order of `mesh.numbering`.
 
     Raises
     ------
     MeshError
-        gmsh failed, or inverted elements could not be repaired; an `UnsoundMeshError` if other settings may
-        help.
+        gmsh failed, or inverted elements could not be repaired; an `UnsoundMeshError` if other settings
+        may help.
     """
     repair.prepare()
     apply(sizing, refinements, wanted, repair.spots)
@@ -156,18 +139,7 @@ def mesh_body(
 ) -> TetMesh:
     """Draw and mesh a body in a gmsh session of its own.
 
-    Parameters
-    ----------
-    body
-        What to mesh.
-    size
-        Edge length away from fine surfaces, mm.
-    order
-        1 or 2.
-    fine
-        Surfaces with smaller elements.
-    growth
-        Increase of the edge length per distance from them, mm/mm.
+    `size` is the edge length away from the surfaces `fine`, mm, from which it grows per distance by `growth`.
 
     Raises
     ------

@@ -28,10 +28,7 @@ class MirroredMesh:
     def vector(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:
         """Extend a vector field (n_cell, 3, …) from the cell to the whole mesh.
 
-        Parameters
-        ----------
-        symmetric, antisymmetric
-            The parts about y = 0; both are symmetric about z = 0.
+        Its parts are symmetric and antisymmetric about y = 0; both are symmetric about z = 0.
         """
         return self._signed(self.sign, symmetric, antisymmetric)
 

@@ -165,7 +165,6 @@ class MovableMesh:
 
     @cached_property
     def _ends(self) -> Ints:
-        """Vertices (n_edges, 2) of the edges."""
         pairs = np.sort(self.mesh.tets[:, EDGES].reshape(-1, 2), axis=1)
         return np.unique(pairs, axis=0)
 
@@ -186,7 +185,6 @@ class MovableMesh:
 
     @cached_property
     def _surface(self) -> "_Graph":
-        """Of edges along a face."""
         dim, tag = self.anchors.dim, self.anchors.tag
         i, j = np.where(dim[self._ends[:, :1]] >= dim[self._ends[:, 1:]], self._ends, self._ends[:, ::-1]).T
         along = dim[i] == 2

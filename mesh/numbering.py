@@ -16,11 +16,8 @@ from mesh.tetmesh import EDGES, FACES, FACET_TURN, MeshError, TetMesh
 def numbered(mesh: TetMesh) -> tuple[TetMesh, Ints]:
     """Renumber the nodes of a mesh as scikit-fem does; vertices keep their order among themselves.
 
-    Returns
-    -------
-    TetMesh, ndarray
-        The mesh, its elements and facets in the order given, and (n_nodes,) the earlier number of each node.
-        Nodes that no element has come last.
+    Elements and facets keep theirs. The second result (n_nodes,) is the earlier number of each node; nodes
+    that no element has come last.
     """
     order = scikit_fem_order(mesh.tets, len(mesh.points))
     number = np.empty_like(order)

@@ -103,11 +103,8 @@ def measure(mesh: TetMesh, straightened: tuple[int, ...] = ()) -> Quality:
 def mended(mesh: TetMesh) -> tuple[TetMesh, tuple[int, ...]]:
     """Straighten the edges of elements that are inverted or too distorted, until none is left.
 
-    Returns
-    -------
-    TetMesh, tuple[int, …]
-        The mesh and the numbers of the straightened elements. Straight-sided inverted elements stay as they
-        are; the caller must reject them.
+    The second result are the numbers of these elements. Straight-sided inverted ones stay as they are; the
+    caller must reject them.
     """
     straightened = np.zeros(len(mesh.tets), dtype=bool)
     for _ in range(10):

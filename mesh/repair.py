@@ -35,15 +35,7 @@ class Spot:
     size: float
 
     def add(self, largest: float, growth: float) -> int:
-        """Add it to the open gmsh model; returns the tag of its field.
-
-        Parameters
-        ----------
-        largest
-            Edge length far from it, mm.
-        growth
-            Increase of the edge length per distance from it, mm/mm.
-        """
+        """Add it to the open gmsh model, with sizes that grow to `largest`, mm; return its tag."""
         field = gmsh.model.mesh.field
         ball: int = field.add("Ball")
         numbers = dict(zip(("XCenter", "YCenter", "ZCenter"), self.center, strict=True))
@@ -97,13 +89,7 @@ NOTHING = Repair()
 
 
 class UnsoundMeshError(MeshError):
-    """No usable mesh could be made, but other settings may help.
-
-    Attributes
-    ----------
-    repair
-        The settings to try.
-    """
+    """No usable mesh could be made, but the settings `repair` may help."""
 
     def __init__(self, message: str, repair: Repair) -> None:
         super().__init__(message, repair)  # both, or a copy from another process would lack one
@@ -134,15 +120,7 @@ def of_crossing(message: str) -> MeshError:
 
 
 def of_elements(corners: Floats, what: str) -> Repair:
-    """Repair the mesh of the open model around elements.
-
-    Parameters
-    ----------
-    corners
-        (n, 4, 3) vertices of the elements, mm; at least one.
-    what
-        What is wrong with them, in words.
-    """
+    """Repair the mesh of the open model around elements (n, 4, 3), mm; `what` is wrong with them."""
     longest = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3).max(axis=(1, 2))
     centers = corners.mean(axis=1)
     spots = tuple(
@@ -158,7 +136,6 @@ def of_elements(corners: Floats, what: str) -> Repair:
 
 
 def _has_edge(face: int, corners: Floats, slack: float) -> bool:
-    """Whether any element has an edge on a face."""
     _, places, _ = gmsh.model.mesh.getNodes(_SURFACE, face, includeBoundary=True)
     from scipy.spatial import KDTree  # noqa: PLC0415 - only a mesh that is repaired needs it
 
@@ -201,18 +178,8 @@ def repaired(
 ) -> Meshed:
     """Mesh the open model; after a failure or with flaws, mesh it again with the changes they call for.
 
-    If every attempt has flaws, the first mesh is returned, and the checks of the run will fail on it.
-
-    Parameters
-    ----------
-    attempt
-        Meshes the model.
-    flaws
-        Returns the changes that a mesh calls for; None if it is sound.
-    log
-        The messages of the session.
-    tell
-        Called with the cause of each new attempt before it begins.
+    `flaws` returns these changes; None for a sound mesh. If every attempt has flaws, the first mesh is
+    returned, and the checks of the run will fail on it. `tell` is called with the cause of each new attempt.
 
     Raises
     ------

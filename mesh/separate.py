@@ -17,19 +17,9 @@ Interfaces = Mapping[tuple[int, int], tuple[Surface, Surface]]
 def separated(mesh: TetMesh, interfaces: Interfaces) -> tuple[TetMesh, Ints]:
     """Double the nodes between parts that only touch.
 
-    Parameters
-    ----------
-    mesh
-        With conforming parts, which share their nodes.
-    interfaces
-        By the numbers of two parts: the surfaces that the side of the first and of the second become. Parts
-        that share facets and are not named here stay joined.
-
-    Returns
-    -------
-    TetMesh, ndarray
-        The mesh, and (n_nodes,) the earlier number of each node. Row k of the second side is the facet of row
-        k of the first, turned over: ``second[:, FACET_TURN[n]]`` has the nodes at the places of ``first``.
+    Parts that share facets and are not named in `interfaces` stay joined. The second result (n_nodes,) is the
+    earlier number of each node. Row k of the second side is the facet of row k of the first, turned over:
+    ``second[:, FACET_TURN[n]]`` has the nodes at the places of ``first``.
 
     Raises
     ------
@@ -83,7 +73,6 @@ def _inner(mesh: TetMesh) -> tuple[Ints, Ints, Ints]:
 
 
 def _behind(mesh: TetMesh, facets: Mapping[Surface, Ints]) -> dict[Surface, Ints]:
-    """The element behind each facet."""
     n_points = len(mesh.points)
     keys = face_keys(mesh.tets[:, FACES].reshape(-1, 3), n_points)
     order = np.argsort(keys)

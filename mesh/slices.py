@@ -70,13 +70,7 @@ def cut(mesh: TetMesh, station: float) -> Slice:
 
 
 def sections(mesh: TetMesh, stations: Iterable[float]) -> tuple[Section, ...]:
-    """Sections at x = each station, mm.
-
-    Raises
-    ------
-    ValueError
-        A plane misses the mesh.
-    """
+    """Sections at x = each station, mm; a `ValueError` where the plane misses the mesh."""
     return tuple(found.section() for found in _cuts(mesh, stations))
 
 

@@ -65,12 +65,7 @@ class MeshError(RuntimeError):
 
 
 def submesh(mesh: TetMesh, number: int) -> tuple[TetMesh, Ints]:
-    """The elements of a part, with the named facets that belong to them.
-
-    Returns
-    -------
-    TetMesh, ndarray
-        The part's mesh and (n_part_nodes,) the number of each of its nodes in the whole mesh.
+    """The elements of a part, with the named facets that belong to them, and each node's number in the whole.
 
     Raises
     ------

@@ -85,10 +85,7 @@ def _is_open(hole: BoltHole, material: Interior) -> bool:
 def _narrowest_walls(
     volumes: Sequence[int], faces: Sequence[Face], direction: Floats, bore: float
 ) -> list[CadHole]:
-    """Narrowest hollow walls that are no lips, one per axis, of the size and direction of a bolt's hole.
-
-    Heads may be sunk deep into wider ones.
-    """
+    """Narrowest hollow walls but lips, one per axis, of a bolt's size: heads may be sunk into wider ones."""
     interior, narrowest = Interior(volumes), []
     for group in wall_groups(faces):
         if np.linalg.norm(np.cross(group[0].direction, direction)) < _PARALLEL:
@@ -130,10 +127,7 @@ def _hole(
 def _seat_at(
     faces: Sequence[Face], point: Floats, direction: Floats, end: float, radius: float
 ) -> Seat | None:
-    """Find the plane face around the end of a hole's wall at a position along its axis, which leads outwards.
-
-    None without one that surrounds the axis.
-    """
+    """Find the plane face around the axis at a hole's end, along a direction that leads out of the hole."""
     annuli = [seat for face in faces if face.shape == "Plane" and (seat := _annulus(face, point, direction))]
     near = [
         seat
@@ -184,21 +178,10 @@ _DEPTH, _LOWEST, _ALIKE = 0.1, 0.3, 0.2
 
 
 def spot_faced(cap: int, holes: Sequence[BoltHole], wanted: float | None) -> tuple[int, list[BoltHole]]:
-    """Cut plane seats for heads around the ends of those holes in a cap that have none.
+    """Cut plane seats for heads around those holes in a cap that have none; return the cap and all holes.
 
-    Parameters
-    ----------
-    cap
-        Its volume tag; it is used up.
-    holes
-        Through the joint.
-    wanted
-        Radius of the seats, mm; None for the usual one, or less where the cap is narrow.
-
-    Returns
-    -------
-    int, list of BoltHole
-        The new volume, and the holes, all with seats.
+    The cap is used up. `wanted` is the radius of the seats, mm; None for the usual one, or less where the cap
+    is narrow.
 
     Raises
     ------
@@ -223,7 +206,6 @@ def spot_faced(cap: int, holes: Sequence[BoltHole], wanted: float | None) -> tup
 
 
 def _cut_seat(cap: int, hole: BoltHole, wanted: float | None) -> Seat:
-    """The highest seat of the largest radius for which there is material."""
     usual = np.arange(USUAL, _LEAST, -_STEP) * hole.radius
     radii = usual.tolist() if wanted is None else [wanted]
     for radius in radii:

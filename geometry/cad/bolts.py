@@ -115,7 +115,6 @@ def bolts_in(
 
 
 def _require_alike(holes: Sequence[BoltHole]) -> None:
-    """Refuse holes of different sizes: the bolts of a cap are alike."""
     sizes = [hole.radius for hole in holes]
     if max(sizes) > _SAME_SIZE * min(sizes):
         listed = "; ".join(f"{2 * hole.radius:.4g} mm at {place_text(hole.center)}" for hole in holes)
@@ -126,7 +125,6 @@ def _require_alike(holes: Sequence[BoltHole]) -> None:
 
 
 def _unequal(bolts: Sequence[BoltAxis]) -> list[str]:
-    """Say that the bolts are not equally long, if they are not."""
     grips = [bolt.grip for bolt in bolts]
     if max(grips) <= _SAME_SIZE * min(grips):
         return []
@@ -173,7 +171,6 @@ class _BoltDimensions:
         self.assumed[text] = None
 
     def _contact(self, level: float) -> float | None:
-        """Radius of a fastener's plane face at a position along its hole."""
         radii = (one.contact(self._pattern, level) for one in self._fasteners)
         return next((radius for radius in radii if radius is not None), None)
 

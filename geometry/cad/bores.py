@@ -41,8 +41,6 @@ Pair = tuple[CadHole, CadHole]
 
 @dataclass(frozen=True, eq=False)
 class _Opening:
-    """A nearly round opening in a plane face."""
-
     center: Floats  # mm
     direction: Floats  # unit normal of the face
     radius: float  # of the fitted circle, mm
@@ -63,16 +61,14 @@ class _Opening:
 
 
 def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diameters = UNKNOWN) -> Pair:
-    """Find the bores of the big and the small end: the two largest parallel through-holes.
-
-    Of two with the same diameter, the one nearer to the centre of gravity is taken for the big end's.
+    """Find the two largest parallel through-holes; the larger, or that of the heavier end, is the big end's.
 
     Raises
     ------
     HalfOpenError
         The largest hollow wall is open on one side.
     GeometryError
-        The bores cannot be identified; the message lists the holes found and the keys that name the bores.
+        The bores cannot be identified; the message lists the holes and the keys that name the bores.
     """
     interior = Interior(volumes)
     holes = through_holes(interior, faces)
@@ -149,13 +145,11 @@ def _belongs(opening: _Opening, hole: CadHole) -> bool:
 
 
 def _is_free(opening: _Opening, interior: Interior, reach: float) -> bool:
-    """Whether its axis meets no material near the face."""
     steps = np.linspace(-1, 1, 9) * min(2 * opening.radius, reach)
     return not any(interior.contains(opening.center + step * opening.direction) for step in steps)
 
 
 def _require_closed(open_walls: Sequence[CadHole], holes: Sequence[CadHole]) -> None:
-    """Refuse a wall that is open on one side and larger than every hole."""
     largest = max((hole.radius for hole in holes), default=0.0)
     if not open_walls or open_walls[0].radius <= largest:
         return
@@ -180,7 +174,6 @@ def _require_round(odd: Sequence[_Opening], bores: Pair) -> None:
 
 
 def _require_between(bores: Pair, middle: Floats) -> None:
-    """Refuse bores with the centre of gravity far from the line between them."""
     balance = Balance.of(bores, middle)
     if not balance.is_that_of_a_rod:
         raise GeometryError(
@@ -200,7 +193,6 @@ def _require_cylinders(holes: Sequence[CadHole], faces: Sequence[Face]) -> None:
 
 
 def _list(holes: Sequence[CadHole | _Opening]) -> str:
-    """List the largest."""
     more = [f"{len(holes) - _LISTED} smaller ones"] if len(holes) > _LISTED else []
     return "; ".join([*(one.text() for one in holes[:_LISTED]), *more]) or "none"
 

@@ -55,16 +55,9 @@ def classified(
 ) -> list[CadSolid]:
     """Classify the solids of a file, which are in the open model.
 
-    Parameters
-    ----------
-    solids
-        With their names.
-    chosen
-        Names of those to keep, with their role before them where it cannot be recognised
-        (``"cap: Deckel"``, one of `ROLES`; bolts and nuts are not kept); empty: the rod and what belongs to
-        it, or all of them if none is a rod.
-    diameters
-        Of the bores, if the user has given them.
+    `chosen` are the names of those to keep, with their role before them where it cannot be recognised
+    (``"cap: Deckel"``, one of `ROLES`; bolts and nuts are not kept). Without it, the rod and what belongs to
+    it are kept, or all solids if none is a rod.
 
     Raises
     ------
@@ -126,7 +119,6 @@ def _names(solids: Sequence[NamedSolid]) -> dict[int, str]:
 
 
 def _rods(walls: Mapping[int, Walls], diameters: Diameters = UNKNOWN, tried: int = 1) -> dict[int, Pair]:
-    """The bores of the solids of a rod's shape."""
     candidates = {tag: _rod_bores(tag, of_solid, diameters, tried) for tag, of_solid in walls.items()}
     return {tag: bores for tag, bores in candidates.items() if bores is not None}
 
@@ -148,7 +140,6 @@ def _rod_bores(volume: int, walls: Walls, diameters: Diameters, tried: int) -> P
 
 
 def _is_rod(volume: int, big: CadHole, small: CadHole) -> bool:
-    """Whether the proportions are those of a rod."""
     frame, distance = rod_frame(big.direction, small.center - big.center)
     length, breadth, width = np.ptp(solid_points(volume) @ frame.T, axis=0)
     middle = np.array(gmsh.model.occ.getCenterOfMass(3, volume))
@@ -198,7 +189,6 @@ def _role(volume: int, walls: Walls, bores: Pair) -> Role:
 
 
 def _is_slender(volume: int) -> bool:
-    """Whether the largest moment of inertia is more than three times the least."""
     moments = np.linalg.eigvalsh(np.reshape(gmsh.model.occ.getMatrixOfInertia(3, volume), (3, 3)))
     return bool(moments[-1] > 3 * moments[0])
 
@@ -229,7 +219,6 @@ def named_parts(
 def _divided(
     volumes: dict[str, list[int]], bores: tuple[Bore, Bore], assembly: Assembly, shells: Sequence[str]
 ) -> dict[str, list[int]]:
-    """Split what the file has in one piece."""
     if shells and CAP not in volumes:
         raise GeometryError("the file has bearing shells, but no cap. Add the cap to the file")
     normal = assembly.normal if CAP not in volumes and assembly.split is not None else None
@@ -266,6 +255,5 @@ def _name(one: CadSolid, bores: tuple[Bore, Bore]) -> str:
 
 
 def _thickness(shell: Sequence[int]) -> float:
-    """Of a half shell, from the radii of its cylinders, mm."""
     radii = [face.values[6] for face in recognised_faces(shell) if face.shape == "Cylinder"]
     return max(radii, default=0.0) - min(radii, default=0.0)

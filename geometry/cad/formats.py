@@ -64,14 +64,7 @@ class NamedSolid(NamedTuple):
 
 
 def read_solids(path: Path, unit: str | None = None) -> list[NamedSolid]:
-    """Read the solids of a file into a new model, lengths in mm.
-
-    Parameters
-    ----------
-    path
-        The file.
-    unit
-        Of the numbers in the file, of `DECLARED`; None for the one that it declares.
+    """Read the solids of a file into a new model, lengths in mm; a `unit` replaces the one that it declares.
 
     Raises
     ------
@@ -123,9 +116,9 @@ def _right_way_round(solid: NamedSolid) -> NamedSolid:
 def _in_millimetres(path: Path, kind: CadFormat, unit: str | None) -> Iterator[None]:
     """Let the kernel convert the numbers of a file from a unit, whatever the file declares.
 
-    Its STEP reader multiplies every number by one factor, the declared unit over another that is chosen so
-    that the factor is the one asked for, 1 for millimetres: numbers are not scaled up and down again, and two
-    files that differ in the declared unit alone give the same bits. Scaling afterwards rounds once more.
+    Its STEP reader multiplies every number by the declared unit over another, chosen so that the factor is
+    right: scaling afterwards would round once more, and files that differ in the declared unit alone give the
+    same bits.
     """
     declared = declared_unit(path)
     factor = DECLARED[unit or declared]
@@ -171,7 +164,6 @@ def _begins_as(kind: CadFormat, start: bytes) -> bool:
 
 
 def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
-    """Let the kernel read a file."""
     remedy = "The file may be damaged or cut short: export the rod again, as STEP"
     if kind is CadFormat.BREP and _is_cut_short(path.read_bytes()):
         raise GeometryError(f"{path.name} ends before its last line, which names its shape. {remedy}")
@@ -290,7 +282,6 @@ def _freecad(path: Path) -> tuple[list[NamedSolid], set[int]]:
 
 
 def _place(entities: Sequence[tuple[int, int]], placement: Placement) -> None:
-    """Turn entities about the origin and shift them."""
     scale = gmsh.option.getNumber("Geometry.OCCScaling")
     if entities and placement.angle:
         gmsh.model.occ.rotate(entities, 0, 0, 0, *placement.axis, placement.angle)
@@ -308,7 +299,6 @@ def _unit_of_step(content: bytes) -> str:
 
 
 def _unit_of_iges(content: bytes) -> str:
-    """Read the name of the unit from the global section."""
     lines = [line[:72] for line in content.splitlines() if line[72:73] == b"G"]
     named = re.search(rb"\d*H(MM|INCH|IN|M|CM|KM|FT|UM)[,;]", b"".join(lines).upper())
     unit = named[1].decode().lower() if named else "mm"

@@ -53,29 +53,16 @@ def import_cad(
 ) -> Solid:
     """Read the rod of a file into a new model of the open session and place it in the rod's frame.
 
-    Parameters
-    ----------
-    file
-        The file, and what the user says of it.
-    mirror
-        The cell to keep; None for the smallest that the solid's symmetry allows.
-    tell
-        Called with each stage, in words.
-    assembly
-        What is separate; None for solids that are bonded to each other where they touch. The file's own cap,
-        shells, bushing and bolts are taken where it has them.
-
-    Returns
-    -------
-    Solid
-        One part per solid that is kept, under its name in the file or, in an assembly, under those of
-        `geometry.parts`; touching parts share their faces.
+    Each solid that is kept is a part, under its name in the file or, in an assembly, under those of
+    `geometry.parts`; touching parts share their faces. Without an assembly they are bonded to each other;
+    else the file's own cap, shells, bushing and bolts are taken where it has them. Without `mirror`, the
+    smallest symmetry cell is kept.
 
     Raises
     ------
     GeometryError
-        No rod in the file, bores that cannot be identified, a mirror plane that the solid lacks, or solids
-        that do not make an assembly.
+        No rod in the file, bores that cannot be identified, a mirror plane that the solid lacks, or
+        solids that do not make an assembly.
     InvalidValue
         What the assembly says does not fit the file.
     OSError
@@ -99,7 +86,6 @@ def import_cad(
 
 
 def _read(file: CadFile, unit: str, tell: Callable[[str], None]) -> tuple[list[CadSolid], Pair]:
-    """Read the file, its numbers in a unit; return its solids and the bores."""
     tell(f"reading {file.path.name}")
     named = read_solids(file.path, unit)
     if len(named) > 1:
@@ -127,7 +113,6 @@ def _read(file: CadFile, unit: str, tell: Callable[[str], None]) -> tuple[list[C
 
 
 def _capped_first(bores: Pair, solids: Sequence[CadSolid]) -> Pair:
-    """Take the bore with the cap for the big end's, if it is the smaller one."""
     caps = [gmsh.model.occ.getCenterOfMass(3, one.tag) for one in solids if one.role is Role.CAP and one.kept]
     if caps:
         middle = np.mean(caps, axis=0)
@@ -140,7 +125,6 @@ def _capped_first(bores: Pair, solids: Sequence[CadSolid]) -> Pair:
 def _assumed(
     file: CadFile, declared: str, unit: str, solids: Sequence[CadSolid], length: float, *, bonded: bool
 ) -> list[str]:
-    """What the user must know was assumed."""
     notes = []
     if file.unit is None and unit != declared:
         notes.append(
@@ -175,7 +159,6 @@ def _bonded(
     mirror: Mirror | None,
     tell: Callable[[str], None],
 ) -> Solid:
-    """Place and cut what is kept."""
     kept = [one for one in solids if one.kept]
     _remove([one.tag for one in solids if not one.kept])
     tags, names = [one.tag for one in kept], [one.name for one in kept] if len(kept) > 1 else ["rod"]
@@ -195,10 +178,7 @@ def _assembled(
     mirror: Mirror | None,
     tell: Callable[[str], None],
 ) -> tuple[Solid, tuple[str, ...], list[str]]:
-    """Place the solids, take out the bolts, and let the other parts touch.
-
-    Returns the solid, and the joint, bolts and interfaces, and what was assumed of them, in words.
-    """
+    """Take out the bolts and let the other parts touch; what was read and assumed is returned in words."""
     kept = [one for one in solids if one.kept]
     small = [one for one in solids if not one.kept and one.role in (Role.BOLT, Role.OTHER)]
     small = [one for one in small if max(one.size) < _NEAR * holes[0].radius]
@@ -241,7 +221,6 @@ def _cell(file: CadFile, volumes: Sequence[int], asked: Mirror | None, length: f
 def _solid(
     mirror: Mirror, bores: tuple[Bore, Bore], parts: tuple[Part, ...], bolts: tuple[BoltAxis, ...] = ()
 ) -> Solid:
-    """Name the faces of the parts, and find the features among them."""
     volumes = [tag for part in parts for tag in part.volumes]
     faces = recognised_faces(volumes)
     named = with_seats(surfaces(bores, mirror, faces), faces, bolts)
@@ -293,7 +272,6 @@ def _walls(
 
 
 def _listing(solid: Solid, joint: Joint | None) -> tuple[str, ...]:
-    """Say where the parts touch and where the bolts are."""
     listing = [] if joint is None else [joint.text()]
     for one in solid.interfaces:
         first, second = (solid.parts[number].name for number in one.parts)

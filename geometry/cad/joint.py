@@ -44,14 +44,7 @@ class Joint:
 
 
 def joint_of(rod: Sequence[int], cap: Sequence[int], radius: float) -> Joint:
-    """Find the joint of a rod and a cap, which share faces, in the rod's frame.
-
-    Parameters
-    ----------
-    rod, cap
-        Volume tags; bearing shells are no part of them.
-    radius
-        Of the big end's bore, mm.
+    """Find the joint of a rod and a cap (volume tags, without shells) at a bore of some radius, mm.
 
     Raises
     ------
@@ -110,14 +103,7 @@ _CAP_OFF = 0.05
 
 
 def assumed_cap(faces: Sequence[Face], wall: CadHole) -> int:
-    """Draw a half ring of the section at the joint, which closes a bore; return its volume tag.
-
-    Parameters
-    ----------
-    faces
-        Of the rod.
-    wall
-        The wall that is open on one side.
+    """Draw a half ring of the section at the joint, which closes a wall open on one side; its volume tag.
 
     Raises
     ------
@@ -145,7 +131,6 @@ def assumed_cap(faces: Sequence[Face], wall: CadHole) -> int:
 
 
 def _extent(curves: Sequence[int]) -> float:
-    """Largest extent of a loop of curves, mm."""
     boxes = np.reshape([gmsh.model.occ.getBoundingBox(1, int(tag)) for tag in curves], (-1, 3))
     return float(np.ptp(boxes, axis=0).max())
 

@@ -26,15 +26,7 @@ _WITHIN = np.linspace(0.05, 0.95, 5)
 
 
 def smallest_cell(volumes: Sequence[int], length: float) -> Mirror:
-    """Return the smallest mirror cell about z = 0 and y = 0.
-
-    Parameters
-    ----------
-    volumes
-        Placed in the rod's frame.
-    length
-        Of the rod, mm; the tolerance is relative to it.
-    """
+    """Return the smallest symmetry cell of volumes in the rod's frame; tolerances scale with its length."""
     solids = [_faces(volume) for volume in volumes]
 
     def mirrored(axis: int) -> bool:
@@ -118,7 +110,6 @@ def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
 
 
 def _holds(face: int, points: Floats, axis: int, slack: float) -> bool:
-    """Whether the images of points (n, 3) lie on a face."""
     image = points.copy()
     image[:, axis] *= -1
     nearest, _ = gmsh.model.getClosestPoint(2, face, image.ravel())
@@ -166,14 +157,8 @@ def sharing(
 ) -> list[list[int]]:
     """Let touching solids share their faces; return the volumes that each became.
 
-    Parameters
-    ----------
-    cells
-        Volume tags that each solid became in the symmetry cell.
-    names
-        Of the solids.
-    borders
-        Faces whose edges become edges of the solids' faces; they are used up.
+    `cells` are the volume tags of each solid. `borders` are faces whose edges become edges of the solids'
+    faces; they are used up.
 
     Raises
     ------

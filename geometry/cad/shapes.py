@@ -87,7 +87,6 @@ def _corner(values: Floats) -> tuple[float, float, float]:
 
 
 def _samples(face: int) -> tuple[Floats, Floats]:
-    """Points and unit normals (n, 3) over the parameters of a face."""
     places = parameter_grid(face, np.linspace(0.01, 0.99, _SAMPLES)).ravel()  # at its ends may be no normal
     points = np.reshape(gmsh.model.getValue(2, face, places), (-1, 3))
     normals = np.reshape(gmsh.model.getNormal(face, places), (-1, 3))
@@ -196,7 +195,6 @@ def _sweep(face: Face) -> float:
 
 
 def _is_concave(face: Face, interior: Interior) -> bool:
-    """Whether the space on the side of the arc's centre is free."""
     (u0, v0), (u1, v1) = gmsh.model.getParametrizationBounds(2, face.tag)
     middle = [(u0 + u1) / 2, (v0 + v1) / 2]
     point = np.array(gmsh.model.getValue(2, face.tag, middle))
@@ -234,5 +232,4 @@ def _tightest(face: Face, interior: Interior) -> tuple[float, float] | None:
 
 
 def _is_on(face: Face, place: Floats) -> bool:
-    """Whether a point of the underlying surface lies within the face."""
     return bool(gmsh.model.isInside(2, face.tag, list(place), True))  # noqa: FBT003 - gmsh's own order

@@ -42,8 +42,8 @@ def find_bore_pair(surface: SurfaceMesh, diameters: Diameters = UNKNOWN) -> Pair
     Raises
     ------
     MeshError
-        No two holes can be the bores, several pairs can, or the pair found leaves out a larger hole or lies
-        off the centre of gravity. The message lists the holes.
+        No two holes can be the bores, several pairs can, or the pair leaves out a larger hole or lies off
+        the centre of gravity. The message lists the holes.
     """
     walls = [round_holes(surface, direction, _CLOSE) for direction in _aligned(surface, _directions(surface))]
     usable = ([hole for hole in _pin_walls(holes) if hole.closed and hole.through] for holes in walls)
@@ -79,7 +79,6 @@ def _straightened(surface: SurfaceMesh, pair: Pair) -> Pair:
 
 
 def _common(hole: MeshHole, bore: MeshHole) -> int:
-    """How many facets two walls have in common."""
     return int(np.isin(hole.facets, bore.facets).sum())
 
 
@@ -104,7 +103,6 @@ def _directions(surface: SurfaceMesh) -> list[Floats]:
 
 
 def _distinct(directions: Sequence[Floats], sine: float) -> list[Floats]:
-    """Directions that differ from those before them."""
     kept: list[Floats] = []
     for direction in directions:
         if all(np.linalg.norm(np.cross(direction, other)) > sine for other in kept):
@@ -126,7 +124,6 @@ def _aligned(surface: SurfaceMesh, guesses: Sequence[Floats]) -> list[Floats]:
 
 
 def _pin_walls(holes: Sequence[MeshHole]) -> list[MeshHole]:
-    """Of coaxial walls keep the one that a pin touches."""
     kept = []
     for hole in holes:
         group = [other for other in holes if hole.apart(other) < 0.02 * hole.radius and other.closed]
@@ -144,7 +141,6 @@ def _beside(hole: MeshHole, bore: MeshHole) -> bool:
 
 
 def _require_only(pair: Pair, holes: Sequence[MeshHole], diameters: Diameters) -> None:
-    """Refuse to choose between holes of the same diameter."""
     for bore, diameter in zip(pair, diameters, strict=True):
         twins = [
             hole
@@ -174,7 +170,6 @@ def _require_largest(pair: Pair, holes: Sequence[MeshHole]) -> None:
 
 
 def _require_between(pair: Pair, surface: SurfaceMesh) -> None:
-    """Refuse bores with the centre of gravity far from the line between them."""
     balance = Balance.of(pair, surface.center)
     if not balance.is_that_of_a_rod:
         raise MeshError(

@@ -45,15 +45,8 @@ def given_mesh(
 ) -> GivenMesh:
     """Read a rod's mesh, check it, find its bores and place it in the rod's frame.
 
-    Parameters
-    ----------
-    path
-        The file; its suffix is one of `mesh.files.tets.FORMATS`.
-    named
-        Diameters of the big-end and the small-end bore, mm, where the two largest holes are not the bores.
-    unit
-        Of lengths in the file, of `geometry.imports.UNITS`; None for millimetres, or the one with which
-        the rod has a usual length.
+    `unit` is of `geometry.imports.UNITS`; without it, millimetres or the one with which the rod has a usual
+    length.
 
     Raises
     ------
@@ -84,7 +77,6 @@ def _first_guess(points: Floats) -> str:
 
 
 def _measured(sound: Mended, unit: str, named: tuple[float | None, float | None]) -> GivenMesh:
-    """Find the bores of a mesh in some unit, and place it."""
     scaled = replace(sound.mesh, points=UNITS[unit] * sound.mesh.points)
     mesh, curved = straightened(scaled)
     _require_jacobians(mesh)
@@ -109,14 +101,7 @@ def _found(pair: Pair, bores: tuple[Bore, Bore]) -> tuple[BoreLocation, BoreLoca
 
 
 def named_mesh(mesh: TetMesh, named: tuple[float | None, float | None]) -> tuple[TetMesh, tuple[Bore, Bore]]:
-    """Find the bores of a mesh that stands in the rod's frame already, and name its surfaces.
-
-    Parameters
-    ----------
-    mesh
-        As a run has left it; its nodes and elements stay as they are.
-    named
-        As for `given_mesh`.
+    """Find the bores of a mesh that a run has left in the rod's frame, and name its surfaces.
 
     Raises
     ------
@@ -147,7 +132,6 @@ def _cavities(surface: SurfaceMesh) -> list[str]:
 
 
 def _require_jacobians(mesh: TetMesh) -> None:
-    """Refuse elements that straightening their edges did not mend."""
     inverted = np.flatnonzero(scaled_jacobian(mesh) <= 0)
     if inverted.size:
         x, y, z = mesh.points[mesh.tets[inverted[0], :4]].mean(axis=0)
@@ -158,7 +142,6 @@ def _require_jacobians(mesh: TetMesh) -> None:
 
 
 def _axes(surface: SurfaceMesh, pair: Pair) -> Axes:
-    """Cylinders through the vertices of both walls, about parallel axes."""
     clouds = [surface.points[np.unique(surface.facets[bore.facets])] for bore in pair]
     axes = fitted_axes(clouds, pair[0].direction)
     if axes.residual > _ROUGHEST:

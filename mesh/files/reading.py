@@ -39,10 +39,8 @@ def read_inp(path: Path) -> TetFile:
     ------
     MeshError
         The mesh is not complete in this file, contradicts itself, or has no tetrahedra.
-    OSError
-        The file cannot be read.
-    ValueError
-        A line does not hold the numbers that it should.
+    OSError, ValueError
+        The file cannot be read, or a line does not hold the numbers that it should.
     """
     nodes: list[Floats] = []
     blocks: list[tuple[str, list[str]]] = []
@@ -70,7 +68,6 @@ def read_inp(path: Path) -> TetFile:
 
 
 def _cards(lines: Iterable[str]) -> Iterator[tuple[str, dict[str, str], list[str]]]:
-    """Keyword, options and data lines of each card."""
     keyword, options, data = "", dict[str, str](), list[str]()
     for line in map(str.lstrip, chain(lines, ["*END"])):
         if line.startswith("**") or not line:
@@ -95,7 +92,6 @@ def _kind(name: str) -> str:
 
 
 def _coordinates(lines: Sequence[str]) -> Floats:
-    """Numbers and coordinates (n, 4) of nodes."""
     return np.asarray(np.loadtxt(lines, delimiter=",", usecols=range(4), ndmin=2))
 
 
@@ -157,28 +153,14 @@ def is_msh(path: Path) -> bool:
 
 
 def read_msh(path: Path) -> TetFile:
-    """Read a file, for which `is_msh` holds, in a gmsh session of its own.
-
-    Raises
-    ------
-    MeshError
-        It holds no tetrahedra, or other solid elements too.
-    Exception
-        gmsh cannot read it.
-    """
+    """Read a file, for which `is_msh` holds, in a gmsh session of its own; gmsh's own errors pass."""
     with session():
         gmsh.open(str(path))
         return tets_of_model()
 
 
 def tets_of_model() -> TetFile:
-    """Nodes and tetrahedra of the open model.
-
-    Raises
-    ------
-    MeshError
-        There are no tetrahedra, or other solid elements too.
-    """
+    """Nodes and tetrahedra of the open model; `MeshError` if there are none, or other solid elements too."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     order = np.argsort(tags)
     ids = tags[order].astype(np.int64)
@@ -233,7 +215,6 @@ def read_stl(path: Path) -> TetFile:
 
 
 def _require_closed() -> None:
-    """Refuse a surface with edges that do not belong to two triangles."""
     _, nodes = gmsh.model.mesh.getElementsByType(2)
     corners = nodes.reshape(-1, 3).astype(np.int64)
     sides = np.sort(corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
@@ -255,10 +236,8 @@ def read_tets(path: Path) -> TetFile:
     ------
     MeshError
         The file is damaged, or holds no mesh that is supported; the message names it.
-    OSError
-        It cannot be read.
-    ImportError
-        A library that the format needs is not installed.
+    OSError, ImportError
+        It cannot be read, or a library that the format needs is not installed.
     """
     name = FORMATS[path.suffix.lower()]
     try:

@@ -39,15 +39,7 @@ class Axes:
 
 
 def fitted_axes(clouds: list[Floats], direction: Floats) -> Axes:
-    """Least-squares cylinders with one common direction.
-
-    Parameters
-    ----------
-    clouds
-        Points (n, 3) on each of the cylinders, mm.
-    direction
-        A first guess, unit vector.
-    """
+    """Least-squares cylinders through clouds of points (n, 3), with a common direction near a guess (3,)."""
     from scipy.optimize import least_squares  # noqa: PLC0415 - only meshes from files need it
 
     across = basis_across(direction)
@@ -134,16 +126,9 @@ class MeshHole(RoundHole):
 
 
 def round_holes(surface: SurfaceMesh, direction: Floats, tolerance: float) -> list[MeshHole]:
-    """Find the concave cylindrical walls along a direction, the largest radius first.
+    """Find the concave cylindrical walls along a unit vector, the largest radius first.
 
-    Parameters
-    ----------
-    surface
-        The boundary.
-    direction
-        Unit vector.
-    tolerance
-        Largest distance of vertices from the cylinder, over its radius.
+    Their vertices are off the cylinder by at most `tolerance`, over its radius.
     """
     across = basis_across(direction)
     flat = _Plan(surface.corners @ across.T, surface.normals @ across.T, surface.areas)

@@ -28,12 +28,8 @@ class TetFile:
 def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
     """Take the tetrahedra out of blocks of elements of one kind each.
 
-    Parameters
-    ----------
-    points
-        (n_nodes, 3).
-    blocks
-        meshio's name of the kind (``"tetra10"``), rows of `points`, and numbers of the elements.
+    A block is meshio's name of the kind (``"tetra10"``), rows of `points` (n, 3), and numbers of the
+    elements.
 
     Raises
     ------
@@ -182,7 +178,6 @@ def _notes(merged: int, dropped: int, turned: int, *, swapped: bool) -> tuple[st
 
 
 def _require_nodes(file: TetFile) -> None:
-    """Refuse nodes that do not exist, or without usable coordinates."""
     stray = (file.tets < 0) | (file.tets >= len(file.points))
     _refuse(stray.any(axis=1), file.numbers, "nodes that do not exist")
     usable = np.abs(file.points) < _FARTHEST  # not so for NaN
@@ -191,7 +186,6 @@ def _require_nodes(file: TetFile) -> None:
 
 
 def _refuse(found_wrong: npt.ArrayLike, numbers: Ints, what: str, remedy: str = "Mesh the rod again") -> None:
-    """Raise the error of elements (n_elements,) with something wrong."""
     wrong = np.asarray(found_wrong, dtype=bool)
     if not wrong.any():
         return
