@@ -38,18 +38,18 @@ class Formulas:
     def begin(self, x):
         self.mesh += 1
         self.off = self.scatter * self.draw.normal(size=LIMITS)
-        return self.computed(x, x, fresh=True)
+        return self.computed(x, x, remeshed=True)
 
     def at(self, x):
         near = self.nearest(x, np.full(N, 0.8))
-        return self.computed(near, x, fresh=False)
+        return self.computed(near, x, remeshed=False)
 
-    def computed(self, x, asked, *, fresh):
+    def computed(self, x, asked, *, remeshed):
         usage = self.usage(x) * (1 + self.off)
         limits = tuple(Limit(f"limit {number}", 1 / own, 0.0, 1.0) for number, own in enumerate(usage))
-        short = float(np.linalg.norm(asked - x))
+        infeasibility = float(np.linalg.norm(asked - x))
         self.count += 1
-        self.tried.append(Design(x, self.mass(x), limits, short, fresh, self.mesh))
+        self.tried.append(Design(x, self.mass(x), limits, infeasibility, remeshed, self.mesh))
         return self.tried[-1]
 
     def least(self):
@@ -76,7 +76,7 @@ def test_the_lightest_rod_is_found_though_meshes_scatter(seed):
     found, least = search(rods, np.full(N, 0.8), 150), rods.least()
     assert found.count <= 150
     assert found.holds
-    assert found.best.fresh
+    assert found.best.remeshed
     assert found.best.mass_kg == pytest.approx(least, rel=0.01)
     assert (rods.usage(found.best.x) <= 1 + 3 * SCATTER).all()
 

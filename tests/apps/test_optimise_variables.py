@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fea.apps.optimise.limits import Limit, required
-from fea.apps.optimise.run_optimise import searched
+from fea.apps.optimise.run_optimise import search_study
 from fea.apps.optimise.variables import variables
 from fea.study.option_tables import OptimiseTable, parse_free
 from fea.study.study import load_study, parse_study
@@ -52,9 +52,9 @@ def test_a_rectangular_shank_has_no_web():
 @given(st.lists(st.floats(-0.5, 1.5), min_size=7, max_size=7))
 def test_the_nearest_rod_that_can_be_drawn_is_sound(x):
     found = variables(LEON)
-    near = found.nearest_sound(np.array(x), found.start)
-    assert found.sound(near)
-    if found.sound(np.array(x)):
+    near = found.nearest_feasible(np.array(x), found.start)
+    assert found.feasible(near)
+    if found.feasible(np.array(x)):
         assert np.array_equal(near, x)
 
 
@@ -107,9 +107,9 @@ def test_a_limit_counts_less_its_bar():
 
 def test_what_a_search_cannot_do_is_refused():
     with pytest.raises(InvalidValue, match="every design would take minutes"):
-        searched(load_study("leon-2001-bolted"))
+        search_study(load_study("leon-2001-bolted"))
     with pytest.raises(InvalidValue, match="has neither"):
-        searched(parse_study('[rod]\npreset = "leon-2001"\n', "bare", Path.cwd()))
-    assert searched(LEON).analysis.cycle
-    assert searched(load_study("columba-2022")).rod.mass is None
-    assert searched(LEON).analysis.tolerance_percent == 2.0
+        search_study(parse_study('[rod]\npreset = "leon-2001"\n', "bare", Path.cwd()))
+    assert search_study(LEON).analysis.cycle
+    assert search_study(load_study("columba-2022")).rod.mass is None
+    assert search_study(LEON).analysis.tolerance_percent == 2.0

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import differential_evolution
 
 from fea.apps.optimise.designs import Designs
-from fea.apps.optimise.run_optimise import searched
+from fea.apps.optimise.run_optimise import search_study
 from fea.apps.optimise.search import search
 from fea.apps.optimise.variables import variables
 from fea.study.flags import Flags
@@ -39,7 +39,7 @@ def main() -> None:
     parser.add_argument("--evaluations", type=int, default=2000)
     asked = parser.parse_args()
     flags = Flags(min_safety=asked.min_safety, size=asked.size, rpm=asked.rpm)
-    study = searched(flags.applied(load_study(asked.study)))
+    study = search_study(flags.applied(load_study(asked.study)))
     jobs = {"search": alone, "reference": reference, "moving": moving, "noise": noise}
     jobs[asked.what](study, asked.evaluations)
 
@@ -75,7 +75,7 @@ def reference(study, evaluations):
             design = designs.at(x)
         except (GeometryError, MeshError):
             return 10.0
-        return design.mass_kg * (1 + 10 * max(0.0, -design.margin)) + design.short
+        return design.mass_kg * (1 + 10 * max(0.0, -design.margin)) + design.infeasibility
 
     count = len(free.keys)
     generations = max(1, evaluations // 2 // (8 * count) - 1)

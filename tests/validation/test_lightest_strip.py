@@ -77,22 +77,22 @@ class Strips:
         half, _ = values(x)
         self.movable = meshed(half)
         self.meshes += 1
-        return self.computed(x, self.movable.mesh, fresh=True)
+        return self.computed(x, self.movable.mesh, remeshed=True)
 
     def nearest(self, x, sound):
         return np.clip(x, 0.0, 1.0)
 
     def at(self, x):
         half, _ = values(x)
-        return self.computed(x, moved(self.movable, half) or meshed(half).mesh, fresh=False)
+        return self.computed(x, moved(self.movable, half) or meshed(half).mesh, remeshed=False)
 
-    def computed(self, x, mesh, *, fresh):
+    def computed(self, x, mesh, *, remeshed):
         half, thick = values(x)
         stress = peak_factor(mesh) * FORCE / (2 * half * thick)
         limit = Limit("yielding", STRENGTH / stress, 0.0, 1.0)
         mass = STEEL.density * 1e3 * thick * (2 * half * 2 * LENGTH - math.pi * RADIUS**2)
         self.count += 1
-        self.tried.append(Design(x, mass, (limit,), fresh=fresh, mesh=self.meshes))
+        self.tried.append(Design(x, mass, (limit,), remeshed=remeshed, mesh=self.meshes))
         return self.tried[-1]
 
 

@@ -35,13 +35,9 @@ class Design:
     ----------
     x
         (n,) its free dimensions, scaled to 0 … 1 between their bounds.
-    mass_kg
-        Its mass.
-    limits
-        How much of each required factor is left.
-    short
+    infeasibility
         Scaled distance from the rod that was asked for, which cannot be drawn, to this one; 0 where it can.
-    fresh
+    remeshed
         Whether its mesh was made for it, rather than moved from another rod's.
     mesh
         Number of the mesh that was made for it or that its own was moved from.
@@ -50,8 +46,8 @@ class Design:
     x: Floats
     mass_kg: float
     limits: tuple[Limit, ...]
-    short: float = 0.0
-    fresh: bool = False
+    infeasibility: float = 0.0
+    remeshed: bool = False
     mesh: int = 0
 
     @property
@@ -66,23 +62,10 @@ class Design:
 
 
 class Designs:
-    """Computes designs.
+    """Computes designs: `tried` holds all, in order; `count` is the number of meshes that were solved.
 
-    Parameters
-    ----------
-    variables
-        What is free.
-    listener
-        Told each design, and how many meshes were solved.
-    morphing
-        Whether the mesh of one rod is moved to the next, where it can be.
-
-    Attributes
-    ----------
-    tried
-        All designs, in the order in which they were computed.
-    count
-        Number of meshes that were solved.
+    The listener is called with each design and the count. With `morphing`, the mesh of one rod is moved to
+    the next, where it can be.
     """
 
     def __init__(
@@ -99,7 +82,7 @@ class Designs:
         self._required = required(variables.study)
         self._made: deque[tuple[Floats, MeshedRod, int]] = deque(maxlen=_KEPT)
         self._meshes = 0
-        self._sound = variables.start
+        self._feasible = variables.start
         self._coarsest = CONVERGED_PERCENT
 
     def begin(self, x: Floats) -> Design:
@@ -115,9 +98,9 @@ class Designs:
         if self._made:
             self._coarsest = 0.0
         self._made.clear()
-        self._sound = x
+        self._feasible = x
         adapted, mesh = self._meshed(x)
-        return self._computed(adapted, x, x, mesh=mesh, fresh=True)
+        return self._computed(adapted, x, x, mesh=mesh, remeshed=True)
 
     def at(self, x: Floats) -> Design:
         """Compute a design on the mesh of another, moved; of a rod that cannot be drawn, the nearest one.
@@ -127,21 +110,21 @@ class Designs:
         GeometryError, MeshError
             Not even rods much closer to the last one begun can be drawn or meshed.
         """
-        near = self.variables.nearest_sound(x, self._sound)
+        near = self.variables.nearest_feasible(x, self._feasible)
         for tries in count(1):
             try:
-                adapted, mesh, fresh = self._rod(near)
+                adapted, mesh, remeshed = self._rod(near)
             except (GeometryError, MeshError):
                 if tries == _TRIES:
                     raise
-                near = near + _SHORTER * (self._sound - near)
+                near = near + _SHORTER * (self._feasible - near)
             else:
-                return self._computed(adapted, near, x, mesh=mesh, fresh=fresh)
+                return self._computed(adapted, near, x, mesh=mesh, remeshed=remeshed)
         raise AssertionError  # the loop has no end
 
     def nearest(self, x: Floats, sound: Floats) -> Floats:
         """Return the last design (n,) that can be drawn on the way to `x` from another that can."""
-        return self.variables.nearest_sound(x, sound)
+        return self.variables.nearest_feasible(x, sound)
 
     def _rod(self, x: Floats) -> tuple[Adapted, int, bool]:
         """The rod on the mesh of the nearest one meshed, moved; where that cannot follow, on its own.
@@ -169,12 +152,12 @@ class Designs:
         self.count += max(1, len(adapted.passes)) - 1  # the last one counts with its design
         return adapted, self._meshes
 
-    def _computed(self, adapted: Adapted, x: Floats, asked: Floats, *, mesh: int, fresh: bool) -> Design:
+    def _computed(self, adapted: Adapted, x: Floats, asked: Floats, *, mesh: int, remeshed: bool) -> Design:
         results = [adapted.at(rpm) for rpm in self.variables.study.speeds()]
         found = limits(adapted.rod, results, self._required)
-        short = float(np.linalg.norm(asked - x))
-        design = Design(x, adapted.rod.mass.mass / KG, found, short, fresh, mesh)
-        self.tried.append(replace(design, short=0.0))
+        infeasibility = float(np.linalg.norm(asked - x))
+        design = Design(x, adapted.rod.mass.mass / KG, found, infeasibility, remeshed, mesh)
+        self.tried.append(replace(design, infeasibility=0.0))
         self.count += 1
         self._listener(design, self.count)
         return design

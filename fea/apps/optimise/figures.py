@@ -1,4 +1,4 @@
-"""What a search has found, as figures for the table, for JSON and for the history."""
+"""The result of a search as figures, for the table, for JSON and for the history."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from rich.table import Table
 
 from fea.apps.optimise.designs import Design
 from fea.apps.optimise.limits import Limit
-from fea.apps.optimise.search import Found
+from fea.apps.optimise.search import SearchResult
 from fea.apps.optimise.variables import Variables
 from fea.base.note import Note
 from fea.output.target import near
@@ -132,7 +132,7 @@ def limit_figures(before: tuple[Limit, ...], after: tuple[Limit, ...]) -> tuple[
     )
 
 
-def history(variables: Variables, found: Found) -> tuple[DesignFigures, ...]:
+def history(variables: Variables, found: SearchResult) -> tuple[DesignFigures, ...]:
     """Return all designs that were tried."""
     return tuple(
         DesignFigures(
@@ -140,7 +140,7 @@ def history(variables: Variables, found: Found) -> tuple[DesignFigures, ...]:
             mass_kg=design.mass_kg,
             margin=design.margin,
             governing=design.governing.name,
-            new_mesh=design.fresh,
+            new_mesh=design.remeshed,
             dimensions_mm=variables.dimensions(design.x),
         )
         for number, design in enumerate(found.tried, start=1)
@@ -204,15 +204,15 @@ def _table(first: str, *others: str) -> Table:
     return table
 
 
-def telling(say: Callable[[str], None], most: int) -> Callable[[Design, int], None]:
-    """Return what is to be told each design, and how many meshes of at most so many were solved."""
+def progress(show: Callable[[str], None], most: int) -> Callable[[Design, int], None]:
+    """Return a listener of `Designs` that shows a progress line, for a search of at most so many meshes."""
     lightest = inf
 
-    def tell(design: Design, count: int) -> None:
+    def listener(design: Design, count: int) -> None:
         nonlocal lightest
         if design.margin >= 0:
             lightest = min(lightest, design.mass_kg)
-        found = f"lightest that holds: {1000 * lightest:.4g} g" if lightest < inf else "none holds yet"
-        say(f"{count} of at most {most} meshes solved, {found}")
+        best = f"lightest that holds: {1000 * lightest:.4g} g" if lightest < inf else "none holds yet"
+        show(f"{count} of at most {most} meshes solved, {best}")
 
-    return tell
+    return listener

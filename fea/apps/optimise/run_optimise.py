@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from fea.apps.optimise.designs import Design, Designs
-from fea.apps.optimise.figures import OptimiseFigures, dimension_figures, history, limit_figures, telling
+from fea.apps.optimise.figures import OptimiseFigures, dimension_figures, history, limit_figures, progress
 from fea.apps.optimise.limits import Limit, limits, required
-from fea.apps.optimise.search import USUAL, Found, search
+from fea.apps.optimise.search import USUAL, SearchResult, search
 from fea.apps.optimise.variables import Variables, variables
 from fea.judge.verdict import CAP
 from fea.machine.clock import Clock
@@ -20,7 +20,7 @@ from fea.output.folder import require_replaceable, run_folder
 from fea.output.json_file import json_text
 from fea.output.pictures.picture import draw_pictures
 from fea.output.pictures.shown import Picture
-from fea.output.plots.forces import save
+from fea.output.plots.figure import new_figure, save
 from fea.output.target import PictureError
 from fea.output.text import write_text
 from fea.output.vtu import write_vtu
@@ -78,11 +78,7 @@ def plot_course(path: Path, figures: OptimiseFigures) -> None:
     PictureError
         The file could not be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only a plot needs it
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    figure = Figure(figsize=(9, 6), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(9, 6)
     above, below = figure.subplots(2, 1, sharex=True)
     number = np.array([design.number for design in figures.history])
     mass = 1000 * np.array([design.mass_kg for design in figures.history])
@@ -102,7 +98,7 @@ def plot_course(path: Path, figures: OptimiseFigures) -> None:
     below.set_xlabel("design")
     for panel in (above, below):
         panel.grid(alpha=0.3)
-    save(figure, path, 110)
+    save(figure, path)
 
 
 def _draw_rods(path: Path, figures: OptimiseFigures, before: "Checked", after: "Checked") -> None:
@@ -160,23 +156,16 @@ class Checked:
 
 
 def optimise(
-    study: Study, folder: Path, say: Callable[[str], None] = lambda _text: None
+    study: Study, folder: Path, show: Callable[[str], None] = lambda _text: None
 ) -> tuple[OptimiseFigures, str]:
-    """Search the lightest rod that holds, and leave its study, the table, the history and pictures.
+    """Search the lightest rod that meets the required factors, and write its study and what led to it.
 
-    Parameters
-    ----------
-    study
-        What is asked, with `Study.optimise` or without.
-    folder
-        New, or that of an earlier search.
-    say
-        Told, after each design, how many meshes were solved and what was found.
+    The folder is new, or that of an earlier search; `show` shows a progress line after each design.
 
     Returns
     -------
     OptimiseFigures, str
-        What was found, and why the picture of the rods is missing; empty where it is not.
+        The result, and why the picture of the rods is missing; empty where it is not.
 
     Raises
     ------
@@ -189,12 +178,12 @@ def optimise(
     """
     require_replaceable(folder)
     clock = Clock()
-    asked = searched(study)
+    asked = search_study(study)
     free = variables(asked)
     table = study.optimise
     most = (None if table is None else table.evaluations) or USUAL
     with clock("search"):
-        designs = Designs(free, telling(say, most))
+        designs = Designs(free, progress(show, most))
         found = search(designs, free.start, most)
     with clock("check"):
         before = checked(free, found.first.x)
@@ -205,8 +194,8 @@ def optimise(
     return figures, complaint
 
 
-def searched(study: Study) -> Study:
-    """Return the study as the search asks for it: with the crank cycle, refined to the tolerance.
+def search_study(study: Study) -> Study:
+    """Return the study that the search solves: with the crank cycle, refined to the tolerance.
 
     Mass properties that the study gives are left out: they are those of its own rod.
 
@@ -243,7 +232,7 @@ def checked(free: Variables, x: Floats) -> Checked:
     return Checked(study, outcomes, limits(adapted.rod, results, required(study)))
 
 
-def _last(free: Variables, found: Found) -> tuple[Design, Checked]:
+def _last(free: Variables, found: SearchResult) -> tuple[Design, Checked]:
     """The lightest rod that holds on its last mesh, too; if none of the lightest does, the first of them."""
     first: tuple[Design, Checked] | None = None
     for design in found.holding[:_CANDIDATES] or [found.best]:
@@ -257,7 +246,7 @@ def _last(free: Variables, found: Found) -> tuple[Design, Checked]:
 
 
 def _figures(
-    free: Variables, found: Found, best: Design, before: Checked, after: Checked, *, seconds: float
+    free: Variables, found: SearchResult, best: Design, before: Checked, after: Checked, *, seconds: float
 ) -> OptimiseFigures:
     old, new = (each.outcomes[0].summary.rod.mass_kg for each in (before, after))
     notes = tuple(dict.fromkeys(note for each in after.outcomes for note in each.summary.notes))
@@ -271,7 +260,7 @@ def _figures(
         trusted=after.trusted,
         ended=found.ended,
         evaluations=found.count,
-        new_meshes=sum(design.fresh for design in found.tried),
+        new_meshes=sum(design.remeshed for design in found.tried),
         tolerance_percent=after.study.analysis.tolerance_percent or TOLERANCE,
         least_wall_mm=free.least_wall,
         dimensions=dimension_figures(free, best),

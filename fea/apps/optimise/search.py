@@ -7,12 +7,11 @@ scatter by. The last designs each have a mesh of their own, so that one is found
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
-from fea.apps.optimise.designs import Design
+from fea.apps.optimise.designs import Design, Designs
 from geometry.arrays import Floats
 
 # Scaled distance at which a design counts 1/e of one at the centre, and beyond which it does not count.
@@ -104,43 +103,9 @@ class _OverError(Exception):
     """A round is over: its evaluations are used up, some of which took several meshes, or it stands still."""
 
 
-class Evaluator(Protocol):
-    """What computes designs: `fea.apps.optimise.designs.Designs`, or a stand-in with a known optimum.
-
-    Attributes
-    ----------
-    tried
-        All designs, in the order in which they were computed.
-    count
-        Number of meshes that were solved.
-    """
-
-    tried: list[Design]
-    count: int
-
-    def begin(self, x: Floats) -> Design:
-        """Compute a design (n,) on a mesh of its own, from which others follow."""
-
-    def at(self, x: Floats) -> Design:
-        """Compute a design (n,)."""
-
-    def nearest(self, x: Floats, sound: Floats) -> Floats:
-        """Return the last design (n,) that can be drawn on the way to `x` from another that can."""
-
-
 @dataclass(frozen=True)
-class Found:
-    """What a search has found.
-
-    Attributes
-    ----------
-    tried
-        All designs, the first of which it began with.
-    count
-        Meshes solved.
-    ended
-        Why the search ended.
-    """
+class SearchResult:
+    """All designs that were tried, the number of meshes solved, and why the search ended."""
 
     tried: tuple[Design, ...]
     count: int
@@ -154,12 +119,12 @@ class Found:
     @property
     def best(self) -> Design:
         """The lightest rod that holds on a mesh of its own; where none holds, the one that lacks least."""
-        return _best([design for design in self.tried if design.fresh])
+        return _best([design for design in self.tried if design.remeshed])
 
     @property
     def holding(self) -> list[Design]:
         """The rods that hold on a mesh of their own, the lightest first."""
-        found = [design for design in self.tried if design.fresh and design.margin >= 0]
+        found = [design for design in self.tried if design.remeshed and design.margin >= 0]
         return sorted(found, key=lambda design: design.mass_kg)
 
     @property
@@ -168,74 +133,62 @@ class Found:
         return self.best.margin >= 0
 
 
-def search(designs: Evaluator, start: Floats, most: int) -> Found:
-    """Search the lightest design that holds.
+def search(designs: Designs, start: Floats, most: int) -> SearchResult:
+    """Search the lightest design that meets all limits, from (n,) scaled dimensions.
+
+    At most `most` meshes are solved.
 
     Two rounds minimise the mass on moved copies of one mesh each. Further designs follow from what all tried
     so far say of those near them; each has a mesh of its own.
-
-    Parameters
-    ----------
-    designs
-        Computes them.
-    start
-        (n,) where to begin, scaled.
-    most
-        Number of meshes that may be solved.
 
     Raises
     ------
     GeometryError, MeshError
         A design cannot be drawn or meshed.
     """
-    fresh = [designs.begin(start)]
-    dear = designs.count + 1  # a mesh of its own may be refined once more than the first
+    remeshed = [designs.begin(start)]
+    mesh_cost = designs.count + 1  # a mesh of its own may be refined once more than the first
     for number, share in enumerate(_SHARE):
-        left = min(round(share * most), most - 2 * dear) - designs.count
+        left = min(round(share * most), most - 2 * mesh_cost) - designs.count
         if left < _FEWEST * (len(start) + 1):
             break
-        result = _round(designs, fresh[-1], left, number)
-        if np.array_equal(result.x, fresh[-1].x):
+        result = _round(designs, remeshed[-1], left, number)
+        if np.array_equal(result.x, remeshed[-1].x):
             break
         before = designs.count
-        fresh.append(designs.begin(result.x))
-        dear = max(dear, designs.count - before + 1)
-    ended = _finished(designs, fresh, most, dear)
-    return Found(tuple(designs.tried), designs.count, ended)
+        remeshed.append(designs.begin(result.x))
+        mesh_cost = max(mesh_cost, designs.count - before + 1)
+    ended = _finished(designs, remeshed, most, mesh_cost)
+    return SearchResult(tuple(designs.tried), designs.count, ended)
 
 
-def _finished(designs: Evaluator, fresh: list[Design], most: int, dear: int) -> str:
-    """Try designs on meshes of their own until none is lighter; add them to `fresh` and say why it ended.
+def _finished(designs: Designs, remeshed: list[Design], most: int, mesh_cost: int) -> str:
+    """Try designs on meshes of their own until none is lighter; add them to `remeshed` and say why it ended.
 
-    Parameters
-    ----------
-    fresh
-        Designs on meshes of their own.
-    most, dear
-        Meshes that may be solved, and that one of these designs may take.
+    Of at most `most` meshes, one of these designs may take `mesh_cost`.
     """
     reserve, radius, waited = 0.0, _NEXT, 0
     while True:
-        about = min(fresh, key=_merit)
+        about = min(remeshed, key=_merit)
         if waited >= _PATIENT and about.margin >= 0:
             return f"further designs saved less than {100 * _SETTLED:g} % of the mass"
-        if designs.count + dear > most:
+        if designs.count + mesh_cost > most:
             return f"the {most} evaluations are used up"
         x = _lightest(designs, about, reserve, radius)
-        if any(np.abs(x - other.x).max() < _SAME for other in fresh):
+        if any(np.abs(x - other.x).max() < _SAME for other in remeshed):
             if about.margin >= 0 or waited >= _PATIENT:
                 return f"no design nearby {'is lighter' if about.margin >= 0 else 'holds'}"
             reserve, waited = reserve + _RAISED * max(-about.margin, _SETTLED), waited + 1
             continue
         design = designs.begin(x)
-        fresh.append(design)
+        remeshed.append(design)
         saved = 1 - design.mass_kg / about.mass_kg
         progress = design.margin >= 0 and (saved > _SETTLED or about.margin < 0)
         reserve = reserve * _LOWERED if design.margin >= 0 else reserve - _RAISED * design.margin
         waited, radius = (0, radius) if progress else (waited + 1, radius * _NEARER)
 
 
-def _lightest(designs: Evaluator, about: Design, reserve: float, radius: float) -> Floats:
+def _lightest(designs: Designs, about: Design, reserve: float, radius: float) -> Floats:
     """The lightest design near another whose margins keep a reserve, by a model of those tried."""
     model = LocalModel.of(designs.tried, about)
     low, high = (np.clip(about.x + side * radius, 0.0, 1.0) for side in (-1, 1))
@@ -254,7 +207,7 @@ def _merit(design: Design) -> float:
     return design.mass_kg * (1 + _LACKING * max(0.0, -design.margin))
 
 
-def _round(designs: Evaluator, base: Design, most: int, number: int) -> Design:
+def _round(designs: Designs, base: Design, most: int, number: int) -> Design:
     """The best design of one round."""
     names = [limit.name for limit in base.limits]
     low, high = (np.clip(base.x + side * _REACH[number], 0.0, 1.0) for side in (-1, 1))
@@ -279,7 +232,7 @@ def _round(designs: Evaluator, base: Design, most: int, number: int) -> Design:
         design = at(x)
         found = {limit.name: limit.margin for limit in design.limits}
         return design.mass_kg / base.mass_kg, np.array(
-            [*(found.get(name, 1.0) for name in names), -design.short]
+            [*(found.get(name, 1.0) for name in names), -design.infeasibility]
         )
 
     with suppress(_OverError):
@@ -296,14 +249,8 @@ def _minimised(
 ) -> Floats:
     """Return the design with the least mass whose constraints are not negative.
 
-    Parameters
-    ----------
-    figures
-        Mass and constraints of a design, which are asked for together.
-    start, bounds
-        Where to begin; the least and the largest values.
-    radii, most
-        First and last radius of the trust region; evaluations at most.
+    `figures` returns mass and constraints of a design; `radii` are the first and the last one of the trust
+    region, and `most` the number of evaluations.
     """
     known = dict[bytes, tuple[float, Floats]]()
 

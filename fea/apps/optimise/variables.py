@@ -70,7 +70,7 @@ class Variables:
         """
         return self.study.with_rod(**self.dimensions(x))
 
-    def sound(self, x: Floats) -> bool:
+    def feasible(self, x: Floats) -> bool:
         """Whether scaled values (n,) give a rod that can be drawn and whose walls are thick enough."""
         return not self.fault(x)
 
@@ -100,14 +100,14 @@ class Variables:
                     found[f"{key.removesuffix('_mm')} cannot be {'larger' if step > 0 else 'smaller'}"] = why
         return found
 
-    def nearest_sound(self, x: Floats, sound: Floats) -> Floats:
+    def nearest_feasible(self, x: Floats, sound: Floats) -> Floats:
         """Return the last sound values (n,) on the way to `x` from others that are sound."""
-        if self.sound(x):
+        if self.feasible(x):
             return x
         inside, outside = 0.0, 1.0
         for _ in range(_HALVINGS):
             middle = (inside + outside) / 2
-            if self.sound(sound + middle * (x - sound)):
+            if self.feasible(sound + middle * (x - sound)):
                 inside = middle
             else:
                 outside = middle

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.output.target import PictureError
+from fea.output.plots.figure import new_figure, save
 from fea.output.text import write_text
 from fea.run.forces import ForceReport
 from fea.run.speed_map import MODES, SpeedMap, rounded
@@ -41,11 +41,7 @@ def plot_forces(path: Path, reports: Sequence[ForceReport], study: str) -> None:
     PictureError
         The file could not be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only a plot needs it
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    figure = Figure(figsize=(11, 13), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(11, 13)
     axes = np.ravel(figure.subplots(4, 2, sharex=True))
     for panel, (column, heading, unit, scale) in zip(axes, _PANELS, strict=True):
         _draw(panel, reports, column, scale)
@@ -61,11 +57,7 @@ def plot_forces(path: Path, reports: Sequence[ForceReport], study: str) -> None:
     if reports[0].engine is not None:
         parts = "first cylinder; torque and shaking force of the whole engine (dashed: of the first cylinder)"
     figure.suptitle(f"{study}: {parts}")
-    try:
-        figure.savefig(path, dpi=120)
-    except (OSError, ValueError) as error:  # ValueError: a suffix matplotlib cannot write
-        reason = getattr(error, "strerror", None) or str(error)
-        raise PictureError(f"{path} could not be written: {reason}. Choose another file.") from error
+    save(figure, path, 120)
 
 
 def _draw_samples(panel: Any, reports: Sequence[ForceReport]) -> None:
@@ -142,21 +134,6 @@ def _decorate(panel: Any, heading: str, unit: str) -> None:
         )
 
 
-def save(figure: Any, path: Path, dpi: int) -> None:
-    """Write a figure.
-
-    Raises
-    ------
-    PictureError
-        The file could not be written.
-    """
-    try:
-        figure.savefig(path, dpi=dpi)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise PictureError(f"{path} could not be written: {reason}. Choose another directory.") from error
-
-
 _COLOURS = {"yield": "C0", "fatigue": "C3", "crossland": "C2"}
 _HIGHEST = 5.0  # upper end of the plot: larger factors are safe
 
@@ -185,11 +162,7 @@ def plot_speed_map(path: Path, study: str, found: SpeedMap) -> None:
     PictureError
         The file could not be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only a plot needs it
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    figure = Figure(figsize=(9, 5), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(9, 5)
     panel = figure.subplots()
     rpm = found.columns["rpm"]
     for mode, colour in _COLOURS.items():
@@ -208,4 +181,4 @@ def plot_speed_map(path: Path, study: str, found: SpeedMap) -> None:
     panel.set_title(study, fontsize=11)
     panel.grid(alpha=0.3)
     panel.legend(frameon=False)
-    save(figure, path, 110)
+    save(figure, path)

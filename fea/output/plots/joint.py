@@ -9,7 +9,7 @@ import numpy as np
 from fea.contact.assembly_state import AssemblyState
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
-from fea.output.plots.forces import save
+from fea.output.plots.figure import new_figure, save
 from fea.run.cycle.assembly_history import bolt_forces
 from fea.run.cycle.superposition import CycleResult
 from fea.units import DEG, KN
@@ -47,13 +47,9 @@ def plot_joint(path: Path, cases: Mapping[str, CaseResult], title: str, cycle: C
     PictureError
         The file could not be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only a plot needs it
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
     states = {name: case.assembly for name, case in cases.items() if case.assembly is not None}
     worst = max(states, key=lambda name: (states[name].joint.opening, -states[name].joint.force))
-    figure = Figure(figsize=(12, 7.5), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(12, 7.5)
     panels = figure.subplot_mosaic(
         [["view", "worst"], ["view", "alone"], ["view", "forces"]], width_ratios=[1.05, 1]
     )
@@ -199,11 +195,7 @@ def plot_bores(path: Path, cases: Mapping[str, CaseResult], rod_length: float, t
     PictureError
         The file could not be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - only a plot needs it
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    figure = Figure(figsize=(10, 10), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(10, 10)
     panels = figure.subplots(2, 2, subplot_kw={"projection": "polar"})
     touched = {case: found for case, found in cases.items() if found.touch}
     for column, (surface, name) in enumerate(_BORES):
