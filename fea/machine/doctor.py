@@ -17,19 +17,7 @@ _APT = "apt-get install libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libx
 
 @dataclass(frozen=True)
 class Finding:
-    """The result of examining one requirement.
-
-    Attributes
-    ----------
-    what, found
-        In words.
-    good
-        Whether it works.
-    needed
-        Whether `fea run` needs it.
-    remedy
-        What to do if it does not work; shown only then.
-    """
+    """The result of examining one requirement; `needed` says whether `fea run` needs it."""
 
     what: str
     found: str

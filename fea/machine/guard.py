@@ -57,7 +57,6 @@ def guarded(job: Callable[[], int]) -> int:
 
 
 def _run(job: Callable[[], int], write: int, chatter: IO[bytes]) -> None:
-    """In the child: run the job and send its code."""
     code: int | None = None
     try:
         _keep_apart(chatter)

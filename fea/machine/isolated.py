@@ -176,12 +176,7 @@ class IsolatedProcess:
     ) -> Result:
         """Return the result of a picklable job, or raise its error.
 
-        Parameters
-        ----------
-        seconds
-            Wall time after which the process is killed.
-        listener
-            Called with each line of progress.
+        After `seconds` of wall time the process is killed; the listener is called with lines of progress.
 
         Raises
         ------

@@ -30,16 +30,10 @@ def settle_streams() -> None:
 
 
 def outlet(descriptor: int, like: TextIO | None, *, patient: bool = False) -> TextIO:
-    """Return a text stream into a descriptor.
+    """Return a text stream into a descriptor, which stays open when the stream is closed.
 
-    Parameters
-    ----------
-    descriptor
-        The descriptor to write to; it stays open when the stream is closed.
-    like
-        The stream to replace, whose encoding is kept; None if it was closed.
-    patient
-        Ignore write errors instead of raising `OSError`.
+    It has the encoding of the stream that it replaces; None if that was closed. A patient one ignores write
+    errors instead of raising `OSError`.
     """
     raw = _Outlet(descriptor, "standard error" if patient else "standard output", patient=patient)
     encoding = "utf-8" if like is None else like.encoding

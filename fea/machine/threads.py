@@ -94,14 +94,10 @@ def meanwhile(*jobs: Callable[[], object]) -> Iterator[None]:
 
 @contextmanager
 def imported_meanwhile(names: Sequence[str]) -> Iterator[None]:
-    """Import modules while the block runs, as `meanwhile` does; what cannot be imported says so later.
+    """Import modules in this order while the block runs; what cannot be imported says so later.
 
-    Parameters
-    ----------
-    names
-        Of the modules, in the order in which to import them. The block itself may import the first one, for
-        which it waits then, and none of the others: two threads that import each other's modules from both
-        ends may find half a module.
+    The block itself may import the first one, for which it waits then, and none of the others: two threads
+    that import each other's modules from both ends may find half a module.
     """
     with meanwhile(*(partial(import_module, name) for name in names)):
         yield

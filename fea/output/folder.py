@@ -137,18 +137,8 @@ def run_folder(target: Path) -> Iterator[Path]:
     """Yield an empty directory to write a run into; it becomes `target` if the block succeeds.
 
     If the block ends with an exception, or its process dies, `target` stays as it was. Several simultaneous
-    runs into one place are safe: each is complete, and the last one stays.
-
-    Parameters
-    ----------
-    target
-        The directory of the run. Missing parents are created. An existing directory is replaced only if it
-        holds an earlier run (see `require_replaceable`, checked at the beginning and again at the end).
-
-    Yields
-    ------
-    Path
-        The directory to write into, on the file system of the target.
+    runs into one place are safe: each is complete, and the last one stays. Missing parents are created; only
+    an earlier run is replaced (see `require_replaceable`, checked at the beginning and again at the end).
 
     Raises
     ------
@@ -196,7 +186,6 @@ def _require_room_for_name(target: Path) -> None:
 
 
 def _require_directory_above(target: Path) -> None:
-    """Require that the existing parents of `target` are directories."""
     above = next(parent for parent in target.absolute().parents if parent.exists())
     if not above.is_dir():
         raise OccupiedError(

@@ -36,18 +36,10 @@ def required(study: Study) -> Required:
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit on a rod.
+    """A limit on a rod, by mode of failure and place: ``"fatigue, shank"``.
 
-    Attributes
-    ----------
-    name
-        Mode of failure and place: ``"fatigue, shank"``.
-    factor
-        The smallest safety factor there, over all speeds.
-    error_percent
-        Error bar of the stress behind it, 0 where there is none.
-    required
-        What the factor less its bar must reach.
+    `factor` is the smallest safety factor there over all speeds, `error_percent` the error bar of the stress
+    behind it, `required` what the factor less its bar must reach.
     """
 
     name: str

@@ -23,15 +23,10 @@ _OF_MESHES, _OF_SLOPES = 0.3, 0.01
 
 @dataclass(frozen=True)
 class LocalModel:
-    """Mass and margins near a design, linear in the dimensions.
+    """Mass and margins near a design `centre` (n,), linear in the scaled dimensions, on the mean of meshes.
 
-    Attributes
-    ----------
-    centre
-        (n,) scaled dimensions.
-    values, slopes
-        (1 + k,) and (1 + k, n) of the mass, relative to that of the centre, and of each margin, on the mean
-        of meshes.
+    `values` (1 + k,) and `slopes` (1 + k, n) are of the mass, relative to that of the centre, and of each
+    margin.
     """
 
     centre: Floats
@@ -208,7 +203,6 @@ def _merit(design: Design) -> float:
 
 
 def _round(designs: Designs, base: Design, most: int, number: int) -> Design:
-    """The best design of one round."""
     names = [limit.name for limit in base.limits]
     low, high = (np.clip(base.x + side * _REACH[number], 0.0, 1.0) for side in (-1, 1))
     known, begin, last = {_key(base.x): base}, len(designs.tried), designs.count + most

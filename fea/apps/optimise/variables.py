@@ -28,19 +28,7 @@ _A_LITTLE = 0.01
 
 @dataclass(frozen=True)
 class Variables:
-    """Free dimensions.
-
-    Attributes
-    ----------
-    study
-        Where they start.
-    keys
-        (n,) of the [rod] table.
-    low, high
-        (n,) bounds, mm.
-    least_wall
-        mm.
-    """
+    """Free dimensions: (n,) keys of the [rod] table of a study, where they start, and their bounds, mm."""
 
     study: Study
     keys: tuple[str, ...]

@@ -19,18 +19,9 @@ from geometry.errors import InvalidValue, require
 
 @dataclass(frozen=True)
 class Base:
-    """The study of a sweep, as its file says it, with what all designs have in common.
+    """The tables of a sweep's study, with what all designs have in common, and the files that they name.
 
-    Attributes
-    ----------
-    name
-        Of the study.
-    raw
-        Its tables, from the TOML parser.
-    folder
-        Where its relative paths start.
-    files
-        Those that it names.
+    Relative paths start at `folder`.
     """
 
     name: str
@@ -68,16 +59,9 @@ class Base:
 
 
 def read_base(source: str, folder: Path, fixed: Mapping[str, Any]) -> Base:
-    """Read the study of a sweep.
+    """Read the study of a sweep: a shipped one, or a file (TOML, CAD or mesh) relative to the sweep's folder.
 
-    Parameters
-    ----------
-    source
-        A shipped study, or a file (TOML, CAD or mesh); a relative path starts at `folder`.
-    folder
-        That of the sweep file.
-    fixed
-        What all designs have in common, by key.
+    `fixed` is what all designs have in common, by key.
 
     Raises
     ------
@@ -140,14 +124,8 @@ _TABLES = tuple(name for name in TABLES if name not in ("optimise", "output"))
 def leaves(where: str, raw: object) -> Iterator[tuple[str, Any]]:
     """Return what a table of tables says of each key: ``("rod.web_thickness_mm", value)``.
 
-    Keys may be nested (``[vary.rod]``), dotted or quoted (``"rod.web_thickness_mm"``).
-
-    Parameters
-    ----------
-    where
-        Its name in the sweep file, for messages.
-    raw
-        From the TOML parser.
+    Keys may be nested (``[vary.rod]``), dotted or quoted (``"rod.web_thickness_mm"``); `where` is the name of
+    the table, for messages.
 
     Raises
     ------

@@ -37,14 +37,9 @@ def physical_cores() -> int:
 
 @contextmanager
 def cluster(workers: int | None, address: str | None) -> Iterator[Any]:
-    """Yield a Dask client.
+    """Yield a Dask client of so many processes on this machine (default: its cores), or of a scheduler.
 
-    Parameters
-    ----------
-    workers
-        Number of processes on this machine, of one thread each; default: its physical cores.
-    address
-        That of a scheduler (``tcp://host:8786``), or the path of a scheduler file, in place of this machine.
+    `address` is that of the scheduler (``tcp://host:8786``), or the path of a scheduler file.
 
     Raises
     ------
@@ -129,7 +124,6 @@ def _address(asked: str) -> str:
 
 
 def _quiet() -> None:
-    """Silence Dask: what matters is told by the sweep."""
     import logging  # noqa: PLC0415 - only here
 
     for name in list(logging.root.manager.loggerDict):  # some have levels of their own

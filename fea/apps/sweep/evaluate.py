@@ -60,7 +60,6 @@ def figures(summary: Summary) -> Figures:
 
 
 def _least(mode: str, found: list[Factor]) -> Figures:
-    """The factor that is least with its bar taken off."""
     least, name = min(found, key=lambda factor: factor.low), mode.replace(" ", "_")
     bar = {} if least.error_percent is None else {f"{name}_error_percent": least.error_percent}
     return {f"{name}_factor": least.value} | bar

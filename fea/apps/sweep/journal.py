@@ -40,19 +40,7 @@ class State(StrEnum):
 
 @dataclass(frozen=True)
 class Done:
-    """What a computed rod gave.
-
-    Attributes
-    ----------
-    job
-        Which rod.
-    figures
-        By speed, rpm (None for given forces).
-    seconds
-        That it took.
-    reason
-        Why there are no figures; empty where there are.
-    """
+    """The result of a rod: figures by speed, rpm (None for given forces), or why there are none."""
 
     job: str
     figures: Mapping[float | None, Mapping[str, Any]]
@@ -74,12 +62,7 @@ class Entry:
 
 
 class Journal:
-    """The journal in a file; the caller sees to it that no one else writes to it.
-
-    Parameters
-    ----------
-    path
-        The file; it is created where it is missing.
+    """The journal in a file, created where it is missing; the caller lets no one else write to it.
 
     Raises
     ------

@@ -142,20 +142,10 @@ _OURS = {JOURNAL, f"{JOURNAL}-wal", f"{JOURNAL}-shm", CSV, PARQUET, REPORT}
 
 @dataclass(frozen=True, kw_only=True)
 class SweepReport:
-    """What a sweep has left.
+    """The result of a sweep: rods computed by this call, and rows of the table by their state.
 
-    Attributes
-    ----------
-    folder
-        Where.
-    computed
-        Rods computed by this call.
-    done, failed, untrusted
-        Rows of the table; those not to be trusted are among the done ones.
-    reasons
-        Number of failed rows by their reason, that of the first where only numbers differ.
-    statistics
-        Probabilities of failure and sensitivities.
+    Untrusted rows are among the done ones. `reasons` has the number of failed rows by their reason, that of
+    the first where only numbers differ.
     """
 
     folder: Path
@@ -178,24 +168,11 @@ def run_sweep(
     silent: bool = True,
     compute: Callable[..., Any] | None = None,
 ) -> SweepReport:
-    """Compute the rods of a sweep that its journal does not have yet, and write the tables.
+    """Compute the rods of a sweep that its journal does not have yet, and write the tables and the report.
 
-    Parameters
-    ----------
-    sweep
-        What is asked.
-    folder
-        New, empty, or that of the same sweep.
-    workers, address
-        See `fea.apps.sweep.cluster.cluster`.
-    retry_failed
-        Compute failed rods again.
-    minutes
-        That a rod may take; one that takes longer has failed.
-    silent
-        Show no progress.
-    compute
-        In place of the analysis, for tests: takes a study and the number of frequencies.
+    The folder is new, empty, or that of the same sweep; `workers` and `address` are those of `cluster`. A rod
+    that takes longer than `minutes` has failed. `compute` replaces the analysis in tests: it takes a study
+    and the number of frequencies.
 
     Raises
     ------

@@ -38,18 +38,9 @@ def designs(
 ) -> list[Design]:
     """Return the values of the varied keys, a design each; the same for the same arguments.
 
-    Parameters
-    ----------
-    varied
-        By key.
-    sampling
-        A full grid; Sobol's sequence, scrambled (Owen 1998), of which a longer one continues a shorter one;
-        a Latin hypercube (McKay, Beckman & Conover 1979); independent random designs; or the designs of
-        Saltelli (2002) for Sobol's indices, of which there are `samples` (n_keys + 2).
-    samples
-        Their number; None for a grid.
-    seed
-        Of the random numbers.
+    A full grid; Sobol's sequence, scrambled (Owen 1998), of which a longer one continues a shorter one; a
+    Latin hypercube (McKay, Beckman & Conover 1979); independent random designs; or the designs of Saltelli
+    (2002) for Sobol's indices, of which there are `samples` (n_keys + 2).
 
     Raises
     ------

@@ -28,18 +28,12 @@ class Sweep:
 
     Attributes
     ----------
-    name
-        Of the file, without its suffix.
     base
         The study, with what [set] changes in all designs.
     varied
         What varies, by key; empty where the designs come from a file.
-    sampling
-        How they are chosen; None where they come from a file.
-    samples, seed
-        Their number (None for a grid), and the seed of the random numbers.
-    file
-        The CSV file of designs.
+    sampling, samples
+        How they are chosen (None: from the CSV file `file`), and their number (None for a grid).
     frequencies
         Number of natural frequencies to find.
     """

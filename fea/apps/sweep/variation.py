@@ -46,20 +46,10 @@ class Choice:
 
 @dataclass(frozen=True)
 class Span:
-    """Numbers between two bounds.
+    """Numbers between two bounds, by a distribution that is cut there.
 
-    Attributes
-    ----------
-    low, high
-        The bounds, in the unit of the key.
-    shape
-        Of the distribution between them.
-    steps
-        Number of values in a grid; None where there is no grid.
-    mean, deviation
-        Of a normal distribution before it is cut at the bounds.
-    mode
-        Of a triangular one.
+    `steps` is the number of values in a grid; mean and deviation are those of a normal distribution before it
+    is cut, `mode` is that of a triangular one.
     """
 
     low: float
@@ -97,18 +87,7 @@ Variation = Choice | Span
 
 
 def variation(name: str, raw: object, kind: Any, *, grid: bool) -> Variation:
-    """Read what a key varies over.
-
-    Parameters
-    ----------
-    name
-        The key.
-    raw
-        From the TOML parser.
-    kind
-        The annotated type of the key.
-    grid
-        Whether the sweep is a grid, in which a range has a number of steps.
+    """Read what a key varies over, from the TOML parser; `kind` is the annotated type of the key.
 
     Raises
     ------

@@ -48,12 +48,7 @@ def program_version() -> str:
 def work(task: Task, compute: Callable[..., Any] | None = None) -> Done:
     """Compute a rod in a process of its own; its errors, its crash and its time limit are reasons.
 
-    Parameters
-    ----------
-    task
-        The rod.
-    compute
-        In place of `fea.apps.sweep.evaluate.evaluate`, for tests.
+    `compute` replaces `fea.apps.sweep.evaluate.evaluate` in tests.
 
     Raises
     ------

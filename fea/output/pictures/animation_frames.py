@@ -29,16 +29,8 @@ COLUMN = 224  # width of the text beside the picture
 class Page:
     """The content that is the same on every page.
 
-    Attributes
-    ----------
-    title
-        Lines at the top.
-    peak
-        Largest von Mises stress of the whole cycle, MPa, so that the colours are the same on every page.
-    factor
-        Magnification of the displacements.
-    size
-        Width and height of the picture, pixels.
+    `peak` is the largest von Mises stress of the whole cycle, MPa, so that colours mean the same everywhere;
+    `factor` magnifies the displacements; `size` is that of the picture, pixels.
     """
 
     title: Sequence[str]
@@ -47,17 +39,7 @@ class Page:
     size: tuple[int, int]
 
     def drawn(self, image: npt.NDArray[np.uint8], crank_deg: float, stress: float) -> Image.Image:
-        """Return a page.
-
-        Parameters
-        ----------
-        image
-            (height, width, 3) the engine.
-        crank_deg
-            Crank angle, degrees.
-        stress
-            Largest von Mises stress at this instant, MPa.
-        """
+        """Return the page of an image (height, width, 3) with crank angle and largest stress, MPa."""
         page = self._blank.copy()
         page.paste(Image.fromarray(image), (0, 0))
         pen, left = ImageDraw.Draw(page), self.size[0]
@@ -143,7 +125,6 @@ def _turned(angle: float) -> Floats:
 
 
 def _frame(film: Film) -> Frame:
-    """Return a frame that contains the rod at every instant."""
     towards = TOWARDS / np.linalg.norm(TOWARDS)
     up = np.array([1.0, 0, 0]) - towards[0] * towards
     up /= np.linalg.norm(up)

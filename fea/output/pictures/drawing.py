@@ -42,18 +42,9 @@ Marks = Sequence[tuple[str, Sequence[float]]]
 
 
 def draw(scene: Scene, title: str, notes: Sequence[str] = (), marks: Marks = ()) -> Image.Image:
-    """Return the picture of a result.
+    """Return the picture of a result, with more notes beside the legend.
 
-    Parameters
-    ----------
-    scene
-        The result.
-    title
-        Study, case, speed and crank angle.
-    notes
-        More lines beside the legend.
-    marks
-        Names and places, mm, on the undeformed rod, that get a small ring.
+    `marks` are names and places, mm, on the undeformed rod, that get a small ring.
 
     Raises
     ------
@@ -123,7 +114,6 @@ def _draw_spot(plotter: Any, scene: Scene) -> None:
 
 
 def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
-    """Draw the colour scale and the notes needed to read the picture."""
     limits, colours = scene.bands.limits, scene.bands.colours
     edges = np.linspace(0.06, 0.94, len(limits))
     low, high = 0.76, 0.84
@@ -201,20 +191,7 @@ STEEL = "#9db4cc"
 
 
 def draw_mesh(skin: Skin, title: str) -> Image.Image:
-    """Return the picture of a rod and its elements.
-
-    Parameters
-    ----------
-    skin
-        Its surface.
-    title
-        Title of the picture.
-
-    Raises
-    ------
-    RuntimeError
-        The picture is blank.
-    """
+    """Return the picture of a rod and its elements; raises RuntimeError if it is blank."""
     surface = pyvista.PolyData.from_regular_faces(skin.refined(skin.points), skin.triangles)
     surface.point_data["Normals"] = skin.refined_normals
     surface.point_data.active_normals_name = "Normals"

@@ -17,12 +17,8 @@ USUAL = np.array([-0.25, 0.4, 0.88])
 class View:
     """A direction to look from, without perspective.
 
-    Attributes
-    ----------
-    towards
-        Unit vector from the rod to the eye.
-    right, up
-        Unit vectors across the picture: the x axis of the rod points to the right as far as possible.
+    Unit vectors: from the rod to the eye, and across the picture; the x axis of the rod points to the right
+    as far as possible.
     """
 
     towards: Floats
@@ -43,16 +39,10 @@ class View:
 
 
 def choose_view(normal: Floats, visible: Callable[[Floats], bool], closeness: float) -> View:
-    """Return the view that shows a place best.
+    """Return the view that shows a place with this outward unit normal (3,) best.
 
-    Parameters
-    ----------
-    normal
-        Outward unit normal (3,) of the surface there.
-    visible
-        Tells whether the place is visible to an eye in a direction (3,).
-    closeness
-        Weight of looking straight at the place, relative to looking from the usual direction.
+    `visible` tells whether the place is visible to an eye in a direction (3,); `closeness` is the weight of
+    looking straight at the place, relative to looking from the usual direction.
     """
     directions = _directions()
     merit = closeness * (directions @ normal) + directions @ (USUAL / np.linalg.norm(USUAL))
@@ -70,20 +60,10 @@ def _directions() -> Floats:
 
 @dataclass(frozen=True)
 class Frame:
-    """A rectangle in space, seen from a direction.
+    """A rectangle in space, seen from a direction; lengths in mm.
 
-    Attributes
-    ----------
-    view
-        The direction of view.
-    centre
-        (2,) the middle, in the view's coordinates, mm.
-    half_height
-        mm.
-    aspect
-        Width over height.
-    near
-        Position, towards the eye, in front of everything else, mm: marks are drawn there.
+    `centre` (2,) is the middle in the view's coordinates, `aspect` width over height. Marks are drawn at the
+    position `near` towards the eye, in front of everything else.
     """
 
     view: View

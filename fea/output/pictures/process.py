@@ -73,6 +73,5 @@ def explained(process: IsolatedProcess, job: str, *arguments: object, timeout: f
 
 
 def _called(job: str, *arguments: object) -> None:
-    """In the process: do a job."""
     module, _, name = job.partition(":")
     getattr(import_module(module), name)(*arguments)

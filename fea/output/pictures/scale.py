@@ -71,15 +71,7 @@ DIVERGING = np.array([[49, 74, 178], [105, 160, 230], [228, 228, 224], [240, 150
 
 @dataclass(frozen=True)
 class Bands:
-    """Colours by value.
-
-    Attributes
-    ----------
-    limits
-        Limits of the bands, increasing.
-    colours
-        (n_bands, 3) red, green and blue.
-    """
+    """Colours by value: increasing limits of the bands, and (n_bands, 3) red, green and blue."""
 
     limits: tuple[float, ...]
     colours: Colours

@@ -23,16 +23,10 @@ class Scene:
     ----------
     skin
         The outer surface without load.
-    field
-        The field that the colours show.
     displacement, values
-        (n_nodes, 3) in mm, zero if the result has none, and (n_nodes,) of the field.
-    at
-        (3,) the hot spot on the undeformed rod, mm.
-    peak
-        The value there.
-    error_percent
-        Its error bar; None if it is not known.
+        (n_nodes, 3) in mm, zero if the result has none, and (n_nodes,) of the field that the colours show.
+    at, peak
+        (3,) the hot spot on the undeformed rod, mm, and the value there.
     """
 
     skin: Skin
@@ -147,7 +141,6 @@ def _skin(points: bytes, tets: bytes, nodes: int) -> Skin:
 
 
 def _read(vtu: Path) -> tuple[Floats, Ints, dict[str, Floats]]:
-    """Return nodes, tetrahedra and the arrays at the nodes."""
     grid = pyvista.read(vtu)
     tets = [cells for cells in getattr(grid, "cells_dict", {}).values() if cells.shape[1] in (4, 10)]
     if len(tets) != 1:

@@ -19,20 +19,14 @@ _CAP = 4.0
 
 @dataclass(frozen=True)
 class Field:
-    """A scalar at the nodes.
+    """A scalar at the nodes, by the name of its array, of whose vectors the length is shown.
 
     Attributes
     ----------
-    name
-        Name of its array, which may contain vectors whose length is shown.
-    label
-        Its label in the legend.
-    unit
-        The unit after a value.
-    low
-        Whether the smallest value is the worst.
-    signed
-        Whether negative values are meaningful.
+    label, unit
+        In the legend; after a value.
+    low, signed
+        Whether the smallest value is the worst, and whether negative values are meaningful.
     """
 
     name: str
@@ -133,18 +127,12 @@ def chosen_field(name: str | None, arrays: Collection[str], file: str) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A picture to be drawn.
+    """A picture to be drawn: of a result file `vtu`, into `png`.
 
     Attributes
     ----------
-    vtu, png
-        The result file to show and the picture to write.
-    title
-        What is shown, at which speed and crank angle.
-    peak
-        The worst value that counts; None for the worst in the file.
-    at
-        Where it is, (x, y, z) in mm; None for where the file's largest is.
+    peak, at
+        The worst value that counts and its place, mm; None for the largest in the file.
     notes
         More lines beside the legend.
     mesh_only
@@ -152,7 +140,7 @@ class Picture:
     field
         The array that the colours show.
     error_percent
-        Error bar of the peak, where there is one.
+        Error bar of the peak.
     marks
         Names and places, mm, of sharp edges.
     """

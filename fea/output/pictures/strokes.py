@@ -30,14 +30,8 @@ def canvas(
 ) -> Any:
     """Return an empty plotter without a window; pictures of one layout share it, which saves time.
 
-    Parameters
-    ----------
-    rows, columns
-        Fractions of the height and width that its parts have.
-    joined
-        Rows that are one part.
-    axes
-        Rows whose first part shows the directions of the axes.
+    `rows` and `columns` are fractions of its height and width, `joined` the rows that are one part, and
+    `axes` those whose first part shows the directions of the axes.
     """
     plotter = _plotter(rows, columns, joined, axes)
     plotter.clear()
@@ -81,14 +75,7 @@ def photograph(plotter: Any) -> Image.Image:
 
 
 def finish(plotter: Any, share: float) -> Image.Image:
-    """Render the picture and return it.
-
-    Parameters
-    ----------
-    plotter
-        A plotter of `canvas`.
-    share
-        Fraction of the height, from the top, that shows a rod below a title.
+    """Render a plotter of `canvas`, whose upper `share` shows a rod below a title, and return the picture.
 
     Raises
     ------

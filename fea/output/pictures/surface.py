@@ -132,7 +132,6 @@ def refined_line(points: Floats, sides: Ints) -> Floats:
 
 
 def _places(pieces: int) -> list[tuple[int, int]]:
-    """Return the corners of the small triangles of a facet, as fractions of its sides."""
     return [(i, j) for i in range(pieces + 1) for j in range(pieces + 1 - i)]
 
 

@@ -80,7 +80,6 @@ def _places(reports: Sequence[ForceReport]) -> npt.NDArray[np.float64]:
 
 
 def _add_scale(figure: Any, axes: Any, reports: Sequence[ForceReport]) -> None:
-    """Add a colour bar of the speeds."""
     from matplotlib import colormaps  # noqa: PLC0415
     from matplotlib.cm import ScalarMappable  # noqa: PLC0415
     from matplotlib.colors import ListedColormap, Normalize  # noqa: PLC0415

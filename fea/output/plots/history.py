@@ -52,20 +52,9 @@ def plot_histories(
     histories: Sequence[tuple[Sequence[float], Floats]],
     marks: Mapping[str, float],
 ) -> None:
-    """Draw one curve per place.
+    """Draw one curve per place: (x, y, z), mm, and signed von Mises stress (n,), MPa, over (n,) angles, rad.
 
-    Parameters
-    ----------
-    path
-        The file to write.
-    title
-        Above the plot.
-    angles
-        (n,) crank angles, rad.
-    histories
-        Place (x, y, z), mm, and signed von Mises stress (n,), MPa.
-    marks
-        Crank angles to mark, rad, by the name of their case.
+    `marks` are crank angles to mark, rad, by the name of their case.
 
     Raises
     ------
@@ -160,7 +149,6 @@ class _Panel:
         self._pen.text(at, words, fill=colour, font=_font(_FINER * size), anchor=anchor)
 
     def _upwards(self, words: str) -> None:
-        """Write along the stress axis."""
         band = Image.new("RGB", (_FINER * (_BOTTOM - _TOP), _FINER * 24), _PAPER)
         middle = (band.width / 2, band.height / 2)
         ImageDraw.Draw(band).text(middle, words, fill=_INK, font=_font(_FINER * _TEXT), anchor="mm")

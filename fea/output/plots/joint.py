@@ -29,18 +29,7 @@ _AROUND = 1.45
 
 
 def plot_joint(path: Path, cases: Mapping[str, CaseResult], title: str, cycle: CycleResult | None) -> None:
-    """Draw the joint of a rod of separate parts.
-
-    Parameters
-    ----------
-    path
-        The picture.
-    cases
-        By name; that of assembly alone is one of them.
-    title
-        Of the picture.
-    cycle
-        The whole crank cycle, if it was worked out.
+    """Draw the joint of a rod of separate parts, with the crank cycle if it was computed.
 
     Raises
     ------
@@ -132,7 +121,6 @@ def _draw_pressure(figure: Any, axes: Any, case: CaseResult, largest: float, nam
 
 
 def _draw_forces(axes: Any, states: Mapping[str, AssemblyState], cycle: CycleResult | None) -> None:
-    """Draw the force of each bolt, over the crank angle or by load case."""
     if cycle is not None and cycle.states:
         for number, force in enumerate(bolt_forces(cycle.states), 1):
             axes.plot(cycle.angles / DEG, force / KN, label=f"bolt {number}", lw=1.4)
@@ -178,7 +166,6 @@ def _on_plane(mesh: TetMesh, facets: Ints) -> Floats:
 
 
 def _rounded(value: float) -> float:
-    """One significant digit."""
     return float(f"{value:.0e}")
 
 

@@ -34,20 +34,8 @@ _STEPS = 4
 class Scatter:
     """A drawing for the template.
 
-    Attributes
-    ----------
-    x, y
-        What the axes show.
-    points
-        Place of each point and the number of its design.
-    line
-        Points of a line; empty where there is none.
-    x_ticks, y_ticks
-        Place and label.
-    limit
-        Height of the line factor = 1; None where it is not in the picture.
-    size
-        Width and height.
+    `points` are places with the number of their design, ticks are places with labels; `limit` is the height
+    of the line factor = 1, if it is in the picture.
     """
 
     x: str
@@ -92,17 +80,7 @@ class Axis:
 
 
 def scatter(x: Axis, y: Axis, numbers: Ints, line: Floats | None = None) -> Scatter:
-    """Draw points.
-
-    Parameters
-    ----------
-    x, y
-        With (n,) values, NaN where there is none.
-    numbers
-        (n,) of the designs.
-    line
-        (m, 2) of a line.
-    """
+    """Draw (n,) points of designs with these numbers, NaN where there is none, and a line (m, 2)."""
     known = np.flatnonzero(np.isfinite(x.values) & np.isfinite(y.values))
     points = tuple((x.place(x.values[n]), y.place(y.values[n]), int(numbers[n])) for n in known)
     low, high = y.bounds
@@ -114,21 +92,7 @@ def scatter(x: Axis, y: Axis, numbers: Ints, line: Floats | None = None) -> Scat
 
 @dataclass(frozen=True, kw_only=True)
 class Influenced:
-    """What a figure depends on: a row for each key, as the table shows it.
-
-    Attributes
-    ----------
-    figure
-        Its name.
-    columns
-        Titles of the columns beside the key.
-    rows
-        Key and values, as text.
-    bars
-        Length of the bar of each key, 0 to 1.
-    note
-        What must be known beside it.
-    """
+    """The sensitivities of a figure as text: a row of values for each key, and its bar, 0 to 1."""
 
     figure: str
     columns: tuple[str, ...]
@@ -139,30 +103,20 @@ class Influenced:
 
 @dataclass(frozen=True, kw_only=True)
 class Swept:
-    """A sweep, a design each.
+    """A sweep for the page: a design each.
 
     Attributes
     ----------
-    title
-        Its name.
     counts
         What became of the rows, in words.
-    keys
-        (n,) values of the varied keys that are numbers, by key.
-    figures
-        (n,) values of mass and factors by name, NaN where there is none.
-    rows
-        (n,) number of the row of the table that a design is shown by.
-    studies
-        (n,) study files.
+    keys, figures
+        (n,) values by name: of the varied keys that are numbers; of mass and factors, NaN for none.
+    rows, studies
+        (n,) numbers of the rows of the table that designs are shown by, and their study files.
     front
         Numbers of the designs of which none is both lighter and stronger.
-    probabilities
-        Rows of a table: factor, share below 1, interval, rods, rods without a result.
-    influences
-        What matters, by figure.
-    failures
-        Rows, reasons and how many there are.
+    probabilities, failures
+        Rows of a table: factor, share below 1, interval, rods, rods without a result; row, reason, count.
     """
 
     title: str
