@@ -16,7 +16,7 @@ run: $(VENV)/.run
 	$(BIN)/fea run --rpm 6000 --screenshot
 
 test: $(VENV)/.dev
-	$(ONE_THREAD) $(BIN)/python -m pytest --numprocesses 2
+	$(ONE_THREAD) $(BIN)/python -m pytest --numprocesses 2 --dist worksteal
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check
