@@ -1,10 +1,8 @@
-"""The load that a pin force exerts on a bore: a pressure on one side of it, or a traction all around.
+"""The pressure that a pin force exerts on one side of a bore.
 
 A pressure is constant along the pin and spread over an arc centred on the force, φ being the angle
 from it: p(φ) = p₀ s(φ) for |φ| ≤ arc/2. Its resultant on a bore of radius R and width b is
 P = p₀ R b ∫ s(φ) cos φ dφ. Half cosine and uniform 120° follow Webster et al. (1983).
-
-A bonded pin (`Bonded`) pulls one side of its bore as hard as it presses on the other.
 """
 
 import math
@@ -124,7 +122,7 @@ class BorePressure:
             raise InvalidValue(
                 "analysis.pressure",
                 name,
-                "must be cosine-180, uniform-120, cosine-<arc in degrees>, webster, bonded or contact",
+                "must be cosine-180, uniform-120, cosine-<arc in degrees> or webster",
             )
         degrees = float(match[2])
         require(1 <= degrees <= 180, "analysis.pressure", name, "the arc must lie between 1 and 180 degrees")
@@ -134,40 +132,3 @@ class BorePressure:
     def arc(self, axial: float) -> Arc:
         """Choose the arc for an axial force of this sign (tension positive)."""
         return self.tension if axial > 0 else self.compression
-
-
-@dataclass(frozen=True)
-class Bonded:
-    """A pin that is bonded to its bore: a traction P/(2 π R b) along the force, the same all over the bore.
-
-    This is what finite-element programs make of a force on a cylindrical face: Ansys Mechanical distributes
-    it "across one or more flat or curved faces, resulting in uniform traction" (Mechanical User's Guide 2024
-    R2, section 17.6.2.6, Force), and a distributing coupling (RBE3, Ansys' Remote Force with deformable
-    behaviour) to a point on the axis gives the same. It is not a rigid pin glued into the bore, which keeps
-    the bore round (RBE2, rigid behaviour).
-
-    Attributes
-    ----------
-    name
-        As in the study file.
-    """
-
-    name: str = "bonded"
-
-    def area(self, radius: float, width: float) -> float:
-        """Area 2 π R b of a bore of radius and (mean) width in mm, mm²."""
-        return 2 * math.pi * radius * width
-
-
-PinLoad = BorePressure | Bonded
-
-
-def parse_pin_load(name: str) -> PinLoad:
-    """Read a pressure's name of the study file.
-
-    Raises
-    ------
-    InvalidValue
-        When the name is unknown or its arc is not within 1…180 degrees.
-    """
-    return Bonded() if name == Bonded.name else BorePressure.parse(name)

@@ -22,6 +22,7 @@ class PinModelEntry(NamedTuple):
     in_parts: bool = False  # whether it is for rods of separate parts, which [assembly] describes
     parse: Callable[[str], object] = str  # raises `InvalidValue` where the rest of the name is wrong
     shown: str = ""  # the names it is told by; the pattern by default
+    assumption: str = ""  # what a run assumes of the pins, for its report
 
     @property
     def names(self) -> str:
@@ -38,10 +39,18 @@ class PinModelEntry(NamedTuple):
 PRESCRIBED = "cosine-180"
 _PRESSURES = r"webster|(cosine|uniform)-\d+(\.\d+)?"
 _SHOWN = "cosine-180, uniform-120, cosine-<arc in degrees>, webster"
+_BONDED = (
+    "Each pin is bonded to its bore: its force is a uniform traction over the whole bore, so that it pulls "
+    "one half as hard as it presses on the other."
+)
+_CONTACT = (
+    "The pressure on the bores comes from frictionless contact with the pins, without an oil film. The "
+    "piston's bosses carry the pin with half a cosine of pressure, constant along their length."
+)
 PIN_MODELS: tuple[PinModelEntry, ...] = (
     PinModelEntry(_PRESSURES, "fea.pins.pressure:PressedPins", parse=BorePressure.parse, shown=_SHOWN),
-    PinModelEntry("bonded", "fea.pins.bonded:BondedPins"),
-    PinModelEntry(CONTACT, "fea.pins.contact:ContactPins", in_contact=True),
+    PinModelEntry("bonded", "fea.pins.bonded:BondedPins", assumption=_BONDED),
+    PinModelEntry(CONTACT, "fea.pins.contact:ContactPins", in_contact=True, assumption=_CONTACT),
     PinModelEntry(CONTACT, "fea.pins.assembly:AssemblyPins", in_contact=True, in_parts=True),
 )
 

@@ -1,15 +1,19 @@
-"""Pins that are bonded to their bores: a traction all around each bore, the same everywhere on a plain one.
+"""Pins that are bonded to their bores: a traction along the force, the same all over a plain bore.
 
-It is what finite-element programs make of a force on a cylindrical face: see `loads.bearing.Bonded`.
+This is what finite-element programs make of a force on a cylindrical face: Ansys Mechanical distributes it
+"across one or more flat or curved faces, resulting in uniform traction" (Mechanical User's Guide 2024 R2,
+section 17.6.2.6, Force), and a distributing coupling (RBE3, Ansys' Remote Force with deformable behaviour) to
+a point on the axis gives the same. It is not a rigid pin glued into the bore, which keeps the bore round
+(RBE2, rigid behaviour).
 """
 
+import math
 from functools import cached_property
 
 from fea.pins.prescribed import LoadedBore, PrescribedPins
 from fea.solid.bonded_bore import BondedBore
 from fea.solid.bore import BoreLoad
 from geometry.surfaces import Surface
-from loads.bearing import Bonded
 
 
 class BondedPins(PrescribedPins):
@@ -21,4 +25,4 @@ class BondedPins(PrescribedPins):
 
     def load(self, bore: LoadedBore, force: tuple[float, float]) -> BoreLoad:
         """Load a bore with a force (x, y) on the whole rod, N."""
-        return self._bonds[bore.surface].load(force, Bonded().area(bore.radius, bore.width))
+        return self._bonds[bore.surface].load(force, 2 * math.pi * bore.radius * bore.width)

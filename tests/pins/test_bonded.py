@@ -24,7 +24,6 @@ from fea.solid.tilt import imbalance
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.surfaces import Surface
-from loads.bearing import Bonded
 from loads.instants import in_motion
 from mesh.mirror import reflect, unmirrored
 
@@ -85,7 +84,7 @@ def test_the_resultant_is_the_force_and_passes_through_the_axis(cell, direction,
 @pytest.mark.parametrize("cell", ["quarter", "whole"])
 def test_on_a_plain_bore_the_traction_is_uniform(cell):
     mesh = CELLS[cell]
-    load = bond(mesh).load((300.0, -400.0), Bonded().area(SMALL_BORE, WIDTH))
+    load = bond(mesh).load((300.0, -400.0), 2 * np.pi * SMALL_BORE * WIDTH)
     parts = [load.traction.symmetric, load.traction.antisymmetric]
     traction = sum(part for part in parts if part is not None)[mesh.facets[Surface.SMALL_END_BORE]]
     mean = 500 / (2 * np.pi * SMALL_BORE * WIDTH)

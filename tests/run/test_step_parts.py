@@ -52,7 +52,7 @@ def test_the_column_is_of_the_shanks_material_wherever_the_file_holds_it(solids,
         gmsh.model.occ.synchronize()
         gmsh.write(str(tmp_path / "rod.step"))
     analysis = prepare(parse_study(STUDY.format(bushing=number), "strap", tmp_path))
-    column = column_figures(analysis, [given(-1000.0)])
+    column = column_figures(analysis, given(-1000.0)[None])
     squash, slenderness = 500.0 * WIDTH * THICKNESS, 0.5 * 100 / (THICKNESS / 12**0.5)
     rankine = squash / (1 + 500.0 / (math.pi**2 * 200e3) * slenderness**2)
     assert column.planes["sideways"].rankine_N == pytest.approx(rankine, rel=0.02)

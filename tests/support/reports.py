@@ -31,6 +31,5 @@ def reported_rod():
 def solved_at(rod, degrees):
     """Stress (n_nodes, 6, n) and displacement (n_nodes, 3, n) of the whole rod, directly solved."""
     angles = np.radians(np.asarray(degrees, float))
-    fields = rod.fields(rod.equilibrium(rod.crank_cycle(RPM).at(angles)))
-    stress = np.stack([own.stresses[0] for own in fields], axis=-1)
-    return stress, np.stack([own.displacement for own in fields], axis=-1)
+    solved = rod.equilibrium(rod.crank_cycle(RPM).at(angles))
+    return rod.fields.stresses(solved)[0], rod.fields.displaced(solved)

@@ -3,13 +3,14 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from fea.base.choices import CONTACT, Element, Finish, Support
+from fea.base.choices import Element, Finish, Support
 from fea.base.material import Material
+from fea.base.pin_models import pin_model
 from fea.output.report.reported import Reported
 from fea.output.report.wording import figure, listed
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import PINS
-from loads.bearing import Arc, Bonded, BorePressure, Shape, parse_pin_load
+from loads.bearing import Arc, BorePressure, Shape
 
 _PARTS = {"quarter": "A quarter", "half": "A half"}
 
@@ -92,17 +93,10 @@ def _gas(engine: EngineTable) -> str:
 
 def _pins(run: Reported) -> str:
     name = run.study.analysis.pressure
-    if name == CONTACT:
-        return (
-            "The pressure on the bores comes from frictionless contact with the pins, without an oil film. "
-            "The piston's bosses carry the pin with half a cosine of pressure, constant along their length."
-        )
-    load = parse_pin_load(name)
-    if isinstance(load, Bonded):
-        return (
-            "Each pin is bonded to its bore: its force is a uniform traction over the whole bore, so that it "
-            "pulls one half as hard as it presses on the other."
-        )
+    entry = pin_model(name)
+    load = entry.parse(name)
+    if not isinstance(load, BorePressure):
+        return entry.assumption
     return (
         f"{_pressure(load)} It is constant along the pin and centred on the force; the pins' stiffness, "
         f"clearance and oil film do not enter.{_pin_model(run)}"
@@ -198,7 +192,7 @@ def _limits(run: Reported) -> Iterator[str]:
         residual += " (shot peening enters through the factor of the surface alone)"
     yield f"{residual}."
     yield "Vibration of the rod and of the crank train, and variation from one engine cycle to the next."
-    if run.study.analysis.pressure != CONTACT:
+    if not run.study.analysis.in_contact:
         yield (
             "The bending and ovalisation of the pins, clearances, and the oil film, which change the stress "
             "in the bores."

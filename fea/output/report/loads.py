@@ -5,21 +5,19 @@ from typing import Any
 
 import numpy as np
 
-from fea.base.choices import CONTACT
+from fea.base.pin_models import pin_model
 from fea.output.report.bores import BORES
 from fea.output.report.reported import Arrays, Reported
 from fea.run.figures import BoreFigures
 from geometry.arrays import Floats
-from loads.bearing import Arc, Bonded, parse_pin_load
+from loads.bearing import Arc, BorePressure
 
 
 def pressure_kind(name: str) -> dict[str, Any]:
     """Return what a pin does to its bore, from the pressure's name in the study."""
-    if name == CONTACT:
-        return {"kind": "contact"}
-    load = parse_pin_load(name)
-    if isinstance(load, Bonded):
-        return {"kind": "bonded"}
+    load = pin_model(name).parse(name)
+    if not isinstance(load, BorePressure):
+        return {"kind": name}
     return {"kind": "arc", "tension": _arc(load.tension), "compression": _arc(load.compression)}
 
 

@@ -64,7 +64,7 @@ class Loads {
     }
     if (size <= 1e-3 * this.largest) return null;
     const height = (HEIGHT * size) / this.largest;
-    if (this.pressure.kind === "bonded") return { middle, width: 2 * Math.PI, height: height / 2, share: () => 1 };
+    if (this.pressure.kind !== "arc") return { middle, width: 2 * Math.PI, height: height / 2, share: () => 1 };
     const outwards = k === 1 ? force[0] > 0 : force[0] < 0;
     const { shape, deg } = outwards ? this.pressure.tension : this.pressure.compression;
     const share = shape === "cosine" ? (away) => Math.cos((Math.PI * away) / rad(deg)) : () => 1;
