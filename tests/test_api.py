@@ -17,7 +17,7 @@ from fea.output import run_files
 from fea.output.json_file import as_dict, read_summary
 from fea.output.run_files import RunFiles, Writer
 from fea.output.text import write_text
-from fea.run.cycle_figures import EnvelopeFigures
+from fea.run.figures import EnvelopeFigures
 from geometry.errors import InvalidValue
 
 COARSE = {"rpm": 6000, "size": 14}

@@ -7,17 +7,16 @@ from pathlib import Path
 import numpy as np
 
 from fea.machine.clock import Clock
-from fea.output.folder import REPORT
+from fea.output.folder import REPORT, SUMMARY
 from fea.output.left_run import LeftRun
 from fea.output.pictures.process import ready_to_draw
 from fea.output.report.reported import Reported, reported_left
 from fea.output.report.sections import marks
 from fea.output.report.write import leave
 from fea.rod.given import PART, meshed_rod
-from fea.run.cycle_figures import EnvelopeFigures
+from fea.run.figures import EnvelopeFigures
 from fea.run.motion import Known, agreeing, motion
 from fea.run.prepare import PreparedRod, prepare
-from fea.run.summary_file import SUMMARY
 from fea.solid.errors import ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError
 from fea.study.option_tables import PINS
 from fea.study.study import Study

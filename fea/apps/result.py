@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from fea.machine.clock import Clock
-from fea.output.folder import run_folder
+from fea.output.folder import SUMMARY, run_folder
 from fea.output.json_file import as_dict, json_text
 from fea.output.run_files import write_files
 from fea.output.target import PictureError
@@ -18,7 +18,6 @@ from fea.run.figures import Summary
 from fea.run.outcome import Outcome, outcome
 from fea.run.prepare import PreparedRod
 from fea.run.prepare import prepare as prepared
-from fea.run.summary_file import SUMMARY
 from fea.study.flags import python_flags
 from fea.study.study import DEFAULT_STUDY, Study, load_study
 from geometry.errors import require

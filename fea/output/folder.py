@@ -17,12 +17,12 @@ from typing import Any
 
 from fea.output.picture_name import picture_name
 from fea.output.target import OccupiedError, StorageError, near
-from fea.run.summary_file import OPTIMISED, OPTIMISED_SCHEMA, SCHEMA, SUMMARY
 from geometry.system import exchange, lock
 
 REPORT = "report.html"
-# Of any version.
-_SCHEMAS = tuple(schema.rpartition("/")[0] + "/" for schema in (SCHEMA, OPTIMISED_SCHEMA))
+# The files of the figures of a run and of a search for the lightest rod, and the formats of any version.
+SUMMARY, OPTIMISED = "summary.json", "optimise.json"
+_SCHEMAS = ("fea/summary/", "fea/optimise/")
 
 
 def is_earlier_run(directory: Path) -> bool:

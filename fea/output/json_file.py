@@ -16,9 +16,8 @@ import numpy as np
 
 from fea.base.checks import Check
 from fea.base.note import Note, NoteKind, omission, warning
-from fea.run.figure_types import ONLY_WHERE_KNOWN
-from fea.run.figures import Summary
-from fea.run.summary_file import SUMMARY
+from fea.output.folder import SUMMARY
+from fea.run.figures import ONLY_WHERE_KNOWN, Summary
 
 DIGITS = 6  # beyond what any input is known to, and enough to compare two runs
 IN_FULL = ("loads",)  # tables from which equilibrium can be checked anew
@@ -75,7 +74,7 @@ def _plain(value: object, digits: int) -> Any:  # noqa: PLR0911 - one line a typ
 def as_dict(value: Any) -> Any:
     """Return figures as dictionaries and lists, unrounded: what a program reads of `summary.json`.
 
-    Fields that are None are left out where they are declared as `fea.run.figure_types.WhereKnown`.
+    Fields that are None are left out where they are declared as `fea.run.figures.WhereKnown`.
     """
     if isinstance(value, Check):
         return {"value": value.value, "limit": value.limit, "pass": value.passed}

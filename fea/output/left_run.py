@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.run.summary_file import SCHEMA, SUMMARY
+from fea.output.folder import SUMMARY
+from fea.run.figures import SCHEMA
 from geometry.errors import InvalidValue, require
 from mesh.tetmesh import TetMesh
 

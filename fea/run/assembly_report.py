@@ -1,7 +1,6 @@
 """From the cases of an assembled rod to its figures."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
@@ -13,7 +12,9 @@ from fea.judge.bolt import BoltResult
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
 from fea.run.assembling import Assembling
-from fea.run.assembly_figures import (
+from fea.run.cycle.assembly_history import bolt_forces
+from fea.run.cycle.superposition import CycleResult
+from fea.run.figures import (
     AssemblyFigures,
     BoltCaseFigures,
     BoltsFigures,
@@ -24,10 +25,8 @@ from fea.run.assembly_figures import (
     JointFigures,
     OnsetFigures,
     OvalityFigures,
+    figures,
 )
-from fea.run.cycle.assembly_history import bolt_forces
-from fea.run.cycle.superposition import CycleResult
-from fea.run.figure_types import shape_figures, vector
 from fea.run.prepare import PreparedRod
 from fea.solid.errors import ContactError
 from fea.study.material_table import REFERENCE_TEMPERATURE
@@ -45,15 +44,7 @@ MOST_UNKNOWNS = 1500
 
 
 class Onsets:
-    """Follows the worst load cases until something comes apart.
-
-    Parameters
-    ----------
-    pins
-        Of the assembly.
-    cases, states
-        By name.
-    """
+    """Follows the worst load cases of a rod of separate parts until something comes apart."""
 
     def __init__(
         self, pins: "AssemblyPins", cases: Mapping[str, Instants], states: Mapping[str, AssemblyState]
@@ -119,17 +110,7 @@ _LITTLE = 0.01
 def bolts_figures(
     assembling: Assembling, states: Mapping[str, AssemblyState], cycle: CycleResult | None = None
 ) -> BoltsFigures:
-    """Judge the bolts.
-
-    Parameters
-    ----------
-    assembling
-        The bolts of the study.
-    states
-        By load case; `ASSEMBLY` is one of them.
-    cycle
-        The whole crank cycle, if it was worked out: its amplitude counts then.
-    """
+    """Judge the bolts by their forces in the load cases, `ASSEMBLY` among them, and over the cycle."""
     chosen, bolt = assembling.bolt, assembling.bolt.bolt
     cases, forces = list(states), bolt_forces(list(states.values()))
     over_time = forces if cycle is None else bolt_forces(cycle.states)
@@ -138,31 +119,25 @@ def bolts_figures(
     tired = max(map(judged, over_time), key=lambda one: one.amplitude)
     at = hardest.largest_at
     case = cases[at] if at < len(cases) else None
-    angle = _angle(cycle, at - len(cases)) if case is None else None
     fatigue = tired.fatigue_safety
-    return BoltsFigures(
+    return figures(
+        BoltsFigures,
+        hardest,
         thread=bolt.thread.name,
         preload_N=bolt.preload,
         proof_load_N=bolt.proof_load,
         vdi_load_factor=chosen.load_factor,
         max_force_N=hardest.largest_force,
         max_case=case,
-        max_crank_deg=angle,
+        max_crank_deg=None if cycle is None or case else float(cycle.angles[at - len(cases)]) / DEG,
         min_force_N=float(min(forces.min(), over_time.min())),
         amplitude_N=tired.force_amplitude,
-        tightening_use=hardest.tightening_use,
-        proof_use=hardest.proof_use,
         yield_safety_factor=hardest.working_safety,
         alternating_stress_MPa=tired.amplitude,
         endurance_MPa=tired.endurance,
         fatigue_safety_factor=fatigue if np.isfinite(fatigue) else None,
-        seat_pressure_MPa=hardest.seat_pressure,
         by_case={case: _by_bolt(state, states[ASSEMBLY]) for case, state in states.items()},
     )
-
-
-def _angle(cycle: CycleResult | None, at: int) -> float | None:
-    return None if cycle is None else float(cycle.angles[at]) / DEG
 
 
 def _by_bolt(state: AssemblyState, assembled: AssemblyState) -> tuple[BoltCaseFigures, ...]:
@@ -171,9 +146,9 @@ def _by_bolt(state: AssemblyState, assembled: AssemblyState) -> tuple[BoltCaseFi
     share = state.separating(assembled) / count
     enough = abs(share) * count > _LITTLE * assembled.bolt_force
     return tuple(
-        BoltCaseFigures(
-            at_mm=vector(bolt.at),
-            force_N=bolt.force,
+        figures(
+            BoltCaseFigures,
+            bolt,
             change_N=bolt.force - before.force,
             load_factor=(bolt.force - before.force) / share if enough else None,
         )
@@ -188,17 +163,7 @@ FITS = {Surface.BUSHING_SEAT: "bushing", Surface.SHELL_SEAT: "shells"}
 def assembly_figures(
     rod: PreparedRod, cases: Mapping[str, CaseResult], cycle: CycleResult | None = None
 ) -> AssemblyFigures | None:
-    """Return the figures of bolts, joint and fits; None for a rod of one piece.
-
-    Parameters
-    ----------
-    rod
-        The rod.
-    cases
-        By name; `ASSEMBLY` is one of them.
-    cycle
-        The whole crank cycle, if it was worked out.
-    """
+    """Return the figures of bolts, joint and fits by load case, `ASSEMBLY` among them; None for one piece."""
     specification, pins = rod.structure.assembly, rod.assembly_contact
     if rod.assembling is None or specification is None or pins is None:
         return None
@@ -220,7 +185,7 @@ def assembly_figures(
             if seat in states[ASSEMBLY].faces
         },
         ovality={
-            surface.value: {name: _ovality(case, surface, x) for name, case in cases.items()}
+            surface.value: {name: ovality_figures(case, surface, x) for name, case in cases.items()}
             for surface, x in (
                 (Surface.SMALL_END_BORE, rod.mesh.bores.rod_length),
                 (Surface.BIG_END_BORE, 0.0),
@@ -233,17 +198,17 @@ def _joint(
     friction: float, states: Mapping[str, AssemblyState], onsets: Onsets, cycle: CycleResult | None
 ) -> JointFigures:
     assembled = states[ASSEMBLY]
-    by_case = {}
-    for name, state in states.items():
-        joint, shared = state.joint, _face(state.joint)
-        by_case[name] = JointCaseFigures(
-            **{field.name: getattr(shared, field.name) for field in fields(shared)},
-            clamp_force_N=joint.force,
+    by_case = {
+        name: figures(
+            JointCaseFigures,
+            state.joint,
+            **vars(_face(state.joint)),
+            clamp_force_N=state.joint.force,
             separating_N=state.separating(assembled),
-            edge_pressure_MPa=joint.edge_pressure,
-            shear_N=joint.shear,
-            slip_reserve=joint.slip_safety,
+            slip_reserve=state.joint.slip_safety,
         )
+        for name, state in states.items()
+    }
     return JointFigures(
         friction=friction,
         opens=onsets.opens(),
@@ -269,17 +234,25 @@ def _joint_cycle(cycle: CycleResult) -> JointCycleFigures:
 
 
 def _face(face: FaceState) -> FaceCaseFigures:
-    return FaceCaseFigures(
+    return figures(
+        FaceCaseFigures,
+        face,
         mean_pressure_MPa=face.mean,
         min_pressure_MPa=face.least,
         max_pressure_MPa=face.largest,
         open_percent=100 * face.open_share,
-        opening_um=face.opening / UM,
-        opening_at_mm=None if face.opening_at is None else vector(face.opening_at),
         slipping_percent=100 * face.slipping_share,
-        slip_um=face.slip / UM,
     )
 
 
-def _ovality(case: CaseResult, surface: Surface, x: float) -> OvalityFigures:
-    return OvalityFigures(**shape_figures(bore_shape(case.mesh, surface, x, case.distortion)))
+def ovality_figures(case: CaseResult, surface: Surface, x: float) -> OvalityFigures:
+    """Return the change of shape of a bore whose centre is at x, mm."""
+    shape = bore_shape(case.mesh, surface, x, case.distortion)
+    (widest, wide), (narrowest, narrow) = shape.widest, shape.narrowest
+    return OvalityFigures(
+        ovality_mm=shape.ovality,
+        widest_mm=widest,
+        widest_deg=wide / DEG,
+        narrowest_mm=narrowest,
+        narrowest_deg=narrow / DEG,
+    )

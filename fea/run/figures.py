@@ -4,18 +4,62 @@ A field that is None is written as ``null``; one declared as `WhereKnown` is lef
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
+from enum import Enum
+from math import isnan
+from typing import Annotated, Any, TypeVar
 
 from fea.base.checks import Check
 from fea.base.note import Note
-from fea.run.assembly_figures import AssemblyFigures
-from fea.run.cycle_figures import (
-    CycleFigures,
-    EnvelopeFigures,
-    LifeFigures,
-)
-from fea.run.figure_types import Vector, WhereKnown
-from fea.run.summary_file import SCHEMA
+from fea.units import DEG, KG, KG_M2, N_M, UM
+
+SCHEMA = "fea/summary/1"
+
+Vector = tuple[float, float, float]
+Known = TypeVar("Known")
+Figures = TypeVar("Figures")
+ONLY_WHERE_KNOWN = "only where known"
+WhereKnown = Annotated[Known | None, ONLY_WHERE_KNOWN]
+
+# Units at the end of a name, longer ones first, in the units of the program.
+_UNITS = {
+    "_kg_m2": KG_M2, "_deg": DEG, "_kg": KG, "_um": UM, "_Nm": N_M, "_percent": 0.01, "_mm": 1.0, "_mm2": 1.0,
+    "_mm4": 1.0, "_MPa": 1.0, "_N": 1.0,
+}  # fmt: skip
+
+
+def vector(values: Any) -> Vector:
+    """Return three coordinates as plain numbers."""
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def figures(kind: type[Figures], source: object, **given: Any) -> Figures:
+    """Fill fields from the attributes of `source`, but for those that are given or have a default.
+
+    The units are those of the names: ``length_mm`` is `length`, and ``opening_deg`` is `opening`, rad.
+    """
+    required = [field.name for field in fields(kind) if field.default is MISSING]  # type: ignore[arg-type]
+    return kind(**{name: _read(source, name) for name in required if name not in given}, **given)
+
+
+def _read(source: object, name: str) -> Any:
+    if hasattr(source, name):
+        return plain(getattr(source, name))
+    suffix = next(suffix for suffix in _UNITS if name.endswith(suffix))
+    value, unit = plain(getattr(source, name.removesuffix(suffix))), _UNITS[suffix]
+    return value if value is None or unit == 1 else value / unit
+
+
+def plain(value: Any) -> Any:
+    """Return a value in Python's own types; None for a number that does not apply (NaN)."""
+    if isinstance(value, Enum):
+        return value.value
+    if hasattr(value, "tolist"):  # arrays and scalars of NumPy
+        value = value.tolist()
+    if isinstance(value, float) and isnan(value):
+        return None
+    return tuple(map(plain, value)) if isinstance(value, list | tuple) else value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,10 +111,7 @@ class QualityFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class ModelFigures:
-    """``model``: nodes, elements and dofs of the whole rod as written; `solved_dofs` were factorised.
-
-    `mesh_from_file` is true where the study gives the mesh, which cannot be refined.
-    """
+    """``model``: nodes, elements and dofs of the whole rod as written; `solved_dofs` were factorised."""
 
     nodes: int
     elements: int
@@ -85,17 +126,13 @@ class ModelFigures:
     solver: str
     assembly: str
     quality: QualityFigures
-    mesh_from_file: WhereKnown[bool] = None
+    mesh_from_file: WhereKnown[bool] = None  # such a mesh cannot be refined
 
 
 @dataclass(frozen=True, kw_only=True)
-class BoreFigures:
-    """Contact on a bore, and how its diameter changes: directions are from rod +x, the length is along z."""
+class OvalityFigures:
+    """The shape of a bore beside the round one that was made: directions are from rod +x."""
 
-    max_pressure_MPa: float
-    at_deg: float
-    at_z_mm: float
-    arc_deg: float
     ovality_mm: float
     widest_mm: float
     widest_deg: float
@@ -104,47 +141,41 @@ class BoreFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class TouchFigures:
+    """Contact on a bore: the largest pressure, its place and arc; the length is along z."""
+
+    max_pressure_MPa: float
+    at_deg: float
+    at_z_mm: float
+    arc_deg: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoreFigures(OvalityFigures, TouchFigures):
+    """Contact on a bore, and how its diameter changes."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class SharpEdgeFigures:
-    """A sharp re-entrant edge that matters: the elastic stress at it is infinite, what follows is not.
+    """A sharp re-entrant edge that matters: the elastic stress at it is infinite, what follows is not."""
 
-    Attributes
-    ----------
-    name
-        A letter, the same in every load case.
-    at_mm, between, opening_deg, length_mm
-        Where its structural stress is largest, the faces that meet there, the angle of the notch outside the
-        material, and the length of the edge.
-    thickness_mm
-        The measure t of the extrapolation, which reads the stress 0.4 t and 1.0 t beside the edge.
-    structural_stress_MPa, structural_von_mises_MPa, error_percent
-        Structural (hot-spot) stress across the edge, of all its components, and the error bar of the latter.
-    safety_factor
-        Against yielding, by the structural stress.
-    notch_intensity, notch_exponent
-        K, MPa·mm^(exponent), of the stress K/√(2π) r^(−exponent) across the bisector of the notch; None where
-        the flanks are too short or the notch too narrow to tell.
-    required_safety_factor, fillet_radius_mm
-        What is asked (``--min-safety``, or 1), and the fillet radius whose peak would have it; None where no
-        fillet up to `largest_fillet_mm` would.
-    largest_fillet_mm
-        Beyond it the relation between notch and fillet does not hold.
-    """
-
-    name: str
-    at_mm: Vector
-    between: tuple[str, str]
-    opening_deg: float
+    name: str  # a letter, the same in every load case
+    at_mm: Vector  # where its structural stress is largest
+    between: tuple[str, str]  # the faces that meet there
+    opening_deg: float  # of the notch, outside the material
     length_mm: float
-    thickness_mm: float
-    structural_stress_MPa: float
-    structural_von_mises_MPa: float
-    error_percent: float
-    safety_factor: float
+    thickness_mm: float  # t of the extrapolation, which reads the stress 0.4 t and 1.0 t beside the edge
+    structural_stress_MPa: float  # hot-spot stress across the edge
+    structural_von_mises_MPa: float  # of all its components
+    error_percent: float  # error bar of the latter
+    safety_factor: float  # against yielding, by the structural stress
+    # K, MPa·mm^(exponent), of the stress K/√(2π) r^(−exponent) across the bisector of the notch; None where
+    # the flanks are too short or the notch too narrow
     notch_intensity: float | None
     notch_exponent: float
-    required_safety_factor: float
-    fillet_radius_mm: float | None
-    largest_fillet_mm: float | None
+    required_safety_factor: float  # ``--min-safety``, or 1
+    fillet_radius_mm: float | None  # whose peak has that factor; None where no fillet up to the largest has
+    largest_fillet_mm: float | None  # beyond it the relation between notch and fillet does not hold
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -167,6 +198,115 @@ class CaseFigures:
     singular_verdict: WhereKnown[str] = None
     sharp_edges: WhereKnown[tuple[SharpEdgeFigures, ...]] = None
     contact: WhereKnown[Mapping[str, BoreFigures]] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SurfaceFigures:
+    """A region of a part's surface: its finish, the factor of it, and the endurance limit that remains."""
+
+    finish: str
+    surface_factor: float
+    endurance_MPa: float
+    assumed: WhereKnown[bool] = None  # where the finish follows from that of the rest of the part
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnduranceFigures:
+    """``endurance`` of a part: that of a region (``bores``, ``faces``, ``rest``) has all factors."""
+
+    specimen_MPa: float  # the limit of polished specimens
+    estimated: bool
+    size_factor: float
+    load_factor: float
+    reliability_factor: float
+    regions: Mapping[str, SurfaceFigures]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaceFigures:
+    """The stress history at one place: mean and amplitude are of the signed equivalent stress."""
+
+    at_mm: Vector
+    mean_MPa: float
+    amplitude_MPa: float
+    stress_ratio: float
+    fatigue_safety_factor: float | None
+    crossland_safety_factor: float | None
+    endurance_MPa: WhereKnown[float] = None  # with the factor of its region of the surface
+    surface_region: WhereKnown[str] = None  # none inside the solid
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpotFigures(PlaceFigures):
+    """A place with its whole history: the signed von Mises stress at every degree."""
+
+    max_von_mises_MPa: float
+    crank_deg: float
+    safety_factor: float
+    history_MPa: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CycleFigures:
+    """``envelope`` of a speed whose fields are not written: the worst of the whole crank cycle."""
+
+    min_safety_factor: float
+    at_mm: Vector
+    crank_deg: float | None
+    min_fatigue_safety_factor: float | None
+    fatigue_criterion: str
+    fatigue: PlaceFigures | None
+    min_crossland_safety_factor: float | None
+    endurance: WhereKnown[Mapping[str, EnduranceFigures]] = None  # by part, where the limit is known
+    unit_solutions: int
+    instants: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnvelopeFigures(CycleFigures):
+    """``envelope``: the worst of the whole crank cycle, and the places where stress is largest."""
+
+    fatigue: SpotFigures | None
+    max_von_mises_MPa: float
+    max_principal_MPa: float
+    min_principal_MPa: float
+    crossland: SpotFigures | None
+    spots: tuple[SpotFigures, ...]
+    unmasked_max_von_mises_MPa: WhereKnown[float] = None
+    unmasked_min_safety_factor: WhereKnown[float] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class DutyFigures:
+    """An entry of the duty: its share of the time, and of the damage at the worst place."""
+
+    rpm: float
+    gas: WhereKnown[str] = None  # where the duty names it
+    time_percent: float
+    damage_percent: float | None
+    reversed_amplitude_MPa: float  # of its largest range there, corrected for its mean stress
+
+
+@dataclass(frozen=True, kw_only=True)
+class LifeFigures:
+    """``life``: hours of the duty until the worst place fails, by Palmgren–Miner's sum."""
+
+    hours: float | None  # at the reliability of the study, or of the mean of all rods; None for unlimited
+    # At the worst place, of rods whose fatigue strength is below and above the mean by `band_percent`, two
+    # standard deviations of the endurance limit of steels (see `fea.study.endurance`)
+    band_hours: tuple[float | None, float | None]
+    band_percent: float
+    band_of: str
+    endless: bool  # nothing is damaged
+    duties: WhereKnown[float] = None  # how many times the hours of the duty, where the duty has hours
+    at_mm: Vector
+    part: str
+    damage_per_hour: float
+    largest_range_percent: float | None  # of that damage, which the largest range of every entry does alone
+    duty: tuple[DutyFigures, ...]
+    knee_cycles: float  # where the S–N line bends
+    endurance_MPa: float  # at the worst place
+    fatigue_criterion: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -216,7 +356,7 @@ class BucklingFigures:
     @property
     def min_mode_factor(self) -> float | None:
         """The least factor of all modes."""
-        return min((mode.factor for found in (self.modes or {}).values() for mode in found), default=None)
+        return min((mode.factor for modes in (self.modes or {}).values() for mode in modes), default=None)
 
     def of_case(self, case: str) -> tuple[float | None, float | None]:
         """Return the least factors of a load case: by the column formulas, and of the solid's modes."""
@@ -227,55 +367,31 @@ class BucklingFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class SurvivalFigures:
-    """``survival``: whether the rod survives, with the error bar taken off the safety factor.
+    """``survival``: whether the rod survives, with the error bar taken off the safety factor."""
 
-    Attributes
-    ----------
-    answer
-        ``survives``, ``fails`` or, where the error bar includes the required factor, ``undecided``.
-    text
-        In a line.
-    required_safety_factor
-        1, or ``--min-safety``.
-    mode, case, place
-        Of the governing factor: ``yielding``, ``fatigue`` or ``buckling``, of the rod or, by name, of its
-        bolts, or slip or separation of the joint; the load case, None for the cycle;
-        ``sharp edge A`` where the factor is that of the structural stress there.
-    safety_factor, assured_safety_factor
-        The governing factor, and what remains of it if the stress is higher by its error bar.
-    """
-
-    answer: str
+    answer: str  # ``survives``, ``fails``, or ``undecided`` where the error bar includes the required factor
     text: str
-    required_safety_factor: float
+    required_safety_factor: float  # 1, or ``--min-safety``
+    # The governing factor: ``yielding``, ``fatigue`` or ``buckling``, of the rod or by name of its bolts, or
+    # slip or separation of the joint; its load case, None for the cycle; the sharp edge it is of
     mode: str
     case: str | None
     place: WhereKnown[str] = None
     safety_factor: float
-    assured_safety_factor: float
+    assured_safety_factor: float  # what remains of it if the stress is higher by its error bar
 
 
 @dataclass(frozen=True, kw_only=True)
 class PassFigures:
-    """One mesh of a refinement.
+    """One mesh of a refinement."""
 
-    Attributes
-    ----------
-    elements, nodes
-        Of the whole rod.
-    error_percent
-        The largest error bar of any load case.
-    seconds
-        Wall time of the pass.
-    """
-
-    elements: int
+    elements: int  # of the whole rod, as the nodes
     nodes: int
-    error_percent: float
-    seconds: float
+    error_percent: float  # the largest error bar of any load case
+    seconds: float  # wall time
 
     def text(self, number: int) -> str:
-        """Return a line for who waits."""
+        """Return the progress line of the pass."""
         return f"pass {number}: {self.elements} elements, ±{self.error_percent:.1f} %, {self.seconds:.1f} s"
 
 
@@ -287,11 +403,8 @@ SAME_FACTOR = 0.01
 class PinModelFigures:
     """``pin_model``: the smallest safety factor against yielding with other pressures on the bores.
 
-    Attributes
-    ----------
-    min_safety_factors
-        By the name of the pressure, the one that was asked for first; contact is among them only where the
-        prescribed ones differ.
+    That of the pressure that was asked for comes first; contact is among them only where the prescribed ones
+    differ.
     """
 
     min_safety_factors: Mapping[str, float]
@@ -309,6 +422,117 @@ class PinModelFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BoltCaseFigures:
+    """A bolt in a load case."""
+
+    at_mm: Vector  # where its axis meets the joint
+    force_N: float  # of the bolt, or of each of a pair about z = 0
+    change_N: float  # since the rod was put together, at the engine's temperature
+    load_factor: float | None  # Φ: change over its share in the separating load; None where that is tiny
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoltsFigures:
+    """``bolts``: by VDI 2230-1:2015."""
+
+    thread: str
+    preload_N: float  # after tightening and embedding
+    proof_load_N: float
+    vdi_load_factor: float  # Φ_K of a central load, for comparison with those of the load cases
+    max_force_N: float  # of any bolt
+    max_case: str | None  # its load case; None where it is at another crank angle of the cycle
+    max_crank_deg: float | None
+    min_force_N: float
+    amplitude_N: float  # the largest: over the load cases with assembly alone, or over the whole cycle
+    tightening_use: float  # stress at the end of tightening over the yield strength (R7)
+    proof_use: float  # largest force over the proof load
+    yield_safety_factor: float  # at the largest force, with half the torsion of tightening (R8)
+    alternating_stress_MPa: float  # in the thread (R9), as the next two
+    endurance_MPa: float
+    fatigue_safety_factor: float | None  # None where the force does not change
+    seat_pressure_MPa: float  # largest under head or nut (R10)
+    by_case: Mapping[str, tuple[BoltCaseFigures, ...]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaceCaseFigures:
+    """An interface in a load case."""
+
+    mean_pressure_MPa: float  # over the whole area
+    min_pressure_MPa: float  # 0 where the parts have parted
+    max_pressure_MPa: float
+    open_percent: float  # of the area
+    opening_um: float  # the largest gap
+    opening_at_mm: Vector | None
+    slipping_percent: float  # of the area that touches, where friction is used up
+    slip_um: float  # the largest since the rod was put together
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointCaseFigures(FaceCaseFigures):
+    """The joint between rod and cap in a load case."""
+
+    clamp_force_N: float  # with the ends of the shells
+    separating_N: float  # pulls cap and rod apart: what the bolts gain and the joint loses
+    edge_pressure_MPa: float | None  # the least at the edge of the bore; 0 where the joint has opened there
+    shear_N: float  # resultant along the joint
+    slip_reserve: float | None  # slip safety: what friction can carry over the shear; None without either
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnsetFigures:
+    """The multiple of everything that acts in a load case at which something begins."""
+
+    case: str
+    load_factor: float | None  # None where it does not begin below the largest, 0 where it needs no load
+    largest_factor: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointCycleFigures:
+    """The joint over the whole crank cycle: extremes with their crank angles."""
+
+    min_clamp_force_N: float
+    min_clamp_crank_deg: float
+    max_opening_um: float
+    max_opening_crank_deg: float
+    open_percent: float  # of the cycle, in which the joint is open at the edge of the bore
+    min_slip_reserve: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointFigures:
+    """``joint``."""
+
+    friction: float
+    opens: WhereKnown[OnsetFigures] = None  # at the edge of the bore
+    separates: WhereKnown[OnsetFigures] = None
+    by_case: Mapping[str, JointCaseFigures]
+    cycle: WhereKnown[JointCycleFigures] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitFigures:
+    """One of ``fits``: bushing or bearing shells in their seat."""
+
+    interference_mm: float  # diametral, at the temperature where the parts are put together
+    lifts_off: WhereKnown[OnsetFigures] = None
+    by_case: Mapping[str, FaceCaseFigures]
+
+
+@dataclass(frozen=True, kw_only=True)
+class AssemblyFigures:
+    """``assembly``."""
+
+    parts: tuple[str, ...]  # in the order of the numbers in the array ``part`` of the VTU files
+    temperature_C: float
+    bolts: BoltsFigures
+    joint: JointFigures
+    fits: Mapping[str, FitFigures]  # ``bushing``, ``shells``
+    ovality: Mapping[str, Mapping[str, OvalityFigures]]  # by bore and load case
+
+
+@dataclass(frozen=True, kw_only=True)
 class EnvironmentFigures:
     """``environment``."""
 
@@ -319,47 +543,22 @@ class EnvironmentFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class Summary:
-    """What `summary.json` holds.
-
-    Attributes
-    ----------
-    rpm, engine
-        None where forces are given.
-    loads, results
-        By load case.
-    passes
-        Where the mesh was refined.
-    assembly
-        Of a rod of separate parts: bolts, joint and fits.
-    envelope
-        With the whole crank cycle.
-    life
-        Over the duty of the study, the same at each of its speeds; None if it has none, or no S–N line.
-    critical_speeds_rpm
-        Of several speeds: with their cycles the lowest speed from which each safety factor is below 1; of an
-        assembled rod that from which its joint opens at the bore (``joint_opening``).
-    pin_model
-        Where the pins' pressure is prescribed: how far the answer depends on it.
-    files
-        The names of all files that the run wrote into its folder.
-    shared_files
-        Of several speeds, those beside the folders of the speeds.
-    """
+    """What `summary.json` holds."""
 
     schema: str = SCHEMA
     study: str
-    rpm: float | None
+    rpm: float | None  # None where forces are given, as the engine
     trusted: bool
     survival: SurvivalFigures
     rod: RodFigures
     engine: EngineFigures | None
-    loads: Mapping[str, LoadFigures]
+    loads: Mapping[str, LoadFigures]  # by load case, as the results
     model: ModelFigures
     results: Mapping[str, CaseFigures]
     passes: WhereKnown[tuple[PassFigures, ...]] = None
     assembly: WhereKnown[AssemblyFigures] = None
     envelope: WhereKnown[CycleFigures | EnvelopeFigures] = None
-    life: WhereKnown[LifeFigures] = None
+    life: WhereKnown[LifeFigures] = None  # over the duty of the study, the same at each of its speeds
     buckling: BucklingFigures
     pin_model: WhereKnown[PinModelFigures] = None
     checks: Mapping[str, Check]
@@ -369,9 +568,11 @@ class Summary:
     peak_memory_MiB: float
     left_out: tuple[Note, ...]
     environment: EnvironmentFigures
+    # Of several speeds: with their cycles the lowest speed from which each safety factor is below 1; of an
+    # assembled rod that from which its joint opens at the bore (``joint_opening``)
     critical_speeds_rpm: WhereKnown[Mapping[str, float | None]] = None
-    files: WhereKnown[tuple[str, ...]] = None
-    shared_files: WhereKnown[tuple[str, ...]] = None
+    files: WhereKnown[tuple[str, ...]] = None  # that the run wrote into its folder
+    shared_files: WhereKnown[tuple[str, ...]] = None  # of several speeds, beside the folders of the speeds
 
     @property
     def title(self) -> str:

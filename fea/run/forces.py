@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.base.note import Note, warning
-from fea.run.figure_types import WhereKnown
+from fea.run.figures import WhereKnown
 from fea.units import BAR, DEG, M_S, M_S2, N_M, RPM
 from geometry.arrays import Floats
 from geometry.mass import MassProperties

@@ -11,8 +11,7 @@ from fea.judge.fatigue import criterion_strength
 from fea.rod.loading import DutyLoads
 from fea.run.cycle.duty import DutyDamage, DutyEntry, duty_damage
 from fea.run.cycle.superposition import CycleAnalysis
-from fea.run.cycle_figures import DutyFigures, LifeFigures
-from fea.run.figure_types import vector
+from fea.run.figures import DutyFigures, LifeFigures, vector
 from fea.study.endurance import SCATTER
 from fea.study.option_tables import DutyTable
 from geometry.arrays import Floats

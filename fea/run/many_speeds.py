@@ -9,9 +9,15 @@ from fea.base.note import omission
 from fea.machine.threads import side_by_side
 from fea.run.buckling import column_figures
 from fea.run.cycle.search import CasePeak, Place, SpeedSearch, Worst
-from fea.run.cycle_figures import CycleFigures, PlaceFigures
-from fea.run.figure_types import vector
-from fea.run.figures import BucklingFigures, CaseFigures, PassFigures, Summary
+from fea.run.figures import (
+    BucklingFigures,
+    CaseFigures,
+    CycleFigures,
+    PassFigures,
+    PlaceFigures,
+    Summary,
+    vector,
+)
 from fea.run.prepare import PreparedRod
 from fea.run.speed import SpeedResult
 from fea.run.speed_map import first_below, opening_speeds

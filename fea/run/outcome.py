@@ -11,8 +11,7 @@ from fea.rod.loading import Loading
 from fea.run.adapt import Adapted
 from fea.run.buckling import BucklingReport, buckling_report
 from fea.run.cycle.superposition import CycleResult
-from fea.run.cycle_figures import EnvelopeFigures
-from fea.run.figures import Summary
+from fea.run.figures import EnvelopeFigures, Summary
 from fea.run.instants import Instants
 from fea.run.life import Life
 from fea.run.motion import Known, Motion, agreeing, motion

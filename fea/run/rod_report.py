@@ -11,8 +11,7 @@ from fea.base.note import Note, assumption
 from fea.judge.column import Plane
 from fea.rod.given import found_assembly
 from fea.rod.meshed_rod import Bores, MeshedRod
-from fea.run.figure_types import Vector
-from fea.run.figures import QualityFigures
+from fea.run.figures import QualityFigures, Vector, figures
 from fea.run.meshing import mesh_study
 from fea.run.summary import quality_figures
 from fea.solid.inertia import inertia
@@ -21,7 +20,6 @@ from fea.study.study import Study
 from fea.units import KG, KG_M2
 from geometry.errors import require
 from geometry.fit import Fit, Targets, fit
-from geometry.imports import ImportReport
 from geometry.rod import Rod
 from geometry.section import Section, least_section, sections
 from mesh import slices
@@ -72,47 +70,26 @@ class SolidFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class RodReport:
-    """The figures of ``fea rod``.
-
-    Attributes
-    ----------
-    inertia_kg_m2
-        (3, 3) about the centre of gravity.
-    parts_mm3
-        Volume of each part.
-    sections
-        Evenly spaced from ring to ring; of a solid from a file from bore to bore, cut from its mesh.
-    least_section
-        The section of least area.
-    slenderness
-        K l / r for bending in each plane.
-    bores
-        Of the big and the small end; for a solid from a file with their places there.
-    unit, solids
-        Of a solid from a file: the unit of its lengths, and its solids.
-    assumed
-        What was assumed or left out.
-    assembly
-        Of a file with a cap of its own: the joint, bolts and interfaces found.
-    """
+    """The figures of ``fea rod``."""
 
     study: str
     length_mm: float
     mass_kg: float
     center_of_gravity_mm: Vector
-    inertia_kg_m2: tuple[tuple[float, ...], ...]
+    inertia_kg_m2: tuple[tuple[float, ...], ...]  # (3, 3) about the centre of gravity
     volume_mm3: float
-    parts_mm3: Mapping[str, float]
+    parts_mm3: Mapping[str, float]  # volume of each part
     symmetry: str
+    # Evenly spaced from ring to ring; of a solid from a file from bore to bore, cut from its mesh
     sections: tuple[SectionFigures, ...]
-    least_section: SectionFigures
-    slenderness: Mapping[str, float]
+    least_section: SectionFigures  # of least area
+    slenderness: Mapping[str, float]  # K l / r for bending in each plane
     mesh: RodMeshFigures
-    bores: tuple[RodBoreFigures, ...]
-    unit: str | None = None
-    solids: tuple[SolidFigures, ...] | None = None
+    bores: tuple[RodBoreFigures, ...]  # of the big and the small end
+    unit: str | None = None  # of the lengths in a file
+    solids: tuple[SolidFigures, ...] | None = None  # of a file
     assumed: tuple[Note, ...] = ()
-    assembly: tuple[str, ...] = ()
+    assembly: tuple[str, ...] = ()  # joint, bolts and interfaces found in a file with a separate cap
 
 
 def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
@@ -139,8 +116,8 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
         volume_mm3=sum(mesh.parts.values()),
         parts_mm3=dict(mesh.parts),
         symmetry=mesh.symmetry.value,
-        sections=tuple(_section(section) for section in along),
-        least_section=_section(least),
+        sections=tuple(figures(SectionFigures, section) for section in along),
+        least_section=figures(SectionFigures, least),
         slenderness={
             plane.value: plane.length_factor * mesh.bores.rod_length / plane.gyration(least)
             for plane in Plane
@@ -154,7 +131,12 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
         ),
         bores=_bores(mesh),
         unit=None if mesh.imported is None else mesh.imported.unit,
-        solids=None if mesh.imported is None else _solids(mesh.imported, materials[0].density),
+        solids=None
+        if mesh.imported is None
+        else tuple(
+            figures(SolidFigures, solid, mass_kg=materials[0].density * solid.volume / KG)
+            for solid in mesh.imported.solids
+        ),
         assumed=(
             *study.material_notes,
             *map(assumption, () if mesh.imported is None else mesh.imported.assumed),
@@ -166,36 +148,11 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
 
 def _bores(mesh: MeshedRod) -> tuple[RodBoreFigures, ...]:
     if mesh.imported is not None:
-        return tuple(
-            RodBoreFigures(diameter_mm=bore.diameter, width_mm=bore.width, at_mm=bore.center)
-            for bore in mesh.imported.bores
-        )
+        return tuple(figures(RodBoreFigures, bore, at_mm=bore.center) for bore in mesh.imported.bores)
     bores = mesh.bores
     return (
         RodBoreFigures(diameter_mm=2 * bores.big_radius, width_mm=bores.big_width),
         RodBoreFigures(diameter_mm=2 * bores.small_radius, width_mm=bores.small_width),
-    )
-
-
-def _solids(report: ImportReport, density: float) -> tuple[SolidFigures, ...]:
-    return tuple(
-        SolidFigures(
-            name=one.name,
-            role=str(one.role),
-            kept=one.kept,
-            mass_kg=density * one.volume / KG,
-            size_mm=one.size,
-        )
-        for one in report.solids
-    )
-
-
-def _section(section: Section) -> SectionFigures:
-    return SectionFigures(
-        x_mm=section.x,
-        area_mm2=section.area,
-        inertia_y_mm4=section.inertia_y,
-        inertia_z_mm4=section.inertia_z,
     )
 
 
@@ -216,20 +173,8 @@ def fitted(
 ) -> tuple[RodTable, Fit]:
     """Adjust named dimensions of the study's rod until its mass properties meet the targets.
 
-    Parameters
-    ----------
-    study
-        Gives the rod to start from and the density.
-    free
-        Keys of the [rod] table that may change.
-    mass_kg, center_of_gravity_mm, inertia_kg_m2
-        Targets; where all are None, those that the [rod] table gives.
-
-    Returns
-    -------
-    tuple
-        The rod of the study with the dimensions found; mass properties that it gives stay only where they
-        are the targets. And how well they are met.
+    The keys in `free` may change; without any target those that the [rod] table gives are met, which keeps
+    them only then. Returned are the table with the new dimensions, and how well the targets are met.
 
     Raises
     ------
@@ -245,8 +190,8 @@ def fitted(
     if (mass_kg, center_of_gravity_mm, inertia_kg_m2) == (None, None, None):
         remedy = "Say --mass-kg, --center-of-gravity-mm or --inertia-kg-m2, or give them in [rod]."
         require(given is not None, "--fit", list(free), "has no target", remedy)
-    own = mass_kg is center_of_gravity_mm is inertia_kg_m2 is None
-    if given is not None and own:
+    as_given = mass_kg is center_of_gravity_mm is inertia_kg_m2 is None
+    if given is not None and as_given:
         targets = Targets(density, given.mass, given.center[0], given.inertia_z, bushing)
     else:
         targets = Targets(
@@ -256,6 +201,6 @@ def fitted(
             None if inertia_kg_m2 is None else inertia_kg_m2 * KG_M2,
             bushing,
         )
-    found = fit(rod, targets, [dimension_of(key) for key in free])
-    table = dataclasses.replace(study.rod, dimensions=found.rod, length=found.rod.length)
-    return (table if own else dataclasses.replace(table, mass=None)), found
+    fitted_rod = fit(rod, targets, [dimension_of(key) for key in free])
+    table = dataclasses.replace(study.rod, dimensions=fitted_rod.rod, length=fitted_rod.rod.length)
+    return (table if as_given else dataclasses.replace(table, mass=None)), fitted_rod

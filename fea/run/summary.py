@@ -12,7 +12,6 @@ from fea.base.checks import Check
 from fea.base.choices import Fatigue
 from fea.base.material import Material
 from fea.base.note import Note, omissions, remarks
-from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import crossland, fatigue_factor
 from fea.judge.history import deviatoric, extremes
@@ -20,18 +19,19 @@ from fea.judge.sharp_places import SharpPlace, worst_of_edges
 from fea.judge.verdict import Verdict, safety_factor
 from fea.rod.loading import EngineLoading
 from fea.run.adapt import Adapted
-from fea.run.assembly_figures import AssemblyFigures
-from fea.run.assembly_report import assembly_figures, onset_notes
+from fea.run.assembly_report import assembly_figures, onset_notes, ovality_figures
 from fea.run.buckling import BucklingReport
 from fea.run.cycle.spots import Spot
 from fea.run.cycle.superposition import CycleResult
-from fea.run.cycle_figures import CycleFigures, EnduranceFigures, EnvelopeFigures, SpotFigures, SurfaceFigures
-from fea.run.figure_types import shape_figures, vector
 from fea.run.figures import (
+    AssemblyFigures,
     BoreFigures,
     BucklingFigures,
     CaseFigures,
+    CycleFigures,
+    EnduranceFigures,
     EngineFigures,
+    EnvelopeFigures,
     EnvironmentFigures,
     LoadFigures,
     ModelFigures,
@@ -40,14 +40,18 @@ from fea.run.figures import (
     QualityFigures,
     RodFigures,
     SharpEdgeFigures,
+    SpotFigures,
     Summary,
+    SurfaceFigures,
+    figures,
+    plain,
+    vector,
 )
 from fea.run.pin_model import pin_model_figures
 from fea.run.prepare import PreparedRod
 from fea.run.speed import SpeedResult
 from fea.run.survival import factors, survival
-from fea.units import DEG, KG, KG_M2, N_M
-from geometry.arrays import Floats
+from fea.units import DEG, KG_M2
 from geometry.surfaces import Surface
 from geometry.system import peak_memory
 from loads.instants import Instants
@@ -58,13 +62,13 @@ from mesh.repair import Repair
 def endurance_figures(parts: Iterable[str], materials: Sequence[Material]) -> dict[str, EnduranceFigures]:
     """Return the factors of every part, by its name, whose endurance limit is known."""
     return {
-        part: _of_part(material, material.endurance_limit)
+        part: _endurance(material, material.endurance_limit)
         for part, material in zip(parts, materials, strict=True)
         if material.endurance_limit is not None
     }
 
 
-def _of_part(material: Material, limit: float) -> EnduranceFigures:
+def _endurance(material: Material, limit: float) -> EnduranceFigures:
     marin = material.marin
     return EnduranceFigures(
         specimen_MPa=limit / (marin.size * marin.load * marin.reliability),
@@ -89,18 +93,13 @@ def sharp_edge_figures(
 ) -> dict[str, tuple[SharpEdgeFigures, ...]]:
     """Return the edges that matter in each load case, the worst first; one edge has one name in all cases.
 
-    Parameters
-    ----------
-    cases
-        By name.
-    required
-        The safety factor that is asked for; 1 by default.
+    The required safety factor is 1 by default.
     """
     kept = {name: case.sharp_mattering for name, case in cases.items()}
     names = {place.between: _letter(k) for k, place in enumerate(worst_of_edges(kept.values()))}
     least = 1.0 if required is None else required
     return {
-        name: tuple(_figures(place, names[place.between], least) for place in places)
+        name: tuple(_sharp_edge(place, names[place.between], least) for place in places)
         for name, places in kept.items()
     }
 
@@ -111,19 +110,14 @@ def _letter(number: int) -> str:
     return ascii_uppercase[place] + (str(turn) if turn else "")
 
 
-def _figures(place: SharpPlace, name: str, required: float) -> SharpEdgeFigures:
+def _sharp_edge(place: SharpPlace, name: str, required: float) -> SharpEdgeFigures:
     notch = place.notch
-    return SharpEdgeFigures(
+    return figures(
+        SharpEdgeFigures,
+        place,
         name=name,
-        at_mm=vector(place.at),
-        between=place.between,
-        opening_deg=place.opening / DEG,
-        length_mm=place.length,
-        thickness_mm=place.thickness,
         structural_stress_MPa=place.stress,
         structural_von_mises_MPa=place.von_mises,
-        error_percent=place.error_percent,
-        safety_factor=place.safety_factor,
         notch_intensity=None if notch is None else notch.intensity,
         notch_exponent=place.exponent,
         required_safety_factor=required,
@@ -208,20 +202,7 @@ def summary_of(
 
 def load_figures(case: Instants) -> LoadFigures:
     """Return what acts in a load case."""
-    return LoadFigures(
-        crank_deg=_known(case.crank_angle / DEG),
-        gas_N=_known(case.gas),
-        pin_axial_N=float(case.pin_axial),
-        pin_transverse_N=float(case.pin_transverse),
-        crank_axial_N=float(case.crank_axial),
-        crank_transverse_N=float(case.crank_transverse),
-        wall_N=_known(case.wall),
-        torque_Nm=_known(case.torque / N_M),
-    )
-
-
-def _known(value: Floats) -> float | None:
-    return None if np.isnan(value) else float(value)
+    return figures(LoadFigures, case, crank_deg=plain(case.crank_angle / DEG))
 
 
 def case_figures(
@@ -231,37 +212,36 @@ def case_figures(
     sharp_edges: tuple[SharpEdgeFigures, ...] = (),
 ) -> CaseFigures:
     """Return the extremes of a load case, over the nodes away from singular places."""
-    singular = bool(case.error.masked.any())
-    return CaseFigures(
-        max_von_mises_MPa=case.max_von_mises,
-        at_mm=vector(case.at),
-        max_principal_MPa=case.max_principal,
-        min_principal_MPa=case.min_principal,
-        max_displacement_mm=case.max_displacement,
-        min_safety_factor=case.min_safety_factor,
-        error_percent=case.error_percent,
+    return figures(
+        CaseFigures,
+        case,
         energy_error_percent=case.error.energy_percent,
         verdict=case.verdict(tolerance_percent).value,
-        unmasked_max_von_mises_MPa=case.peak.unmasked if singular else None,
-        unmasked_min_safety_factor=1 / case.worst.unmasked if singular else None,
-        unmasked_verdict=Verdict.DIVERGING.value if singular else None,
-        singular_max_von_mises_MPa=case.peak.singular if singular else None,
-        singular_verdict=Verdict.DIVERGING.value if singular else None,
+        **(_singular(case) if case.error.masked.any() else {}),
         sharp_edges=sharp_edges or None,
         contact={surface.value: _bore(case, surface, rod_length) for surface in case.touch} or None,
     )
 
 
+def _singular(case: CaseResult) -> dict[str, float | str]:
+    """Extremes with the nodes near singular places, and of those alone."""
+    return {
+        "unmasked_max_von_mises_MPa": case.peak.unmasked,
+        "unmasked_min_safety_factor": 1 / case.worst.unmasked,
+        "unmasked_verdict": Verdict.DIVERGING.value,
+        "singular_max_von_mises_MPa": case.peak.singular,
+        "singular_verdict": Verdict.DIVERGING.value,
+    }
+
+
 def _bore(case: CaseResult, surface: Surface, rod_length: float) -> BoreFigures:
-    touch = case.touch[surface]
-    x = rod_length if surface is Surface.SMALL_END_BORE else 0.0
-    shape = bore_shape(case.mesh, surface, x, case.distortion)
+    touch, x = case.touch[surface], rod_length if surface is Surface.SMALL_END_BORE else 0.0
     return BoreFigures(
         max_pressure_MPa=touch.pressure,
         at_deg=touch.angle / DEG,
         at_z_mm=touch.z,
         arc_deg=touch.arc / DEG,
-        **shape_figures(shape),
+        **vars(ovality_figures(case, surface, x)),
     )
 
 
@@ -333,20 +313,14 @@ def _spot(spot: Spot, result: CycleResult, materials: Sequence[Material], criter
 
 def quality_figures(quality: Quality, repair: Repair) -> QualityFigures:
     """Return the quality of a mesh."""
-    return QualityFigures(
-        least_scaled_jacobian=quality.least_scaled_jacobian,
-        least_shape=quality.least_shape,
-        median_shape=quality.median_shape,
-        worst_at_mm=vector(quality.worst_at),
-        straightened_elements=quality.straightened,
-        repairs=tuple(repair.causes),
-        repaired_size_mm=repair.size,
-    )
+    repaired = {"repairs": tuple(repair.causes), "repaired_size_mm": repair.size}
+    return figures(QualityFigures, quality, straightened_elements=quality.straightened, **repaired)
 
 
 def _rod(rod: PreparedRod) -> RodFigures:
-    return RodFigures(
-        mass_kg=rod.mass.mass / KG,
+    return figures(
+        RodFigures,
+        rod.mass,
         center_of_gravity_mm=rod.mass.center,
         inertia_kg_m2=rod.mass.inertia_z / KG_M2,
         length_mm=rod.mesh.bores.rod_length,
@@ -354,15 +328,7 @@ def _rod(rod: PreparedRod) -> RodFigures:
 
 
 def _engine(rod: PreparedRod) -> EngineFigures | None:
-    if not isinstance(rod.loading, EngineLoading):
-        return None
-    engine = rod.loading.engine
-    return EngineFigures(
-        crank_radius_mm=engine.crank_radius,
-        rod_length_mm=engine.rod_length,
-        bore_mm=engine.bore,
-        piston_mass_kg=engine.piston_mass / KG,
-    )
+    return figures(EngineFigures, rod.loading.engine) if isinstance(rod.loading, EngineLoading) else None
 
 
 def _model(rod: PreparedRod) -> ModelFigures:

@@ -5,9 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import ceil, inf, isinf, log10
 
-from fea.run.assembly_figures import AssemblyFigures
-from fea.run.cycle_figures import CycleFigures
-from fea.run.figures import BucklingFigures, CaseFigures, SurvivalFigures
+from fea.run.figures import AssemblyFigures, BucklingFigures, CaseFigures, CycleFigures, SurvivalFigures
 
 # A factor that differs from the required one by less, in percent, is not decided by any practical mesh.
 _CLOSEST_PERCENT = 0.5

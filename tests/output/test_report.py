@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from reports import HOSTILE, SIZE, reported_rod
 
 from fea.apps.report_run import report_run
-from fea.output.folder import is_earlier_run
+from fea.output.folder import SUMMARY, is_earlier_run
 from fea.output.report.assumptions import limits
 from fea.output.report.charts import Heading, chart
 from fea.output.report.coding import HOLE, Packer, corner_steps
@@ -25,7 +25,7 @@ from fea.output.report.surface import Surface
 from fea.output.report.wording import figure, named
 from fea.output.report.write import reported, still
 from fea.output.target import PictureError
-from fea.run.assembly_figures import (
+from fea.run.figures import (
     AssemblyFigures,
     BoltCaseFigures,
     BoltsFigures,
@@ -35,7 +35,6 @@ from fea.run.assembly_figures import (
     JointFigures,
 )
 from fea.run.motion import Known, agreeing
-from fea.run.summary_file import SUMMARY
 from fea.stress.stress import von_mises
 from fea.study.study import load_study
 from fea.units import DEG

@@ -18,8 +18,8 @@ from fea.base.choices import Symmetry
 from fea.output.left_run import LeftRun
 from fea.output.terminal.assembly import assembly_lines
 from fea.pins.load_limits import LARGEST, WITHIN, LoadLimits, onset
-from fea.run.assembly_figures import BoltsFigures, JointCaseFigures, JointFigures, OnsetFigures
 from fea.run.assembly_report import assembly_figures
+from fea.run.figures import BoltsFigures, JointCaseFigures, JointFigures, OnsetFigures
 from fea.run.survival import factors, survival
 from fea.study.study import parse_study
 from geometry.errors import InvalidValue

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 from written_figures import buckling, summary
 
-from fea.run.cycle_figures import CycleFigures, PlaceFigures
-from fea.run.figures import BucklingModeFigures
+from fea.run.figures import BucklingModeFigures, CycleFigures, PlaceFigures
 from fea.run.speed_map import first_below, rounded, speed_map
 
 CRITICAL = {"yield": 2500.0, "fatigue": 2000.0, "crossland": None}

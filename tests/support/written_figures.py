@@ -1,11 +1,11 @@
 """Figures of runs that were never computed."""
 
 from fea.base.checks import Check
-from fea.run.cycle_figures import CycleFigures
 from fea.run.figures import (
     BucklingFigures,
     CaseFigures,
     ColumnFigures,
+    CycleFigures,
     EnvironmentFigures,
     LoadFigures,
     ModelFigures,

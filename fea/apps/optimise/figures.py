@@ -15,7 +15,6 @@ from fea.apps.optimise.search import SearchResult
 from fea.apps.optimise.variables import Variables
 from fea.base.note import Note
 from fea.output.target import near
-from fea.run.summary_file import OPTIMISED_SCHEMA
 
 # Of the range of a dimension, and of a required factor: nearer ones count as at the bound, or as governing.
 _AT_BOUND, _ACTIVE = 0.01, 0.02
@@ -72,7 +71,7 @@ class OptimiseFigures:
     `stopped_by` names the rules of the shape that keep a dimension from changing further.
     """
 
-    schema: str = OPTIMISED_SCHEMA
+    schema: str = "fea/optimise/1"
     study: str
     mass_before_kg: float
     mass_after_kg: float

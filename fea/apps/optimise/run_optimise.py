@@ -16,7 +16,7 @@ from fea.apps.optimise.variables import Variables, variables
 from fea.judge.verdict import CAP
 from fea.machine.clock import Clock
 from fea.output.columns_csv import write_columns
-from fea.output.folder import require_replaceable, run_folder
+from fea.output.folder import OPTIMISED, require_replaceable, run_folder
 from fea.output.json_file import json_text
 from fea.output.pictures.picture import draw_pictures
 from fea.output.pictures.shown import Picture
@@ -26,7 +26,6 @@ from fea.output.text import write_text
 from fea.output.vtu import write_vtu
 from fea.run.adapt import adapt_mesh
 from fea.run.outcome import Outcome, outcome
-from fea.run.summary_file import OPTIMISED
 from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.errors import require

@@ -9,7 +9,7 @@ from fea.output.pictures.scale import Bands
 from fea.output.pictures.shown import VON_MISES, Field, available, field_of
 from fea.output.report.reported import Array, Reported
 from fea.output.terminal.run_lines import factor, number, place
-from fea.run.cycle_figures import SpotFigures
+from fea.run.figures import SpotFigures
 
 _MIDDLE = Field("principal_2", "middle principal stress, MPa", " MPa", signed=True)
 # In the order in which a load case offers them.

@@ -12,8 +12,7 @@ from fea.output.columns_csv import read_columns
 from fea.output.json_file import read_summary
 from fea.output.left_run import LeftRun, left_summary, read_run, read_vtu
 from fea.output.report.bores import DrawnBore, drawn_bores
-from fea.run.cycle_figures import EnvelopeFigures
-from fea.run.figures import Summary
+from fea.run.figures import EnvelopeFigures, Summary
 from fea.run.motion import Motion
 from fea.study.study import Study, load_study
 from geometry.errors import InvalidValue

@@ -6,9 +6,16 @@ from dataclasses import dataclass
 from fea.judge.verdict import Verdict
 from fea.output.report.wording import figure
 from fea.output.terminal.run_lines import UNKNOWN, bar, factor, kilo, number, place
-from fea.run.assembly_figures import AssemblyFigures, BoltsFigures, FaceCaseFigures
-from fea.run.cycle_figures import CycleFigures, EnvelopeFigures
-from fea.run.figures import BoreFigures, PlaneFigures, Summary
+from fea.run.figures import (
+    AssemblyFigures,
+    BoltsFigures,
+    BoreFigures,
+    CycleFigures,
+    EnvelopeFigures,
+    FaceCaseFigures,
+    PlaneFigures,
+    Summary,
+)
 from fea.units import KN
 
 _CHECKS = {

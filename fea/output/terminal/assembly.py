@@ -6,7 +6,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from fea.output.terminal.run_lines import factor, number
-from fea.run.assembly_figures import AssemblyFigures, BoltsFigures, FaceCaseFigures, OnsetFigures
+from fea.run.figures import AssemblyFigures, BoltsFigures, FaceCaseFigures, OnsetFigures
 from fea.units import KN
 from loads.cases import ASSEMBLY
 

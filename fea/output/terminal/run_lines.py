@@ -3,8 +3,17 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 from fea.output.text import error_bar
-from fea.run.cycle_figures import CycleFigures, DutyFigures, EnduranceFigures, LifeFigures, SurfaceFigures
-from fea.run.figures import BucklingFigures, ColumnFigures, SharpEdgeFigures, Summary
+from fea.run.figures import (
+    BucklingFigures,
+    ColumnFigures,
+    CycleFigures,
+    DutyFigures,
+    EnduranceFigures,
+    LifeFigures,
+    SharpEdgeFigures,
+    Summary,
+    SurfaceFigures,
+)
 
 _SIDES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
 
