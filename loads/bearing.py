@@ -26,18 +26,10 @@ class Shape(StrEnum):
 
 @dataclass(frozen=True)
 class Arc:
-    """A pressure shape over an arc.
+    """A pressure shape over an arc."""
 
-    Attributes
-    ----------
-    shape
-        Cosine, cos(π φ/arc), or uniform.
-    angle
-        The whole arc, rad, above zero and at most π: a pin presses on one side of its bore.
-    """
-
-    shape: Shape
-    angle: float
+    shape: Shape  # cosine, cos(π φ/arc), or uniform
+    angle: float  # the whole arc, rad, above zero and at most π: a pin presses on one side of its bore
 
     def __post_init__(self) -> None:
         """Refuse an arc that a pin cannot press on."""
@@ -91,18 +83,12 @@ class Arc:
 
 @dataclass(frozen=True)
 class BorePressure:
-    """The arcs that a pin presses on when its end of the rod is pulled and when it is pushed.
+    """The arcs that a pin presses on when its end of the rod is pulled and when it is pushed."""
 
-    Attributes
-    ----------
-    name
-        As in the study file: ``cosine-180``, ``uniform-120``, ``cosine-<arc>``, ``uniform-<arc>`` or
-        ``webster`` (half cosine in tension, uniform over 120° in compression).
-    tension, compression
-        The arc for an axial force of that sign.
-    """
-
+    # As in the study file: ``cosine-180``, ``uniform-120``, ``cosine-<arc>``, ``uniform-<arc>`` or
+    # ``webster`` (half cosine in tension, uniform over 120° in compression)
     name: str
+    # tension, compression: the arc for an axial force of that sign
     tension: Arc
     compression: Arc
 

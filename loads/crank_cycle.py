@@ -22,20 +22,13 @@ _DIGITS = 9
 
 @dataclass(frozen=True)
 class CrankCycle:
-    """What acts on a rod over a crank cycle.
+    """What acts on a rod over a crank cycle."""
 
-    Attributes
-    ----------
-    engine, rod, gas
-        The engine, the mass properties of its rod, and what gives its gas pressure.
-    speed
-        Of the crank, rad/s.
-    """
-
+    # engine, rod, gas: the engine, the mass properties of its rod, and what gives its gas pressure
     engine: Engine
     rod: MassProperties
     gas: GasModel
-    speed: float
+    speed: float  # of the crank, rad/s
 
     def at(self, crank_angles: Floats) -> EngineInstants:
         """What acts at crank angles, rad."""

@@ -26,34 +26,20 @@ from loads.slider_crank import Kinematics, kinematics
 
 
 class Vector(NamedTuple):
-    """Components in the plane of motion, of the axes named where it is made.
+    """Components in the plane of motion, of the axes named where it is made."""
 
-    Attributes
-    ----------
-    x, y
-        One a crank angle and speed.
-    """
-
+    # x, y: one a crank angle and speed
     x: Floats
     y: Floats
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EngineInstants(Instants):
-    """Instants of one cylinder; every array has the broadcast shape of crank angle and speed.
+    """Instants of one cylinder; every array has the broadcast shape of crank angle and speed."""
 
-    Attributes
-    ----------
-    motion
-        Kinematics of piston and rod.
-    friction
-        Force of the wall on the piston along engine +x, N; `wall` is along +y.
-    shaking_x, shaking_y
-        Force of the mechanism on the frame, gas on the head included, engine axes, N.
-    """
-
-    motion: Kinematics
-    friction: Floats
+    motion: Kinematics  # kinematics of piston and rod
+    friction: Floats  # force of the wall on the piston along engine +x, N; `wall` is along +y
+    # shaking_x, shaking_y: force of the mechanism on the frame, gas on the head included, engine axes, N
     shaking_x: Floats
     shaking_y: Floats
 
@@ -153,21 +139,12 @@ def _pin_force(
 
 @dataclass(frozen=True)
 class WholeEngine:
-    """All cylinders of an in-line engine over the crank angle of the first.
+    """All cylinders of an in-line engine over the crank angle of the first."""
 
-    Attributes
-    ----------
-    cylinders
-        One cycle per cylinder, all evaluated at the same instants.
-    torque
-        On the crank, N·mm.
-    shaking_x, shaking_y
-        Force of the mechanism on the frame, N. Moments between cylinders are not included: they depend on
-        the distances of the cylinders.
-    """
-
-    cylinders: tuple[EngineInstants, ...]
-    torque: Floats
+    cylinders: tuple[EngineInstants, ...]  # one cycle per cylinder, all evaluated at the same instants
+    torque: Floats  # on the crank, N·mm
+    # shaking_x, shaking_y: force of the mechanism on the frame, N. Moments between cylinders are not
+    # included: they depend on the distances of the cylinders.
     shaking_x: Floats
     shaking_y: Floats
 

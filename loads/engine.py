@@ -13,21 +13,6 @@ MOST_CYLINDERS = 100
 class Engine:
     """Crank, rod and piston of one cylinder, and how the cylinders are phased.
 
-    Attributes
-    ----------
-    crank_radius, rod_length, bore
-        mm; the rod is longer than the crank radius plus the pin offset.
-    piston_mass
-        Piston with pin and rings, t.
-    pin_offset
-        Distance of the cylinder axis from the crank axis along engine +y (désaxé), mm.
-    friction
-        Coulomb coefficient between piston and wall.
-    cylinders
-        How many; cylinder k fires `phase`·k after the first.
-    phase
-        Crank angle between consecutive cylinders, rad.
-
     Raises
     ------
     InvalidValue
@@ -35,14 +20,15 @@ class Engine:
         the piston must not jam, so μ tan β < 1 over the whole turn.
     """
 
+    # crank_radius, rod_length, bore: mm; the rod is longer than the crank radius plus the pin offset
     crank_radius: float
     rod_length: float
     bore: float
-    piston_mass: float
-    pin_offset: float = 0.0
-    friction: float = 0.0
-    cylinders: int = 1
-    phase: float = 0.0
+    piston_mass: float  # piston with pin and rings, t
+    pin_offset: float = 0.0  # distance of the cylinder axis from the crank axis along engine +y (désaxé), mm
+    friction: float = 0.0  # coulomb coefficient between piston and wall
+    cylinders: int = 1  # how many; cylinder k fires `phase`·k after the first
+    phase: float = 0.0  # crank angle between consecutive cylinders, rad
 
     def __post_init__(self) -> None:
         """Refuse an engine that cannot exist or cannot turn."""

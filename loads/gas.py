@@ -71,20 +71,11 @@ class Boyle(Ideal):
     """Isothermal compression and expansion in every revolution: p V = const, atmospheric at BDC.
 
     It has no combustion and repeats every revolution (the gas force of Columba 2022).
-
-    Attributes
-    ----------
-    engine
-        Gives the volume over the crank angle.
-    compression_ratio
-        Largest over smallest volume.
-    atmosphere
-        Absolute pressure at BDC and in the crankcase, MPa.
     """
 
-    engine: Engine
-    compression_ratio: float
-    atmosphere: float = ATMOSPHERE
+    engine: Engine  # gives the volume over the crank angle
+    compression_ratio: float  # largest over smallest volume
+    atmosphere: float = ATMOSPHERE  # absolute pressure at BDC and in the crankcase, MPa
 
     def __post_init__(self) -> None:
         """Refuse an impossible ratio or pressure."""
@@ -105,27 +96,16 @@ class Otto(Ideal):
     Intake 0…π at the intake pressure, isentropic compression π…2π, heat at constant volume at the
     firing TDC, isentropic expansion 2π…3π, blow-down at BDC, exhaust 3π…4π at atmospheric pressure.
     Strokes end at the piston's own dead centres, which a pin offset moves.
-
-    Attributes
-    ----------
-    engine
-        Gives the volume over the crank angle.
-    compression_ratio
-        Largest over smallest volume.
-    peak
-        Absolute pressure after combustion, MPa; None for a motored engine (compression without combustion).
-    intake, atmosphere
-        Absolute pressures, MPa.
-    heat_ratio
-        γ = c_p/c_v of the charge.
     """
 
-    engine: Engine
-    compression_ratio: float
+    engine: Engine  # gives the volume over the crank angle
+    compression_ratio: float  # largest over smallest volume
+    # Absolute pressure after combustion, MPa; None for a motored engine (compression without combustion)
     peak: float | None = None
+    # intake, atmosphere: absolute pressures, MPa
     intake: float = ATMOSPHERE
     atmosphere: float = ATMOSPHERE
-    heat_ratio: float = HEAT_RATIO_AIR
+    heat_ratio: float = HEAT_RATIO_AIR  # γ = c_p/c_v of the charge
 
     def __post_init__(self) -> None:
         """Refuse a cycle that thermodynamics does not allow."""

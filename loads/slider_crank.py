@@ -19,24 +19,18 @@ from loads.engine import Engine
 
 @dataclass(frozen=True)
 class Kinematics:
-    """Motion of piston and rod; every array has the broadcast shape of crank angle and speed.
+    """Motion of piston and rod; every array has the broadcast shape of crank angle and speed."""
 
-    Attributes
-    ----------
-    crank_angle, speed
-        rad; rad/s.
-    piston_position, piston_velocity, piston_acceleration
-        Of the piston pin along engine +x from the crank axis: mm, mm/s, mm/s².
-    rod_angle, rod_rate, rod_acceleration
-        β, β̇, β̈: rad, rad/s, rad/s²; β > 0 while the crank pin lies on the +y side of the cylinder axis.
-        The rod itself turns by −β about engine +z.
-    """
-
+    # crank_angle, speed: rad; rad/s
     crank_angle: Floats
     speed: Floats
+    # piston_position, piston_velocity, piston_acceleration: of the piston pin along engine +x from the crank
+    # axis: mm, mm/s, mm/s²
     piston_position: Floats
     piston_velocity: Floats
     piston_acceleration: Floats
+    # rod_angle, rod_rate, rod_acceleration: β, β̇, β̈: rad, rad/s, rad/s²; β > 0 while the crank pin lies on
+    # the +y side of the cylinder axis. The rod itself turns by −β about engine +z.
     rod_angle: Floats
     rod_rate: Floats
     rod_acceleration: Floats

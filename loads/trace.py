@@ -24,20 +24,6 @@ _CLOSURE = 0.05
 class Trace:
     """Measured pressure, periodic over one cycle and linear between its samples.
 
-    Attributes
-    ----------
-    crank_angles
-        (n,) rad, increasing, within one cycle 0…4π.
-    pressures
-        (k, n) gauge, MPa: one row per measured speed.
-    speeds
-        (k,) rad/s, increasing; linear in speed between them, the nearest one outside. With one row it
-        may be empty: the trace then holds at any speed and nothing is flagged.
-    source
-        Name of the file of a user; empty for a trace that ships.
-    remarks
-        What was assumed, or looked odd, when it was read.
-
     Raises
     ------
     InvalidValue
@@ -45,11 +31,13 @@ class Trace:
         end, or contain a pressure that no engine reaches (the message then suggests the unit).
     """
 
-    crank_angles: Floats
-    pressures: Floats
+    crank_angles: Floats  # (n,) rad, increasing, within one cycle 0…4π
+    pressures: Floats  # (k, n) gauge, MPa: one row per measured speed
+    # (k,) rad/s, increasing; linear in speed between them, the nearest one outside. With one row it may be
+    # empty: the trace then holds at any speed and nothing is flagged.
     speeds: Floats
-    source: str = ""
-    remarks: tuple[str, ...] = ()
+    source: str = ""  # name of the file of a user; empty for a trace that ships
+    remarks: tuple[str, ...] = ()  # what was assumed, or looked odd, when it was read
 
     def __post_init__(self) -> None:
         """Refuse a trace that is not one cycle of an engine; drop a sample that repeats the first."""

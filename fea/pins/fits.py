@@ -28,25 +28,16 @@ LARGEST_CLEARANCE, LARGEST_INTERFERENCE = 0.02, 0.003
 
 @dataclass(frozen=True)
 class Fits:
-    """The pins of a rod.
+    """The pins of a rod."""
 
-    Attributes
-    ----------
-    small_clearance, big_clearance
-        Radius of the bore minus that of the pin, mm.
-    piston_pin, crank_pin
-        None for a rigid one.
-    assumed
-        What the study does not say, in words.
-    relief
-        Length and radial depth of the relief at the ends of the small end's bore, mm, if it has one.
-    """
-
+    # small_clearance, big_clearance: radius of the bore minus that of the pin, mm
     small_clearance: float
     big_clearance: float
+    # piston_pin, crank_pin: none for a rigid one
     piston_pin: Pin | None
     crank_pin: Pin | None
-    assumed: tuple[str, ...]
+    assumed: tuple[str, ...]  # what the study does not say, in words
+    # Length and radial depth of the relief at the ends of the small end's bore, mm, if it has one
     relief: tuple[float, float] | None = None
 
     @property

@@ -35,18 +35,10 @@ _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
 @dataclass(frozen=True)
 class Series:
-    """The orders of a series that approximates a pressure.
+    """The orders of a series that approximates a pressure."""
 
-    Attributes
-    ----------
-    orders
-        (n_terms,) n, increasing, starting with 0 and 1.
-    error
-        Largest difference from the pressure, relative to its peak.
-    """
-
-    orders: Ints
-    error: float
+    orders: Ints  # (n_terms,) n, increasing, starting with 0 and 1
+    error: float  # largest difference from the pressure, relative to its peak
 
 
 @cache

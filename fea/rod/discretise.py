@@ -35,36 +35,17 @@ _MOST_ELEMENTS = 1e7
 
 @dataclass(frozen=True, kw_only=True)
 class MeshRequest:
-    """What a mesh is asked for.
+    """What a mesh is asked for."""
 
-    Attributes
-    ----------
-    size
-        Element size, mm; None for `coarser` times the default of the rod's length.
-    order
-        Of the elements, 1 or 2.
-    symmetry
-        Which mirror cell to solve.
-    wanted
-        Sizes that errors of earlier solutions ask for, on their `MeshedRod.drawn`.
-    coarser
-        Factor on the default size.
-    touched
-        Whether pins touch the bores, which need smaller elements then.
-    assembly
-        What is separate in the rod; None for a rod in one piece.
-    movable
-        Whether the mesh is to follow other dimensions of the rod.
-    """
-
-    size: float | None
-    order: int
-    symmetry: Symmetry = Symmetry.AUTO
+    size: float | None  # element size, mm; None for `coarser` times the default of the rod's length
+    order: int  # of the elements, 1 or 2
+    symmetry: Symmetry = Symmetry.AUTO  # which mirror cell to solve
+    # Sizes that errors of earlier solutions ask for, on their `MeshedRod.drawn`
     wanted: Sequence[SizeField] = ()
-    coarser: float = 1.0
-    touched: bool = False
-    assembly: Assembly | None = None
-    movable: bool = False
+    coarser: float = 1.0  # factor on the default size
+    touched: bool = False  # whether pins touch the bores, which need smaller elements then
+    assembly: Assembly | None = None  # what is separate in the rod; None for a rod in one piece
+    movable: bool = False  # whether the mesh is to follow other dimensions of the rod
 
     @property
     def per_touched_bore(self) -> int:

@@ -18,35 +18,21 @@ from loads.trace import absorbed
 
 @dataclass(frozen=True)
 class SpeedLoads:
-    """The load cases of one speed.
+    """The load cases of one speed."""
 
-    Attributes
-    ----------
-    cases
-        Those that are solved.
-    notes
-        Of the gas model and of an engine of the library; and the cases that do not occur.
-    """
-
-    cases: Instants
+    cases: Instants  # those that are solved
+    # Of the gas model and of an engine of the library; and the cases that do not occur
     notes: tuple[Note, ...]
 
 
 @dataclass(frozen=True)
 class EngineLoading:
-    """An engine and its gas load the rod.
+    """An engine and its gas load the rod."""
 
-    Attributes
-    ----------
-    engine, gas
-        In coherent units.
-    table
-        What the study says of them.
-    """
-
+    # engine, gas: in coherent units
     engine: Engine
     gas: GasModel
-    table: EngineTable
+    table: EngineTable  # what the study says of them
 
     @classmethod
     def of(cls, table: EngineTable, rod_length: float) -> "EngineLoading":
@@ -111,15 +97,9 @@ class EngineLoading:
 
 @dataclass(frozen=True)
 class GivenForces:
-    """A given pin force loads the rod, which is at rest.
+    """A given pin force loads the rod, which is at rest."""
 
-    Attributes
-    ----------
-    pin
-        Axial and transverse force on the piston-pin bore, N, tension positive.
-    """
-
-    pin: tuple[float, float]
+    pin: tuple[float, float]  # axial and transverse force on the piston-pin bore, N, tension positive
 
     def at(self, _rod: MassProperties, _rpm: float | None) -> SpeedLoads:
         """Return the one load case there is."""
@@ -133,18 +113,10 @@ Loading = EngineLoading | GivenForces
 
 @dataclass(frozen=True)
 class DutyLoads:
-    """A duty and its loads.
+    """A duty and its loads."""
 
-    Attributes
-    ----------
-    table
-        What the study says.
-    loadings
-        The engine with the gas of every entry.
-    """
-
-    table: DutyTable
-    loadings: tuple[EngineLoading, ...]
+    table: DutyTable  # what the study says
+    loadings: tuple[EngineLoading, ...]  # the engine with the gas of every entry
 
     @classmethod
     def of(cls, table: DutyTable, loading: EngineLoading) -> "DutyLoads":

@@ -30,23 +30,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Bores:
-    """What the pressures need of the rod.
+    """What the pressures need of the rod."""
 
-    Attributes
-    ----------
-    rod_length
-        Between the bores, mm.
-    big_radius, big_width, small_radius, small_width
-        mm, the widths in the mean.
-    small_taper
-        The small end's width at the angle φ from +x is small_width + small_taper cos φ, mm.
-    """
-
-    rod_length: float
+    rod_length: float  # between the bores, mm
+    # big_radius, big_width, small_radius, small_width: mm, the widths in the mean
     big_radius: float
     big_width: float
     small_radius: float
     small_width: float
+    # The small end's width at the angle φ from +x is small_width + small_taper cos φ, mm
     small_taper: float = 0.0
 
     @property
@@ -75,29 +67,14 @@ _HARMLESS = ("worst distortion", "BOPAlgo_AlertFaceBuilderUnusedEdges")
 
 @dataclass(frozen=True)
 class Meshing:
-    """How a mesh came about.
+    """How a mesh came about."""
 
-    Attributes
-    ----------
-    size
-        Element size asked for, mm.
-    quality
-        Of the elements.
-    repair
-        What was done differently from what this size asks for.
-    warnings
-        Of gmsh.
-    follows_errors
-        Whether errors of solutions set the sizes.
-    given
-        Of a mesh from a file, what a reader must know of it; empty for a mesh of our own.
-    """
-
-    size: float
-    quality: Quality
-    repair: Repair
-    warnings: tuple[str, ...]
-    follows_errors: bool = False
+    size: float  # element size asked for, mm
+    quality: Quality  # of the elements
+    repair: Repair  # what was done differently from what this size asks for
+    warnings: tuple[str, ...]  # of gmsh
+    follows_errors: bool = False  # whether errors of solutions set the sizes
+    # Of a mesh from a file, what a reader must know of it; empty for a mesh of our own
     given: tuple[str, ...] = ()
 
     def notes(self, rod_length: float) -> tuple[Note, ...]:
@@ -121,48 +98,24 @@ class Meshing:
 
 @dataclass(frozen=True, kw_only=True)
 class MeshedRod:
-    """A meshed rod.
+    """A meshed rod."""
 
-    Attributes
-    ----------
-    cell
-        The part that is solved.
-    mirrored
-        The whole rod, put together from the cell.
-    drawn
-        What gmsh meshed: the smallest mirror cell.
-    drawn_node
-        (n_nodes,) node of `drawn` behind each node of the whole.
-    creases
-        Of `drawn`; None for a mesh from a file, where the turns of its facets tell sharp edges.
-    bores
-        Dimensions the pressures need.
-    parts
-        Volume of each part of the whole solid by the CAD kernel, mm³, by name.
-    symmetry
-        Which mirror cell is solved.
-    meshing
-        Size, quality and repairs.
-    imported
-        What was made of the CAD file; None for a rod drawn from dimensions.
-    bolts
-        Of the whole rod; empty without an assembly. Parts that only touch have nodes of their own in `cell`
-        and `mirrored`, not in `drawn`.
-    movable
-        `drawn`, ready to follow other dimensions; None where that was not asked for.
-    """
-
-    cell: TetMesh
-    mirrored: MirroredMesh
-    drawn: TetMesh
-    drawn_node: Ints
-    bores: Bores
-    parts: dict[str, float]
-    symmetry: Mirror
-    meshing: Meshing
+    cell: TetMesh  # the part that is solved
+    mirrored: MirroredMesh  # the whole rod, put together from the cell
+    drawn: TetMesh  # what gmsh meshed: the smallest mirror cell
+    drawn_node: Ints  # (n_nodes,) node of `drawn` behind each node of the whole
+    bores: Bores  # dimensions the pressures need
+    parts: dict[str, float]  # volume of each part of the whole solid by the CAD kernel, mm³, by name
+    symmetry: Mirror  # which mirror cell is solved
+    meshing: Meshing  # size, quality and repairs
+    # What was made of the CAD file; None for a rod drawn from dimensions
     imported: ImportReport | None = None
+    # Of `drawn`; None for a mesh from a file, where the turns of its facets tell sharp edges
     creases: Creases | None = None
+    # Of the whole rod; empty without an assembly. Parts that only touch have nodes of their own in `cell` and
+    # `mirrored`, not in `drawn`.
     bolts: tuple[BoltAxis, ...] = ()
+    # `drawn`, ready to follow other dimensions; None where that was not asked for
     movable: "MovableMesh | None" = None
 
     @property

@@ -36,29 +36,15 @@ MAX_KEPT_NODES = 1_000_000
 
 @dataclass(frozen=True)
 class Adapted:
-    """The rod on its last mesh, and how that came about.
+    """The rod on its last mesh, and how that came about."""
 
-    Attributes
-    ----------
-    rod
-        Of the last pass.
-    passes
-        All of them; none where no tolerance was asked for.
-    shortfall
-        Why the tolerance is not met; None where it is.
-    results
-        By speed, as far as they are kept.
-    first
-        On the first mesh, where there are several.
-    first_factors
-        Smallest safety factors under several pressures on that mesh, by speed, as far as they are known.
-    """
-
-    rod: PreparedRod
-    passes: tuple[PassFigures, ...] = ()
-    shortfall: Note | None = None
+    rod: PreparedRod  # of the last pass
+    passes: tuple[PassFigures, ...] = ()  # all of them; none where no tolerance was asked for
+    shortfall: Note | None = None  # why the tolerance is not met; None where it is
+    # By speed, as far as they are kept
     results: Mapping[float | None, SpeedResult] = field(default_factory=dict)
-    first: PreparedRod | None = None
+    first: PreparedRod | None = None  # on the first mesh, where there are several
+    # Smallest safety factors under several pressures on that mesh, by speed, as far as they are known
     first_factors: Mapping[float | None, Factors | None] = field(default_factory=dict)
 
     def pin_factors(self, result: SpeedResult) -> Factors | None:

@@ -122,27 +122,13 @@ def drawn_assembly(study: Study) -> Assembly | None:
 
 @dataclass(frozen=True, kw_only=True)
 class Assembling:
-    """The assembly of a study.
+    """The assembly of a study."""
 
-    Attributes
-    ----------
-    table
-        [assembly].
-    bolt
-        Each of the cap's bolts.
-    geometry
-        What is separate.
-    fits
-        Press fits by the inner part, as Lamé estimates them.
-    expansions
-        Of the parts, at the assembly's temperature.
-    """
-
-    table: AssemblyTable
-    bolt: ChosenBolt
-    geometry: Assembly
-    fits: Mapping[str, ChosenFit]
-    expansions: Expansions
+    table: AssemblyTable  # [assembly]
+    bolt: ChosenBolt  # each of the cap's bolts
+    geometry: Assembly  # what is separate
+    fits: Mapping[str, ChosenFit]  # press fits by the inner part, as Lamé estimates them
+    expansions: Expansions  # of the parts, at the assembly's temperature
 
     @classmethod
     def of(cls, study: Study, mesh: MeshedRod | None = None) -> "Assembling | None":

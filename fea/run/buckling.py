@@ -28,24 +28,13 @@ _CASES = ("compression", "gas", "given")
 
 @dataclass(frozen=True)
 class BucklingReport:
-    """Buckling at one speed.
+    """Buckling at one speed."""
 
-    Attributes
-    ----------
-    figures
-        For the summary.
-    shapes
-        Mode shapes (n_nodes, 3) of the worst case by name, their largest displacement 1 mm.
-    checks
-        By name.
-    notes
-        What was not computed, and why.
-    """
-
-    figures: BucklingFigures
+    figures: BucklingFigures  # for the summary
+    # Mode shapes (n_nodes, 3) of the worst case by name, their largest displacement 1 mm
     shapes: Mapping[str, Floats] = field(default_factory=dict)
-    checks: Mapping[str, Check] = field(default_factory=dict)
-    notes: tuple[Note, ...] = ()
+    checks: Mapping[str, Check] = field(default_factory=dict)  # by name
+    notes: tuple[Note, ...] = ()  # what was not computed, and why
 
 
 def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:

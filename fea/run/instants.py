@@ -21,21 +21,11 @@ _CYCLE = 720.0
 
 @dataclass(frozen=True)
 class Instants:
-    """The rod at every so many degrees of a cycle.
+    """The rod at every so many degrees of a cycle."""
 
-    Attributes
-    ----------
-    rod
-        With its unit solutions.
-    rpm
-        Engine speed.
-    step
-        Degrees from one instant to the next.
-    """
-
-    rod: PreparedRod
-    rpm: float
-    step: float
+    rod: PreparedRod  # with its unit solutions
+    rpm: float  # engine speed
+    step: float  # degrees from one instant to the next
 
     @property
     def degrees(self) -> list[float]:

@@ -30,20 +30,11 @@ _OMISSION = omission(
 
 @dataclass(frozen=True)
 class Life:
-    """The life of a rod over a duty.
+    """The life of a rod over a duty."""
 
-    Attributes
-    ----------
-    figures
-        Of the worst place; None where no part's S–N line is known.
-    notes
-        What a reader must know beside them, and what the life does not contain.
-    damage
-        (n_nodes,) damage per hour, NaN in parts without an S–N line; None as the figures.
-    """
-
-    figures: LifeFigures | None
-    notes: tuple[Note, ...]
+    figures: LifeFigures | None  # of the worst place; None where no part's S–N line is known
+    notes: tuple[Note, ...]  # what a reader must know beside them, and what the life does not contain
+    # (n_nodes,) damage per hour, NaN in parts without an S–N line; None as the figures
     damage: Floats | None = None
 
     def point_data(self) -> dict[str, Floats]:

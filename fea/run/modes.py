@@ -49,24 +49,12 @@ class ModesFigures:
 
 @dataclass(frozen=True)
 class ModesReport:
-    """Free vibration of a rod.
+    """Free vibration of a rod."""
 
-    Attributes
-    ----------
-    study
-        Its name.
-    speeds
-        At which the orders are told, rpm.
-    mesh
-        The whole rod.
-    modes
-        The six rigid motions first.
-    """
-
-    study: str
-    speeds: tuple[float, ...]
-    mesh: TetMesh
-    modes: Modes
+    study: str  # its name
+    speeds: tuple[float, ...]  # at which the orders are told, rpm
+    mesh: TetMesh  # the whole rod
+    modes: Modes  # the six rigid motions first
 
     @property
     def elastic(self) -> Floats:

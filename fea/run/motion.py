@@ -32,22 +32,13 @@ _EVERY = 15
 
 @dataclass(frozen=True)
 class ParityMotion:
-    """Stress and displacement of one parity about y = 0.
+    """Stress and displacement of one parity about y = 0."""
 
-    Attributes
-    ----------
-    stress
-        (n_rows, 6, n_modes), MPa.
-    displacement
-        (n_rows, 3, n_moving), mm, relative to the bores; of the first modes. None are left where displacement
-        is more than what the unit loads cause, as in parts that slide on each other.
-    courses
-        (n_modes, n_instants).
-    """
-
-    stress: Floats
+    stress: Floats  # (n_rows, 6, n_modes), MPa
+    # (n_rows, 3, n_moving), mm, relative to the bores; of the first modes. None are left where displacement
+    # is more than what the unit loads cause, as in parts that slide on each other.
     displacement: Floats
-    courses: Floats
+    courses: Floats  # (n_modes, n_instants)
 
 
 @dataclass(frozen=True)
@@ -56,34 +47,19 @@ class Motion:
 
     At instant t the stress of row r is E = Σ stress[r] · courses[:, t], and that of a surface node is E of
     its row plus, where there is an odd part, the sign of its y times that part; its `sign` turns components.
-
-    Attributes
-    ----------
-    nodes
-        (n,) surface nodes of the whole rod.
-    row, sign
-        (n,) the row of each, (n, 3) as `mesh.mirror.MirroredMesh.sign`.
-    even, odd
-        The parts about y = 0; the second is None where the rod is not cut there.
-    angles
-        (n_instants,) crank angles, rad.
-    error
-        Largest von Mises stress of what the modes leave out, relative to the peak.
-    peak
-        The largest von Mises stress of the cycle that counts, MPa.
-    strength
-        (n_rows,) yield strength of the part whose stress a row shows, MPa.
     """
 
-    nodes: Ints
+    nodes: Ints  # (n,) surface nodes of the whole rod
+    # row, sign: (n,) the row of each, (n, 3) as `mesh.mirror.MirroredMesh.sign`
     row: Ints
     sign: Floats
+    # even, odd: the parts about y = 0; the second is None where the rod is not cut there
     even: ParityMotion
     odd: ParityMotion | None
-    angles: Floats
-    error: float
-    peak: float
-    strength: Floats
+    angles: Floats  # (n_instants,) crank angles, rad
+    error: float  # largest von Mises stress of what the modes leave out, relative to the peak
+    peak: float  # the largest von Mises stress of the cycle that counts, MPa
+    strength: Floats  # (n_rows,) yield strength of the part whose stress a row shows, MPa
 
     @property
     def moves(self) -> bool:

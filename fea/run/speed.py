@@ -112,30 +112,14 @@ def _balance(mesh: MeshedRod, solved: Equilibrium) -> dict[str, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedResult:
-    """Everything found at one speed.
+    """Everything found at one speed."""
 
-    Attributes
-    ----------
-    rpm
-        None where forces are given instead of an engine.
-    loads
-        The load cases, with their notes.
-    cases
-        One result per load case, by its name.
-    checks
-        By name.
-    notes
-        What a reader must know beside the figures, and what was not computed.
-    cycle
-        The whole crank cycle, where it was asked for.
-    """
-
-    rpm: float | None
-    loads: SpeedLoads
-    cases: Mapping[str, CaseResult]
-    checks: Mapping[str, Check]
-    notes: tuple[Note, ...]
-    cycle: CycleResult | None = None
+    rpm: float | None  # none where forces are given instead of an engine
+    loads: SpeedLoads  # the load cases, with their notes
+    cases: Mapping[str, CaseResult]  # one result per load case, by its name
+    checks: Mapping[str, Check]  # by name
+    notes: tuple[Note, ...]  # what a reader must know beside the figures, and what was not computed
+    cycle: CycleResult | None = None  # the whole crank cycle, where it was asked for
 
     @property
     def trusted(self) -> bool:

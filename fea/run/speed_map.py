@@ -55,19 +55,13 @@ MODES = {
 
 @dataclass(frozen=True)
 class SpeedMap:
-    """The worst of the cycle at several speeds.
+    """The worst of the cycle at several speeds."""
 
-    Attributes
-    ----------
-    columns
-        (n_speeds,) by the names of `COLUMNS`, speeds increasing; NaN where fatigue is not judged. Crossland's
-        factor is the least of the whole rod at speeds that were run in full, at others that of the worst
-        places against yielding and fatigue. Of buckling the least of every case.
-    critical
-        Lowest speed, rpm, from which each of `MODES` fails; None where it does not within the map.
-    """
-
+    # (n_speeds,) by the names of `COLUMNS`, speeds increasing; NaN where fatigue is not judged. Crossland's
+    # factor is the least of the whole rod at speeds that were run in full, at others that of the worst places
+    # against yielding and fatigue. Of buckling the least of every case.
     columns: dict[str, Floats]
+    # Lowest speed, rpm, from which each of `MODES` fails; None where it does not within the map
     critical: Mapping[str, float | None]
 
 

@@ -28,38 +28,22 @@ COUNTED, LEAST = 16, 0.2
 
 @dataclass(frozen=True)
 class DutyEntry:
-    """The crank cycle at one entry of a duty.
+    """The crank cycle at one entry of a duty."""
 
-    Attributes
-    ----------
-    weights
-        Of the unit solutions, at instants in the order of time.
-    rate
-        Cycles per hour of the duty.
-    """
-
-    weights: Weights
-    rate: float
+    weights: Weights  # of the unit solutions, at instants in the order of time
+    rate: float  # cycles per hour of the duty
 
 
 @dataclass(frozen=True)
 class WorstLife:
-    """The place of the largest damage.
+    """The place of the largest damage."""
 
-    Attributes
-    ----------
-    node, part
-        Node on the whole rod; number of its part.
-    line
-        Its S–N line.
-    amplitude, rate, entry
-        (n_cycles,) of the cycles counted there: fully reversed amplitude, MPa, number per hour, and entry of
-        the duty.
-    """
-
+    # node, part: node on the whole rod; number of its part
     node: int
     part: int
-    line: LifeLine
+    line: LifeLine  # its S–N line
+    # amplitude, rate, entry: (n_cycles,) of the cycles counted there: fully reversed amplitude, MPa, number
+    # per hour, and entry of the duty
     amplitude: Floats
     rate: Floats
     entry: Ints
@@ -72,18 +56,10 @@ class WorstLife:
 
 @dataclass(frozen=True)
 class DutyDamage:
-    """What a duty does to a rod.
+    """What a duty does to a rod."""
 
-    Attributes
-    ----------
-    per_hour
-        (n_nodes,) damage per hour on the whole rod; NaN in parts without an S–N line.
-    worst
-        The place of the largest.
-    """
-
-    per_hour: Floats
-    worst: WorstLife
+    per_hour: Floats  # (n_nodes,) damage per hour on the whole rod; NaN in parts without an S–N line
+    worst: WorstLife  # the place of the largest
 
 
 def duty_damage(analysis: CycleAnalysis, entries: Sequence[DutyEntry]) -> DutyDamage | None:

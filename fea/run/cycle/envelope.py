@@ -31,47 +31,35 @@ NOT_JUDGED = -1.0
 
 @dataclass(frozen=True)
 class Envelope:
-    """Extreme values over the cycle on the whole rod, each (n_nodes,).
+    """Extreme values over the cycle on the whole rod, each (n_nodes,)."""
 
-    Attributes
-    ----------
-    von_mises, crank_angle
-        Largest von Mises stress, MPa, and its crank angle, rad; at an interface, the larger of both parts.
-    principal_1, principal_3
-        Largest and least principal stress, MPa; at an interface, of both parts.
-    mean, amplitude, ratio
-        Of the signed equivalent stress (see `fea.judge.history`), MPa; R = least over largest. They belong
-        to the fatigue factor.
-    safety_factor
-        Against yielding, at most `fea.judge.verdict.CAP`.
-    usage, usage_angle
-        Largest von Mises stress over yield strength, and its crank angle, rad.
-    fatigue_factor
-        Against fatigue: None if no part's strengths are known, NaN at nodes of parts whose are not.
-    crossland_factor
-        By Crossland's criterion (`fea.run.cycle.envelope`): None and NaN likewise.
-    part, fatigue_part
-        At an interface, the part that is closer to yielding, and the part that the mean, amplitude and ratio
-        belong to: the one with the smaller fatigue factor or, if none is known, the one closer to yielding.
-    endurance
-        Endurance limit with the factor of the surface, MPa, of `fatigue_part`, NaN where it is not known;
-        None if every surface is as good as polished.
-    """
-
+    # von_mises, crank_angle: largest von Mises stress, MPa, and its crank angle, rad; at an interface, the
+    # larger of both parts
     von_mises: Floats
     crank_angle: Floats
+    # principal_1, principal_3: largest and least principal stress, MPa; at an interface, of both parts
     principal_1: Floats
     principal_3: Floats
+    # mean, amplitude, ratio: of the signed equivalent stress (see `fea.judge.history`), MPa; R = least over
+    # largest. They belong to the fatigue factor.
     mean: Floats
     amplitude: Floats
     ratio: Floats
-    safety_factor: Floats
+    safety_factor: Floats  # against yielding, at most `fea.judge.verdict.CAP`
+    # usage, usage_angle: largest von Mises stress over yield strength, and its crank angle, rad
     usage: Floats
     usage_angle: Floats
+    # Against fatigue: None if no part's strengths are known, NaN at nodes of parts whose are not
     fatigue_factor: Floats | None
+    # By Crossland's criterion (`fea.run.cycle.envelope`): None and NaN likewise
     crossland_factor: Floats | None
+    # part, fatigue_part: at an interface, the part that is closer to yielding, and the part that the mean,
+    # amplitude and ratio belong to: the one with the smaller fatigue factor or, if none is known, the one
+    # closer to yielding
     part: Ints
     fatigue_part: Ints
+    # Endurance limit with the factor of the surface, MPa, of `fatigue_part`, NaN where it is not known; None
+    # if every surface is as good as polished
     endurance: Floats | None = None
 
     def point_data(self) -> dict[str, npt.NDArray[np.floating[Any]]]:

@@ -23,24 +23,12 @@ _EVERY, _SOME, _NODES = 3, 5, 4000
 
 @dataclass(frozen=True)
 class Modes:
-    """Fields whose sum, each times its course, is the stress at every instant.
+    """Fields whose sum, each times its course, is the stress at every instant."""
 
-    Attributes
-    ----------
-    stress
-        (n_nodes, 6, n_modes), MPa, components XX YY ZZ XY YZ XZ.
-    courses
-        (n_modes, n_instants), at most 1 in size.
-    loads
-        (n_units, n_modes) weights of the unit loads that cause each field.
-    error
-        Largest von Mises stress of what is missing at any node and instant looked at, MPa.
-    """
-
-    stress: Floats
-    courses: Floats
-    loads: Floats
-    error: float
+    stress: Floats  # (n_nodes, 6, n_modes), MPa, components XX YY ZZ XY YZ XZ
+    courses: Floats  # (n_modes, n_instants), at most 1 in size
+    loads: Floats  # (n_units, n_modes) weights of the unit loads that cause each field
+    error: float  # largest von Mises stress of what is missing at any node and instant looked at, MPa
 
 
 def modes(units: Reals, weights: Floats, tolerance: float) -> Modes:

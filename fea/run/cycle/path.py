@@ -24,24 +24,12 @@ _ROUNDING = 1e-3
 
 @dataclass(frozen=True)
 class Path:
-    """The instants of a cycle in order.
+    """The instants of a cycle in order."""
 
-    Attributes
-    ----------
-    weights
-        At every instant.
-    ends
-        (n_chords + 1,) the instants at which chords begin and end.
-    strays
-        (m, n_chords) largest sizes of δ, as of `sizes`, of the even and the odd weights.
-    joint
-        Unit loads whose deviations are bounded jointly.
-    """
-
-    weights: Weights
-    ends: Ints
-    strays: Weights
-    joint: JointBounds
+    weights: Weights  # at every instant
+    ends: Ints  # (n_chords + 1,) the instants at which chords begin and end
+    strays: Weights  # (m, n_chords) largest sizes of δ, as of `sizes`, of the even and the odd weights
+    joint: JointBounds  # unit loads whose deviations are bounded jointly
 
     def at_ends(self) -> Weights:
         """Weights at the ends of the chords."""

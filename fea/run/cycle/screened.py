@@ -68,18 +68,10 @@ _TINY = 1e-30
 
 @dataclass(frozen=True)
 class Reach(Extremes):
-    """Extremes, and bounds for Crossland's criterion, each (n,), MPa.
+    """Extremes, and bounds for Crossland's criterion, each (n,), MPa."""
 
-    Attributes
-    ----------
-    radius
-        Of a ball, not quite the smallest, that encloses the path of the deviatoric vectors.
-    tension
-        Upper bound of the largest mean (hydrostatic) stress.
-    """
-
-    radius: Any
-    tension: Any
+    radius: Any  # of a ball, not quite the smallest, that encloses the path of the deviatoric vectors
+    tension: Any  # upper bound of the largest mean (hydrostatic) stress
 
 
 def extremes(parts: Sequence[PartStress], path: Path, sides: tuple[int, ...]) -> list[list[Reach]]:

@@ -129,35 +129,19 @@ class PartRows:
 
 @dataclass(frozen=True)
 class Place:
-    """The worst place against one mode of failure.
+    """The worst place against one mode of failure."""
 
-    Attributes
-    ----------
-    factor
-        Its safety factor.
-    at
-        (3,) mm.
-    crank_angle
-        Of the largest von Mises stress, rad; None if it does not occur in the cycle.
-    mean, amplitude, ratio
-        Of the signed equivalent stress, MPa.
-    crossland
-        Crossland's factor there, or None if it is not known.
-    endurance
-        Endurance limit there with the factor of the surface, MPa, or None if it is not known.
-    region
-        Of the surface; None inside the solid.
-    """
-
-    factor: float
-    at: Floats
-    crank_angle: float | None
+    factor: float  # its safety factor
+    at: Floats  # (3,) mm
+    crank_angle: float | None  # of the largest von Mises stress, rad; None if it does not occur in the cycle
+    # mean, amplitude, ratio: of the signed equivalent stress, MPa
     mean: float
     amplitude: float
     ratio: float
-    crossland: float | None
+    crossland: float | None  # crossland's factor there, or None if it is not known
+    # Endurance limit there with the factor of the surface, MPa, or None if it is not known
     endurance: float | None = None
-    region: Region | None = None
+    region: Region | None = None  # of the surface; None inside the solid
 
 
 @dataclass(frozen=True)
@@ -174,20 +158,11 @@ class CasePeak:
 
 @dataclass(frozen=True)
 class Worst:
-    """The worst of the cycle at one speed.
+    """The worst of the cycle at one speed."""
 
-    Attributes
-    ----------
-    rpm
-        The speed.
-    cases
-        The peak cases.
-    yielding, fatigue
-        The worst places; fatigue is None if no part's strengths are known.
-    """
-
-    rpm: float
-    cases: tuple[CasePeak, ...]
+    rpm: float  # the speed
+    cases: tuple[CasePeak, ...]  # the peak cases
+    # yielding, fatigue: the worst places; fatigue is None if no part's strengths are known
     yielding: Place
     fatigue: Place | None
 

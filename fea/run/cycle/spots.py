@@ -18,25 +18,14 @@ APART = 0.1
 
 @dataclass(frozen=True)
 class Spot:
-    """One of the worst places.
+    """One of the worst places."""
 
-    Attributes
-    ----------
-    node, part
-        Node on the whole rod; number of the part that the stress belongs to.
-    place
-        (3,) mm.
-    stress
-        (6, n_instants), MPa, components XX YY ZZ XY YZ XZ.
-    signed
-        (n_instants,) signed von Mises stress, MPa.
-    """
-
+    # node, part: node on the whole rod; number of the part that the stress belongs to
     node: int
     part: int
-    place: Floats
-    stress: Floats
-    signed: Floats
+    place: Floats  # (3,) mm
+    stress: Floats  # (6, n_instants), MPa, components XX YY ZZ XY YZ XZ
+    signed: Floats  # (n_instants,) signed von Mises stress, MPa
 
 
 def distinct(points: Floats, factor: Floats, length: float) -> list[int]:

@@ -40,61 +40,30 @@ _AWAY = warning(
 
 @dataclass(frozen=True)
 class CycleResult:
-    """A cycle at one speed.
+    """A cycle at one speed."""
 
-    Attributes
-    ----------
-    angles
-        (n_instants,) crank angles of the histories, rad: every degree.
-    envelope
-        On the whole rod.
-    spots
-        The worst places against yielding, the worst first.
-    weakest
-        The worst place against fatigue, or None if no fatigue strength is known.
-    superposition
-        Largest difference between superposed and directly solved von Mises stress over the peak cases,
-        relative to the largest stress of each case.
-    of_parts
-        The same at the worst instants of a cycle that friction makes differ from the peak cases, relative to
-        the largest stress of each part; None for a rod of one piece.
-    series_error
-        Largest error of the series of the bore pressure, relative to its peak.
-    unit_solutions
-        Number of unit solutions.
-    jumps
-        Whether the bore pressure jumps at the ends of its arc.
-    known_notes
-        Notes about the material for the user.
-    multiaxial
-        The worst place by Crossland's criterion, or None if no endurance limit is known.
-    counts
-        (n_nodes,) nodes that count: those that are not near a stress singularity.
-    touches
-        Contact of the pins with the bores at every degree; empty where their pressure is prescribed.
-    states
-        Bolts and interfaces at every degree; empty for a rod of one piece.
-    regions
-        Of the surface of the whole rod.
-    weights
-        Of the unit loads at every degree.
-    """
-
-    angles: Floats
-    envelope: Envelope
-    spots: tuple[Spot, ...]
-    weakest: Spot | None
+    angles: Floats  # (n_instants,) crank angles of the histories, rad: every degree
+    envelope: Envelope  # on the whole rod
+    spots: tuple[Spot, ...]  # the worst places against yielding, the worst first
+    weakest: Spot | None  # the worst place against fatigue, or None if no fatigue strength is known
+    # Largest difference between superposed and directly solved von Mises stress over the peak cases, relative
+    # to the largest stress of each case
     superposition: float
+    # The same at the worst instants of a cycle that friction makes differ from the peak cases, relative to
+    # the largest stress of each part; None for a rod of one piece
     of_parts: float | None
-    series_error: float
-    unit_solutions: int
-    jumps: bool
-    counts: Mask
-    regions: SurfaceRegions
-    weights: Weights
-    known_notes: tuple[Note, ...] = ()
+    series_error: float  # largest error of the series of the bore pressure, relative to its peak
+    unit_solutions: int  # number of unit solutions
+    jumps: bool  # whether the bore pressure jumps at the ends of its arc
+    counts: Mask  # (n_nodes,) nodes that count: those that are not near a stress singularity
+    regions: SurfaceRegions  # of the surface of the whole rod
+    weights: Weights  # of the unit loads at every degree
+    known_notes: tuple[Note, ...] = ()  # notes about the material for the user
+    # The worst place by Crossland's criterion, or None if no endurance limit is known
     multiaxial: Spot | None = None
+    # Contact of the pins with the bores at every degree; empty where their pressure is prescribed
     touches: tuple[Mapping[Surface, Touch], ...] = ()
+    # Bolts and interfaces at every degree; empty for a rod of one piece
     states: tuple[AssemblyState, ...] = ()
 
     def checks(self) -> dict[str, Check]:
@@ -132,34 +101,17 @@ class CycleResult:
 
 @dataclass(frozen=True)
 class CycleAnalysis:
-    """Superposes the unit solutions of a rod.
+    """Superposes the unit solutions of a rod."""
 
-    Attributes
-    ----------
-    mesh
-        The meshed rod.
-    materials
-        One per part.
-    loads, units
-        The unit loads and their solutions.
-    fatigue
-        The mean-stress correction.
-    masked
-        Nodes of the cell near stress singularities, which do not count.
-    regions
-        Of the surface of the cell.
-    direct
-        Stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads.
-    """
-
-    mesh: MeshedRod
-    materials: tuple[Material, ...]
+    mesh: MeshedRod  # the meshed rod
+    materials: tuple[Material, ...]  # one per part
+    # loads, units: the unit loads and their solutions
     loads: UnitLoads
     units: UnitSolutions
-    fatigue: Fatigue
-    masked: Mask
-    regions: SurfaceRegions
-    direct: Direct
+    fatigue: Fatigue  # the mean-stress correction
+    masked: Mask  # nodes of the cell near stress singularities, which do not count
+    regions: SurfaceRegions  # of the surface of the cell
+    direct: Direct  # stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads
 
     @property
     def counts(self) -> Mask:

@@ -30,22 +30,13 @@ RECOVERED = 24
 
 @dataclass(frozen=True)
 class PartStress:
-    """Unit stresses of one part.
+    """Unit stresses of one part."""
 
-    Attributes
-    ----------
-    nodes
-        (n,) its nodes in the cell.
-    even, odd
-        (n, 6, n_units), MPa, of the unit loads of each parity.
-    joint
-        Unit loads whose deviations are bounded jointly.
-    """
-
-    nodes: Ints
+    nodes: Ints  # (n,) its nodes in the cell
+    # even, odd: (n, 6, n_units), MPa, of the unit loads of each parity
     even: Floats
     odd: Floats
-    joint: JointBounds = NOT_JOINT
+    joint: JointBounds = NOT_JOINT  # unit loads whose deviations are bounded jointly
 
     def histories(self, weights: Weights, sides: tuple[int, ...], rows: slice | Ints) -> list[Floats]:
         """Histories (n, 6, n_instants) of some nodes, and of their images across y = 0 (side −1).
@@ -66,23 +57,12 @@ class UnitSolutions:
 
     They take 48 bytes per node of the cell and unit load, 3.5 kB per node for the 74 of a half cosine, or
     half of that where they are very large.
-
-    Attributes
-    ----------
-    parts
-        Unit stresses, one entry per part.
-    sides
-        (1, −1) if the cell represents its image across y = 0 too, else (1,).
-    count
-        Number of unit loads solved.
-    backward_error
-        The largest backward error of the solutions.
     """
 
-    parts: tuple[PartStress, ...]
-    sides: tuple[int, ...]
-    count: int
-    backward_error: float
+    parts: tuple[PartStress, ...]  # unit stresses, one entry per part
+    sides: tuple[int, ...]  # (1, −1) if the cell represents its image across y = 0 too, else (1,)
+    count: int  # number of unit loads solved
+    backward_error: float  # the largest backward error of the solutions
 
     @property
     def joint(self) -> JointBounds:
