@@ -1,4 +1,7 @@
-"""One guess of what touches, opens and slips: its solution, and how that violates contact or friction."""
+"""One guess of what touches, opens and slips: its solution, and how that violates contact or friction.
+
+Where a place is guessed to open or to slip, the laws of contact and friction are linear in what is unknown.
+"""
 
 from dataclasses import dataclass, replace
 from functools import cached_property

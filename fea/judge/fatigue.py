@@ -1,8 +1,13 @@
-"""Safety factor against fatigue from mean stress and stress amplitude: Goodman, Gerber, Soderberg.
+"""Safety factors against fatigue: Goodman, Gerber, Soderberg; Crossland for multiaxial histories.
 
 n is the factor by which mean and amplitude may grow together until the line of the criterion is reached
 (Budynas & Nisbett, Shigley's Mechanical Engineering Design, 9th ed., section 6-12). A compressive mean
 stress gives no benefit: then n = S_e/σ_a.
+
+Crossland (1956), for histories that need not be proportional: √J₂,a + α σ_H,max ≤ β, with the amplitude of
+the deviatoric stress, which is the radius of the smallest ball that encloses its path, and the largest
+hydrostatic stress. From the endurance limits f (fully reversed tension) and t (fully reversed torsion):
+β = t, α = 3t/f − √3.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -19,13 +24,8 @@ from geometry.errors import require
 
 
 def goodman(mean: Floats, amplitude: Floats, endurance: Floats | float, ultimate: float) -> Floats:
-    """Return n of σ_a/S_e + σ_m/S_u = 1/n (modified Goodman)."""
+    """Return n of σ_a/S_e + σ_m/S_u = 1/n (modified Goodman; Soderberg with S_y in place of S_u)."""
     return _inverse(amplitude / endurance + np.maximum(mean, 0) / ultimate)
-
-
-def soderberg(mean: Floats, amplitude: Floats, endurance: Floats | float, yield_strength: float) -> Floats:
-    """Return n of σ_a/S_e + σ_m/S_y = 1/n."""
-    return goodman(mean, amplitude, endurance, yield_strength)
 
 
 def gerber(mean: Floats, amplitude: Floats, endurance: Floats | float, ultimate: float) -> Floats:
@@ -38,7 +38,7 @@ def gerber(mean: Floats, amplitude: Floats, endurance: Floats | float, ultimate:
 _LINES: dict[Fatigue, Callable[[Floats, Floats, Floats | float, float], Floats]] = {
     Fatigue.GOODMAN: goodman,
     Fatigue.GERBER: gerber,
-    Fatigue.SODERBERG: soderberg,
+    Fatigue.SODERBERG: goodman,
 }
 
 

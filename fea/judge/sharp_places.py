@@ -76,10 +76,6 @@ class SharpPlace:
             return None
         return self.notch.radius(self.yield_strength / required / self.plane)
 
-    def peak_with(self, radius: float) -> float | None:
-        """Von Mises stress at the peak of a fillet, MPa; None where the flanks do not tell."""
-        return None if self.notch is None else self.plane * abs(self.notch.peak(radius))
-
 
 def worst_of_edges(cases: Iterable[Sequence[SharpPlace]]) -> list[SharpPlace]:
     """Return each edge once, as it is in the load case where its safety factor is least."""

@@ -2,7 +2,9 @@
 
 Second-order displacement with a separate linear pressure neither locks nor has an oscillating mean stress, at
 any Poisson's ratio. The displacement part contains only 2 μ ε, so that the factorised matrix is as well
-conditioned as that of steel; the other parts keep their ordinary stiffness.
+conditioned as that of steel; the other parts keep their ordinary stiffness. The pressure is linear in each
+element and continuous within each part, positive in tension: σ = 2 μ ε + p I, with p = λ ∇·u on average over
+the elements of a vertex.
 """
 
 from collections.abc import Callable, Sequence

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from fea.base.choices import BoltGrade, ThreadRolled
-from fea.judge.bolt import Bolt, BoltResult, JointResult
+from fea.judge.bolt import Bolt, BoltResult
 from fea.judge.vdi2230 import (
     ClampedParts,
     Lever,
@@ -206,21 +206,3 @@ def test_a_bolt_over_a_cycle():
 def test_working_stress_grows_with_the_force(force, more):
     assert bolt().working_stress(force) < bolt().working_stress(force + more)
     assert bolt().working_stress(force, torsion=False) < bolt().working_stress(force)
-
-
-def test_a_joint_over_load_cases():
-    load = np.array([0.0, 20e3, -10e3])
-    bolts, clamp = 70e3 + 0.2 * load, 70e3 - 0.8 * load
-    shear = np.array([0.0, 3e3, -5e3])
-    found = JointResult.of(bolts, clamp, shear, assembled=(70e3, 70e3), friction=0.15)
-    assert (found.least_at, found.least_clamp) == (1, pytest.approx(54e3))
-    assert found.load_factor == pytest.approx(0.2)
-    assert found.slip_safety == pytest.approx(min(0.15 * 54e3 / 3e3, 0.15 * 78e3 / 5e3))
-    scattered = JointResult.of(
-        bolts, clamp, shear, assembled=(70e3, 70e3), friction=0.15, tightening_factor=1.4
-    )
-    assert scattered.least_clamp == pytest.approx(54e3 - 20e3)
-    calm = JointResult.of(bolts[:1], clamp[:1], shear[:1], assembled=(70e3, 70e3), friction=0.15)
-    assert (calm.slip_safety, calm.load_factor) == (math.inf, None)
-    open_ = JointResult.of(bolts, clamp * [1, 0, 1], shear, assembled=(70e3, 70e3), friction=0.15)
-    assert (open_.least_clamp, open_.load_factor, open_.slip_safety) == (0.0, None, 0.0)

@@ -11,7 +11,9 @@ from fea.study.presets import MATERIALS
 
 def notes(piston_mass_kg=0.5, bore_mm=80.0, **constants):
     material = MaterialTable(preset="leon-2001", **constants).material()
-    return unit_notes([material], EngineTable(90.0, bore_mm, piston_mass_kg).engine(150.0))
+    return unit_notes(
+        [material], EngineTable(stroke_mm=90.0, bore_mm=bore_mm, piston_mass_kg=piston_mass_kg).engine(150.0)
+    )
 
 
 @pytest.mark.parametrize("preset", MATERIALS)
