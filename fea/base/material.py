@@ -11,7 +11,7 @@ from geometry.errors import require, require_number, require_positive
 
 
 @dataclass(frozen=True)
-class Skin:
+class SurfaceFinish:
     """How a region of a part's surface was made.
 
     Attributes
@@ -44,12 +44,12 @@ class Marin:
     size: float = 1.0
     load: float = 1.0
     reliability: float = 1.0
-    bores: Skin = Skin()
-    faces: Skin = Skin()
-    rest: Skin = Skin()
+    bores: SurfaceFinish = SurfaceFinish()
+    faces: SurfaceFinish = SurfaceFinish()
+    rest: SurfaceFinish = SurfaceFinish()
 
     @property
-    def surfaces(self) -> dict[Region, Skin]:
+    def surfaces(self) -> dict[Region, SurfaceFinish]:
         """How each region was made."""
         return {Region.BORES: self.bores, Region.FACES: self.faces, Region.REST: self.rest}
 

@@ -96,7 +96,7 @@ def require_lines(materials: Iterable[Material]) -> None:
         See `LifeLine.of`.
     """
     for material in materials:
-        LifeLine.of(material, np.array([skin.factor for skin in material.marin.surfaces.values()]))
+        LifeLine.of(material, np.array([surface.factor for surface in material.marin.surfaces.values()]))
 
 
 def rainflow(history: Floats) -> tuple[Floats, Floats]:

@@ -78,12 +78,12 @@ def _endurance(material: Material, limit: float) -> EnduranceFigures:
         reliability_factor=marin.reliability,
         regions={
             region.value: SurfaceFigures(
-                finish=skin.finish,
-                surface_factor=skin.factor,
-                endurance_MPa=limit * skin.factor,
-                assumed=skin.assumed or None,
+                finish=surface.finish,
+                surface_factor=surface.factor,
+                endurance_MPa=limit * surface.factor,
+                assumed=surface.assumed or None,
             )
-            for region, skin in marin.surfaces.items()
+            for region, surface in marin.surfaces.items()
         },
     )
 

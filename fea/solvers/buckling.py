@@ -7,7 +7,7 @@ is symmetric about it.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import reduce
+from functools import partial, reduce
 from itertools import product
 
 import numpy as np
@@ -18,8 +18,7 @@ from fea.solid.assembly import GeometricStiffness
 from fea.solid.bore_motion import SLIDE_Y, SLIDE_Z, TURN_X, TURN_Z, Held, has_parity, mean_motions, motions
 from fea.solid.parity import Parity
 from fea.solvers.constrained import Constrained, constrained, stopping
-from fea.solvers.linear.amg import Operator
-from fea.solvers.linear.choice import LinearSolver, linear_solver
+from fea.solvers.linear.choice import linear_solver
 from fea.solvers.ritz import Space, largest, orthonormal, ritz_values
 from fea.solvers.static import Model
 from geometry.arrays import Floats
@@ -163,7 +162,7 @@ class Buckling:
             parities = side, Parity.ANTISYMMETRIC
             fixed = stopping(self._mesh, parities)
             solver.factorise(slot, model.stiffness.constrained(fixed))
-            bodies[side] = constrained(self._mesh, self._ends, parities, fixed, _solve_in(solver, slot))
+            bodies[side] = constrained(self._mesh, self._ends, parities, fixed, partial(solver.solve, slot))
         return bodies
 
     def _first(self, parity_z: Parity) -> Space:
@@ -198,7 +197,3 @@ class Buckling:
         return np.concatenate(
             [bodies[side].solve(part) for side, part in zip(self._sides, parts, strict=True)]
         )
-
-
-def _solve_in(solver: LinearSolver, slot: int) -> Operator:
-    return lambda f: solver.solve(slot, f)

@@ -16,7 +16,7 @@ from scipy import sparse
 from fea.base.material import Material
 from fea.solid.element import COMPONENTS
 from fea.solid.parity import Parity
-from fea.stress.boundary_skin import Edges, facet_normals, fans, shared_edges, skin
+from fea.stress.boundary import BoundarySurface
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import FACET_EDGES, TetMesh
@@ -79,43 +79,42 @@ class SurfaceStress:
     def __init__(self, mesh: TetMesh, surfaces: tuple[Surface, ...], planes: tuple[Surface, ...]) -> None:
         self.surfaces = surfaces
         unknown = [s for s in mesh.facets if s not in surfaces and s not in planes]
-        self.skin = skin(mesh, [*surfaces, *unknown], planes)
-        normals = facet_normals(self.skin.points, self.skin.facets)
-        edges = shared_edges(self.skin, normals)
-        fan = fans(self.skin, edges)
+        self.boundary = BoundarySurface.of(mesh, [*surfaces, *unknown], planes)
+        normals, fan = self.boundary.normals, self.boundary.fans
 
         # Fans around vertices of the mesh itself.
-        corner_facet, corner = np.nonzero(self.skin.facets[:, :3] < len(mesh.points))
-        known = self.skin.label[corner_facet] < len(surfaces)
+        corner_facet, corner = np.nonzero(self.boundary.facets[:, :3] < len(mesh.points))
+        known = self.boundary.label[corner_facet] < len(surfaces)
         corner_facet, corner = corner_facet[known], corner[known]
         _, number = np.unique(fan[corner_facet, corner], return_inverse=True)
         n_fans = int(number.max(initial=-1)) + 1
         vertex = np.empty(n_fans, dtype=np.int64)
-        vertex[number] = self.skin.facets[corner_facet, corner]
+        vertex[number] = self.boundary.facets[corner_facet, corner]
         label = np.empty(n_fans, dtype=np.int64)
-        label[number] = self.skin.label[corner_facet]
+        label[number] = self.boundary.label[corner_facet]
         normal = np.zeros((n_fans, 3))
         np.add.at(normal, number, normals[corner_facet, corner])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
 
-        self._origin, self._tangent = self.skin.points[vertex], _tangents(normal)
-        self._fit(mesh.order, number, self.skin.facets[corner_facet])
+        self._origin, self._tangent = self.boundary.points[vertex], _tangents(normal)
+        self._fit(mesh.order, number, self.boundary.facets[corner_facet])
         turn = (normals[corner_facet] * normal[number, None]).sum(axis=2).min(axis=1)
         self._usable[number[turn < LEAST_COSINE]] = False
-        served = [self.skin.facets[corner_facet, corner]]
+        served = [self.boundary.facets[corner_facet, corner]]
         if mesh.order == 2:
-            served += [self.skin.facets[corner_facet, 3 + (corner + back) % 3] for back in (0, 2)]
-        self._serve(mesh.order, number, np.stack(served, axis=1), self._open_nodes(mesh, edges))
+            served += [self.boundary.facets[corner_facet, 3 + (corner + back) % 3] for back in (0, 2)]
+        self._serve(mesh.order, number, np.stack(served, axis=1), self._open_nodes(mesh))
         self._label = label[self._fan]
         self._frame()
         self._known: dict[tuple[float, float], tuple[Floats, Floats]] = {}
 
-    def _open_nodes(self, mesh: TetMesh, edges: Edges) -> Mask:
+    def _open_nodes(self, mesh: TetMesh) -> Mask:
         """Nodes of the mesh that lie on known surfaces only and not on an inner edge."""
-        facets, label = self.skin.facets, self.skin.label
-        allowed = np.zeros(len(self.skin.points), dtype=bool)
+        facets, label = self.boundary.facets, self.boundary.label
+        allowed = np.zeros(len(self.boundary.points), dtype=bool)
         allowed[facets] = True
         allowed[facets[label >= len(self.surfaces)]] = False
+        edges = self.boundary.edges
         facet, place = edges.facet[~edges.convex, 0], edges.place[~edges.convex, 0]
         allowed[facets[facet[:, None], FACET_EDGES[place]]] = False
         if facets.shape[1] == 6:
@@ -124,7 +123,7 @@ class SurfaceStress:
 
     def _fit(self, order: int, number: Ints, facets: Ints) -> None:
         """Compute the linear map from nodal values to the polynomial of each fan."""
-        n_ext = len(self.skin.points)
+        n_ext = len(self.boundary.points)
         pairs = np.unique((number[:, None] * n_ext + facets).ravel())
         fan, node = np.divmod(pairs, n_ext)
         start = _groups(fan)
@@ -146,14 +145,14 @@ class SurfaceStress:
 
     def _flattened(self, fan: Ints, node: Ints) -> Floats:
         """Coordinates (n, 2) of nodes in the tangent plane at their fan's vertex."""
-        away = self.skin.points[node] - self._origin[fan]
+        away = self.boundary.points[node] - self._origin[fan]
         return np.stack([(away * tangent[fan]).sum(axis=1) for tangent in self._tangent], axis=1)
 
     def _serve(self, order: int, number: Ints, nodes: Ints, allowed: Mask) -> None:
         """List the nodes of each fan: its vertex and the mid-edge nodes next to it."""
         n_points = len(allowed)
-        key = np.unique((nodes + number[:, None] * len(self.skin.points)).ravel())
-        fan, node = np.divmod(key, len(self.skin.points))
+        key = np.unique((nodes + number[:, None] * len(self.boundary.points)).ravel())
+        fan, node = np.divmod(key, len(self.boundary.points))
         mine = node < n_points
         blocked = np.zeros(n_points, dtype=bool)
         blocked[node[mine & ~self._usable[fan]]] = True
@@ -168,14 +167,14 @@ class SurfaceStress:
         self._slopes = _monomial_slopes(place, order)
 
     def _derivatives(self, values: Floats) -> Floats:
-        """Derivatives (n_served, 2, …) of values (n, …) on the skin along the surface coordinates."""
+        """Derivatives (n_served, 2, …) of values (n, …) on the boundary along the surface coordinates."""
         n_terms = self._slopes.shape[2]
         terms = (self._polynomial @ values.reshape(len(values), -1)).reshape(len(self._scale), n_terms, -1)
         return np.asarray((self._slopes @ terms[self._fan]).reshape(-1, 2, *values.shape[1:]))
 
     def _frame(self) -> None:
         """Orthonormal frame at each served place, and the directions in surface coordinates."""
-        tangent = self._derivatives(self.skin.points)
+        tangent = self._derivatives(self.boundary.points)
         first = tangent[:, 0] / np.linalg.norm(tangent[:, 0], axis=1, keepdims=True)
         normal = np.cross(tangent[:, 0], tangent[:, 1])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
@@ -193,7 +192,7 @@ class SurfaceStress:
     ) -> Floats:
         """Stress (n_nodes, 6, n_cases), MPa, at `nodes`; parameters as for `Recovery.nodal_stress`."""
         from_slope, from_traction = self._operators(material.youngs_modulus, material.poissons_ratio)
-        slope = self._derivatives(self.skin.displacement(displacement, parity))
+        slope = self._derivatives(self.boundary.displacement(displacement, parity))
         parts = from_slope @ slope.reshape(len(slope), 6, -1)
         for surface, values in traction.items():
             mine = np.flatnonzero(self._label == self.surfaces.index(surface))

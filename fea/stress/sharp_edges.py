@@ -9,7 +9,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from fea.solid.element import shape_functions
-from fea.stress.boundary_skin import Edges, Skin, facet_normals, shared_edges, skin
+from fea.stress.boundary import BoundarySurface
 from geometry.arrays import Floats, Ints, Mask
 from mesh.creases import Creases
 from mesh.tetmesh import FACET_EDGES, TetMesh
@@ -165,9 +165,8 @@ class SharpEdges:
     @classmethod
     def of(cls, mesh: TetMesh, creases: Creases) -> "SharpEdges | None":
         """Find them on the whole rod; None where there are none."""
-        body = skin(mesh, list(mesh.facets), ())
-        normals = facet_normals(body.points, body.facets)
-        edges = shared_edges(body, normals)
+        body = BoundarySurface.of(mesh, list(mesh.facets))
+        edges = body.edges
         ends = body.facets[edges.facet[:, :1], FACET_EDGES[edges.place[:, 0]]]
         row = every = creases.find(ends)
         kept = np.flatnonzero((row >= 0) & ~edges.convex)
@@ -177,7 +176,7 @@ class SharpEdges:
         fold = creases.fold[row]
         a, b = mesh.points[ends[:, 0]], mesh.points[ends[:, 1]]
         middle, size = (a + b) / 2, np.linalg.norm(b - a, axis=1)
-        normal, away = _flanks(body, normals, edges, kept, (b - a) / size[:, None])
+        normal, away = _flanks(body, kept, (b - a) / size[:, None])
         names = [tuple(sorted(pair)) for pair in creases.between]
         places = sorted({names[label] for label in creases.label[row]})
         place = np.array([places.index(names[label]) for label in creases.label[row]])
@@ -195,7 +194,7 @@ class SharpEdges:
             between=tuple((one, other) for one, other in places),
             length=length,
             at_end=_to_end(mesh.points, ends, place, middle) < far,
-            ground=Ground(body.points, body.facets, _patches(body, edges, every)),
+            ground=Ground(body.points, body.facets, _patches(body, every)),
         )
 
     def thickness(self, rows: Ints) -> Floats:
@@ -212,13 +211,13 @@ class SharpEdges:
         return self.ground.walk(self.middle[rows], self.away[rows, side], self.facet[rows, side], step, count)
 
 
-def _flanks(body: Skin, normals: Floats, edges: Edges, rows: Ints, along: Floats) -> tuple[Floats, Floats]:
+def _flanks(body: BoundarySurface, rows: Ints, along: Floats) -> tuple[Floats, Floats]:
     """Outward normals and tangents away from the edge (n, 2, 3) of the facets on either side."""
     normal, away = np.empty((2, len(rows), 2, 3))
     for side in (0, 1):
-        facet, place = edges.facet[rows, side], edges.place[rows, side]
+        facet, place = body.edges.facet[rows, side], body.edges.place[rows, side]
         at = place + 3 if body.facets.shape[1] == 6 else place
-        n = normals[facet, at]
+        n = body.normals[facet, at]
         start = body.points[body.facets[facet, place]]
         inwards = body.points[body.facets[facet, (place + 2) % 3]] - start
         across = inwards - (inwards * n).sum(axis=1, keepdims=True) * n
@@ -227,9 +226,9 @@ def _flanks(body: Skin, normals: Floats, edges: Edges, rows: Ints, along: Floats
     return normal, away
 
 
-def _patches(body: Skin, edges: Edges, crease: Ints) -> Ints:
+def _patches(body: BoundarySurface, crease: Ints) -> Ints:
     """Number (n_facets,) of the face of each facet: facets are joined but across creases."""
-    joined = edges.facet[edges.smooth & (crease < 0)]
+    joined = body.edges.facet[body.edges.smooth & (crease < 0)]
     n = len(body.facets)
     graph = sparse.coo_array((np.ones(len(joined)), (joined[:, 0], joined[:, 1])), shape=(n, n))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

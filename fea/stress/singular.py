@@ -3,7 +3,7 @@
 At the border of a clamped surface and along sharp re-entrant edges the exact stress is infinite (Williams
 1952); the computed stress grows with every refinement and is meaningless. Such places are masked: every node
 within a radius that does not depend on the element size, so that the peak outside converges. So are the rims
-of interfaces and bolt seats (`fea.stress.singular`).
+of interfaces and bolt seats.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.stress.boundary_skin import facet_normals, shared_edges, skin
+from fea.stress.boundary import BoundarySurface
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.creases import Creases, Rim, rims
@@ -103,9 +103,8 @@ def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creas
 def _on_sharp_edges(
     mesh: TetMesh, surfaces: list[Surface], planes: tuple[Surface, ...], creases: Creases | None
 ) -> Ints:
-    body = skin(mesh, surfaces, planes)
-    normals = facet_normals(body.points, body.facets)
-    edges = shared_edges(body, normals)
+    body = BoundarySurface.of(mesh, surfaces, planes)
+    edges = body.edges
     facet, place = edges.facet[:, 0], edges.place[:, 0]
     ends = body.source[body.facets[facet[:, None], FACET_EDGES[place]]]
     if creases is None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fea.base.choices import Finish, Loading
-from fea.base.material import Basquin, Marin, Material, Skin
+from fea.base.material import Basquin, Marin, Material, SurfaceFinish
 from fea.study.endurance import (
     estimated_endurance,
     finish_factor,
@@ -229,24 +229,24 @@ class MaterialTable(Table, table="material"):
             rest=rest,
         )
 
-    def _surface(self, key: str, otherwise: Finish | float | None) -> Skin:
+    def _surface(self, key: str, otherwise: Finish | float | None) -> SurfaceFinish:
         """How a region was made: as its key says, or otherwise as the rest of the part suggests."""
         given = getattr(self, key)
         made = otherwise if given is None else given
         if made is None:
-            return Skin()
+            return SurfaceFinish()
         name, assumed = f"material.{key}", given is None and made != self.surface
         if not isinstance(made, Finish):
             rule = f"must be above 0 and at most {_LARGEST_FACTOR:g}, the factor of the surface, or a finish"
             require(0 < made <= _LARGEST_FACTOR, name, made, rule)
-            return Skin(made, "given", assumed)
+            return SurfaceFinish(made, "given", assumed)
         missing, rule = "material.ultimate_MPa", f"is missing: the factor of {key} depends on it"
         require(self.ultimate_MPa is not None, missing, None, rule, f"Give it, or leave {key} out.")
         ultimate = require_positive(missing, self.ultimate_MPa)
         if made is Finish.SHOT_PEENED:
             rule, remedy = "is known of steel only", "Give the factor as a number instead."
             require(is_steel(self.stiffness()[0]), name, made, rule, remedy)
-        return Skin(finish_factor(made, ultimate), made.value, assumed)
+        return SurfaceFinish(finish_factor(made, ultimate), made.value, assumed)
 
 
 def _needed(table: MaterialTable, key: str) -> float:

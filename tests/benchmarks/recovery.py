@@ -37,7 +37,7 @@ from fea.solid.element import (
     stress_from_gradient,
     tabulate,
 )
-from fea.stress.boundary_skin import facet_normals
+from fea.stress.boundary import facet_normals
 from fea.stress.recovery import ElementStress, Recovery, extrapolation
 from mesh.mirror import reflect, unmirrored
 from mesh.tetmesh import EDGES, TetMesh

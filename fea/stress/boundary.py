@@ -1,6 +1,8 @@
 """The boundary as facets, continued across mirror planes, and the angles at which the facets meet."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -20,7 +22,7 @@ _FACET_NODES = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]]
 
 
 @dataclass(frozen=True)
-class Skin:
+class BoundarySurface:
     """The boundary facets, with the images of those that touch a mirror plane."""
 
     points: Floats  # (n, 3) the nodes of the mesh, then their images
@@ -30,47 +32,70 @@ class Skin:
     sign: Floats  # (n, 3) of the displacement components of a symmetric solution
     crossed: Mask  # (n,) whether an image lies beyond y = 0
 
+    @classmethod
+    def of(
+        cls, mesh: TetMesh, surfaces: Sequence[Surface], planes: tuple[Surface, ...] = ()
+    ) -> "BoundarySurface":
+        """Gather the facets of `surfaces` and reflect those that touch one of `planes`."""
+        n = len(mesh.points)
+        boundary = cls(
+            mesh.points,
+            np.concatenate([mesh.facets[surface] for surface in surfaces]),
+            np.repeat(np.arange(len(surfaces)), [len(mesh.facets[surface]) for surface in surfaces]),
+            np.arange(n),
+            np.ones((n, 3)),
+            np.zeros(n, dtype=bool),
+        )
+        for plane in planes:
+            boundary = boundary._reflected(mesh, plane)
+        return boundary
+
+    def _reflected(self, mesh: TetMesh, plane: Surface) -> "BoundarySurface":
+        on = np.zeros(len(mesh.points), dtype=bool)
+        on[mesh.facets[plane].ravel()] = True
+        on = on[self.source]
+        touching = on[self.facets].any(axis=1)
+        beyond = np.setdiff1d(self.facets[touching], np.flatnonzero(on))
+        image = np.arange(len(self.points))
+        image[beyond] = len(self.points) + np.arange(beyond.size)
+        turn = np.ones(3)
+        turn[PLANE_AXIS[plane]] = -1
+        around = [0, 2, 1] if self.facets.shape[1] == 3 else [0, 2, 1, 5, 4, 3]
+        return BoundarySurface(
+            np.concatenate([self.points, self.points[beyond] * turn]),
+            np.concatenate([self.facets, image[self.facets[touching]][:, around]]),
+            np.concatenate([self.label, self.label[touching]]),
+            np.concatenate([self.source, self.source[beyond]]),
+            np.concatenate([self.sign, self.sign[beyond] * turn]),
+            np.concatenate([self.crossed, self.crossed[beyond] ^ (plane is Surface.SYMMETRY_Y)]),
+        )
+
     def displacement(self, displacement: Floats, parity: Parity) -> Floats:
         """Continue a displacement (n_points, 3, n_cases) to the images."""
         sign = self.sign * np.where(self.crossed, int(parity), 1)[:, None]
         return np.asarray(displacement[self.source] * sign[:, :, None])
 
+    @cached_property
+    def normals(self) -> Floats:
+        """Unit outward normals (n_facets, n_nodes, 3) of each facet at its own nodes."""
+        return facet_normals(self.points, self.facets)
 
-def skin(mesh: TetMesh, surfaces: list[Surface], planes: tuple[Surface, ...]) -> Skin:
-    """Gather the facets of `surfaces` and reflect those that touch one of `planes`."""
-    n = len(mesh.points)
-    whole = Skin(
-        mesh.points,
-        np.concatenate([mesh.facets[surface] for surface in surfaces]),
-        np.repeat(np.arange(len(surfaces)), [len(mesh.facets[surface]) for surface in surfaces]),
-        np.arange(n),
-        np.ones((n, 3)),
-        np.zeros(n, dtype=bool),
-    )
-    for plane in planes:
-        whole = _reflected(whole, mesh, plane)
-    return whole
+    @cached_property
+    def edges(self) -> "Edges":
+        """The facets that meet at each edge, and how."""
+        return _shared_edges(self)
 
-
-def _reflected(whole: Skin, mesh: TetMesh, plane: Surface) -> Skin:
-    on = np.zeros(len(mesh.points), dtype=bool)
-    on[mesh.facets[plane].ravel()] = True
-    on = on[whole.source]
-    touching = on[whole.facets].any(axis=1)
-    apart = np.setdiff1d(whole.facets[touching], np.flatnonzero(on))
-    image = np.arange(len(whole.points))
-    image[apart] = len(whole.points) + np.arange(apart.size)
-    turn = np.ones(3)
-    turn[PLANE_AXIS[plane]] = -1
-    around = [0, 2, 1] if whole.facets.shape[1] == 3 else [0, 2, 1, 5, 4, 3]
-    return Skin(
-        np.concatenate([whole.points, whole.points[apart] * turn]),
-        np.concatenate([whole.facets, image[whole.facets[touching]][:, around]]),
-        np.concatenate([whole.label, whole.label[touching]]),
-        np.concatenate([whole.source, whole.source[apart]]),
-        np.concatenate([whole.sign, whole.sign[apart] * turn]),
-        np.concatenate([whole.crossed, whole.crossed[apart] ^ (plane is Surface.SYMMETRY_Y)]),
-    )
+    @cached_property
+    def fans(self) -> Ints:
+        """Number of the fan (n_facets, 3) each corner is in: the facets around a vertex up to sharp edges."""
+        n_facets, smooth = len(self.facets), self.edges.smooth
+        facet, place = self.edges.facet[smooth], self.edges.place[smooth]
+        start = FACET_EDGES[place]  # (n, 2 facets, 2 ends), in each facet's own direction
+        corner = facet[:, :, None] * 3 + start
+        # The two facets run along the edge in opposite directions.
+        a, b = corner[:, 0].ravel(), corner[:, 1, ::-1].ravel()
+        graph = sparse.coo_array((np.ones(a.size), (a, b)), shape=(3 * n_facets, 3 * n_facets))
+        return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64).reshape(n_facets, 3)
 
 
 def facet_normals(points: Floats, facets: Ints) -> Floats:
@@ -84,7 +109,7 @@ def facet_normals(points: Floats, facets: Ints) -> Floats:
 
 @dataclass(frozen=True)
 class Edges:
-    """Edges shared by two facets of the skin."""
+    """Edges shared by two facets of the boundary."""
 
     # facet, place: (n_edges, 2) the two facets, and which of its edges this is in each
     facet: Ints
@@ -96,9 +121,8 @@ class Edges:
     convex: Mask
 
 
-def shared_edges(surface: Skin, normals: Floats) -> Edges:
-    """Find the facets that meet at each edge and how."""
-    facets, points = surface.facets, surface.points
+def _shared_edges(surface: BoundarySurface) -> Edges:
+    facets, points, normals = surface.facets, surface.points, surface.normals
     ends = np.sort(facets[:, FACET_EDGES], axis=2)
     key = (ends[..., 0] * len(points) + ends[..., 1]).ravel()
     order = np.argsort(key, kind="stable")
@@ -114,15 +138,3 @@ def shared_edges(surface: Skin, normals: Floats) -> Edges:
     on_edge = points[facets[facet[:, 0], place[:, 0]]]
     convex = flat | (((apex - on_edge) * one).sum(axis=1) < 0)
     return Edges(facet, place, cosine, smooth, convex)
-
-
-def fans(surface: Skin, edges: Edges) -> Ints:
-    """Number of the fan (n_facets, 3) each corner is in: the facets around a vertex up to sharp edges."""
-    n_facets = len(surface.facets)
-    facet, place = edges.facet[edges.smooth], edges.place[edges.smooth]
-    start = FACET_EDGES[place]  # (n, 2 facets, 2 ends), in each facet's own direction
-    corner = facet[:, :, None] * 3 + start
-    # The two facets run along the edge in opposite directions.
-    a, b = corner[:, 0].ravel(), corner[:, 1, ::-1].ravel()
-    graph = sparse.coo_array((np.ones(a.size), (a, b)), shape=(3 * n_facets, 3 * n_facets))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64).reshape(n_facets, 3)
