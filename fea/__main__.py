@@ -1,4 +1,4 @@
-"""The program: `fea`, which is also `python -m fea`."""
+"""The program: `fea`, which is also `python -m fea`. Commands, errors as one line, exit codes."""
 
 import atexit
 import contextlib
@@ -6,16 +6,78 @@ import gc
 import os
 import signal
 import sys
+from collections.abc import Sequence
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cyclopts import App
 
 _INTERRUPTED = 130  # as in fea.machine.exit_codes; nothing of ours is imported before interrupts are quiet
 _SAID = "fea: interrupted; no incomplete result was left behind\n"
 
 
+# Help of each command; the list of commands shows its first line.
+COMMANDS = {
+    "run": "Analyse a rod: stresses and safety factors at the peaks of the crank cycle.\n\n"
+    "- `fea run`: analyse a published rod\n"
+    "- `fea run my.toml --tolerance 4 --screenshot`: peak stresses within 4 %, with pictures\n"
+    "- `fea run my.toml --cycle --rpm 800:9000:200`: the whole cycle with fatigue, at many speeds\n\n"
+    "Flags override the values in the study file, which `fea init` creates.",
+    "loads": "Compute the forces over the crank cycle, without a mesh.\n\n"
+    "- `fea loads --rpm 800:9000:200 --csv cycle.csv --plot cycle.png`",
+    "modes": "Compute the free-free vibration modes and the engine orders that excite them.",
+    "rod": "Show mass properties and sections of the rod; export STEP; fit dimensions to a mass.\n\n"
+    "- `fea rod my.toml --step my.step --screenshot`\n"
+    "- `fea rod --fit big_end_ring_mm --mass-kg 0.8 > fitted.toml`: find the ring that gives this mass",
+    "sweep": "Compute many variants of a study: ranges, tolerances, sensitivities.\n\n"
+    "- `fea sweep web.toml`: leaves tables and a report in results/web; an interrupted sweep resumes\n\n"
+    "A sweep file:\n\n"
+    '    study = "leon-2001"\n'
+    '    sampling = "sobol"  # or grid, latin-hypercube, random, saltelli; designs = "FILE.csv" instead\n'
+    "    samples = 64\n"
+    "    vary.rod.web_thickness_mm = { from = 4.0, to = 6.0 }",
+    "optimise": "Find the lightest rod that meets the required factors less their error bars.\n\n"
+    "- `fea optimise my.toml --min-safety 1.3 --free web_thickness_mm=3:7 --free flange_thickness_mm=3:8`\n\n"
+    "It leaves the study of the lighter rod, a table, the history and a picture of both rods.",
+    "reproduce": "Compare published figures with computed ones.",
+    "verify": "Solve benchmark problems with known answers.",
+    "converge": "Measure error against run time, for a rod and two problems with exact solutions.\n\n"
+    "Each problem is solved on a series of finer meshes, with first- and second-order elements, as a whole "
+    "and by symmetry, and with CalculiX (ccx) if it is installed. The result names the fastest way to an "
+    "error within 5, 2 and 1 %.",
+    "stability": "Solve ill-conditioned and extreme cases: no wrong result may pass unnoticed.\n\n"
+    "Each case has a known answer. Its result must be right, marked as not to be trusted, or refused. The "
+    "exit code is 5 if a wrong result passes every check.",
+    "view": "Draw a result: a load case, the envelope of the crank cycle, or a mode.\n\n"
+    "- `fea view results/leon-2001-6000rpm/tension.vtu --field safety_factor`",
+    "export": "Write a run for another program: a CalculiX deck, or mesh and results.\n\n"
+    "- `fea export results/leon-2001-6000rpm rod.inp`: then `ccx -i rod` solves the same load cases\n"
+    "- `fea export results/leon-2001-6000rpm rod.msh`: mesh and results for gmsh (also .med, .xdmf, .vtk, …)",
+    "report": "Write the report of an earlier run: one file with everything, the rod in 3-D included.\n\n"
+    "- `fea report results/leon-2001-6000rpm`: then `fea view results/leon-2001-6000rpm/report.html`",
+    "init": "Write a study file with comments, ready to edit.\n\n"
+    "It explains every key and runs as it is: `fea run study.toml`.\n\n"
+    "- `fea init --engine toyota-2jz 2jz.toml`: the study of a real engine, with the source of each figure",
+    "schema": "Print the JSON Schema of a study, for editors and other programs.",
+    "doctor": "Check what this machine needs to run fea, and what is installed.",
+}
+# Commands that share a module.
+_MODULES = dict.fromkeys(("verify", "stability", "converge", "reproduce"), "verification") | {
+    "report": "export",
+    "view": "export",
+    "schema": "init",
+    "doctor": "init",
+    "modes": "rod",
+}
+_LONGEST_MESSAGE = 1500
+
+
 def main() -> None:
     """Run the program and leave with its exit code."""
     _end_quietly()
-    from fea.machine.guard import guarded  # noqa: PLC0415 - an interrupt of the import has its exit code too
-    from fea.machine.streams import settle_streams  # noqa: PLC0415
+    from fea.machine.guard import guarded  # an interrupt of the import has its exit code too
+    from fea.machine.streams import settle_streams
 
     settle_streams()
     code = guarded(_called)
@@ -46,11 +108,11 @@ def _end_quietly() -> None:
 def _called() -> int:
     """Run the command line; report errors that occur before it is loaded."""
     try:
-        from fea.machine.exit_codes import MACHINE  # noqa: PLC0415 - as above
-        from geometry.system import interrupt_once  # noqa: PLC0415
+        from fea.machine.exit_codes import MACHINE
+        from geometry.system import interrupt_once
 
         interrupt_once(afresh=True)
-        from fea.cli.program import call  # noqa: PLC0415
+        program()
     except KeyboardInterrupt:
         sys.stderr.write(_SAID)
         return _INTERRUPTED
@@ -61,6 +123,126 @@ def _called() -> int:
         sys.stderr.write(f"fea: the program could not be loaded: {reason}\n")
         return MACHINE
     return call(sys.argv[1:])
+
+
+@cache
+def program() -> "App":
+    """Return the command line; the module of a command is loaded when it is called."""
+    from cyclopts import App, Parameter
+
+    app = App(
+        name="fea",
+        help="Will this connecting rod survive this engine at this speed, where does it fail first, "
+        "and how far can the answer be trusted?\n\n"
+        "Exit codes: 0 done; 2 wrong usage or study; 3 no solid or no usable mesh; 4 under-constrained or "
+        "singular system; 5 a check failed, do not trust the result; 6 a safety factor is below "
+        "--min-safety; 7 not possible on this machine (disk, permission, memory, library); 130 interrupted.",
+        version=_version,
+        default_parameter=Parameter(negative="", show_default=_shown_default),
+        suppress_keyboard_interrupt=False,  # handled below, with a message
+    )
+    for name, text in COMMANDS.items():
+        app.command(f"fea.cli.{_MODULES.get(name, name)}:{name}", name=name, help=text)
+    app.register_install_completion_command(help="Install completion of commands and flags for your shell.")
+    return app
+
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    return version("conrod-fea")
+
+
+def _shown_default(value: object) -> Any:
+    """Return a default as the help shows it; for a switch that is off, nothing is shown."""
+    if value is None or value is False:
+        return None
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def call(arguments: Sequence[str]) -> int:
+    """Run the program and return its exit code."""
+    from fea.machine.exit_codes import INTERRUPTED, MACHINE
+    from geometry.system import interrupt_once
+
+    interrupt_once()
+    if os.environ.get("FEA_DEBUG") == "1":
+        return _dispatch(arguments)
+    try:
+        return _dispatch(arguments)
+    except KeyboardInterrupt:
+        _say("interrupted; no incomplete result was left behind")
+        return INTERRUPTED
+    except Exception as error:  # noqa: BLE001 - every error becomes one line and a code
+        code = MACHINE if "bad_alloc" in str(error) else exit_code(error)  # C++: out of memory
+        if code is None:
+            what = f"internal error: {type(error).__name__}: {error}"
+            _say(f"{what}. Run again with FEA_DEBUG=1 and report the traceback")
+            return 1
+        _say(_text(error))
+        if example := getattr(error, "example", ""):
+            sys.stderr.write(f"\n{example}")
+        return code
+
+
+def _dispatch(arguments: Sequence[str]) -> int:
+    app = program()
+    if not arguments:
+        app.help_print([])
+        return 0
+    code = app(
+        list(arguments),
+        exit_on_error=False,
+        print_error=False,
+        result_action="return_value",
+    )
+    sys.stdout.flush()  # fails on a full disk, so that the exit code is not 0
+    return code if isinstance(code, int) else 0
+
+
+def exit_code(error: Exception) -> int | None:
+    """Return the documented exit code of an error, None for an unexpected error."""
+    from cyclopts import CycloptsError
+
+    from fea.machine.exit_codes import GEOMETRY, MACHINE, SINGULAR, USAGE
+    from fea.output.target import OccupiedError, OutputError
+    from fea.solid.errors import (
+        ContactError,
+        SingularMatrixError,
+        SolverUnavailableError,
+        StagnationError,
+        UnderconstrainedError,
+    )
+    from geometry.errors import GeometryError, InvalidValue
+    from mesh.tetmesh import MeshError
+
+    codes: dict[int, tuple[type[Exception], ...]] = {
+        USAGE: (InvalidValue, CycloptsError, OccupiedError),
+        GEOMETRY: (GeometryError, MeshError),
+        SINGULAR: (UnderconstrainedError, SingularMatrixError, StagnationError, ContactError),
+        MACHINE: (SolverUnavailableError, OutputError, OSError, MemoryError, ImportError),
+    }
+    return next((code for code, kinds in codes.items() if isinstance(error, kinds)), None)
+
+
+def _text(error: Exception) -> str:
+    from cyclopts import UnusedCliTokensError
+
+    if isinstance(error, UnusedCliTokensError):
+        more = " ".join(error.unused_tokens or [])
+        return f"{more}: too many arguments. A command takes one study or file: see `fea COMMAND --help`"
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    return str(error) or type(error).__name__
+
+
+def _say(message: str) -> None:
+    from rich.console import Console
+
+    text = "".join(letter if letter.isprintable() else "?" for letter in " ".join(message.split()))
+    if len(text) > _LONGEST_MESSAGE:
+        text = f"{text[: _LONGEST_MESSAGE // 2]} … {text[-_LONGEST_MESSAGE // 2 :]}"
+    Console(stderr=True, highlight=False, soft_wrap=True).print(f"fea: {text}", markup=False)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ import sys
 import pytest
 from program import COARSE, fea
 
-from fea.cli.program import _COMMANDS, call
+from fea.__main__ import COMMANDS, call
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +19,7 @@ def run(tmp_path_factory):
 
 def test_help_is_light_and_lists_the_commands(tmp_path):
     code = (
-        "import sys; from fea.cli.program import call; call(['--help']); "
+        "import sys; from fea.__main__ import call; call(['--help']); "
         "heavy = {'gmsh', 'skfem', 'scipy', 'pyvista', 'vtk', 'matplotlib', 'numpy', 'meshio', 'PIL'}; "
         "heavy = (heavy | {'tomli_w'}) & set(sys.modules); "
         "sys.exit(f'loaded {heavy}' if heavy else 0)"
@@ -32,7 +32,7 @@ def test_help_is_light_and_lists_the_commands(tmp_path):
         assert command in done.stdout
 
 
-@pytest.mark.parametrize("command", _COMMANDS)
+@pytest.mark.parametrize("command", COMMANDS)
 def test_each_command_has_its_help(command, capsys):
     assert call([command, "--help"]) == 0
     text = capsys.readouterr().out

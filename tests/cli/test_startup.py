@@ -25,7 +25,7 @@ def watched(names):
     watched.there = set(sys.modules)
 
 runs.imported_meanwhile = watched
-from fea.cli.program import call
+from fea.__main__ import call
 code = call(["run", "--size", "{size}", "--out", "r"])
 print(*watched.there)
 print(*sorted(set(sys.modules) - watched.there))
@@ -96,7 +96,7 @@ def test_no_thread_imports_while_a_fork_reads_a_cad_file(monkeypatch, step):
 
 
 def test_forces_need_nothing_that_meshes_or_solves(tmp_path):
-    code = "import sys; from fea.cli.program import call; call(['loads']); print(*sys.modules)"
+    code = "import sys; from fea.__main__ import call; call(['loads']); print(*sys.modules)"
     loaded = said(code, tmp_path).splitlines()[-1].split()
     assert "loads.dynamics" in loaded
     assert not {"skfem", "scipy", "vtkmodules", "fea.run.meshing", "importlib.metadata"} & set(loaded)

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.cli.program import USAGE, exit_code
+from fea.__main__ import exit_code
+from fea.machine.exit_codes import USAGE
 from fea.study.paths import parse_speeds
 from fea.study.study import parse_study, shipped_studies
 from fea.study.tables import toml_text

@@ -128,7 +128,7 @@ def interrupted(*arguments):
     threading.Timer(0.05, os.killpg, (0, signal.SIGINT)).start()
     return original(*arguments)
 owner.{method} = interrupted
-from fea.cli.program import call
+from fea.__main__ import call
 sys.exit(call(sys.argv[1:]))
 """
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from measured import absolute, gauge, written
 
-from fea.cli.program import call
+from fea.__main__ import call
 from fea.study.study import load_study, parse_study
 
 

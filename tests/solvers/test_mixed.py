@@ -13,9 +13,9 @@ from strap import strap
 from strap_load import tilted_load, without_rigid_motion
 
 from fea import run
+from fea.__main__ import call
 from fea.base.choices import SolverName, Support
 from fea.base.material import Material, Materials
-from fea.cli.program import call
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.element import stress_from_gradient
 from fea.solid.errors import StagnationError

@@ -15,7 +15,7 @@ LIMITS = {"equilibrium": 1e-6, "section": 0.03, "piston": 1e-6}
 def outcome(seed):
     """What became of a study: refused, rechecked, marked (untrusted), or what must never be."""
     from fea import run
-    from fea.cli.program import exit_code
+    from fea.__main__ import exit_code
     from fea.study.study import load_study
 
     with tempfile.TemporaryDirectory(prefix="fea-drawn-") as scratch:

@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from fea.cli.program import call
+from fea.__main__ import call
 from fea.output.inp import read_frd
 from fea.output.pictures.strokes import is_complete_png
 from fea.study.study import load_study

@@ -2,7 +2,7 @@ import json
 
 import pytest
 
-from fea.cli.program import call
+from fea.__main__ import call
 from fea.output.pictures.strokes import is_complete_png
 from fea.verify import verify
 from fea.verify.benchmark import Benchmark, Computed, Goal, Row

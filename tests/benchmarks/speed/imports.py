@@ -13,7 +13,7 @@ from pathlib import Path
 def main() -> None:
     what, names, *flags = sys.argv[1:]
     if what == "run":
-        from fea.cli.program import main as fea
+        from fea.__main__ import main as fea
 
         sys.argv = ["fea", "run", *flags]
         try:
