@@ -38,13 +38,12 @@ def takes(*names: str, **helps: str) -> Callable[[Command], Command]:
     known = overrides()
     fields = []
     for name in (*names, *helps) or known:
-        flag, kind = known[name].flag, known[name].type
-        hint = kind if kind is bool else kind | None
-        fields.append(
-            (name, Annotated[hint, Parameter(help=helps.get(name, flag.help))], field(default=None))
-        )
-        if flag.alias:
-            fields.append((flag.alias, Annotated[hint, Parameter(show=False)], field(default=None)))
+        flag = known[name]
+        hint, alias = flag.kind if flag.kind is bool else flag.kind | None, flag.declared.alias
+        told = Parameter(help=helps.get(name, flag.help))
+        fields.append((name, Annotated[hint, told], field(default=None)))
+        if alias:
+            fields.append((alias, Annotated[hint, Parameter(show=False)], field(default=None)))
 
     def decorated(command: Command) -> Command:
         chosen = make_dataclass("Flags", fields, bases=(Flags,), namespace={"__module__": __name__})

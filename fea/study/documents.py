@@ -14,7 +14,7 @@ from typing import Any
 from fea.study.presets import MATERIALS, engine_names
 from fea.study.rod_table import sufficient
 from fea.study.study import TABLES
-from fea.study.tables import Key, described, hints_of, keys_of, options_of, required
+from fea.study.tables import Key, hints_of, keys_of, options_of, required, unit_of
 from geometry.imports import UNITS
 from geometry.presets import PRESETS
 
@@ -124,7 +124,9 @@ def _schema_of(cls: Any) -> Schema:
     for name, declared in keys_of(cls).items():
         kinds = [_type(option) for option in options_of(hints_of(cls)[name])]
         kind = kinds[0] if len(kinds) == 1 else {"anyOf": kinds}
-        properties[name] = {"description": described(name, declared)} | kind
+        words = ", ".join(filter(None, unit_of(name)))
+        said = f"{words}: {declared.comment}" if declared.comment else words
+        properties[name] = {"description": said} | kind
         if declared.alias:
             properties[declared.alias] = {"description": f"now {name}", "deprecated": True} | kind
         if defaults[name] not in (dataclasses.MISSING, None):

@@ -9,7 +9,7 @@ from typing import Any
 from fea.base.note import Note, assumptions, warning
 from fea.study.paths import located
 from fea.study.presets import EnginePreset, engine_preset
-from fea.study.tables import Flag, key
+from fea.study.tables import key
 from fea.study.trace_columns import TraceKeys
 from fea.study.traces import SHIPPED, SUFFIXES, Imported, Surroundings, read_trace, shipped_trace
 from fea.units import BAR, DEG, KG
@@ -35,11 +35,9 @@ class EngineTable(
     preset: str | None = key(
         '"toyota-2jz"',
         "a name that does not exist lists all",
-        flag=Flag(
-            "engine",
-            "Engine of the library in place of the study's: toyota-2jz, jeep-4.0, …; any other name lists "
-            "all.",
-        ),
+        flag="engine",
+        help="Engine of the library in place of the study's: toyota-2jz, jeep-4.0, …; any other name lists "
+        "all.",
     )
     stroke_mm: float = key("94.0", default=MISSING, stated=True)
     bore_mm: float = key("76.0", default=MISSING, stated=True)

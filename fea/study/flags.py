@@ -1,42 +1,57 @@
 """The flags that override a study; each is declared with its key."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from fea.study.material_table import MaterialTable
 from fea.study.study import TABLES, Study
-from fea.study.tables import Flag, checked, hints_of, keys_of, unknown_key
+from fea.study.tables import Key, checked, hints_of, keys_of, unit_of, unknown_key
 from geometry.errors import require
 
 
-@dataclass(frozen=True)
-class Override:
-    """A flag, and the key that it overrides."""
+class Override(NamedTuple):
+    """A flag as the declaration of the key that it overrides."""
 
-    flag: Flag
     table: str
     key: str
+    declared: Key
 
     @property
-    def type(self) -> Any:
+    def hint(self) -> Any:
+        """The type of the key."""
+        return hints_of(TABLES[self.table])[self.key]
+
+    @property
+    def kind(self) -> Any:
         """The type of the flag's value."""
-        return self.flag.type or hints_of(TABLES[self.table])[self.key]
+        return self.declared.kind or self.hint
+
+    @property
+    def help(self) -> str:
+        """The line of the flag in the help of a command."""
+        comment, (_, unit) = self.declared.comment, unit_of(self.key)
+        default = getattr(TABLES[self.table], self.key, None)
+        parts = (
+            f"{comment[:1].upper()}{comment[1:]}",
+            f"; in {unit}" if unit else "",
+            f"; default: {default}" if default else "",
+        )
+        return self.declared.help or f"{''.join(parts)}."
 
     def value(self, given: Any) -> Any:
         """Return the value of the key; raises `InvalidValue` if it has none such."""
-        if self.flag.parse is not None:
-            return self.flag.parse(given)
-        return checked(f"{self.table}.{self.key}", given, hints_of(TABLES[self.table])[self.key])
+        parse = self.declared.parse
+        return parse(given) if parse else checked(f"{self.table}.{self.key}", given, self.hint)
 
 
 def overrides() -> dict[str, Override]:
     """Return all flags by their names in Python."""
     return {
-        declared.flag.name: Override(declared.flag, table, key)
+        declared.flag: Override(table, key, declared)
         for table, cls in TABLES.items()
         for key, declared in keys_of(cls).items()
-        if declared.flag is not None
+        if declared.flag
     }
 
 
@@ -61,7 +76,7 @@ class Flags:
             A flag's value breaks a rule, or there is no such flag.
         """
         known, changes = overrides(), dict[str, dict[str, Any]]()
-        aliases = {each.flag.alias: each for each in known.values() if each.flag.alias}
+        aliases = {each.declared.alias: each for each in known.values() if each.declared.alias}
         given = {name: value for name, value in vars(self).items() if not (value is None or value is False)}
         for name, value in given.items():
             flag = known.get(name) or aliases.get(name)
@@ -96,8 +111,8 @@ def python_flags(values: Mapping[str, Any], *, writes: bool = True) -> Flags:
     InvalidValue
         There is no such flag.
     """
-    known = {name: each for name, each in overrides().items() if writes or not each.flag.writes}
+    known = {name: each for name, each in overrides().items() if writes or not each.declared.writes}
     for name in values:
-        if name not in known and name not in {each.flag.alias for each in known.values()}:
+        if name not in known and name not in {each.declared.alias for each in known.values()}:
             raise unknown_key("flag", name, known)
     return Flags(**values)

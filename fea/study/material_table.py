@@ -17,7 +17,7 @@ from fea.study.endurance import (
     size_factor,
 )
 from fea.study.presets import MATERIALS
-from fea.study.tables import Flag, Table, key, nearest
+from fea.study.tables import Table, key, nearest
 from fea.units import GPA, KG_M3
 from geometry.errors import InvalidValue, require, require_number, require_positive
 
@@ -146,10 +146,8 @@ class MaterialTable(Table, table="material"):
         '"forged-steel-2005", "c70-2005", "hard-steel-1945", "ti-6al-4v", "al-7075-t6"; "cusn8p" (a '
         "bushing's "
         'bronze), "steel-backed-shell", "bolt-8.8" to "bolt-12.9"',
-        flag=Flag(
-            "material",
-            "Material of the rod in place of the study's, by its name (a wrong one lists them all).",
-        ),
+        flag="material",
+        help="Material of the rod in place of the study's, by its name (a wrong one lists them all).",
     )
 
     def resolved(self) -> "MaterialTable":

@@ -18,7 +18,7 @@ from fea.base.pin_models import contact_excluded_because, pin_model
 from fea.study.engine_table import located_gas
 from fea.study.paths import absolute, parse_speeds
 from fea.study.rod_table import dimension_of
-from fea.study.tables import Flag, Table, key, not_negative, within
+from fea.study.tables import Table, key, not_negative, within
 from geometry.errors import InvalidValue, require, require_number, require_positive
 
 # Faster than any piston engine; model aircraft engines reach about 40 000 rpm.
@@ -35,12 +35,10 @@ class SpeedTable(Table, table="speed"):
         "6000",
         "or a list: [800, 3000, 6000]; left out: the redline of an engine of the library",
         stated=True,
-        flag=Flag(
-            "rpm",
-            "Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200).",
-            str,
-            parse_speeds,
-        ),
+        flag="rpm",
+        help="Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200).",
+        kind=str,
+        parse=parse_speeds,
     )
 
     def speeds(self, default: float = DEFAULT_RPM) -> tuple[float, ...]:
@@ -84,21 +82,16 @@ class MeshTable(Table, table="mesh"):
 
     size_mm: float | None = key(
         "3.0",
-        "element size, smaller on fillets, bores and webs: without refinement unless tolerance_percent is "
-        "given",
+        "element size, smaller on fillets, bores and webs: no refinement unless a tolerance is given",
         require_positive,
-        flag=Flag(
-            "size",
-            "Element size, mm, smaller on fillets, bores and webs: no refinement unless --tolerance is "
-            "given.",
-        ),
+        flag="size",
     )
     element: Element = key(
         '"p2"',
-        'ten-node tetrahedra, or "p1" (four nodes)',
+        "order of the tetrahedra: p1 (4 nodes) or p2 (10 nodes)",
         default=Element.P2,
         stated=True,
-        flag=Flag("element", "Order of the tetrahedra: p1 (4 nodes) or p2 (10 nodes); default: p2."),
+        flag="element",
     )
 
 
@@ -108,93 +101,70 @@ class AnalysisTable(Table, table="analysis"):
 
     support: Support = key(
         '"inertia-relief"',
-        'nothing is clamped; or "clamped": at the big end, as in many published models',
+        "boundary condition: inertia-relief (nothing is clamped), or clamped at the big end, as in many "
+        "published models",
         default=Support.INERTIA_RELIEF,
         stated=True,
-        flag=Flag(
-            "support",
-            "Boundary condition: inertia-relief (default; nothing is clamped), or clamped at the big end.",
-        ),
+        flag="support",
     )
     symmetry: Symmetry = key(
         '"auto"',
-        "none, half, quarter",
+        "part of the rod to solve: none, half or quarter; auto: the smallest that its mirror planes allow",
         default=Symmetry.AUTO,
         stated=True,
-        flag=Flag(
-            "symmetry", "Part of the rod to solve; default: the smallest part that its mirror planes allow."
-        ),
+        flag="symmetry",
     )
     pressure: str = key(
         '"cosine-180"',
-        "pin pressure on the bores; or uniform-120, cosine-<arc>, webster; or contact; or bonded: traction "
-        "along "
-        "the force over the whole bore, as Ansys' Force on a face",
+        "pin load on the bores: cosine-180, uniform-120, cosine-ARC, webster, contact, or bonded: traction "
+        "along the force over the whole bore, as Ansys' Force on a face",
         default="cosine-180",
         stated=True,
-        flag=Flag(
-            "pressure",
-            "Pin load on the bores: cosine-180 (default), uniform-120, cosine-ARC, webster, bonded, contact.",
-        ),
+        flag="pressure",
     )
     solver: SolverName = key(
         '"auto"',
-        "pardiso, cholmod, amg",
+        "linear solver: pardiso, cholmod or amg; auto chooses by the memory that it needs",
         default=SolverName.AUTO,
         stated=True,
-        flag=Flag("solver", "Linear solver; default: auto, chosen by the memory that it needs."),
+        flag="solver",
     )
     matrix_assembly: Assembly = key(
         '"batched"',
-        'or "scikit-fem": the same stiffness from its weak form, more slowly',
+        "assembly of the stiffness matrix: batched, or scikit-fem: the same from its weak form, more slowly",
         default=Assembly.BATCHED,
         stated=True,
         alias="assembly",
-        flag=Flag(
-            "matrix_assembly",
-            "Assembly of the stiffness matrix: batched (the default), or scikit-fem, which is slower.",
-            alias="assembly",
-        ),
+        flag="matrix_assembly",
     )
     cycle: bool = key(
         "true",
-        "analyse the whole crank cycle, degree by degree: envelope, fatigue",
+        "analyse the whole crank cycle, degree by degree: stress envelope, histories, fatigue",
         default=False,
-        flag=Flag(
-            "cycle", "Analyse the whole crank cycle, degree by degree: stress envelope, histories, fatigue."
-        ),
+        flag="cycle",
     )
     fatigue: Fatigue = key(
         '"goodman"',
-        'mean-stress correction; or "gerber", "soderberg"',
+        "mean-stress correction over the cycle: goodman, gerber or soderberg",
         default=Fatigue.GOODMAN,
-        flag=Flag("fatigue", "Mean-stress correction used with --cycle; default: goodman."),
+        flag="fatigue",
     )
     buckling: bool = key(
-        "true",
-        "buckling load factors and shapes of the solid",
-        default=False,
-        flag=Flag("buckling", "Compute the buckling load factors and buckling shapes of the solid."),
+        "true", "compute the buckling load factors and shapes of the solid", default=False, flag="buckling"
     )
     tolerance_percent: float | None = key(
         "2",
-        "refine the mesh until the error bar of every peak stress is within this; default: 5, but none with "
-        'size_mm or element = "p1"; 0: no refinement',
+        "refine the mesh until the error bar of every peak stress is at most this; default: 5, but none with "
+        "an "
+        "element size or first-order elements; 0: never",
         not_negative,
-        flag=Flag(
-            "tolerance",
-            "Refine the mesh until the error bar of every peak is at most this, percent; default: 5; 0: "
-            "never.",
-        ),
+        flag="tolerance",
     )
     min_safety: float | None = key(
         "1.5",
-        "exit with code 6 unless every safety factor, less its error bar, reaches this",
+        "exit with code 6 unless every safety factor of the run, less its error bar, reaches this",
         require_positive,
-        flag=Flag(
-            "min_safety",
-            "Exit with code 6 unless every safety factor of the run, less its error bar, reaches this value.",
-        ),
+        flag="min_safety",
     )
 
     def __post_init__(self) -> None:
@@ -218,53 +188,41 @@ class OutputTable(Table, table="output"):
 
     screenshot: bool = key(
         "false",
-        "save a picture of every load case",
+        "save a .png picture of each load case next to its .vtu file",
         default=False,
         stated=True,
-        flag=Flag("screenshot", "Save a .png picture of each load case next to its .vtu file.", writes=True),
+        flag="screenshot",
+        writes=True,
     )
     report: bool = key(
         "false",
-        "save report.html: the whole analysis in one file, with the rod in 3-D",
+        "save report.html: the whole analysis in one file, with the rod in 3-D, for any browser, offline",
         default=False,
         stated=True,
-        flag=Flag(
-            "report",
-            "Save report.html: the whole analysis in one file, with the rod in 3-D, for any browser, "
-            "offline.",
-        ),
+        flag="report",
     )
     pvd_step_deg: float | None = key(
         "10",
-        "save the fields of the cycle at every so many degrees, for ParaView; needs cycle = true",
+        "save the fields of the cycle every so many degrees, for ParaView to play; needs the cycle",
         within(1, LARGEST_STEP),
-        flag=Flag(
-            "pvd_step",
-            "Save the fields of the cycle every so many degrees, for ParaView to play; needs --cycle.",
-            writes=True,
-        ),
+        flag="pvd_step",
+        writes=True,
     )
     animate: str | None = key(
         '"cycle.gif"',
-        "animation of the moving, deforming rod; needs cycle = true",
-        flag=Flag(
-            "animate",
-            "Write an animation of the cycle to this file (.gif; .mp4 with imageio-ffmpeg); needs --cycle.",
-            Path,
-            absolute("--animate"),
-            writes=True,
-        ),
+        "write an animation of the cycle to this file (.gif; .mp4 with imageio-ffmpeg); needs the cycle",
+        flag="animate",
+        kind=Path,
+        parse=absolute("--animate"),
+        writes=True,
     )
     directory: str | None = key(
         '"results/my-rod"',
-        "of the results",
-        flag=Flag(
-            "out",
-            "Directory of the results; default: results/STUDY-RPMrpm. Only an earlier run is ever replaced.",
-            Path,
-            absolute("--out"),
-            writes=True,
-        ),
+        "directory of the results; default: results/STUDY-RPMrpm. Only an earlier run is ever replaced",
+        flag="out",
+        kind=Path,
+        parse=absolute("--out"),
+        writes=True,
     )
 
 

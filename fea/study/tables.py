@@ -21,52 +21,17 @@ Check = Callable[[str, Any], object]
 
 _LARGEST = 1e12
 _WORDS = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
-# What the end of a key's name says of its unit.
+# What the end of a key's name says of its unit, and how that is written.
 _UNITS = {
     "kg_m2": "kg·m²",
     "kg_m3": "kg/m³",
-    "mm": "mm",
-    "kg": "kg",
-    "deg": "degrees",
-    "bar": "bar",
-    "GPa": "GPa",
-    "MPa": "MPa",
     "1_K": "1/K",
-    "kN": "kN",
     "Nm": "N·m",
     "um": "µm",
     "C": "°C",
-    "N": "N",
-    "percent": "percent",
+    "deg": "degrees",
+    **{unit: unit for unit in ("mm", "kg", "bar", "GPa", "MPa", "kN", "N", "percent")},
 }
-
-
-@dataclasses.dataclass(frozen=True)
-class Flag:
-    """The flag that overrides a key.
-
-    Attributes
-    ----------
-    name
-        In Python; ``pvd_step`` is ``--pvd-step`` in the shell.
-    help
-        Its line in ``fea run --help``.
-    type
-        Of its value; None for the type of the key.
-    parse
-        Turns its value into that of the key.
-    alias
-        Another name that is accepted.
-    writes
-        Whether it asks for a file, which an analysis in memory does not write.
-    """
-
-    name: str
-    help: str
-    type: Any = None
-    parse: Callable[[Any], Any] | None = None
-    alias: str = ""
-    writes: bool = False
 
 
 @dataclasses.dataclass(frozen=True)
@@ -78,26 +43,38 @@ class Key:
     example
         A value in TOML, for the commented study.
     comment
-        Describes it there and in the schema; the unit follows from the name.
+        Describes it there, in the schema and in the help of its flag; the unit follows from the name.
     check
         Refuses values.
-    flag
-        That overrides it.
     stated
         Whether the commented study states the example, and not as a comment.
     above
-        A comment on this key and those that follow it.
+        A comment there on this key and those that follow it.
     alias
-        An earlier name that is still read.
+        An earlier name of key and flag that is still read.
+    flag
+        The flag that overrides it, by its name in Python: ``pvd_step`` is ``--pvd-step`` in the shell.
+    help
+        Of the flag, where the comment is not.
+    kind
+        Type of the flag's value, where it is not that of the key.
+    parse
+        Turns the flag's value into that of the key.
+    writes
+        Whether the flag asks for a file, which an analysis in memory does not write.
     """
 
     example: str = ""
     comment: str = ""
     check: Check | None = None
-    flag: Flag | None = None
     stated: bool = False
     above: str = ""
     alias: str = ""
+    flag: str = ""
+    help: str = ""
+    kind: Any = None
+    parse: Callable[[Any], Any] | None = None
+    writes: bool = False
 
 
 def key(
@@ -158,12 +135,10 @@ keys_of: Callable[[Any], dict[str, Key]] = cache(_keys_of)
 hints_of: Callable[[Any], dict[str, Any]] = cache(_hints_of)
 
 
-def described(name: str, declared: Key) -> str:
-    """Describe a key: its name in words, its unit, and its comment."""
-    unit = next((unit for unit in _UNITS if name.endswith(f"_{unit}")), None)
-    words = (name if unit is None else name.removesuffix(f"_{unit}")).replace("_", " ")
-    comment = f": {declared.comment}" if declared.comment else ""
-    return words + (f", {_UNITS[unit]}" if unit else "") + comment
+def unit_of(name: str) -> tuple[str, str]:
+    """Split the name of a key into its words and its unit, "" where it has none."""
+    unit = next((unit for unit in _UNITS if name.endswith(f"_{unit}")), "")
+    return name.removesuffix(f"_{unit}").replace("_", " "), _UNITS.get(unit, "")
 
 
 def not_negative(name: str, value: object) -> None:

@@ -10,7 +10,7 @@ from fea.cli.options import takes
 from fea.study import documents, flags, study
 from fea.study.option_tables import MeshTable
 from fea.study.study import TABLES, Study, load_study, parse_study
-from fea.study.tables import Flag, key, within
+from fea.study.tables import key, within
 from geometry.errors import InvalidValue
 
 ROD = '[rod]\npreset = "leon-2001"\n'
@@ -20,9 +20,7 @@ ROD = '[rod]\npreset = "leon-2001"\n'
 class Toy(MeshTable, table="mesh"):
     """[mesh] with one key more."""
 
-    growth_mm: float | None = key(
-        "0.5", "from one element to the next", within(0, 2), flag=Flag("growth", "Growth of elements, mm.")
-    )
+    growth_mm: float | None = key("0.5", "from one element to the next", within(0, 2), flag="growth")
 
 
 @pytest.fixture(autouse=True)

@@ -103,4 +103,4 @@ def test_every_key_is_described_with_its_unit(name):
         if key.endswith("_mm"):
             assert ", mm" in said
     size = SCHEMA["$defs"]["mesh"]["properties"]["size_mm"]
-    assert size["description"].endswith("unless tolerance_percent is given")
+    assert size["description"].endswith("unless a tolerance is given")
