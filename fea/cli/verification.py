@@ -55,15 +55,13 @@ def verify(*cases: str, json: Json = False, report: Path | None = None, quiet: Q
     """
     from fea.machine.clock import stages
     from fea.output.target import require_report
-    from fea.verify.terminal import print_verification
+    from fea.verify.verify import print_verification, write_report
     from fea.verify.verify import verify as compute
 
     require_report(report)
     with stages(silent=quiet) as listener:
         rows = compute(cases, listener)
         if report is not None:
-            from fea.verify.verification_report import write_report
-
             write_report(report, rows, quoted(" ".join(["fea verify", *cases]), report), listener)
     show(rows, _DIGITS, partial(print_verification, rows), report=report, json=json, quiet=quiet)
     return 0 if all(row.passed for row in rows) else CHECK_FAILED
@@ -82,15 +80,13 @@ def stability(*cases: str, json: Json = False, report: Markdown = None, quiet: Q
     """
     from fea.machine.clock import stages
     from fea.output.target import require_report
+    from fea.verify.stability.stability import print_stability, write_report
     from fea.verify.stability.stability import stability as compute
-    from fea.verify.stability.terminal import print_stability
 
     require_report(report)
     with stages(silent=quiet) as listener:
         rows = compute(cases, listener)
     if report is not None:
-        from fea.verify.stability.report import write_report
-
         write_report(report, rows, quoted(" ".join(["fea stability", *cases]), report))
     show(rows, _STABILITY_DIGITS, partial(print_stability, rows), report=report, json=json, quiet=quiet)
     return 0 if all(row.passed for row in rows) else CHECK_FAILED
@@ -121,24 +117,21 @@ def converge(
     from fea.machine.clock import stages
     from fea.output.target import require_report
     from fea.study.study import load_study
-    from fea.verify.converge.advice import advice
     from fea.verify.converge.converge import converge as compute
-    from fea.verify.converge.terminal import print_comparison
+    from fea.verify.converge.report import print_comparison, write_report
+    from fea.verify.converge.series import advice
     from geometry.errors import require_positive
 
     require_positive("--minutes", minutes)
     asked = load_study(study)
     require_report(report)
     with stages(silent=quiet or json) as listener:
-        found = compute(asked, minutes, listener)
+        comparison = compute(asked, minutes, listener)
     if report is not None:
-        from fea.verify.converge.report import write_report
-
-        write_report(report, found, quoted(f"fea converge {study} --minutes {minutes:g}", report))
-    rod = [row for row in found.rows if row.computation.problem == "rod"]
-    advised = advice(rod, found.references["rod"].uncertainty_percent)
-    table = partial(print_comparison, found.rows, advised)
-    show(found.rows, _CONVERGE_DIGITS, table, report=report, json=json, quiet=quiet)
+        write_report(report, comparison, quoted(f"fea converge {study} --minutes {minutes:g}", report))
+    advised = advice(comparison.of("rod"), comparison.references["rod"].uncertainty_percent)
+    table = partial(print_comparison, comparison.rows, advised)
+    show(comparison.rows, _CONVERGE_DIGITS, table, report=report, json=json, quiet=quiet)
     return 0
 
 

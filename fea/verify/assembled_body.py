@@ -1,7 +1,10 @@
 """Separate parts that touch, with their bolts: the joined bodies of the benchmark cases."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,10 +17,115 @@ from fea.contact.problem import ContactProblem
 from fea.solid.parity import Parity
 from fea.solvers.static import Model
 from fea.stress.recovery import ElementStress, PartRecovery
-from fea.verify.body import mirror_planes
+from fea.verify.body import mirror_planes, rectangle
 from geometry.arrays import Floats
+from geometry.bodies import Body, Prism, Side, SideBySide
+from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
+from mesh.generate import Fine, mesh_body
+from mesh.numbering import numbered
+from mesh.separate import Interfaces, separated
 from mesh.tetmesh import TetMesh
+
+# From places (…, 3) to a measure (…,) that grows from part to part.
+Measure = Callable[[Floats], Floats]
+
+
+def along_x(places: Floats) -> Floats:
+    """Measure of parts that lie beside each other."""
+    return places[..., 0]
+
+
+def along_y(places: Floats) -> Floats:
+    """Measure of parts that lie on top of each other."""
+    return places[..., 1]
+
+
+def outwards(places: Floats) -> Floats:
+    """Direction away from the axis z."""
+    away = places * [1.0, 1.0, 0.0]
+    return np.asarray(away / np.linalg.norm(away, axis=-1, keepdims=True))
+
+
+def radius(places: Floats) -> Floats:
+    """Measure of parts that lie around each other."""
+    return np.asarray(np.hypot(places[..., 0], places[..., 1]))
+
+
+def parted(mesh: TetMesh, splits: Sequence[float], measure: Measure) -> TetMesh:
+    """Number the parts of a mesh, which end where the measure reaches the `splits`."""
+    furthest = measure(mesh.points)[mesh.tets[:, :4]].max(axis=1)
+    part = np.searchsorted(np.asarray(splits) + 1e-9 * float(np.abs(splits).max()), furthest)
+    return replace(mesh, part=part.astype(np.int64))
+
+
+def apart(
+    body: Body,
+    size: float,
+    splits: Sequence[float],
+    measure: Measure,
+    interfaces: Interfaces,
+    *,
+    order: int = 2,
+    fine: Mapping[Surface, Fine] | None = None,
+) -> TetMesh:
+    """Mesh a body and take its parts apart.
+
+    Parameters
+    ----------
+    body, size, order, fine
+        As for `mesh.generate.mesh_body`; faces of elements lie where the parts touch.
+    splits, measure
+        As for `parted`.
+    interfaces
+        As for `mesh.separate.separated`.
+    """
+    mesh = parted(mesh_body(body, size, order=order, fine=fine), splits, measure)
+    return numbered(separated(mesh, interfaces)[0])[0]
+
+
+def rings(radii: Sequence[float], height: float) -> SideBySide:
+    """Upper halves of rings around each other, with radii from the inside to the outside, mm.
+
+    They are cut at `Surface.SYMMETRY_Y` and `Surface.SYMMETRY_Z`; the inside is `Surface.INNER`, the outside
+    `Surface.OUTER`, the top free.
+    """
+
+    def ring(inner: float, outer: float) -> Prism:
+        sides = (
+            Side(Line((inner, 0.0), (outer, 0.0)), Surface.SYMMETRY_Y),
+            Side(Arc((0.0, 0.0), outer, 0.0, math.pi), Surface.OUTER),
+            Side(Line((-outer, 0.0), (-inner, 0.0)), Surface.SYMMETRY_Y),
+            Side(Arc((0.0, 0.0), inner, math.pi, -math.pi), Surface.INNER),
+        )
+        return Prism(sides, (0.0, height))
+
+    return SideBySide(tuple(ring(*pair) for pair in pairwise(radii)))
+
+
+def bars(
+    ends: Sequence[float], width: tuple[float, float], height: float, below: Surface = Surface.FREE
+) -> SideBySide:
+    """Bars one after another along x, from `Surface.BOLT_THREAD` to `Surface.BOLT_HEAD`.
+
+    Parameters
+    ----------
+    ends
+        x where the first begins, where they touch and where the last ends, mm.
+    width
+        Least and greatest y, mm.
+    height
+        Greatest z, mm; they are cut at `Surface.SYMMETRY_Z`.
+    below
+        Name of the sides at the least y.
+    """
+
+    def bar(number: int, first: float, last: float) -> Prism:
+        start = Surface.BOLT_THREAD if number == 0 else Surface.FREE
+        end = Surface.BOLT_HEAD if number == len(ends) - 2 else Surface.FREE
+        return Prism(rectangle((first, last), width, (below, end, Surface.FREE, start)), (0.0, height))
+
+    return SideBySide(tuple(bar(number, *pair) for number, pair in enumerate(pairwise(ends))))
 
 
 class AssembledBody:
@@ -73,10 +181,10 @@ class AssembledBody:
 
         Those that do not exist are zero.
         """
-        own = self.problem.faces[face]
+        mating = self.problem.faces[face]
         values = self._on_cell(state)[self.problem.own(face)]
-        along, around = (np.where(at >= 0, values[at], 0.0) for at in own.tangential)
-        return values[: own.pressing.size], along, around
+        along, around = (np.where(at >= 0, values[at], 0.0) for at in mating.tangential)
+        return values[: mating.pressing.size], along, around
 
     def tension(self, state: ContactState) -> Floats:
         """Force (n_bolts,) of each bolt of the cell, N."""
@@ -106,8 +214,8 @@ class AssembledBody:
         for bolt, force in zip(self.problem.bolts, self.tension(state), strict=True):
             for surface, unit in bolt.traction.items():
                 traction[surface] = traction.get(surface, 0.0) + force * unit[..., None]
-        found = self._recovery.nodal_stress(u, self.materials, Parity.SYMMETRIC, traction)
-        return [own[..., 0] for own in found]
+        of_parts = self._recovery.nodal_stress(u, self.materials, Parity.SYMMETRIC, traction)
+        return [stress[..., 0] for stress in of_parts]
 
     def gauss_stress(self, displacement: Floats) -> Floats:
         """Stress (n_elements, n_places, 6) at the integration points, of parts of one material, MPa."""

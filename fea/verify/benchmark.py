@@ -1,48 +1,81 @@
-"""A benchmark problem, and its row in the table."""
+"""A benchmark problem: a function from an element size to quantities with known values."""
 
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class Goal:
-    """A quantity with a known value.
+class Quantity(NamedTuple):
+    """A computed quantity and its known value.
 
     Attributes
     ----------
-    quantity
-        The quantity and its place.
-    unit
-        ``"1"`` for a dimensionless quantity.
-    target
-        The known value; not zero.
+    name, unit
+        The quantity and its place; ``"1"`` for a dimensionless one.
+    target, computed
+        The known value, not zero, and the computed one.
     tolerance_percent
         Largest error that passes.
     why
         The reason for the tolerance, in a sentence.
     """
 
-    quantity: str
+    name: str
     unit: str
     target: float
+    computed: float
     tolerance_percent: float
     why: str
 
+    @property
+    def error_percent(self) -> float:
+        """Signed error relative to the target, percent."""
+        return 100 * (self.computed - self.target) / abs(self.target)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the error is within the tolerance (NaN is not)."""
+        return abs(self.error_percent) <= self.tolerance_percent
+
+
+class Computed(NamedTuple):
+    """The result of one computation: degrees of freedom of the (largest) mesh, and the quantities."""
+
+    dofs: int
+    quantities: Sequence[Quantity]
+
 
 @dataclass(frozen=True)
-class Computed:
-    """The result of one computation.
+class BenchmarkRow:
+    """A quantity of a case with its cost; `seconds` is the wall time of the whole case."""
 
-    Attributes
-    ----------
-    values
-        Values by the name of the quantity.
-    dofs
-        Degrees of freedom of the (largest) mesh.
-    """
-
-    values: Mapping[str, float]
+    case: "Benchmark"
+    quantity: Quantity
     dofs: int
+    seconds: float
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the row with the names that other programs rely on."""
+        quantity = self.quantity
+        return {
+            "case": self.case.name,
+            "quantity": quantity.name,
+            "unit": quantity.unit,
+            "target": quantity.target,
+            "computed": quantity.computed,
+            "error_percent": quantity.error_percent,
+            "tolerance_percent": quantity.tolerance_percent,
+            "dofs": self.dofs,
+            "seconds": self.seconds,
+            "pass": self.passed,
+            "source": self.case.source,
+        }
+
+    @property
+    def passed(self) -> bool:
+        """Whether the error is within the tolerance."""
+        return self.quantity.passed
 
 
 @dataclass(frozen=True)
@@ -51,78 +84,45 @@ class Benchmark:
 
     Attributes
     ----------
-    title
-        Title of the problem.
+    name, title
+        As on the command line, and in words.
     source
         Author, year and place in the publication.
-    goals
-        The quantities to compare.
     compute
         Computes the quantities with an element size, mm.
     size
-        Element size at which the goals must be met, mm.
+        Element size at which the tolerances must be met, mm.
     converges
         Whether the error decreases with the element size; otherwise it consists of rounding, is a rate or is
         the error of the target, and is not plotted.
     """
 
+    name: str
     title: str
     source: str
-    goals: tuple[Goal, ...]
     compute: Callable[[float], Computed]
     size: float
     converges: bool = True
 
+    def rows(self, factor: float = 1.0) -> list[BenchmarkRow]:
+        """Compute the quantities with elements of `factor` times the size."""
+        start = time.perf_counter()
+        dofs, quantities = self.compute(factor * self.size)
+        seconds = time.perf_counter() - start
+        return [BenchmarkRow(self, quantity, dofs, seconds) for quantity in quantities]
 
-@dataclass(frozen=True)
-class Row:
-    """A quantity, computed.
 
-    Attributes
-    ----------
-    case
-        Name of the benchmark.
-    source
-        Source of its target.
-    goal
-        The quantity, its target and tolerance.
-    computed
-        The computed value, in the unit of the goal.
-    dofs
-        Degrees of freedom of the mesh.
-    seconds
-        Wall time of the whole case.
-    """
+CASES: dict[str, Benchmark] = {}
 
-    case: str
-    source: str
-    goal: Goal
-    computed: float
-    dofs: int
-    seconds: float
 
-    @property
-    def error_percent(self) -> float:
-        """Signed error relative to the target, percent."""
-        return 100 * (self.computed - self.goal.target) / abs(self.goal.target)
+def benchmark(
+    title: str, source: str, *, size: float, converges: bool = True
+) -> Callable[[Callable[[float], Computed]], Benchmark]:
+    """Add a function to `CASES`, under its name with hyphens."""
 
-    @property
-    def passed(self) -> bool:
-        """Whether the error is within the tolerance (NaN is not)."""
-        return abs(self.error_percent) <= self.goal.tolerance_percent
+    def register(compute: Callable[[float], Computed]) -> Benchmark:
+        name = compute.__name__.replace("_", "-")
+        CASES[name] = Benchmark(name, title, source, compute, size, converges)
+        return CASES[name]
 
-    def as_dict(self) -> dict[str, object]:
-        """Return the row with the names that other programs rely on."""
-        return {
-            "case": self.case,
-            "quantity": self.goal.quantity,
-            "unit": self.goal.unit,
-            "target": self.goal.target,
-            "computed": self.computed,
-            "error_percent": self.error_percent,
-            "tolerance_percent": self.goal.tolerance_percent,
-            "dofs": self.dofs,
-            "seconds": self.seconds,
-            "pass": self.passed,
-            "source": self.source,
-        }
+    return register

@@ -1,21 +1,62 @@
-"""Helpers of the benchmark cases: a meshed body with its boundary conditions, and its recovered stress."""
+"""Bodies of the benchmark cases: shapes, boundary conditions, solution, stress, contact with a pin."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy import sparse
 
+from fea.base.choices import Support
 from fea.base.material import Material
-from fea.solid.parity import Parity
+from fea.contact.active_set import Contact
+from fea.contact.interfaces import PinInBore
+from fea.contact.problem import ContactProblem
+from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
+from fea.solid.parity import Parity, Split
 from fea.solvers.constrained import displacement
+from fea.solvers.linear.amg import Operator
+from fea.solvers.linear.choice import direct, factorise, schur
+from fea.solvers.static import Model, unheld, work
 from fea.stress.recovery import Recovery
 from geometry.arrays import Floats, Ints, Mask
+from geometry.bodies import Side, polygon
+from geometry.segments import Arc, Line
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.tetmesh import TetMesh
 
 # The material of the NAFEMS benchmarks and most others; only some cases use density and strength.
 STEEL = Material(youngs_modulus=210e3, poissons_ratio=0.3, density=7.85e-9, yield_strength=400.0)
+
+
+def rectangle(
+    x: tuple[float, float], y: tuple[float, float], names: tuple[Surface, Surface, Surface, Surface]
+) -> tuple[Side, ...]:
+    """Sides of a rectangle: at the least y, the greatest x, the greatest y and the least x."""
+    corners = ((x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1]))
+    return polygon(*zip(corners, names, strict=True))
+
+
+def quarter_ring(inner: float, outer: float) -> tuple[Side, ...]:
+    """Sides of a quarter between two circles: on y = 0, outside, on x = 0, inside."""
+    quarter = math.pi / 2
+    return (
+        Side(Line((inner, 0.0), (outer, 0.0)), Surface.SYMMETRY_Y),
+        Side(Arc((0.0, 0.0), outer, 0.0, quarter), Surface.OUTER),
+        Side(Line((0.0, outer), (0.0, inner)), Surface.SYMMETRY_X),
+        Side(Arc((0.0, 0.0), inner, quarter, -quarter), Surface.INNER),
+    )
+
+
+def uniform(*vector: float) -> Callable[..., Floats]:
+    """Return the field (…, 3) of a vector at places (…, 3), whatever the normals there."""
+    return lambda places, _normals=None: np.broadcast_to(vector, places.shape)
+
+
+def pressure(size: float) -> Callable[[Floats, Floats], Floats]:
+    """Return the traction of a pressure, MPa, at places with outward normals."""
+    return lambda _, normals: -size * normals
 
 
 def mirror_planes(mesh: TetMesh) -> tuple[Surface, ...]:
@@ -44,6 +85,13 @@ def nodes_of(mesh: TetMesh, *surfaces: Surface) -> Ints:
 def furthest(values: Floats, target: float) -> float:
     """The value that is furthest from the target."""
     return float(values[np.abs(values - target).argmax()])
+
+
+def hoop_stress(points: Floats, stress: Floats) -> Floats:
+    """Stress (n,) around the axis z at places (n, 3), from stress (n, 6)."""
+    angle = np.arctan2(points[:, 1], points[:, 0])
+    xx, yy, _, xy, _, _ = stress.T
+    return np.asarray(xx * np.sin(angle) ** 2 + yy * np.cos(angle) ** 2 - xy * np.sin(2 * angle))
 
 
 @dataclass(frozen=True)
@@ -119,3 +167,71 @@ class SolvedBody:
         # The point of a benchmark is a corner of its geometry, so that there is a node.
         assert away[nearest] < 1e-6 * np.ptp(self.mesh.points)  # noqa: S101
         return nearest
+
+
+def relieved(mesh: TetMesh, load: Split, parity: Parity = Parity.SYMMETRIC) -> Floats:
+    """Displacement (n_nodes, 3, 1) of a free steel body under a load that balances its inertia."""
+    solution = Model(mesh, STEEL, Support.INERTIA_RELIEF).solve([load])
+    return solution.displacement[parity]
+
+
+class TouchedBody:
+    """A body, symmetric about y = 0, with its constraints and the one pin that touches it.
+
+    Parameters
+    ----------
+    mesh, material
+        The body.
+    fixed
+        (n_nodes, 3) constrained degrees of freedom, those of the mirror planes included.
+    pin
+        In its bore, or at whatever surface it touches.
+    """
+
+    def __init__(self, mesh: TetMesh, material: Material, fixed: Mask, pin: PinInBore) -> None:
+        self.mesh, self._material, self._fixed, self._pin = mesh, material, fixed.ravel(), pin
+        nothing = {Parity.SYMMETRIC: np.zeros((mesh.points.size, 0))}
+        self.problem = ContactProblem(self, mesh, [pin], nothing, both_sides=False)
+
+    @cached_property
+    def _constrained(self) -> SymmetricMatrix:
+        K = stiffness(self.mesh, self._material, pattern(self.mesh.tets, len(self.mesh.points)))
+        return K.constrained(self._fixed)
+
+    @cached_property
+    def _factor(self) -> Operator:
+        return factorise(self._constrained)
+
+    def compliance(self, _parity: Parity, forces: sparse.csc_array) -> Floats:
+        """Work (k, k) of symmetric forces (3 n_nodes, k) on what they cause."""
+        free, complement = unheld(forces, self._fixed), schur(direct())
+        return work(free, self._factor) if complement is None else complement(self._constrained, free)
+
+    def touched(self, clearance: float, force: float) -> Contact:
+        """Pressures (n,) at the vertices under a force along x on the whole body, N."""
+        gap = self.problem.initial + (clearance - self._pin.clearance) * self._weights
+        return self.problem.system.solve(gap, np.array([force]))
+
+    @cached_property
+    def _weights(self) -> Floats:
+        return self.problem.unfolding.moments({Parity.SYMMETRIC: self._pin.multipliers.weights})
+
+    def stress(self, pressure: Floats) -> Floats:
+        """Nodal stress (n_nodes, 6) under pressures (n,), MPa."""
+        multipliers, n_nodes = self._pin.multipliers, len(self.mesh.points)
+        forces = np.where(self._fixed, 0.0, self.problem.forces @ pressure)
+        u = self._factor(forces[:, None]).reshape(n_nodes, 3, 1)
+        nodes, values = multipliers.at_nodes(pressure[:, None])
+        traction = np.zeros((n_nodes, 3, 1))
+        traction[nodes] = values[:, None] * multipliers.direction(self.mesh.points[nodes])[..., None]
+        recovery = Recovery(self.mesh, mirror_planes(self.mesh), (multipliers.surface,))
+        nodal = recovery.nodal_stress(u, self._material, Parity.SYMMETRIC, {multipliers.surface: traction})
+        return np.asarray(nodal[:, :, 0])
+
+
+def contact_end(place: Floats, p: Floats) -> float:
+    """Where the pressure (n,) at places (n,) ends: near it, its square is linear."""
+    places = np.unique(np.round(place, 9))
+    mean = np.array([p[np.abs(place - at) < 1e-8].mean() for at in places])
+    last = np.flatnonzero(mean > 0)[-4:-1]
+    return float(np.polyfit(mean[last] ** 2, places[last], 1)[1])

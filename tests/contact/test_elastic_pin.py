@@ -6,31 +6,31 @@ import numpy as np
 import pytest
 
 from fea.contact.elastic_pin import ElasticPin, Pin
-from fea.verify.cases.elastic_pin import NU, RADIUS, E, pressed, solid_slice
+from fea.verify.cases.contact import NU, SLICE, E, pressed_pin, solid_slice
 
 
 @pytest.mark.parametrize("order", [2, 3, 5, 9])
 def test_a_solid_slice_deflects_as_michell_says(order):
-    _, inward, _ = pressed(Pin(RADIUS, 0.0, 4.0, None, E, NU), order)
+    _, inward, _ = pressed_pin(Pin(SLICE, 0.0, 4.0, None, E, NU), order)
     # The mesh of the pin: 0.05 % at the ninth harmonic.
     assert inward == pytest.approx(np.full_like(inward, solid_slice(order)), rel=1e-3)
 
 
 def test_a_squeezed_slice_shrinks_as_lame_says():
-    _, inward, _ = pressed(Pin(RADIUS, 0.0, 4.0, None, E, NU), 0)
-    exact = RADIUS * (1 + NU) * (1 - 2 * NU) / E
+    _, inward, _ = pressed_pin(Pin(SLICE, 0.0, 4.0, None, E, NU), 0)
+    exact = SLICE * (1 + NU) * (1 - 2 * NU) / E
     assert inward == pytest.approx(np.full_like(inward, exact), rel=1e-9)
 
 
 @pytest.mark.parametrize("order", [0, 1, 2, 4, 16])
 def test_a_finer_mesh_of_the_pin_changes_nothing(order, monkeypatch):
     pin = Pin(11.0, 6.6, 11.0, (12.0, 30.0), E, NU)
-    _, inward, carried = pressed(pin, order)
+    _, inward, carried = pressed_pin(pin, order)
     balanced = inward - 11.0 / 18.0 * carried
     for name, count in (("RADIAL", 10), ("TOUCHING", 24), ("BETWEEN", 8), ("CARRIED", 12)):
         monkeypatch.setattr(f"fea.contact.elastic_pin.{name}", count)
     monkeypatch.setattr("fea.contact.elastic_pin._AXIAL_RATIO", math.sqrt(0.75))
-    _, inward, carried = pressed(pin, order)
+    _, inward, carried = pressed_pin(pin, order)
     finer = inward - 11.0 / 18.0 * carried
     if order == 1:  # a rigid motion is free
         balanced, finer = balanced - balanced[-1], finer - finer[-1]

@@ -8,7 +8,7 @@ from fea.rod.shank import shank
 from fea.run.meshing import mesh_study
 from fea.study.flags import Flags
 from fea.study.study import load_study
-from fea.verify.cases.euler_column import HEIGHT, WIDTH, strut
+from fea.verify.cases.dynamics import HEIGHT, WIDTH, strut
 from mesh.slices import sections
 
 

@@ -19,7 +19,7 @@ from fea.solvers.static import Model
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.verify.body import STEEL
-from fea.verify.cases.euler_column import HEIGHT, LOAD, WIDTH, critical, strut
+from fea.verify.cases.dynamics import HEIGHT, LOAD, WIDTH, critical_load, strut
 from geometry.surfaces import Surface
 
 
@@ -115,7 +115,7 @@ def test_pulled_struts_keep_no_positive_factor(pressed):
     mesh, u = pressed
     held = (Held(Surface.CLAMPED, 0.0, tuple(range(6))),)
     modes = buckling(mesh, held).modes({Parity.SYMMETRIC: np.stack([u, -u], axis=-1)}, 2)
-    assert modes[0][0].factor * LOAD == pytest.approx(critical(HEIGHT * WIDTH**3 / 12, 2.0), rel=0.01)
+    assert modes[0][0].factor * LOAD == pytest.approx(critical_load(HEIGHT * WIDTH**3 / 12, 2.0), rel=0.01)
     assert not modes[1]
 
 

@@ -27,10 +27,8 @@ from fea.solvers.linear import amg as conjugate_gradients
 from fea.solvers.mixed import MixedModel, pressure_space
 from fea.solvers.static import Model
 from fea.stress.recovery import Recovery
-from fea.verify.cases.lame import loaded
-from fea.verify.cases.patch import shaken
-from fea.verify.stability.incompressible import exact
-from fea.verify.stability.pair import solved_pair
+from fea.verify.cases.elasticity import lame_body, lame_exact, shaken
+from fea.verify.stability.outcome import solved_mixed
 from geometry.bodies import block
 from geometry.surfaces import Surface
 from mesh.generate import mesh_body
@@ -57,28 +55,28 @@ def test_the_patch_test_at_0_4999():
     xx, yy, zz, xy, yz, xz = stress
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     forces = traction_forces(mesh, Surface.FREE, lambda _, normals: normals @ tensor)
-    pair = solved_pair(mesh, RUBBER, forces, determinate_restraints(mesh))
+    pair = solved_mixed(mesh, RUBBER, forces, determinate_restraints(mesh))
     linear = mesh.points @ gradient.T
-    u = without_rigid_motion(mesh.points, pair.solved.displacement)
+    u = without_rigid_motion(mesh.points, pair.displacement)
     expected = without_rigid_motion(mesh.points, linear)
     assert u == pytest.approx(expected, abs=1e-10 * np.abs(linear).max())
     p = RUBBER.lame_lambda * np.trace(gradient)
     assert pair.pressure == pytest.approx(p, rel=1e-9)
-    found = Recovery(mesh).nodal_stress(pair.solved.displacement[:, :, None], RUBBER, pressure=pair.pressure)
+    found = Recovery(mesh).nodal_stress(pair.displacement[:, :, None], RUBBER, pressure=pair.pressure)
     assert found[..., 0] == pytest.approx(np.tile(stress, (len(u), 1)), abs=1e-9 * np.abs(stress).max())
 
 
 @pytest.mark.parametrize("nu", [0.3, 0.499999])
 def test_lame_whatever_poissons_ratio(nu):
     """0.03 % of the widening and 1 % of the hoop stress, at the worst node: what size 1.2 leaves at any ν."""
-    body = loaded(1.2)
+    body = lame_body(1.2)
     material = replace(body.material, poissons_ratio=nu)
-    pair = solved_pair(body.mesh, material, body.forces, body.fixed)
-    u, stress = exact(body.mesh.points, material)
-    assert pair.solved.displacement == pytest.approx(u, abs=3e-4 * np.abs(u).max())
+    pair = solved_mixed(body.mesh, material, body.forces, body.fixed)
+    u, stress = lame_exact(body.mesh.points, material)
+    assert pair.displacement == pytest.approx(u, abs=3e-4 * np.abs(u).max())
     planes = (Surface.SYMMETRY_X, Surface.SYMMETRY_Y, Surface.SYMMETRY_Z)
     found = Recovery(body.mesh, planes, body.known).nodal_stress(
-        pair.solved.displacement[:, :, None], material, traction=body.traction, pressure=pair.pressure
+        pair.displacement[:, :, None], material, traction=body.traction, pressure=pair.pressure
     )
     assert found[..., 0] == pytest.approx(stress, abs=1e-2 * np.abs(stress).max())
 

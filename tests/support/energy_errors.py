@@ -14,7 +14,7 @@ from fea.stress.recovery import ElementStress, Recovery, reference_nodes
 from fea.study.option_tables import MeshTable
 from fea.study.study import load_study
 from fea.verify.body import STEEL
-from fea.verify.cases import manufactured
+from fea.verify.cases.elasticity import manufactured_gradient, manufactured_solution
 from geometry.bodies import block
 from mesh.generate import mesh_body
 from mesh.refined import refined
@@ -42,11 +42,11 @@ def effectivity(mesh: TetMesh, u, stress, exact, material: Material) -> float:
 def manufactured_effectivity(size: float, order: int) -> float:
     """Of a sum of plane waves on a cube of side 1."""
     mesh = refined(mesh_body(block(1.0, 1.0, 1.0), size, order=order))
-    u = manufactured._solved(mesh)[:, :, None]
+    u = manufactured_solution(mesh)[:, :, None]
     stress = Recovery(mesh).nodal_stress(u, STEEL)
 
     def exact(places):
-        slope = manufactured.exact_gradient(places)
+        slope = manufactured_gradient(places)
         strain = (slope + slope.transpose(0, 2, 1)) / 2
         lam, mu = STEEL.lame_lambda, STEEL.shear_modulus
         tensor = 2 * mu * strain + lam * np.trace(strain, axis1=1, axis2=2)[:, None, None] * np.eye(3)

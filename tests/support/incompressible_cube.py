@@ -11,7 +11,7 @@ import numpy as np
 from fea.base.material import Material
 from fea.solid.element import gauss_blocks, shape_functions, tabulate
 from fea.solid.inertia import body_forces
-from fea.verify.stability.pair import solved_pair
+from fea.verify.stability.outcome import solved_mixed
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
@@ -85,7 +85,7 @@ def errors(mesh: TetMesh, material: Material) -> tuple[float, float]:
     exact = Exact(material)
     fixed = np.zeros((len(mesh.points), 3), dtype=bool)
     fixed[mesh.facets[Surface.FREE].ravel()] = True
-    pair = solved_pair(mesh, material, body_forces(mesh, exact.body_force), fixed)
+    pair = solved_mixed(mesh, material, body_forces(mesh, exact.body_force), fixed)
     table = tabulate(10, DEGREE)
     linear, _ = shape_functions(4, _places(table.values))
     off, whole = np.zeros(2), np.zeros(2)
@@ -93,7 +93,7 @@ def errors(mesh: TetMesh, material: Material) -> tuple[float, float]:
         tets, volumes = mesh.tets[part], gauss.volumes.ravel()
         places = (table.values @ mesh.points[tets]).reshape(-1, 3)
         u, p = exact.displacement(places), exact.pressure(places)
-        found_u = (table.values @ pair.solved.displacement[tets]).reshape(-1, 3)
+        found_u = (table.values @ pair.displacement[tets]).reshape(-1, 3)
         found_p = (linear @ pair.pressure[tets[:, :4]]).ravel()
         off += volumes @ np.stack([((found_u - u) ** 2).sum(axis=1), (found_p - p) ** 2], axis=1)
         whole += volumes @ np.stack([(u**2).sum(axis=1), p**2], axis=1)

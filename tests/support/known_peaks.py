@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from types import ModuleType
 
 import numpy as np
 from exact_bodies import HEIGHT, MATERIAL, PLANES, PROBLEMS, solve, tetrahedralise
@@ -10,9 +9,10 @@ from exact_bodies import HEIGHT, MATERIAL, PLANES, PROBLEMS, solve, tetrahedrali
 from fea.stress.error_estimate import ErrorEstimator
 from fea.stress.recovery import Recovery
 from fea.stress.stress import von_mises
-from fea.verify.body import STEEL, SolvedBody
-from fea.verify.cases import goodier, le1, le10, plate_with_hole, rotating_disc
+from fea.verify.body import STEEL, LoadedBody, SolvedBody
+from fea.verify.cases import dynamics, elasticity, nafems
 from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
 
 SIZES = (0.6, 0.42, 0.3, 0.2, 0.15)
 
@@ -69,27 +69,33 @@ class Problem:
     inner: bool = True
 
 
-def _solved(case: ModuleType) -> Callable[[float], SolvedBody]:
-    return lambda size: case.loaded(case.meshed(size)).solved()
+def _solved(
+    meshed: Callable[[float], TetMesh], loaded: Callable[[TetMesh], LoadedBody]
+) -> Callable[[float], SolvedBody]:
+    return lambda size: loaded(meshed(size)).solved()
 
 
 _NU = STEEL.poissons_ratio
-_HOLE = plate_with_hole.PEAK.target * plate_with_hole.TENSION
-_CAVITY = goodier.EQUATOR.target
+_HOLE = nafems.PLATE_FACTOR * nafems.TENSION
+_CAVITY = elasticity.EQUATOR
 # Along the equator of the cavity: Timoshenko & Goodier 1970, chapter 12.
-_AROUND = goodier.TENSION * (15 * _NU - 3) / (2 * (7 - 5 * _NU))
+_AROUND = elasticity.TENSION * (15 * _NU - 3) / (2 * (7 - 5 * _NU))
 BENCHMARKS = {
     # In plane strain the stress across the plane is ν times that in it.
-    "NAFEMS LE1": Problem(_solved(le1), (600, 400, 280, 200), (92.7, _NU * 92.7, 0), 0.1),
-    "NAFEMS LE10": Problem(_solved(le10), (400, 280, 200), (-5.38, 0, -1), 0.1),
-    "plate with a hole": Problem(_solved(plate_with_hole), (3, 2, 1.4), (_HOLE, _NU * _HOLE, 0), 0.1),
+    "NAFEMS LE1": Problem(
+        _solved(nafems.le1_mesh, nafems.le1_body), (600, 400, 280, 200), (92.7, _NU * 92.7, 0), 0.1
+    ),
+    "NAFEMS LE10": Problem(_solved(nafems.le10_mesh, nafems.le10_body), (400, 280, 200), (-5.38, 0, -1), 0.1),
+    "plate with a hole": Problem(
+        _solved(nafems.plate_mesh, nafems.plate_body), (3, 2, 1.4), (_HOLE, _NU * _HOLE, 0), 0.1
+    ),
     "Goodier, verify": Problem(
-        lambda size: goodier.loaded(size).solved(), (0.2, 0.14, 0.1), (_CAVITY, _AROUND, 0), 0.0
+        lambda size: elasticity.goodier_body(size).solved(), (0.2, 0.14, 0.1), (_CAVITY, _AROUND, 0), 0.0
     ),
     "rotating disc": Problem(
-        lambda size: rotating_disc.spun(rotating_disc.meshed(size)),
+        lambda size: dynamics.spun_disc(dynamics.disc_mesh(size)),
         (20, 14, 10),
-        (rotating_disc.CENTRE.target, rotating_disc.CENTRE.target, 0),
+        (dynamics.DISC_CENTRE, dynamics.DISC_CENTRE, 0),
         0.0,
         inner=False,
     ),

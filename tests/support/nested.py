@@ -8,7 +8,7 @@ from fea.solid.element import shape_functions
 from fea.stress.error_estimate import ErrorEstimator
 from fea.stress.recovery import reference_nodes
 from fea.verify.body import SolvedBody
-from fea.verify.cases import cook, le1, le10, le11, plate_with_hole, rotating_disc
+from fea.verify.cases import dynamics, nafems
 from geometry.surfaces import Surface
 from mesh.refined import raised, refined, split
 from mesh.tetmesh import EDGES, TetMesh
@@ -37,7 +37,7 @@ def nested(mesh: TetMesh) -> TetMesh:
 
 def _held_all_over(mesh: TetMesh) -> SolvedBody:
     """LE10 with its outer face held in z as well."""
-    body = le10.loaded(mesh)
+    body = nafems.le10_body(mesh)
     fixed = body.fixed.copy()
     fixed[np.unique(mesh.facets[Surface.OUTER]), 2] = True
     return replace(body, fixed=fixed).solved()
@@ -45,13 +45,13 @@ def _held_all_over(mesh: TetMesh) -> SolvedBody:
 
 # Mesh and solution of each problem, and the element size to start from, mm.
 PROBLEMS = {
-    "NAFEMS LE1": (le1.meshed, lambda mesh: le1.loaded(mesh).solved(), 500.0),
-    "NAFEMS LE10": (le10.meshed, lambda mesh: le10.loaded(mesh).solved(), 500.0),
-    "NAFEMS LE10, held all over": (le10.meshed, _held_all_over, 500.0),
-    "NAFEMS LE11": (le11.meshed, lambda mesh: le11.loaded(mesh).solved(), 400.0),
-    "Cook": (cook.meshed, lambda mesh: cook.membrane(mesh).solved(), 12.0),
-    "plate with a hole": (plate_with_hole.meshed, lambda m: plate_with_hole.loaded(m).solved(), 3.0),
-    "rotating disc": (rotating_disc.meshed, rotating_disc.spun, 20.0),
+    "NAFEMS LE1": (nafems.le1_mesh, lambda mesh: nafems.le1_body(mesh).solved(), 500.0),
+    "NAFEMS LE10": (nafems.le10_mesh, lambda mesh: nafems.le10_body(mesh).solved(), 500.0),
+    "NAFEMS LE10, held all over": (nafems.le10_mesh, _held_all_over, 500.0),
+    "NAFEMS LE11": (nafems.le11_mesh, lambda mesh: nafems.le11_body(mesh).solved(), 400.0),
+    "Cook": (nafems.cook_mesh, lambda mesh: nafems.cook_body(mesh).solved(), 12.0),
+    "plate with a hole": (nafems.plate_mesh, lambda m: nafems.plate_body(m).solved(), 3.0),
+    "rotating disc": (dynamics.disc_mesh, dynamics.spun_disc, 20.0),
 }
 
 

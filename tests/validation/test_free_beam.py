@@ -8,10 +8,13 @@ from fea.solid.inertia import inertia, mass_matrix
 from fea.solvers.vibration import RIGID, free_modes
 from fea.study.flags import Flags
 from fea.study.study import load_study
-from fea.verify.cases.free_beam import LENGTH, STEEL, THICK, THIN
+from fea.verify.cases.dynamics import BEAM
+from fea.verify.cases.dynamics import BEAM_STEEL as STEEL
 from geometry.bodies import block
 from geometry.errors import InvalidValue
 from mesh.generate import mesh_body
+
+LENGTH, THIN, THICK = BEAM
 
 
 @pytest.fixture(scope="module")

@@ -9,18 +9,30 @@ from fea.output.inp import read_frd
 from fea.output.pictures.strokes import is_complete_png
 from fea.study.study import load_study
 from fea.verify.converge import converge as module
-from fea.verify.converge.advice import advice
-from fea.verify.converge.compute import compute
-from fea.verify.converge.front import error_after, fastest_within, pareto, seconds_to, settled
-from fea.verify.converge.plan import series
-from fea.verify.converge.reference import Reference, extrapolated
-from fea.verify.converge.row import Computation, Measured, Row
-from fea.verify.converge.versus import equal_error, equal_time
+from fea.verify.converge.converge import series
+from fea.verify.converge.measurement import (
+    Computation,
+    ConvergenceRow,
+    Measured,
+    Reference,
+    compute,
+    extrapolated,
+)
+from fea.verify.converge.series import (
+    advice,
+    equal_error,
+    equal_time,
+    error_after,
+    fastest_within,
+    pareto,
+    seconds_to,
+    settled,
+)
 
 
 def row(seconds, error, tool="fea", element="p2", size=1.0):
     computation = Computation(tool, element, "rod", size)
-    return Row(computation, Measured(size, 3000, seconds, 100.0, 700.0), "peak", error)
+    return ConvergenceRow(computation, Measured(size, 3000, seconds, 100.0, 700.0), "peak", error)
 
 
 def test_richardson_finds_the_limit_of_a_power_law():

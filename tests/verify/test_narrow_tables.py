@@ -2,8 +2,8 @@
 
 import pytest
 
-from fea.verify.converge.row import Computation, Measured, Row
-from fea.verify.converge.terminal import print_comparison
+from fea.verify.converge.measurement import Computation, ConvergenceRow, Measured
+from fea.verify.converge.report import print_comparison
 from fea.verify.reproduce.report import print_reproduction, reproduce
 
 TOOLS = ("fea", "fea --tolerance", "fea --size 12.1 --tolerance", "CalculiX")
@@ -13,7 +13,9 @@ TOOLS = ("fea", "fea --tolerance", "fea --size 12.1 --tolerance", "CalculiX")
 def test_error_against_run_time(width, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", str(width))
     measured = Measured(12.1, 2012345, 123.45, 12345.0, 717.9)
-    rows = [Row(Computation(tool, "p2", "goodier", 5.0), measured, "peak", -12.34) for tool in TOOLS]
+    rows = [
+        ConvergenceRow(Computation(tool, "p2", "goodier", 5.0), measured, "peak", -12.34) for tool in TOOLS
+    ]
     print_comparison(rows, [])
     text = capsys.readouterr().out
     assert "…" not in text

@@ -3,18 +3,16 @@
 import pytest
 
 from fea import run
-from fea.verify.stability import rods
-from fea.verify.stability.report import write_report
-from fea.verify.stability.row import ExtremeRow, Verdict, judged
-from fea.verify.stability.stability import CASES, stability
-from fea.verify.stability.terminal import counts
+from fea.verify.stability import runs
+from fea.verify.stability.outcome import ExtremeRow, Verdict, judged
+from fea.verify.stability.stability import CASES, counts, stability, write_report
 from geometry.errors import InvalidValue
 
 
 @pytest.fixture(scope="module")
 def rows():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(rods, "WEBS", (0.6,))  # thinner ones take seconds
+        patch.setattr(runs, "WEBS", (0.6,))  # thinner ones take seconds
         return stability()
 
 

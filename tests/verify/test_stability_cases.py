@@ -4,11 +4,18 @@ import numpy as np
 import pytest
 
 from fea.solid.traction import traction_forces
-from fea.verify.stability import liner, thin_ring
-from fea.verify.stability.bending import beam
-from fea.verify.stability.grading import OUTSIDE, SIZE, sphere
+from fea.verify.stability import materials
 from fea.verify.stability.lattice import lattice
-from fea.verify.stability.slivers import with_sliver
+from fea.verify.stability.shapes import (
+    BALL,
+    BALL_SIZE,
+    RING_BORE,
+    RING_PRESSURE,
+    beam,
+    graded_sphere,
+    ring_peak,
+    with_sliver,
+)
 from geometry.surfaces import Surface
 from mesh.quality import measure, shape
 from mesh.tetmesh import EDGES
@@ -39,28 +46,27 @@ def test_a_sliver_has_the_shape_asked_for(least):
 
 
 def test_the_graded_mesh_grows_a_thousandfold():
-    mesh = sphere(1000.0)
+    mesh = graded_sphere(1000.0)
     edges = EDGES
     lengths = np.linalg.norm(np.diff(mesh.points[mesh.tets[:, edges]], axis=2)[:, :, 0], axis=2)
     assert lengths.max() / lengths.min() > 1000
-    assert np.linalg.norm(mesh.points, axis=1).max() == pytest.approx(OUTSIDE)
-    assert lengths.max() < 2 * SIZE
+    assert np.linalg.norm(mesh.points, axis=1).max() == pytest.approx(BALL)
+    assert lengths.max() < 2 * BALL_SIZE
 
 
 def test_a_liner_of_the_same_material_is_none():
     """Then the two rings are one: Lame's cylinder in plane strain."""
     E, nu = 210e3, 0.3
-    a, b, p = liner.BORE, liner.OUTSIDE, liner.PRESSURE
-    exact = [
-        (1 + nu) / E * p * a**2 / (b**2 - a**2) * ((1 - 2 * nu) * r + b**2 / r) for r in (a, liner.INTERFACE)
-    ]
-    assert liner.exact_displacement(1.0) == pytest.approx(exact, rel=1e-12)
+    a, b, p = materials.BORE, materials.EYE, materials.LINER_PRESSURE
+    places = (a, materials.INTERFACE)
+    exact = [(1 + nu) / E * p * a**2 / (b**2 - a**2) * ((1 - 2 * nu) * r + b**2 / r) for r in places]
+    assert materials.liner_displacement(1.0) == pytest.approx(exact, rel=1e-12)
 
 
 def test_a_thin_ring_bends_as_a_beam():
     """Moment q R^2/3 at the ends of the axes; the hoop force, a share t/R of that, is left out."""
     wall = 0.01
-    radius = thin_ring.BORE + wall / 2
-    bending = 6 * thin_ring.PRESSURE * radius**2 / 3 / wall**2
+    radius = RING_BORE + wall / 2
+    bending = 6 * RING_PRESSURE * radius**2 / 3 / wall**2
     plane_strain = np.sqrt(1 - 0.3 + 0.3**2)
-    assert thin_ring.exact_peak(wall) == pytest.approx(plane_strain * bending, rel=1e-2)
+    assert ring_peak(wall) == pytest.approx(plane_strain * bending, rel=1e-2)

@@ -1,1 +1,1 @@
-"""Benchmark problems, one per file: each module defines `BENCHMARK` and gives the case its name."""
+"""The benchmark problems of `fea verify`, a module a kind."""

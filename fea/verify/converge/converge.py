@@ -2,21 +2,24 @@
 
 import dataclasses
 import math
+import shutil
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 
 from fea.machine.isolated import fresh
 from fea.study.study import Study
-from fea.verify.cases.goodier import EQUATOR
-from fea.verify.cases.lame import HOOP
-from fea.verify.converge.compute import compute
-from fea.verify.converge.plan import series
-from fea.verify.converge.reference import Reference
-from fea.verify.converge.rod_reference import rod_reference
-from fea.verify.converge.row import Computation, Measured, Row
+from fea.verify.cases.elasticity import EQUATOR, GOODIER_EQUATOR, HOOP, LAME_HOOP
+from fea.verify.converge.measurement import (
+    Computation,
+    ConvergenceRow,
+    Measured,
+    Reference,
+    compute,
+    rod_reference,
+)
 from mesh.sizing import default_size
 
 PROBLEMS = ("rod", "lame", "goodier")
@@ -24,14 +27,46 @@ PROBLEMS = ("rod", "lame", "goodier")
 SHARE = {"rod": 0.7, "lame": 0.15, "goodier": 0.15}
 QUANTITY = {
     "rod": "rod: largest von Mises stress",
-    "lame": f"lame: {HOOP.quantity}",
-    "goodier": f"goodier: {EQUATOR.quantity}",
+    "lame": f"lame: {LAME_HOOP}",
+    "goodier": f"goodier: {GOODIER_EQUATOR}",
 }
-EXACT = {"lame": HOOP.target, "goodier": EQUATOR.target}
+EXACT = {"lame": HOOP, "goodier": EQUATOR}
 # Number of runs of a computation that takes less than LONG seconds; their median counts.
 RUNS, LONG = 3, 5.0
 # Largest cost of the next size relative to the previous one: 2.4 times the nodes, to the power 1.5.
 _GROWTH = 3.5
+
+# Ratio of successive sizes: each mesh has about 2.4 times the nodes of the previous one.
+STEP = 0.75
+LEVELS = 9
+# Coarsest sizes: for the rod relative to its default size, for the others in mm.
+COARSEST = {"rod": 2.4, "lame": 8.0, "goodier": 0.6}
+TOLERANCES = (10.0, 5.0, 3.0, 2.0, 1.0)
+TOOLS = ("fea", "fea, mean", "CalculiX")
+
+
+def series(problem: str, default_size: float) -> Iterator[list[Computation]]:
+    """The computations of a problem, in series that differ only in the size, coarse to fine.
+
+    Parameters
+    ----------
+    problem
+        ``rod``, ``lame`` or ``goodier``.
+    default_size
+        Default element size of the rod, mm.
+    """
+    unit = default_size if problem == "rod" else 1.0
+    sizes = [COARSEST[problem] * unit * STEP**level for level in range(LEVELS)]
+    tools = [tool for tool in TOOLS if tool != "CalculiX" or shutil.which("ccx")]
+    for tool in (*tools, *(["fea, whole"] if problem == "rod" else [])):
+        for element in ("p1", "p2") if tool != "fea, whole" else ("p2",):
+            yield [Computation(tool, element, problem, size) for size in sizes]
+    if problem == "rod":
+        yield [Computation("fea --tolerance", "p2", problem, percent) for percent in TOLERANCES]
+        first = round(COARSEST[problem] * unit, 1)
+        tool = f"fea --size {first:g} --tolerance"
+        yield [Computation(tool, "p2", problem, percent, first) for percent in TOLERANCES]
+
 
 Outcomes = dict[Computation, Measured]
 
@@ -59,8 +94,12 @@ class Comparison:
         By the name of the problem.
     """
 
-    rows: list[Row]
+    rows: list[ConvergenceRow]
     references: dict[str, Reference]
+
+    def of(self, problem: str) -> list[ConvergenceRow]:
+        """Return the rows of a problem."""
+        return [row for row in self.rows if row.computation.problem == problem]
 
 
 def converge(
@@ -78,7 +117,7 @@ def converge(
         Called with the name of each computation before it begins.
     """
     length = study.rod.length or 0.0
-    rows: list[Row] = []
+    rows: list[ConvergenceRow] = []
     references = {}
     for problem in PROBLEMS:
         if listener:
@@ -87,7 +126,7 @@ def converge(
         outcomes = _computed(study, problem, default_size(length), 60 * minutes * SHARE[problem], listener)
         truth = references[problem].value
         rows += [
-            Row(computation, found, QUANTITY[problem], 100 * (found.value / truth - 1))
+            ConvergenceRow(computation, found, QUANTITY[problem], 100 * (found.value / truth - 1))
             for computation, found in sorted(
                 outcomes.items(), key=lambda item: (item[0].series, -item[0].size)
             )

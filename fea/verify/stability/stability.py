@@ -1,39 +1,37 @@
-"""All extreme cases, by name."""
+"""All extreme cases by name; their rows on the terminal and in a Markdown report with plots."""
 
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from itertools import groupby
+from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
-from fea.verify.stability import (
-    bending,
-    contrast,
-    engines,
-    grading,
-    incompressible,
-    liner,
-    membrane,
-    rods,
-    scaling,
-    slender,
-    slivers,
-    thin_ring,
-)
-from fea.verify.stability.row import ExtremeRow
-from geometry.errors import InvalidValue
+from rich.console import Console
 
-CASES = MappingProxyType(
+from fea.verify.layout import markdown, narrow_table, new_figure, write_document
+from fea.verify.stability import materials, runs, shapes
+from fea.verify.stability.outcome import ExtremeRow, Verdict
+from geometry.errors import require
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+CASES: MappingProxyType[str, Callable[[], Iterable[ExtremeRow]]] = MappingProxyType(
     {
-        "contrast": contrast.rows,
-        "liner": liner.rows,
-        "slender": slender.rows,
-        "ring": thin_ring.rows,
-        "grading": grading.rows,
-        "slivers": slivers.rows,
-        "bending": bending.rows,
-        "incompressible": incompressible.rows,
-        "membrane": membrane.rows,
-        "scaling": scaling.rows,
-        "engines": engines.rows,
-        "rods": rods.rows,
+        "contrast": materials.contrast,
+        "liner": materials.liner,
+        "slender": shapes.slender,
+        "ring": shapes.ring,
+        "grading": shapes.grading,
+        "slivers": shapes.slivers,
+        "bending": shapes.bending,
+        "incompressible": materials.incompressible,
+        "membrane": materials.membrane,
+        "scaling": materials.scaling,
+        "engines": runs.engines,
+        "rods": runs.rods,
     }
 )
 
@@ -54,11 +52,150 @@ def stability(names: Sequence[str] = (), listener: Callable[[str], None] | None 
         There is no such case; it is raised before anything is computed.
     """
     for name in names:
-        if name not in CASES:
-            raise InvalidValue("CASE", name, "is not an extreme case", f"Choose from {', '.join(CASES)}.")
-    found: list[ExtremeRow] = []
+        require(name in CASES, "CASE", name, "is not an extreme case", f"Choose from {', '.join(CASES)}.")
+    rows: list[ExtremeRow] = []
     for name in names or CASES:
         if listener:
             listener(name)
-        found += CASES[name]()
-    return found
+        rows += CASES[name]()
+    return rows
+
+
+_HEADER = ("case", "value", "backward error", "condition", "energy error", "error %", "verdict")
+# Width of 1e-16.
+_LEAST_WIDTH = 5
+_STYLE = {Verdict.WRONG: "bold red", Verdict.MARKED: "yellow", Verdict.REFUSED: "yellow"}
+
+
+def print_stability(rows: Sequence[ExtremeRow]) -> None:
+    """Print one line per row, and the counts of the outcomes."""
+    table = narrow_table()
+    table.add_column(_HEADER[0], no_wrap=True)
+    for name in _HEADER[1:]:
+        table.add_column(name, justify="right", min_width=_LEAST_WIDTH, no_wrap=name == _HEADER[1])
+    for row in rows:
+        table.add_row(*_cells(row), style=_STYLE.get(row.verdict))
+    console = Console(highlight=False)
+    console.print(table)
+    console.print(counts(rows), style="bold")
+
+
+def _cells(row: ExtremeRow, digits: int = 0) -> tuple[str, ...]:
+    quality = (row.backward_error, row.condition_estimate, row.energy_error, row.result_error_percent)
+    shown = ("–" if value is None else f"{value:.{digits}e}" for value in quality)
+    return (row.case, f"{row.parameter} = {row.value:g}", *shown, row.verdict.value)
+
+
+def counts(rows: Sequence[ExtremeRow]) -> str:
+    """Return the counts of the outcomes as a sentence."""
+    by_verdict = Counter(row.verdict for row in rows)
+    each = ", ".join(f"{by_verdict[verdict]} {verdict.value}" for verdict in Verdict)
+    return f"{len(rows)} extreme cases: {each}."
+
+
+_READING = """\
+*Right*: the result is within its tolerance of the exact answer. *Marked*: `fea run` reports a problem,
+whether or not the result is right: either a check fails, so that the result is written with `trusted: false`
+and the exit code is 5, or the peak is called *not converged*, with its error bar. The last column tells
+which. *Refused*: an error message instead of a result. *Wrong*: the result is wrong and nothing reports it;
+this must never happen. For a peak that is *not converged*, the error bar may be smaller than the error, as in
+the thinnest rings.
+
+*Backward error* is ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖) in maximum norms: it stays at the level of rounding in every
+case, so that it proves nothing on its own. *Condition* is the condition number of the stiffness after Jacobi
+scaling, estimated with a probe that is solved together with the loads; above 4.5·10¹² rounding may change the
+displacement by a thousandth, and every run checks this. *Energy error* is |uᵀKu − uᵀf| / uᵀf: it grows with
+the condition number and detects a solution that has lost digits. *Error* is the error of the result relative
+to the exact answer.
+
+Displacement elements are not suitable for nearly incompressible materials: first-order elements lock, and the
+mean stress of both orders oscillates. Above ν = 0.4 a run with second-order elements therefore uses a
+separate pressure field in such parts (p2/p1, Taylor–Hood elements), whose errors do not depend on ν; the rows
+of p2 above 0.4 show the errors that this avoids. A run with p1 is marked above ν = 0.4.
+"""
+
+
+def write_report(path: Path, rows: Sequence[ExtremeRow], command: str) -> None:
+    """Write the report, which the `command` makes, with its plot next to it; raises `StorageError`."""
+    plot = path.with_suffix(".png")
+    lines = ((*_cells(row, digits=1), ", ".join(row.noticed_by)) for row in rows)
+    parts = [
+        "# Ill-conditioned and extreme cases",
+        f"Made by `{command}`.",
+        f"**{counts(rows)}**",
+        _READING,
+        f"![error against the extreme parameter]({plot.name})",
+        markdown((*_HEADER, "noticed by"), lines, "lrrrrr"),
+    ]
+    write_document(path, parts)
+    _draw(rows, plot)
+
+
+_COLOR = {
+    Verdict.RIGHT: "tab:green",
+    Verdict.MARKED: "tab:orange",
+    Verdict.REFUSED: "tab:gray",
+    Verdict.WRONG: "red",
+}
+_NOTICED = "#fdebd0"
+# Number of values from which labels must be rotated to fit side by side.
+_MANY = 8
+# Replaces zero on a logarithmic axis.
+_LEAST = 1e-18
+
+
+def _draw(rows: Sequence[ExtremeRow], path: Path) -> None:
+    """Draw the error of the result and of the energy over each case's parameter."""
+    cases = {name: list(same) for name, same in groupby(rows, key=lambda row: row.case)}
+    columns = 4
+    lines = -(-len(cases) // columns)
+    figure = new_figure(3.4 * columns, 2.6 * lines + 0.5)
+    for place, (name, of_case) in enumerate(cases.items(), 1):
+        _draw_case(figure.add_subplot(lines, columns, place), name, of_case)
+    figure.legend(handles=_key(), loc="outside upper center", ncols=7, fontsize=8)
+    figure.savefig(path, dpi=80)
+
+
+def _key() -> "list[Artist]":
+    from matplotlib.lines import Line2D  # noqa: PLC0415
+    from matplotlib.patches import Patch  # noqa: PLC0415
+
+    dots = [
+        Line2D([], [], marker="o", ls="", color=color, label=f"{name.value}: error, %")
+        for name, color in _COLOR.items()
+    ]
+    return [
+        *dots,
+        Line2D([], [], ls=":", color="tab:blue", label="energy error, %"),
+        Line2D([], [], ls="--", color="0.4", label="tolerance"),
+        Patch(color=_NOTICED, label="reported by fea run"),
+    ]
+
+
+def _draw_case(axes: "Axes", name: str, rows: Sequence[ExtremeRow]) -> None:
+    places = list(range(len(rows)))
+    _shade(axes, rows)
+    shown = [(place, row) for place, row in enumerate(rows) if row.result_error_percent is not None]
+    at = [place for place, _ in shown]
+    errors = [max(row.result_error_percent or 0.0, _LEAST) for _, row in shown]
+    axes.semilogy(at, errors, "-", color="0.7", zorder=1)
+    axes.scatter(at, errors, c=[_COLOR[row.verdict] for _, row in shown], zorder=2)
+    if any(row.energy_error is not None for row in rows):
+        energies = [100 * max(row.energy_error or 0.0, _LEAST) for _, row in shown]
+        axes.semilogy(at, energies, ":", color="tab:blue")
+    if rows[0].tolerance_percent is not None:
+        axes.axhline(rows[0].tolerance_percent, ls="--", color="0.4", lw=1)
+    axes.set_title(name, fontsize=9)
+    axes.set_xlabel(rows[0].parameter, fontsize=8)
+    axes.set_xticks(places, [f"{row.value:g}" for row in rows], fontsize=7)
+    if len(rows) >= _MANY:
+        axes.set_xticklabels(axes.get_xticklabels(), rotation=35, ha="right", rotation_mode="anchor")
+    axes.set_xlim(-0.5, len(rows) - 0.5)
+    axes.tick_params(axis="y", labelsize=7)
+
+
+def _shade(axes: "Axes", rows: Sequence[ExtremeRow]) -> None:
+    """Shade the cases in which a run would mark its result as not to be trusted, or refuse."""
+    for place, row in enumerate(rows):
+        if row.verdict in (Verdict.MARKED, Verdict.REFUSED):
+            axes.axvspan(place - 0.5, place + 0.5, color=_NOTICED, zorder=0)

@@ -1,0 +1,331 @@
+"""Press fits and bolted joints: Lamé's fits, prismatic blocks, a clamped tube."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fea.base.material import Material
+from fea.contact.assembled import Warming
+from fea.contact.interfaces import BoltPull, MatingFaces
+from fea.solid.traction import traction_forces
+from fea.solvers.constrained import displacement
+from fea.verify.assembled_body import (
+    AssembledBody,
+    along_x,
+    apart,
+    bars,
+    outwards,
+    parted,
+    pulled,
+    radius,
+    rings,
+)
+from fea.verify.benchmark import Computed, Quantity, benchmark
+from fea.verify.body import STEEL, furthest, held, hoop_stress, nodes_of, uniform
+from geometry.arrays import Floats
+from geometry.bodies import Revolution, SideBySide, polygon
+from geometry.surfaces import Surface
+from mesh.generate import Fine, mesh_body
+from mesh.separate import separated
+from mesh.tetmesh import TetMesh
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """A ring pressed into another one, in plane stress, without friction.
+
+    Attributes
+    ----------
+    radii
+        Of the bore, the fit and the outside, mm.
+    materials
+        Of the inner and of the outer ring.
+    interference
+        Of the radii, mm.
+    sides
+        Surfaces of the outer and of the inner ring at the fit.
+    """
+
+    radii: tuple[float, float, float]
+    materials: tuple[Material, Material]
+    interference: float
+    sides: tuple[Surface, Surface]
+
+    def pressure(self, interference: float) -> float:
+        """Pressure of an interference (Lamé 1852), MPa."""
+        (a, b, c), (inner, outer) = self.radii, self.materials
+        around = (c * c + b * b) / (c * c - b * b) + outer.poissons_ratio
+        within = (b * b + a * a) / (b * b - a * a) - inner.poissons_ratio
+        return interference / (b / outer.youngs_modulus * around + b / inner.youngs_modulus * within)
+
+    def michell_share(self) -> float:
+        """Amplitude of the pressure of the fit over q, under a pressure q cos 2φ in the bore.
+
+        The stress functions r⁴, r², 1 and r⁻² times cos 2φ of both rings are solved for stresses that are
+        given inside and outside, and for pressures and radial displacements that agree at the fit, without
+        shear.
+        """
+        a, b, c = self.radii
+        rows, side = np.zeros((8, 8)), np.zeros(8)
+        inner, outer = slice(0, 4), slice(4, 8)
+        for row, (ring, place) in enumerate(((inner, a), (inner, b), (outer, b), (outer, c))):
+            rows[row, ring] = _wave_stress(place)[1]
+        rows[4, inner], side[4] = _wave_stress(a)[0], -1.0
+        rows[5, outer] = _wave_stress(c)[0]
+        rows[6, inner], rows[6, outer] = _wave_stress(b)[0], -_wave_stress(b)[0]
+        rows[7, inner] = _wave_displacement(self.materials[0], b)
+        rows[7, outer] = -_wave_displacement(self.materials[1], b)
+        # The functions differ by powers of the radius.
+        scale = np.abs(rows).max(axis=0)
+        factors = np.linalg.solve(rows / scale, side) / scale
+        return float(abs(_wave_stress(b)[0] @ factors[inner]))
+
+
+def _wave_stress(r: float) -> tuple[Floats, Floats]:
+    """σ_r over cos 2φ and τ over sin 2φ of r⁴, r², 1 and r⁻² (Timoshenko & Goodier 1970, article 43)."""
+    radial = np.array([0.0, -2.0, -4 * r**-2, -6 * r**-4])
+    return radial, np.array([6 * r * r, 2.0, -2 * r**-2, -6 * r**-4])
+
+
+def _wave_displacement(material: Material, r: float) -> Floats:
+    """u_r over cos 2φ of the same (Barber 2010, table 9.1, plane stress), mm per MPa."""
+    kappa = (3 - material.poissons_ratio) / (1 + material.poissons_ratio)
+    return np.array([(kappa - 3) * r**3, -2 * r, (kappa + 1) / r, 2 * r**-3]) / (2 * material.shear_modulus)
+
+
+_STEEL, _BRONZE = Material(207e3, 0.3, 7.85e-9, 500.0), Material(110e3, 0.34, 8.8e-9, 200.0)
+_SEATS = {
+    "bushing": (Surface.BUSHING_SEAT, Surface.BUSHING_BACK),
+    "shell": (Surface.SHELL_SEAT, Surface.SHELL_BACK),
+}
+_BUSHING = _Fit((11.0, 12.5, 17.5), (_BRONZE, _STEEL), 0.02, _SEATS["bushing"])
+_SHELL = _Fit((24.0, 25.5, 33.0), (_STEEL, _STEEL), 0.03, _SEATS["shell"])
+_EXPANSIONS, _WARMER = (18e-6, 11.5e-6), 100.0  # of bronze and of steel, 1/K; K
+
+
+def _fitted(
+    fit: _Fit, size: float, *, warmer: float = 0.0, loads: Callable[[TetMesh], Floats] | None = None
+) -> AssembledBody:
+    mesh = apart(rings(fit.radii, 1.0), size, fit.radii[1:2], radius, {(1, 0): fit.sides})
+    face = MatingFaces.of(mesh, fit.sides, outwards, interference=fit.interference, friction=False)
+    applied = np.zeros((*mesh.points.shape, 0)) if loads is None else loads(mesh)
+    warming = None
+    if warmer:
+        growth = np.zeros(len(mesh.points))
+        for part, expansion in enumerate(_EXPANSIONS):
+            growth[np.unique(mesh.tets[mesh.part == part])] = expansion * warmer
+        warming = Warming((growth[:, None] * mesh.points).ravel(), np.zeros(0), ())
+    return AssembledBody(mesh, fit.materials, [face], [], applied, warming=warming)
+
+
+def _waves(mesh: TetMesh) -> Floats:
+    """Nodal forces (n_nodes, 3, 2) of 1 MPa times cos φ, which the outside reacts, and times cos 2φ."""
+    a, _, c = _BUSHING.radii
+
+    def pressing(order: int, size: float) -> Callable[[Floats, Floats], Floats]:
+        def stress(places: Floats, normals: Floats) -> Floats:
+            angle = np.arctan2(places[..., 1:2], places[..., :1])
+            return np.asarray(-size * np.cos(order * angle) * normals)
+
+        return stress
+
+    inside = [traction_forces(mesh, Surface.INNER, pressing(order, 1.0)) for order in (1, 2)]
+    outside = traction_forces(mesh, Surface.OUTER, pressing(1, a / c))
+    return np.stack([inside[0] + outside, inside[1]], axis=-1)
+
+
+def _fit_stresses(name: str, fit: _Fit, body: AssembledBody) -> list[Quantity]:
+    """Pressure and hoop stresses of a fit, each at its worst node."""
+    (a, b, c), p = fit.radii, fit.pressure(fit.interference)
+    inner, outer = body.stress(body.start)
+
+    def hoop(stress: Floats, surface: Surface) -> Floats:
+        nodes = nodes_of(body.mesh, surface, Surface.SYMMETRY_Z)
+        return hoop_stress(body.mesh.points[nodes], stress[nodes])
+
+    within = p / (b * b - a * a)
+    stresses = {
+        "pressure of the fit": (p, body.stresses(body.start)[0]),
+        "hoop stress of its seat": (p * (c * c + b * b) / (c * c - b * b), hoop(outer, fit.sides[0])),
+        "hoop stress of its back": (-within * (b * b + a * a), hoop(inner, fit.sides[1])),
+        "hoop stress of its bore": (-within * 2 * b * b, hoop(inner, Surface.INNER)),
+    }
+    why = "the mesh; at the worst node, as rings of flat-sided elements are not quite even"
+    return [
+        Quantity(f"{name}: {what}", "MPa", target, furthest(values, target), 0.5, why)
+        for what, (target, values) in stresses.items()
+    ]
+
+
+def _mean_pressure(body: AssembledBody) -> float:
+    return float(np.average(body.stresses(body.start)[0], weights=body.problem.faces[0].pressing.weights))
+
+
+def _amplitude(body: AssembledBody) -> float:
+    """Amplitude of cos 2φ in the pressure of the fit under 1 MPa of it in the bore."""
+    added = body.stresses(body.step([0.0, 1.0]))[0] - body.stresses(body.start)[0]
+    pressing = body.problem.faces[0].pressing
+    x, y, _ = body.mesh.points[pressing.nodes].T
+    wave = np.cos(2 * np.arctan2(y, x))
+    return float((pressing.weights * wave) @ added / ((pressing.weights * wave) @ wave))
+
+
+def _opening(body: AssembledBody, load: int, highest: float, accuracy: float) -> float:
+    """The load, below the `highest`, under which the first vertex of an interface loses its pressure."""
+    unit, low, high = np.eye(2)[load], 0.0, highest
+    while high - low > accuracy * highest:
+        middle = (low + high) / 2
+        opened = body.step(middle * unit).guess.opened.any()
+        low, high = (low, middle) if opened else (middle, high)
+    return high
+
+
+@benchmark(
+    "Lamé: press fits of a bushing and of a bearing shell",
+    "Lamé 1852; Michell 1899; Timoshenko & Goodier 1970, articles 28 and 43",
+    size=0.6,
+    converges=False,
+)
+def lame_fit(size: float) -> Computed:
+    """Lamé's pressure of a bushing and of a larger bearing shell, its change with temperature, and lift-off.
+
+    Both rings are in plane stress: the fields of a fit alone do not vary along the axis. With the
+    interference δ of the radii at b, between the radii a and c,
+
+        p = δ / {b/E_o [(c² + b²)/(c² − b²) + ν_o] + b/E_i [(b² + a²)/(b² − a²) − ν_i]}.
+
+    A change of temperature adds b Δα ΔT to δ. A pressure q cos nφ in the bore adds one of the same order to
+    the fit: for n = 1 that is q a / b cos φ by statics, however stiff the rings are, and the fit lifts off
+    where the sum first vanishes; for n = 2, which bends the rings, the stress functions of Michell (1899)
+    give it.
+    """
+    bushing, shell = _fitted(_BUSHING, size, loads=_waves), _fitted(_SHELL, 1.6 * size)
+    warmed = _mean_pressure(_fitted(_BUSHING, size, warmer=_WARMER)) - _mean_pressure(bushing)
+    a, b, _ = _BUSHING.radii
+    lift = _BUSHING.pressure(_BUSHING.interference) * b / a
+    warm = _BUSHING.pressure(b * (_EXPANSIONS[0] - _EXPANSIONS[1]) * _WARMER)
+    first = "the mesh; the least even place lifts off first"
+    out_of_plane = "the rings bend out of their plane, too, which plane stress leaves out"
+    lifted = _opening(bushing, 0, 2 * lift, 1e-5)
+    name, amplitude = "amplitude of the fit's pressure / q, under q cos 2φ in its bore", _amplitude(bushing)
+    quantities = [
+        *_fit_stresses("bushing", _BUSHING, bushing),
+        *_fit_stresses("shell", _SHELL, shell),
+        Quantity("bushing: change of the mean pressure, 100 K warmer", "MPa", warm, warmed, 0.1, "the mesh"),
+        Quantity("bushing: pressure q cos φ in its bore that lifts it off", "MPa", lift, lifted, 1.0, first),
+        Quantity(f"bushing: {name}", "1", _BUSHING.michell_share(), amplitude, 0.5, out_of_plane),
+    ]
+    return Computed(max(bushing.mesh.points.size, shell.mesh.points.size), quantities)
+
+
+SIDES = (Surface.JOINT, Surface.JOINT_CAP)
+# The prismatic block: ends, half of its width, height of the half z ≥ 0, mm; preload and load, N.
+_ENDS, HALF_WIDTH, _HEIGHT, _ECCENTRICITY = (0.0, 15.0, 40.0), 8.0, 6.0, 1.5
+PRELOAD, _LOAD = 5000.0, 3000.0
+_AREA, _MOMENT = 4 * HALF_WIDTH * _HEIGHT, 2 * _HEIGHT * (2 * HALF_WIDTH) ** 3 / 12
+STIFFNESS, _SHARE = 0.2 * STEEL.youngs_modulus * _AREA / (_ENDS[-1] - _ENDS[0]), 0.2 / 1.2
+# The eccentric load that opens the edge, N.
+EDGE = PRELOAD / (1 - _SHARE + _ECCENTRICITY * HALF_WIDTH * _AREA / _MOMENT)
+
+
+def joint(mesh: TetMesh, *, friction: bool = False) -> MatingFaces:
+    """The joint between the first part and the second one, square to x."""
+    return MatingFaces.of(mesh, SIDES, uniform(-1.0, 0.0, 0.0), friction=friction)
+
+
+def bolted_block(size: float) -> AssembledBody:
+    """The block with its bolt; the loads are a centric and an eccentric one of 1 N."""
+    body = bars(_ENDS, (-HALF_WIDTH, HALF_WIDTH), _HEIGHT)
+    mesh = apart(body, size, _ENDS[1:-1], along_x, {(0, 1): SIDES})
+
+    def loaded(eccentricity: float) -> Floats:
+        def stress(places: Floats, normals: Floats) -> Floats:
+            return normals * (1 / _AREA + eccentricity * places[..., 1:2] / _MOMENT)
+
+        ends = (Surface.BOLT_HEAD, Surface.BOLT_THREAD)
+        return np.asarray(sum(traction_forces(mesh, end, stress) for end in ends))
+
+    loads = np.stack([loaded(0.0), loaded(_ECCENTRICITY)], axis=-1)
+    bolt = pulled(mesh, STIFFNESS, share=0.5)
+    return AssembledBody(mesh, (STEEL, STEEL), [joint(mesh)], [bolt], loads, preload=[PRELOAD])
+
+
+def _tube(size: float) -> TetMesh:
+    """A quarter of both halves of a tube, joined, along x: for a bolt M10 with a grip of 40 mm."""
+    hole, seat, outside, half_grip = 11.0, 16.0, 24.0, 20.0
+
+    def half(first: float, last: float, seats: tuple[Surface | None, Surface | None]) -> Revolution:
+        corners = [((hole / 2, first), seats[0] or Surface.FREE)]
+        if seats[0]:
+            corners.append(((seat / 2, first), Surface.FREE))
+        corners += [((outside / 2, first), Surface.FREE), ((outside / 2, last), Surface.FREE)]
+        if seats[1]:
+            corners.append(((seat / 2, last), seats[1]))
+        return Revolution(polygon(*corners, ((hole / 2, last), Surface.FREE)))
+
+    halves = (
+        half(-half_grip, 0.0, (Surface.BOLT_THREAD, None)),
+        half(0.0, half_grip, (None, Surface.BOLT_HEAD)),
+    )
+    fine = {end: Fine(0.6 * size) for end in (Surface.BOLT_THREAD, Surface.BOLT_HEAD)}
+    upright = mesh_body(SideBySide(halves), size, fine=fine)
+    cuts = {Surface.SYMMETRY_X: Surface.SYMMETRY_Y, Surface.SYMMETRY_Y: Surface.SYMMETRY_Z}
+    facets = {cuts.get(surface, surface): rows for surface, rows in upright.facets.items()}
+    return parted(replace(upright, points=upright.points[:, [2, 0, 1]], facets=facets), [0.0], along_x)
+
+
+def _parts_compliance(mesh: TetMesh, bolt: BoltPull) -> float:
+    """Mean approach of the seats of a bolt force of 1 N on the tube without a joint, mm/N."""
+    forces, fixed = bolt.nodal_forces.reshape(-1, 3), held(mesh, {})
+    fixed[np.abs(mesh.points[:, 0]).argmin(), 0] = True
+    u = displacement(replace(mesh, part=None), STEEL, forces, fixed)[..., 0]
+    return float((forces * u).sum() / bolt.share)
+
+
+def _diagram(mesh: TetMesh, compliance: float) -> float:
+    """Force of a bolt of four times the parts' compliance over that of the joint diagram."""
+    halves = separated(mesh, {(0, 1): SIDES})[0]
+    bolt = pulled(halves, 1 / (4 * compliance), share=0.25)
+    apart_by = -bolt.nodal_forces.reshape(-1, 3, 1)
+    body = AssembledBody(halves, (STEEL, STEEL), [joint(halves)], [bolt], apart_by, preload=[PRELOAD])
+    tension = float(body.tension(body.step([_LOAD]))[0])
+    return tension / (PRELOAD + _LOAD / 5)
+
+
+@benchmark(
+    "Bolted joints: block and tube",
+    "VDI 2230-1:2015, section 3.2 and 5.1; strength of materials",
+    size=3.0,
+    converges=False,
+)
+def bolted_joint(size: float) -> Computed:
+    """Prismatic blocks, centric and eccentric, and the joint diagram of a clamped tube.
+
+    Of a prismatic block that a bolt compresses evenly, the load acting where the bolt does, the stress is
+    linear over the section. With the stiffness k_B of the bolt and k_P = E A / l of the block, Φ = k_B / (k_B
+    + k_P): the bolt carries F_V + Φ F and the joint F_V − (1 − Φ) F, until at an eccentricity e the edge at c
+    opens where F_V = F (1 − Φ + e c A / I). Of a tube between the head and the nut of a bolt, the compliance
+    is found on the same mesh without a joint, from the mean approach of its seats: VDI 2230's joint diagram,
+    in which bolt and parts are measured alike.
+    """
+    block, tube = bolted_block(size), _tube(size)
+    state = block.step([_LOAD, 0.0])
+    on_joint = 2 * block.problem.faces[0].pressing.weights @ block.stresses(state)[0]
+    open_state = block.step([2 * PRELOAD, 0.0])
+    centric, eccentric = (_opening(block, load, 2 * PRELOAD, 1e-11) for load in (0, 1))
+    exact = "the stress is linear, which the elements contain; only rounding errors remain"
+    forces = {
+        "block: bolt force": (PRELOAD + _SHARE * _LOAD, block.tension(state)[0]),
+        "block: force in the joint": (PRELOAD - (1 - _SHARE) * _LOAD, on_joint),
+        "block: load that opens the joint": (PRELOAD / (1 - _SHARE), centric),
+        "block: bolt force, joint open": (2 * PRELOAD, block.tension(open_state)[0]),
+        "block, eccentric load: load that opens the edge": (EDGE, eccentric),
+    }
+    ratio = _diagram(tube, _parts_compliance(tube, pulled(tube, 1.0, share=0.25)))
+    name = "tube: bolt force / VDI 2230's joint diagram"
+    why = "one mesh gives both compliances, and the joint stays closed; solving leaves rounding errors"
+    quantities = [
+        Quantity(n, "N", target, float(force), 1e-6, exact) for n, (target, force) in forces.items()
+    ]
+    return Computed(tube.points.size, [*quantities, Quantity(name, "1", 1.0, ratio, 1e-4, why)])

@@ -1,0 +1,310 @@
+"""Elasticity against exact solutions: Lamé, Goodier, the patch test, a manufactured solution."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.base.material import Material
+from fea.solid.element import gauss_blocks, stress_from_gradient, tabulate
+from fea.solid.inertia import body_forces
+from fea.solid.traction import nodal_traction, traction_forces
+from fea.solvers.constrained import displacement
+from fea.verify.benchmark import Computed, Quantity, benchmark
+from fea.verify.body import (
+    STEEL,
+    LoadedBody,
+    SolvedBody,
+    furthest,
+    held,
+    hoop_stress,
+    nodes_of,
+    pressure,
+    quarter_ring,
+)
+from geometry.arrays import Floats
+from geometry.bodies import Prism, Revolution, Side, block
+from geometry.segments import Arc, Line
+from geometry.surfaces import Surface
+from mesh.generate import Fine, mesh_body
+from mesh.refined import refined
+from mesh.tetmesh import EDGES, TetMesh
+
+Complexes = npt.NDArray[np.complex128]
+
+_AT_NODE = "the solution is exact; this is the error of the recovered stress at this size, at the worst node"
+_FASTER = "the solution is exact, and displacements converge one order faster than stress"
+
+# Lamé's thick cylinder under internal pressure in plane strain (Timoshenko & Goodier 1970, article 28).
+INSIDE, OUTSIDE, THICKNESS, PRESSURE = 10.0, 20.0, 3.0, 100.0
+HOOP = PRESSURE * (OUTSIDE**2 + INSIDE**2) / (OUTSIDE**2 - INSIDE**2)
+LAME_HOOP = "hoop stress at the bore, worst node"
+
+
+def lame_body(size: float, order: int = 2) -> LoadedBody:
+    """A slice of a quarter, with elements of `size` at the outside and half of it at the bore."""
+    body = Prism(quarter_ring(INSIDE, OUTSIDE), (0.0, THICKNESS), top=Surface.ROLLER)
+    mesh = mesh_body(body, size, order=order, fine={Surface.INNER: Fine(size / 2)})
+    forces = traction_forces(mesh, Surface.INNER, pressure(PRESSURE))
+    radial = np.array([PRESSURE, PRESSURE, 0.0]) / INSIDE
+    pressed = nodal_traction(mesh, Surface.INNER, lambda places: radial * places)
+    known, fixed = (Surface.INNER, Surface.OUTER), held(mesh, {Surface.ROLLER: (2,)})
+    return LoadedBody(mesh, STEEL, forces, fixed, known, {Surface.INNER: pressed})
+
+
+def lame_exact(points: Floats, material: Material) -> tuple[Floats, Floats]:
+    """Displacement (n, 3), mm, and stress (n, 6), MPa, at places (n, 3)."""
+    x, y, _ = points.T
+    r = np.hypot(x, y)
+    c, s, none = x / r, y / r, np.zeros_like(r)
+    a2, b2, nu = INSIDE**2, OUTSIDE**2, material.poissons_ratio
+    unit = PRESSURE * a2 / (b2 - a2)
+    radial, hoop = unit * (1 - b2 / r**2), unit * (1 + b2 / r**2)
+    widening = (1 + nu) / material.youngs_modulus * unit * ((1 - 2 * nu) * r + b2 / r)
+    stress = [
+        radial * c * c + hoop * s * s,
+        radial * s * s + hoop * c * c,
+        nu * (radial + hoop),
+        (radial - hoop) * c * s,
+        none,
+        none,
+    ]
+    return np.stack([widening * c, widening * s, none], axis=1), np.stack(stress, axis=1)
+
+
+def lame_hoop(mesh: TetMesh, stress: Floats) -> Quantity:
+    """Hoop stress at the bore that is furthest from the exact one, from nodal stress (n_nodes, 6)."""
+    # At the mirror plane. On the opposite face, also a mirror plane of the problem, recovery uses one side
+    # only.
+    bore = nodes_of(mesh, Surface.INNER, Surface.SYMMETRY_Z)
+    worst = furthest(hoop_stress(mesh.points[bore], stress[bore]), HOOP)
+    return Quantity(LAME_HOOP, "MPa", HOOP, worst, 0.2, _AT_NODE)
+
+
+@benchmark(
+    "Lamé: thick cylinder under internal pressure, plane strain",
+    "Lamé 1852; Timoshenko & Goodier 1970, article 28",
+    size=0.9,
+)
+def lame(size: float) -> Computed:
+    """Hoop stress and displacement of the bore."""
+    body = lame_body(size).solved()
+    bore = nodes_of(body.mesh, Surface.INNER, Surface.SYMMETRY_Z)
+    x, y, _ = body.mesh.points[bore].T / INSIDE
+    widening = x * body.displacement[bore, 0, 0] + y * body.displacement[bore, 1, 0]
+    target = float(lame_exact(np.array([[INSIDE, 0.0, 0.0]]), STEEL)[0][0, 0])
+    name, worst = "radial displacement of the bore, worst node", furthest(widening, target)
+    quantities = (
+        lame_hoop(body.mesh, body.stress),
+        Quantity(name, "mm", target, worst, 0.02, _FASTER),
+    )
+    return Computed(body.dofs, quantities)
+
+
+# Goodier's spherical cavity in an infinite body under tension. The model is an eighth of a ball around the
+# cavity, with the exact tractions on its outside, so that the size of the ball does not matter.
+CAVITY, BALL, TENSION = 1.0, 4.0, 100.0
+_PIECES = 8
+EQUATOR = TENSION * (27 - 15 * STEEL.poissons_ratio) / (2 * (7 - 5 * STEEL.poissons_ratio))
+GOODIER_EQUATOR = "σxx at the equator, worst node"
+
+
+def goodier_displacement(places: Complexes) -> Complexes:
+    """Displacement (n, 3), mm, under tension along x (Goodier 1933), analytic in the places (n, 3)."""
+    mu, nu, E = STEEL.shear_modulus, STEEL.poissons_ratio, STEEL.youngs_modulus
+    b = TENSION / (8 * mu * (7 - 5 * nu))
+    a, c = -(13 - 10 * nu) * b, 5 * (1 - 2 * nu) * b
+    x, y, z = places.T / CAVITY
+    s2 = y * y + z * z
+    r = np.sqrt(x * x + s2)
+    cos2 = (x * x - s2) / r**2
+    radial = -a / r**2 - 3 * b / r**4 + ((5 - 4 * nu) / (1 - 2 * nu) * c / r**2 - 9 * b / r**4) * cos2
+    # u_θ = −(2C/r² + 6B/r⁴) sin 2θ, divided by sin θ cos θ to stay analytic on the axis.
+    around = -2 * (2 * c / r**2 + 6 * b / r**4)
+    along = radial * x / r - around * s2 / r**2 * x / r
+    across = radial / r + around * (x / r) ** 2 / r
+    far = TENSION / E * np.stack([x, -nu * y, -nu * z], axis=1)
+    return np.asarray(CAVITY * (far + np.stack([along, across * y, across * z], axis=1)))
+
+
+def goodier_stress(places: Floats) -> Floats:
+    """Stress (n, 6), MPa, by complex steps (Squire & Trapp 1998)."""
+    step = 1e-30
+    columns = [goodier_displacement(places + 1j * step * axis).imag / step for axis in np.eye(3)]
+    return stress_from_gradient(np.stack(columns, axis=-1), STEEL)
+
+
+def goodier_body(size: float, order: int = 2) -> LoadedBody:
+    """The eighth of a ball, with elements of `size` at the cavity."""
+    quarter = math.pi / 2
+    sides = (
+        Side(Line((CAVITY, 0.0), (BALL, 0.0)), Surface.SYMMETRY_Z),
+        Side(Arc((0.0, 0.0), BALL, 0.0, quarter), Surface.OUTER),
+        Side(Line((0.0, BALL), (0.0, CAVITY)), Surface.FREE),  # on the axis
+        # In pieces, because element sizes depend on the distance to the edges of faces.
+        *(
+            Side(Arc((0.0, 0.0), CAVITY, quarter * (1 - k / _PIECES), -quarter / _PIECES), Surface.INNER)
+            for k in range(_PIECES)
+        ),
+    )
+    fine = {Surface.INNER: Fine(size, quarter * CAVITY / _PIECES / 2)}
+    mesh = mesh_body(Revolution(sides), 18 * size, order=order, fine=fine, growth=0.35)
+
+    def traction(places: Floats, normals: Floats) -> Floats:
+        tensor = goodier_stress(places)[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
+        return np.asarray((tensor @ normals[:, :, None])[:, :, 0])
+
+    forces = traction_forces(mesh, Surface.OUTER, traction)
+    return LoadedBody(mesh, STEEL, forces, held(mesh, {}), (Surface.INNER,))
+
+
+def goodier_equator(mesh: TetMesh, stress: Floats) -> Quantity:
+    """The σxx at the equator that is furthest from the exact one, from nodal stress (n_nodes, 6)."""
+    nodes = nodes_of(mesh, Surface.INNER, Surface.SYMMETRY_X)
+    return Quantity(GOODIER_EQUATOR, "MPa", EQUATOR, furthest(stress[nodes, 0], EQUATOR), 0.2, _AT_NODE)
+
+
+@benchmark(
+    "Goodier: spherical cavity under remote tension",
+    "Goodier 1933, Trans. ASME 55, 39-44; Timoshenko & Goodier 1970, chapter 12",
+    size=0.04,
+)
+def goodier(size: float) -> Computed:
+    """Stress at the equator and at the pole."""
+    body, nu = goodier_body(size).solved(), STEEL.poissons_ratio
+    pole = Quantity(
+        "σyy at the pole",
+        "MPa",
+        -TENSION * (3 + 15 * nu) / (2 * (7 - 5 * nu)),
+        float(body.stress[body.node_at(CAVITY, 0.0, 0.0), 1]),
+        0.2,
+        "the solution is exact; the stress at the pole is a third of that at the equator, so that the same "
+        "error counts three times as much",
+    )
+    return Computed(body.dofs, (goodier_equator(body.mesh, body.stress), pole))
+
+
+# Random displacement of inner vertices in patch tests, relative to the element size.
+SHAKE = 0.05
+ROUNDING = "only rounding errors remain, on elements of any shape"
+
+
+def shaken(mesh: TetMesh, distance: float) -> TetMesh:
+    """Move inner vertices at random but reproducibly; edges stay straight.
+
+    With curved edges the stiffness would not be exact, because its quadrature is exact for straight edges
+    only.
+    """
+    inside = np.ones(len(mesh.points), dtype=bool)
+    for facets in mesh.facets.values():
+        inside[facets] = False
+    moves = np.random.default_rng(1).uniform(-distance, distance, mesh.points.shape)
+    points = mesh.points + inside[:, None] * moves
+    for middle, (a, b) in enumerate(EDGES[: mesh.tets.shape[1] - 4], start=4):
+        points[mesh.tets[:, middle]] = points[mesh.tets[:, [a, b]]].mean(axis=1)
+    return TetMesh(points, mesh.tets, mesh.facets)
+
+
+@benchmark(
+    "Patch test on an irregular mesh",
+    "Taylor, Simo, Zienkiewicz & Chan 1986, Int. J. Numer. Meth. Eng. 22, 39-62",
+    size=0.25,
+    converges=False,
+)
+def patch(size: float) -> Computed:
+    """A linear displacement, prescribed on the boundary of a cube of 1 mm, is exact inside."""
+    # An arbitrary gradient without any symmetry, and a shift that keeps the displacement away from zero.
+    gradient = 1e-3 * np.array([[1.0, 0.4, -0.3], [0.2, -0.7, 0.5], [-0.6, 0.1, 0.8]])
+    shift = np.array([4e-3, -4e-3, 4e-3])
+    quantities = []
+    for order in (1, 2):
+        mesh = shaken(mesh_body(block(1.0, 1.0, 1.0), size, order=order), SHAKE * size)
+        exact = shift + mesh.points @ gradient.T
+        boundary = held(mesh, {Surface.FREE: (0, 1, 2)})
+        u = displacement(mesh, STEEL, np.zeros_like(exact), boundary, exact)
+        stress = SolvedBody(mesh, STEEL, u).stress
+        exact_stress = stress_from_gradient(gradient, STEEL)
+        fields = {"displacement": (u[:, :, 0], exact), "stress": (stress, exact_stress)}
+        for what, (computed, known) in fields.items():
+            # 1 plus the signed error that is largest relative to the size of the exact field at the node.
+            errors = (computed - known) / np.linalg.norm(known, axis=-1, keepdims=True)
+            name, worst = f"P{order} {what} / exact {what}, worst node", furthest(1 + errors.ravel(), 1.0)
+            quantities.append(Quantity(name, "1", 1.0, worst, 1e-10, ROUNDING))
+    return Computed(mesh.points.size, quantities)
+
+
+# The manufactured displacement is a sum of plane waves Σ c sin(k · x + φ); it requires the body force
+# Σ ((λ + μ) (c · k) k + μ |k|² c) sin(k · x + φ) and is prescribed on the whole boundary of a cube. Amplitude
+# c, wave vector k and phase φ of each wave have no symmetry.
+_WAVES = (
+    (np.array([1.0, 0.5, -0.3]), np.array([2.0, 1.0, -1.0]), 0.3),
+    (np.array([-0.4, 0.8, 0.6]), np.array([-1.0, 2.0, 1.5]), 1.1),
+)
+ERROR_DEGREE = 6
+
+
+def manufactured_displacement(places: Floats) -> Floats:
+    """Displacement (n, 3), mm."""
+    waves = (c * np.sin(places @ k + phase)[:, None] for c, k, phase in _WAVES)
+    return np.asarray(sum(waves))
+
+
+def manufactured_gradient(places: Floats) -> Floats:
+    """∂u_i/∂x_j (n, 3, 3)."""
+    waves = (np.outer(c, k) * np.cos(places @ k + phase)[:, None, None] for c, k, phase in _WAVES)
+    return np.asarray(sum(waves))
+
+
+def manufactured_force(places: Floats) -> Floats:
+    """Force per volume (n, 3), N/mm³, that the displacement requires."""
+    lam, mu = STEEL.lame_lambda, STEEL.shear_modulus
+    waves = (
+        ((lam + mu) * (c @ k) * k + mu * (k @ k) * c) * np.sin(places @ k + phase)[:, None]
+        for c, k, phase in _WAVES
+    )
+    return np.asarray(sum(waves))
+
+
+def manufactured_solution(mesh: TetMesh) -> Floats:
+    """Displacement (n_nodes, 3), solved on a mesh."""
+    exact, boundary = manufactured_displacement(mesh.points), held(mesh, {Surface.FREE: (0, 1, 2)})
+    u = displacement(mesh, STEEL, body_forces(mesh, manufactured_force), boundary, exact)
+    return np.asarray(u[:, :, 0])
+
+
+def _l2_errors(mesh: TetMesh) -> tuple[float, float]:
+    """L2 norms of the errors of displacement and gradient, solved on a mesh."""
+    u = manufactured_solution(mesh)
+    values = tabulate(mesh.tets.shape[1], ERROR_DEGREE).values
+    squares = np.zeros(2)
+    for part, gauss in gauss_blocks(mesh, ERROR_DEGREE):
+        places = (values @ mesh.points[mesh.tets[part]]).reshape(-1, 3)
+        nodal, volumes = u[mesh.tets[part]], gauss.volumes.ravel()
+        moved = (values @ nodal).reshape(-1, 3)
+        slope = np.einsum("eai,eqaj->eqij", nodal, gauss.gradients, optimize=True).reshape(-1, 3, 3)
+        squares[0] += volumes @ ((moved - manufactured_displacement(places)) ** 2).sum(axis=1)
+        squares[1] += volumes @ ((slope - manufactured_gradient(places)) ** 2).sum(axis=(1, 2))
+    in_u, in_gradient = np.sqrt(squares)
+    return float(in_u), float(in_gradient)
+
+
+@benchmark(
+    "Manufactured solution: rates of convergence",
+    "Ciarlet, The Finite Element Method for Elliptic Problems (1978), section 3.2",
+    size=0.5,
+    converges=False,
+)
+def manufactured(size: float) -> Computed:
+    """Refine twice (first-order meshes begin with half the size); the rates are those of the last time."""
+    why = "the rate must be within 0.1 of the theoretical order, which holds in the limit of small elements"
+    quantities, dofs = [], 0
+    for order in (1, 2):
+        coarse = refined(mesh_body(block(1.0, 1.0, 1.0), order / 2 * size, order=order))
+        fine = refined(coarse)
+        dofs = max(dofs, fine.points.size)
+        before, after = _l2_errors(coarse), _l2_errors(fine)
+        for number, what in enumerate(("displacement", "gradient")):
+            theory, rate = order + 1.0 - number, math.log2(before[number] / after[number])
+            name = f"L2 rate, P{order}, {what}"
+            quantities.append(Quantity(name, "1", theory, rate, 100 * 0.1 / theory, why))
+    return Computed(dofs, quantities)

@@ -1,0 +1,311 @@
+"""The computations of the comparison, each run in a separate process, and the rod's reference."""
+
+import dataclasses
+import os
+import subprocess
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from fea.base.choices import Element, Symmetry
+from fea.base.material import Material
+from fea.judge.case_result import CaseResult
+from fea.machine.clock import Clock
+from fea.machine.threads import threads
+from fea.output.inp import read_frd, write_inp
+from fea.run.adapt import adapt_mesh
+from fea.run.meshing import mesh_study
+from fea.run.prepare import prepare
+from fea.run.speed import SpeedResult, solve_speed
+from fea.run.wanted_size import wanted_sizes
+from fea.solid.supports import clamped, determinate_restraints
+from fea.stress.stress import von_mises
+from fea.study.option_tables import MeshTable
+from fea.study.study import Study
+from fea.verify.cases.elasticity import goodier_body, goodier_equator, lame_body, lame_hoop
+from geometry.arrays import Floats, Mask
+from geometry.surfaces import Surface
+from geometry.system import peak_memory
+from mesh.tetmesh import TetMesh
+
+
+@dataclass(frozen=True)
+class Computation:
+    """A computation: problem, tool, element and size.
+
+    Attributes
+    ----------
+    tool
+        ``fea``, ``fea, mean`` (stress at the boundary averaged over elements, as inside), ``fea, whole`` (no
+        mirror plane used), ``fea --tolerance`` (from the default size, or with a ``--size``) or ``CalculiX``.
+    element
+        ``p1`` or ``p2``.
+    problem
+        ``rod``, ``lame`` or ``goodier``.
+    size
+        Element size, mm, or the tolerance in percent for ``--tolerance``.
+    first_size
+        Element size, mm, from which the refinement to a tolerance starts; None for the default.
+    """
+
+    tool: str
+    element: str
+    problem: str
+    size: float
+    first_size: float | None = None
+
+    @property
+    def adaptive(self) -> bool:
+        """Whether `size` is a tolerance."""
+        return self.tool.endswith("--tolerance")
+
+    @property
+    def name(self) -> str:
+        """The tool, with the tolerance if there is one."""
+        return f"{self.tool} {self.size:g}" if self.adaptive else self.tool
+
+    @property
+    def order(self) -> int:
+        """1 or 2."""
+        return int(self.element[1])
+
+    @property
+    def series(self) -> tuple[str, str, str]:
+        """Key of the series: computations that differ only in the size."""
+        return self.problem, self.tool, self.element
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The outcome of a computation.
+
+    Attributes
+    ----------
+    size
+        Element size, mm (of the first mesh if there are several).
+    dofs
+        Degrees of freedom of the meshed body (the whole rod).
+    seconds
+        Wall time from the geometry to the stress, the median of its runs.
+    peak_memory
+        Peak memory of the process, MiB.
+    value
+        The quantity, MPa.
+    """
+
+    size: float
+    dofs: int
+    seconds: float
+    peak_memory: float
+    value: float
+
+
+@dataclass(frozen=True)
+class ConvergenceRow:
+    """A computation with its outcome and its error."""
+
+    computation: Computation
+    measured: Measured
+    quantity: str
+    error_percent: float
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the row with the names that other programs rely on."""
+        return {
+            "tool": self.computation.tool,
+            "element": self.computation.element,
+            "size_mm": self.measured.size,
+            "dofs": self.measured.dofs,
+            "seconds": self.measured.seconds,
+            "peak_memory_MiB": self.measured.peak_memory,
+            "quantity": self.quantity,
+            "value": self.measured.value,
+            "error_percent": self.error_percent,
+        }
+
+
+_BODIES = {"lame": (lame_body, lame_hoop), "goodier": (goodier_body, goodier_equator)}
+# Element size of the warm-up on Lamé's cylinder, mm.
+_TINY = 8.0
+
+
+def compute(computation: Computation, study: Study) -> Measured:
+    """Run a computation; `study` is that of the rod."""
+    _warm_up(computation)
+    if computation.tool == "CalculiX":
+        calculix = _calculix_rod if computation.problem == "rod" else _calculix_body
+        return calculix(computation, study)
+    start = time.perf_counter()
+    size, dofs, value = (_rod if computation.problem == "rod" else _body)(computation, study)
+    return Measured(size, dofs, time.perf_counter() - start, peak_memory(), value)
+
+
+def _warm_up(computation: Computation) -> None:
+    """Import and start every library with a small model: this time is not part of the comparison."""
+    loaded, quantity = _BODIES["lame"]
+    solved = loaded(_TINY, computation.order).solved()
+    quantity(solved.mesh, solved.stress)
+
+
+def _body(computation: Computation, _: Study) -> tuple[float, int, float]:
+    loaded, quantity = _BODIES[computation.problem]
+    solved = loaded(computation.size, computation.order).solved()
+    if computation.tool == "fea, mean":
+        solved = dataclasses.replace(solved, known=(), traction=None)
+    return computation.size, solved.dofs, quantity(solved.mesh, solved.stress).computed
+
+
+def _rod(computation: Computation, study: Study) -> tuple[float, int, float]:
+    speed, clock = study.speeds()[0], Clock()
+    if computation.adaptive:
+        options = dataclasses.replace(study.analysis, tolerance_percent=computation.size)
+        table = MeshTable(size_mm=computation.first_size)
+        found = adapt_mesh(dataclasses.replace(study, mesh=table, analysis=options), (speed,), clock)
+        return found.rod.mesh.meshing.size, *_peak(found.at(speed))
+    rod = prepare(_meshed(computation, study), clock, known_traction=computation.tool != "fea, mean")
+    return computation.size, *_peak(solve_speed(rod, speed))
+
+
+def _meshed(computation: Computation, study: Study) -> Study:
+    symmetry = Symmetry.NONE if computation.tool in ("fea, whole", "CalculiX") else study.analysis.symmetry
+    options = dataclasses.replace(study.analysis, symmetry=symmetry, tolerance_percent=None, cycle=False)
+    table = MeshTable(size_mm=computation.size, element=Element(computation.element))
+    return dataclasses.replace(study, mesh=table, analysis=options)
+
+
+def _peak(result: SpeedResult) -> tuple[int, float]:
+    """Degrees of freedom and the largest von Mises stress of the first case."""
+    case = first_case(result)
+    return case.mesh.points.size, case.max_von_mises
+
+
+def _calculix_body(computation: Computation, _: Study) -> Measured:
+    start = time.perf_counter()
+    loaded, quantity = _BODIES[computation.problem]
+    body = loaded(computation.size, computation.order)
+    stress = _calculix(body.mesh, body.material, body.forces, body.fixed)
+    value = quantity(body.mesh, stress).computed
+    return _measured(computation, body.mesh, time.perf_counter() - start, value)
+
+
+def _calculix_rod(computation: Computation, study: Study) -> Measured:
+    clock = Clock()
+    asked = _meshed(computation, study)
+    rod = prepare(asked, clock)
+    mesh = rod.mesh.cell
+    loads = rod.loading.at(rod.mass, study.speeds()[0])
+    (response, *_) = rod.prescribed.respond(loads.cases)
+    forces = response.forces.symmetric
+    held = asked.analysis.support == "clamped"
+    fixed = clamped(mesh, Surface.BIG_END_BORE) if held else determinate_restraints(mesh)
+    # Geometry, mesh and loads are made by fea for both programs; the time of fea's assembly is not counted
+    # here.
+    before = sum(clock.seconds[stage] for stage in ("geometry", "mesh", "loads"))
+    start = time.perf_counter()
+    stress = _calculix(mesh, rod.materials[0], forces, fixed)
+    seconds = before + time.perf_counter() - start
+    return _measured(computation, mesh, seconds, float(np.nanmax(von_mises(stress))))
+
+
+def _measured(computation: Computation, mesh: TetMesh, seconds: float, value: float) -> Measured:
+    return Measured(computation.size, mesh.points.size, seconds, peak_memory(of_children=True), value)
+
+
+def _calculix(mesh: TetMesh, material: Material, forces: Floats, fixed: Mask) -> Floats:
+    """Nodal stress (n_nodes, 6) computed by CalculiX on a mesh."""
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        write_inp(folder / "job.inp", mesh, material, forces, fixed)
+        # CalculiX uses one thread by default.
+        environment = os.environ | {"OMP_NUM_THREADS": str(threads())}
+        command = ["ccx", "-i", "job"]
+        subprocess.run(command, cwd=folder, capture_output=True, check=True, env=environment)  # noqa: S603
+        return read_frd(folder / "job.frd", "STRESS", len(mesh.points))
+
+
+# Orders outside this range are accidents of irregular meshes.
+LEAST_ORDER, LARGEST_ORDER = 1.0, 3.0
+# Safety factor of Roache 1994, for three meshes or more.
+SAFETY = 1.25
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A reference value.
+
+    Attributes
+    ----------
+    value
+        MPa.
+    uncertainty_percent
+        Uncertainty of the value; 0 if it is exact.
+    """
+
+    value: float
+    uncertainty_percent: float = 0.0
+
+
+def extrapolated(sizes: Sequence[float], values: Sequence[float]) -> Reference:
+    """Richardson extrapolation of the three finest meshes with Roache's (1994) grid convergence index.
+
+    The order p solves (f3 − f2) / (f2 − f1) = r^p for the constant ratio r of the sizes. If the values do not
+    converge monotonically, the value of the finest mesh is used, with the spread of the three as uncertainty.
+
+    Parameters
+    ----------
+    sizes
+        Element sizes, coarse to fine, in constant ratio.
+    values
+        Their results; with fewer than three the uncertainty is unknown (infinite).
+    """
+    if len(values) < 3:
+        return Reference(values[-1], float("inf"))
+    coarse, medium, fine = values[-3:]
+    ratio = sizes[-2] / sizes[-1]
+    first, second = medium - coarse, fine - medium
+    spread = 100 * (max(coarse, medium, fine) - min(coarse, medium, fine)) / abs(fine)
+    if second == 0 or first / second <= 1:
+        return Reference(fine, spread)
+    order = float(np.clip(np.log(first / second) / np.log(ratio), LEAST_ORDER, LARGEST_ORDER))
+    change = second / (ratio**order - 1)
+    return Reference(fine + change, 100 * SAFETY * abs(change / fine))
+
+
+# Sizes of the meshes relative to the default size, in constant ratio, and the additional factor on the
+# element size where the stress exceeds a fraction of the peak.
+SCALES = (1.0, 0.75, 0.5625)
+HOT = {0.75: 1 / 2.0, 0.9: 1 / 5.0}
+
+
+def rod_reference(study: Study) -> Reference:
+    """Extrapolate the largest von Mises stress of the first case at the first speed.
+
+    All elements shrink in proportion from mesh to mesh, so that Richardson extrapolation applies. They are
+    smallest at the peak, because equally fine uniform meshes would not fit into memory.
+    """
+    options = dataclasses.replace(study.analysis, tolerance_percent=None, cycle=False)
+    plain = dataclasses.replace(study, analysis=options, mesh=MeshTable())
+    speed = study.speeds()[0]
+    rod = prepare(plain)
+    mesh, case = rod.mesh, first_case(solve_speed(rod, speed))
+    del rod
+    values = []
+    for scale in SCALES:
+        ratio = np.ones_like(case.von_mises)
+        for share, factor in HOT.items():
+            ratio[case.von_mises > share * case.peak.value] = scale * factor
+        fields = [field for field in (wanted_sizes(mesh, ratio),) if field]
+        fine = dataclasses.replace(plain, mesh=MeshTable(size_mm=scale * mesh.meshing.size))
+        rod = prepare(fine, mesh=mesh_study(fine, wanted=fields))
+        values.append(first_case(solve_speed(rod, speed)).max_von_mises)
+        del rod
+    return extrapolated(SCALES, values)
+
+
+def first_case(result: SpeedResult) -> CaseResult:
+    """Return the first load case of a speed."""
+    return next(iter(result.cases.values()))

@@ -1,0 +1,255 @@
+"""Compare series of computations: Pareto front, times at equal error, errors at equal time, advice."""
+
+import math
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from fea.verify.converge.measurement import ConvergenceRow
+
+# Errors below this (percent) come from the reference or are accidental.
+FLOOR = 0.05
+# The error of stress decreases with the size to the power of the element's order, at best to twice that
+# power.
+_BEST_RATE = 2
+
+
+def pareto(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[ConvergenceRow]:
+    """The rows of one problem that no other row beats in both time and error, the fastest first.
+
+    Parameters
+    ----------
+    rows
+        Rows of one problem.
+    floor
+        Smaller errors, percent, count as this value.
+    """
+    best: list[ConvergenceRow] = []
+    for row in sorted(rows, key=lambda row: (row.measured.seconds, abs(row.error_percent))):
+        if not best or max(abs(row.error_percent), floor) < max(abs(best[-1].error_percent), floor):
+            best.append(row)
+    return best
+
+
+def by_tool(rows: Iterable[ConvergenceRow]) -> dict[tuple[str, str], list[ConvergenceRow]]:
+    """Rows of one problem by tool and element, each from coarse to fine."""
+    found: dict[tuple[str, str], list[ConvergenceRow]] = {}
+    for row in sorted(rows, key=lambda row: -row.computation.size):
+        found.setdefault((row.computation.tool, row.computation.element), []).append(row)
+    return found
+
+
+def settled(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[float]:
+    """Largest error, percent, of each mesh of a series and all finer ones.
+
+    A mesh may be right by accident if the signed error crosses zero; the finer meshes show this. For the
+    finest mesh there is none, so that its error counts as at least the error of the previous mesh reduced at
+    twice the theoretical rate.
+
+    Parameters
+    ----------
+    rows
+        Rows of one problem, tool and element, coarse to fine.
+    floor
+        Smaller errors count as this value.
+    """
+    error = [abs(row.error_percent) for row in rows]
+    if len(rows) > 1 and not rows[0].computation.adaptive:
+        before, last = rows[-2].computation, rows[-1].computation
+        error[-1] = max(error[-1], error[-2] * (last.size / before.size) ** (_BEST_RATE * last.order))
+    running = np.maximum.accumulate(error[::-1])[::-1]
+    return [max(float(value), floor) for value in running]
+
+
+def fastest_within(rows: Sequence[ConvergenceRow], percent: float) -> dict[tuple[str, str], ConvergenceRow]:
+    """Per tool and element, the fastest row for which it and all finer rows have errors within `percent`."""
+    found = {}
+    for tool, own in by_tool(rows).items():
+        within = [row for row, error in zip(own, settled(own), strict=True) if error <= percent]
+        if within:
+            found[tool] = min(within, key=lambda row: row.measured.seconds)
+    return found
+
+
+def seconds_to(rows: Sequence[ConvergenceRow], percent: float, floor: float = FLOOR) -> float:
+    """Time after which a series stays below an error, interpolated logarithmically; infinite if never.
+
+    Parameters
+    ----------
+    rows
+        Rows of one problem, tool and element, coarse to fine.
+    percent
+        The error.
+    floor
+        Smaller errors count as this value.
+    """
+    seconds = [row.measured.seconds for row in rows]
+    errors = settled(rows, floor)
+    if not errors or errors[-1] > percent:
+        return np.inf
+    first = next(number for number, error in enumerate(errors) if error <= percent)
+    if first == 0:
+        return seconds[0]
+    places = np.log([errors[first], errors[first - 1]])
+    return float(np.exp(np.interp(np.log(percent), places, np.log([seconds[first], seconds[first - 1]]))))
+
+
+def error_after(rows: Sequence[ConvergenceRow], seconds: float, floor: float = FLOOR) -> float:
+    """Error, percent, below which a series stays after a time, interpolated logarithmically.
+
+    It is infinite before the first row, and that of the last row after it.
+    """
+    points = sorted(zip((row.measured.seconds for row in rows), settled(rows, floor), strict=True))
+    if not points or seconds < points[0][0]:
+        return np.inf
+    times, errors = np.array(points).T
+    best = np.minimum.accumulate(errors)
+    return float(np.exp(np.interp(np.log(seconds), np.log(times), np.log(best))))
+
+
+PERCENTS = (5.0, 2.0, 1.0)
+SECONDS = (0.3, 1.0, 3.0, 10.0, 30.0)
+# Target: this many times as fast as CalculiX at equal error.
+GOAL = 10.0
+WHOLE, THEIRS = ("fea, whole",), ("CalculiX",)
+
+
+@dataclass(frozen=True)
+class EqualError:
+    """Seconds to reach an error: infinite if a tool did not reach it.
+
+    Attributes
+    ----------
+    percent
+        The error.
+    ours, whole, theirs
+        Of `fea` at its best, of `fea` without mirror planes, and of CalculiX at its best, s.
+    longest
+        CalculiX's slowest row, s: if it did not reach the error, it would take longer than this.
+    """
+
+    percent: float
+    ours: float
+    whole: float
+    theirs: float
+    longest: float
+
+    @property
+    def ratio(self) -> float:
+        """CalculiX's time over ours, or a lower bound of it; NaN if we did not reach the error."""
+        theirs = self.theirs if math.isfinite(self.theirs) else self.longest
+        return theirs / self.ours if math.isfinite(self.ours) else math.nan
+
+    @property
+    def goal_met(self) -> bool:
+        """Whether the ratio reaches `GOAL`."""
+        return self.ratio >= GOAL
+
+
+class EqualTime(NamedTuple):
+    """What two programs reach in the same time.
+
+    Attributes
+    ----------
+    seconds
+        The time.
+    ours, theirs
+        Errors of `fea` and of CalculiX, each at its best, percent.
+    """
+
+    seconds: float
+    ours: float
+    theirs: float
+
+
+def equal_error(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[EqualError]:
+    """Compare at each of `PERCENTS`; empty without CalculiX.
+
+    Parameters
+    ----------
+    rows
+        Rows of one problem.
+    floor
+        Smaller errors, percent, count as this value.
+    """
+    longest = max((row.measured.seconds for row in rows if row.computation.tool in THEIRS), default=0.0)
+    programs = (_ours(rows), WHOLE, THEIRS)
+    if not longest:
+        return []
+    compared = []
+    for percent in PERCENTS:
+        until = partial(seconds_to, percent=percent, floor=floor)
+        ours, whole, theirs = (_best(rows, tools, until) for tools in programs)
+        compared.append(EqualError(percent, ours, whole, theirs, longest))
+    return compared
+
+
+def equal_time(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[EqualTime]:
+    """Compare at each of `SECONDS`, as far as both have rows.
+
+    Parameters
+    ----------
+    rows
+        Rows of one problem.
+    floor
+        Smaller errors, percent, count as this value.
+    """
+    programs = (_ours(rows), THEIRS)
+    longest = min(
+        max((row.measured.seconds for row in rows if row.computation.tool in tools), default=0.0)
+        for tools in programs
+    )
+    found = []
+    for seconds in (time for time in SECONDS if time <= longest):
+        after = partial(error_after, seconds=seconds, floor=floor)
+        ours, theirs = (_best(rows, tools, after) for tools in programs)
+        if math.isfinite(ours) and math.isfinite(theirs):
+            found.append(EqualTime(seconds, ours, theirs))
+    return found
+
+
+def _ours(rows: Sequence[ConvergenceRow]) -> set[str]:
+    return {row.computation.tool for row in rows} - {*WHOLE, *THEIRS}
+
+
+def _best(
+    rows: Sequence[ConvergenceRow], tools: Collection[str], measure: Callable[[list[ConvergenceRow]], float]
+) -> float:
+    """The smallest value that any series of these tools gives; infinite if there is none."""
+    series = by_tool(row for row in rows if row.computation.tool in tools).values()
+    return min((measure(own) for own in series), default=math.inf)
+
+
+def advice(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[str]:
+    """A sentence for each accuracy, from the rows of the rod, whose errors are known to `floor` percent."""
+    against = {compared.percent: compared for compared in equal_error(rows, floor)}
+    return [_sentence(rows, percent, against.get(percent), floor) for percent in PERCENTS]
+
+
+def _sentence(
+    rows: Sequence[ConvergenceRow], percent: float, against: EqualError | None, floor: float
+) -> str:
+    if percent < floor:
+        return f"Within {percent:g} %: the reference is not accurate enough (±{floor:.2g} %)."
+    found = fastest_within(rows, percent)
+    ours = {kind: row for kind, row in found.items() if kind[0] != "CalculiX"}
+    if not ours:
+        return f"Within {percent:g} %: no computation reached this within the time limit."
+    (_, element), best = min(ours.items(), key=lambda item: item[1].measured.seconds)
+    text = (
+        f"For a peak within {percent:g} %, confirmed by all finer meshes, use `{best.computation.name}` "
+        f"with {element.upper()} elements: {best.measured.seconds:.1f} s at {best.measured.dofs} dofs"
+    )
+    if against is not None:
+        text += "; CalculiX " + _calculix(against)
+    first = [name for name, kind in found if kind == "p1"]
+    return text + ("." if first else ". No first-order mesh reached this.")
+
+
+def _calculix(against: EqualError) -> str:
+    if against.theirs == float("inf"):
+        return f"did not reach this in {against.longest:.0f} s"
+    return f"takes {against.ratio:.1f} times as long for the same error"

@@ -1,0 +1,226 @@
+"""Solve an extreme case as a run does, with the measures of numerical quality, and judge the result."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from fea.base.checks import LIMITS, check
+from fea.base.choices import CONVERGED_PERCENT
+from fea.base.material import Material, Materials
+from fea.judge import verdict
+from fea.judge.verdict import Peak
+from fea.solid.assembly import pattern, stiffness
+from fea.solid.supports import require_restrained
+from fea.solvers.linear.choice import factorise
+from fea.solvers.mixed import MixedSystem, pressure_space, shear_materials
+from fea.solvers.residuals import condition_estimate, residuals
+from fea.stress.error_estimate import ErrorEstimator
+from fea.stress.stress import von_mises
+from fea.verify.body import LoadedBody, SolvedBody
+from geometry.arrays import Floats, Mask
+from mesh.tetmesh import TetMesh
+
+
+class Verdict(StrEnum):
+    """The outcome of an extreme case."""
+
+    RIGHT = "right"  # within its tolerance
+    MARKED = "marked"  # `fea run` would report that it is not to be trusted, whether it is wrong or not
+    REFUSED = "refused"  # an error message instead of a result
+    WRONG = "wrong"  # wrong, and nothing reports it
+
+
+class Place(NamedTuple):
+    """A case, its parameter and the value of that."""
+
+    case: str
+    parameter: str
+    value: float
+
+
+@dataclass(frozen=True)
+class ExtremeRow:
+    """One case at one value of its parameter.
+
+    Attributes
+    ----------
+    case, parameter, value
+        Names of the case and of its parameter, and the value of that.
+    verdict
+        The outcome.
+    result_error_percent
+        Absolute error of the result relative to the exact one; None if there is no result.
+    backward_error
+        ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖), maximum norms; None if nothing is solved.
+    condition_estimate
+        See `fea.solvers.residuals`.
+    energy_error
+        |uᵀKu − uᵀf| / uᵀf.
+    tolerance_percent
+        Largest error that counts as right.
+    noticed_by
+        How a run reports the problem: the names of the checks that fail, or its error bar.
+    """
+
+    case: str
+    parameter: str
+    value: float
+    verdict: Verdict
+    result_error_percent: float | None = None
+    backward_error: float | None = None
+    condition_estimate: float | None = None
+    energy_error: float | None = None
+    tolerance_percent: float | None = None
+    noticed_by: tuple[str, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Whether the result is right or the problem is reported."""
+        return self.verdict is not Verdict.WRONG
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the row with the names that other programs rely on."""
+        quality = ("backward_error", "condition_estimate", "energy_error", "result_error_percent")
+        named = ("case", "parameter", "value", *quality, "tolerance_percent", "noticed_by", "verdict")
+        return {name: getattr(self, name) for name in named}
+
+
+def judged(error_percent: float, tolerance_percent: float, *, marked: bool) -> Verdict:
+    """Return the verdict on a result; `marked`: a run would report it as not to be trusted."""
+    if marked:
+        return Verdict.MARKED
+    return Verdict.RIGHT if error_percent <= tolerance_percent else Verdict.WRONG
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A displacement and its numerical quality.
+
+    Attributes
+    ----------
+    displacement
+        (n_nodes, 3), mm.
+    backward_error, energy_error, condition
+        See `ExtremeRow`; of Taylor–Hood elements, the condition is that of the factorised matrix.
+    imbalance
+        See `fea.solvers.residuals.Residuals`.
+    pressure
+        (n_nodes, 1), MPa, positive in tension; None without Taylor–Hood elements.
+    """
+
+    displacement: Floats
+    backward_error: float
+    energy_error: float
+    condition: float
+    imbalance: float
+    pressure: Floats | None = None
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """Names of the checks of a run that would fail."""
+        values = {
+            "backward_error": self.backward_error,
+            "energy_balance": self.energy_error,
+            "condition": self.condition,
+            "imbalance": self.imbalance,
+        }
+        return tuple(name for name, value in values.items() if not check(name, value).passed)
+
+    def row(
+        self, place: Place, error_percent: float, tolerance_percent: float, noticed_by: tuple[str, ...] = ()
+    ) -> ExtremeRow:
+        """Judge a result computed from the displacement; `noticed_by` names other checks that would fail."""
+        noticed = (*noticed_by, *self.failed)
+        return ExtremeRow(
+            *place,
+            verdict=judged(error_percent, tolerance_percent, marked=bool(noticed)),
+            result_error_percent=error_percent,
+            backward_error=self.backward_error,
+            condition_estimate=self.condition,
+            energy_error=self.energy_error,
+            tolerance_percent=tolerance_percent,
+            noticed_by=noticed,
+        )
+
+    def peak_row(self, place: Place, peak: Peak, exact: float) -> ExtremeRow:
+        """Judge a peak, MPa: if it is called converged, its error must be within the limit of that."""
+        return self.row(place, percent(peak.value, exact), CONVERGED_PERCENT, unconverged(peak))
+
+
+def solved(mesh: TetMesh, material: Material | Materials, forces: Floats, fixed: Mask) -> Solved:
+    """Solve K u = f with `fixed` displacements (n_nodes, 3) zero, as a run does.
+
+    Raises
+    ------
+    UnderconstrainedError, SingularMatrixError
+        There is no solution.
+    """
+    require_restrained(mesh, fixed)
+    K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
+    held = fixed.ravel()
+    constrained = K.constrained(held)
+    factor = factorise(constrained)
+    f = np.where(held, 0.0, forces.ravel())
+    u = factor(f[:, None])[:, 0]
+    u[held] = 0.0
+    quality = residuals(K, u[:, None], f[:, None], fixed=held, restraints=np.zeros_like(held))
+    condition = condition_estimate(constrained, factor)
+    return Solved(u.reshape(-1, 3), quality.backward_error, quality.energy, condition, quality.imbalance)
+
+
+def solved_mixed(mesh: TetMesh, material: Material, forces: Floats, fixed: Mask) -> Solved:
+    """Solve with Taylor–Hood elements, as a run does with nearly incompressible parts.
+
+    Raises
+    ------
+    UnderconstrainedError, SingularMatrixError, StagnationError
+        There is no solution.
+    """
+    require_restrained(mesh, fixed)
+    held = fixed.ravel()
+    A = stiffness(mesh, shear_materials([material], [0])[0], pattern(mesh.tets, len(mesh.points)))
+    space = pressure_space(mesh, {0: material})
+    constrained = A.constrained(held)
+    factor = factorise(constrained)
+    system = MixedSystem(A, space, held, np.ones(space.lame_lambda.size, dtype=bool))
+    u, p, quality = system.solve(factor, forces.reshape(-1, 1))
+    return Solved(
+        u.reshape(-1, 3),
+        quality.backward_error,
+        quality.energy,
+        condition_estimate(constrained, factor),
+        quality.imbalance,
+        space.nodal(p, len(mesh.points))[0],
+    )
+
+
+def solved_by(method: str, body: LoadedBody, material: Material) -> Solved:
+    """Solve with displacement elements (``p1`` or ``p2``) or Taylor–Hood elements (``p2/p1``)."""
+    solve = solved_mixed if method == "p2/p1" else solved
+    return solve(body.mesh, material, body.forces, body.fixed)
+
+
+def beyond(method: str, ratio: float) -> tuple[str, ...]:
+    """Return the check of a run that fails for Poisson's ratio, for `ExtremeRow.noticed_by`."""
+    name = f"poissons_ratio_{method}"
+    return () if name not in LIMITS or check(name, ratio).passed else (name,)
+
+
+def peak_of(body: SolvedBody) -> Peak:
+    """Find the largest von Mises stress and its bar, MPa, as a run prints them."""
+    estimated = ErrorEstimator(body.mesh, [body.material])(body.displacement, [body.stress[:, :, None]])
+    return verdict.peak(von_mises(body.stress), estimated.stress[0][:, 0])
+
+
+def unconverged(peak: Peak) -> tuple[str, ...]:
+    """Return the verdict of a run on a peak, for `ExtremeRow.noticed_by`."""
+    if peak.verdict() is verdict.Verdict.CONVERGED:
+        return ()
+    return (f"not converged, ±{peak.error_percent:.2g} %",)
+
+
+def percent(computed: float, exact: float) -> float:
+    """Absolute relative error, %."""
+    return 100 * abs(computed / exact - 1)
