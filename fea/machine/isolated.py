@@ -11,8 +11,8 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
@@ -47,13 +47,7 @@ class _Inside:
 
 
 class CrashError(Exception):
-    """The process ended without a result.
-
-    Attributes
-    ----------
-    cause
-        Its signal (``"SIGSEGV"``) or ``"exit code 1"``.
-    """
+    """The process ended without a result; `cause` is its signal (``"SIGSEGV"``) or ``"exit code 1"``."""
 
     def __init__(self, message: str, cause: str) -> None:
         super().__init__(message, cause)
@@ -153,16 +147,27 @@ class IsolatedProcess:
     def result(self, listener: Callable[[str], None] | None = None, *, seconds: float | None = None) -> Any:
         """Wait for the result of a job, or raise its error; arguments as `run`."""
         late = threading.Event()
+
+        def end() -> None:
+            late.set()
+            self.started.kill()
+
+        timer = None if seconds is None else threading.Timer(seconds, end)
+        if timer:
+            timer.daemon = True
+            timer.start()
         try:
-            with self._ended_after(seconds, late):
-                while self._pending:
-                    kind, value = self._heard(listener)
-                    self._pending -= 1
+            while self._pending:
+                kind, value = self._heard(listener)
+                self._pending -= 1
         except BaseException as error:
             self.close()
             if late.is_set() and isinstance(error, CrashError):
                 raise OvertimeError(f"it took longer than {seconds:g} s") from error
             raise
+        finally:
+            if timer:
+                timer.cancel()
         if kind == _ERROR:
             raise value
         return value
@@ -189,7 +194,7 @@ class IsolatedProcess:
     def close(self) -> None:
         """End the process; one that is patient and at work may clean up first."""
         if self._pending and self._patient and self.alive:
-            self.started.terminate()
+            os.kill(self.started.pid, signal.SIGTERM)
             with suppress(subprocess.TimeoutExpired):
                 self.started.wait(_PATIENCE)
         self.started.kill()
@@ -201,24 +206,6 @@ class IsolatedProcess:
             with self._messages:
                 self._messages.seek(0)
                 self.last_message = self._messages.read().decode(errors="replace").strip().rpartition("\n")[2]
-
-    @contextmanager
-    def _ended_after(self, seconds: float | None, late: threading.Event) -> Iterator[None]:
-        if seconds is None:
-            yield
-            return
-
-        def end() -> None:
-            late.set()
-            self.started.kill()
-
-        timer = threading.Timer(seconds, end)
-        timer.daemon = True
-        timer.start()
-        try:
-            yield
-        finally:
-            timer.cancel()
 
     def _heard(self, listener: Callable[[str], None] | None) -> tuple[int, Any]:
         progress, limit = "", 0.0
@@ -261,7 +248,7 @@ def copied(job: Callable[[], object]) -> IsolatedProcess:
         _answer(job)
         with os.fdopen(jobs, "rb") as orders, suppress(EOFError):
             while True:
-                _answer_order(pickle.load(orders))  # noqa: S301 - from our own process
+                _answer(partial(_unpacked, pickle.load(orders)))  # noqa: S301 - from our own process
 
     def start() -> IsolatedProcess:
         child = Copy(work)
@@ -277,14 +264,8 @@ def fresh(
 ) -> IsolatedProcess:
     """Start a Python interpreter that finds the same modules as this one.
 
-    Parameters
-    ----------
-    environment
-        Added to that of this process.
-    patient
-        Let a job that is interrupted clean up; others are killed, and Ctrl-C is left to this process.
-    messages
-        Keep what it writes to standard error.
+    `environment` is added to that of this process. A `patient` one lets a job that is interrupted clean up;
+    others are killed, and Ctrl-C is left to this process. With `messages`, its standard error is kept.
 
     Raises
     ------
@@ -314,12 +295,6 @@ def fresh(
         raise
 
 
-def _begun(job: Callable[[], object]) -> IsolatedProcess:
-    process = fresh()
-    process.begin(job)
-    return process
-
-
 def serve(*, patient: bool) -> None:
     """In a fresh interpreter: do the jobs that come through standard input."""
     die_with_parent()
@@ -335,7 +310,7 @@ def serve(*, patient: bool) -> None:
     threading.Thread(target=_listen, args=(orders,), kwargs={"patient": patient}, daemon=True).start()
     with suppress(KeyboardInterrupt):
         while True:
-            _answer_order(orders.get())
+            _answer(partial(_unpacked, orders.get()))
     os._exit(1)
 
 
@@ -348,10 +323,6 @@ def _listen(orders: "SimpleQueue[bytes]", *, patient: bool) -> None:
         os.kill(os.getpid(), signal.SIGTERM)
     else:
         os._exit(0)
-
-
-def _answer_order(order: bytes) -> None:
-    _answer(lambda: _unpacked(order))
 
 
 def _unpacked(order: bytes) -> object:
@@ -432,28 +403,8 @@ class Copy:
         finally:
             os._exit(code)
 
-    def poll(self) -> int | None:
+    def poll(self, options: int = os.WNOHANG if CAN_FORK else 0) -> int | None:
         """Return its code, negative for a signal, None while it lives."""
-        return self._reaped(os.WNOHANG)
-
-    def wait(self, _timeout: float | None = None) -> int:
-        """Wait until it ends, and return as `poll`."""
-        code = self._reaped(0)
-        return 1 if code is None else code
-
-    def kill(self) -> None:
-        """End it at once."""
-        self._signal(signal.SIGKILL)
-
-    def terminate(self) -> None:
-        """Interrupt it."""
-        self._signal(signal.SIGTERM)
-
-    def _signal(self, number: int) -> None:
-        if self.poll() is None:
-            os.kill(self.pid, number)
-
-    def _reaped(self, options: int) -> int | None:
         if self.returncode is None:
             try:
                 pid, status = os.waitpid(self.pid, options)
@@ -462,3 +413,12 @@ class Copy:
             else:
                 self.returncode = os.waitstatus_to_exitcode(status) if pid else None
         return self.returncode
+
+    def wait(self, _timeout: float | None = None) -> int:
+        """Wait until it ends, and return as `poll`."""
+        return self.poll(0) or 0
+
+    def kill(self) -> None:
+        """End it at once."""
+        if self.poll() is None:
+            os.kill(self.pid, signal.SIGKILL)

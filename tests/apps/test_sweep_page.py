@@ -4,8 +4,16 @@ import re
 import numpy as np
 import pytest
 
-from fea.output.sweep_report.drawings import Influenced, Swept, label, main_effects, matrix, parallel, pareto
-from fea.output.sweep_report.write import sweep_page
+from fea.output.sweep_report.report import (
+    Influenced,
+    Swept,
+    label,
+    main_effects,
+    matrix,
+    parallel,
+    pareto,
+    sweep_page,
+)
 
 STUDY = '[rod]\nweb_thickness_mm = {}\nname = "</script><b>"\n'
 

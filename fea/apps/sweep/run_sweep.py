@@ -27,8 +27,7 @@ from fea.apps.sweep.table import CSV, PARQUET, Progress, failures, write_tables
 from fea.apps.sweep.work import DEFAULT_MINUTES, Task, program_version
 from fea.machine.clock import progress_line
 from fea.output import folder as lock
-from fea.output.sweep_report.drawings import Influenced, Swept
-from fea.output.sweep_report.write import write_sweep_report
+from fea.output.sweep_report.report import Influenced, Swept, write_sweep_report
 from fea.output.target import OccupiedError, StorageError, near
 from fea.output.text import make_directory
 from geometry.errors import require

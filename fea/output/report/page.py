@@ -2,16 +2,14 @@
 
 import base64
 import webbrowser
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from fea.output.html import environment, html_page, page_file
 from fea.output.report.answer import answer
-from fea.output.report.coding import embedded_json, policy
+from fea.output.report.coding import embedded_json
 from fea.output.report.reported import Reported
 from fea.output.report.scene import Scene
 from fea.output.report.sections import Section, sections
@@ -24,34 +22,29 @@ _SCRIPTS = (
     "vectors.js", "numbers.js", "surface.js", "results.js", "camera.js", "painter.js", "loads.js", "pick.js",
     "hands.js", "charts.js", "viewer.js", "start.js",
 )  # fmt: skip
-_PAGE = files("fea") / "output" / "report" / "page"
 
 
 def page(run: Reported, drawn: Scene | None) -> str:
     """Return the report of a run, with its rod in three dimensions if there is one."""
     parts = sections(run)
-    style, script = _text("report.css"), _script()
-    return (
-        _environment()
-        .get_template("report.html.jinja")
-        .render(
-            **_head(run),
-            sections=parts,
-            scene=drawn,
-            header=None if drawn is None else embedded_json(_with_charts(drawn, parts)),
-            numbers="" if drawn is None else Markup(drawn.numbers),  # noqa: S704 - base64
-            scales=() if drawn is None else _scales(drawn.header["exaggeration"]),
-            policy=policy(style, script if drawn is not None else ""),
-            style=Markup(style),  # noqa: S704 - our own
-            script=Markup(script),  # noqa: S704 - our own
-            without_motion=run.without_motion,
-        )
+    return html_page(
+        "report",
+        "report.html.jinja",
+        page_file("report", "report.css"),
+        "" if drawn is None else _script(),
+        **_head(run),
+        sections=parts,
+        scene=drawn,
+        header=None if drawn is None else embedded_json(_with_charts(drawn, parts)),
+        numbers="" if drawn is None else Markup(drawn.numbers),  # noqa: S704 - base64
+        scales=() if drawn is None else _scales(drawn.header["exaggeration"]),
+        without_motion=run.without_motion,
     )
 
 
 def head(run: Reported) -> str:
     """Return the head of the report alone, for a notebook: the answer, the load cases and a picture."""
-    return _environment().get_template("notebook.html.jinja").render(**_head(run))
+    return environment("report").get_template("notebook.html.jinja").render(**_head(run))
 
 
 def _head(run: Reported) -> dict[str, Any]:
@@ -65,33 +58,8 @@ def _head(run: Reported) -> dict[str, Any]:
     }
 
 
-@cache
-def _environment() -> Environment:
-    found = Environment(
-        loader=PackageLoader("fea.output.report", "page"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    found.filters["sentence"] = _sentence
-    found.filters["proper"] = lambda text: str(text).replace("-", "−")
-    return found
-
-
-def _sentence(said: object) -> str:
-    """A sentence begins with a capital letter, unless its first word is the name of a key."""
-    text = str(said)
-    first = text.partition(" ")[0]
-    return text if "_" in first or not text else f"{text[0].upper()}{text[1:]}"
-
-
-def _text(name: str) -> str:
-    return (_PAGE / name).read_text(encoding="utf-8")
-
-
 def _script() -> str:
-    body = "\n".join(_text(name) for name in _SCRIPTS)
+    body = "\n".join(page_file("report", name) for name in _SCRIPTS)
     return f'(() => {{\n"use strict";\n{body}}})();\n'
 
 

@@ -1,12 +1,16 @@
-"""The drawings of a sweep."""
+"""The report of a sweep: one HTML page with its drawings, each point linked to its study."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fea.output.html import html_page, page_file
 from fea.output.pictures.scale import round_up
+from fea.output.report.coding import embedded_json
+from fea.output.text import write_text
 from geometry.arrays import Floats, Ints
 
 _UNITS = {
@@ -243,3 +247,45 @@ def _means(x: Floats, y: Floats, *, alone: bool) -> Floats | None:
         return None
     groups = np.array_split(np.argsort(x, kind="stable"), bins)
     return np.array([(x[group].mean(), y[group].mean()) for group in groups])
+
+
+def write_sweep_report(path: Path, swept: Swept) -> None:
+    """Write the report of a sweep; raises `StorageError` if the system refuses."""
+    write_text(path, sweep_page(swept))
+
+
+def sweep_page(swept: Swept) -> str:
+    """Return the report of a sweep as HTML."""
+    return html_page(
+        "sweep_report",
+        "sweep.html.jinja",
+        page_file("report", "report.css") + page_file("sweep_report", "sweep.css"),
+        page_file("sweep_report", "sweep.js"),
+        swept=swept,
+        pareto=pareto(swept),
+        matrix=matrix(swept),
+        effects=main_effects(swept),
+        parallel=parallel(swept),
+        fails=_fails(swept),
+        data=embedded_json(_data(swept)),
+    )
+
+
+def _fails(swept: Swept) -> set[int]:
+    """Numbers of the designs whose factor is below 1."""
+    factors = swept.figures.get("factor", ())
+    return {n for n, factor in enumerate(factors) if factor < 1}
+
+
+def _data(swept: Swept) -> dict[str, Any]:
+    """The studies, whose lines are mostly alike: each line once, and its numbers in each study."""
+    numbers: dict[str, int] = {}
+    studies = [
+        [numbers.setdefault(line, len(numbers)) for line in text.splitlines()] for text in swept.studies
+    ]
+    columns = {**swept.keys, **swept.figures}
+    values = [
+        {name: float(f"{column[n]:.6g}") for name, column in columns.items() if column[n] == column[n]}
+        for n in range(len(swept.rows))
+    ]  # fmt: skip
+    return {"rows": list(swept.rows), "lines": list(numbers), "studies": studies, "values": values}

@@ -1,0 +1,51 @@
+"""HTML pages that run what they hold and fetch nothing."""
+
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from fea.output.report.coding import policy
+
+
+def html_page(room: str, template: str, style: str, script: str, **values: Any) -> str:
+    """Return a page from a template of a room of `fea.output`, with its style, its script and the values."""
+    return (
+        environment(room)
+        .get_template(template)
+        .render(
+            policy=policy(style, script),
+            style=Markup(style),  # noqa: S704 - our own
+            script=Markup(script),  # noqa: S704 - our own
+            **values,
+        )
+    )
+
+
+def page_file(room: str, name: str) -> str:
+    """Return a file that stands with the templates of a room."""
+    return (files("fea") / "output" / room / "page" / name).read_text(encoding="utf-8")
+
+
+@cache
+def environment(room: str) -> Environment:
+    """Return the templates of a room."""
+    templates = Environment(
+        loader=PackageLoader(f"fea.output.{room}", "page"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    templates.filters["sentence"] = _sentence
+    templates.filters["proper"] = lambda text: str(text).replace("-", "−")
+    return templates
+
+
+def _sentence(said: object) -> str:
+    """A sentence begins with a capital letter, unless its first word is the name of a key."""
+    text = str(said)
+    first = text.partition(" ")[0]
+    return text if "_" in first or not text else f"{text[0].upper()}{text[1:]}"
