@@ -1,4 +1,4 @@
-"""Array types, named after what they hold."""
+"""Array types, named after what they hold, and groups of linked things."""
 
 from typing import Any
 
@@ -9,3 +9,19 @@ Floats = npt.NDArray[np.float64]
 Reals = npt.NDArray[np.floating[Any]]  # of either precision
 Ints = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
+Vector = tuple[float, float, float]
+
+
+def vector(values: Floats) -> Vector:
+    """Return three numbers as plain ones."""
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def linked_groups(count: int, one: Ints, other: Ints) -> Ints:
+    """Number (count,) of the group that each thing belongs to, where each `one` is linked to its `other`."""
+    from scipy import sparse  # noqa: PLC0415 - few rods need it
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+
+    links = sparse.csr_array((np.ones(len(one), dtype=np.int8), (one, other)), shape=(count, count))
+    return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)

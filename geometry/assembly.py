@@ -3,14 +3,13 @@
 import math
 from dataclasses import dataclass
 
+from geometry.arrays import Vector
 from geometry.dimensions import Dimensions
 from geometry.errors import InvalidValue, require, require_number
 from geometry.outline import Bosses, Outline
 from geometry.rules import require_of
 from geometry.segments import Point
 from geometry.surfaces import Mirror
-
-Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -88,9 +88,9 @@ def fit(rod: Rod, targets: Targets, free: Sequence[str]) -> Fit:
             return np.full(len(sought), _REFUSED)
         return np.array(list(_misfits(changed, targets, sought).values()))
 
-    found = least_squares(misfit, np.ones(len(free)), bounds=(1 / SPAN, SPAN), xtol=1e-6, max_nfev=50)
-    best = _rounded(rod, free, found.x * start)
-    ends = np.abs(np.log(found.x)) > np.log(SPAN) - _AT_LIMIT
+    solution = least_squares(misfit, np.ones(len(free)), bounds=(1 / SPAN, SPAN), xtol=1e-6, max_nfev=50)
+    best = _rounded(rod, free, solution.x * start)
+    ends = np.abs(np.log(solution.x)) > np.log(SPAN) - _AT_LIMIT
     limits = tuple(name for name, at_end in zip(free, ends, strict=True) if at_end)
     return Fit(best, _misfits(best, targets, sought), limits)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-Vector = tuple[float, float, float]
+from geometry.arrays import Vector
 
 
 class Role(StrEnum):

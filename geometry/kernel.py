@@ -6,11 +6,11 @@ from contextlib import contextmanager
 
 import gmsh
 
+from geometry.arrays import Vector
 from geometry.errors import GeometryError
 from geometry.segments import Arc, Curve, EllipticArc, Line, Point
 
-Place = tuple[float, float, float]
-Placing = Callable[[Point], Place]
+Placing = Callable[[Point], Vector]
 SOLID = 3
 
 
@@ -26,12 +26,12 @@ def attempt(what: str, remedy: str = "Change the dimensions involved slightly") 
         raise GeometryError(message) from error
 
 
-def in_plan(point: Point) -> Place:
+def in_plan(point: Point) -> Vector:
     """Place a point of the plan at z = 0."""
     return point[0], point[1], 0.0
 
 
-def in_profile(point: Point) -> Place:
+def in_profile(point: Point) -> Vector:
     """Place a point (x, z) of the side view at y = 0."""
     return point[0], 0.0, point[1]
 

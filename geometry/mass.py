@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-Vector = tuple[float, float, float]
+from geometry.arrays import Vector
+
 Tensor = tuple[Vector, Vector, Vector]
 
 

@@ -212,5 +212,5 @@ class Outline:
 
     def height(self, x: Floats) -> Floats:
         """Return the largest y of the outline at `x`, mm; 0 outside the rod."""
-        found = np.max([piece.height(x) for piece in self.upper], axis=0)
-        return np.asarray(np.maximum(found, 0.0))
+        highest = np.max([piece.height(x) for piece in self.upper], axis=0)
+        return np.asarray(np.maximum(highest, 0.0))

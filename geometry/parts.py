@@ -206,7 +206,7 @@ def with_seats(
     rest = {surface: tuple(tag for tag in tags if tag not in surface_of) for surface, tags in named.items()}
     seated = set(surface_of.values())
     return rest | {
-        surface: tuple(tag for tag, own in surface_of.items() if own is surface)
+        surface: tuple(tag for tag, seated_on in surface_of.items() if seated_on is surface)
         for surface in Surface
         if surface in seated
     }

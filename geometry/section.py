@@ -220,7 +220,9 @@ def least_section(rod: Rod) -> Section:
     place = min(range(len(coarse)), key=lambda i: coarse[i].area)
     low, high = (coarse[i].x for i in (max(place - 1, 0), min(place + 1, len(coarse) - 1)))
     field = HeightField(rod)
-    return min((field.section(float(x)) for x in np.linspace(low, high, 101)), key=lambda found: found.area)
+    return min(
+        (field.section(float(x)) for x in np.linspace(low, high, 101)), key=lambda section: section.area
+    )
 
 
 # Dimensions that are the thickness of a wall by themselves.
@@ -236,15 +238,15 @@ OF_WALLS = (
 
 def walls(rod: Dimensions) -> dict[str, float]:
     """Return the thickness of each wall of a rod, mm, by its name."""
-    found = {
+    thickness = {
         "big-end ring": rod.big_end_ring,
         "small-end ring": rod.small_end_ring - rod.bushing,
         "shank": min(rod.shank_width, rod.shank_depth_big_end, rod.shank_depth_small_end),
     }
     if rod.has_pockets:
-        found |= {"web": rod.web_thickness, "flange": rod.flange_thickness}
+        thickness |= {"web": rod.web_thickness, "flange": rod.flange_thickness}
     if rod.cap_bolt:
-        found["wall between bolt hole and bore"] = (
+        thickness["wall between bolt hole and bore"] = (
             rod.cap_bolt_spacing - rod.cap_bolt - rod.big_end_bore
         ) / 2
-    return found
+    return thickness

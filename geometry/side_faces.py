@@ -50,7 +50,7 @@ class RingStep:
         beyond, roof = (far, self.shank), (far, ceiling)
         center, quarter = (self.foot, self.shank + self.radius), math.pi / 2
         if self.height == 0:
-            return _closed([(0.0, self.shank), beyond, roof, (0.0, ceiling)])
+            return _chain([(0.0, self.shank), beyond, roof, (0.0, ceiling), (0.0, self.shank)])
         if self.ring < top:  # the ring's own face is part of it
             arc = Arc(center, self.radius, -quarter - self.sweep, self.sweep)
             wall = [(self.rim, self.ring)] if self.height > self.radius else []
@@ -83,10 +83,6 @@ def _step(center: float, ring_radius: float, ring: float, rod: Dimensions) -> Ri
 
 def _chain(points: list[Point]) -> tuple[Line, ...]:
     return tuple(Line(a, b) for a, b in pairwise(points))
-
-
-def _closed(points: list[Point]) -> tuple[Line, ...]:
-    return _chain([*points, points[0]])
 
 
 @dataclass(frozen=True)

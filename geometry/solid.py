@@ -17,7 +17,7 @@ from geometry.outline import Outline
 from geometry.parts import Interface, bodies, contact_features, interfaces, parted, with_seats
 from geometry.rod import Rod
 from geometry.segments import Line, Segment
-from geometry.side_faces import Pocket, RingStep, ring_steps, space_beside, web_pocket
+from geometry.side_faces import RingStep, ring_steps, space_beside, web_pocket
 from geometry.surfaces import PLANE_AXIS, Mirror, Surface
 
 
@@ -162,7 +162,10 @@ def _tools_above(rod: Rod, turn: float = 0.0) -> list[int]:
             tools.append(kernel.common(around, _above(small, top, rod)))
     if rod.has_pockets:
         with kernel.attempt("round the pocket floor (rod.pocket_floor_radius_mm)"):
-            tools.append(_pocket_tool(web_pocket(rod, Outline(rod).edge), top))
+            pocket = web_pocket(rod, Outline(rod).edge)
+            beyond = pocket.floor + 1.1 * (top - pocket.floor)
+            tool = kernel.prism(pocket.outline(), (), pocket.floor, beyond)
+            tools.append(kernel.bottom_rounded(tool, pocket.floor, pocket.floor_radius))
     if profile := space_beside(rod):
         with kernel.attempt("slant the small end (rod.small_end_crown_width_mm)"):
             tools.append(kernel.prism_along_y(profile, rod.small_end_radius * 2))
@@ -214,11 +217,6 @@ def _above(step: RingStep, top: float, rod: Rod, sector: float = math.pi) -> int
     """Draw the space above a ring's face, its step and the plane of the shank's face."""
     far = 3 * (rod.length + rod.big_end_radius + rod.small_end_radius)
     return kernel.revolution(step.space_above(top, far), step.center, sector)
-
-
-def _pocket_tool(pocket: Pocket, top: float) -> int:
-    tool = kernel.prism(pocket.outline(), (), pocket.floor, pocket.floor + 1.1 * (top - pocket.floor))
-    return kernel.bottom_rounded(tool, pocket.floor, pocket.floor_radius)
 
 
 def whole_mass(body: int, mirror: Mirror) -> MassProperties:

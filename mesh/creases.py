@@ -66,15 +66,15 @@ def creases(
     skins = [_skin(body, axis_of) for body in bodies] or [axis_of]
     rows, folds, labels = [], [], []
     between: list[tuple[str, str]] = []
-    for own, curve, faces in ((skin, *pair) for skin in skins for pair in _shared(skin)):
+    for axes, curve, faces in ((skin, *pair) for skin in skins for pair in _shared(skin)):
         ends = _mesh_edges(curve, mesh.order)
-        fold = _fold(curve, ends.mean(axis=1), faces, own)
+        fold = _fold(curve, ends.mean(axis=1), faces, axes)
         sharp = fold > LEAST_FOLD
         if sharp.any():
             rows.append(ends[sharp])
             folds.append(fold[sharp])
             labels.append(np.full(np.count_nonzero(sharp), len(between)))
-            outer = [face for face in faces if own[face] < 0]
+            outer = [face for face in faces if axes[face] < 0]
             between.append((_in_words(outer[0], cut), _in_words(outer[-1], cut)))
     if not rows:
         return Creases(np.zeros((0, 2), int), np.zeros(0), np.zeros(0, int), ())
@@ -90,13 +90,13 @@ def _skin(body: Sequence[int], axis_of: Mapping[int, int]) -> dict[int, int]:
 
 def _shared(axis_of: Mapping[int, int]) -> list[tuple[int, tuple[int, int]]]:
     """Curves between two faces, at least one of them not on a mirror plane."""
-    found: dict[int, list[int]] = {}
+    faces_of: dict[int, list[int]] = {}
     for face in axis_of:
         for _, curve in gmsh.model.getBoundary([(2, face)], combined=False, oriented=False):
-            found.setdefault(curve, []).append(face)
+            faces_of.setdefault(curve, []).append(face)
     return [
         (curve, (faces[0], faces[1]))
-        for curve, faces in sorted(found.items())
+        for curve, faces in sorted(faces_of.items())
         if len(faces) == 2 and faces[0] != faces[1] and min(axis_of[face] for face in faces) < 0
     ]
 
@@ -203,7 +203,7 @@ def rims(mesh: TetMesh) -> tuple[Rim, ...]:
     """Find the rims on a mesh of separate bodies (`mesh.separate`); none lies across a mirror plane."""
     cut = [_sides(mesh.facets[plane])[0] for plane in PLANE_AXIS if plane in mesh.facets]
     bore = _sides(mesh.facets.get(Surface.BIG_END_BORE, np.zeros((0, 3), dtype=np.int64)))[0]
-    found = []
+    every_rim = []
     for surface, name in _NAMES.items():
         if surface not in mesh.facets:
             continue
@@ -214,8 +214,8 @@ def rims(mesh: TetMesh) -> tuple[Rim, ...]:
         for what, chosen in ((_AT_BORE, inner), (name, ~inner)):
             if chosen.any():
                 nodes = np.unique(np.concatenate([ends[chosen].ravel(), middle[chosen].ravel()]))
-                found.append(Rim(what, surface, ends[chosen], nodes))
-    return tuple(found)
+                every_rim.append(Rim(what, surface, ends[chosen], nodes))
+    return tuple(every_rim)
 
 
 def _sides(facets: Ints) -> tuple[Ints, Ints]:

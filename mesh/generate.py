@@ -10,11 +10,10 @@ from geometry.arrays import Ints
 from geometry.bodies import Body, draw
 from geometry.session import session
 from geometry.surfaces import PLANE_AXIS, Surface
-from mesh.numbering import numbered, outward
 from mesh.quality import Quality, measure, mended, scaled_jacobian
 from mesh.repair import NOTHING, Repair, UnsoundMeshError, of_crossing, of_elements
 from mesh.sizing import Refinement, SizeField, Sizing, apply
-from mesh.tetmesh import FROM_GMSH, MeshError, TetMesh
+from mesh.tetmesh import FROM_GMSH, MeshError, TetMesh, numbered, outward
 
 _ON_ERROR, _STOP = "General.AbortOnError", 1  # stop meshing without throwing
 _TET = {1: 4, 2: 11}  # gmsh's element types
@@ -34,7 +33,7 @@ def tetrahedralise(
 
     `surfaces` are gmsh's face tags per named surface, `parts` the volume tags of each part, if there are
     several. At every point the smallest size `wanted` by earlier solutions applies. Elements that raising the
-    order had inverted are mended; nodes stand in the order of `mesh.numbering`.
+    order had inverted are mended; nodes stand in the order of `mesh.tetmesh`.
 
     Raises
     ------
@@ -90,8 +89,8 @@ def _arrays(surfaces: Mapping[Surface, Sequence[int]], order: int, parts: Sequen
     compact[used] = np.arange(used.size)
 
     def facets(faces: Sequence[int]) -> Ints:
-        found = [gmsh.model.mesh.getElementsByType(_TRIANGLE[order], face)[1] for face in faces]
-        nodes = place[np.concatenate(found)] if found else np.empty(0, dtype=np.int64)
+        blocks = [gmsh.model.mesh.getElementsByType(_TRIANGLE[order], face)[1] for face in faces]
+        nodes = place[np.concatenate(blocks)] if blocks else np.empty(0, dtype=np.int64)
         return np.asarray(compact[nodes].reshape(-1, 3 * order))
 
     return TetMesh(
@@ -106,10 +105,10 @@ def _tets(order: int, parts: Sequence[Sequence[int]]) -> tuple[Ints, Ints | None
     """Node tags of the tetrahedra, and the part of each if there are several."""
     if len(parts) < 2:
         return gmsh.model.mesh.getElementsByType(_TET[order])[1], None
-    found = [gmsh.model.mesh.getElementsByType(_TET[order], volume)[1] for part in parts for volume in part]
+    blocks = [gmsh.model.mesh.getElementsByType(_TET[order], volume)[1] for part in parts for volume in part]
     numbers = [number for number, part in enumerate(parts) for _ in part]
-    counts = [nodes.size // len(FROM_GMSH[order]) for nodes in found]
-    return np.concatenate(found), np.repeat(numbers, counts)
+    counts = [nodes.size // len(FROM_GMSH[order]) for nodes in blocks]
+    return np.concatenate(blocks), np.repeat(numbers, counts)
 
 
 def snapped(mesh: TetMesh) -> TetMesh:

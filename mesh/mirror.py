@@ -7,8 +7,7 @@ import numpy.typing as npt
 
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import PLANE_AXIS, Surface
-from mesh.numbering import numbered
-from mesh.tetmesh import FACET_TURN, TET_TURN, TetMesh
+from mesh.tetmesh import FACET_TURN, TET_TURN, TetMesh, numbered
 
 # A reflection turns an element inside out; exchanging two vertices turns it back.
 
@@ -17,7 +16,7 @@ from mesh.tetmesh import FACET_TURN, TET_TURN, TetMesh
 class MirroredMesh:
     """A mesh put together from reflections of a cell."""
 
-    # The whole. The cell's elements come first; the nodes stand in the order of `mesh.numbering`, in which a
+    # The whole. The cell's elements come first; the nodes stand in the order of `mesh.tetmesh`, in which a
     # node of the cell comes before its images.
     mesh: TetMesh
     source: Ints  # (n_nodes,) the node of the cell that each node is an image of
@@ -45,17 +44,17 @@ class MirroredMesh:
 
     def _signed(self, sign: Floats, symmetric: Floats, antisymmetric: Floats | None) -> Floats:
         """Extend a field whose components (n_nodes, k) change their signs in the images."""
-        found = self._combine(symmetric, antisymmetric)
-        found *= sign.reshape(*sign.shape, *([1] * (symmetric.ndim - 2)))
-        return found
+        field = self._combine(symmetric, antisymmetric)
+        field *= sign.reshape(*sign.shape, *([1] * (symmetric.ndim - 2)))
+        return field
 
     def _combine(self, symmetric: Floats, antisymmetric: Floats | None) -> Floats:
-        found = symmetric[self.source]
+        field = symmetric[self.source]
         if antisymmetric is not None:
             odd = antisymmetric[self.source]
             odd *= self.sign[:, 1].reshape(-1, *([1] * (symmetric.ndim - 1)))
-            found += odd
-        return found
+            field += odd
+        return field
 
 
 def unmirrored(mesh: TetMesh) -> MirroredMesh:

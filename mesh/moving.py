@@ -35,12 +35,12 @@ class Anchors:
     @property
     def closures(self) -> dict[int, set[tuple[int, int]]]:
         """By face: itself, its curves and their vertices, each by dimension and tag."""
-        found: dict[int, set[tuple[int, int]]] = {}
+        closures: dict[int, set[tuple[int, int]]] = {}
         for (dim, face), curves in self.topology.items():
             if dim == 2:
                 points = {(0, abs(point)) for curve in curves for point in self.topology[1, abs(curve)]}
-                found[face] = {(2, face), *((1, abs(curve)) for curve in curves), *points}
-        return found
+                closures[face] = {(2, face), *((1, abs(curve)) for curve in curves), *points}
+        return closures
 
 
 def anchors(mesh: TetMesh) -> Anchors:
@@ -65,7 +65,7 @@ def anchors(mesh: TetMesh) -> Anchors:
 def topology() -> Topology:
     """Return the boundary of each entity of the open model."""
     return {
-        (dim, tag): tuple(own for _, own in gmsh.model.getBoundary([(dim, tag)], combined=False))
+        (dim, tag): tuple(part for _, part in gmsh.model.getBoundary([(dim, tag)], combined=False))
         for dim in (1, 2, 3)
         for _, tag in gmsh.model.getEntities(dim)
     }
@@ -136,17 +136,17 @@ class MovableMesh:
         for node in np.flatnonzero(dim == 0):
             new[node] = gmsh.model.getValue(0, int(tag[node]), [])
         for curve in np.unique(tag[dim == 1]).tolist():
-            own = np.flatnonzero((dim == 1) & (tag == curve))
-            along = share[own] if start_of(curve) == self.anchors.start[curve] else 1 - share[own]
+            nodes = np.flatnonzero((dim == 1) & (tag == curve))
+            along = share[nodes] if start_of(curve) == self.anchors.start[curve] else 1 - share[nodes]
             (least,), (most,) = gmsh.model.getParametrizationBounds(1, curve)
             places = gmsh.model.getValue(1, curve, least + along * (most - least))
-            new[own] = np.reshape(places, (-1, 3))
+            new[nodes] = np.reshape(places, (-1, 3))
 
     def _on_faces(self, new: Floats, some: Mask) -> None:
         for face in np.unique(self.anchors.tag[some]).tolist():
-            own = np.flatnonzero(some & (self.anchors.tag == face))
-            places, _ = gmsh.model.getClosestPoint(2, face, new[own].ravel())
-            new[own] = np.reshape(places, (-1, 3))
+            nodes = np.flatnonzero(some & (self.anchors.tag == face))
+            places, _ = gmsh.model.getClosestPoint(2, face, new[nodes].ravel())
+            new[nodes] = np.reshape(places, (-1, 3))
 
     @staticmethod
     def _follow(graph: "_Graph", shift: Floats, free: Mask, fixed: Mask) -> Floats:
@@ -159,9 +159,9 @@ class MovableMesh:
 
     @cached_property
     def _vertices(self) -> Mask:
-        found = np.zeros(len(self.mesh.points), dtype=bool)
-        found[self.mesh.tets[:, :4]] = True
-        return found
+        is_vertex = np.zeros(len(self.mesh.points), dtype=bool)
+        is_vertex[self.mesh.tets[:, :4]] = True
+        return is_vertex
 
     @cached_property
     def _ends(self) -> Ints:
@@ -171,10 +171,10 @@ class MovableMesh:
     @cached_property
     def _of_middles(self) -> Ints:
         """Vertices (n_nodes, 2) at the ends of the edge of each node; a vertex has itself."""
-        found = np.repeat(np.arange(len(self.mesh.points))[:, None], 2, axis=1)
+        ends = np.repeat(np.arange(len(self.mesh.points))[:, None], 2, axis=1)
         if self.mesh.order == 2:
-            found[self.mesh.tets[:, 4:].ravel()] = self.mesh.tets[:, EDGES].reshape(-1, 2)
-        return found
+            ends[self.mesh.tets[:, 4:].ravel()] = self.mesh.tets[:, EDGES].reshape(-1, 2)
+        return ends
 
     def _between(self, points: Floats) -> Floats:
         return np.asarray(points[self._of_middles].mean(axis=1))
@@ -191,7 +191,7 @@ class MovableMesh:
         i, j = i[along], j[along]
         of_face = self.anchors.closures
         entities = zip(tag[i].tolist(), dim[j].tolist(), tag[j].tolist(), strict=True)
-        same = [(kind, own) in of_face[face] for face, kind, own in entities]
+        same = [(kind, entity) in of_face[face] for face, kind, entity in entities]
         return self._graph(self._ends[along][same], 2)
 
     def _graph(self, ends: Ints, kind: int) -> "_Graph":

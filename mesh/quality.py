@@ -5,7 +5,7 @@ from math import factorial
 
 import numpy as np
 
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats, Ints, vector
 from mesh.tetmesh import EDGES, TetMesh
 
 # An element is too distorted to trust if its smallest Jacobian is below this fraction of its mean.
@@ -90,12 +90,11 @@ def measure(mesh: TetMesh, straightened: tuple[int, ...] = ()) -> Quality:
     """Measure the mesh; `straightened` are the numbers of elements with straightened edges."""
     shapes = shape(mesh)
     worst = int(shapes.argmin())
-    x, y, z = mesh.points[mesh.tets[worst, :4]].mean(axis=0)
     return Quality(
         float(scaled_jacobian(mesh).min()),
         float(shapes.min()),
         float(np.median(shapes)),
-        (float(x), float(y), float(z)),
+        vector(mesh.points[mesh.tets[worst, :4]].mean(axis=0)),
         straightened,
     )
 

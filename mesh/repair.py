@@ -14,7 +14,7 @@ from typing import Protocol
 import gmsh
 import numpy as np
 
-from geometry.arrays import Floats
+from geometry.arrays import Floats, vector
 from geometry.session import GmshLog
 from mesh.quality import Quality
 from mesh.tetmesh import MeshError, TetMesh
@@ -124,8 +124,8 @@ def of_elements(corners: Floats, what: str) -> Repair:
     longest = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3).max(axis=(1, 2))
     centers = corners.mean(axis=1)
     spots = tuple(
-        Spot((float(x), float(y), float(z)), float(length) / 2, float(length) / 3)
-        for (x, y, z), length in zip(centers, longest, strict=True)
+        Spot(vector(center), float(length) / 2, float(length) / 3)
+        for center, length in zip(centers, longest, strict=True)
     )
     faces = frozenset(
         tag

@@ -5,10 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from geometry.arrays import Ints
+from geometry.arrays import Ints, linked_groups
 from geometry.surfaces import Surface
-from mesh.numbering import face_keys
-from mesh.tetmesh import FACE_NODES, FACES, FACET_TURN, TetMesh
+from mesh.tetmesh import FACE_NODES, FACET_TURN, TetMesh, element_faces, faces_behind
 
 # Numbers of two parts that touch; the surfaces that their sides of the interface become.
 Interfaces = Mapping[tuple[int, int], tuple[Surface, Surface]]
@@ -33,10 +32,9 @@ def separated(mesh: TetMesh, interfaces: Interfaces) -> tuple[TetMesh, Ints]:
     keys, tets = np.unique(body[:, None] * n_points + mesh.tets, return_inverse=True)
     tets = tets.reshape(mesh.tets.shape)
     origin = keys % n_points
-    owner = _behind(mesh, mesh.facets)
     facets = {
-        surface: np.searchsorted(keys, body[owner[surface]][:, None] * n_points + nodes)
-        for surface, nodes in mesh.facets.items()
+        surface: np.searchsorted(keys, body[face // 4][:, None] * n_points + mesh.facets[surface])
+        for surface, (face, _) in faces_behind(mesh).items()
     }
     facets |= _sides(mesh, tets, interfaces)
     return replace(mesh, points=mesh.points[origin], tets=tets, facets=facets), origin
@@ -48,13 +46,7 @@ def _bodies(mesh: TetMesh, interfaces: Interfaces) -> Ints:
     _, first, second = _inner(mesh)
     touching = np.unique(np.sort(np.stack([_part(mesh)[first], _part(mesh)[second]], axis=1), axis=1), axis=0)
     joined = [pair for pair in touching.tolist() if frozenset(pair) not in apart]
-    from scipy import sparse  # noqa: PLC0415 - a rod of one piece does without
-    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
-
-    count = int(_part(mesh).max()) + 1
-    rows, columns = np.array(joined, dtype=int).reshape(-1, 2).T
-    links = sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
-    return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
+    return linked_groups(int(_part(mesh).max()) + 1, *np.array(joined, dtype=int).reshape(-1, 2).T)
 
 
 def _part(mesh: TetMesh) -> Ints:
@@ -63,7 +55,7 @@ def _part(mesh: TetMesh) -> Ints:
 
 def _inner(mesh: TetMesh) -> tuple[Ints, Ints, Ints]:
     """Faces between parts, by the elements on both sides: 4 · element + face of the first; the elements."""
-    faces = np.sort(mesh.tets[:, FACES].reshape(-1, 3), axis=1)
+    faces = np.sort(element_faces(mesh.tets), axis=1)
     order = np.lexsort(faces.T)
     same = (faces[order[1:]] == faces[order[:-1]]).all(axis=1)
     one, other = order[:-1][same], order[1:][same]
@@ -72,30 +64,20 @@ def _inner(mesh: TetMesh) -> tuple[Ints, Ints, Ints]:
     return one, one // 4, other // 4
 
 
-def _behind(mesh: TetMesh, facets: Mapping[Surface, Ints]) -> dict[Surface, Ints]:
-    n_points = len(mesh.points)
-    keys = face_keys(mesh.tets[:, FACES].reshape(-1, 3), n_points)
-    order = np.argsort(keys)
-    return {
-        surface: order[np.searchsorted(keys, face_keys(nodes[:, :3], n_points), sorter=order)] // 4
-        for surface, nodes in facets.items()
-    }
-
-
 def _sides(mesh: TetMesh, tets: Ints, interfaces: Interfaces) -> dict[Surface, Ints]:
     """Facets of both sides of each interface, with the new numbers of the nodes."""
     place, first, second = _inner(mesh)
     sides = _part(mesh)[first], _part(mesh)[second]
-    found: dict[Surface, list[Ints]] = {}
+    rows_of: dict[Surface, list[Ints]] = {}
     for (one, other), (surface, opposite) in interfaces.items():
         ahead = (sides[0] == one) & (sides[1] == other)
         back = (sides[0] == other) & (sides[1] == one)
         facets = np.concatenate([_facets(mesh, place[ahead]), _turned(_facets(mesh, place[back]))])
         near = np.concatenate([first[ahead], second[back]])
         far = np.concatenate([second[ahead], first[back]])
-        found.setdefault(surface, []).append(_renumbered(mesh, tets, facets, near))
-        found.setdefault(opposite, []).append(_renumbered(mesh, tets, _turned(facets), far))
-    return {surface: np.concatenate(rows) for surface, rows in found.items()}
+        rows_of.setdefault(surface, []).append(_renumbered(mesh, tets, facets, near))
+        rows_of.setdefault(opposite, []).append(_renumbered(mesh, tets, _turned(facets), far))
+    return {surface: np.concatenate(rows) for surface, rows in rows_of.items()}
 
 
 def _turned(facets: Ints) -> Ints:
@@ -109,6 +91,6 @@ def _facets(mesh: TetMesh, faces: Ints) -> Ints:
 
 def _renumbered(mesh: TetMesh, tets: Ints, facets: Ints, elements: Ints) -> Ints:
     """New numbers of nodes that belong to the elements behind the facets."""
-    own = mesh.tets[elements]
-    at = (own[:, None, :] == facets[:, :, None]).argmax(axis=2)
+    nodes = mesh.tets[elements]
+    at = (nodes[:, None, :] == facets[:, :, None]).argmax(axis=2)
     return np.take_along_axis(tets[elements], at, axis=1)

@@ -65,13 +65,13 @@ def cut(mesh: TetMesh, station: float) -> Slice:
     ValueError
         The plane misses the mesh.
     """
-    (found,) = _cuts(mesh, [station])
-    return found
+    (section,) = _cuts(mesh, [station])
+    return section
 
 
 def sections(mesh: TetMesh, stations: Iterable[float]) -> tuple[Section, ...]:
     """Sections at x = each station, mm; a `ValueError` where the plane misses the mesh."""
-    return tuple(found.section() for found in _cuts(mesh, stations))
+    return tuple(slice_.section() for slice_ in _cuts(mesh, stations))
 
 
 def least_section(mesh: TetMesh, low: float, high: float, count: int = 201) -> Section:

@@ -1,10 +1,10 @@
-"""The mesh as arrays, independent of gmsh."""
+"""The mesh as arrays, independent of gmsh, and the faces of its elements."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import INTERFACES, Surface
 
 # Vertex pairs of the mid-edge nodes 4…9, in VTK's order (gmsh swaps the last two).
@@ -61,9 +61,6 @@ class MeshError(RuntimeError):
     """No usable mesh could be made."""
 
 
-# The faces of a tetrahedron by its vertices.
-
-
 def submesh(mesh: TetMesh, number: int) -> tuple[TetMesh, Ints]:
     """The elements of a part, with the named facets that belong to them, and each node's number in the whole.
 
@@ -78,11 +75,114 @@ def submesh(mesh: TetMesh, number: int) -> tuple[TetMesh, Ints]:
     nodes = np.unique(tets)
     local = np.full(len(mesh.points), -1)
     local[nodes] = np.arange(nodes.size)
-    faces = np.sort(tets[:, FACES].reshape(-1, 3), axis=1)
-    own = {tuple(face) for face in faces.tolist()}
+    keys = face_keys(element_faces(tets), len(mesh.points))
     facets = {}
     for surface, every in mesh.facets.items():
-        mine = np.array([tuple(face) in own for face in np.sort(every[:, :3], axis=1).tolist()], dtype=bool)
+        mine = np.isin(face_keys(every[:, :3], len(mesh.points)), keys)
         if mine.any():
             facets[surface] = local[every[mine]]
     return TetMesh(mesh.points[nodes], local[tets], facets), nodes
+
+
+def element_faces(tets: Ints) -> Ints:
+    """Vertices (4 n_elements, 3) of the faces of elements; face k of element e is in row 4 e + k."""
+    return np.asarray(tets[:, FACES].reshape(-1, 3))
+
+
+def face_keys(faces: Ints, n_points: int) -> Ints:
+    """One number for the three nodes of a face, independent of their order."""
+    a, b, c = np.sort(faces, axis=1).T
+    return np.asarray((a * n_points + b) * n_points + c)
+
+
+def _even(faces: Ints) -> Mask:
+    """Whether the nodes are an even permutation of their ascending order."""
+    a, b, c = faces.T
+    return np.asarray((a < b).astype(int) + (b < c) + (c < a) == 2)
+
+
+def faces_behind(mesh: TetMesh) -> dict[Surface, tuple[Ints, Ints]]:
+    """Per surface, the face (n,) behind each facet, as a row of `element_faces`, and how many there are."""
+    keys = face_keys(element_faces(mesh.tets), len(mesh.points))
+    order = np.argsort(keys)
+    behind = {}
+    for surface, facets in mesh.facets.items():
+        wanted = face_keys(facets[:, :3], len(mesh.points))
+        first, after = (np.searchsorted(keys, wanted, side, order) for side in ("left", "right"))
+        behind[surface] = order[np.minimum(first, len(order) - 1)], after - first
+    return behind
+
+
+def outward(mesh: TetMesh) -> TetMesh:
+    """Return the mesh with every facet oriented outwards from the element behind it.
+
+    Raises
+    ------
+    MeshError
+        A facet bounds no element or two elements: the surface of a damaged solid may fold onto itself.
+    """
+    even, oriented = _even(element_faces(mesh.tets)), {}
+    for surface, (face, count) in faces_behind(mesh).items():
+        facets = mesh.facets[surface]
+        astray = count != 1
+        if astray.any():
+            x, y, z = mesh.points[facets[astray][0, :3]].mean(axis=0)
+            raise MeshError(
+                f"{astray.sum()} surface triangles do not bound exactly one tetrahedron each; the first is "
+                f"at ({x:.1f}, {y:.1f}, {z:.1f}) mm. The solid may be damaged: export it again, or try "
+                "another --size"
+            )
+        wrong = even[face] != _even(facets[:, :3])
+        oriented[surface] = np.where(wrong[:, None], facets[:, FACET_TURN[facets.shape[1]]], facets)
+    return replace(mesh, facets=oriented)
+
+
+def face_counts(tets: Ints) -> tuple[Ints, Ints]:
+    """Return a number of each face (n_elements, 4), equal for equal vertices, and how often each occurs."""
+    a, b, c = np.sort(element_faces(tets), axis=1).T
+    n_points = int(tets.max(initial=0)) + 1
+    _, edge = np.unique(a * n_points + b, return_inverse=True)
+    _, which, counts = np.unique(edge * n_points + c, return_inverse=True, return_counts=True)
+    return which.reshape(-1, 4), counts
+
+
+def folded(tets: Ints) -> Mask:
+    """Elements (n_elements,), positively oriented, that lie on the same side of a face as their neighbour."""
+    which, counts = face_counts(tets)
+    evens = np.bincount(which.ravel(), _even(element_faces(tets)))
+    return np.asarray(((counts == 2) & (evens != 1))[which].any(axis=1))
+
+
+def boundary_facets(tets: Ints) -> Ints:
+    """Faces (n, 3) or (n, 6) that belong to a single element, oriented outwards, in `TetMesh`'s order."""
+    which, counts = face_counts(tets)
+    element, face = np.nonzero(counts[which] == 1)
+    return np.asarray(tets[element[:, None], FACE_NODES[tets.shape[1]][face]])
+
+
+# scikit-fem numbers vertices first, then the nodes amid the edges, sorted by their two vertices with the
+# lower number first (`skfem.MeshTet.edges`). In this order the degree of freedom of its vector elements is
+# 3 · node + axis, as it is ours: matrices agree entry by entry.
+
+
+def numbered(mesh: TetMesh) -> tuple[TetMesh, Ints]:
+    """Renumber the nodes of a mesh as scikit-fem does; vertices keep their order among themselves.
+
+    Elements and facets keep theirs. The second result (n_nodes,) is the earlier number of each node; nodes
+    that no element has come last.
+    """
+    order = scikit_fem_order(mesh.tets, len(mesh.points))
+    number = np.empty_like(order)
+    number[order] = np.arange(len(order))
+    facets = {surface: number[nodes] for surface, nodes in mesh.facets.items()}
+    return replace(mesh, points=mesh.points[order], tets=number[mesh.tets], facets=facets), order
+
+
+def scikit_fem_order(tets: Ints, n_points: int) -> Ints:
+    """Nodes (n_points,) of the elements (n_elements, 4) or (n_elements, 10) as scikit-fem orders them."""
+    key = np.full(n_points, np.iinfo(np.int64).max)
+    if tets.shape[1] > 4:
+        ends = tets[:, EDGES]
+        key[tets[:, 4:]] = ends.min(axis=2) * n_points + ends.max(axis=2)
+    key[tets[:, :4]] = tets[:, :4] - n_points  # negative, so ahead of every edge
+    return np.argsort(key, kind="stable")

@@ -12,8 +12,7 @@ import numpy.typing as npt
 
 from fea.output.target import StorageError
 from geometry.arrays import Ints
-from mesh.files.surface_mesh import boundary_facets
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import TetMesh, boundary_facets
 
 Array = npt.NDArray[Any]
 # Rows of the six components XX YY ZZ XY YZ XZ in a full tensor, row by row: gmsh takes nine.

@@ -17,12 +17,11 @@ from geometry.solid import Solid
 from geometry.surfaces import Mirror, Surface
 from mesh.creases import Creases
 from mesh.mirror import MirroredMesh, reflect, unmirrored
-from mesh.numbering import numbered
 from mesh.quality import Quality
 from mesh.repair import Repair
 from mesh.separate import separated
 from mesh.sizing import PER_ARC, default_size
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import TetMesh, numbered
 
 if TYPE_CHECKING:
     from mesh.moving import MovableMesh

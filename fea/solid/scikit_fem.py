@@ -22,8 +22,7 @@ from fea.solid.element import blocks, stiffness_degree
 from fea.solid.forms import elasticity
 from geometry.arrays import Floats, Ints
 from geometry.errors import require
-from mesh.numbering import scikit_fem_order
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import TetMesh, scikit_fem_order
 
 _MESHES = {1: MeshTet, 2: MeshTet2}
 _AXES = 3
@@ -39,7 +38,7 @@ class SkfemMesh(NamedTuple):
     # `skfem.MeshTet2`, as curved as the `TetMesh`, or `skfem.MeshTet` of first order. Its boundaries have the
     # names of the surfaces, its subdomains those of the parts.
     mesh: Any
-    # (n_nodes,) the node of the `TetMesh` behind each node: 0, 1, 2, … where `mesh.numbering` numbered it, as
+    # (n_nodes,) the node of the `TetMesh` behind each node: 0, 1, 2, … where `mesh.tetmesh` numbered it, as
     # it does for all meshes that `fea` makes
     nodes: Ints
 

@@ -23,9 +23,8 @@ from geometry.bodies import Body, Prism, Side, SideBySide
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.generate import Fine, mesh_body
-from mesh.numbering import numbered
 from mesh.separate import Interfaces, separated
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import TetMesh, numbered
 
 # From places (…, 3) to a measure (…,) that grows from part to part.
 Measure = Callable[[Floats], Floats]

@@ -1,1 +1,1 @@
-"""Solids from CAD files: read, told apart, placed in the rod's frame and cut at their mirror planes."""
+"""Solids from CAD files: read, classified, placed in the rod's frame and cut at their mirror planes."""

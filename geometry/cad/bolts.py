@@ -7,7 +7,7 @@ from typing import NamedTuple
 import gmsh
 import numpy as np
 
-from geometry.arrays import Floats
+from geometry.arrays import Floats, vector
 from geometry.assembly import BoltAxis, BoltSeat
 from geometry.cad.bolt_holes import USUAL, BoltHole, Seat
 from geometry.cad.shapes import recognised_faces
@@ -99,12 +99,10 @@ def bolts_in(
     for hole in holes:
         head = _head_seat(hole)
         seats = dimensions.seats(hole, head)
-        x, y, z = (hole.center.round(_DIGITS) + 0.0).tolist()
-        u, v, w = (hole.direction.round(_DIGITS) + 0.0).tolist()
         bolts.append(
             BoltAxis(
-                point=(x, y, z),
-                direction=(u, v, w),
+                point=vector(hole.center.round(_DIGITS) + 0.0),
+                direction=vector(hole.direction.round(_DIGITS) + 0.0),
                 hole_radius=hole.radius,
                 head=head.level,
                 thread_radius=hole.rod_radius,

@@ -9,6 +9,7 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
+from geometry.arrays import vector
 from geometry.assembly import Assembly
 from geometry.cad.bores import SAME_DIAMETER, Pair
 from geometry.cad.formats import NamedSolid
@@ -44,8 +45,7 @@ _OVERHANG, _THIN = 1.25, 0.75
 def cad_solid(tag: int, name: str, role: Role, *, kept: bool = True) -> CadSolid:
     """Measure a solid of the open model."""
     box = np.reshape(gmsh.model.getBoundingBox(3, tag), (2, 3))
-    x, y, z = np.ptp(box, axis=0).tolist()
-    return CadSolid(tag, name, role, kept, float(gmsh.model.occ.getMass(3, tag)), (x, y, z))
+    return CadSolid(tag, name, role, kept, float(gmsh.model.occ.getMass(3, tag)), vector(np.ptp(box, axis=0)))
 
 
 def classified(
@@ -185,12 +185,9 @@ def _role(volume: int, walls: Walls, bores: Pair) -> Role:
             return Role.CAP if beside else Role.OTHER
     size, reach = np.ptp(points, axis=0).max(), bores[0].apart(bores[1])
     near = np.linalg.norm(points.mean(axis=0) - bores[0].center) < 2.5 * bores[0].radius
-    return Role.BOLT if near and size < 0.8 * reach and _is_slender(volume) else Role.OTHER
-
-
-def _is_slender(volume: int) -> bool:
     moments = np.linalg.eigvalsh(np.reshape(gmsh.model.occ.getMatrixOfInertia(3, volume), (3, 3)))
-    return bool(moments[-1] > 3 * moments[0])
+    slender = moments[-1] > 3 * moments[0]
+    return Role.BOLT if near and size < 0.8 * reach and slender else Role.OTHER
 
 
 def named_parts(

@@ -80,14 +80,14 @@ def read_solids(path: Path, unit: str | None = None) -> list[NamedSolid]:
             raise GeometryError(f"{path} is not {article} {kind} file: {_REMEDY[kind]}")
     gmsh.model.add(path.stem)
     with quiet(), _in_millimetres(path, kind, unit):
-        found, kinds = _freecad(path) if kind is CadFormat.FREECAD else _imported(path, kind)
-    if not found:
+        solids, kinds = _freecad(path) if kind is CadFormat.FREECAD else _imported(path, kind)
+    if not solids:
         held = ", only " + ", ".join(_KINDS[dim] for dim in sorted(kinds)) if kinds else ""
         remedy = "Export the rod as a solid body, in a STEP file"
         if 2 in kinds:
             remedy += " (its surfaces do not close a volume)"
         raise GeometryError(f"{path} contains no solid{held}. {remedy}")
-    return [_right_way_round(solid) for solid in found]
+    return [_right_way_round(solid) for solid in solids]
 
 
 def _right_way_round(solid: NamedSolid) -> NamedSolid:
@@ -217,31 +217,32 @@ def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> li
     gmsh.option.setNumber("Geometry.Tolerance", gap)
     try:
         faces = [tag for dim, tag in _shapes(path, kind) if dim == 2]
-        shells = [shell for shell in _connected(faces) if _is_tight(shell)]
+        # Every edge belongs to two faces, or twice to one.
+        shells = [
+            shell
+            for shell in _connected(faces)
+            if (np.unique(_edges(shell), return_counts=True)[1] == 2).all()
+        ]
         solids = [gmsh.model.occ.addVolume([gmsh.model.occ.addSurfaceLoop(shell)]) for shell in shells]
         gmsh.model.occ.synchronize()
-        _remove_replaced(faces)
+        # Faces that the kernel has repaired copies of in a solid would be meshed beside it.
+        loose_faces = [(2, tag) for tag in faces if not gmsh.model.getAdjacencies(2, tag)[0].size]
+        if len(loose_faces) < len(faces):
+            gmsh.model.occ.remove(loose_faces)
+            gmsh.model.occ.synchronize()
     finally:
         gmsh.option.setNumber("Geometry.OCCSewFaces", 0)
         gmsh.option.setNumber("Geometry.Tolerance", usual)
     return [(kernel.SOLID, int(tag)) for tag in solids] or [(2, tag) for tag in faces]
 
 
-def _remove_replaced(faces: Sequence[int]) -> None:
-    """Remove the faces that the kernel has repaired copies of in a solid: they would be meshed beside it."""
-    loose = [(2, tag) for tag in faces if not gmsh.model.getAdjacencies(2, tag)[0].size]
-    if len(loose) < len(faces):
-        gmsh.model.occ.remove(loose)
-        gmsh.model.occ.synchronize()
-
-
 def _connected(faces: Sequence[int]) -> list[list[int]]:
     """Divide faces into groups that share edges."""
     from scipy import sparse  # noqa: PLC0415 - only surfaces without a solid need it
 
-    own = [_edges([face]) for face in faces]
-    rows = np.repeat(np.arange(len(faces)), [len(edges) for edges in own])
-    columns = np.concatenate([np.array(edges, dtype=np.int64) for edges in own])
+    edges_of = [_edges([face]) for face in faces]
+    rows = np.repeat(np.arange(len(faces)), [len(edges) for edges in edges_of])
+    columns = np.concatenate([np.array(edges, dtype=np.int64) for edges in edges_of])
     shared = sparse.csr_array((np.ones(len(rows)), (rows, columns)))
     _, group = sparse.csgraph.connected_components(shared @ shared.T, directed=False)
     return [[int(tag) for tag in np.array(faces)[group == number]] for number in range(group.max() + 1)]
@@ -251,11 +252,6 @@ def _edges(faces: Sequence[int]) -> list[int]:
     """Edges of faces, as often as they are used."""
     boundary = gmsh.model.getBoundary([(2, tag) for tag in faces], combined=False, oriented=False)
     return [int(tag) for _, tag in boundary]
-
-
-def _is_tight(faces: Sequence[int]) -> bool:
-    """Whether every edge belongs to two faces, or twice to one."""
-    return bool((np.unique(_edges(faces), return_counts=True)[1] == 2).all())
 
 
 def _solids(entities: Sequence[tuple[int, int]]) -> list[NamedSolid]:
@@ -269,16 +265,16 @@ def _solids(entities: Sequence[tuple[int, int]]) -> list[NamedSolid]:
 
 def _freecad(path: Path) -> tuple[list[NamedSolid], set[int]]:
     """Read the shapes of a FreeCAD document that are results, under the labels of their objects."""
-    found, kinds = [], set()
+    named, kinds = [], set()
     with shapes_of(path) as shapes:
         for shape in shapes:
-            solids, own = _imported(shape.path, CadFormat.BREP)
+            solids, dimensions = _imported(shape.path, CadFormat.BREP)
             for placement in shape.placements:
                 _place([(3, solid.tag) for solid in solids], placement)
-            kinds |= own
-            found += [NamedSolid(solid.tag, _plain(shape.label)) for solid in solids]
+            kinds |= dimensions
+            named += [NamedSolid(solid.tag, _plain(shape.label)) for solid in solids]
     gmsh.model.occ.synchronize()
-    return found, kinds
+    return named, kinds
 
 
 def _place(entities: Sequence[tuple[int, int]], placement: Placement) -> None:

@@ -134,8 +134,8 @@ def _described(text: bytes) -> tuple[dict[str, _Object], dict[str, set[str]]]:
     return objects, uses
 
 
-def _placement(found: ET.Element | None) -> Placement | None:
-    value = None if found is None else found.find("PropertyPlacement")
+def _placement(element: ET.Element | None) -> Placement | None:
+    value = None if element is None else element.find("PropertyPlacement")
     if value is None:
         return None
     x, y, z, w = (float(value.get(f"Q{i}", "0")) for i in range(4))
@@ -154,12 +154,9 @@ def _results(objects: Mapping[str, _Object], uses: Mapping[str, set[str]]) -> li
     inside = {member for body in bodies for member in objects[body].members}
     free = shaped - bodies - inside
     used = {other for name in free | bodies for other in uses.get(name, set()) if name not in inside}
-    return [name for name in objects if name in bodies - used or name in free - used - set(_held(objects))]
-
-
-def _held(objects: Mapping[str, _Object]) -> Iterator[str]:
-    """Names of containers, whose shapes only repeat those of their members."""
-    return (name for name, one in objects.items() if one.kind in _CONTAINERS)
+    # The shapes of containers only repeat those of their members.
+    containers = {name for name, one in objects.items() if one.kind in _CONTAINERS}
+    return [name for name in objects if name in bodies - used or name in free - used - containers]
 
 
 def _unpacked(

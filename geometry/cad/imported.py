@@ -7,7 +7,7 @@ from dataclasses import replace
 import gmsh
 import numpy as np
 
-from geometry.arrays import Floats
+from geometry.arrays import vector
 from geometry.assembly import Assembly, BoltAxis
 from geometry.cad.bolt_holes import bolt_holes, spot_faced
 from geometry.cad.bolts import Fastener, bolts_in, removed
@@ -74,7 +74,7 @@ def import_cad(
     if file.unit is None and (better := plausible_unit(holes[0].apart(holes[1]), unit)) != unit:
         unit = better
         solids, holes = _read(file, unit, tell)
-    big, small = (BoreLocation(2 * hole.radius, _vector(hole.center), hole.mean_width) for hole in holes)
+    big, small = (BoreLocation(2 * hole.radius, vector(hole.center), hole.mean_width) for hole in holes)
     assumed = _assumed(file, declared, unit, solids, holes[0].apart(holes[1]), bonded=assembly is None)
     listing: tuple[str, ...] = ()
     if assembly is None:
@@ -292,8 +292,3 @@ def _bolt_text(bolt: BoltAxis) -> str:
         f"{2 * bolt.hole_radius:.4g} mm, head on {2 * bolt.head_radius:.4g} mm, "
         f"grip {bolt.grip:.4g} mm, {end}"
     )
-
-
-def _vector(values: Floats) -> tuple[float, float, float]:
-    x, y, z = values.tolist()
-    return x, y, z

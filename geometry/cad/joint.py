@@ -118,7 +118,9 @@ def assumed_cap(faces: Sequence[Face], wall: CadHole) -> int:
         )
     (face, start), (_, end) = joints
     sweep = (end - start) % (2 * math.pi)
-    if _is_covered(wall, start + sweep / 2):  # the other way round
+    x, y = basis_across(wall.direction)
+    middle = math.cos(start + sweep / 2) * x + math.sin(start + sweep / 2) * y
+    if wall.moment @ middle > 0:  # the wall lies there: the other way round
         sweep -= 2 * math.pi
     with kernel.attempt("draw the assumed cap"):
         _, curves = gmsh.model.occ.getCurveLoops(face.tag)
@@ -152,9 +154,3 @@ def _joint_angle(face: Face, wall: CadHole) -> float | None:
         return None
     x, y = basis_across(wall.direction)
     return math.atan2(float(middle @ y), float(middle @ x))
-
-
-def _is_covered(wall: CadHole, angle: float) -> bool:
-    """Whether the middle of the wall lies in a direction about the axis, rather than opposite."""
-    x, y = basis_across(wall.direction)
-    return bool(wall.moment @ (math.cos(angle) * x + math.sin(angle) * y) > 0)

@@ -8,7 +8,7 @@ from itertools import combinations
 import gmsh
 import numpy as np
 
-from geometry.arrays import Floats
+from geometry.arrays import Floats, vector
 from geometry.faces import Face, Feature, FeatureKind, edge_points, faces_of, parameter_grid
 from geometry.segments import fitted_circle
 
@@ -48,7 +48,7 @@ def recognised(face: Face) -> Face:
     """
     if face.shape == "Plane":
         points = edge_points(face.tag)
-        return replace(face, low=_corner(points.min(axis=0)), high=_corner(points.max(axis=0)))
+        return replace(face, low=vector(points.min(axis=0)), high=vector(points.max(axis=0)))
     if face.shape in _KNOWN:
         return face
     points, normals = _samples(face.tag)
@@ -79,11 +79,6 @@ def _fitted_cylinder(points: Floats, normals: Floats) -> tuple[float, ...] | Non
         return None
     on_axis = middle + across @ circle.center
     return *on_axis.tolist(), *direction.tolist(), circle.radius
-
-
-def _corner(values: Floats) -> tuple[float, float, float]:
-    x, y, z = values.tolist()
-    return x, y, z
 
 
 def _samples(face: int) -> tuple[Floats, Floats]:
@@ -183,15 +178,12 @@ def _round(face: Face, interior: Interior) -> tuple[float, float] | None:
     if face.shape == "Plane":
         return None
     if face.shape in ("Cylinder", "Torus") and not face.fitted:
-        return (face.values[-1], _sweep(face)) if _is_concave(face, interior) else None
+        if not _is_concave(face, interior):
+            return None
+        low, high = gmsh.model.getParametrizationBounds(2, face.tag)
+        arc = 0 if face.shape == "Cylinder" else 1  # parameter of a torus along its tube
+        return face.values[-1], float(high[arc] - low[arc])
     return _tightest(face, interior)
-
-
-def _sweep(face: Face) -> float:
-    """Angle of the arc: the first parameter of a cylinder, the second of a torus."""
-    low, high = gmsh.model.getParametrizationBounds(2, face.tag)
-    which = 0 if face.shape == "Cylinder" else 1
-    return float(high[which] - low[which])
 
 
 def _is_concave(face: Face, interior: Interior) -> bool:

@@ -6,25 +6,24 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats, Ints, vector
 from geometry.faces import Bore
-from geometry.holes import rod_frame
+from geometry.holes import UNKNOWN, Diameters, place_text, rod_frame
 from geometry.imports import UNITS, BoreLocation, ImportReport, plausible_unit
 from geometry.surfaces import Surface
 from mesh.files.bore_pair import Pair, find_bore_pair
 from mesh.files.reading import read_tets
 from mesh.files.round_hole import Axes, fitted_axes
-from mesh.files.surface_mesh import SurfaceMesh, boundary_facets
+from mesh.files.surface_mesh import SurfaceMesh
 from mesh.files.tets import Mended, mended
-from mesh.numbering import numbered
 from mesh.quality import Quality, measure, scaled_jacobian
 from mesh.quality import mended as straightened
-from mesh.tetmesh import EDGES, MeshError, TetMesh
+from mesh.tetmesh import EDGES, MeshError, TetMesh, boundary_facets, numbered
 
 # Root mean square distance of the vertices of a bore from the fitted cylinder, over its radius. A pressure
 # that varies around the bore is meaningless on a rougher one.
 _ROUGHEST = 0.01
-_ROUGH = 1e-3  # is told
+_ROUGH = 1e-3  # from here on a note says so
 # Below this extent a rod cannot be meant in millimetres.
 _LEAST_EXTENT = 3.0
 
@@ -40,9 +39,7 @@ class GivenMesh:
     imported: ImportReport  # where the bores are in the file, in millimetres, and what was mended or assumed
 
 
-def given_mesh(
-    path: Path, named: tuple[float | None, float | None] = (None, None), unit: str | None = None
-) -> GivenMesh:
+def given_mesh(path: Path, diameters: Diameters = UNKNOWN, unit: str | None = None) -> GivenMesh:
     """Read a rod's mesh, check it, find its bores and place it in the rod's frame.
 
     `unit` is of `geometry.imports.UNITS`; without it, millimetres or the one with which the rod has a usual
@@ -58,49 +55,42 @@ def given_mesh(
     file = read_tets(path)
     try:
         sound = mended(file)
-        scale = unit or _first_guess(sound.mesh.points)
-        found = _measured(sound, scale, named)
-        usual = unit or plausible_unit(found.bores[1].x, scale)
+        extent = float(np.ptp(sound.mesh.points, axis=0).max())
+        scale = unit or ("m" if extent < _LEAST_EXTENT else "mm")
+        given = _measured(sound, scale, diameters)
+        usual = unit or plausible_unit(given.bores[1].x, scale)
         if usual != scale:
-            found = _measured(sound, usual, named)
+            given = _measured(sound, usual, diameters)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from error
     if unit is not None or usual == "mm":
-        return found
-    said = f"the mesh is taken to be in {usual}, because in mm the rod would be of no usual length (rod.unit)"
-    imported = replace(found.imported, assumed=(said, *found.imported.assumed))
-    return replace(found, imported=imported)
+        return given
+    note = f"the mesh is taken to be in {usual}, because in mm the rod would be of no usual length (rod.unit)"
+    imported = replace(given.imported, assumed=(note, *given.imported.assumed))
+    return replace(given, imported=imported)
 
 
-def _first_guess(points: Floats) -> str:
-    return "m" if float(np.ptp(points, axis=0).max()) < _LEAST_EXTENT else "mm"
-
-
-def _measured(sound: Mended, unit: str, named: tuple[float | None, float | None]) -> GivenMesh:
+def _measured(sound: Mended, unit: str, diameters: Diameters) -> GivenMesh:
     scaled = replace(sound.mesh, points=UNITS[unit] * sound.mesh.points)
     mesh, curved = straightened(scaled)
     _require_jacobians(mesh)
     facets = boundary_facets(mesh.tets)
     surface = SurfaceMesh(mesh.points, facets[:, :3])
-    pair = find_bore_pair(surface, named)
+    pair = find_bore_pair(surface, diameters)
     axes = _axes(surface, pair)
     placed, bores = _placed(mesh, surface, pair, axes)
     whole = replace(placed, facets=_named(facets, pair))
     rough = f"the bores are cylinders to {100 * axes.residual:.2g} % of their radius"
     assumed = (*sound.notes, *([rough] if axes.residual > _ROUGH else []), *_cavities(surface))
-    imported = ImportReport(unit, (), _found(pair, bores), assumed)
+    big, small = (
+        BoreLocation(2 * bore.radius, vector(hole.center), bore.width)
+        for hole, bore in zip(pair, bores, strict=True)
+    )
+    imported = ImportReport(unit, (), (big, small), assumed)
     return GivenMesh(numbered(whole)[0], bores, mean_edge(placed), measure(whole, curved), imported)
 
 
-def _found(pair: Pair, bores: tuple[Bore, Bore]) -> tuple[BoreLocation, BoreLocation]:
-    big, small = (
-        BoreLocation(2 * bore.radius, (float(x), float(y), float(z)), bore.width)
-        for (x, y, z), bore in zip((hole.center for hole in pair), bores, strict=True)
-    )
-    return big, small
-
-
-def named_mesh(mesh: TetMesh, named: tuple[float | None, float | None]) -> tuple[TetMesh, tuple[Bore, Bore]]:
+def named_mesh(mesh: TetMesh, diameters: Diameters) -> tuple[TetMesh, tuple[Bore, Bore]]:
     """Find the bores of a mesh that a run has left in the rod's frame, and name its surfaces.
 
     Raises
@@ -110,7 +100,7 @@ def named_mesh(mesh: TetMesh, named: tuple[float | None, float | None]) -> tuple
     """
     facets = boundary_facets(mesh.tets)
     surface = SurfaceMesh(mesh.points, facets[:, :3])
-    pair = find_bore_pair(surface, named)
+    pair = find_bore_pair(surface, diameters)
     if pair[0].center[0] > pair[1].center[0]:
         pair = pair[::-1]
     _, bores = _placed(mesh, surface, pair, _axes(surface, pair))
@@ -123,10 +113,10 @@ def _cavities(surface: SurfaceMesh) -> list[str]:
     if len(shells) == 1:
         return []
     least = min(shells, key=len)
-    x, y, z = surface.corners[least].reshape(-1, 3).mean(axis=0)
+    place = place_text(surface.corners[least].reshape(-1, 3).mean(axis=0))
     said = (
         f"the mesh has {len(shells) - 1} closed cavities inside, the smallest with {len(least)} facets "
-        f"around ({x:.4g}, {y:.4g}, {z:.4g}) of the file: is an element missing?"
+        f"around {place} of the file: is an element missing?"
     )
     return [said]
 
@@ -134,10 +124,10 @@ def _cavities(surface: SurfaceMesh) -> list[str]:
 def _require_jacobians(mesh: TetMesh) -> None:
     inverted = np.flatnonzero(scaled_jacobian(mesh) <= 0)
     if inverted.size:
-        x, y, z = mesh.points[mesh.tets[inverted[0], :4]].mean(axis=0)
+        place = place_text(mesh.points[mesh.tets[inverted[0], :4]].mean(axis=0))
         raise MeshError(
             f"{inverted.size} elements are folded over and could not be mended; the first is around "
-            f"({x:.4g}, {y:.4g}, {z:.4g}). Mesh the rod again"
+            f"{place}. Mesh the rod again"
         )
 
 
@@ -165,7 +155,7 @@ def _placed(mesh: TetMesh, surface: SurfaceMesh, pair: Pair, axes: Axes) -> tupl
         ((surface.corners - big) @ turn.T)[pair[0].facets],
         ((surface.corners - small) @ turn.T)[pair[1].facets],
     )
-    widths = [_width(own, float(radius)) for own, radius in zip(corners, axes.radii, strict=True)]
+    widths = [_width(wall, float(radius)) for wall, radius in zip(corners, axes.radii, strict=True)]
     return placed, (
         Bore(0.0, float(axes.radii[0]), widths[0][0]),
         Bore(length, float(axes.radii[1]), *widths[1]),

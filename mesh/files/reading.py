@@ -166,11 +166,11 @@ def tets_of_model() -> TetFile:
     ids = tags[order].astype(np.int64)
     blocks = []
     for number, kind in _KINDS.items():
-        own, nodes = gmsh.model.mesh.getElementsByType(number)
-        if len(own):
-            rows = np.searchsorted(ids, nodes.astype(np.int64)).reshape(len(own), -1)
+        elements, nodes = gmsh.model.mesh.getElementsByType(number)
+        if len(elements):
+            rows = np.searchsorted(ids, nodes.astype(np.int64)).reshape(len(elements), -1)
             ours = rows[:, FROM_GMSH[2]] if kind == "tetra10" else rows
-            blocks.append((kind, ours, own.astype(np.int64)))
+            blocks.append((kind, ours, elements.astype(np.int64)))
     return tet_file(coordinates.reshape(-1, 3)[order], blocks)
 
 
@@ -271,19 +271,19 @@ def _damaged(path: Path, name: str, error: Exception) -> MeshError:
 def _through_meshio(path: Path, name: str) -> TetFile:
     read = import_module(f"meshio.{name}").read
     try:
-        found = read(_bulk_data(path) if name == "nastran" else str(path))
+        mesh = read(_bulk_data(path) if name == "nastran" else str(path))
     except Exception:
         if name != "gmsh" or not is_msh(path):
             raise
         return read_msh(path)  # files in which some entities alone have physical groups
     if name == "nastran":
-        _require_one_frame(found)
+        _require_one_frame(mesh)
     first = 1
     blocks = []
-    for block in found.cells:
+    for block in mesh.cells:
         blocks.append((block.type, np.asarray(block.data), np.arange(first, first + len(block.data))))
         first += len(block.data)
-    return tet_file(np.asarray(found.points), blocks)
+    return tet_file(np.asarray(mesh.points), blocks)
 
 
 def _bulk_data(path: Path) -> io.StringIO:
@@ -299,8 +299,8 @@ def _bulk_data(path: Path) -> io.StringIO:
     return io.StringIO(begin + text + end)
 
 
-def _require_one_frame(found: Any) -> None:
+def _require_one_frame(mesh: Any) -> None:
     """Refuse nodes in coordinate systems of their own, which meshio ignores."""
-    frames = found.point_data.get("nastran:ref", ())
+    frames = mesh.point_data.get("nastran:ref", ())
     if np.any(np.asarray(frames) != 0):
         raise MeshError("its GRID entries use coordinate systems (field CP). Write them in the basic system")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import Floats, Ints, Mask
-from geometry.holes import CLOSED, RoundHole, basis_across
+from geometry.holes import CLOSED, RoundHole, basis_across, place_text
 from geometry.segments import Circle, fitted_circle
 from mesh.files.surface_mesh import SurfaceMesh
 
@@ -64,12 +64,14 @@ def fitted_axes(clouds: list[Floats], direction: Floats) -> Axes:
             parts.append(np.linalg.norm(np.cross(arm, axis), axis=1) / radius - 1)
         return np.concatenate(parts)
 
-    found = least_squares(off, np.concatenate([[0, 0], np.ravel(first) / scale])).x
-    axis, own = turned(found[:2]), scale * found[2:].reshape(-1, 3)
-    centers = np.array([m + u * across[0] + v * across[1] for m, (u, v, _) in zip(middles, own, strict=True)])
+    solution = least_squares(off, np.concatenate([[0, 0], np.ravel(first) / scale])).x
+    axis, circles = turned(solution[:2]), scale * solution[2:].reshape(-1, 3)
+    centers = np.array(
+        [m + u * across[0] + v * across[1] for m, (u, v, _) in zip(middles, circles, strict=True)]
+    )
     ends = np.cumsum([len(cloud) for cloud in clouds])[:-1]
-    worst = max(float(np.sqrt((part**2).mean())) for part in np.split(off(found), ends))
-    return Axes(axis, centers, own[:, 2], worst)
+    worst = max(float(np.sqrt((part**2).mean())) for part in np.split(off(solution), ends))
+    return Axes(axis, centers, circles[:, 2], worst)
 
 
 def straightest(normals: Floats, areas: Floats) -> Floats:
@@ -119,10 +121,10 @@ class MeshHole(RoundHole):
 
     def text(self) -> str:
         """Say how large it is, where, and what it lacks."""
-        x, y, z = self.center
+        place = place_text(self.center)
         lacks = "" if self.closed else f", open: only {360 * self.turn:.0f}° of it exist"
         blind = "" if self.through or not self.closed else ", blind"
-        return f"diameter {2 * self.radius:.4g} mm at ({x:.4g}, {y:.4g}, {z:.4g}){lacks}{blind}"
+        return f"diameter {2 * self.radius:.4g} mm at {place}{lacks}{blind}"
 
 
 def round_holes(surface: SurfaceMesh, direction: Floats, tolerance: float) -> list[MeshHole]:
@@ -139,8 +141,8 @@ def round_holes(surface: SurfaceMesh, direction: Floats, tolerance: float) -> li
         if flat.turns(patch) >= _LEAST_TURN:
             circles += _circles(flat, patch, tolerance, extent / 2)
     walls = [(circle, flat.wall(circle, side, tolerance)) for circle in _distinct(circles)]
-    found = [_hole(surface, flat, circle, wall, direction) for circle, wall in walls if len(wall)]
-    return sorted(found, key=lambda hole: -hole.radius)
+    holes = [_hole(surface, flat, circle, wall, direction) for circle, wall in walls if len(wall)]
+    return sorted(holes, key=lambda hole: -hole.radius)
 
 
 @dataclass(frozen=True)
@@ -158,16 +160,16 @@ class _Plan:
 
     def wall(self, circle: Circle, among: Mask | Ints, tolerance: float) -> Ints:
         """Facets among others that lie on a circle, with the material outside of it."""
-        own = np.flatnonzero(among) if among.dtype == bool else among
-        corners = self.corners[own]
+        facets = np.flatnonzero(among) if among.dtype == bool else among
+        corners = self.corners[facets]
         near = (circle.distance(corners) < tolerance * circle.radius).all(axis=1)
         inwards = circle.center - corners.mean(axis=1)
-        return np.asarray(own[near & ((self.normals[own] * inwards).sum(axis=1) > 0.8 * circle.radius)])
+        return np.asarray(facets[near & ((self.normals[facets] * inwards).sum(axis=1) > 0.8 * circle.radius)])
 
 
 def _circles(flat: _Plan, patch: Ints, tolerance: float, largest: float) -> list[Circle]:
     """Circles that take up much of a patch: one fits a whole wall, samples find those among other faces."""
-    found = []
+    circles = []
     rest = patch
     for _ in range(_ROUNDS):
         if len(rest) < _LEAST_FACETS:
@@ -180,9 +182,9 @@ def _circles(flat: _Plan, patch: Ints, tolerance: float, largest: float) -> list
             break
         better = fitted_circle(flat.corners[wall].reshape(-1, 2))
         if better is not None and better.radius < largest:
-            found.append(better)
+            circles.append(better)
         rest = np.setdiff1d(rest, wall)
-    return found
+    return circles
 
 
 def _of_all(flat: _Plan, patch: Ints, tolerance: float) -> Circle | None:

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from geometry.arrays import Floats, Ints, Mask
-from mesh.files.surface_mesh import face_counts, folded
+from geometry.arrays import Floats, Ints, Mask, linked_groups
+from geometry.holes import place_text
 from mesh.quality import shape
-from mesh.tetmesh import EDGES, FROM_GMSH, TET_TURN, MeshError, TetMesh
+from mesh.tetmesh import EDGES, FROM_GMSH, TET_TURN, MeshError, TetMesh, face_counts, folded
 
 # More than this cannot be solved on any workstation: ten million elements, as for meshes that gmsh makes.
 MOST_TETS = 10_000_000
@@ -66,7 +66,7 @@ def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
         raise MeshError(
             f"it holds {len(rows)} tetrahedra; at most {MOST_TETS} are supported. Use a coarser mesh"
         )
-    return TetFile(np.asarray(points, dtype=float), rows, np.concatenate([own for *_, own in tets]))
+    return TetFile(np.asarray(points, dtype=float), rows, np.concatenate([ids for *_, ids in tets]))
 
 
 def _is_other_solid(kind: str) -> bool:
@@ -152,8 +152,9 @@ def mended(file: TetFile) -> Mended:
     """
     _require_nodes(file)
     points, tets, merged = _merged(file.points, file.tets)
-    _refuse(_repeats(tets), file.numbers, "the same node twice")
-    single = _first_of_each(tets)
+    ordered = np.sort(tets, axis=1)
+    _refuse((ordered[:, 1:] == ordered[:, :-1]).any(axis=1), file.numbers, "the same node twice")
+    single = np.sort(np.unique(np.sort(tets[:, :4], axis=1), axis=0, return_index=True)[1])
     dropped = len(tets) - len(single)
     tets, numbers = tets[single], file.numbers[single]
     _refuse(np.abs(shape(TetMesh(points, tets))) < _FLAT, numbers, "no volume: their vertices lie in a plane")
@@ -165,16 +166,16 @@ def mended(file: TetFile) -> Mended:
 
 
 def _notes(merged: int, dropped: int, turned: int, *, swapped: bool) -> tuple[str, ...]:
-    found = []
+    notes = []
     if merged:
-        found.append(f"nodes at the place of another, merged with it: {merged}")
+        notes.append(f"nodes at the place of another, merged with it: {merged}")
     if dropped:
-        found.append(f"elements that occurred twice, dropped: {dropped}")
+        notes.append(f"elements that occurred twice, dropped: {dropped}")
     if turned:
-        found.append(f"elements that were inside out, turned over: {turned}")
+        notes.append(f"elements that were inside out, turned over: {turned}")
     if swapped:
-        found.append("the last two mid-side nodes of every element were exchanged, to stand on their edges")
-    return tuple(found)
+        notes.append("the last two mid-side nodes of every element were exchanged, to stand on their edges")
+    return tuple(notes)
 
 
 def _require_nodes(file: TetFile) -> None:
@@ -185,14 +186,16 @@ def _require_nodes(file: TetFile) -> None:
     _refuse(np.logical_not(sound), file.numbers, "nodes whose coordinates are no usable numbers")
 
 
-def _refuse(found_wrong: npt.ArrayLike, numbers: Ints, what: str, remedy: str = "Mesh the rod again") -> None:
-    wrong = np.asarray(found_wrong, dtype=bool)
+def _refuse(
+    wrong_elements: npt.ArrayLike, numbers: Ints, what: str, remedy: str = "Mesh the rod again"
+) -> None:
+    wrong = np.asarray(wrong_elements, dtype=bool)
     if not wrong.any():
         return
-    found = numbers[wrong]
-    listed = ", ".join(map(str, found[:_SHOWN])) + (", …" if len(found) > _SHOWN else "")
-    word = "element has" if len(found) == 1 else "elements have"
-    raise MeshError(f"{len(found)} {word} {what} (number {listed}). {remedy}")
+    refused = numbers[wrong]
+    listed = ", ".join(map(str, refused[:_SHOWN])) + (", …" if len(refused) > _SHOWN else "")
+    word = "element has" if len(refused) == 1 else "elements have"
+    raise MeshError(f"{len(refused)} {word} {what} (number {listed}). {remedy}")
 
 
 def _merged(points: Floats, tets: Ints) -> tuple[Floats, Ints, int]:
@@ -206,17 +209,6 @@ def _merged(points: Floats, tets: Ints) -> tuple[Floats, Ints, int]:
     place = np.empty_like(first)
     place[np.argsort(first)] = np.arange(len(first))
     return places[order], place[which.ravel()][local].reshape(tets.shape), len(used) - len(first)
-
-
-def _repeats(tets: Ints) -> Mask:
-    ordered = np.sort(tets, axis=1)
-    return np.asarray((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
-
-
-def _first_of_each(tets: Ints) -> Ints:
-    """Rising rows of the first element with each set of vertices."""
-    _, first = np.unique(np.sort(tets[:, :4], axis=1), axis=0, return_index=True)
-    return np.sort(first)
 
 
 def _turned(points: Floats, tets: Ints) -> tuple[Ints, int]:
@@ -265,33 +257,29 @@ def _require_conforming(tets: Ints, numbers: Ints, points: Floats) -> None:
     ends = np.sort(tets[:, EDGES], axis=2)
     _, edge = np.unique(ends[..., 0] * len(points) + ends[..., 1], return_inverse=True)
     edge, middle = edge.ravel(), tets[:, 4:].ravel()
-    _, own = np.unique(middle, return_inverse=True)
-    last_middle, last_edge = np.empty(edge.max() + 1, dtype=np.int64), np.empty(own.max() + 1, dtype=np.int64)
-    last_middle[edge], last_edge[own] = middle, edge
-    differs = (last_middle[edge] != middle) | (last_edge[own] != edge)
+    _, local = np.unique(middle, return_inverse=True)
+    last_middle, last_edge = (np.empty(each.max() + 1, dtype=np.int64) for each in (edge, local))
+    last_middle[edge], last_edge[local] = middle, edge
+    differs = (last_middle[edge] != middle) | (last_edge[local] != edge)
     what = "an edge on which other elements have another mid-side node"
     _refuse(differs.reshape(-1, len(EDGES)).any(axis=1), numbers, what)
 
 
 def _require_one_piece(tets: Ints, points: Floats, numbers: Ints) -> None:
     """Refuse several bodies: only one can be loaded at both bores."""
-    from scipy import sparse  # noqa: PLC0415 - only meshes from files need it
-    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
-
-    links = (np.ones(3 * len(tets), dtype=np.int8), (np.repeat(tets[:, 0], 3), tets[:, 1:4].ravel()))
-    _, label = connected_components(sparse.csr_array(links, shape=(len(points),) * 2), directed=False)
+    label = linked_groups(len(points), np.repeat(tets[:, 0], 3), tets[:, 1:4].ravel())
     bodies, first, sizes = np.unique(label[tets[:, 0]], return_index=True, return_counts=True)
     if len(bodies) > 1:
-        told = [
+        listed = [
             _body(int(sizes[n]), int(numbers[first[n]]), points[tets[label[tets[:, 0]] == bodies[n]]])
             for n in np.argsort(-sizes, kind="stable")[:_SHOWN]
         ]
         raise MeshError(
-            f"it consists of {len(bodies)} bodies that share no nodes: {'; '.join(told)}. Give the rod and "
+            f"it consists of {len(bodies)} bodies that share no nodes: {'; '.join(listed)}. Give the rod and "
             "its cap as one body with common nodes, and leave out all others"
         )
 
 
 def _body(size: int, number: int, corners: Floats) -> str:
-    x, y, z = corners.reshape(-1, 3).mean(axis=0)
-    return f"{size} elements around ({x:.4g}, {y:.4g}, {z:.4g}), among them number {number}"
+    place = place_text(corners.reshape(-1, 3).mean(axis=0))
+    return f"{size} elements around {place}, among them number {number}"

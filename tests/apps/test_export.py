@@ -15,7 +15,7 @@ from fea.output.inp import read_frd
 from fea.study.study import parse_study
 from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
-from mesh.files.surface_mesh import boundary_facets
+from mesh.tetmesh import boundary_facets
 
 MATERIAL = '[material]\npreset = "leon-2001"\n'
 ENGINE = """

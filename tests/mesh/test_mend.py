@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tet_blocks import block
 
-from mesh.files.surface_mesh import SurfaceMesh, boundary_facets
+from mesh.files.surface_mesh import SurfaceMesh
 from mesh.files.tets import mended
 from mesh.quality import scaled_jacobian
-from mesh.tetmesh import MeshError
+from mesh.tetmesh import MeshError, boundary_facets
 
 # Vertices and mid-side nodes of an element whose second and third vertex have changed places.
 INSIDE_OUT = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]}

@@ -9,8 +9,8 @@ from strap import strap
 
 from geometry.surfaces import Surface
 from mesh.mirror import reflect, unmirrored
-from mesh.numbering import numbered
 from mesh.refined import refined
+from mesh.tetmesh import numbered
 
 CELL = strap()
 WHOLE = reflect(reflect(unmirrored(CELL), Surface.SYMMETRY_Y), Surface.SYMMETRY_Z)

@@ -8,8 +8,7 @@ from fea.run.meshing import mesh_study
 from fea.study.study import load_study
 from geometry.surfaces import Surface
 from mesh.mirror import reflect, unmirrored
-from mesh.numbering import outward
-from mesh.tetmesh import MeshError
+from mesh.tetmesh import MeshError, outward
 
 
 def enclosed(mesh):

@@ -39,7 +39,7 @@ from fea.stress.stress import von_mises
 from fea.study.study import load_study
 from fea.units import DEG
 from geometry.errors import InvalidValue
-from mesh.files.surface_mesh import boundary_facets
+from mesh.tetmesh import boundary_facets
 
 
 @pytest.fixture(scope="module", autouse=True)

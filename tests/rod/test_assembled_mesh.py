@@ -16,9 +16,8 @@ from fea.study.study import load_study
 from geometry.assembly import Assembly
 from geometry.surfaces import INTERFACES, PLANE_AXIS, Surface
 from mesh.creases import rims
-from mesh.numbering import scikit_fem_order
 from mesh.sizing import SizeField
-from mesh.tetmesh import FACET_TURN
+from mesh.tetmesh import FACET_TURN, scikit_fem_order
 
 EVERY = Assembly(bushing=True, shell=1.5, bolt=SCREWS)
 

@@ -18,8 +18,8 @@ from fea.verify.cases.assemblies import EDGE, HALF_WIDTH, PRELOAD, SIDES, STIFFN
 from fea.verify.cases.assemblies import joint as joint_of
 from geometry.surfaces import Surface
 from mesh.generate import mesh_body
-from mesh.numbering import numbered
 from mesh.separate import separated
+from mesh.tetmesh import numbered
 
 MODULI = (STEEL.youngs_modulus, STEEL.poissons_ratio)
 
