@@ -1,8 +1,11 @@
-"""The state of an assembled rod under load: forces of its bolts, and what its interfaces do."""
+"""What contact leaves under load: bolt forces, what interfaces do, and where pins touch their bores."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
+from geometry.arrays import Floats
 from geometry.surfaces import Surface
 
 # Shear, over what friction can carry, that is none.
@@ -71,3 +74,27 @@ class AssemblyState:
     def separating(self, assembled: "AssemblyState") -> float:
         """Load on the joint beside its bolts, N: what bolts gain and the joint loses against no load."""
         return self.bolt_force - assembled.bolt_force - (self.joint.force - assembled.joint.force)
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Contact of a pin with its bore."""
+
+    pressure: float  # the largest, MPa
+    angle: float  # where it is, about the bore's axis from rod +x, rad
+    z: float  # where it is along the bore, mm
+    arc: float  # angle around the bore over which they touch anywhere, to the distance of two vertices, rad
+
+    @classmethod
+    def of(cls, pressure: Floats, angle: Floats, z: Floats) -> "Touch":
+        """Find it from pressures (n,), MPa, at angles (n,), rad, and places (n,) along the bore, mm."""
+        largest = int(pressure.argmax())
+        touching = np.sort(angle[pressure > 0])
+        if touching.size < 2:
+            return cls(float(pressure[largest]), float(angle[largest]), float(z[largest]), 0.0)
+        gaps = np.diff(np.append(touching, touching[0] + 2 * np.pi))
+        every = np.diff(np.unique(np.round(angle, 6)))
+        open_arc = gaps.max() if gaps.max() > 2.5 * np.median(every) else 0.0
+        return cls(
+            float(pressure[largest]), float(angle[largest]), float(z[largest]), float(2 * np.pi - open_arc)
+        )

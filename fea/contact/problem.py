@@ -9,8 +9,9 @@ from scipy import sparse
 
 from fea.contact.active_set import Contact, ContactSystem
 from fea.contact.interfaces import BoltPull, Interface, MatingFaces, PinInBore
-from fea.solid.bore_motion import has_parity, motions
+from fea.solid.bore_motion import motions_with
 from fea.solid.parity import MirrorUnfolding, Parity
+from fea.solid.supports import rigid_motions
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -141,16 +142,13 @@ class ContactProblem:
     def motions(self, nodes: Ints) -> list[tuple[Parity, Floats]]:
         """The rigid motions that the mirror planes leave a part: parity and displacement (3 n_nodes,)."""
         points = self.mesh.points
-        unit = motions(points[nodes], float(points[nodes, 0].mean()))
+        unit = rigid_motions(points[nodes], points[nodes].mean(axis=0) * [1.0, 0.0, 0.0])
         free = []
         for parity in self.unfolding.parities():
-            y = parity if self.cut_y else None
-            z = Parity.SYMMETRIC if self.cut_z else None
-            for motion in range(6):
-                if has_parity(motion, y, z):
-                    moves = np.zeros_like(points)
-                    moves[nodes] = unit[motion]
-                    free.append((parity, moves.ravel()))
+            for motion in motions_with(self.mesh, parity):
+                moves = np.zeros_like(points)
+                moves[nodes] = unit[motion]
+                free.append((parity, moves.ravel()))
         return free
 
     def gap(self, forces: Sequence[Floats], weights: Floats) -> Floats:

@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.base.material import Material
-from fea.contact.assembly_state import AssemblyState
-from fea.contact.touch import Touch
+from fea.contact.assembly_state import AssemblyState, Touch
 from fea.judge.case_error import CaseError
 from fea.judge.sharp_places import SharpPlace, SharpPlaces, mattering
 from fea.judge.verdict import CAP, Peak, Verdict, element_largest, peak, safety_factor

@@ -17,10 +17,10 @@ import numpy as np
 from fea.base.checks import LIMITS
 from fea.base.choices import CONTACT, SolverName
 from fea.base.pin_models import contact_excluded_because
+from fea.contact.assembly_state import Touch
 from fea.contact.interfaces import BoltPull, MatingFaces, PinInBore
 from fea.contact.multipliers import Multipliers, radial
 from fea.contact.problem import ContactProblem
-from fea.contact.touch import Touch
 from fea.machine.threads import one_blas_thread
 from fea.pins.fits import Fits
 from fea.pins.model import (
@@ -33,9 +33,8 @@ from fea.pins.model import (
     Weights,
     inertial_fields,
 )
-from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS
+from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, resultants
 from fea.solid.parity import Parity, Split
-from fea.solid.tilt import resultants
 from geometry.arrays import Floats, Ints
 from geometry.errors import require
 from geometry.surfaces import Surface

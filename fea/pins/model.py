@@ -15,8 +15,7 @@ from fea.base.choices import Support
 from fea.base.material import Material
 from fea.base.note import Note
 from fea.base.pin_models import pin_model
-from fea.contact.assembly_state import AssemblyState
-from fea.contact.touch import Touch
+from fea.contact.assembly_state import AssemblyState, Touch
 from fea.machine.clock import Clock
 from fea.rod.meshed_rod import Bores
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia

@@ -11,9 +11,8 @@ from fea.base.choices import Support
 from fea.pins.model import PinModel, Response, Structure, UnitLoads, Weights, inertial_fields, odd_part, total
 from fea.rod.meshed_rod import Bores
 from fea.solid.bore import BoreFacets, BoreLoad, bore_facets
-from fea.solid.inertia import Inertia
+from fea.solid.inertia import Inertia, Tilt
 from fea.solid.parity import Split
-from fea.solid.tilt import Tilt
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle

@@ -24,7 +24,7 @@ from fea.run.cycle.superposition import CycleAnalysis
 from fea.run.cycle.unit_solutions import unit_solutions
 from fea.run.fields import Equilibrium, FieldRecovery, equilibrium
 from fea.run.meshing import mesh_loaded
-from fea.solid.bore_motion import held_by_pins
+from fea.solid.bore_motion import constrained_by_pins
 from fea.solid.inertia import Inertia, inertia
 from fea.solid.parity import Split
 from fea.solvers.buckling import Buckling
@@ -237,7 +237,7 @@ class PreparedRod:
             model = Model(
                 self.mesh.cell, model.material, relief, solver, assembly=self.options.matrix_assembly
             )
-        return Buckling(model, held_by_pins(self.mesh.bores.rod_length))
+        return Buckling(model, constrained_by_pins(self.mesh.bores.rod_length))
 
     @cached_property
     def sharp_places(self) -> SharpPlaces | None:

@@ -16,8 +16,8 @@ from fea.rod.meshed_rod import MeshedRod
 from fea.run.cycle.superposition import CycleResult
 from fea.run.fields import Equilibrium
 from fea.run.prepare import PreparedRod
+from fea.solid.inertia import imbalance
 from fea.solid.parity import Parity
-from fea.solid.tilt import imbalance
 from fea.solvers.static import Solution
 from fea.stress.section_balance import SectionBalance
 from loads.instants import joined

@@ -6,6 +6,7 @@ import numpy as np
 
 from fea.solid.bore import bore_facets
 from fea.solid.parity import Parity
+from fea.solid.supports import rigid_motions
 from fea.solid.traction import traction_forces
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
@@ -24,7 +25,7 @@ MOTION_PARITY = (
 
 
 @dataclass(frozen=True)
-class Held:
+class ConstrainedSurface:
     """A surface and the mean motions of it that are constrained."""
 
     surface: Surface  # A bore, or the end of a strut
@@ -32,19 +33,12 @@ class Held:
     motions: tuple[int, ...]  # the constrained ones of `SLIDE_X` … `TURN_Z`
 
 
-def held_by_pins(rod_length: float) -> tuple[Held, Held]:
+def constrained_by_pins(rod_length: float) -> tuple[ConstrainedSurface, ConstrainedSurface]:
     """Pinned in the plane of motion and built-in sideways; the small end is free to slide along the rod."""
     return (
-        Held(Surface.BIG_END_BORE, 0.0, (SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
-        Held(Surface.SMALL_END_BORE, rod_length, (SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
+        ConstrainedSurface(Surface.BIG_END_BORE, 0.0, (SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
+        ConstrainedSurface(Surface.SMALL_END_BORE, rod_length, (SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
     )
-
-
-def motions(points: Floats, center: float) -> Floats:
-    """The six rigid motions (6, n_nodes, 3) about (`center`, 0, 0): slides, then turns by one radian."""
-    arm = points - np.array([center, 0.0, 0.0])
-    slides = np.broadcast_to(np.eye(3)[:, None, :], (3, *points.shape))
-    return np.concatenate([slides, np.cross(np.eye(3)[:, None, :], arm[None])])
 
 
 def mean_motions(mesh: TetMesh, surface: Surface, center: float) -> Floats:
@@ -53,18 +47,23 @@ def mean_motions(mesh: TetMesh, surface: Surface, center: float) -> Floats:
     A mean rotation is that of the rigid motion closest in the least-squares sense. On a cell of a symmetric
     body only the rows with the parity of the field are meaningful.
     """
+    about = np.array([center, 0.0, 0.0])
 
     def row(motion: int) -> Floats:
-        weights = traction_forces(mesh, surface, lambda places, _: motions(places, center)[motion])
-        return np.asarray(weights / (weights * motions(mesh.points, center)[motion]).sum())
+        weights = traction_forces(mesh, surface, lambda places, _: rigid_motions(places, about)[motion])
+        return np.asarray(weights / (weights * rigid_motions(mesh.points, about)[motion]).sum())
 
     return np.stack([row(motion) for motion in range(6)])
 
 
-def has_parity(motion: int, y: Parity | None, z: Parity | None) -> bool:
-    """Whether a motion belongs to fields of a parity about y = 0 and z = 0 (None: not cut there)."""
-    own_y, own_z = MOTION_PARITY[motion]
-    return y in (None, own_y) and z in (None, own_z)
+def motions_with(mesh: TetMesh, y: Parity, z: Parity = Parity.SYMMETRIC) -> list[int]:
+    """Numbers of the rigid motions of fields with parities about the planes y = 0 and z = 0 of a cell."""
+    cut_y, cut_z = (plane in mesh.facets for plane in (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z))
+    return [
+        motion
+        for motion, (own_y, own_z) in enumerate(MOTION_PARITY)
+        if (own_y is y or not cut_y) and (own_z is z or not cut_z)
+    ]
 
 
 def bore_mean(mesh: TetMesh, surface: Surface, field: Floats) -> Floats:

@@ -29,16 +29,17 @@ def bodies(mesh: TetMesh) -> Ints:
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
+def rigid_motions(points: Floats, center: Floats) -> Floats:
+    """The six rigid motions (6, n_nodes, 3) about a centre (3,): slides, then turns by one radian."""
+    slides = np.broadcast_to(np.eye(3)[:, None, :], (3, *points.shape))
+    return np.concatenate([slides, np.cross(np.eye(3)[:, None, :], (points - center)[None])])
+
+
 def rigid_modes(points: Floats) -> Floats:
     """The six rigid displacements (n_nodes, 3, 6), rotations about the centroid scaled to unit size."""
     centred = points - points.mean(axis=0)
-    x, y, z = (centred / np.abs(centred).max()).T
-    modes = np.zeros((len(points), 3, 6))
-    modes[:, [0, 1, 2], [0, 1, 2]] = 1
-    modes[:, 1, 3], modes[:, 2, 3] = -z, y
-    modes[:, 0, 4], modes[:, 2, 4] = z, -x
-    modes[:, 0, 5], modes[:, 1, 5] = -y, x
-    return modes
+    motions = rigid_motions(centred / np.abs(centred).max(), np.zeros(3))
+    return np.ascontiguousarray(np.moveaxis(motions, 0, -1))
 
 
 def free_shares(mesh: TetMesh, body: Ints, fixed: Mask) -> Floats:
@@ -65,10 +66,15 @@ def free_shares(mesh: TetMesh, body: Ints, fixed: Mask) -> Floats:
             rows[:, 6 * other : 6 * other + 6] = -modes_at[nodes[at]].reshape(-1, 6)
             normal += rows.T @ rows
         first[nodes[~joined]], modes_at[nodes[~joined]] = number, modes[~joined]
+    return _null_shares(normal).reshape(count, 6)
+
+
+def _null_shares(normal: Floats) -> Floats:
+    """Share (n,) of each unknown in the null space of AᵀA, whichever vectors span it."""
     values, vectors = np.linalg.eigh(normal)
-    free = vectors[:, values < FREE * max(values.max(), 1e-300)]
-    # The shares of the modes in the null space do not depend on which vectors span it.
-    return np.asarray(np.linalg.norm(free, axis=1).reshape(count, 6))
+    # Each fixed degree of freedom contributes a value of order one to a mode that it stops.
+    free = vectors[:, values < FREE * max(values.max(initial=0.0), 1e-300)]
+    return np.asarray(np.linalg.norm(free, axis=1))
 
 
 _MODES = (
@@ -167,9 +173,12 @@ def require_restrained(mesh: TetMesh, fixed: Mask) -> None:
         nodes = labels == piece
         motions = free_motions(mesh.points[nodes], fixed[nodes])
         if motions:
-            who = "the model" if count == 1 else _piece(mesh.points[nodes], count)
-            why = f"is under-constrained: nothing prevents {motions}"
-            raise UnderconstrainedError(f"{who} {why}. {_remedy(count)}")
+            who, remedy = "the model", "Add a support"
+            if count > 1:
+                x, y, z = mesh.points[nodes].mean(axis=0)
+                place = f"{nodes.sum()} nodes around ({x:.4g}, {y:.4g}, {z:.4g}) mm"
+                who, remedy = f"one of {count} disconnected pieces ({place})", f"{remedy} or join the pieces"
+            raise UnderconstrainedError(f"{who} is under-constrained: nothing prevents {motions}. {remedy}")
     body = bodies(mesh)
     if body.max() > labels.max():
         _require_no_mechanism(mesh, body, fixed)
@@ -197,18 +206,4 @@ def _in_words(share: Floats) -> str:
 def free_motions(points: Floats, fixed: Mask) -> str:
     """Names of the rigid motions of a body that its fixed degrees of freedom (n_nodes, 3) leave free."""
     modes = rigid_modes(points)[fixed]
-    values, vectors = np.linalg.eigh(modes.T @ modes)
-    # Each fixed degree of freedom contributes a value of order one to a mode that it stops.
-    free = vectors[:, values < FREE * max(values.max(initial=0.0), 1e-300)]
-    # The shares of the modes in the null space do not depend on which vectors span it.
-    return _in_words(np.linalg.norm(free, axis=1))
-
-
-def _piece(points: Floats, count: int) -> str:
-    x, y, z = points.mean(axis=0)
-    place = f"{len(points)} nodes around ({x:.4g}, {y:.4g}, {z:.4g}) mm"
-    return f"one of {count} disconnected pieces ({place})"
-
-
-def _remedy(count: int) -> str:
-    return "Add a support" + (" or join the pieces" if count > 1 else "")
+    return _in_words(_null_shares(modes.T @ modes))

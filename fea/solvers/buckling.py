@@ -15,8 +15,17 @@ from scipy import sparse
 
 from fea.base.choices import SolverName
 from fea.solid.assembly import GeometricStiffness
-from fea.solid.bore_motion import SLIDE_Y, SLIDE_Z, TURN_X, TURN_Z, Held, has_parity, mean_motions, motions
+from fea.solid.bore_motion import (
+    SLIDE_Y,
+    SLIDE_Z,
+    TURN_X,
+    TURN_Z,
+    ConstrainedSurface,
+    mean_motions,
+    motions_with,
+)
 from fea.solid.parity import Parity
+from fea.solid.supports import rigid_motions
 from fea.solvers.constrained import Constrained, constrained, stopping
 from fea.solvers.linear.choice import linear_solver
 from fea.solvers.ritz import Space, largest, orthonormal, ritz_values
@@ -34,7 +43,7 @@ class ReferenceLoad:
     """
 
     def __init__(
-        self, mesh: TetMesh, ends: tuple[Held, ...], parts: Mapping[Parity, sparse.csr_array]
+        self, mesh: TetMesh, ends: tuple[ConstrainedSurface, ...], parts: Mapping[Parity, sparse.csr_array]
     ) -> None:
         self._parts = parts
         self._pins: list[tuple[float, Floats]] = []
@@ -42,7 +51,7 @@ class ReferenceLoad:
         for end in ends:
             if TURN_Z not in end.motions:
                 nodes = np.unique(mesh.facets[end.surface])
-                arm = motions(mesh.points[nodes], end.center)[TURN_Z]
+                arm = rigid_motions(mesh.points[nodes], np.array([end.center, 0.0, 0.0]))[TURN_Z]
                 turned = np.cross([0.0, 0.0, 1.0], forces[nodes])
                 row = mean_motions(mesh, end.surface, end.center)[TURN_Z]
                 self._pins.append((float((arm * turned).sum()), row))
@@ -93,7 +102,7 @@ class Buckling:
         The factorisation broke down.
     """
 
-    def __init__(self, model: Model, ends: tuple[Held, ...]) -> None:
+    def __init__(self, model: Model, ends: tuple[ConstrainedSurface, ...]) -> None:
         mesh = model.mesh
         self._mesh, self._ends = mesh, ends
         self._sides = tuple(Parity) if Surface.SYMMETRY_Y in mesh.facets else (Parity.SYMMETRIC,)
@@ -167,14 +176,14 @@ class Buckling:
 
     def _first(self, parity_z: Parity) -> Space:
         """Displacements under forces that bend and twist the body, and under one irregular force."""
-        points, own_z = self._mesh.points, parity_z if len(self._bodies) > 1 else None
+        points = self._mesh.points
         x = points[:, 0]
         along = np.polynomial.chebyshev.chebvander(2 * (x - x.min()) / np.ptp(x) - 1, _DEGREE)
-        shapes = motions(points, 0.0)[..., None] * along[:, None]
+        shapes = rigid_motions(points, np.zeros(3))[..., None] * along[:, None]
         spaces = []
         for place, (side, body) in enumerate(self._bodies[parity_z].items()):
-            own_y = side if len(self._sides) > 1 else None
-            bent = [shapes[k] for k in (SLIDE_Y, SLIDE_Z, TURN_X) if has_parity(k, own_y, own_z)]
+            bending = {SLIDE_Y, SLIDE_Z, TURN_X}.intersection(motions_with(self._mesh, side, parity_z))
+            bent = [shapes[motion] for motion in sorted(bending)]
             odd = np.sin(np.arange(1.0, points.size + 1)).reshape(-1, 3, 1)
             forces = np.concatenate([*bent, odd], axis=2).reshape(points.size, -1)
             rows = slice(place * points.size, (place + 1) * points.size)

@@ -7,14 +7,13 @@ from scipy.linalg import qr
 
 from fea.base.material import Material
 from fea.solid.assembly import pattern, stiffness
-from fea.solid.bore_motion import Held, has_parity, mean_motions, motions
+from fea.solid.bore_motion import ConstrainedSurface, mean_motions, motions_with
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
-from fea.solid.supports import components, plane_conditions, require_restrained
+from fea.solid.supports import components, plane_conditions, require_restrained, rigid_motions
 from fea.solvers.linear.amg import Operator
 from fea.solvers.linear.choice import factorise
 from geometry.arrays import Floats, Mask
-from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
 
@@ -42,7 +41,11 @@ class Constrained:
 
 
 def constrained(
-    mesh: TetMesh, held: tuple[Held, ...], parities: tuple[Parity, Parity], fixed: Mask, inverse: Operator
+    mesh: TetMesh,
+    surfaces: tuple[ConstrainedSurface, ...],
+    parities: tuple[Parity, Parity],
+    fixed: Mask,
+    inverse: Operator,
 ) -> Constrained:
     """Constrain the mean motions of surfaces of a body, for given parities about y = 0 and z = 0.
 
@@ -54,7 +57,7 @@ def constrained(
     UnderconstrainedError
         The surfaces leave a rigid motion free.
     """
-    rigid, C = _rigid(mesh, parities), _rows(mesh, held, parities)
+    rigid, C = _rigid(mesh, parities), _rows(mesh, surfaces, parities)
     if np.linalg.matrix_rank(C @ rigid) < rigid.shape[1]:
         raise UnderconstrainedError(
             "the constraints at the two ends leave a rigid motion of the body free. Constrain more motions"
@@ -85,27 +88,19 @@ def stopping(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Mask:
 
 def _rigid(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Floats:
     """Rigid motions (n, n_rigid) that have the parities."""
-    numbers = _own(mesh, parities)
-    return motions(mesh.points, mesh.points[:, 0].mean())[numbers].reshape(len(numbers), -1).T
+    motions = rigid_motions(mesh.points, mesh.points.mean(axis=0) * [1.0, 0.0, 0.0])
+    return motions[motions_with(mesh, *parities)].reshape(-1, mesh.points.size).T
 
 
-def _rows(mesh: TetMesh, held: tuple[Held, ...], parities: tuple[Parity, Parity]) -> Floats:
+def _rows(mesh: TetMesh, surfaces: tuple[ConstrainedSurface, ...], parities: tuple[Parity, Parity]) -> Floats:
     """Rows (n_rows, n) of the constrained mean motions that have the parities."""
-    numbers = _own(mesh, parities)
     rows = [
         mean_motions(mesh, end.surface, end.center)[motion].ravel()
-        for end in held
+        for end in surfaces
         for motion in end.motions
-        if motion in numbers
+        if motion in motions_with(mesh, *parities)
     ]
     return np.stack(rows) if rows else np.zeros((0, mesh.points.size))
-
-
-def _own(mesh: TetMesh, parities: tuple[Parity, Parity]) -> list[int]:
-    """Numbers of the rigid motions that have the parities, about the planes where the mesh is cut."""
-    y = parities[0] if Surface.SYMMETRY_Y in mesh.facets else None
-    z = parities[1] if Surface.SYMMETRY_Z in mesh.facets else None
-    return [motion for motion in range(6) if has_parity(motion, y, z)]
 
 
 def _solved(inverse: Operator, fixed: Mask, forces: Floats) -> Floats:

@@ -18,9 +18,8 @@ from fea.run.prepare import prepare
 from fea.run.speed import solve_speed
 from fea.solid.bonded_bore import BondedBore
 from fea.solid.bore import bore_facets
-from fea.solid.inertia import inertia
+from fea.solid.inertia import imbalance, inertia
 from fea.solid.scikit_fem import basis
-from fea.solid.tilt import imbalance
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.surfaces import Surface

@@ -7,8 +7,7 @@ from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH, strap
 from fea.base.choices import Support
 from fea.pins.pressure import PressedPins
 from fea.rod.meshed_rod import Bores
-from fea.solid.inertia import inertia
-from fea.solid.tilt import Tilt, resultants
+from fea.solid.inertia import Tilt, inertia, resultants
 from fea.solvers.static import Model
 from fea.verify.body import STEEL
 from geometry.surfaces import Surface

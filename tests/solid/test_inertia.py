@@ -4,8 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strap import strap
 
-from fea.solid.inertia import inertia
-from fea.solid.tilt import imbalance
+from fea.solid.inertia import imbalance, inertia
 from geometry.surfaces import Surface
 from loads.instants import in_motion
 from mesh.mirror import reflect, unmirrored

@@ -9,8 +9,7 @@ from fea.base.checks import LIMITS, Check
 from fea.base.choices import Fatigue
 from fea.base.material import Material
 from fea.base.note import Note, warning
-from fea.contact.assembly_state import AssemblyState
-from fea.contact.touch import Touch
+from fea.contact.assembly_state import AssemblyState, Touch
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import fatigue_notes
 from fea.pins.model import UnitLoads, Weights

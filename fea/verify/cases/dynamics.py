@@ -6,7 +6,7 @@ import numpy as np
 
 from fea.base.choices import Support
 from fea.base.material import Material
-from fea.solid.bore_motion import SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z, Held
+from fea.solid.bore_motion import SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z, ConstrainedSurface
 from fea.solid.inertia import inertia
 from fea.solid.parity import Parity, Split
 from fea.solid.traction import nodal_traction, traction_forces
@@ -216,7 +216,9 @@ def strut(size: float) -> TetMesh:
     return mesh_body(Prism(sides, (0.0, HEIGHT / 2)), size)
 
 
-def _buckling_loads(mesh: TetMesh, ends: tuple[Held, ...], count: int) -> list[tuple[float, Parity]]:
+def _buckling_loads(
+    mesh: TetMesh, ends: tuple[ConstrainedSurface, ...], count: int
+) -> list[tuple[float, Parity]]:
     """Critical loads, N, in increasing order, each with its parity about z = 0."""
     nu, strain = STEEL.poissons_ratio, LOAD / (WIDTH * HEIGHT) / STEEL.youngs_modulus
     pressed = {Parity.SYMMETRIC: (mesh.points * strain * np.array([-1.0, nu, nu]))[..., None]}
@@ -234,10 +236,10 @@ def euler_column(size: float) -> Computed:
     """Slender strut under axial load, with the end conditions of a rod on its pins, and clamped."""
     mesh = strut(size)
     pins = (
-        Held(_NEAR, 0.0, (SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
-        Held(_FAR, STRUT, (SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
+        ConstrainedSurface(_NEAR, 0.0, (SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
+        ConstrainedSurface(_FAR, STRUT, (SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
     )
-    clamp = (Held(_NEAR, 0.0, (SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z)),)
+    clamp = (ConstrainedSurface(_NEAR, 0.0, (SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z)),)
     pinned, clamped = _buckling_loads(mesh, pins, 3), _buckling_loads(mesh, clamp, 1)
     sideways = next(load for load, parity_z in pinned if parity_z is Parity.ANTISYMMETRIC)
     in_y, in_z = HEIGHT * WIDTH**3 / 12, WIDTH * HEIGHT**3 / 12
