@@ -80,18 +80,12 @@ class BenchmarkRow:
 
 @dataclass(frozen=True)
 class Benchmark:
-    """A benchmark problem.
+    """A benchmark problem, with its name on the command line and in words, and the source of its targets.
 
     Attributes
     ----------
-    name, title
-        As on the command line, and in words.
-    source
-        Author, year and place in the publication.
-    compute
-        Computes the quantities with an element size, mm.
-    size
-        Element size at which the tolerances must be met, mm.
+    compute, size
+        Computes the quantities with an element size, mm, and the one at which tolerances must be met.
     converges
         Whether the error decreases with the element size; otherwise it consists of rounding, is a rate or is
         the error of the target, and is not plotted.

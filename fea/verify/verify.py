@@ -36,12 +36,7 @@ def benchmark(name: str) -> Benchmark:
 def verify(names: Sequence[str] = (), listener: Listener | None = None) -> list[BenchmarkRow]:
     """Compute some cases, or all; return one row per quantity.
 
-    Parameters
-    ----------
-    names
-        Names of the cases; empty for all.
-    listener
-        Called with the name of each case before it begins.
+    `listener` is called with the name of each case before it begins.
 
     Raises
     ------
@@ -109,14 +104,7 @@ def write_report(
 ) -> None:
     """Write the report, with its plot next to it; for the plot, the cases are solved on coarser meshes too.
 
-    Parameters
-    ----------
-    path, command
-        The .md file, and the command that makes it.
-    rows
-        The results.
-    listener
-        Called with the name of each case before it is computed.
+    The `command` makes it; `listener` is called with the name of each case before it is computed again.
     """
     header = ("case", "quantity", "unit", "target", "computed", "error %", "limit %", "dofs", "seconds", "")
     table = markdown(header, map(_cells, rows), "lllrrrrrr")

@@ -11,15 +11,16 @@ from functools import cache
 import gmsh
 import numpy as np
 
-from fea.base.material import Material
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.element import jacobians, stress_from_gradient, tabulate
 from fea.solvers.linear.choice import factorise
 from fea.stress.recovery import Recovery
+from fea.verify.body import STEEL
+from fea.verify.cases.elasticity import TENSION, goodier_displacement
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
-MATERIAL = Material(youngs_modulus=2.1e5, poissons_ratio=0.3, density=7.85e-9, yield_strength=400.0)
+MATERIAL = STEEL
 HEIGHT = 1.0  # of the cylinders
 # What the surfaces r = 1, z = HEIGHT and the outer one are called, for want of other names.
 INNER, END, OUTER = Surface.BIG_END_BORE, Surface.SMALL_END_BORE, Surface.FREE
@@ -116,22 +117,8 @@ def _kirsch(places: np.ndarray) -> np.ndarray:
 
 
 def _goodier(places: np.ndarray) -> np.ndarray:
-    """Spherical cavity in an infinite body under unit tension along x (Goodier 1933)."""
-    mu, nu, E = MATERIAL.shear_modulus, MATERIAL.poissons_ratio, MATERIAL.youngs_modulus
-    a = -(13 - 10 * nu) / (8 * mu * (7 - 5 * nu))
-    b = 1 / (8 * mu * (7 - 5 * nu))
-    c = 5 * (1 - 2 * nu) / (8 * mu * (7 - 5 * nu))
-    x, y, z = places.T
-    s2 = y * y + z * z
-    r = np.sqrt(x * x + s2)
-    cos2 = (x * x - s2) / r**2
-    radial = -a / r**2 - 3 * b / r**4 + ((5 - 4 * nu) / (1 - 2 * nu) * c / r**2 - 9 * b / r**4) * cos2
-    # u_θ = −(2C/r² + 6B/r⁴) sin 2θ, divided by sin θ cos θ to stay analytic on the axis.
-    around = -2 * (2 * c / r**2 + 6 * b / r**4)
-    along = radial * x / r - around * s2 / r**2 * x / r
-    across = radial / r + around * (x / r) ** 2 / r
-    far = np.stack([x, -nu * y, -nu * z], axis=1) / E
-    return far + np.stack([along, across * y, across * z], axis=1)
+    """Spherical cavity in an infinite body under unit tension along x."""
+    return goodier_displacement(places) / TENSION
 
 
 PROBLEMS = {

@@ -4,9 +4,14 @@ import pytest
 
 from fea.__main__ import call
 from fea.output.pictures.strokes import is_complete_png
-from fea.verify import verify
+from fea.solid.traction import traction_forces
+from fea.verify import benchmark, verify
 from fea.verify.benchmark import Benchmark, Computed, Quantity
+from fea.verify.body import STEEL, LoadedBody, furthest, held, pressure, rectangle
+from geometry.bodies import Prism
 from geometry.errors import InvalidValue
+from geometry.surfaces import Surface
+from mesh.generate import mesh_body
 
 
 def peak(computed):
@@ -29,6 +34,24 @@ def test_the_cases_asked_of_the_project_are_there():
     asked = {"le1", "le10", "le11", "lame", "goodier", "plate-with-hole", "cook", "patch", "manufactured"}
     more = {"rotating-disc", "accelerated-bar", "pin-loaded-eye", "persson", "roller", "contact-patch"}
     assert asked | more <= set(verify.case_names())
+
+
+def test_a_new_benchmark_is_one_function(monkeypatch, capsys):
+    """The recipe of CONTRIBUTING.md."""
+    names = (Surface.SYMMETRY_Y, Surface.LOADED, Surface.FREE, Surface.CLAMPED)
+    monkeypatch.setitem(benchmark.CASES, "toy-bar", None)
+
+    @benchmark.benchmark("Bar in tension", "Hooke 1678", size=2.0)
+    def toy_bar(size):
+        mesh = mesh_body(Prism(rectangle((0.0, 20.0), (0.0, 4.0), names), (0.0, 4.0)), size)
+        forces = traction_forces(mesh, Surface.LOADED, pressure(-100.0))
+        body = LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.CLAMPED: (0,)})).solved()
+        stress = furthest(body.stress[:, 0], 100.0)
+        return Computed(body.dofs, [Quantity("σxx, worst node", "MPa", 100.0, stress, 1e-6, "it is linear")])
+
+    assert "toy-bar" in verify.case_names()
+    assert call(["verify", "toy-bar"]) == 0
+    assert "All 1 quantities" in capsys.readouterr().out
 
 
 def test_an_unknown_case_is_refused_before_anything_is_computed():

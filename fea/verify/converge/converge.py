@@ -48,12 +48,7 @@ TOOLS = ("fea", "fea, mean", "CalculiX")
 def series(problem: str, default_size: float) -> Iterator[list[Computation]]:
     """The computations of a problem, in series that differ only in the size, coarse to fine.
 
-    Parameters
-    ----------
-    problem
-        ``rod``, ``lame`` or ``goodier``.
-    default_size
-        Default element size of the rod, mm.
+    `default_size` is that of the rod, mm.
     """
     unit = default_size if problem == "rod" else 1.0
     sizes = [COARSEST[problem] * unit * STEP**level for level in range(LEVELS)]
@@ -84,15 +79,7 @@ def _apart(work: Callable[..., Outcome], *arguments: object) -> Outcome | None:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All rows, and the references.
-
-    Attributes
-    ----------
-    rows
-        Sorted by problem, tool, element and size.
-    references
-        By the name of the problem.
-    """
+    """All rows, by problem, tool, element and size, and the references by problem."""
 
     rows: list[ConvergenceRow]
     references: dict[str, Reference]

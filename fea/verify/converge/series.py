@@ -10,7 +10,7 @@ import numpy as np
 
 from fea.verify.converge.measurement import ConvergenceRow
 
-# Errors below this (percent) come from the reference or are accidental.
+# Smaller errors, percent, come from the reference or are accidental; `floor` is what they count as.
 FLOOR = 0.05
 # The error of stress decreases with the size to the power of the element's order, at best to twice that
 # power.
@@ -18,15 +18,7 @@ _BEST_RATE = 2
 
 
 def pareto(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[ConvergenceRow]:
-    """The rows of one problem that no other row beats in both time and error, the fastest first.
-
-    Parameters
-    ----------
-    rows
-        Rows of one problem.
-    floor
-        Smaller errors, percent, count as this value.
-    """
+    """The rows of one problem that no other row beats in both time and error, the fastest first."""
     best: list[ConvergenceRow] = []
     for row in sorted(rows, key=lambda row: (row.measured.seconds, abs(row.error_percent))):
         if not best or max(abs(row.error_percent), floor) < max(abs(best[-1].error_percent), floor):
@@ -36,10 +28,10 @@ def pareto(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[Converg
 
 def by_tool(rows: Iterable[ConvergenceRow]) -> dict[tuple[str, str], list[ConvergenceRow]]:
     """Rows of one problem by tool and element, each from coarse to fine."""
-    found: dict[tuple[str, str], list[ConvergenceRow]] = {}
+    series: dict[tuple[str, str], list[ConvergenceRow]] = {}
     for row in sorted(rows, key=lambda row: -row.computation.size):
-        found.setdefault((row.computation.tool, row.computation.element), []).append(row)
-    return found
+        series.setdefault((row.computation.tool, row.computation.element), []).append(row)
+    return series
 
 
 def settled(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[float]:
@@ -48,13 +40,6 @@ def settled(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[float]
     A mesh may be right by accident if the signed error crosses zero; the finer meshes show this. For the
     finest mesh there is none, so that its error counts as at least the error of the previous mesh reduced at
     twice the theoretical rate.
-
-    Parameters
-    ----------
-    rows
-        Rows of one problem, tool and element, coarse to fine.
-    floor
-        Smaller errors count as this value.
     """
     error = [abs(row.error_percent) for row in rows]
     if len(rows) > 1 and not rows[0].computation.adaptive:
@@ -66,26 +51,16 @@ def settled(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[float]
 
 def fastest_within(rows: Sequence[ConvergenceRow], percent: float) -> dict[tuple[str, str], ConvergenceRow]:
     """Per tool and element, the fastest row for which it and all finer rows have errors within `percent`."""
-    found = {}
-    for tool, own in by_tool(rows).items():
-        within = [row for row, error in zip(own, settled(own), strict=True) if error <= percent]
+    fastest = {}
+    for tool, series in by_tool(rows).items():
+        within = [row for row, error in zip(series, settled(series), strict=True) if error <= percent]
         if within:
-            found[tool] = min(within, key=lambda row: row.measured.seconds)
-    return found
+            fastest[tool] = min(within, key=lambda row: row.measured.seconds)
+    return fastest
 
 
 def seconds_to(rows: Sequence[ConvergenceRow], percent: float, floor: float = FLOOR) -> float:
-    """Time after which a series stays below an error, interpolated logarithmically; infinite if never.
-
-    Parameters
-    ----------
-    rows
-        Rows of one problem, tool and element, coarse to fine.
-    percent
-        The error.
-    floor
-        Smaller errors count as this value.
-    """
+    """Time after which a series stays below an error, interpolated logarithmically; infinite if never."""
     seconds = [row.measured.seconds for row in rows]
     errors = settled(rows, floor)
     if not errors or errors[-1] > percent:
@@ -166,15 +141,7 @@ class EqualTime(NamedTuple):
 
 
 def equal_error(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[EqualError]:
-    """Compare at each of `PERCENTS`; empty without CalculiX.
-
-    Parameters
-    ----------
-    rows
-        Rows of one problem.
-    floor
-        Smaller errors, percent, count as this value.
-    """
+    """Compare at each of `PERCENTS`; empty without CalculiX."""
     longest = max((row.measured.seconds for row in rows if row.computation.tool in THEIRS), default=0.0)
     programs = (_ours(rows), WHOLE, THEIRS)
     if not longest:
@@ -188,27 +155,19 @@ def equal_error(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[Eq
 
 
 def equal_time(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[EqualTime]:
-    """Compare at each of `SECONDS`, as far as both have rows.
-
-    Parameters
-    ----------
-    rows
-        Rows of one problem.
-    floor
-        Smaller errors, percent, count as this value.
-    """
+    """Compare at each of `SECONDS`, as far as both have rows."""
     programs = (_ours(rows), THEIRS)
     longest = min(
         max((row.measured.seconds for row in rows if row.computation.tool in tools), default=0.0)
         for tools in programs
     )
-    found = []
+    compared = []
     for seconds in (time for time in SECONDS if time <= longest):
         after = partial(error_after, seconds=seconds, floor=floor)
         ours, theirs = (_best(rows, tools, after) for tools in programs)
         if math.isfinite(ours) and math.isfinite(theirs):
-            found.append(EqualTime(seconds, ours, theirs))
-    return found
+            compared.append(EqualTime(seconds, ours, theirs))
+    return compared
 
 
 def _ours(rows: Sequence[ConvergenceRow]) -> set[str]:
@@ -220,7 +179,7 @@ def _best(
 ) -> float:
     """The smallest value that any series of these tools gives; infinite if there is none."""
     series = by_tool(row for row in rows if row.computation.tool in tools).values()
-    return min((measure(own) for own in series), default=math.inf)
+    return min(map(measure, series), default=math.inf)
 
 
 def advice(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[str]:
@@ -234,8 +193,8 @@ def _sentence(
 ) -> str:
     if percent < floor:
         return f"Within {percent:g} %: the reference is not accurate enough (±{floor:.2g} %)."
-    found = fastest_within(rows, percent)
-    ours = {kind: row for kind, row in found.items() if kind[0] != "CalculiX"}
+    fastest = fastest_within(rows, percent)
+    ours = {kind: row for kind, row in fastest.items() if kind[0] != "CalculiX"}
     if not ours:
         return f"Within {percent:g} %: no computation reached this within the time limit."
     (_, element), best = min(ours.items(), key=lambda item: item[1].measured.seconds)
@@ -245,7 +204,7 @@ def _sentence(
     )
     if against is not None:
         text += "; CalculiX " + _calculix(against)
-    first = [name for name, kind in found if kind == "p1"]
+    first = [name for name, kind in fastest if kind == "p1"]
     return text + ("." if first else ". No first-order mesh reached this.")
 
 

@@ -42,16 +42,9 @@ def solve(
     friction_ratio: npt.ArrayLike,
     motion: tuple[Floats, float],
 ) -> Reactions:
-    """Solve the system at every crank angle.
+    """Solve the system at crank angles (n,), rad, and a speed, rad/s (`motion`).
 
-    Parameters
-    ----------
-    piston_force
-        F_p on the slider along engine +x, N.
-    friction_ratio
-        s = F14x/F14y with its sign.
-    motion
-        Crank angles (n,), rad, and speed, rad/s.
+    `piston_force` is F_p on the slider along engine +x, N, and `friction_ratio` s = F14x/F14y with its sign.
     """
     theta, omega = motion
     k = kinematics(engine, theta, omega)

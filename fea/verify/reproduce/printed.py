@@ -91,16 +91,9 @@ class Status(StrEnum):
 
 @dataclass(frozen=True)
 class Slip:
-    """The error in one printed figure.
+    """The error in one printed figure, in words, and the figure that results from it if that is known.
 
-    Attributes
-    ----------
-    text
-        Explanation in words.
-    value
-        The figure that results from it; None if the error cannot be reproduced.
-    is_rounding
-        Whether an intermediate figure was only rounded.
+    With `is_rounding` an intermediate figure was only rounded.
     """
 
     text: str
@@ -127,12 +120,10 @@ class PrintedFigure:
 
     Attributes
     ----------
-    source, table, quantity, at, unit
-        Identify the figure; `at` is crank angle and speed.
-    published
-        The figure as printed, or None.
-    digit
-        One unit of the last printed digit.
+    at
+        Crank angle and speed.
+    published, digit
+        The figure as printed, or None, and one unit of its last digit.
     as_published
         From the printed formula and intermediate figures, including its systematic error.
     corrected
@@ -203,20 +194,10 @@ class PrintedFigure:
 
 @dataclass(frozen=True)
 class Quantity:
-    """Printed cells of one quantity and what they should be.
+    """Printed cells of one quantity, with what they should be and why; see `PrintedFigure`.
 
-    Attributes
-    ----------
-    cells
-        A column as printed, or a single cell.
-    as_published, corrected
-        Figures, one a cell.
-    cause
-        Why these two differ.
-    where
-        Text before the crank angle, such as ``6000 rpm``; may be empty.
-    slips
-        By the key of the cell: the error in that cell.
+    `as_published` and `corrected` have a figure a cell, and `cause` says why these two differ. `where` comes
+    before the crank angle, such as ``6000 rpm``; `slips` are the errors of cells by their keys.
     """
 
     name: str
@@ -250,17 +231,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Table:
-    """A printed table compared cell by cell.
-
-    Attributes
-    ----------
-    source, name, title
-        The study, the number of the table in the study, and its content.
-    figures
-        Its figures.
-    remarks
-        What is wrong with it, in sentences; may be empty.
-    """
+    """A printed table compared cell by cell: its study, number and content, and in words what is wrong."""
 
     source: str
     name: str
@@ -297,15 +268,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Summary:
-    """Counts over some tables.
-
-    Attributes
-    ----------
-    compared, agrees, explained, named, unexplained
-        Number of printed figures: all, and by `Status`.
-    wrong
-        Number of printed figures that differ from the correct ones by more than one unit of their last digit.
-    """
+    """Numbers of printed figures: all, by `Status`, and those that differ from the correct ones."""
 
     compared: int
     agrees: int

@@ -37,14 +37,7 @@ CASES: MappingProxyType[str, Callable[[], Iterable[ExtremeRow]]] = MappingProxyT
 
 
 def stability(names: Sequence[str] = (), listener: Callable[[str], None] | None = None) -> list[ExtremeRow]:
-    """Compute some cases, or all.
-
-    Parameters
-    ----------
-    names
-        Names of `CASES`; empty for all.
-    listener
-        Called with the name of each case before it begins.
+    """Compute some of `CASES`, or all; `listener` is called with the name of each before it begins.
 
     Raises
     ------
