@@ -8,12 +8,11 @@ import numpy as np
 from fea.apps.report_run import prepared_again, require_same_loads
 from fea.base.note import Note, warning
 from fea.output.inp import Step, write_deck
-from fea.output.left_run import LeftRun, read_run
 from fea.output.mesh_formats import FORMATS, write_mesh
+from fea.output.stored_run import StoredRun, read_run
 from fea.output.target import require_target
 from fea.run.prepare import PreparedRod
 from fea.solid.supports import clamped, determinate_restraints
-from fea.study.study import load_study
 from geometry.errors import require
 from geometry.surfaces import Surface
 from loads.instants import Instants
@@ -25,30 +24,17 @@ SUFFIXES = (".inp", *FORMATS)
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written.
+    """What was written."""
 
-    Attributes
-    ----------
-    files
-        Where.
-    notes
-        What the format does not carry, and what a reader must know of the file.
-    """
-
-    files: tuple[Path, ...]
-    notes: tuple[Note, ...]
+    files: tuple[Path, ...]  # where
+    notes: tuple[Note, ...]  # what the format does not carry, and what a reader must know of the file
 
 
 def export_run(folder: Path, file: Path) -> Exported:
-    """Write the mesh of a run with its loads or its results.
+    """Write the mesh of a run at one speed with its loads or its results.
 
-    Parameters
-    ----------
-    folder
-        Of a run at one speed.
-    file
-        Its suffix chooses the format: ``.inp`` is a deck of all load cases for CalculiX and Abaqus, the
-        others hold the mesh with the results as far as the format carries them.
+    The suffix chooses the format: ``.inp`` is a deck of all load cases for CalculiX and Abaqus, the others
+    hold the mesh with the results as far as the format carries them.
 
     Raises
     ------
@@ -60,14 +46,15 @@ def export_run(folder: Path, file: Path) -> Exported:
         The disk, a permission or a missing library prevents writing.
     """
     require_target("FILE", file, SUFFIXES)
-    own = file.resolve().parent == folder.resolve()
+    inside = file.resolve().parent == folder.resolve()
     rule = "is inside the folder of the run, whose files are never mixed with others"
-    require(not own, "FILE", str(file), rule, "Name a file in another folder.")
+    require(not inside, "FILE", str(file), rule, "Name a file in another folder.")
     run = read_run(folder)
+    run.require_fields()
     return _deck(run, file) if file.suffix.lower() == ".inp" else _results(run, file)
 
 
-def _results(run: LeftRun, file: Path) -> Exported:
+def _results(run: StoredRun, file: Path) -> Exported:
     form = FORMATS[file.suffix.lower()]
     mesh, notes = run.mesh, []
     if form.surfaces:
@@ -75,24 +62,21 @@ def _results(run: LeftRun, file: Path) -> Exported:
             mesh, _ = named_mesh(run.mesh, (None, None))
         except MeshError as error:
             notes.append(f"the surfaces have no names, because {error}")
-    points = {
-        f"{case}_{name}": values for case, own in run.cases.items() for name, values in own.point.items()
-    }
-    cells = {f"{case}_{name}": values for case, own in run.cases.items() for name, values in own.cell.items()}
+    stored = run.files.items()
+    points = {f"{case}_{name}": values for case, file in stored for name, values in file.point.items()}
+    cells = {f"{case}_{name}": values for case, file in stored for name, values in file.cell.items()}
     files = write_mesh(file, mesh, points, cells)
     if form.without:
         notes.append(f"{file.suffix.lower()} does not carry {form.without}")
     return Exported(files, tuple(map(warning, notes)))
 
 
-def _deck(run: LeftRun, file: Path) -> Exported:
-    study = load_study(run.study)
-    rod = prepared_again(run, study)
-    rpm = study.speeds()[0]
+def _deck(run: StoredRun, file: Path) -> Exported:
+    rod, rpm = prepared_again(run), run.summary.rpm
     cases = require_same_loads(run, rod.loading.at(rod.mass, rpm).cases)
     steps = [_step(run, rod, case) for case in cases.values()]
     materials = dict(zip(rod.mesh.parts, rod.materials, strict=True))
-    heading = [f"{run.summary['study']}{'' if rpm is None else f' at {rpm:g} rpm'}: one step per load case"]
+    heading = [f"{run.summary.title}: one step per load case"]
     write_deck(file, rod.mesh.whole, materials, steps, heading)
     return Exported((file,), tuple(map(warning, _deck_notes(rod))))
 
@@ -112,11 +96,11 @@ def _deck_notes(rod: PreparedRod) -> list[str]:
     return notes
 
 
-def _step(run: LeftRun, rod: PreparedRod, case: Instants) -> Step:
+def _step(run: StoredRun, rod: PreparedRod, case: Instants) -> Step:
     mesh = rod.mesh.whole
     fixed = clamped(mesh, Surface.BIG_END_BORE) if rod.clamped else determinate_restraints(mesh)
-    displacement = run.cases[case.name].point["displacement"].astype(float)
-    angle = run.summary["loads"][case.name]["crank_deg"]
+    displacement = run.files[case.name].point["displacement"].astype(float)
+    angle = run.summary.loads[case.name].crank_deg
     title = case.name if angle is None else f"{case.name}, crank angle {angle:g} degrees"
     (response,) = rod.pins.respond(case[None])
     return Step(title, response.forces.symmetric, fixed, np.where(fixed, displacement, 0.0))

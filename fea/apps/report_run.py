@@ -8,11 +8,10 @@ import numpy as np
 
 from fea.machine.clock import Clock
 from fea.output.folder import REPORT, SUMMARY
-from fea.output.left_run import LeftRun
 from fea.output.pictures.process import ready_to_draw
-from fea.output.report.reported import Reported, reported_left
 from fea.output.report.sections import marks
-from fea.output.report.write import leave
+from fea.output.report.write import write_report
+from fea.output.stored_run import StoredRun, read_run
 from fea.rod.given import PART, meshed_rod
 from fea.run.figures import EnvelopeFigures
 from fea.run.motion import Known, agreeing, motion
@@ -34,7 +33,7 @@ _OF_ASSEMBLY = (
 )
 
 
-def prepared_again(run: LeftRun, study: Study) -> PreparedRod:
+def prepared_again(run: StoredRun) -> PreparedRod:
     """Prepare the study of a run on the run's own mesh.
 
     Raises
@@ -44,7 +43,7 @@ def prepared_again(run: LeftRun, study: Study) -> PreparedRod:
     MeshError
         The bores of the run's mesh were not found.
     """
-    rule = "holds a rod of separate parts, and its mesh does not say where they touch"
+    study, rule = run.study, "holds a rod of separate parts, and its mesh does not say where they touch"
     require(study.assembly is None, "RUN", str(run.folder), rule, _OF_ASSEMBLY)
     dimensions = study.rod.dimensions
     known = (None, None) if dimensions is None else (dimensions.big_end_bore, dimensions.small_end_bore)
@@ -64,7 +63,7 @@ def _part_names(study: Study, count: int) -> Sequence[str]:
     return [part.name for part in drawn_solid(study.rod).parts]
 
 
-def require_same_loads(run: LeftRun, cases: Iterable[Instants]) -> Mapping[str, Instants]:
+def require_same_loads(run: StoredRun, cases: Iterable[Instants]) -> Mapping[str, Instants]:
     """Return load cases by their names, if their loads are those of the run.
 
     Raises
@@ -72,18 +71,18 @@ def require_same_loads(run: LeftRun, cases: Iterable[Instants]) -> Mapping[str, 
     InvalidValue
         They are not.
     """
-    found = {case.name: case for case in cases}
+    again = {case.name: case for case in cases}
     remedy = "Repeat the run: fea run study.toml."
-    told = run.summary["loads"]
-    rule = f"holds the cases {', '.join(told)}, but its study gives {', '.join(found)}"
-    require(set(told) == set(found), "RUN", str(run.folder), rule, remedy)
-    for name, case in found.items():
-        then = np.array([told[name][key] for key in ("pin_axial_N", "crank_axial_N")])
+    told = run.summary.loads
+    rule = f"holds the cases {', '.join(told)}, but its study gives {', '.join(again)}"
+    require(set(told) == set(again), "RUN", str(run.folder), rule, remedy)
+    for name, case in again.items():
+        then = np.array([told[name].pin_axial_N, told[name].crank_axial_N])
         now = np.array([case.pin_axial, case.crank_axial])
         if np.abs(then - now).max() > _SAME_FORCES * case.largest_force:
             rule = f"was loaded with {then[0]:.6g} N at the pin in {name}, but its study gives {now[0]:.6g} N"
             raise InvalidValue("RUN", str(run.folder), rule, remedy)
-    return found
+    return again
 
 
 # What may keep the cycle from being solved again; the rest of a report does without.
@@ -93,19 +92,9 @@ _REFUSALS = (
 
 
 def report_run(folder: Path, listener: Callable[[str], None] | None = None) -> list[Path]:
-    """Write the report of a run into its folder, or of each run of one at several speeds.
+    """Write the report of a run into its folder, or of each run of one at several speeds; return their files.
 
-    Parameters
-    ----------
-    folder
-        That `fea run` has written.
-    listener
-        Told the name of each stage as it begins.
-
-    Returns
-    -------
-    list of Path
-        The reports.
+    The listener is told the name of each stage as it begins.
 
     Raises
     ------
@@ -125,28 +114,29 @@ def report_run(folder: Path, listener: Callable[[str], None] | None = None) -> l
 
 def _report(folder: Path, clock: Clock) -> Path:
     with clock("read"):
-        run, left = reported_left(folder)
-    if left is not None and run.cycle is not None:
-        run = _with_motion(run, left, run.cycle, clock)
+        run = read_run(folder)
+        cycle = run.summary.cycle if run.fields else None
+    if cycle is not None:
+        run = _with_motion(run, cycle, clock)
     with clock("report"):
-        leave(folder / REPORT, run)
+        write_report(folder / REPORT, run)
     return folder / REPORT
 
 
-def _with_motion(run: Reported, left: LeftRun, cycle: EnvelopeFigures, clock: Clock) -> Reported:
+def _with_motion(run: StoredRun, cycle: EnvelopeFigures, clock: Clock) -> StoredRun:
     """The run with its cycle, solved again on the run's own mesh: unit solutions are not kept on disk."""
     try:
         with clock("cycle"):
-            rod = prepared_again(left, run.study)
-            require_same_loads(left, rod.loading.at(rod.mass, run.summary.rpm).cases)
-            found = motion(rod, run.summary.rpm or 0.0, cycle.max_von_mises_MPa)
+            rod = prepared_again(run)
+            require_same_loads(run, rod.loading.at(rod.mass, run.summary.rpm).cases)
+            again = motion(rod, run.summary.rpm or 0.0, cycle.max_von_mises_MPa)
     except _REFUSALS as error:
         return replace(run, without_motion=f"the cycle could not be solved again: {error}")
-    same, why = agreeing(found, _known(run))
+    same, why = agreeing(again, _known(run))
     return replace(run, motion=same, without_motion=f"solved again, {why}" if why else "")
 
 
-def _known(run: Reported) -> Iterator[Known]:
+def _known(run: StoredRun) -> Iterator[Known]:
     """The load cases of the run that are instants of the cycle."""
     for name, angle in marks(run.summary).items():
-        yield Known(angle * DEG, run.cases[name]["von_mises"], run.cases[name]["displacement"])
+        yield Known(angle * DEG, run.fields[name]["von_mises"], run.fields[name]["displacement"])

@@ -1,7 +1,7 @@
 """The Python interface to an analysis: `analyse` computes, a `Result` shows and writes what was found."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -15,9 +15,9 @@ from fea.output.text import write_text
 from fea.output.vtu import vtk_grid, write_vtu
 from fea.run.adapt import adapt_mesh
 from fea.run.figures import Summary
-from fea.run.outcome import Outcome, outcome
 from fea.run.prepare import PreparedRod
 from fea.run.prepare import prepare as prepared
+from fea.run.result import RunResult, run_result
 from fea.study.flags import python_flags
 from fea.study.study import DEFAULT_STUDY, Study, load_study
 from geometry.errors import require
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import pyvista
 
 
-class Result(Outcome):
+class Result(RunResult):
     """What an analysis found at one speed; frozen, in memory only until `write` is called.
 
     Fields are arrays on the whole rod, mm and MPa; figures are in `summary`, in the units their names say.
@@ -60,23 +60,16 @@ class Result(Outcome):
 
         names = [*self.cases, *(["envelope"] if self.cycle is not None else [])]
         require(case in names, "case", case, f"must be one of {', '.join(names)}")
-        if case == "envelope" and self.cycle is not None:
-            return pv.wrap(vtk_grid(self.mesh, self.envelope_data(), {}))
-        found = self.cases[case]
-        return pv.wrap(vtk_grid(self.mesh, found.point_data(), found.cell_data(self.materials)))
+        if case == "envelope":
+            return pv.wrap(vtk_grid(self.mesh, self.envelope or {}, {}))
+        cells = self.cases[case].cell_data(self.materials)
+        return pv.wrap(vtk_grid(self.mesh, self.fields[case], cells))
 
     def write(self, folder: str | Path, *, screenshot: bool = False, report: bool = False) -> Path:
-        """Write what `fea run` leaves into a folder, all or nothing, and return it.
+        """Write what `fea run` writes into a folder, all or nothing, and return it.
 
-        Parameters
-        ----------
-        folder
-            New, or holding nothing but an earlier run, which is replaced.
-        screenshot
-            Whether to draw each result as a picture as well.
-        report
-            Whether to write `report.html` as well. It turns the crank if the result was analysed with
-            ``report=True``.
+        The folder is new, or holds nothing but an earlier run, which is replaced. Each result is drawn on
+        request; a report shows the crank cycle if the result was analysed with ``report=True``.
 
         Raises
         ------
@@ -90,9 +83,9 @@ class Result(Outcome):
         output = replace(self.study.output, screenshot=screenshot, report=report)
         drawn = replace(self, study=replace(self.study, output=output))
         with run_folder(Path(folder)) as place:
-            _, complaint = drawn.write_into(place, Clock())
-            if complaint:
-                raise PictureError(complaint)
+            _, without_pictures = drawn.write_into(place, Clock())
+            if without_pictures:
+                raise PictureError(without_pictures)
         return Path(folder)
 
     def write_into(
@@ -100,21 +93,10 @@ class Result(Outcome):
     ) -> tuple[Summary, str]:
         """Write all files of the run into a directory that exists, the summary last.
 
-        Parameters
-        ----------
-        place
-            Where to.
-        clock
-            Times the stages, for the summary.
-        shared_files
-            Of one speed of several, the files beside its folder.
-
-        Returns
-        -------
-        summary, complaint
-            What was written as `summary.json`, and why a picture is missing (empty where none is).
+        Of one speed of several, the shared files are those beside its folder. Returned are the summary that
+        was written, and why a picture is missing (empty where none is).
         """
-        names, complaint = write_files(place, self, clock)
+        names, without_pictures = write_files(place, self, clock)
         summary = replace(
             self.summary,
             timings_s=self.summary.timings_s | dict(clock.seconds),
@@ -123,7 +105,7 @@ class Result(Outcome):
             shared_files=shared_files,
         )
         write_text(place / SUMMARY, json_text(summary))
-        return summary, complaint
+        return summary, without_pictures
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as dictionaries and lists: what `summary.json` holds."""
@@ -137,17 +119,16 @@ class Result(Outcome):
     def _repr_html_(self) -> str:
         """Return the head of a report for a notebook: the answer, the load cases, a picture of the worst."""
         from fea.output.report.page import head  # noqa: PLC0415 - only a notebook needs it
-        from fea.output.report.write import reported, still  # noqa: PLC0415
+        from fea.output.report.write import still  # noqa: PLC0415
 
-        run = reported(self)
         worst = self.summary.worst_case
         if worst not in self.cases:
-            return head(run)
-        case = self.cases[worst]
+            return head(self)
         with TemporaryDirectory() as scratch:
             place = Path(scratch)
-            write_vtu(place / f"{worst}.vtu", self.mesh, case.point_data(), case.cell_data(self.materials))
-            return head(replace(run, picture=still(place, run)))
+            cells = self.cases[worst].cell_data(self.materials)
+            write_vtu(place / f"{worst}.vtu", self.mesh, self.fields[worst], cells)
+            return head(self, still(place, self.summary))
 
 
 def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Any) -> Result:
@@ -185,7 +166,7 @@ def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Any) -> Result:
     rule = f"has {len(speeds)} speeds, and a result is of one"
     require(len(speeds) == 1, "STUDY", asked.name, rule, "Choose one: analyse(study, rpm=6000).")
     adapted = adapt_mesh(asked, speeds, Clock())
-    return result_of(outcome(asked, adapted, adapted.at(speeds[0])))
+    return result_of(run_result(asked, adapted, adapted.at(speeds[0])))
 
 
 def prepare(study: str | Path | Study = DEFAULT_STUDY, **flags: Any) -> PreparedRod:
@@ -208,6 +189,6 @@ def _asked(study: str | Path | Study, flags: Mapping[str, Any]) -> Study:
     return python_flags(flags, writes=False).applied(found)
 
 
-def result_of(found: Outcome) -> Result:
-    """Return an outcome with the means to show and to write it."""
-    return Result(**vars(found))
+def result_of(run: RunResult) -> Result:
+    """Return a run with the means to show and to write it."""
+    return Result(**{field.name: getattr(run, field.name) for field in fields(RunResult)})

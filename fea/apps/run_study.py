@@ -12,7 +12,7 @@ from fea.run.meshing import adaptive_mesh
 from fea.study.study import Study
 
 if TYPE_CHECKING:
-    from fea.apps.write_run import RunReport
+    from fea.apps.write_run import WrittenRun
 
 # What every run loads once it has a mesh. The flaws of a coarse mesh are measured with the first, so that
 # meshing may wait for its import.
@@ -21,22 +21,11 @@ AFTER_THE_MESH = ("fea.solid.inertia", "fea.apps.write_run", *LIBRARIES)
 
 def run_study(
     study: Study, listener: Callable[[str], None] | None = None, ahead: Sequence[str] = ()
-) -> "list[RunReport]":
-    """Analyse a study at each of its speeds and write the runs.
+) -> "list[WrittenRun]":
+    """Analyse a study at each of its speeds, and write and return the runs in the order of the speeds.
 
-    Parameters
-    ----------
-    study
-        What is asked.
-    listener
-        Told the name of each stage as it begins.
-    ahead
-        Modules to import in a second thread while the rod is drawn and meshed.
-
-    Returns
-    -------
-    list of RunReport
-        In the order of the speeds.
+    The listener is told the name of each stage as it begins. The modules `ahead` are imported in a second
+    thread while the rod is drawn and meshed.
 
     Raises
     ------
@@ -52,6 +41,6 @@ def run_study(
     with ready_to_draw(wanted=study.output.screenshot or study.output.report):
         with imported_meanwhile(() if study.rod.from_file else ahead):  # a file is read in a fork
             mesh = adaptive_mesh(study, clock)
-        from fea.apps.write_run import leave_runs  # noqa: PLC0415 - what solves is loaded while gmsh meshes
+        from fea.apps.write_run import write_runs  # noqa: PLC0415 - what solves is loaded while gmsh meshes
 
-        return leave_runs(study, mesh, places, clock, listener)
+        return write_runs(study, mesh, places, clock, listener)

@@ -1,4 +1,4 @@
-"""Solve every speed of a study and leave each run complete in its directory."""
+"""Solve every speed of a study and write each run complete into its directory."""
 
 import csv
 import dataclasses
@@ -17,7 +17,7 @@ from fea.rod.meshed_rod import MeshedRod
 from fea.run.adapt import Adapted, adapt_mesh
 from fea.run.figures import Summary
 from fea.run.many_speeds import MOST_FULL_RUNS, SpeedSweep
-from fea.run.outcome import outcome, outcome_of
+from fea.run.result import gathered_result, run_result
 from fea.run.speed import SpeedResult
 from fea.run.speed_map import case_rows, opening_speeds, speed_map
 from fea.study.study import Study
@@ -28,61 +28,47 @@ CYCLE_MAP = ("cycle_map.csv", "cycle_map.png")
 
 
 @dataclass(frozen=True)
-class RunReport:
-    """One speed's run.
-
-    Attributes
-    ----------
-    folder
-        Where it is.
-    summary
-        What its `summary.json` says.
-    complaint
-        Why there are no pictures, or no animation, although they were asked for; empty otherwise.
-    film
-        The animation's file, if there is one.
-    pages
-        What it holds.
-    """
+class WrittenRun:
+    """One speed's run in its folder."""
 
     folder: Path
-    summary: Summary
-    complaint: str = ""
-    film: Path | None = None
-    pages: bytes = b""
+    summary: Summary  # what its `summary.json` says
+    without_pictures: str = ""  # why pictures or the animation are missing although they were asked for
+    film: Path | None = None  # the animation's file
+    frames: bytes = b""  # what it holds
 
 
-def leave_runs(
+def write_runs(
     study: Study,
     mesh: MeshedRod,
     places: Sequence[Place],
     clock: Clock,
     listener: Callable[[str], None] | None = None,
-) -> list[RunReport]:
-    """Solve a study on its first mesh and leave the run of each speed in its place.
+) -> list[WrittenRun]:
+    """Solve a study on its first mesh and write the run of each speed into its place.
 
     Parameters, results and errors are those of `fea.apps.run_study.run_study`.
     """
     prepared = adapt_mesh(study, [place.rpm for place in places], clock, listener, mesh)
     if len(places) == 1:
         (rpm, _, film) = places[0]
-        found = result_of(outcome(study, prepared, prepared.at(rpm)))
+        found = result_of(run_result(study, prepared, prepared.at(rpm)))
         with run_folder(target_of(places)) as part:
-            reports = [_leave(found, prepared, Place(rpm, part, film), clock)]
+            reports = [_write(found, prepared, Place(rpm, part, film), clock)]
     else:
         with run_folder(target_of(places)) as part:
             parts = [place._replace(folder=part / place.folder.name) for place in places]
-            reports = _leave_all(study, prepared, parts, clock)
+            reports = _write_all(study, prepared, parts, clock)
     for report in reports:
         if report.film is not None:
-            write_film(report.film, report.pages)
+            write_film(report.film, report.frames)
     return [
         dataclasses.replace(report, folder=place.folder)
         for report, place in zip(reports, places, strict=True)
     ]
 
 
-def _leave_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: Clock) -> list[RunReport]:
+def _write_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: Clock) -> list[WrittenRun]:
     """Write the runs of several speeds, and the tables over all of them."""
     shown = study.output.screenshot or study.analysis.buckling or any(place.film for place in places)
     sweep = None
@@ -91,9 +77,9 @@ def _leave_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: 
             sweep = SpeedSweep(prepared.rod, [place.rpm for place in places if place.rpm is not None])
     critical = _critical(prepared, sweep, places)
     if sweep is not None and len(places) > MOST_FULL_RUNS and not shown:
-        reports = _leave_worst(study, prepared, sweep, places, clock)
+        reports = _write_worst(study, prepared, sweep, places, clock)
     else:
-        reports = [_leave_one(study, prepared, critical, place, clock)[0] for place in places]
+        reports = [_write_one(study, prepared, critical, place, clock)[0] for place in places]
     above, summaries = places[0].folder.parent, [report.summary for report in reports]
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(case_rows(summaries))
@@ -118,12 +104,12 @@ def _critical(
     return opening_speeds(prepared.rod, [place.rpm for place in places if place.rpm is not None]) or None
 
 
-def _leave_worst(
+def _write_worst(
     study: Study, prepared: Adapted, sweep: SpeedSweep, places: Sequence[Place], clock: Clock
-) -> list[RunReport]:
-    """Leave full runs at the worst of many speeds, and at the others their figures."""
+) -> list[WrittenRun]:
+    """Write full runs at the worst of many speeds, and at the others their figures."""
     full = {
-        place.rpm: _leave_one(study, prepared, sweep.critical, place, clock)
+        place.rpm: _write_one(study, prepared, sweep.critical, place, clock)
         for place in places
         if place.rpm is not None and place.rpm in sweep.worst
     }
@@ -136,42 +122,44 @@ def _leave_worst(
         near = min(full, key=lambda other: (other < rpm, abs(other - rpm)))  # inertia grows with speed
         summary = sweep.summary(rpm, full[near][1], prepared.passes)
         place.folder.mkdir()
-        found = result_of(outcome_of(study, prepared.rod, summary))
+        found = result_of(gathered_result(study, prepared.rod, summary))
         written, _ = found.write_into(place.folder, clock, shared_files=_shared(study))
-        reports.append(RunReport(place.folder, written))
+        reports.append(WrittenRun(place.folder, written))
     return reports
 
 
-def _leave_one(
+def _write_one(
     study: Study,
     prepared: Adapted,
     critical: Mapping[str, float | None] | None,
     place: Place,
     clock: Clock,
-) -> tuple[RunReport, SpeedResult]:
-    """Write the run of one speed of several; return what it left, and what was found at that speed."""
+) -> tuple[WrittenRun, SpeedResult]:
+    """Write the run of one speed of several; return it with what was found at that speed."""
     solved = prepared.at(place.rpm)
-    found = result_of(outcome(study, prepared, solved))
+    found = result_of(run_result(study, prepared, solved))
     if critical is not None:
         summary = dataclasses.replace(found.summary, critical_speeds_rpm=critical)
         found = dataclasses.replace(found, summary=summary)
-    return _leave(found, prepared, place, clock, shared_files=_shared(study)), solved
+    return _write(found, prepared, place, clock, shared_files=_shared(study)), solved
 
 
-def _leave(
+def _write(
     found: Result,
     prepared: Adapted,
     place: Place,
     clock: Clock,
     shared_files: tuple[str, ...] | None = None,
-) -> RunReport:
+) -> WrittenRun:
     """Write one speed's run into its folder, which is made where it is missing."""
     place.folder.mkdir(exist_ok=True)
-    pages, refused = b"", ""
+    frames, refused = b"", ""
     if place.film is not None and place.rpm is not None:
-        pages, refused = filmed(prepared.rod, place.rpm, place.film, clock)
-    written, complaint = found.write_into(place.folder, clock, shared_files=shared_files)
-    return RunReport(place.folder, written, complaint or refused, place.film if pages else None, pages)
+        frames, refused = filmed(prepared.rod, place.rpm, place.film, clock)
+    written, without_pictures = found.write_into(place.folder, clock, shared_files=shared_files)
+    return WrittenRun(
+        place.folder, written, without_pictures or refused, place.film if frames else None, frames
+    )
 
 
 def _shared(study: Study) -> tuple[str, ...]:

@@ -42,10 +42,10 @@ def run(
 
         print_runs([(report.folder, report.summary) for report in reports])
         print_written(near(report.film) for report in reports if report.film)
-    for complaint in dict.fromkeys(report.complaint for report in reports if report.complaint):
-        sys.stderr.write(f"fea: {complaint}\n")
+    for text in dict.fromkeys(report.without_pictures for report in reports if report.without_pictures):
+        sys.stderr.write(f"fea: {text}\n")
     code = verdict(summaries, asked.analysis.min_safety)
-    return MACHINE if code == 0 and any(report.complaint for report in reports) else code
+    return MACHINE if code == 0 and any(report.without_pictures for report in reports) else code
 
 
 def verdict(summaries: "list[Summary]", min_safety: float | None) -> int:

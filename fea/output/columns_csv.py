@@ -12,14 +12,7 @@ from geometry.arrays import Floats
 
 
 def write_columns(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
-    """Write columns over the cycle, one row per crank angle.
-
-    Parameters
-    ----------
-    path
-        The file to write; its directory must exist.
-    columns
-        By name in the order of the file: (n,), or one number for all rows; units as the names say.
+    """Write columns over the cycle by name, (n,) or one number for all rows; units as the names say.
 
     Raises
     ------

@@ -24,24 +24,12 @@ _FACE_NUMBER = np.array([1, 2, 4, 3])
 
 @dataclass(frozen=True)
 class Step:
-    """One linear static load case.
+    """One linear static load case."""
 
-    Attributes
-    ----------
-    title
-        For the comment above it; empty for none.
-    forces
-        (n_nodes, 3) nodal forces, N: pressures and body forces together.
-    fixed
-        (n_nodes, 3) the constrained degrees of freedom.
-    held_at
-        (n_nodes, 3) mm, the displacement of those; None for none.
-    """
-
-    title: str
-    forces: Floats
-    fixed: npt.NDArray[np.bool_]
-    held_at: Floats | None = None
+    title: str  # for the comment above it; empty for none
+    forces: Floats  # (n_nodes, 3) nodal forces, N: pressures and body forces together
+    fixed: npt.NDArray[np.bool_]  # (n_nodes, 3) the constrained degrees of freedom
+    held_at: Floats | None = None  # (n_nodes, 3) mm, the displacement of those; None for none
 
 
 def write_inp(
@@ -67,22 +55,9 @@ def write_deck(
 ) -> None:
     """Write load cases as the steps of a deck; `ccx -i NAME` solves it, NAME being the path without ``.inp``.
 
-    Lengths are in mm, forces in N, stresses in MPa, masses in t. The body force stands in the nodal forces:
-    the deck needs no motion. Every step replaces the loads of the one before. Asked for are displacements and
-    nodal stresses.
-
-    Parameters
-    ----------
-    path
-        The file to write; its directory exists.
-    mesh
-        The mesh the cases are solved on; each surface becomes a node set and an element surface of its name.
-    materials
-        Of each part, by its name; each becomes an element set.
-    steps
-        The load cases.
-    heading
-        Lines of the title.
+    Units are mm, N, MPa, t. Each surface of the mesh becomes a node set and an element surface of its name,
+    each part an element set of its material. The body force stands in the nodal forces: the deck needs no
+    motion. Every step replaces the loads of the one before and asks for displacements and nodal stresses.
 
     Raises
     ------
@@ -204,18 +179,10 @@ _WIDTH = 12
 
 
 def read_frd(path: Path, name: str, n_nodes: int, step: int = 1) -> Floats:
-    """Nodal values of a field, NaN at nodes that are not in the file.
+    """Return the values of a field at the nodes, NaN where the .frd file (in its text form) has none.
 
-    Parameters
-    ----------
-    path
-        The .frd file, in its text form.
-    name
-        ``"DISP"`` (3 components) or ``"STRESS"`` (6, in the order XX YY ZZ XY YZ XZ).
-    n_nodes
-        Of the mesh.
-    step
-        Which of the steps of the deck, from 1.
+    The field is ``"DISP"`` (3 components) or ``"STRESS"`` (6: XX YY ZZ XY YZ XZ), of a step of the deck from
+    1.
 
     Raises
     ------

@@ -25,20 +25,12 @@ FULL = 17
 
 
 def json_text(value: object, digits: int = DIGITS) -> str:
-    """Return `value` as JSON that any parser reads, the same text for the same figures.
+    """Return `value` as indented JSON that any parser reads, the same text for the same figures.
 
-    Parameters
-    ----------
-    value
-        Dataclasses, mappings, sequences, NumPy arrays and scalars, enums, paths, text, numbers, None.
-    digits
-        Significant digits of a number; the components of a vector are rounded alike, to those of the
-        largest, so that a coordinate of 3e-15 mm beside one of 141 mm is 0.
-
-    Returns
-    -------
-    str
-        Indented JSON with a newline at the end. What is not finite is ``null``.
+    Dataclasses, mappings, sequences, NumPy arrays and scalars, enums, paths, text, numbers and None are
+    allowed; what is not finite is ``null``. Numbers have so many significant digits; the components of a
+    vector are rounded alike, to those of the largest, so that a coordinate of 3e-15 mm beside one of 141 mm
+    is 0.
 
     Raises
     ------

@@ -22,28 +22,15 @@ _ORDER_OF_MIDDLES = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]
 
 @dataclass(frozen=True)
 class Format:
-    """What a format carries.
+    """What a format carries."""
 
-    Attributes
-    ----------
-    module
-        meshio's module that writes it.
-    points, cells
-        Whether it takes arrays of the nodes, and of the elements.
-    surfaces
-        Whether it takes the named surfaces, as triangles.
-    skin
-        Whether it is of triangles only.
-    options
-        For meshio.
-    """
-
-    module: str
+    module: str  # meshio's module that writes it
+    # points, cells: whether it takes arrays of the nodes, and of the elements
     points: bool = False
     cells: bool = False
-    surfaces: bool = False
-    skin: bool = False
-    options: Mapping[str, Any] | None = None
+    surfaces: bool = False  # whether it takes the named surfaces, as triangles
+    skin: bool = False  # whether it is of triangles only
+    options: Mapping[str, Any] | None = None  # for meshio
 
     @property
     def without(self) -> str:
@@ -72,21 +59,9 @@ FORMATS = {
 def write_mesh(
     path: Path, mesh: TetMesh, point_data: Mapping[str, Array], cell_data: Mapping[str, Array]
 ) -> tuple[Path, ...]:
-    """Write a mesh with as much of its results as the format carries (see `Format.without`).
+    """Write a mesh with as much of its results as the format of the suffix carries (see `Format.without`).
 
-    Parameters
-    ----------
-    path
-        Its suffix is one of `FORMATS`; the directory exists.
-    mesh
-        Tetrahedra, mm.
-    point_data, cell_data
-        Arrays of the nodes and of the elements by name.
-
-    Returns
-    -------
-    tuple[Path, …]
-        The files written: XDMF keeps its numbers in a second one, ``.h5``.
+    Returned are the files written: XDMF keeps its numbers in a second one, ``.h5``.
 
     Raises
     ------

@@ -17,9 +17,7 @@ from fea.output.picture_name import picture_name
 from fea.output.target import PictureError
 from fea.output.text import write_text
 from fea.output.vtu import write_pvd, write_vtu
-from fea.rod.loading import EngineLoading
-from fea.run.forces import force_columns
-from fea.run.outcome import Outcome
+from fea.run.result import RunResult
 
 ENVELOPE, BUCKLING = "envelope.vtu", "buckling.vtu"
 CASES, CYCLE = "cases.pvd", "cycle.pvd"
@@ -36,7 +34,7 @@ class Writer(NamedTuple):
     """An output format: the stage that its time counts for, and the files that it has for a run."""
 
     stage: str
-    files: Callable[[Outcome], Iterator[RunFiles]]
+    files: Callable[[RunResult], Iterator[RunFiles]]
 
 
 def _one(name: str, write: Callable[[Path], object]) -> RunFiles:
@@ -44,16 +42,16 @@ def _one(name: str, write: Callable[[Path], object]) -> RunFiles:
     return RunFiles((name,), lambda folder: write(folder / name))
 
 
-def _case_fields(run: Outcome) -> Iterator[RunFiles]:
+def _case_fields(run: RunResult) -> Iterator[RunFiles]:
     for name, case in run.cases.items():
         yield _one(f"{name}.vtu", partial(_write_case, run, case))
 
 
-def _write_case(run: Outcome, case: CaseResult, path: Path) -> None:
+def _write_case(run: RunResult, case: CaseResult, path: Path) -> None:
     write_vtu(path, run.mesh, case.point_data(), case.cell_data(run.materials))
 
 
-def _case_collection(run: Outcome) -> Iterator[RunFiles]:
+def _case_collection(run: RunResult) -> Iterator[RunFiles]:
     if run.cases:
         angles = [load.crank_deg for load in run.summary.loads.values()]
         known = None not in angles and len(set(angles)) == len(angles)
@@ -64,7 +62,7 @@ def _case_collection(run: Outcome) -> Iterator[RunFiles]:
         yield _one(CASES, lambda path: write_pvd(path, times))
 
 
-def _instants(run: Outcome) -> Iterator[RunFiles]:
+def _instants(run: RunResult) -> Iterator[RunFiles]:
     """The fields over the cycle, worked out as they are written: they rarely fit into memory."""
     if run.instants is not None:
         instants = run.instants
@@ -78,36 +76,36 @@ def _instants(run: Outcome) -> Iterator[RunFiles]:
         yield _one(CYCLE, lambda path: write_pvd(path, times))
 
 
-def _study(run: Outcome) -> Iterator[RunFiles]:
+def _study(run: RunResult) -> Iterator[RunFiles]:
     yield _one("study.toml", lambda path: write_text(path, run.study.text()))
 
 
-def _forces(run: Outcome) -> Iterator[RunFiles]:
-    if isinstance(run.loading, EngineLoading) and run.rpm is not None:
-        columns = force_columns(run.loading.engine, run.mass, run.loading.gas, run.rpm)
+def _forces(run: RunResult) -> Iterator[RunFiles]:
+    columns = run.forces
+    if columns is not None:
         yield _one("loads.csv", lambda path: write_columns(path, columns))
 
 
-def _envelope(run: Outcome) -> Iterator[RunFiles]:
-    if run.cycle is not None:
-        data = run.envelope_data()
+def _envelope(run: RunResult) -> Iterator[RunFiles]:
+    data = run.envelope
+    if data is not None:
         yield _one(ENVELOPE, lambda path: write_vtu(path, run.mesh, data))
 
 
-def _buckling_shapes(run: Outcome) -> Iterator[RunFiles]:
+def _buckling_shapes(run: RunResult) -> Iterator[RunFiles]:
     if run.buckling is not None and run.buckling.shapes:
         shapes = run.buckling.shapes
         yield _one(BUCKLING, lambda path: write_vtu(path, run.mesh, shapes))
 
 
-def _stress_history(run: Outcome) -> Iterator[RunFiles]:
+def _stress_history(run: RunResult) -> Iterator[RunFiles]:
     if run.cycle is not None:
         from fea.output.plots.history import plot_stress_history  # noqa: PLC0415 - only a plot needs it
 
         yield _one("history.png", lambda path: plot_stress_history(path, run))
 
 
-def _bores(run: Outcome) -> Iterator[RunFiles]:
+def _bores(run: RunResult) -> Iterator[RunFiles]:
     if any(case.touch for case in run.cases.values()):
         from fea.output.plots.joint import plot_bores  # noqa: PLC0415 - only a plot needs it
 
@@ -115,20 +113,20 @@ def _bores(run: Outcome) -> Iterator[RunFiles]:
         yield _one("bores.png", lambda path: plot_bores(path, run.cases, length, run.summary.title))
 
 
-def _joint(run: Outcome) -> Iterator[RunFiles]:
+def _joint(run: RunResult) -> Iterator[RunFiles]:
     if any(case.assembly for case in run.cases.values()):
         from fea.output.plots.joint import plot_joint  # noqa: PLC0415 - only a plot needs it
 
         yield _one("joint.png", lambda path: plot_joint(path, run.cases, run.summary.title, run.cycle))
 
 
-def _contact_history(run: Outcome) -> Iterator[RunFiles]:
-    if run.cycle is not None and run.cycle.touches:
-        columns = run.cycle.contact_columns()
+def _contact_history(run: RunResult) -> Iterator[RunFiles]:
+    columns = run.contact
+    if columns is not None:
         yield _one("contact.csv", lambda path: write_columns(path, columns))
 
 
-def _pictures(run: Outcome) -> Iterator[RunFiles]:
+def _pictures(run: RunResult) -> Iterator[RunFiles]:
     """All pictures together: one process draws them."""
     if run.study.output.screenshot and run.speed is not None:
         from fea.output.pictures.picture import take_pictures  # noqa: PLC0415 - only a picture needs it
@@ -140,7 +138,7 @@ def _pictures(run: Outcome) -> Iterator[RunFiles]:
         yield RunFiles(names, lambda folder: take_pictures(folder, run.summary, results))
 
 
-def _report(run: Outcome) -> Iterator[RunFiles]:
+def _report(run: RunResult) -> Iterator[RunFiles]:
     if run.study.output.report:
         from fea.output.report.write import write_report  # noqa: PLC0415 - only a report needs it
 
@@ -164,13 +162,10 @@ WRITERS = (
 )
 
 
-def write_files(folder: Path, run: Outcome, clock: Clock) -> tuple[list[str], str]:
-    """Write every file that a run has into its folder, but for the summary.
+def write_files(folder: Path, run: RunResult, clock: Clock) -> tuple[list[str], str]:
+    """Write every file of a run but the summary; return their names, and why a picture is missing, if one is.
 
-    Returns
-    -------
-    names, complaint
-        Of the files written; and why a picture is missing, as a machine that cannot draw keeps the rest.
+    A machine that cannot draw keeps the rest.
 
     Raises
     ------
@@ -178,14 +173,14 @@ def write_files(folder: Path, run: Outcome, clock: Clock) -> tuple[list[str], st
         The disk, a permission or the file system refused.
     """
     names: list[str] = []
-    complaint = ""
+    without_pictures = ""
     for writer in WRITERS:
         for files in writer.files(run):
             try:
                 with clock(writer.stage):
                     files.write(folder)
             except PictureError as error:
-                complaint = complaint or str(error)
+                without_pictures = without_pictures or str(error)
             else:
                 names += files.names
-    return names, complaint
+    return names, without_pictures

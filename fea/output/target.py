@@ -7,16 +7,9 @@ from geometry.errors import InvalidValue, require
 
 
 def require_target(option: str, path: Path | None, suffixes: Collection[str]) -> None:
-    """Refuse a file that cannot be written.
+    """Refuse a file, given by an option, that cannot be written; None stands for none.
 
-    Parameters
-    ----------
-    option
-        The option that gives it (``"--csv"``), for messages.
-    path
-        The file; None if there is none to write.
-    suffixes
-        The allowed suffixes, in lower case; an existing device or pipe may have any.
+    Suffixes are in lower case; an existing device or pipe may have any.
 
     Raises
     ------

@@ -28,21 +28,9 @@ def write_vtu(
 ) -> None:
     """Write a mesh and its results; the same input gives the same bytes.
 
-    The arrays are written raw and uncompressed: zlib makes a result file only a quarter smaller and writing
-    it ten to twenty times slower, and meshio cannot read LZ4.
-
-    Parameters
-    ----------
-    path
-        The file to write; its directory must exist.
-    mesh
-        First- or second-order tetrahedra, mm, nodes in VTK's order.
-    point_data
-        Arrays (n_nodes,) or (n_nodes, n_components) by name: ``displacement`` in mm, ``stress`` in MPa with
-        components XX YY ZZ XY YZ XZ, ``von_mises`` and ``principal_1…3`` in MPa, ``safety_factor``.
-        Each keeps its precision.
-    cell_data
-        Arrays (n_elements,) or (n_elements, n_components) by name.
+    Point data are (n_nodes,) or (n_nodes, n_components), cell data likewise of the elements; each array keeps
+    its precision. They are written raw and uncompressed: zlib makes a result file only a quarter smaller and
+    writing it ten to twenty times slower, and meshio cannot read LZ4.
 
     Raises
     ------
@@ -129,14 +117,7 @@ _FOOT = "  </Collection>\n</VTKFile>\n"
 
 
 def write_pvd(path: Path, times: Mapping[str, float]) -> None:
-    """Write a collection of files beside it.
-
-    Parameters
-    ----------
-    path
-        The file to write.
-    times
-        Where each file stands in the series, by its name: crank angles in degrees, or numbers.
+    """Write a collection of files beside it, with the crank angle in degrees, or number, of each.
 
     Raises
     ------

@@ -38,14 +38,7 @@ class BucklingReport:
 
 
 def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
-    """Judge the rod against buckling at one speed.
-
-    Parameters
-    ----------
-    rod
-        The meshed rod.
-    result
-        Its load cases.
+    """Judge the rod against buckling under the load cases of one speed.
 
     Raises
     ------

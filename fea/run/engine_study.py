@@ -20,20 +20,10 @@ _COMMENT = 27  # the column where comments begin
 
 
 def engine_study(name: str) -> str:
-    """Write a study of an engine of the library, with the source of every figure.
+    """Return a study of an engine of the library as TOML that runs as it is, with the source of every figure.
 
     The rod has the length of the engine's own. Its other dimensions follow in usual proportions from its
     bores, and are fitted to what is published of its mass.
-
-    Parameters
-    ----------
-    name
-        Of the engine.
-
-    Returns
-    -------
-    str
-        TOML that runs as it is.
 
     Raises
     ------

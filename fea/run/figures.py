@@ -575,6 +575,11 @@ class Summary:
     shared_files: WhereKnown[tuple[str, ...]] = None  # of several speeds, beside the folders of the speeds
 
     @property
+    def cycle(self) -> EnvelopeFigures | None:
+        """The whole crank cycle with its histories, where there is one."""
+        return self.envelope if isinstance(self.envelope, EnvelopeFigures) else None
+
+    @property
     def title(self) -> str:
         """The study and its speed."""
         return self.study if self.rpm is None else f"{self.study} at {self.rpm:g} rpm"

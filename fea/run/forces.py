@@ -21,17 +21,7 @@ from loads.trace import Trace, absorbed
 def force_columns(
     engine: Engine, rod: MassProperties, gas: GasModel, rpm: float, angles: Floats | None = None
 ) -> dict[str, npt.ArrayLike]:
-    """Kinematics and forces of one cylinder over the cycle at one speed.
-
-    Parameters
-    ----------
-    engine, rod, gas
-        In coherent units.
-    rpm
-        Speed.
-    angles
-        (n,) crank angles, rad; every degree by default.
-    """
+    """Kinematics and forces of one cylinder at a speed over angles (n,), rad; every degree by default."""
     angles = cycle_angles() if angles is None else angles
     return columns(cycle(engine, rod, gas, rpm * RPM, angles), rpm)
 
@@ -91,44 +81,25 @@ class Extreme:
 
 @dataclass(frozen=True)
 class TraceSamples:
-    """A pressure trace as it was read, at one speed.
+    """A pressure trace as it was read, at one speed."""
 
-    Attributes
-    ----------
-    source
-        Name of its file.
-    degrees, bar
-        (n,) crank angles and gauge pressures of its samples.
-    newtons_per_bar
-        Gas force on the piston.
-    """
-
-    source: str
+    source: str  # name of its file
+    # degrees, bar: (n,) crank angles and gauge pressures of its samples
     degrees: Floats
     bar: Floats
-    newtons_per_bar: float
+    newtons_per_bar: float  # gas force on the piston
 
 
 @dataclass(frozen=True)
 class ForceReport:
-    """One speed of an engine.
+    """One speed of an engine."""
 
-    Attributes
-    ----------
-    rpm
-        Speed.
-    tables
-        Columns of ``loads.csv``: the first cylinder, or with all cylinders first the whole engine
-        (``cylinder`` 0; columns that belong to one cylinder are NaN) and then each.
-    notes
-        What a reader must know about the gas pressure and the engine.
-    samples
-        Of a user's pressure trace; None where the pressure comes from elsewhere.
-    """
-
-    rpm: float
+    rpm: float  # speed
+    # Columns of ``loads.csv``: the first cylinder, or with all cylinders first the whole engine (``cylinder``
+    # 0; columns that belong to one cylinder are NaN) and then each
     tables: tuple[dict[str, npt.ArrayLike], ...]
-    notes: tuple[Note, ...]
+    notes: tuple[Note, ...]  # what a reader must know about the gas pressure and the engine
+    # Of a user's pressure trace; None where the pressure comes from elsewhere
     samples: TraceSamples | None = None
 
     @property

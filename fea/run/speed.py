@@ -24,17 +24,7 @@ from loads.instants import joined
 
 
 def speed_checks(rod: PreparedRod, solved: Equilibrium, cases: Sequence[CaseResult]) -> dict[str, Check]:
-    """Hold mesh, loads and solution against the limits of `fea.base.checks`, by name.
-
-    Parameters
-    ----------
-    rod
-        The meshed rod.
-    solved
-        What was applied, and what came out of the solver.
-    cases
-        The figures drawn from it.
-    """
+    """Hold mesh, loads, solution and results against the limits of `fea.base.checks`, by name."""
     values = _of_mesh(rod) | _of_cases(rod, cases) | _of_solution(solved.solution)
     values["bore_pressure_scale"] = max(abs(response.scale - 1) for response in solved.responses)
     if not rod.clamped:  # a clamp takes up forces, so that they need not balance
@@ -128,14 +118,7 @@ class SpeedResult:
 
 
 def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
-    """Solve, judge and check the load cases of one speed.
-
-    Parameters
-    ----------
-    rod
-        Ready to be solved.
-    rpm
-        The speed; None for given forces.
+    """Solve, judge and check the load cases of one speed, rpm; None for given forces.
 
     Raises
     ------

@@ -36,27 +36,13 @@ class Answer(StrEnum):
 
 @dataclass(frozen=True)
 class Factor:
-    """A safety factor with its error bar.
+    """A safety factor with its error bar."""
 
-    Attributes
-    ----------
-    mode
-        The mode of failure: ``yielding``, ``fatigue`` or ``buckling``, or one of bolts or joint.
-    case
-        The load case; empty for the whole cycle.
-    value
-        The factor.
-    error_percent
-        Error bar of the stress behind it; None where there is no estimate.
-    place
-        The sharp edge whose structural stress it is of; empty elsewhere.
-    """
-
-    mode: str
-    case: str
-    value: float
-    error_percent: float | None = None
-    place: str = ""
+    mode: str  # the mode of failure: ``yielding``, ``fatigue`` or ``buckling``, or one of bolts or joint
+    case: str  # the load case; empty for the whole cycle
+    value: float  # the factor
+    error_percent: float | None = None  # error bar of the stress behind it; None where there is no estimate
+    place: str = ""  # the sharp edge whose structural stress it is of; empty elsewhere
 
     @property
     def low(self) -> float:
@@ -138,16 +124,9 @@ def _of_assembly(assembly: AssemblyFigures) -> list[Factor]:
 def survival(
     found: Sequence[Factor], required: float | None = None, *, given_mesh: bool = False
 ) -> SurvivalFigures:
-    """Judge the safety factors of a run.
+    """Judge the safety factors of a run against the required one (``--min-safety``; 1 by default).
 
-    Parameters
-    ----------
-    found
-        From `factors`; not empty.
-    required
-        The required safety factor (``--min-safety``); 1 by default.
-    given_mesh
-        Whether the mesh comes from a file, so that no tolerance can refine it.
+    A mesh from a file cannot be refined, so that no tolerance would decide.
     """
     least = 1.0 if required is None else required
     failed, open_ = (
@@ -196,7 +175,7 @@ def _undecided(governing: Factor, required: float, *, given_mesh: bool) -> str:
     """Say which tolerance would decide, or that a finer mesh may."""
     apart = 100 * abs(governing.value / required - 1)
     if apart < _CLOSEST_PERCENT:
-        remedy = f"the factor is within {_CLOSEST_PERCENT:g} % of it, closer than a mesh can tell"
+        remedy = f"the factor is within {_CLOSEST_PERCENT:g} % of it, within the mesh's accuracy"
     elif given_mesh:
         remedy = "a finer mesh may decide"
     else:

@@ -19,11 +19,11 @@ from fea.output.report.assumptions import limits
 from fea.output.report.charts import Heading, chart
 from fea.output.report.coding import HOLE, Packer, corner_steps
 from fea.output.report.page import open_report, page
-from fea.output.report.reported import reported_left
 from fea.output.report.scene import scene
 from fea.output.report.surface import Surface
 from fea.output.report.wording import figure, named
-from fea.output.report.write import reported, still
+from fea.output.report.write import still
+from fea.output.stored_run import read_run
 from fea.output.target import PictureError
 from fea.run.figures import (
     AssemblyFigures,
@@ -91,7 +91,7 @@ def test_a_motion_is_compared_with_what_is_solved():
     assert not why
     assert not without.moves
     assert not without.displacement(0.0).any()
-    header = scene(replace(reported(result), motion=without)).header
+    header = scene(replace(result, motion=without)).header
     assert "displacement" not in {field["name"] for field in header["results"][-1]["fields"]}
     wrong = replace(right, even=replace(right.even, stress=1.1 * right.even.stress))
     assert agreeing(wrong, known)[0] is None
@@ -180,7 +180,7 @@ def test_a_surface_that_is_too_large_keeps_its_vertices():
 
 def test_a_page_that_would_be_too_large_keeps_the_corners(monkeypatch):
     _, result, _, _ = reported_rod()
-    run = reported(result)
+    run = result
     whole = scene(run)
     monkeypatch.setattr("fea.output.report.scene._LARGEST_CYCLE", len(whole.numbers) - 1)
     small = scene(run)
@@ -227,18 +227,17 @@ def test_the_report_is_small_and_says_what_the_run_found(written, text):
 
 
 def test_a_report_of_a_run_on_disk_says_the_same(written, tmp_path, text):
-    again, left = reported_left(written)
+    again = read_run(written)
     _, result, _, _ = reported_rod()
-    there = reported(result)
-    assert left is not None
-    assert again.summary.survival.text == there.summary.survival.text
-    assert again.bores == tuple(pytest.approx(bore, abs=0.02) for bore in there.bores)
+    assert again.files
+    assert again.summary.survival.text == result.summary.survival.text
+    assert again.bores == tuple(pytest.approx(bore, abs=0.02) for bore in result.bores)
     assert list(again.forces["pin_axial_N"]) == pytest.approx(
-        list(there.forces["pin_axial_N"]), rel=1e-5, abs=1
+        list(result.forces["pin_axial_N"]), rel=1e-5, abs=1
     )
     plain = re.sub(r"<script.*", "", text, flags=re.DOTALL)
-    run = replace(again, motion=result.motion, picture=None)
-    without = page(run, scene(run))
+    run = replace(again, motion=result.motion)
+    without = page(run, scene(run), None)
     shown = [re.findall(r">([^<>]+)<", part.partition('id="limits"')[0]) for part in (plain, without)]
     assert shown[0] == shown[1]
 
@@ -256,7 +255,7 @@ def test_fea_report_solves_the_cycle_again(written):
 
 
 def test_a_run_that_cannot_be_solved_again_has_no_slider(written, monkeypatch):
-    def refuse(_run, _study):
+    def refuse(_run):
         raise InvalidValue("RUN", "run", "was loaded with other forces")
 
     monkeypatch.setattr("fea.apps.report_run.prepared_again", refuse)
@@ -270,7 +269,7 @@ def test_a_run_that_cannot_be_solved_again_has_no_slider(written, monkeypatch):
 def test_a_cycle_that_comes_out_otherwise_is_not_shown(written, monkeypatch):
     rod, result, _, _ = reported_rod()
     other = replace(result.motion, even=replace(result.motion.even, stress=1.1 * result.motion.even.stress))
-    monkeypatch.setattr("fea.apps.report_run.prepared_again", lambda _run, _study: rod)
+    monkeypatch.setattr("fea.apps.report_run.prepared_again", lambda _run: rod)
     monkeypatch.setattr("fea.apps.report_run.motion", lambda *_: other)
     report_run(written)
     text = (written / "report.html").read_text(encoding="utf-8")
@@ -279,8 +278,8 @@ def test_a_cycle_that_comes_out_otherwise_is_not_shown(written, monkeypatch):
 
 def test_a_run_without_fields_has_a_report_without_the_rod():
     _, result, _, _ = reported_rod()
-    text = page(reported(replace(result, speed=None, motion=None)), None)
-    assert scene(reported(replace(result, speed=None, motion=None))) is None
+    text = page(replace(result, speed=None, motion=None), None, None)
+    assert scene(replace(result, speed=None, motion=None)) is None
     assert "This run has no fields to draw" in text
     assert "<canvas" not in text
     assert "script-src &#39;none&#39;" in text
@@ -295,11 +294,11 @@ def test_the_still_picture_is_that_of_the_worst_case(written, monkeypatch):
         pictures[0].png.write_bytes(b"PNG")
 
     monkeypatch.setattr("fea.output.report.write.draw_pictures", draw)
-    run = reported(result)
-    assert still(written, run) == b"PNG"
+    run = result
+    assert still(written, run.summary) == b"PNG"
     assert drawn[0].vtu == written / f"{result.summary.worst_case}.vtu"
     (written / f"{result.summary.worst_case}.png").write_bytes(b"there already")
-    assert still(written, run) == b"there already"
+    assert still(written, run.summary) == b"there already"
 
 
 def test_only_reports_are_opened(written, tmp_path, monkeypatch):
@@ -317,14 +316,14 @@ def test_a_failed_check_stands_first():
     checks = dict(result.checks)
     checks["mesh_mass"] = replace(checks["mesh_mass"], value=1.0)
     doubtful = replace(result, summary=replace(result.summary, trusted=False, checks=checks))
-    text = page(reported(doubtful), None)
+    text = page(doubtful, None, None)
     assert text.index("Not to be trusted: the check “mesh mass” failed") < text.index("<table>")
     assert "FAILED" in text
 
 
 def test_the_limits_are_those_of_the_run():
     _, result, _, _ = reported_rod()
-    run = reported(result)
+    run = result
     assert any("finite life" in limit for limit in limits(run))
     without = replace(run, summary=replace(run.summary, envelope=None))
     assert any("nothing is said about the life" in limit for limit in limits(without))
@@ -366,9 +365,9 @@ def test_an_assembled_rod_shows_its_bolts_and_its_joint():
         fits={"bushing": FitFigures(interference_mm=0.04, by_case={"tension": FaceCaseFigures(**face)})},
         ovality={},
     )
-    run = reported(replace(result, summary=replace(result.summary, assembly=found)))
-    text = page(run, None)
-    said_of = ("Bolts, joint and fits", "Bolts, M8 10.9, by VDI 2230", "31.2 to 31.2", "Fit of the bushing")
+    run = replace(result, summary=replace(result.summary, assembly=found))
+    text = page(run, None, None)
+    said_of = ("Bolts, joint and fits", "Bolts, M8 10.9, by VDI 2230", "Fit of the bushing")
     for said in (*said_of, "40 µm of interference", "a preload of 30 kN", "Settling and creep of the bolted"):
         assert said in text, said
     assert "cap and rod are one piece" not in text

@@ -15,7 +15,7 @@ from written_figures import buckling, result, summary
 from fea import analyse, prepare
 from fea.apps.report_run import prepared_again
 from fea.base.choices import Symmetry
-from fea.output.left_run import LeftRun
+from fea.output.stored_run import StoredRun
 from fea.output.terminal.assembly import assembly_lines
 from fea.pins.load_limits import LARGEST, WITHIN, LoadLimits, onset
 from fea.run.assembly_report import assembly_figures
@@ -72,9 +72,9 @@ def test_nothing_but_bolts_acts_on_the_joint_of_an_assembled_rod(pulled_rod):
 
 
 def test_an_assembled_rod_is_not_prepared_again_from_the_mesh_of_its_run(pulled_rod):
-    left = LeftRun(Path("run"), {}, pulled_rod.mesh, {})
+    study = read("[forces]\npin_N = [30e3, 0.0]\n" + ASSEMBLED)
     with pytest.raises(InvalidValue, match=r"separate parts.*Export its results"):
-        prepared_again(left, read("[forces]\npin_N = [30e3, 0.0]\n" + ASSEMBLED))
+        prepared_again(StoredRun(Path("run"), study, pulled_rod.summary, {}))
 
 
 def test_the_cap_is_in_equilibrium_across_and_along_an_oblique_joint():

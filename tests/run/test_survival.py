@@ -44,7 +44,7 @@ def test_a_factor_less_its_bar_is_that_of_a_stress_higher_by_its_bar():
             "undecided",
             (
                 "undecided, safety factor 1.00 ± 0.02 (tension) includes 1; "
-                "the factor is within 0.5 % of it, closer than a mesh can tell"
+                "the factor is within 0.5 % of it, within the mesh's accuracy"
             ),
         ),
         (

@@ -8,7 +8,7 @@ import numpy as np
 from fea.apps.result import result_of
 from fea.machine.clock import Clock
 from fea.run.adapt import adapt_mesh
-from fea.run.outcome import outcome
+from fea.run.result import run_result
 from fea.study.flags import Flags
 from fea.study.study import load_study
 
@@ -23,7 +23,7 @@ def reported_rod():
     study = replace(load_study("leon-2001"), name=HOSTILE)
     study = Flags(rpm="6000", size=SIZE, cycle=True, report=True).applied(study)
     adapted = adapt_mesh(study, [RPM], Clock())
-    result = result_of(outcome(study, adapted, adapted.at(RPM)))
+    result = result_of(run_result(study, adapted, adapted.at(RPM)))
     degrees = np.sort(np.random.default_rng(20).integers(0, 721, 20))
     return adapted.rod, result, degrees, solved_at(adapted.rod, degrees)
 

@@ -25,7 +25,7 @@ from fea.output.target import PictureError
 from fea.output.text import write_text
 from fea.output.vtu import write_vtu
 from fea.run.adapt import adapt_mesh
-from fea.run.outcome import Outcome, outcome
+from fea.run.result import RunResult, run_result
 from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.errors import require
@@ -140,7 +140,7 @@ class Checked:
     """A rod on a mesh of its own that is refined to the tolerance."""
 
     study: Study
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[RunResult, ...]
     limits: tuple[Limit, ...]
 
     @property
@@ -227,7 +227,7 @@ def checked(free: Variables, x: Floats) -> Checked:
     )
     adapted = adapt_mesh(study, study.speeds(), Clock())
     results = [adapted.at(rpm) for rpm in study.speeds()]
-    outcomes = tuple(outcome(study, adapted, result) for result in results)
+    outcomes = tuple(run_result(study, adapted, result) for result in results)
     return Checked(study, outcomes, limits(adapted.rod, results, required(study)))
 
 

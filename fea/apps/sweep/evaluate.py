@@ -7,7 +7,7 @@ from fea.run.adapt import Adapted, adapt_mesh
 from fea.run.figures import Summary
 from fea.run.many_speeds import SpeedSweep
 from fea.run.modes import modes_on
-from fea.run.outcome import outcome
+from fea.run.result import run_result
 from fea.run.survival import Factor, factors
 from fea.study.study import Study
 
@@ -24,7 +24,7 @@ def evaluate(study: Study, frequencies: int = 0) -> dict[float | None, Figures]:
     shared = {**_critical(study, adapted), **_frequencies(study, adapted, frequencies)}
     found = {}
     for rpm in speeds:
-        summary = outcome(study, adapted, adapted.at(rpm)).summary
+        summary = run_result(study, adapted, adapted.at(rpm)).summary
         found[rpm] = figures(summary) | shared
     return found
 

@@ -12,7 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from fea.output.pictures.scale import round_up
 from fea.output.target import PictureError
-from fea.run.outcome import Outcome
+from fea.run.result import RunResult
 from fea.units import DEG
 from geometry.arrays import Floats
 
@@ -31,8 +31,8 @@ _SIGN = (
 )
 
 
-def plot_stress_history(path: Path, run: Outcome) -> None:
-    """Draw the stress over the crank cycle at the hottest places of a run; errors as for `plot_histories`."""
+def plot_stress_history(path: Path, run: RunResult) -> None:
+    """Draw the stress over the crank cycle at the most stressed places; errors as for `plot_histories`."""
     if run.cycle is None:
         raise ValueError("a stress history needs the crank cycle")
     loads = {name: case.load for name, case in run.cases.items()}
@@ -62,7 +62,7 @@ def plot_histories(
         The file could not be written.
     """
     panel = _Panel(np.array([signed for _, signed in histories]))
-    panel.text((_SIZE[0] / 2, 18), f"{title}: hottest places", _TITLE, "mm")
+    panel.text((_SIZE[0] / 2, 18), f"{title}: most stressed places", _TITLE, "mm")
     panel.axes()
     panel.mark({name: angle / DEG for name, angle in marks.items()})
     for number, (place, signed) in enumerate(histories):

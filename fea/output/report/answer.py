@@ -21,25 +21,14 @@ class Fact(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """The answer.
+    """The answer."""
 
-    Attributes
-    ----------
-    verdict, text
-        In a few words, and in a line with the factors.
-    kind
-        ``survives``, ``fails``, ``undecided``, or ``untrusted`` where a check failed.
-    doubts
-        The checks that failed.
-    facts
-        The figures that matter most.
-    """
-
+    # verdict, text: in a few words, and in a line with the factors
     verdict: str
     text: str
-    kind: str
-    doubts: tuple[str, ...]
-    facts: tuple[Fact, ...]
+    kind: str  # ``survives``, ``fails``, ``undecided``, or ``untrusted`` where a check failed
+    doubts: tuple[str, ...]  # the checks that failed
+    facts: tuple[Fact, ...]  # the figures that matter most
 
 
 def answer(summary: Summary) -> Answer:

@@ -6,8 +6,8 @@ from typing import NamedTuple
 from fea.base.choices import Element, Finish, Support
 from fea.base.material import Material
 from fea.base.pin_models import pin_model
-from fea.output.report.reported import Reported
 from fea.output.report.wording import figure, listed
+from fea.run.result import Run
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import PINS
 from loads.bearing import Arc, BorePressure, Shape
@@ -22,7 +22,7 @@ class Statement(NamedTuple):
     text: str
 
 
-def assumptions(run: Reported) -> list[Statement]:
+def assumptions(run: Run) -> list[Statement]:
     """Return what the run assumes."""
     found = [
         Statement("Material", _material(run)),
@@ -36,7 +36,7 @@ def assumptions(run: Reported) -> list[Statement]:
     return [statement for statement in found if statement.text]
 
 
-def _material(run: Reported) -> str:
+def _material(run: Run) -> str:
     tables = {name: table for name, table in run.study.part_material.items() if name not in PINS}
     main = run.study.material.material()
     said = f"Linear elastic, isotropic and homogeneous: {_constants(main)}."
@@ -59,7 +59,7 @@ def _constants(material: Material) -> str:
     )
 
 
-def _loads(run: Reported) -> str:
+def _loads(run: Run) -> str:
     engine, summary = run.study.engine, run.summary
     if engine is None or summary.rpm is None:
         return "The force on the piston pin is given; the rod is at rest, without inertia forces."
@@ -91,7 +91,7 @@ def _gas(engine: EngineTable) -> str:
     return kinds.get(engine.gas, f"the trace {name}, the same in every cycle")
 
 
-def _pins(run: Reported) -> str:
+def _pins(run: Run) -> str:
     name = run.study.analysis.pressure
     entry = pin_model(name)
     load = entry.parse(name)
@@ -118,7 +118,7 @@ def _arc(arc: Arc) -> str:
     return f"{kind} over {degrees}"
 
 
-def _pin_model(run: Reported) -> str:
+def _pin_model(run: Run) -> str:
     found = run.summary.pin_model
     if found is None:
         return ""
@@ -127,7 +127,7 @@ def _pin_model(run: Reported) -> str:
     return f" The smallest safety factor against yielding {verdict} on this choice: {factors}."
 
 
-def _assembled(run: Reported) -> str:
+def _assembled(run: Run) -> str:
     found = run.summary.assembly
     if found is None:
         return ""
@@ -139,7 +139,7 @@ def _assembled(run: Reported) -> str:
     )
 
 
-def _support(run: Reported) -> str:
+def _support(run: Run) -> str:
     if run.study.analysis.support is Support.CLAMPED:
         return (
             "The bore of the big end is clamped, which replaces the crank pin. Stresses at the border of the "
@@ -151,7 +151,7 @@ def _support(run: Reported) -> str:
     )
 
 
-def _model(run: Reported) -> str:
+def _model(run: Run) -> str:
     model, said = run.summary.model, ""
     kind = "second-order (ten-node)" if model.element == Element.P2 else "first-order (four-node)"
     said += f"{model.elements} {kind} tetrahedra with {model.nodes} nodes. "
@@ -164,7 +164,7 @@ def _model(run: Reported) -> str:
     return said + "Displacements and strains are small, so that the equations are linear."
 
 
-def _strength(run: Reported) -> str:
+def _strength(run: Run) -> str:
     said = "The safety factor against yielding is the yield strength over the von Mises stress."
     if run.summary.envelope is None:
         return said
@@ -175,12 +175,12 @@ def _strength(run: Reported) -> str:
     )
 
 
-def limits(run: Reported) -> list[str]:
+def limits(run: Run) -> list[str]:
     """Return what the model leaves out: what a reviewer must judge by other means."""
     return list(_limits(run))
 
 
-def _limits(run: Reported) -> Iterator[str]:
+def _limits(run: Run) -> Iterator[str]:
     yield from _joint(run)
     yield "Plastic deformation: beyond the yield strength the stresses are not those of the real rod."
     if run.summary.assembly is None:
@@ -212,7 +212,7 @@ def _limits(run: Reported) -> Iterator[str]:
         )
 
 
-def _joint(run: Reported) -> Iterator[str]:
+def _joint(run: Run) -> Iterator[str]:
     """What is not modelled of the big end's joint and of what is pressed into the bores."""
     if run.summary.assembly is not None:
         yield "Settling and creep of the bolted joint, and the threads and heads of its bolts."

@@ -21,41 +21,21 @@ _DEAD_CENTRES = ((0, "TDC", "start"), (180, "BDC", "middle"), (360, "firing TDC"
 
 @dataclass(frozen=True)
 class Chart:
-    """A chart for the template.
+    """A chart for the template."""
 
-    Attributes
-    ----------
-    id, title, unit
-        Its name on the page, what is drawn, and in which unit.
-    description
-        In words, for who does not see it.
-    names
-        Of the lines; empty where there is one that needs no name.
-    lines
-        The points of each line as SVG has them.
-    ticks
-        Height and label of the horizontal lines.
-    angles
-        Place and label of the ticks of the crank angle.
-    marks
-        Place, row and name of the load cases; TDC and BDC: place, name and anchor.
-    centres
-        Dead centres: place, name and how it is aligned.
-    series
-        (n_lines, 721) values at every degree, for the slider.
-    """
-
+    # id, title, unit: its name on the page, what is drawn, and in which unit
     id: str
     title: str
     unit: str
-    description: str
-    names: tuple[str, ...]
-    lines: tuple[str, ...]
-    ticks: tuple[tuple[float, str], ...]
-    angles: tuple[tuple[float, str], ...]
+    description: str  # in words, for who does not see it
+    names: tuple[str, ...]  # of the lines; empty where there is one that needs no name
+    lines: tuple[str, ...]  # the points of each line as SVG has them
+    ticks: tuple[tuple[float, str], ...]  # height and label of the horizontal lines
+    angles: tuple[tuple[float, str], ...]  # place and label of the ticks of the crank angle
+    # Place, row and name of the load cases; TDC and BDC: place, name and anchor
     marks: tuple[tuple[float, int, str], ...]
-    centres: tuple[tuple[float, str, str], ...]
-    series: tuple[tuple[float, ...], ...]
+    centres: tuple[tuple[float, str, str], ...]  # dead centres: place, name and how it is aligned
+    series: tuple[tuple[float, ...], ...]  # (n_lines, 721) values at every degree, for the slider
 
     @property
     def zero(self) -> float | None:
@@ -87,18 +67,9 @@ def chart(
     curves: Mapping[str, Floats],
     marks: Mapping[str, float],
 ) -> Chart:
-    """Draw curves over a cycle.
+    """Draw curves (n,), by name, over crank angles (n,) in degrees; the marks are those of the load cases.
 
-    Parameters
-    ----------
-    heading
-        Its name on the page, what is drawn, and in which unit.
-    degrees
-        (n,) crank angles.
-    curves
-        (n,) values by their names, in the unit; a single one needs no name (``""``).
-    marks
-        Crank angles of the load cases, degrees, by their names.
+    A single curve needs no name (``""``).
     """
     values = np.stack([np.asarray(curve, float) for curve in curves.values()])
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))

@@ -29,31 +29,17 @@ _TOGETHER = 64
 
 @dataclass
 class Packer:
-    """Collects arrays; `entries` says how each is read.
+    """Collects arrays; `entries` says how each is read."""
 
-    Attributes
-    ----------
-    entries
-        In the order of the arrays: ``name``, ``kind`` and ``count``, and for values ``columns``, ``low`` and
-        ``step``.
-    """
-
+    # In the order of the arrays: ``name``, ``kind`` and ``count``, and for values ``columns``, ``low`` and
+    # ``step``
     entries: list[dict[str, Any]] = field(default_factory=list)
     _pieces: list[bytes] = field(default_factory=list)
 
     def values(self, name: str, values: Floats, parents: Ints, *, levels: int = LEVELS) -> None:
-        """Add values (n,) or (n, k), NaN where there is none; (n, k) share their step.
+        """Add values (n,) or (n, k), NaN where there is none, in so many steps from the least to the largest.
 
-        Parameters
-        ----------
-        name
-            Of the array.
-        values
-            Any unit.
-        parents
-            (n, 2), or (0, 2) for values that do not hang together.
-        levels
-            Number of steps from the least to the largest value.
+        The columns share their step. `parents` is (n, 2), or (0, 2) for values that do not hang together.
         """
         table = values.reshape(len(values), -1)
         known = table[np.isfinite(table)]

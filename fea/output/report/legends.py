@@ -7,9 +7,9 @@ import numpy as np
 
 from fea.output.pictures.scale import Bands
 from fea.output.pictures.shown import VON_MISES, Field, available, field_of
-from fea.output.report.reported import Array, Reported
 from fea.output.terminal.run_lines import factor, number, place
 from fea.run.figures import SpotFigures
+from fea.run.result import Array, Run
 
 _MIDDLE = Field("principal_2", "middle principal stress, MPa", " MPa", signed=True)
 # In the order in which a load case offers them.
@@ -40,14 +40,8 @@ def envelope_fields(data: Mapping[str, Array], peak: float) -> list[dict[str, An
 def instant_fields(peak: float, extremes: Mapping[str, Array], displaced: float) -> list[dict[str, Any]]:
     """Return the fields of every instant: one legend for the whole cycle.
 
-    Parameters
-    ----------
-    peak
-        Largest von Mises stress that counts, MPa.
-    extremes
-        The arrays of the envelope.
-    displaced
-        Largest displacement of the cycle, mm.
+    It ends at the largest von Mises stress that counts, MPa, at the extremes in the arrays of the envelope,
+    and at the largest displacement, mm.
     """
     low, high = float(extremes["principal_3"].min()), float(extremes["principal_1"].max())
     ends = {
@@ -80,11 +74,11 @@ def _described(name: str, data: Mapping[str, Array], known: Mapping[str, float])
     }
 
 
-def hot_spots(run: Reported) -> list[dict[str, Any]]:
+def hot_spots(run: Run) -> list[dict[str, Any]]:
     """Return the worst place of every load case, its sharp edges, and the worst places of the cycle."""
     found = []
     for name, case in run.summary.results.items():
-        if name not in run.cases:
+        if name not in run.fields:
             continue
         text = f"{number(case.max_von_mises_MPa, '.0f')} MPa, safety factor {factor(case.min_safety_factor)}"
         found.append(_spot(name.capitalize(), text, case.at_mm, name, "von_mises"))
@@ -96,16 +90,17 @@ def hot_spots(run: Reported) -> list[dict[str, Any]]:
     return found + _of_cycle(run)
 
 
-def _of_cycle(run: Reported) -> list[dict[str, Any]]:
-    if run.cycle is None or run.envelope is None:
+def _of_cycle(run: Run) -> list[dict[str, Any]]:
+    cycle = run.summary.cycle
+    if cycle is None or run.envelope is None:
         return []
     result = "envelope" if run.motion is None else "cycle"
     spots = [
         _spot(f"Cycle, place {chr(ord('A') + k)}", _said(spot), spot.at_mm, result, "von_mises")
         | {"angle": spot.crank_deg}
-        for k, spot in enumerate(run.cycle.spots)
+        for k, spot in enumerate(cycle.spots)
     ]
-    weakest = run.cycle.fatigue
+    weakest = cycle.fatigue
     if weakest is not None:
         text = f"fatigue factor {factor(weakest.fatigue_safety_factor)}"
         spots.append(_spot("Weakest in fatigue", text, weakest.at_mm, "envelope", "fatigue_safety_factor"))

@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 
 from fea.base.pin_models import pin_model
-from fea.output.report.bores import BORES
-from fea.output.report.reported import Arrays, Reported
 from fea.run.figures import BoreFigures
+from fea.run.result import BORES, Arrays, Run
 from geometry.arrays import Floats
 from loads.bearing import Arc, BorePressure
 
@@ -33,7 +32,7 @@ def bore_loads(contact: Mapping[str, BoreFigures] | None) -> list[list[float]] |
     return [[one.at_deg, one.arc_deg, one.max_pressure_MPa] if one else [0.0, 0.0, 0.0] for one in found]
 
 
-def cycle_loads(run: Reported) -> dict[str, Any]:
+def cycle_loads(run: Run) -> dict[str, Any]:
     """Return forces [x, y] on the rod at the big and the small end at every degree, N, and contact if any."""
     if run.forces is None:
         return {}

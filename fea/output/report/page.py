@@ -10,11 +10,11 @@ from markupsafe import Markup
 from fea.output.html import environment, html_page, page_file
 from fea.output.report.answer import answer
 from fea.output.report.coding import embedded_json
-from fea.output.report.reported import Reported
 from fea.output.report.scene import Scene
 from fea.output.report.sections import Section, sections
 from fea.output.report.tables import head_table
 from fea.output.target import PictureError
+from fea.run.result import Run
 from geometry.errors import require
 
 # In this order, as one script: each uses what stands before it.
@@ -24,7 +24,7 @@ _SCRIPTS = (
 )  # fmt: skip
 
 
-def page(run: Reported, drawn: Scene | None) -> str:
+def page(run: Run, drawn: Scene | None, picture: bytes | None) -> str:
     """Return the report of a run, with its rod in three dimensions if there is one."""
     parts = sections(run)
     return html_page(
@@ -32,30 +32,39 @@ def page(run: Reported, drawn: Scene | None) -> str:
         "report.html.jinja",
         page_file("report", "report.css"),
         "" if drawn is None else _script(),
-        **_head(run),
+        **_head(run, picture),
         sections=parts,
         scene=drawn,
         header=None if drawn is None else embedded_json(_with_charts(drawn, parts)),
         numbers="" if drawn is None else Markup(drawn.numbers),  # noqa: S704 - base64
         scales=() if drawn is None else _scales(drawn.header["exaggeration"]),
-        without_motion=run.without_motion,
+        without_motion=_without_motion(run),
     )
 
 
-def head(run: Reported) -> str:
+def _without_motion(run: Run) -> str:
+    """Why the crank does not turn where the cycle was analysed; empty otherwise."""
+    if run.motion is not None or run.envelope is None:
+        return ""
+    return run.without_motion or _NOT_KEPT
+
+
+def head(run: Run, picture: bytes | None = None) -> str:
     """Return the head of the report alone, for a notebook: the answer, the load cases and a picture."""
-    return environment("report").get_template("notebook.html.jinja").render(**_head(run))
+    return environment("report").get_template("notebook.html.jinja").render(**_head(run, picture))
 
 
-def _head(run: Reported) -> dict[str, Any]:
-    picture = None if run.picture is None else base64.b64encode(run.picture).decode()
+def _head(run: Run, picture: bytes | None) -> dict[str, Any]:
     return {
         "title": run.summary.title,
         "answer": answer(run.summary),
         "cases": head_table(run.summary),
-        "picture": picture,
+        "picture": None if picture is None else base64.b64encode(picture).decode(),
         "worst": run.summary.worst_case,
     }
+
+
+_NOT_KEPT = "the cycle was analysed without what it needs (analyse(…, report=True) keeps that)"
 
 
 def _script() -> str:

@@ -12,10 +12,10 @@ from fea.output.pictures.shown import VON_MISES
 from fea.output.report.coding import LEVELS, Packer, corner_steps
 from fea.output.report.legends import case_fields, envelope_fields, hot_spots, instant_fields
 from fea.output.report.loads import bore_loads, cycle_loads, pressure_kind
-from fea.output.report.reported import Array, Reported
 from fea.output.report.surface import Surface
 from fea.run.figures import LoadFigures
 from fea.run.motion import Motion, ParityMotion
+from fea.run.result import Array, Run
 from geometry.arrays import Floats, Ints
 from mesh.tetmesh import TetMesh
 
@@ -29,44 +29,36 @@ _LARGEST, _LARGEST_CYCLE = 2_400_000, 5_300_000
 
 @dataclass(frozen=True)
 class Scene:
-    """What a page needs to draw the rod.
+    """What a page needs to draw the rod."""
 
-    Attributes
-    ----------
-    header
-        For JSON: results, legends, loads, and how the numbers are packed.
-    numbers
-        In base64 (`fea.output.report.coding`).
-    complete
-        Whether it holds the nodes between the elements' corners, too.
-    """
-
-    header: Mapping[str, Any]
-    numbers: str
-    complete: bool
+    header: Mapping[str, Any]  # for JSON: results, legends, loads, and how the numbers are packed
+    numbers: str  # in base64 (`fea.output.report.coding`)
+    complete: bool  # whether it holds the nodes between the elements' corners, too
 
 
-def scene(run: Reported) -> Scene | None:
+def scene(run: Run) -> Scene | None:
     """Return the rod of a run with its load cases, and its cycle; None where the run has no fields.
 
     Nodes between the corners of elements are left out where the page would become too large with them.
     """
-    if run.mesh is None or not run.cases:
+    if not run.fields:
         return None
-    found = _scene(run, run.mesh, Surface.of(run.mesh))
+    mesh = run.mesh
+    found = _scene(run, mesh, Surface.of(mesh))
     largest = _LARGEST if run.motion is None else _LARGEST_CYCLE
     if len(found.numbers) <= largest or found.header["order"] == 1:
         return found
-    return _scene(run, run.mesh, Surface.of(run.mesh, most=0))
+    return _scene(run, mesh, Surface.of(mesh, most=0))
 
 
-def _scene(run: Reported, mesh: TetMesh, surface: Surface) -> Scene:
+def _scene(run: Run, mesh: TetMesh, surface: Surface) -> Scene:
     packer = Packer()
     packer.integers("corners", corner_steps(surface.facets))
     packer.values("positions", mesh.points[surface.nodes], surface.parents)
-    results = [_case(run, name, data, surface, packer) for name, data in run.cases.items()]
-    if run.envelope is not None and run.cycle is not None:
-        results.append(_envelope(run.envelope, run.cycle.max_von_mises_MPa, surface, packer))
+    results = [_case(run, name, data, surface, packer) for name, data in run.fields.items()]
+    cycle = run.summary.cycle
+    if run.envelope is not None and cycle is not None:
+        results.append(_envelope(run.envelope, cycle.max_von_mises_MPa, surface, packer))
         if run.motion is not None:
             results.append(_cycle(run, run.envelope, run.motion, surface, packer))
     header = {
@@ -85,15 +77,13 @@ def _scene(run: Reported, mesh: TetMesh, surface: Surface) -> Scene:
     return Scene(header, packer.text(), surface.order == mesh.order)
 
 
-def _exaggeration(run: Reported, mesh: TetMesh) -> float:
+def _exaggeration(run: Run, mesh: TetMesh) -> float:
     """A magnification of the displacements that suits every load case."""
-    largest = max(float(np.linalg.norm(data["displacement"], axis=1).max()) for data in run.cases.values())
+    largest = max(float(np.linalg.norm(data["displacement"], axis=1).max()) for data in run.fields.values())
     return exaggeration(float(np.ptp(mesh.points, axis=0).max()), largest)
 
 
-def _case(
-    run: Reported, name: str, data: Mapping[str, Array], surface: Surface, packer: Packer
-) -> dict[str, Any]:
+def _case(run: Run, name: str, data: Mapping[str, Array], surface: Surface, packer: Packer) -> dict[str, Any]:
     own = {key: np.asarray(values)[surface.nodes] for key, values in data.items()}
     figures, loads = run.summary.results[name], run.summary.loads[name]
     singular = figures.singular_max_von_mises_MPa is not None
@@ -160,7 +150,7 @@ def _envelope(data: Mapping[str, Array], peak: float, surface: Surface, packer: 
 
 
 def _cycle(
-    run: Reported, extremes: Mapping[str, Array], found: Motion, surface: Surface, packer: Packer
+    run: Run, extremes: Mapping[str, Array], found: Motion, surface: Surface, packer: Packer
 ) -> dict[str, Any]:
     at = np.searchsorted(found.nodes, surface.nodes)
     order, parents = surface.rows(found.row[at])

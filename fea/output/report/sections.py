@@ -12,7 +12,6 @@ import numpy as np
 from fea.output.report.assumptions import assumptions, limits
 from fea.output.report.charts import Chart, Heading, chart, force_charts
 from fea.output.report.inputs import input_tables
-from fea.output.report.reported import Reported
 from fea.output.report.tables import (
     Table,
     buckling_tables,
@@ -27,6 +26,7 @@ from fea.output.report.tables import (
 from fea.output.report.wording import figure
 from fea.output.terminal.run_lines import buckling_lines, factor, life_lines, sharp_edge_lines
 from fea.run.figures import Summary
+from fea.run.result import Run
 
 _SIGN = (
     "The sign of the von Mises stress is that of the mean stress where the curve is largest; elsewhere it is "
@@ -60,38 +60,38 @@ class Section:
         return tuple(self.content.get("charts", ()))
 
 
-def sections(run: Reported) -> list[Section]:
+def sections(run: Run) -> list[Section]:
     """Return the sections that a run has."""
     return [section for make in SECTIONS for section in make(run)]
 
 
-def _assumed(run: Reported) -> Iterator[Section]:
+def _assumed(run: Run) -> Iterator[Section]:
     content = {"statements": assumptions(run), "notes": run.summary.notes}
     yield Section("assumptions", "Assumptions", "statements.html.jinja", content)
 
 
-def _left_out(run: Reported) -> Iterator[Section]:
+def _left_out(run: Run) -> Iterator[Section]:
     content = {"limits": limits(run), "omissions": run.summary.left_out}
     yield Section("limits", "What the model leaves out", "limits.html.jinja", content, "Left out")
 
 
-def _inputs(run: Reported) -> Iterator[Section]:
+def _inputs(run: Run) -> Iterator[Section]:
     yield Section("inputs", "Inputs", "inputs.html.jinja", {"tables": input_tables(run.study)})
 
 
-def _loads(run: Reported) -> Iterator[Section]:
+def _loads(run: Run) -> Iterator[Section]:
     charts = [] if run.forces is None else force_charts(run.forces, marks(run.summary))
     text = ["Crank angles count from top dead centre; at 360° the engine fires."] if charts else []
     yield _tables("loads", "Loads", [load_table(run.summary)], text, charts)
 
 
-def _results(run: Reported) -> Iterator[Section]:
+def _results(run: Run) -> Iterator[Section]:
     contact = contact_table(run.summary)
     tables = [case_table(run.summary), *([contact] if contact else [])]
     yield _tables("results", "Results", tables, sharp_edge_lines(run.summary))
 
 
-def _assembly(run: Reported) -> Iterator[Section]:
+def _assembly(run: Run) -> Iterator[Section]:
     found = run.summary.assembly
     if found is not None:
         from fea.output.report.tables import assembly_tables  # noqa: PLC0415 - rods of one piece do without
@@ -101,8 +101,8 @@ def _assembly(run: Reported) -> Iterator[Section]:
         yield _tables("assembly", "Bolts, joint and fits", tables, lines)
 
 
-def _cycle(run: Reported) -> Iterator[Section]:
-    found = run.cycle
+def _cycle(run: Run) -> Iterator[Section]:
+    found = run.summary.cycle
     if found is None:
         return
     degrees = np.linspace(0.0, 720.0, found.instants)
@@ -119,24 +119,24 @@ def _cycle(run: Reported) -> Iterator[Section]:
     yield _tables("fatigue", "Cycle and fatigue", tables, text, [drawn])
 
 
-def _buckling(run: Reported) -> Iterator[Section]:
+def _buckling(run: Run) -> Iterator[Section]:
     tables = buckling_tables(run.summary)
     if tables:
         yield _tables("buckling", "Buckling", tables, buckling_lines(run.summary.buckling))
 
 
-def _convergence(run: Reported) -> Iterator[Section]:
+def _convergence(run: Run) -> Iterator[Section]:
     text = [_BARS]
     if run.summary.model.mesh_from_file:
         text.append("The mesh comes from a file and was not refined.")
     yield _tables("convergence", "Convergence", convergence_tables(run.summary), text)
 
 
-def _checks(run: Reported) -> Iterator[Section]:
+def _checks(run: Run) -> Iterator[Section]:
     yield _tables("checks", "Checks", [check_table(run.summary)])
 
 
-def _repeat(run: Reported) -> Iterator[Section]:
+def _repeat(run: Run) -> Iterator[Section]:
     summary = run.summary
     content = {
         "study": study_text(run),
@@ -149,7 +149,7 @@ def _repeat(run: Reported) -> Iterator[Section]:
     yield Section("repeat", "Versions, and how to repeat this run", "repeat.html.jinja", content, "Repeat")
 
 
-SECTIONS: tuple[Callable[[Reported], Iterator[Section]], ...] = (
+SECTIONS: tuple[Callable[[Run], Iterator[Section]], ...] = (
     _assumed, _left_out, _inputs, _loads, _results, _assembly, _cycle, _buckling, _convergence,
     _checks, _repeat,
 )  # fmt: skip
@@ -170,7 +170,7 @@ def _system(platform: str) -> str:
     return " on ".join(part for part in (platform.partition("-")[0], processor) if part)
 
 
-def study_text(run: Reported) -> str:
+def study_text(run: Run) -> str:
     """Return the study as a file; files are named without the folders of this machine."""
     text, study = run.study.text(), run.study
     named = [study.engine.gas] if study.engine is not None else []

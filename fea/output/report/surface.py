@@ -22,24 +22,12 @@ _SIDES = np.array([[0, 1], [1, 2], [2, 0]])
 
 @dataclass(frozen=True)
 class Surface:
-    """The surface in the order of a report.
+    """The surface in the order of a report."""
 
-    Attributes
-    ----------
-    nodes
-        (n,) node of the mesh of each node of the surface: vertices first.
-    facets
-        (n_facets, 3) vertices as numbers of `nodes`, outward orientation.
-    parents
-        (n, 2) two earlier nodes beside each; −1 where there is none.
-    order
-        2 where nodes between vertices follow the vertices, otherwise 1.
-    """
-
-    nodes: Ints
-    facets: Ints
-    parents: Ints
-    order: int
+    nodes: Ints  # (n,) node of the mesh of each node of the surface: vertices first
+    facets: Ints  # (n_facets, 3) vertices as numbers of `nodes`, outward orientation
+    parents: Ints  # (n, 2) two earlier nodes beside each; −1 where there is none
+    order: int  # 2 where nodes between vertices follow the vertices, otherwise 1
 
     @classmethod
     def of(cls, mesh: TetMesh, most: int = MOST_NODES) -> "Surface":
@@ -61,15 +49,8 @@ class Surface:
     def rows(self, row: Ints) -> tuple[Ints, Ints]:
         """Number rows of a table that several nodes may share, in the order in which nodes mention them.
 
-        Parameters
-        ----------
-        row
-            (n,) the row of each node.
-
-        Returns
-        -------
-        order, parents
-            (n_rows,) old numbers in the new order, and (n_rows, 2) parents in the new numbers.
+        From the row (n,) of each node follow the old numbers (n_rows,) in the new order, and the parents
+        (n_rows, 2) in the new numbers.
         """
         order, first, renumbered = _appearance(row)
         above = self.parents[first]

@@ -1,10 +1,11 @@
 """The tables of a report: cells are text, so that the page only lays them out."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from fea.judge.verdict import Verdict
 from fea.output.report.wording import figure
+from fea.output.terminal.assembly import FIT, JOINT, fit_rows, joint_rows
 from fea.output.terminal.run_lines import UNKNOWN, bar, factor, kilo, number, place
 from fea.run.figures import (
     AssemblyFigures,
@@ -12,7 +13,6 @@ from fea.run.figures import (
     BoreFigures,
     CycleFigures,
     EnvelopeFigures,
-    FaceCaseFigures,
     PlaneFigures,
     Summary,
 )
@@ -48,27 +48,13 @@ _PLANES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
 
 @dataclass(frozen=True)
 class Table:
-    """A table: the first cell of each row is its heading.
+    """A table: the first cell of each row is its heading."""
 
-    Attributes
-    ----------
-    caption
-        What it shows.
-    head
-        Headings of the columns.
-    rows
-        Cells as text.
-    marked
-        Numbers of rows that stand out.
-    text
-        Numbers of columns that hold words and not figures.
-    """
-
-    caption: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    marked: tuple[int, ...] = ()
-    text: tuple[int, ...] = (0,)
+    caption: str  # what it shows
+    head: tuple[str, ...]  # headings of the columns
+    rows: tuple[tuple[str, ...], ...]  # cells as text
+    marked: tuple[int, ...] = ()  # numbers of rows that stand out
+    text: tuple[int, ...] = (0,)  # numbers of columns that hold words and not figures
 
 
 def case_table(summary: Summary) -> Table:
@@ -144,15 +130,15 @@ def convergence_tables(summary: Summary) -> list[Table]:
     )
     loose = tuple(k for k, row in enumerate(cases) if row[3] not in {Verdict.CONVERGED, UNKNOWN})
     bars = ("load case", "error bar of the peak, %", "error in the energy norm, %", "verdict")
-    found = [Table("Error bars", bars, cases, loose, (0, 3))]
+    tables = [Table("Error bars", bars, cases, loose, (0, 3))]
     if summary.passes:
         passes = tuple(
             (str(k), str(one.elements), str(one.nodes), bar(one.error_percent), f"{one.seconds:.1f}")
             for k, one in enumerate(summary.passes, start=1)
         )
         head = ("pass", "elements", "nodes", "largest error bar, %", "time, s")
-        found.append(Table("Refinement of the mesh", head, passes))
-    return found
+        tables.append(Table("Refinement of the mesh", head, passes))
+    return tables
 
 
 def cycle_table(found: EnvelopeFigures) -> Table:
@@ -205,7 +191,7 @@ def endurance_table(found: CycleFigures) -> Table | None:
 
 def buckling_tables(summary: Summary) -> list[Table]:
     """Return the column formulas, and the buckling modes of the solid."""
-    column, found = summary.buckling.column, []
+    column, tables = summary.buckling.column, []
     if column.case is not None:
         rows = tuple(
             (
@@ -218,16 +204,16 @@ def buckling_tables(summary: Summary) -> list[Table]:
         head = ("bending", "slenderness", "Euler, kN", "Johnson, kN", "Rankine, kN", "factor, Euler",
                 "factor, Johnson", "factor, Rankine")  # fmt: skip
         caption = f"The shank as a column under {column.force_N / 1000:.1f} kN ({column.case})"
-        found.append(Table(caption, head, rows))
+        tables.append(Table(caption, head, rows))
     modes = tuple(
         (f"{case}, mode {k}", f"{mode.factor:.2f}", mode.moves)
-        for case, own in (summary.buckling.modes or {}).items()
-        for k, mode in enumerate(own, start=1)
+        for case, of_case in (summary.buckling.modes or {}).items()
+        for k, mode in enumerate(of_case, start=1)
     )
     if modes:
         kinds = ("load case", "factor on the load", "the rod moves")
-        found.append(Table("Buckling modes of the solid", kinds, modes, text=(0, 2)))
-    return found
+        tables.append(Table("Buckling modes of the solid", kinds, modes, text=(0, 2)))
+    return tables
 
 
 def _critical(plane: PlaneFigures) -> tuple[float, float, float]:
@@ -263,7 +249,18 @@ def _signed(table: Table) -> Table:
 
 def assembly_tables(found: AssemblyFigures) -> list[Table]:
     """Return the bolts, the joint by load case, and each fit by load case."""
-    return [_bolts(found.bolts), _joint(found), *(_fit(name, found) for name in found.fits)]
+    joint = f"Joint between rod and cap, friction {found.joint.friction:g}"
+    tables = [_bolts(found.bolts), _by_case(joint, JOINT, joint_rows(found))]
+    for name, fit in found.fits.items():
+        interference = f"{1e3 * fit.interference_mm:.0f} µm of interference"
+        caption = f"Fit of the {name}: pressures on the seat, {interference}"
+        tables.append(_by_case(caption, FIT, fit_rows(fit)))
+    return tables
+
+
+def _by_case(caption: str, columns: Iterable[tuple[str, str]], rows: Iterable[tuple[str, ...]]) -> Table:
+    head = (", ".join(filter(None, column)) for column in columns)
+    return Table(caption, ("load case", *head), tuple(rows))
 
 
 def _bolts(bolts: BoltsFigures) -> Table:
@@ -280,42 +277,3 @@ def _bolts(bolts: BoltsFigures) -> Table:
         ("largest pressure under head or nut, MPa", figure(bolts.seat_pressure_MPa, 3)),
     )
     return Table(f"Bolts, {bolts.thread}, by VDI 2230", ("quantity", "value"), rows)
-
-
-def _joint(found: AssemblyFigures) -> Table:
-    rows = []
-    for case, own in found.joint.by_case.items():
-        forces = sorted(bolt.force_N / KN for bolt in found.bolts.by_case[case])
-        ends = f"{forces[0]:.1f} to {forces[-1]:.1f}" if forces else UNKNOWN
-        rows.append(
-            (
-                case, ends, number(own.clamp_force_N / KN, ".1f"), number(own.open_percent, ".0f"),
-                number(own.opening_um, ".1f"), number(own.slipping_percent, ".0f"),
-                number(own.slip_um, ".1f"), number(own.slip_reserve, ".3g"),
-            )
-        )  # fmt: skip
-    head = (
-        "load case",
-        "bolts, kN",
-        "clamped, kN",
-        "open, %",
-        "gap, µm",
-        "slips, %",
-        "slip, µm",
-        "reserve of slip",
-    )
-    return Table(f"Joint between rod and cap, friction {found.joint.friction:g}", head, tuple(rows))
-
-
-def _fit(name: str, found: AssemblyFigures) -> Table:
-    own = found.fits[name]
-    rows = tuple((case, *_face(face)) for case, face in own.by_case.items())
-    head = ("load case", "mean, MPa", "least, MPa", "largest, MPa", "lifted, %", "slips, %")
-    caption = f"Fit of the {name}: pressures on the seat, {1e3 * own.interference_mm:.0f} µm of interference"
-    return Table(caption, head, rows)
-
-
-def _face(face: FaceCaseFigures) -> tuple[str, ...]:
-    pressures = (face.mean_pressure_MPa, face.min_pressure_MPa, face.max_pressure_MPa)
-    shares = (face.open_percent, face.slipping_percent)
-    return (*(number(value, ".1f") for value in pressures), *(number(value, ".0f") for value in shares))

@@ -1,46 +1,65 @@
 """What a run says of bolts, joint and fits."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from fea.output.terminal.run_lines import factor, number
-from fea.run.figures import AssemblyFigures, BoltsFigures, FaceCaseFigures, OnsetFigures
+from fea.run.figures import AssemblyFigures, BoltsFigures, FitFigures, OnsetFigures
 from fea.units import KN
 from loads.cases import ASSEMBLY
 
-_JOINT = ("bolts\nkN", "clamped\nkN", "open\n%", "gap\nµm", "slips\n%", "slip\nµm", "reserve\nslip")
-_FIT = ("mean\nMPa", "least\nMPa", "largest\nMPa", "lifted\n%", "slips\n%")
+# Name and unit of the columns beside that of the load case.
+JOINT = (
+    ("bolts", "kN"), ("clamped", "kN"), ("open", "%"), ("gap", "µm"), ("slips", "%"), ("slip", "µm"),
+    ("slip safety", ""),
+)  # fmt: skip
+FIT = (("mean", "MPa"), ("least", "MPa"), ("largest", "MPa"), ("lifted", "%"), ("slips", "%"))
+
+
+def joint_rows(found: AssemblyFigures) -> list[tuple[str, ...]]:
+    """Return bolts and joint by load case, in the columns of `JOINT`."""
+    return [
+        (
+            case,
+            _ends([bolt.force_N / KN for bolt in found.bolts.by_case[case]]),
+            number(joint.clamp_force_N / KN, ".1f"),
+            number(joint.open_percent, ".0f"),
+            number(joint.opening_um, ".1f"),
+            number(joint.slipping_percent, ".0f"),
+            number(joint.slip_um, ".1f"),
+            number(joint.slip_reserve, ".3g"),
+        )
+        for case, joint in found.joint.by_case.items()
+    ]
+
+
+def fit_rows(fit: FitFigures) -> list[tuple[str, ...]]:
+    """Return a fit by load case, in the columns of `FIT`."""
+    rows = []
+    for case, face in fit.by_case.items():
+        pressures = (face.mean_pressure_MPa, face.min_pressure_MPa, face.max_pressure_MPa)
+        shares = (face.open_percent, face.slipping_percent)
+        cells = (*(number(value, ".1f") for value in pressures), *(number(value, ".0f") for value in shares))
+        rows.append((case, *cells))
+    return rows
 
 
 def assembly_tables(found: AssemblyFigures) -> list[Table]:
     """Return bolts and joint by load case, then each fit."""
-    joint = _table("joint", _JOINT)
-    for case, own in found.joint.by_case.items():
-        joint.add_row(
-            case,
-            _ends([bolt.force_N / KN for bolt in found.bolts.by_case[case]]),
-            number(own.clamp_force_N / KN, ".1f"),
-            number(own.open_percent, ".0f"),
-            number(own.opening_um, ".1f"),
-            number(own.slipping_percent, ".0f"),
-            number(own.slip_um, ".1f"),
-            number(own.slip_reserve, ".3g"),
-        )
-    tables = [joint]
-    for name, fit in found.fits.items():
-        tables.append(_table(name, _FIT))
-        for case, face in fit.by_case.items():
-            tables[-1].add_row(case, *_fit(face))
-    return tables
+    fits = (_table(name, FIT, fit_rows(fit)) for name, fit in found.fits.items())
+    return [_table("joint", JOINT, joint_rows(found)), *fits]
 
 
-def _table(name: str, titles: tuple[str, ...]) -> Table:
+def _table(name: str, columns: Iterable[tuple[str, str]], rows: Iterable[tuple[str, ...]]) -> Table:
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, show_edge=False)
     table.add_column(name, no_wrap=True)
-    for title in titles:
-        table.add_column(title, justify="right", no_wrap=True)
+    for title, unit in columns:
+        heading = f"{title}\n{unit}" if unit else title.replace(" ", "\n")
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in rows:
+        table.add_row(*row)
     return table
 
 
@@ -49,12 +68,6 @@ def assembly_lines(found: AssemblyFigures | None) -> list[str]:
     if found is None:
         return []
     return [_bolts(found.bolts), *_joint(found), *_fits(found), *_ovality(found)]
-
-
-def _fit(fit: FaceCaseFigures) -> tuple[str, ...]:
-    pressures = (fit.mean_pressure_MPa, fit.min_pressure_MPa, fit.max_pressure_MPa)
-    shares = (fit.open_percent, fit.slipping_percent)
-    return (*(number(value, ".1f") for value in pressures), *(number(value, ".0f") for value in shares))
 
 
 def _ends(forces: list[float]) -> str:

@@ -89,15 +89,7 @@ _MOST_SPEEDS = 4
 
 
 def print_modes(figures: ModesFigures, console: Console | None = None) -> None:
-    """Print the modes, a row each.
-
-    Parameters
-    ----------
-    figures
-        What was found.
-    console
-        Where to; standard output by default.
-    """
+    """Print the modes, a row each, on standard output or another console."""
     console = console or Console(highlight=False)
     modes = figures.modes
     speeds = list(modes[0].orders)[:_MOST_SPEEDS]

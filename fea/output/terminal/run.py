@@ -48,15 +48,7 @@ _NARROWER: tuple[tuple[int, frozenset[str]], ...] = (
 
 
 def print_runs(runs: Sequence[tuple[Path, Summary]], console: Console | None = None) -> None:
-    """Print finished runs.
-
-    Parameters
-    ----------
-    runs
-        The directory and the figures of each speed.
-    console
-        Where to; standard output by default.
-    """
+    """Print finished runs, each with its directory, on standard output or another console."""
     console = console or _console()
     if len(runs) == 1:
         _print_run(console, *runs[0])

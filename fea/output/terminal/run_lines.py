@@ -1,4 +1,4 @@
-"""Buckling on the terminal."""
+"""What terminal and report say of a run, in lines; and how they write its figures."""
 
 from collections.abc import Iterable, Mapping, Sequence
 
@@ -137,8 +137,8 @@ def life_lines(life: LifeFigures | None) -> list[str]:
 
 
 def hours_text(hours: float | None) -> str:
-    """Return hours with three digits, or that there is no end."""
-    return "no end" if hours is None else f"{number(hours, '.3g')} h"
+    """Return hours with three digits, or that they are unlimited."""
+    return "unlimited" if hours is None else f"{number(hours, '.3g')} h"
 
 
 def _shares(duty: Sequence[DutyFigures]) -> str:
@@ -200,7 +200,7 @@ def fillet(edge: SharpEdgeFigures) -> str:
     if edge.safety_factor < edge.required_safety_factor:
         return f"no fillet gives {asked}, the section itself is too weak"
     if edge.largest_fillet_mm is None:
-        return "which fillet it needs cannot be said: short flanks, a narrow notch or large elements"
+        return "the fillet it needs could not be determined: short flanks, a narrow notch or large elements"
     if edge.fillet_radius_mm is None:
         return f"the peak has {asked} only with a fillet of more than {edge.largest_fillet_mm:.1f} mm"
     if edge.fillet_radius_mm < _SMALL:

@@ -1,0 +1,175 @@
+"""A run on disk: what `fea run` has written, read when it is asked for."""
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fea.output.columns_csv import read_columns
+from fea.output.folder import SUMMARY
+from fea.output.json_file import read_summary
+from fea.run.figures import SCHEMA, Summary
+from fea.run.motion import Motion
+from fea.run.result import Array, Arrays, DrawnBore, drawn_bores
+from fea.study.study import Study, load_study
+from geometry.errors import InvalidValue, require
+from mesh.files.given import named_mesh
+from mesh.tetmesh import MeshError, TetMesh
+
+STUDY = "study.toml"
+_AGAIN = "Repeat the run: fea run study.toml."
+
+
+class FileFields(NamedTuple):
+    """What a result file holds: the mesh without named surfaces, and the arrays of its nodes and elements."""
+
+    mesh: TetMesh
+    point: Mapping[str, Array]
+    cell: Mapping[str, Array]
+
+
+class ResultFiles(Mapping[str, FileFields]):
+    """The result files in a folder by the names of their load cases, read when they are asked for."""
+
+    def __init__(self, folder: Path, names: Iterable[str]) -> None:
+        self._folder, self._names = folder, tuple(names)
+        self._read: dict[str, FileFields] = {}
+
+    def __getitem__(self, name: str) -> FileFields:
+        if name not in self._names:
+            raise KeyError(name)
+        if name not in self._read:
+            self._read[name] = read_vtu(self._folder / f"{name}.vtu")
+        return self._read[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+@dataclass(frozen=True)
+class StoredRun:
+    """A run of one speed on disk; what it gives is what `fea.run.result.Run` says.
+
+    Everything read later raises `InvalidValue` for files that are missing or damaged.
+    """
+
+    folder: Path
+    study: Study
+    summary: Summary
+    files: Mapping[str, FileFields]  # of each load case; none where one is missing
+    motion: Motion | None = None
+    without_motion: str = ""
+
+    @property
+    def mesh(self) -> TetMesh:
+        """The whole rod in its frame, mm, without named surfaces."""
+        return next(iter(self.files.values())).mesh
+
+    @cached_property
+    def fields(self) -> Mapping[str, Arrays]:
+        """Nodal arrays of each load case."""
+        return {name: _floats(file.point) for name, file in self.files.items()}
+
+    @cached_property
+    def envelope(self) -> Arrays | None:
+        """Nodal arrays of the whole crank cycle."""
+        path = self.folder / "envelope.vtu"
+        return _floats(read_vtu(path).point) if path.is_file() else None
+
+    @cached_property
+    def forces(self) -> Arrays | None:
+        """The columns of ``loads.csv``."""
+        return self._columns("loads.csv")
+
+    @cached_property
+    def contact(self) -> Arrays | None:
+        """The columns of ``contact.csv``."""
+        return self._columns("contact.csv")
+
+    @property
+    def bores(self) -> tuple[DrawnBore, ...]:
+        """The bores, where they are found in the mesh."""
+        rod = self.study.rod.dimensions
+        known = (None, None) if rod is None else (rod.big_end_bore, rod.small_end_bore)
+        try:
+            return drawn_bores(named_mesh(self.mesh, known)[0], self.summary.rod.length_mm)
+        except MeshError:
+            return ()
+
+    def require_fields(self) -> None:
+        """Refuse a run without fields."""
+        missing = [name for name in self.summary.results if not (self.folder / f"{name}.vtu").is_file()]
+        rule = f"has no fields of {', '.join(missing)}: of many speeds only the worst ones keep theirs"
+        require(bool(self.files), "RUN", str(self.folder), rule, "Run this speed alone, and export that.")
+
+    def _columns(self, name: str) -> Arrays | None:
+        path = self.folder / name
+        try:
+            return read_columns(path) if path.is_file() else None
+        except (OSError, ValueError) as error:
+            raise InvalidValue("RUN", str(self.folder), f"cannot be read ({error})", _AGAIN) from error
+
+
+def read_run(folder: Path) -> StoredRun:
+    """Read a run of one speed that `fea run` has written.
+
+    Raises
+    ------
+    InvalidValue
+        It is not such a folder, or its files are damaged.
+    """
+    _require_run(folder)
+    try:
+        summary = read_summary(folder)
+    except (OSError, ValueError) as error:
+        raise InvalidValue("RUN", str(folder), f"cannot be read ({error})", _AGAIN) from error
+    complete = all((folder / f"{name}.vtu").is_file() for name in summary.results)
+    files = ResultFiles(folder, summary.results if complete else ())
+    return StoredRun(folder, replace(load_study(folder / STUDY), name=summary.study), summary, files)
+
+
+def _require_run(folder: Path) -> None:
+    remedy = "Name the folder that fea run has written, such as results/leon-2001-6000rpm."
+    require(folder.is_dir(), "RUN", str(folder), "is not a directory", remedy)
+    speeds = sorted(place.parent.name for place in folder.glob(f"*/{SUMMARY}"))
+    if speeds and not (folder / SUMMARY).is_file():
+        rule = f"holds runs at several speeds: {', '.join(speeds[:8])}"
+        raise InvalidValue("RUN", str(folder), rule, f"Name one of them, such as {folder / speeds[0]}.")
+    try:
+        raw = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InvalidValue("RUN", str(folder), f"has no readable {SUMMARY} ({error})", remedy) from error
+    ours = isinstance(raw, dict) and raw.get("schema") == SCHEMA and (folder / STUDY).is_file()
+    require(ours, "RUN", str(folder), "is not the folder of a run of this version", remedy)
+
+
+def read_vtu(path: Path) -> FileFields:
+    """Read the mesh and the arrays of a result file; errors as for `read_run`."""
+    from meshio.vtu import read  # noqa: PLC0415 - only a stored run needs it
+
+    try:
+        content = read(str(path))
+        (block,) = content.cells
+        cells = {name: np.asarray(values[0]) for name, values in content.cell_data.items()}
+        part = cells.get("part")
+        mesh = TetMesh(
+            np.asarray(content.points),
+            np.asarray(block.data, dtype=np.int64),
+            {},
+            None if part is None else part.astype(np.int64),
+        )
+    except Exception as error:  # what meshio and its parsers raise is not documented
+        rule = f"cannot be read ({type(error).__name__}: {error})"
+        raise InvalidValue("RUN", str(path), rule, _AGAIN) from error
+    return FileFields(mesh, {name: np.asarray(values) for name, values in content.point_data.items()}, cells)
+
+
+def _floats(arrays: Mapping[str, Any]) -> Arrays:
+    return {name: np.asarray(values, float) for name, values in arrays.items()}
