@@ -41,7 +41,8 @@ COMMANDS = {
     "- `fea optimise my.toml --min-safety 1.3 --free web_thickness_mm=3:7 --free flange_thickness_mm=3:8`\n\n"
     "It leaves the study of the lighter rod, a table, the history and a picture of both rods.",
     "reproduce": "Compare published figures with computed ones.",
-    "verify": "Solve benchmark problems with known answers.",
+    "verify": "Solve benchmark problems with known answers.\n\n"
+    "A report also shows every case on coarser meshes.",
     "converge": "Measure error against run time, for a rod and two problems with exact solutions.\n\n"
     "Each problem is solved on a series of finer meshes, with first- and second-order elements, as a whole "
     "and by symmetry, and with CalculiX (ccx) if it is installed. The result names the fastest way to an "

@@ -59,6 +59,6 @@ def loads(
 
 def _keep_trace(study: Study, csv: Path | None) -> None:
     """Refuse to overwrite the study's own pressure trace."""
-    own = study.engine is not None and csv is not None and Path(study.engine.gas) == csv.resolve()
+    same = study.engine is not None and csv is not None and Path(study.engine.gas) == csv.resolve()
     rule = "is the study's own pressure trace, which must not be overwritten"
-    require(not own, "--csv", str(csv), rule, "Name another file.")
+    require(not same, "--csv", str(csv), rule, "Name another file.")

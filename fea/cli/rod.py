@@ -48,15 +48,19 @@ def rod(
     if fit is not None:
         from fea.run.rod_report import fitted
 
-        table, found = fitted(asked, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
+        table, best = fitted(asked, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
         if json:
-            outcome = {"met": found.met, "residuals": found.residuals, "at_limit": found.at_limit}
-            print_json(outcome | {"rod": vars(found.rod)})
+            outcome = {
+                "met": best.met,
+                "residuals": best.residuals,
+                "at_limit": best.at_limit,
+            }
+            print_json(outcome | {"rod": vars(best.rod)})
         elif not quiet:
-            sys.stdout.write(f"# {found.text()}\n{replace(asked, rod=table).text()}")
-        if not found.met:
-            sys.stderr.write(f"fea: {found.text()}. The printed rod comes closest to the targets\n")
-        return 0 if found.met else CHECK_FAILED
+            sys.stdout.write(f"# {best.text()}\n{replace(asked, rod=table).text()}")
+        if not best.met:
+            sys.stderr.write(f"fea: {best.text()}. The printed rod comes closest to the targets\n")
+        return 0 if best.met else CHECK_FAILED
 
     from fea.run.rod_report import rod_report
 

@@ -1,12 +1,15 @@
-"""What the commands that compare results with known ones share: JSON rows, tables and reports."""
+"""The commands that compare results with known ones: JSON rows, tables and reports."""
 
 from collections.abc import Callable, Iterable
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Annotated, Protocol
+
+from cyclopts import Parameter
 
 from fea.cli.options import Json, Markdown, Quiet, print_json, print_written
 from fea.machine.exit_codes import CHECK_FAILED
+from fea.output.target import require_report
 from fea.study.study import DEFAULT_STUDY
 
 
@@ -17,60 +20,58 @@ class Row(Protocol):
         """Return the figures by their JSON keys."""
 
 
-def quoted(command: str, report: Path) -> str:
-    """Return a command with its report, as the report quotes it: only the name of an absolute path."""
-    return f"{command} --report {report.name if report.is_absolute() else report.as_posix()}"
+@dataclass(frozen=True)
+class Shown:
+    """How rows are shown."""
+
+    json: Json = False
+    report: Markdown = None
+    quiet: Quiet = False
+
+    def __post_init__(self) -> None:
+        """Refuse a report that cannot be written, before anything is computed."""
+        require_report(self.report)
+
+    def write(self, command: str, write: Callable[[Path, str], object]) -> None:
+        """Write the report, which quotes the command with the name of an absolute path only."""
+        if self.report is not None:
+            name = self.report.name if self.report.is_absolute() else self.report.as_posix()
+            write(self.report, f"{command} --report {name}")
+
+    def print(self, rows: Iterable[Row], digits: int, table: Callable[[], None]) -> None:
+        """Print rows as JSON with so many significant digits, or as a table with the path of the report."""
+        if self.json:
+            print_json([row.as_dict() for row in rows], digits)
+        elif not self.quiet:
+            table()
+            print_written((self.report,))
 
 
-def show(
-    rows: Iterable[Row],
-    digits: int,
-    table: Callable[[], None],
-    *,
-    report: Path | None,
-    json: bool,
-    quiet: bool,
-) -> None:
-    """Print rows as JSON with so many significant digits, or as a table with the path of the report."""
-    if json:
-        print_json([row.as_dict() for row in rows], digits)
-    elif not quiet:
-        table()
-        print_written((report,))
+Options = Annotated[Shown, Parameter(name="*")]
+_NOTHING = Shown()
 
 
-_DIGITS = 9
-
-
-def verify(*cases: str, json: Json = False, report: Path | None = None, quiet: Quiet = False) -> int:
+def verify(*cases: str, shown: Options = _NOTHING) -> int:
     """Solve benchmark problems with known answers, with the elements, solver and recovery of a run.
 
     Parameters
     ----------
     cases
         Cases to solve (le1, le10, le11, lame, goodier, cook, …); default: all of them.
-    report
-        Write a Markdown report to this file (.md), with its plot next to it; it also solves every case on
-        coarser meshes.
     """
     from fea.machine.clock import stages
-    from fea.output.target import require_report
     from fea.verify.verify import print_verification, write_report
     from fea.verify.verify import verify as compute
 
-    require_report(report)
-    with stages(silent=quiet) as listener:
+    with stages(silent=shown.quiet) as listener:
         rows = compute(cases, listener)
-        if report is not None:
-            write_report(report, rows, quoted(" ".join(["fea verify", *cases]), report), listener)
-    show(rows, _DIGITS, partial(print_verification, rows), report=report, json=json, quiet=quiet)
+        command = " ".join(["fea verify", *cases])
+        shown.write(command, lambda report, said: write_report(report, rows, said, listener))
+    shown.print(rows, 9, lambda: print_verification(rows))
     return 0 if all(row.passed for row in rows) else CHECK_FAILED
 
 
-_STABILITY_DIGITS = 9
-
-
-def stability(*cases: str, json: Json = False, report: Markdown = None, quiet: Quiet = False) -> int:
+def stability(*cases: str, shown: Options = _NOTHING) -> int:
     """Solve ill-conditioned and extreme cases with known answers: no wrong result may pass unnoticed.
 
     Parameters
@@ -79,30 +80,17 @@ def stability(*cases: str, json: Json = False, report: Markdown = None, quiet: Q
         Cases to solve (contrast, slender, incompressible, …); default: all of them.
     """
     from fea.machine.clock import stages
-    from fea.output.target import require_report
-    from fea.verify.stability.stability import print_stability, write_report
+    from fea.verify.stability.report import write_report
     from fea.verify.stability.stability import stability as compute
 
-    require_report(report)
-    with stages(silent=quiet) as listener:
+    with stages(silent=shown.quiet) as listener:
         rows = compute(cases, listener)
-    if report is not None:
-        write_report(report, rows, quoted(" ".join(["fea stability", *cases]), report))
-    show(rows, _STABILITY_DIGITS, partial(print_stability, rows), report=report, json=json, quiet=quiet)
+    shown.write(" ".join(["fea stability", *cases]), lambda report, said: write_report(report, rows, said))
+    shown.print(rows, 9, lambda: print_stability(rows))
     return 0 if all(row.passed for row in rows) else CHECK_FAILED
 
 
-_CONVERGE_DIGITS = 6
-
-
-def converge(
-    study: str = DEFAULT_STUDY,
-    *,
-    minutes: float = 10.0,
-    json: Json = False,
-    report: Markdown = None,
-    quiet: Quiet = False,
-) -> int:
+def converge(study: str = DEFAULT_STUDY, *, minutes: float = 10.0, shown: Options = _NOTHING) -> int:
     """Measure error against run time, for a rod and two problems with exact solutions.
 
     Parameters
@@ -115,7 +103,6 @@ def converge(
         rod, takes some minutes more.
     """
     from fea.machine.clock import stages
-    from fea.output.target import require_report
     from fea.study.study import load_study
     from fea.verify.converge.converge import converge as compute
     from fea.verify.converge.report import print_comparison, write_report
@@ -124,24 +111,17 @@ def converge(
 
     require_positive("--minutes", minutes)
     asked = load_study(study)
-    require_report(report)
-    with stages(silent=quiet or json) as listener:
-        comparison = compute(asked, minutes, listener)
-    if report is not None:
-        write_report(report, comparison, quoted(f"fea converge {study} --minutes {minutes:g}", report))
-    advised = advice(comparison.of("rod"), comparison.references["rod"].uncertainty_percent)
-    table = partial(print_comparison, comparison.rows, advised)
-    show(comparison.rows, _CONVERGE_DIGITS, table, report=report, json=json, quiet=quiet)
+    with stages(silent=shown.quiet or shown.json) as listener:
+        result = compute(asked, minutes, listener)
+    command = f"fea converge {study} --minutes {minutes:g}"
+    shown.write(command, lambda report, said: write_report(report, result, said))
+    rod = [row for row in result.rows if row.computation.problem == "rod"]
+    advised = advice(rod, result.references["rod"].uncertainty_percent)
+    shown.print(result.rows, 6, lambda: print_comparison(result.rows, advised))
     return 0
 
 
-# The studies print up to ten significant digits; every one is compared.
-_REPRODUCE_DIGITS = 12
-
-
-def reproduce(
-    source: str = "all", *, json: Json = False, report: Markdown = None, quiet: Quiet = False
-) -> int:
+def reproduce(source: str = "all", *, shown: Options = _NOTHING) -> int:
     """Compare published figures with computed ones: every printed cell, and why it differs.
 
     Parameters
@@ -149,17 +129,13 @@ def reproduce(
     source
         leon-2001, columba-2022, molina-2024 or all.
     """
-    from fea.output.target import require_report
     from fea.verify.reproduce.printed import summarise
     from fea.verify.reproduce.report import print_reproduction, write_report
     from fea.verify.reproduce.report import reproduce as compare
 
-    require_report(report)
     tables = compare(source)
-    if report is not None:
-        write_report(report, tables, quoted(f"fea reproduce {source}", report))
+    shown.write(f"fea reproduce {source}", lambda report, said: write_report(report, tables, said))
     figures = [figure for table in tables for figure in table.figures]
-    show(
-        figures, _REPRODUCE_DIGITS, partial(print_reproduction, tables), report=report, json=json, quiet=quiet
-    )
+    # The studies print up to ten significant digits; every one is compared.
+    shown.print(figures, 12, lambda: print_reproduction(tables))
     return CHECK_FAILED if summarise(tables).unexplained else 0

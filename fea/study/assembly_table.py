@@ -186,10 +186,10 @@ def changed(table: AssemblyTable | None, keys: Mapping[str, object]) -> Assembly
 
     One way of tightening the bolts replaces another.
     """
-    own = {} if table is None else entries_of(table)
+    kept = {} if table is None else entries_of(table)
     if keys.keys() & set(_TIGHTENED):
-        own = {key: value for key, value in own.items() if key not in _TIGHTENED}
-    return read_table(AssemblyTable, "assembly", {**own, **keys})
+        kept = {name: value for name, value in kept.items() if name not in _TIGHTENED}
+    return read_table(AssemblyTable, "assembly", {**kept, **keys})
 
 
 # Names of the [material.…] tables, and of the parts that they are for.
@@ -230,8 +230,12 @@ def assembled(given: Mapping[str, MaterialTable], part: str, otherwise: Material
 
 def bolt_material(given: Mapping[str, MaterialTable], grade: BoltGrade | None) -> MaterialTable:
     """Return the material of the bolts: that of [material.bolt], completed by a property class."""
-    own = given.get(BOLT, MaterialTable())
-    return own if own.preset else MaterialTable(**{**vars(own), "preset": f"bolt-{grade or DEFAULT_GRADE}"})
+    bolts = given.get(BOLT, MaterialTable())
+    return (
+        bolts
+        if bolts.preset
+        else MaterialTable(**{**vars(bolts), "preset": f"bolt-{grade or DEFAULT_GRADE}"})
+    )
 
 
 def assumed_materials(given: Mapping[str, MaterialTable], parts: tuple[str, ...]) -> tuple[str, ...]:

@@ -2,43 +2,16 @@
 
 import math
 import re
+import tomllib
 from dataclasses import dataclass
+from importlib.resources import files
 
 from fea.base.choices import BoltGrade
 from fea.study.tables import nearest
 from geometry.errors import InvalidValue, require
 
-# Pitches by nominal diameter, mm: coarse, and the fine one that ISO 262 prefers (ISO 261 where it has none).
-_PITCHES = {
-    3.0: (0.5, 0.35),
-    4.0: (0.7, 0.5),
-    5.0: (0.8, 0.5),
-    6.0: (1.0, 0.75),
-    7.0: (1.0, 0.75),
-    8.0: (1.25, 1.0),
-    9.0: (1.25, 1.0),
-    10.0: (1.5, 1.25),
-    11.0: (1.5, 1.0),
-    12.0: (1.75, 1.25),
-    14.0: (2.0, 1.5),
-    16.0: (2.0, 1.5),
-    18.0: (2.5, 1.5),
-    20.0: (2.5, 1.5),
-    22.0: (2.5, 1.5),
-    24.0: (3.0, 2.0),
-    27.0: (3.0, 2.0),
-    30.0: (3.5, 2.0),
-    33.0: (3.5, 2.0),
-    36.0: (4.0, 3.0),
-    39.0: (4.0, 3.0),
-    42.0: (4.5, 3.0),
-    45.0: (4.5, 3.0),
-    48.0: (5.0, 3.0),
-    52.0: (5.0, 4.0),
-    56.0: (5.5, 4.0),
-    60.0: (5.5, 4.0),
-    64.0: (6.0, 4.0),
-}
+_DATA = tomllib.loads((files("fea") / "study" / "bolts.toml").read_text(encoding="utf-8"))
+_PITCHES = {float(size): pitches for size, pitches in _DATA["pitches"].items()}
 # Standard threads have a pitch of 0.045 to 0.18 of their diameter, so that these bounds hold any thread.
 _LEAST_PITCH, _LARGEST_PITCH = 0.03, 0.2
 _NAME = re.compile(r"\s*M\s*(\d{1,3}(?:\.\d{1,6})?)(?:\s*[xX×]\s*(\d{1,2}(?:\.\d{1,6})?))?\s*")
@@ -46,15 +19,7 @@ _NAME = re.compile(r"\s*M\s*(\d{1,3}(?:\.\d{1,6})?)(?:\s*[xX×]\s*(\d{1,2}(?:\.\
 
 @dataclass(frozen=True)
 class Thread:
-    """A metric thread; all dimensions are basic ones, without tolerances.
-
-    Attributes
-    ----------
-    diameter
-        d, nominal, mm.
-    pitch
-        P, mm.
-    """
+    """A metric thread: nominal diameter d and pitch P, mm; basic dimensions, without tolerances."""
 
     diameter: float
     pitch: float
@@ -108,19 +73,19 @@ def parse_thread(key: str, name: str) -> Thread:
     InvalidValue
         It is none, has no standard pitch, or one that no thread has.
     """
-    found = _NAME.fullmatch(name)
+    named = _NAME.fullmatch(name)
     remedy = 'Give diameter and pitch in mm, as "M9x1".'
-    if found is None:
+    if named is None:
         raise InvalidValue(key, name, "is not a metric thread", remedy)
-    diameter = float(found[1])
+    diameter = float(named[1])
     rule = "its diameter must be 2 to 100 mm"
     require(2 <= diameter <= 100, key, name, rule, "Give it in mm.")
-    if found[2] is None:
+    if named[2] is None:
         names = [f"M{size:g}" for size in _PITCHES]
         rule = "has no standard pitch"
         require(diameter in _PITCHES, key, name, rule, f"{remedy} {nearest(name, names)}")
         return Thread(diameter, _PITCHES[diameter][0])
-    pitch = float(found[2])
+    pitch = float(named[2])
     least, most = _LEAST_PITCH * diameter, _LARGEST_PITCH * diameter
     rule = f"its pitch must be {least:.3g} to {most:.3g} mm"
     require(least <= pitch <= most, key, name, rule, remedy)
@@ -139,30 +104,14 @@ _THIN = 16.0
 
 @dataclass(frozen=True)
 class BoltStrength:
-    """Strengths of a bolt, MPa.
-
-    Attributes
-    ----------
-    proof
-        S_p, under which a bolt keeps its length.
-    yield_strength
-        R_p0.2, least stress at 0.2 % non-proportional elongation.
-    ultimate
-        R_m, least tensile strength.
-    """
+    """Strengths of a bolt, MPa: S_p, under which it keeps its length, R_p0.2 and R_m."""
 
     proof: float
     yield_strength: float
     ultimate: float
 
 
-_STRENGTHS = {
-    BoltGrade.G8_8: BoltStrength(580.0, 640.0, 800.0),
-    BoltGrade.G9_8: BoltStrength(650.0, 720.0, 900.0),
-    BoltGrade.G10_9: BoltStrength(830.0, 940.0, 1040.0),
-    BoltGrade.G12_9: BoltStrength(970.0, 1100.0, 1220.0),
-}
-_THICK_8_8 = BoltStrength(600.0, 660.0, 830.0)
+_STRENGTHS = {name: BoltStrength(*values) for name, values in _DATA["strengths"].items()}
 # S_p over R_p0.2 of classes 10.9 and 12.9, for bolts of other strengths.
 PROOF_RATIO = 0.88
 
@@ -170,4 +119,4 @@ PROOF_RATIO = 0.88
 def bolt_strength(grade: BoltGrade, diameter: float) -> BoltStrength:
     """Return the strengths of a property class at a nominal diameter, mm."""
     thick = grade is BoltGrade.G8_8 and diameter > _THIN
-    return _THICK_8_8 if thick else _STRENGTHS[grade]
+    return _STRENGTHS["8.8 thick" if thick else grade]

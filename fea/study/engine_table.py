@@ -199,8 +199,8 @@ def engine_notes(table: EngineTable, rod_length: float, rpm: float) -> list[Note
         return []
     notes = [*assumptions(f"engine {preset.name}", _assumed(table, preset))]
     if not math.isclose(rod_length, preset.rod_length, rel_tol=_SAME_LENGTH):
-        own = f"the rod of the {preset.name} engine is {preset.rod_length:g} mm long"
-        notes.append(warning(f"{own}, the one of this study {rod_length:.4g} mm"))
+        length = f"the rod of the {preset.name} engine is {preset.rod_length:g} mm long"
+        notes.append(warning(f"{length}, the one of this study {rod_length:.4g} mm"))
     if rpm > preset.redline_rpm:
         limit = f"the redline of the {preset.name} engine, {preset.redline_rpm:g} rpm"
         notes.append(warning(f"{rpm:g} rpm is above {limit}"))

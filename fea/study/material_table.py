@@ -1,6 +1,5 @@
 """[material] of a study file."""
 
-import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +16,7 @@ from fea.study.endurance import (
     size_factor,
 )
 from fea.study.presets import MATERIALS
-from fea.study.tables import Table, key, nearest
+from fea.study.tables import Table, entries_of, key, nearest
 from fea.units import GPA, KG_M3
 from geometry.errors import InvalidValue, require, require_number, require_positive
 
@@ -158,11 +157,10 @@ class MaterialTable(Table, table="material"):
                 remedy = nearest(self.preset, MATERIALS)
                 raise InvalidValue("material.preset", self.preset, "is not a preset", remedy)
             base = dict(MATERIALS[self.preset])
-        own = {key: value for key, value in dataclasses.asdict(self).items() if value is not None}
-        own.pop("preset", None)
-        if own.keys() & set(SN_KEYS):  # one way to give the line replaces another
-            base = {key: value for key, value in base.items() if key not in SN_KEYS}
-        return MaterialTable(**base | own)
+        given = {name: value for name, value in entries_of(self).items() if name != "preset"}
+        if given.keys() & set(SN_KEYS):  # one way to give the line replaces another
+            base = {name: value for name, value in base.items() if name not in SN_KEYS}
+        return MaterialTable(**base | given)
 
     def material(self) -> Material:
         """Return the material in coherent units."""
@@ -284,16 +282,16 @@ def thermal_expansion(name: str, table: MaterialTable) -> tuple[float, str | Non
     InvalidValue
         It is out of range, or not given and the metal is not recognised.
     """
-    own, key = table.resolved(), f"{name}.thermal_expansion_1_K"
-    given = own.thermal_expansion_1_K
+    resolved, key = table.resolved(), f"{name}.thermal_expansion_1_K"
+    given = resolved.thermal_expansion_1_K
     if given is not None:
         rule = f"must not be negative and be at most {_LARGEST:g}"
         require(0 <= given <= _LARGEST, key, given, rule, "That of steel is 11.5e-6.")
         return given, None
     for metal, (soft, stiff), (light, heavy), expansion in _METALS:
-        if own.E_GPa is None or own.density_kg_m3 is None:
+        if resolved.E_GPa is None or resolved.density_kg_m3 is None:
             break
-        if soft <= own.E_GPa <= stiff and light <= own.density_kg_m3 <= heavy:
+        if soft <= resolved.E_GPa <= stiff and light <= resolved.density_kg_m3 <= heavy:
             return expansion, metal
     raise InvalidValue(
         key, None, "is missing, and E_GPa and density_kg_m3 are of no common metal", "Give it."

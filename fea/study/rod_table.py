@@ -236,9 +236,9 @@ class RodTable:
             "inertia_kg_m2": (self.mass.inertia_z / KG_M2, drawn.inertia_z / KG_M2),
         }
         others = [
-            f"{key} = {given:.4g} (solid: {own:.4g})"
-            for key, (given, own) in pairs.items()
-            if not math.isclose(given, own, rel_tol=_ALIKE)
+            f"{name} = {given:.4g} (solid: {meshed:.4g})"
+            for name, (given, meshed) in pairs.items()
+            if not math.isclose(given, meshed, rel_tol=_ALIKE)
         ]
         if not others:
             return []
