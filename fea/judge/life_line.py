@@ -16,8 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fea.base.material import Basquin, Material
-from fea.study.endurance import is_steel
+from fea.base.material import Basquin, Material, is_steel
 from geometry.arrays import Floats
 from geometry.errors import require
 

@@ -293,7 +293,7 @@ class LifeFigures:
 
     hours: float | None  # at the reliability of the study, or of the mean of all rods; None for unlimited
     # At the worst place, of rods whose fatigue strength is below and above the mean by `band_percent`, two
-    # standard deviations of the endurance limit of steels (see `fea.study.endurance`)
+    # standard deviations of the endurance limit of steels (see `fea.base.material`)
     band_hours: tuple[float | None, float | None]
     band_percent: float
     band_of: str

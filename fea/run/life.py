@@ -5,14 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.base.material import Material
+from fea.base.material import SCATTER, Material
 from fea.base.note import Note, omission, warning, warnings
 from fea.judge.fatigue import criterion_strength
 from fea.rod.loading import DutyLoads
 from fea.run.cycle.duty import DutyDamage, DutyEntry, duty_damage
 from fea.run.cycle.superposition import CycleAnalysis
 from fea.run.figures import DutyFigures, LifeFigures, vector
-from fea.study.endurance import SCATTER
 from fea.study.option_tables import DutyTable
 from geometry.arrays import Floats
 from geometry.mass import MassProperties

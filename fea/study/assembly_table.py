@@ -231,11 +231,7 @@ def assembled(given: Mapping[str, MaterialTable], part: str, otherwise: Material
 def bolt_material(given: Mapping[str, MaterialTable], grade: BoltGrade | None) -> MaterialTable:
     """Return the material of the bolts: that of [material.bolt], completed by a property class."""
     bolts = given.get(BOLT, MaterialTable())
-    return (
-        bolts
-        if bolts.preset
-        else MaterialTable(**{**vars(bolts), "preset": f"bolt-{grade or DEFAULT_GRADE}"})
-    )
+    return bolts if bolts.preset else replace(bolts, preset=f"bolt-{grade or DEFAULT_GRADE}")
 
 
 def assumed_materials(given: Mapping[str, MaterialTable], parts: tuple[str, ...]) -> tuple[str, ...]:

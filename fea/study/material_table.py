@@ -6,8 +6,11 @@ from typing import Any
 import numpy as np
 
 from fea.base.choices import Finish, Loading
-from fea.base.material import Basquin, Marin, Material, SurfaceFinish
-from fea.study.endurance import (
+from fea.base.material import (
+    Basquin,
+    Marin,
+    Material,
+    SurfaceFinish,
     estimated_endurance,
     finish_factor,
     is_steel,

@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 
 from fea.base.choices import Fatigue, Finish, Loading
-from fea.base.material import Material
+from fea.base.material import (
+    Material,
+    estimated_endurance,
+    finish_factor,
+    reliability_factor,
+    roughness_factor,
+    size_factor,
+)
 from fea.judge.fatigue import (
     TORSION_RATIO,
     ball_radii,
@@ -21,13 +28,6 @@ from fea.judge.fatigue import (
 )
 from fea.judge.history import deviatoric, extremes, tensor
 from fea.stress.stress import von_mises
-from fea.study.endurance import (
-    estimated_endurance,
-    finish_factor,
-    reliability_factor,
-    roughness_factor,
-    size_factor,
-)
 from fea.study.material_table import MaterialTable
 from fea.study.tables import read_table
 from geometry.errors import InvalidValue
