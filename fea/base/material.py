@@ -195,9 +195,9 @@ def of_parts(materials: Sequence[Material], part: npt.NDArray[np.int64] | None) 
     return materials[0] if part is None else Materials(tuple(materials), part)
 
 
-# Marin's factors, S_e = k_a k_b k_c k_e S_e′, are those of Budynas & Nisbett, Shigley's Mechanical Engineering
-# Design, 9th ed., sections 6-8 and 6-9; k_a of shot-peened forgings is that of the FKM guideline (Rennert et al.,
-# Analytical Strength Assessment of Components, 6th ed. 2012, section 4.3).
+# Marin's factors, S_e = k_a k_b k_c k_e S_e′, are those of Budynas & Nisbett, Shigley's Mechanical
+# Engineering Design, 9th ed., sections 6-8 and 6-9; k_a of shot-peened forgings is that of the FKM guideline
+# (Rennert et al., Analytical Strength Assessment of Components, 6th ed. 2012, section 4.3).
 # k_a = a S_u^b, S_u in MPa: table 6-2, after Noll & Lipson (1946).
 _FINISHES = {
     Finish.GROUND: (1.58, -0.085),

@@ -1,7 +1,7 @@
 """[assembly] of a study file: cap, bolts, bushing and bearing shells, of a rod as it is built."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from fea.base.choices import CONTACT, BoltGrade, Split, ThreadRolled
