@@ -80,7 +80,7 @@ def stability(*cases: str, shown: Options = _NOTHING) -> int:
         Cases to solve (contrast, slender, incompressible, …); default: all of them.
     """
     from fea.machine.clock import stages
-    from fea.verify.stability.report import write_report
+    from fea.verify.stability.stability import print_stability, write_report
     from fea.verify.stability.stability import stability as compute
 
     with stages(silent=shown.quiet) as listener:
