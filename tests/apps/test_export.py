@@ -8,6 +8,7 @@ import subprocess
 import meshio
 import numpy as np
 import pytest
+from studies import ENGINE as RUNNING
 
 from fea import analyse, load_study, run
 from fea.apps.export_run import export_run
@@ -18,15 +19,7 @@ from geometry.surfaces import Surface
 from mesh.tetmesh import boundary_facets
 
 MATERIAL = '[material]\npreset = "leon-2001"\n'
-ENGINE = """
-[engine]
-stroke_mm = 94.0
-bore_mm = 76.0
-piston_mass_kg = 1.3345
-gas = "leon-2001"
-[speed]
-rpm = 6000
-"""
+ENGINE = RUNNING + "[speed]\nrpm = 6000\n"
 ROD = """
 [rod]
 length_mm = 141.0

@@ -6,33 +6,18 @@ import tomllib
 
 import pytest
 from program import fea
+from studies import OPTIMISE
 
 from fea.output.columns_csv import read_columns
 from fea.output.folder import require_replaceable
 from fea.output.pictures.strokes import is_complete_png
 from fea.study.study import load_study
 
-STUDY = """
-[rod]
-length_mm = 141.0
-big_end_bore_mm = 50.0
-small_end_bore_mm = 24.0
-shank_section = "rectangular"
-shank_width_mm = 16.0
-[material]
-preset = "leon-2001"
-[forces]
-pin_N = [40000.0, 0.0]
-[optimise]
-free = { shank_width_mm = [8.0, 20.0] }
-min_yield_safety = 1.05
-"""
-
 
 @pytest.fixture(scope="module")
 def job(tmp_path_factory):
     folder = tmp_path_factory.mktemp("job")
-    (folder / "own.toml").write_text(STUDY)
+    (folder / "own.toml").write_text(OPTIMISE)
     done = fea("optimise", "own.toml", "--size", 16, "--evaluations", 20, cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder / "results" / "own-optimised", done.stdout
@@ -72,7 +57,7 @@ def test_the_history_has_every_design(job):
 
 
 def test_what_is_no_search_leaves_nothing(tmp_path):
-    (tmp_path / "own.toml").write_text(STUDY)
+    (tmp_path / "own.toml").write_text(OPTIMISE)
     for arguments, why in (
         (("own.toml", "--free", "shank_width_mm=20:8"), "must rise"),
         (("leon-2001-bolted",), "every design would take minutes"),

@@ -4,24 +4,9 @@ import meshio
 import numpy as np
 import pytest
 from program import fea
+from studies import DUTY
 
-STUDY = """
-[rod]
-preset = "leon-2001"
-[material]
-preset = "forged-steel-2005"
-surface = "machined"
-[engine]
-stroke_mm = 94.0
-bore_mm = 76.0
-piston_mass_kg = 1.3345
-gas = "leon-2001"
-[duty]
-rpm = [4000, 6000]
-share_percent = [90, 10]
-[mesh]
-size_mm = 14.0
-"""
+STUDY = DUTY + "[mesh]\nsize_mm = 14.0\n"
 
 
 @pytest.fixture(scope="module")

@@ -7,16 +7,9 @@ import numpy as np
 import pytest
 from cad_files import cad_file
 from program import COARSE, fea, figures
+from studies import ENGINE
 
 from geometry.presets import LEON_2001
-
-ENGINE = """
-[engine]
-stroke_mm = 94.0
-bore_mm = 76.0
-piston_mass_kg = 1.3345
-gas = "leon-2001"
-"""
 
 
 def test_a_step_file_gives_what_the_dimensions_gave(tmp_path):

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from studies import LEON
 
 from fea.__main__ import exit_code
 from fea.machine.exit_codes import USAGE
@@ -15,15 +16,7 @@ from fea.study.tables import toml_text
 from fea.study.traces import parse_trace
 from geometry.errors import InvalidValue
 
-STUDY = """
-[rod]
-preset = "leon-2001"
-[engine]
-stroke_mm = 94.0
-bore_mm = 76.0
-piston_mass_kg = 1.3345
-gas = "leon-2001"
-[speed]
+STUDY = f"""{LEON}[speed]
 rpm = [800, 6000]
 [mesh]
 size_mm = 12

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from studies import LEON
 
 from fea import load_study
 from fea.base.choices import Fatigue, Finish
@@ -148,16 +149,8 @@ def test_the_mesh_is_refined_for_the_speeds_of_the_duty(monkeypatch):
     assert set(met.value.args) == {1000.0, *SPEEDS}
 
 
-TEXT = """
-[rod]
-preset = "leon-2001"
-[material]
+TEXT = f"""{LEON}[material]
 preset = "c70-2005"
-[engine]
-stroke_mm = 94.0
-bore_mm = 76.0
-piston_mass_kg = 1.3345
-gas = "leon-2001"
 [duty]
 rpm = [3000, 6000]
 hours = [10, 1]

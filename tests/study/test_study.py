@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from studies import LEON
 
 from fea.base.choices import Element, Support
 from fea.run.prepare import prepare
@@ -14,16 +15,6 @@ from fea.study.flags import Flags, python_flags
 from fea.study.paths import parse_speeds
 from fea.study.study import load_study, parse_study, shipped_studies
 from geometry.errors import InvalidValue
-
-LEON = """
-[rod]
-preset = "leon-2001"
-[engine]
-stroke_mm = 94.0
-bore_mm = 76.0
-piston_mass_kg = 1.3345
-gas = "leon-2001"
-"""
 
 
 def parsed(text, tmp_path):
