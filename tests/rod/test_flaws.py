@@ -38,7 +38,7 @@ def test_straight_edges_that_miss_the_mass_are_made_again_with_shorter_ones():
     assert [what for what in said if "again" in what] == [
         f"meshing again, because {found.meshing.repair.causes[0]}"
     ]
-    assert "straight where the solid is curved near" in found.notes[1]
+    assert "straight where the solid is curved near" in found.notes[1].text
 
 
 def test_elements_too_bent_for_the_mass_are_made_again():

@@ -104,7 +104,7 @@ def test_a_tolerance_out_of_reach_is_said(monkeypatch):
     )
     monkeypatch.setattr(adapt, "MAX_PASSES", 3)
     monkeypatch.setattr(adapt, "MAX_ELEMENTS", 1000)
-    assert "the limit is 1000" in adapt_mesh(study(0.01, size=14.0), (6000.0,), Clock()).shortfall
+    assert "the limit is 1000" in adapt_mesh(study(0.01, size=14.0), (6000.0,), Clock()).shortfall.text
 
 
 def test_without_a_tolerance_there_is_one_mesh_and_no_passes():
