@@ -45,7 +45,7 @@ class Assembly:
         return math.cos(angle), math.sin(angle)
 
     def smallest_cell(self, rod: Dimensions) -> Mirror:
-        """Return the smallest mirror cell of a rod that is assembled in this way."""
+        """Return the smallest symmetry cell of a rod that is assembled in this way."""
         return rod.smallest_cell if not self.split else Mirror.HALF
 
 
@@ -167,7 +167,6 @@ def _split(rod: Dimensions, split: float) -> None:
 
 
 def _azimuth(point: Point) -> float:
-    """Angle of a point from the rod's axis, degrees."""
     return math.degrees(math.atan2(point[1], point[0]))
 
 

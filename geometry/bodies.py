@@ -134,7 +134,6 @@ def _faces(swept: Sequence[tuple[int, int]]) -> list[int]:
 
 
 def _by_side(sides: Sequence[Side], lateral: Sequence[int]) -> _Named:
-    """Name swept faces: the kernel lists them in the order of the sides."""
     if len(sides) != len(lateral):
         raise GeometryError(f"the CAD kernel swept {len(lateral)} faces from {len(sides)} sides")
     return [(side.surface, tag) for side, tag in zip(sides, lateral, strict=True)]

@@ -57,9 +57,9 @@ class ImportReport:
 # Millimetres per unit of length: those that can be asked for, and those that a file may declare.
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 DECLARED = {**UNITS, "µm": 1e-3, "dm": 100.0, "km": 1e6, "ft": 304.8}
-# Distances of the bores, mm, that the unit of a file is believed with, and that another unit must lead to:
+# Distances of the bores, mm, with which the unit of a file is accepted, and to which another unit must lead:
 # rods are 50 mm to 2 m long.
-_BELIEVED, _USUAL = (20.0, 4000.0), (50.0, 2000.0)
+_ACCEPTED, _USUAL = (20.0, 4000.0), (50.0, 2000.0)
 
 
 def is_usual(length: float) -> bool:
@@ -77,7 +77,7 @@ def plausible_unit(length: float, unit: str) -> str:
 
     The distance, mm, is the one with `unit`, of `DECLARED`.
     """
-    if _BELIEVED[0] <= length <= _BELIEVED[1]:
+    if _ACCEPTED[0] <= length <= _ACCEPTED[1]:
         return unit
     return next(usual_units(length / DECLARED[unit]), unit)
 

@@ -213,7 +213,6 @@ def with_seats(
 
 
 def _seat(face: Face, bolt: BoltAxis) -> Surface | None:
-    """What of a bolt presses on a face."""
     slack = _SLACK * bolt.hole_radius
     axis, points = (
         Axis(center=np.array(bolt.point), direction=np.array(bolt.direction)),

@@ -134,7 +134,7 @@ class HeightField:
         return _mirrored_body(volume, center, (xx, yy, zz))
 
     def _moments(self, x: Floats) -> tuple[Floats, Floats, Floats]:
-        """Integrate z, z y² and z³ over y ≥ 0 at every `x`."""
+        """Integrals of z, z y² and z³ over y ≥ 0 at every `x`."""
         y, weight = _nodes(self._seams(x))
         x = x[:, None, None]
         z = self.half_width(x, y)

@@ -126,13 +126,12 @@ def with_contacts(
 
 def _require_symmetry(smallest: Mirror, mirror: Mirror) -> None:
     cells = list(Mirror)
-    rule = f"the smallest mirror cell of this rod is {smallest}"
+    rule = f"the smallest symmetry cell of this rod is {smallest}"
     possible = cells.index(mirror) <= cells.index(smallest)
     require(possible, "symmetry", str(mirror), rule, "Choose that or a larger part.")
 
 
 def _plan(rod: Rod, mirror: Mirror, turn: float) -> int:
-    """Extrude the outline with its bores from the lowest to the highest face."""
     top = max(rod.big_end_width, rod.small_end_width) / 2
     outline = Outline(rod, turn)
     with kernel.attempt("extrude the rod's outline"):
@@ -186,7 +185,6 @@ def _holes(rod: Rod, turn: float = 0.0) -> list[int]:
 
 
 def _chamfers(rod: Rod, mirror: Mirror) -> list[int]:
-    """Draw the cones that chamfer the ends of the bores above z = 0, and below it for the whole rod."""
     cones = []
     for x, bore, width, size in (
         (0.0, rod.big_end_bore, rod.big_end_width, rod.big_end_chamfer),
@@ -214,7 +212,6 @@ def _bushed(rod: Rod, body: int) -> dict[str, int]:
 
 
 def _above(step: RingStep, top: float, rod: Rod, sector: float = math.pi) -> int:
-    """Draw the space above a ring's face, its step and the plane of the shank's face."""
     far = 3 * (rod.length + rod.big_end_radius + rod.small_end_radius)
     return kernel.revolution(step.space_above(top, far), step.center, sector)
 

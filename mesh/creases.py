@@ -159,7 +159,6 @@ def _in_words(face: int, cut: set[int]) -> str:
 
 
 def _plane(face: int, cut: set[int]) -> str:
-    """Describe a plane face by its level along an axis, or by its normal."""
     (u, v), _ = gmsh.model.getParametrizationBounds(2, face)
     normal = np.array(gmsh.model.getNormal(face, [u, v]))
     axis = int(np.abs(normal).argmax())

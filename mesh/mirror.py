@@ -43,7 +43,6 @@ class MirroredMesh:
         return self._combine(symmetric, antisymmetric)
 
     def _signed(self, sign: Floats, symmetric: Floats, antisymmetric: Floats | None) -> Floats:
-        """Extend a field whose components (n_nodes, k) change their signs in the images."""
         field = self._combine(symmetric, antisymmetric)
         field *= sign.reshape(*sign.shape, *([1] * (symmetric.ndim - 2)))
         return field

@@ -42,7 +42,6 @@ def shape(mesh: TetMesh) -> Floats:
 
 
 def _lattice() -> Ints:
-    """Barycentric indices (20, 4) of the cubic lattice."""
     indices = [(i, j, k, 3 - i - j - k) for i in range(4) for j in range(4 - i) for k in range(4 - i - j)]
     return np.array(indices)
 

@@ -210,7 +210,6 @@ def repaired(
 
 
 def _told(failure: MeshError | None, rounds: int) -> MeshError:
-    """Return the first failure, with the number of further attempts."""
     if failure is not None and not rounds:
         return failure
     tries = f"{rounds} further attempts with other settings at the faulty places failed too"

@@ -65,7 +65,6 @@ def _inner(mesh: TetMesh) -> tuple[Ints, Ints, Ints]:
 
 
 def _sides(mesh: TetMesh, tets: Ints, interfaces: Interfaces) -> dict[Surface, Ints]:
-    """Facets of both sides of each interface, with the new numbers of the nodes."""
     place, first, second = _inner(mesh)
     sides = _part(mesh)[first], _part(mesh)[second]
     rows_of: dict[Surface, list[Ints]] = {}

@@ -130,7 +130,6 @@ def refinements(
 
 
 def _width(feature: Feature) -> float:
-    """Distance between the edges of the feature's faces, mm."""
     if feature.kind is FeatureKind.JOINT:
         return feature.thickness
     if feature.kind not in (FeatureKind.WEB, FeatureKind.BORE, FeatureKind.FIT):
@@ -166,7 +165,6 @@ def apply(
 
 
 def _bound(refinement: Refinement, sizing: Sizing) -> int:
-    """Add a field that grows from the refinement's size to the general one."""
     field, size = gmsh.model.mesh.field, refinement.size
     edges = gmsh.model.getBoundary([(2, face) for face in refinement.faces], combined=False, oriented=False)
     curves = sorted({tag for _, tag in edges})

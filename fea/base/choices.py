@@ -33,7 +33,7 @@ class Support(StrEnum):
 
 
 class Symmetry(StrEnum):
-    """Part of the rod that is solved: a given mirror cell, or (auto) the smallest one that the rod has."""
+    """Part of the rod that is solved: a given symmetry cell, or (auto) the smallest one that the rod has."""
 
     AUTO = "auto"
     NONE = Mirror.NONE.value

@@ -39,7 +39,7 @@ class MeshRequest:
 
     size: float | None  # element size, mm; None for `coarser` times the default of the rod's length
     order: int  # of the elements, 1 or 2
-    symmetry: Symmetry = Symmetry.AUTO  # which mirror cell to solve
+    symmetry: Symmetry = Symmetry.AUTO  # which symmetry cell to solve
     # Sizes that errors of earlier solutions ask for, on their `MeshedRod.drawn`
     wanted: Sequence[SizeField] = ()
     coarser: float = 1.0  # factor on the default size
@@ -62,7 +62,7 @@ class MeshRequest:
 def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: Clock) -> MeshedRod:
     """Draw and mesh a rod.
 
-    The smallest mirror cell is meshed; larger cells are assembled from its reflections, so that the mesh of
+    The smallest symmetry cell is meshed; larger cells are assembled from its reflections, so that the mesh of
     the whole rod does not depend on which part is solved.
 
     Parameters
@@ -172,7 +172,7 @@ def _require_few(elements: float, size: float) -> None:
 
 
 def _cell(asked: Symmetry, smallest: Mirror) -> Mirror:
-    """The mirror cell to solve: the smallest one unless a larger one is requested.
+    """The symmetry cell to solve: the smallest one unless a larger one is requested.
 
     Raises
     ------
@@ -182,7 +182,7 @@ def _cell(asked: Symmetry, smallest: Mirror) -> Mirror:
     if asked is Symmetry.AUTO:
         return smallest
     cell = Mirror(asked.value)
-    rule = f"the rod is not that symmetric: its smallest mirror cell is {smallest}"
+    rule = f"the rod is not that symmetric: its smallest symmetry cell is {smallest}"
     possible = set(cell.planes) <= set(smallest.planes)
     require(possible, "analysis.symmetry", str(asked), rule, f"Choose auto or {smallest}.")
     return cell

@@ -1,4 +1,4 @@
-"""The mesh of a rod: the mirror cell that is solved, and the whole rod that it represents."""
+"""The mesh of a rod: the symmetry cell that is solved, and the whole rod that it represents."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -101,11 +101,11 @@ class MeshedRod:
 
     cell: TetMesh  # the part that is solved
     mirrored: MirroredMesh  # the whole rod, put together from the cell
-    drawn: TetMesh  # what gmsh meshed: the smallest mirror cell
+    drawn: TetMesh  # what gmsh meshed: the smallest symmetry cell
     drawn_node: Ints  # (n_nodes,) node of `drawn` behind each node of the whole
     bores: Bores  # dimensions the pressures need
     parts: dict[str, float]  # volume of each part of the whole solid by the CAD kernel, mm³, by name
-    symmetry: Mirror  # which mirror cell is solved
+    symmetry: Mirror  # which symmetry cell is solved
     meshing: Meshing  # size, quality and repairs
     # What was made of the CAD file; None for a rod drawn from dimensions
     imported: ImportReport | None = None

@@ -35,7 +35,7 @@ class SurfaceRegions:
 
     @classmethod
     def of(cls, mesh: TetMesh, bores: Bores) -> "SurfaceRegions":
-        """Find the regions of a meshed rod or of its mirror cell."""
+        """Find the regions of a meshed rod or of its symmetry cell."""
         touched = np.zeros((len(Region), len(mesh.points)), dtype=bool)
         bore, face, rest = touched  # in the order of `Region`
         bore[mesh.facets[Surface.BIG_END_BORE]] = True

@@ -1,4 +1,4 @@
-"""From a solution on the mirror cell to fields on the whole rod.
+"""From a solution on the symmetry cell to fields on the whole rod.
 
 This is the only place between solvers and results that knows of parities: what solves hands over the parts
 about y = 0, what judges gets the whole rod.

@@ -16,7 +16,7 @@ _XX, _XY = 0, 3
 class SectionBalance:
     """The section of a rod at x = `station`, mm, and the mass beyond it, computed on first use.
 
-    That mass is integrated over the mirror cell.
+    That mass is integrated over the symmetry cell.
     """
 
     def __init__(

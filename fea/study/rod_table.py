@@ -160,7 +160,7 @@ class RodTable:
     def draw(
         self, tell: Callable[[str], None] = lambda _stage: None, assembly: Assembly | None = None
     ) -> "Solid":
-        """Draw the smallest mirror cell in the open gmsh session.
+        """Draw the smallest symmetry cell in the open gmsh session.
 
         Parameters
         ----------

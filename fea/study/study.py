@@ -130,7 +130,7 @@ class Study:
         require(self.analysis.cycle, "analysis.cycle", "false", rule, "Leave it out, or remove [duty].")
 
     def _require_no_remeshing(self) -> None:
-        """Refuse what only a mesh of our own can have: another element size, refinement, a mirror cell."""
+        """Refuse what only a mesh of our own can have: another element size, refinement, a symmetry cell."""
         rule = "cannot be combined with rod.mesh: a mesh from a file is solved as it is, without refinement"
         remedy = "Leave it out; for other elements give the solid as rod.step, or a finer mesh."
         size, tolerance, symmetry = self.mesh.size_mm, self.analysis.tolerance_percent, self.analysis.symmetry

@@ -215,7 +215,6 @@ class _BoltDimensions:
         return radius
 
     def _thread(self, hole: BoltHole, head: Seat) -> tuple[float, float]:
-        """Positions of the first and the last thread that engage."""
         given, (low, high) = self._given, hole.rod_wall
         top = min(high, -2 * _PLAIN * hole.radius)
         first = head.level - given.grip if given.grip else top
@@ -252,7 +251,6 @@ def _require_room(key: str, diameter: float, seat: Seat, what: str) -> None:
 
 
 def _within(radius: float, seat: Seat) -> float:
-    """Reduce a radius to the room on a seat."""
     if seat.round and radius > _WHOLE * seat.outer:
         return seat.outer  # rather than a thin rim around the head
     reduced = min(radius, _ROOM * seat.outer)

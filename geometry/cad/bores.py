@@ -124,7 +124,6 @@ def _odd_openings(interior: Interior, faces: Sequence[Face], holes: Sequence[Cad
 
 
 def _openings(face: int) -> Iterator[_Opening]:
-    """The nearly round openings in a plane face: the loops of its edge but the outer one."""
     _, loops = gmsh.model.occ.getCurveLoops(face)
     if len(loops) < 2:
         return
@@ -220,7 +219,6 @@ def _is_amid(bores: Pair, holes: Sequence[CadHole]) -> bool:
 
 
 def _middle(volumes: Sequence[int]) -> Floats:
-    """Centre of gravity (3,) of volumes of one density."""
     mass = np.array([gmsh.model.occ.getMass(3, volume) for volume in volumes])
     centers = np.array([gmsh.model.occ.getCenterOfMass(3, volume) for volume in volumes])
     return np.asarray(mass @ centers / mass.sum())

@@ -170,7 +170,6 @@ def _only_rod(rods: Mapping[int, Pair], names: Mapping[int, str]) -> int:
 
 
 def _role(volume: int, walls: Walls, bores: Pair) -> Role:
-    """What a solid is beside a rod with these bores."""
     points = solid_points(volume)
     for bore in bores:
         height, radius = bore.along(points), bore.beside(points)
@@ -237,7 +236,6 @@ def _divided(
 
 
 def _name(one: CadSolid, bores: tuple[Bore, Bore]) -> str:
-    """What a solid is in the assembly."""
     if one.role in (Role.ROD, Role.CAP, Role.ASSUMED_CAP):
         return ROD if one.role is Role.ROD else CAP
     x, _, _ = gmsh.model.occ.getCenterOfMass(kernel.SOLID, one.tag)

@@ -237,7 +237,6 @@ def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> li
 
 
 def _connected(faces: Sequence[int]) -> list[list[int]]:
-    """Divide faces into groups that share edges."""
     from scipy import sparse  # noqa: PLC0415 - only surfaces without a solid need it
 
     edges_of = [_edges([face]) for face in faces]

@@ -101,7 +101,6 @@ def linked_files(path: Path) -> list[str]:
 
 
 def _content(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
-    """Unpack one member, which must not be larger than `most` bytes."""
     with archive.open(name) as member:
         content = member.read(most + 1)
     if len(content) > most:
@@ -148,7 +147,6 @@ def _placement(element: ET.Element | None) -> Placement | None:
 
 
 def _results(objects: Mapping[str, _Object], uses: Mapping[str, set[str]]) -> list[str]:
-    """Names of the objects whose shapes are results."""
     shaped = {name for name, one in objects.items() if one.shape}
     bodies = {name for name in shaped if objects[name].kind == _BODY}
     inside = {member for body in bodies for member in objects[body].members}

@@ -112,7 +112,6 @@ def _walls(group: Sequence[Face]) -> Iterator[CadHole]:
 
 
 def _of_radius(group: Sequence[Face]) -> list[list[Face]]:
-    """Divide coaxial faces by their radius, the smallest first."""
     groups: list[list[Face]] = []
     for face in sorted(group, key=lambda face: face.values[6]):
         if groups and face.values[6] - groups[-1][0].values[6] < _ALIKE * face.values[6]:

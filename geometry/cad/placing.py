@@ -59,7 +59,7 @@ def cut_to(volumes: Sequence[int], mirror: Mirror, length: float) -> list[list[i
             left, _ = gmsh.model.occ.intersect([(3, volume)], [(3, box)])
             kept.append([tag for dim, tag in left if dim == 3])
     if not all(kept):
-        raise GeometryError('a part of the solid lies outside the mirror cell. Use symmetry = "none"')
+        raise GeometryError('a part of the solid lies outside the symmetry cell. Use symmetry = "none"')
     return kept
 
 
@@ -188,7 +188,6 @@ def sharing(
 
 
 def _require_joined(cells: Sequence[Sequence[int]], names: Sequence[str]) -> None:
-    """Refuse parts that share no face with the others: they would be loose."""
     faces = [boundary(cell) for cell in cells]
     joined, loose = [0], list(range(1, len(cells)))
     while touching := [one for one in loose if any(faces[one] & faces[other] for other in joined)]:
@@ -210,7 +209,6 @@ def _require_joined(cells: Sequence[Sequence[int]], names: Sequence[str]) -> Non
 
 
 def _distinct(names: Sequence[str]) -> list[str]:
-    """Number the names that occur more than once."""
     return [
         name if names.count(name) == 1 else f"{name} {names[:place].count(name) + 1}"
         for place, name in enumerate(names)

@@ -83,7 +83,6 @@ def _common(hole: MeshHole, bore: MeshHole) -> int:
 
 
 def _directions(surface: SurfaceMesh) -> list[Floats]:
-    """Directions that most of the surface faces, and the principal axes of the normals."""
     normals, areas = surface.normals, surface.areas
     left = areas.copy()
     directions = []

@@ -144,7 +144,6 @@ def _axes(surface: SurfaceMesh, pair: Pair) -> Axes:
 
 
 def _placed(mesh: TetMesh, surface: SurfaceMesh, pair: Pair, axes: Axes) -> tuple[TetMesh, tuple[Bore, Bore]]:
-    """The mesh with the big-end bore at the origin, the small end along x and the pins along z."""
     z = axes.direction
     heights = [surface.corners[bore.facets] @ z for bore in pair]
     middles = [(height.min() + height.max()) / 2 for height in heights]

@@ -241,7 +241,6 @@ def _distinct(circles: list[Circle]) -> list[Circle]:
 
 
 def _hole(surface: SurfaceMesh, flat: _Plan, circle: Circle, wall: Ints, direction: Floats) -> MeshHole:
-    """Describe the wall on a circle, fitted again to all of its corners."""
     across = basis_across(direction)
     circle = fitted_circle(flat.corners[wall].reshape(-1, 2)) or circle
     heights = surface.corners[wall] @ direction
@@ -260,7 +259,6 @@ def _hole(surface: SurfaceMesh, flat: _Plan, circle: Circle, wall: Ints, directi
 
 
 def _crossed(corners: Floats, place: Floats) -> bool:
-    """Whether any triangle (n, 3, 2) contains a place (2,)."""
     arms = corners - place
     after = np.roll(arms, -1, axis=1)
     turns = arms[..., 0] * after[..., 1] - arms[..., 1] * after[..., 0]

@@ -166,16 +166,14 @@ def mended(file: TetFile) -> Mended:
 
 
 def _notes(merged: int, dropped: int, turned: int, *, swapped: bool) -> tuple[str, ...]:
-    notes = []
-    if merged:
-        notes.append(f"nodes at the place of another, merged with it: {merged}")
-    if dropped:
-        notes.append(f"elements that occurred twice, dropped: {dropped}")
-    if turned:
-        notes.append(f"elements that were inside out, turned over: {turned}")
-    if swapped:
-        notes.append("the last two mid-side nodes of every element were exchanged, to stand on their edges")
-    return tuple(notes)
+    counts = {
+        "nodes at the place of another, merged with it": merged,
+        "elements that occurred twice, dropped": dropped,
+        "elements that were inside out, turned over": turned,
+    }
+    notes = [f"{what}: {count}" for what, count in counts.items() if count]
+    exchanged = "the last two mid-side nodes of every element were exchanged, to stand on their edges"
+    return (*notes, exchanged) if swapped else tuple(notes)
 
 
 def _require_nodes(file: TetFile) -> None:

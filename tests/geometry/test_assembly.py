@@ -124,7 +124,7 @@ def test_an_oblique_split_has_its_plane_through_the_big_end():
     nx, ny = math.cos(math.radians(40)), math.sin(math.radians(40))
     assert points[:, :2] @ [nx, ny] == pytest.approx(0, abs=1e-9)
     assert found == pytest.approx(2 * LEON_2001.big_end_ring * LEON_2001.big_end_width, rel=1e-9)
-    with pytest.raises(InvalidValue, match="smallest mirror cell of this rod is half"), session():
+    with pytest.raises(InvalidValue, match="smallest symmetry cell of this rod is half"), session():
         build(LEON_2001, Mirror.QUARTER, assembly)
 
 

@@ -1,6 +1,6 @@
 """The problem every program is given: one rod, one mesh, one load, as plain arrays in a file.
 
-The mirror cell of the León rod is meshed by gmsh to second order and reflected twice, so that the whole
+The symmetry cell of the León rod is meshed by gmsh to second order and reflected twice, so that the whole
 rod of every program and the quarter of ours are the same mesh. The load is one peak of the crank cycle
 at 6000 rpm (half-cosine bearing pressures and inertia) as nodal forces; six degrees of freedom at three
 nodes are held.
