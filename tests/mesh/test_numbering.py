@@ -9,8 +9,7 @@ from strap import strap
 
 from geometry.surfaces import Surface
 from mesh.mirror import reflect, unmirrored
-from mesh.refined import refined
-from mesh.tetmesh import numbered
+from mesh.tetmesh import numbered, refined
 
 CELL = strap()
 WHOLE = reflect(reflect(unmirrored(CELL), Surface.SYMMETRY_Y), Surface.SYMMETRY_Z)

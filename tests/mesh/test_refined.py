@@ -5,7 +5,7 @@ from geometry.bodies import block
 from geometry.surfaces import Surface
 from mesh.generate import Fine, mesh_body
 from mesh.quality import scaled_jacobian, shape
-from mesh.refined import raised, refined
+from mesh.tetmesh import raised, refined
 
 
 def area(mesh):

@@ -33,7 +33,7 @@ from geometry.bodies import block
 from geometry.surfaces import Surface
 from mesh.generate import mesh_body
 from mesh.mirror import reflect, unmirrored
-from mesh.refined import refined
+from mesh.tetmesh import refined
 
 RUBBER = Material(6.0, 0.4999, 1.1e-9, 10.0)
 RELIEF = Support.INERTIA_RELIEF

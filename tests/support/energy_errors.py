@@ -17,8 +17,7 @@ from fea.verify.body import STEEL
 from fea.verify.cases.elasticity import manufactured_gradient, manufactured_solution
 from geometry.bodies import block
 from mesh.generate import mesh_body
-from mesh.refined import refined
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import TetMesh, refined
 
 
 def energy(stress, volumes, material: Material) -> float:

@@ -10,8 +10,7 @@ from fea.stress.recovery import reference_nodes
 from fea.verify.body import SolvedBody
 from fea.verify.cases import dynamics, nafems
 from geometry.surfaces import Surface
-from mesh.refined import raised, refined, split
-from mesh.tetmesh import EDGES, TetMesh
+from mesh.tetmesh import EDGES, TetMesh, raised, refined, split
 
 
 def nested(mesh: TetMesh) -> TetMesh:

@@ -27,8 +27,7 @@ from geometry.bodies import Prism, Revolution, Side, block
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.generate import Fine, mesh_body
-from mesh.refined import refined
-from mesh.tetmesh import EDGES, TetMesh
+from mesh.tetmesh import EDGES, TetMesh, refined
 
 Complexes = npt.NDArray[np.complex128]
 
