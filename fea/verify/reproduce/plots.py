@@ -1,6 +1,7 @@
 """Plots of the reproduction report: published and corrected figures."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -49,66 +50,42 @@ def _against(axes: "Axes", name: str, title: str, exact: Exact, scale: float = 1
     axes.set_xlim(0, last)
 
 
-_TOP = 1e3 * (leon.L + leon.R)
-_TABLE_13 = "leon2001_table13_forces_6000rpm"
-# Table and column, heading, unit, exact curve at 6000 rpm and its factor.
-_LEON: tuple[tuple[str, str, str, str, Exact, float], ...] = (
-    (
-        "leon2001_table1_piston_position",
-        "position_cm",
-        "Table 1: piston position from TDC",
-        "cm",
-        lambda x: (_TOP - leon.exact_motion(6000, x).piston_position) / 10,
-        1.0,
-    ),
-    (
-        "leon2001_table3_piston_velocity_6000rpm",
-        "velocity_m_s",
-        "Table 3: piston velocity",
-        "m/s",
-        lambda x: -leon.exact_motion(6000, x).piston_velocity / 1e3,
-        1.0,
-    ),
-    (
-        "leon2001_table4_piston_acceleration_6000rpm",
-        "acceleration_m_s2",
-        "Table 4: piston acceleration",
-        "km/s²",
-        lambda x: -leon.exact_motion(6000, x).piston_acceleration / 1e3,
-        1e-3,
-    ),
-    (
-        _TABLE_13,
-        "F_resultant_N",
-        "Table 13: resultant on the pin",
-        "kN",
-        lambda x: -leon.along_cylinder(leon.exact_forces(6000, x)),
-        1e-3,
-    ),
-    (
-        _TABLE_13,
-        "F_normal_N",
-        "Table 13: normal force",
-        "kN",
-        lambda x: leon.exact_forces(6000, x).wall,
-        1e-3,
-    ),
-    (
-        _TABLE_13,
-        "F_rod_N",
-        "Table 13: rod force (compression positive; printed unsigned)",
-        "kN",
-        lambda x: -leon.exact_forces(6000, x).pin_axial,
-        1e-3,
-    ),
-)
+def _leon_curves() -> dict[tuple[str, str], tuple[str, str, Exact, float]]:
+    """By table and column: heading, unit, exact curve at 6000 rpm and its factor."""
+    motion, forces = partial(leon.exact_motion, 6000), partial(leon.exact_forces, 6000)
+    top, table_13 = 1e3 * (leon.L + leon.R), "leon2001_table13_forces_6000rpm"
+    position = ("Table 1: piston position from TDC", "cm")
+    velocity = ("Table 3: piston velocity", "m/s")
+    acceleration = ("Table 4: piston acceleration", "km/s²")
+    resultant = ("Table 13: resultant on the pin", "kN")
+    rod = ("Table 13: rod force (compression positive; printed unsigned)", "kN")
+    return {
+        ("leon2001_table1_piston_position", "position_cm"): (
+            *position,
+            lambda x: (top - motion(x).piston_position) / 10,
+            1.0,
+        ),
+        ("leon2001_table3_piston_velocity_6000rpm", "velocity_m_s"): (
+            *velocity,
+            lambda x: -motion(x).piston_velocity / 1e3,
+            1.0,
+        ),
+        ("leon2001_table4_piston_acceleration_6000rpm", "acceleration_m_s2"): (
+            *acceleration,
+            lambda x: -motion(x).piston_acceleration / 1e3,
+            1e-3,
+        ),
+        (table_13, "F_resultant_N"): (*resultant, lambda x: -leon.along_cylinder(forces(x)), 1e-3),
+        (table_13, "F_normal_N"): ("Table 13: normal force", "kN", lambda x: forces(x).wall, 1e-3),
+        (table_13, "F_rod_N"): (*rod, lambda x: -forces(x).pin_axial, 1e-3),
+    }
 
 
 def _leon() -> "Figure":
     figure = new_figure(10, 10)
-    axes = figure.subplots(3, 2).ravel()
-    for panel, (name, title, heading, unit, exact, scale) in zip(axes, _LEON, strict=True):
-        _against(panel, name, title, exact, scale)
+    axes, curves = figure.subplots(3, 2).ravel(), _leon_curves().items()
+    for panel, ((table, title), (heading, unit, exact, scale)) in zip(axes, curves, strict=True):
+        _against(panel, table, title, exact, scale)
         _label(panel, heading, unit, int(panel.get_xlim()[1]))
     axes[0].legend(frameon=False)
     figure.suptitle("León 2001, 6000 rpm, bore 76 mm: published and corrected figures")

@@ -1,12 +1,13 @@
 """Solve an extreme case as a run does, with the measures of numerical quality, and judge the result."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from fea.base.checks import LIMITS, check
+from fea.base.checks import LIMITS, Check, check
 from fea.base.choices import CONVERGED_PERCENT
 from fea.base.material import Material, Materials
 from fea.judge import verdict
@@ -15,7 +16,7 @@ from fea.solid.assembly import pattern, stiffness
 from fea.solid.supports import require_restrained
 from fea.solvers.linear.choice import factorise
 from fea.solvers.mixed import MixedSystem, pressure_space, shear_materials
-from fea.solvers.residuals import condition_estimate, residuals
+from fea.solvers.residuals import Residuals, condition_estimate, residuals
 from fea.stress.error_estimate import ErrorEstimator
 from fea.stress.stress import von_mises
 from fea.verify.body import LoadedBody, SolvedBody
@@ -94,55 +95,54 @@ def judged(error_percent: float, tolerance_percent: float, *, marked: bool) -> V
     return Verdict.RIGHT if error_percent <= tolerance_percent else Verdict.WRONG
 
 
+def judged_row(
+    place: Place,
+    error_percent: float,
+    tolerance_percent: float,
+    checks: Mapping[str, Check],
+    noticed_by: Iterable[str] = (),
+) -> ExtremeRow:
+    """Judge a result with the checks of its run; `noticed_by` tells how else a run would report a problem."""
+    noticed = (*noticed_by, *(name for name, check in checks.items() if not check.passed))
+    return ExtremeRow(
+        *place,
+        verdict=judged(error_percent, tolerance_percent, marked=bool(noticed)),
+        result_error_percent=error_percent,
+        backward_error=checks["backward_error"].value,
+        condition_estimate=checks["condition"].value,
+        energy_error=checks["energy_balance"].value,
+        tolerance_percent=tolerance_percent,
+        noticed_by=noticed,
+    )
+
+
 @dataclass(frozen=True)
 class Solved:
-    """A displacement and its numerical quality.
+    """A displacement (n_nodes, 3), mm, with the checks of a run on its numerical quality.
 
-    Attributes
-    ----------
-    displacement
-        (n_nodes, 3), mm.
-    backward_error, energy_error, condition
-        See `ExtremeRow`; of Taylor–Hood elements, the condition is that of the factorised matrix.
-    imbalance
-        See `fea.solvers.residuals.Residuals`.
-    pressure
-        (n_nodes, 1), MPa, positive in tension; None without Taylor–Hood elements.
+    `pressure` (n_nodes, 1), MPa, positive in tension, is that of Taylor–Hood elements.
     """
 
     displacement: Floats
-    backward_error: float
-    energy_error: float
-    condition: float
-    imbalance: float
+    checks: Mapping[str, Check]
     pressure: Floats | None = None
 
-    @property
-    def failed(self) -> tuple[str, ...]:
-        """Names of the checks of a run that would fail."""
+    @classmethod
+    def of(cls, u: Floats, quality: Residuals, condition: float, pressure: Floats | None = None) -> "Solved":
+        """Check a displacement (3 n_nodes,); with Taylor–Hood elements, `condition` is that of the factor."""
         values = {
-            "backward_error": self.backward_error,
-            "energy_balance": self.energy_error,
-            "condition": self.condition,
-            "imbalance": self.imbalance,
+            "backward_error": quality.backward_error,
+            "energy_balance": quality.energy,
+            "condition": condition,
+            "imbalance": quality.imbalance,
         }
-        return tuple(name for name, value in values.items() if not check(name, value).passed)
+        return cls(u.reshape(-1, 3), {name: check(name, value) for name, value in values.items()}, pressure)
 
     def row(
-        self, place: Place, error_percent: float, tolerance_percent: float, noticed_by: tuple[str, ...] = ()
+        self, place: Place, error_percent: float, tolerance_percent: float, noticed_by: Iterable[str] = ()
     ) -> ExtremeRow:
         """Judge a result computed from the displacement; `noticed_by` names other checks that would fail."""
-        noticed = (*noticed_by, *self.failed)
-        return ExtremeRow(
-            *place,
-            verdict=judged(error_percent, tolerance_percent, marked=bool(noticed)),
-            result_error_percent=error_percent,
-            backward_error=self.backward_error,
-            condition_estimate=self.condition,
-            energy_error=self.energy_error,
-            tolerance_percent=tolerance_percent,
-            noticed_by=noticed,
-        )
+        return judged_row(place, error_percent, tolerance_percent, self.checks, noticed_by)
 
     def peak_row(self, place: Place, peak: Peak, exact: float) -> ExtremeRow:
         """Judge a peak, MPa: if it is called converged, its error must be within the limit of that."""
@@ -166,8 +166,7 @@ def solved(mesh: TetMesh, material: Material | Materials, forces: Floats, fixed:
     u = factor(f[:, None])[:, 0]
     u[held] = 0.0
     quality = residuals(K, u[:, None], f[:, None], fixed=held, restraints=np.zeros_like(held))
-    condition = condition_estimate(constrained, factor)
-    return Solved(u.reshape(-1, 3), quality.backward_error, quality.energy, condition, quality.imbalance)
+    return Solved.of(u, quality, condition_estimate(constrained, factor))
 
 
 def solved_mixed(mesh: TetMesh, material: Material, forces: Floats, fixed: Mask) -> Solved:
@@ -186,14 +185,8 @@ def solved_mixed(mesh: TetMesh, material: Material, forces: Floats, fixed: Mask)
     factor = factorise(constrained)
     system = MixedSystem(A, space, held, np.ones(space.lame_lambda.size, dtype=bool))
     u, p, quality = system.solve(factor, forces.reshape(-1, 1))
-    return Solved(
-        u.reshape(-1, 3),
-        quality.backward_error,
-        quality.energy,
-        condition_estimate(constrained, factor),
-        quality.imbalance,
-        space.nodal(p, len(mesh.points))[0],
-    )
+    pressure = space.nodal(p, len(mesh.points))[0]
+    return Solved.of(u, quality, condition_estimate(constrained, factor), pressure)
 
 
 def solved_by(method: str, body: LoadedBody, material: Material) -> Solved:

@@ -9,13 +9,13 @@ import numpy as np
 from fea.judge.case_result import CaseResult
 from fea.rod.loading import EngineLoading
 from fea.run.prepare import PreparedRod, prepare
-from fea.run.speed import SpeedResult, solve_speed
+from fea.run.speed import solve_speed
 from fea.solid.element import gauss_blocks, tabulate
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import ForcesTable, MeshTable
 from fea.study.study import load_study
 from fea.units import BAR, KG, KG_M2, RPM
-from fea.verify.stability.outcome import ExtremeRow, Place, Verdict, judged
+from fea.verify.stability.outcome import ExtremeRow, Place, Verdict, judged, judged_row
 from geometry.errors import InvalidValue
 from geometry.mass import MassProperties
 from loads.dynamics import cycle
@@ -82,7 +82,7 @@ def rods() -> Iterator[ExtremeRow]:
         result = solve_speed(prepare(replace(pulled, rod=table)), None)
         # The written stress must transmit the force; recovered stress is not exactly in equilibrium.
         error = 100 * abs(_section_force(result.cases["given"]) / _PULL - 1)
-        yield _row(Place("web of a rod, p2", "mm", web), result, error, 3.0)
+        yield judged_row(Place("web of a rod, p2", "mm", web), error, 3.0, result.checks)
     usual, rod = study.engine, prepare(replace(study, mesh=MeshTable(_SIZE)))
     otto = replace(usual, gas="otto", compression_ratio=8.0, peak_pressure_bar=60.0)
     motored = replace(usual, gas="motored", compression_ratio=8.0)
@@ -128,18 +128,4 @@ def _sums(
     for value, rpm in speeds.items():
         result = solve_speed(rod, rpm)
         error = 100 * max(result.checks[name].value for name in ("force_balance", "moment_balance"))
-        yield _row(Place(*case, value), result, error, 1e-8)
-
-
-def _row(place: Place, result: SpeedResult, error: float, tolerance: float) -> ExtremeRow:
-    failed = tuple(name for name, item in result.checks.items() if not item.passed)
-    return ExtremeRow(
-        *place,
-        verdict=judged(error, tolerance, marked=bool(failed)),
-        result_error_percent=error,
-        backward_error=result.checks["backward_error"].value,
-        condition_estimate=result.checks["condition"].value,
-        energy_error=result.checks["energy_balance"].value,
-        tolerance_percent=tolerance,
-        noticed_by=failed,
-    )
+        yield judged_row(Place(*case, value), error, 1e-8, result.checks)
