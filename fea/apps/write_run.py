@@ -69,7 +69,6 @@ def write_runs(
 
 
 def _write_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: Clock) -> list[WrittenRun]:
-    """Write the runs of several speeds, and the tables over all of them."""
     shown = study.output.screenshot or study.analysis.buckling or any(place.film for place in places)
     sweep = None
     if study.analysis.cycle:
@@ -98,7 +97,6 @@ def _write_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: 
 def _critical(
     prepared: Adapted, sweep: SpeedSweep | None, places: Sequence[Place]
 ) -> Mapping[str, float | None] | None:
-    """Return the speeds from which the rod fails or its joint opens, as far as they are known."""
     if sweep is not None:
         return sweep.critical
     return opening_speeds(prepared.rod, [place.rpm for place in places if place.rpm is not None]) or None
@@ -151,7 +149,6 @@ def _write(
     clock: Clock,
     shared_files: tuple[str, ...] | None = None,
 ) -> WrittenRun:
-    """Write one speed's run into its folder, which is made where it is missing."""
     place.folder.mkdir(exist_ok=True)
     frames, refused = b"", ""
     if place.film is not None and place.rpm is not None:
@@ -163,5 +160,4 @@ def _write(
 
 
 def _shared(study: Study) -> tuple[str, ...]:
-    """Names of the files beside the folders of several speeds."""
     return (CASE_MAP, *CYCLE_MAP) if study.analysis.cycle else (CASE_MAP,)

@@ -15,8 +15,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from fea.output.picture_name import picture_name
-from fea.output.target import OccupiedError, StorageError, near
+from fea.output.target import OccupiedError, StorageError, near, picture_name
 from geometry.system import exchange, lock
 
 REPORT = "report.html"

@@ -108,7 +108,6 @@ def _rows(numbers: Sequence[int]) -> Iterator[str]:
 
 
 def _surfaces(mesh: TetMesh) -> Iterator[str]:
-    """Faces of elements, on which pressures can be given."""
     faces = np.sort(mesh.tets[:, FACES].reshape(-1, 3), axis=1)
     keys = _keys(faces, len(mesh.points))
     order = np.argsort(keys)

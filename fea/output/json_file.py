@@ -41,7 +41,6 @@ def json_text(value: object, digits: int = DIGITS) -> str:
 
 
 def _plain(value: object, digits: int) -> Any:  # noqa: PLR0911 - one line a type
-    """Return `value` in JSON's own types, rounded."""
     if dataclasses.is_dataclass(value):
         return _plain(as_dict(value), digits)
     if isinstance(value, np.ndarray | np.generic):
@@ -114,7 +113,6 @@ def _hints(kind: type) -> dict[str, Any]:
 
 
 def _read(hint: Any, raw: Any) -> Any:  # noqa: PLR0911 - one return per kind of type
-    """Return a JSON value as the annotated type `hint`."""
     if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
         return None if raw is None else _read_either([h for h in hint.__args__ if h is not type(None)], raw)
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)

@@ -150,12 +150,10 @@ def _plain(form: Format, values: Array) -> Array:
 
 
 def _wide(values: Array) -> Array:
-    """Symmetric tensors as nine components."""
     return np.asarray(values[:, _FULL]) if values.ndim == 2 and values.shape[1] == 6 else values
 
 
 def _skin(mesh: TetMesh) -> tuple[Array, list[tuple[str, Ints]]]:
-    """Boundary as flat triangles: points, cells."""
     facets = boundary_facets(mesh.tets)
     if mesh.order == 2:
         facets = facets[:, _ORDER_OF_MIDDLES].reshape(-1, 3)

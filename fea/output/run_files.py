@@ -13,8 +13,7 @@ from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.output.columns_csv import write_columns
 from fea.output.folder import REPORT
-from fea.output.picture_name import picture_name
-from fea.output.target import PictureError
+from fea.output.target import PictureError, picture_name
 from fea.output.text import write_text
 from fea.output.vtu import write_pvd, write_vtu
 from fea.run.result import RunResult
@@ -38,7 +37,6 @@ class Writer(NamedTuple):
 
 
 def _one(name: str, write: Callable[[Path], object]) -> RunFiles:
-    """Return a file that is written to its path."""
     return RunFiles((name,), lambda folder: write(folder / name))
 
 

@@ -54,6 +54,11 @@ def near(path: Path) -> Path:
     return path.relative_to(here) if short else path
 
 
+def picture_name(result: str) -> str:
+    """Return the name of the picture of a result file, which stands beside it."""
+    return Path(result).with_suffix(".png").name
+
+
 class OutputError(Exception):
     """A result could not be written or shown."""
 

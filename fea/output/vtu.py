@@ -92,7 +92,6 @@ def _grid(mesh: TetMesh) -> Any:
 
 
 def _array(name: str, values: Array, rows: int) -> Any:
-    """Return `values` as a named VTK array."""
     from vtkmodules.util.numpy_support import numpy_to_vtk  # noqa: PLC0415
 
     values = np.ascontiguousarray(values)

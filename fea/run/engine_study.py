@@ -61,7 +61,6 @@ def _engine(preset: EnginePreset) -> str:
 
 
 def _published(preset: EnginePreset) -> Mapping[str, Figure]:
-    """What is published of the rod's mass, by its keys."""
     found = {key: preset.rod[key] for key in _TARGETS if key in preset.rod}
     return {key: figure for key, figure in found.items() if not figure.assumed}
 

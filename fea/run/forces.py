@@ -69,14 +69,14 @@ EXTREMES = (
 WHOLE_ENGINE = ("torque_Nm", "shaking_x_N", "shaking_y_N")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Extreme:
     """Largest and least value of a column, and the crank angles (°) where they first occur."""
 
-    largest: float
-    largest_deg: float
-    least: float
-    least_deg: float
+    max: float
+    max_crank_deg: float
+    min: float
+    min_crank_deg: float
 
 
 @dataclass(frozen=True)
@@ -122,11 +122,11 @@ class ForceReport:
         whole = None
         if self.engine is not None:
             means = _means(self.engine, self.rpm)
-            whole = EngineForceFigures(extremes=_plain(extremes(self.engine, WHOLE_ENGINE)), **means)
+            whole = EngineForceFigures(extremes=extremes(self.engine, WHOLE_ENGINE), **means)
         return ForceFigures(
             study=study,
             rpm=self.rpm,
-            extremes=_plain(extremes(self.first, EXTREMES)),
+            extremes=extremes(self.first, EXTREMES),
             **_means(self.first, self.rpm),
             note=self.note or None,
             engine=whole,
@@ -134,20 +134,10 @@ class ForceReport:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExtremeFigures:
-    """Largest and least value of a column, and the crank angles where they first occur."""
-
-    max: float
-    max_crank_deg: float
-    min: float
-    min_crank_deg: float
-
-
-@dataclass(frozen=True, kw_only=True)
 class EngineForceFigures:
     """Extremes and means of the whole engine."""
 
-    extremes: Mapping[str, ExtremeFigures]
+    extremes: Mapping[str, Extreme]
     mean_torque_Nm: float
     mean_power_kW: float
 
@@ -158,7 +148,7 @@ class ForceFigures:
 
     study: str
     rpm: float
-    extremes: Mapping[str, ExtremeFigures]
+    extremes: Mapping[str, Extreme]
     mean_torque_Nm: float
     mean_power_kW: float
     note: str | None
@@ -198,7 +188,6 @@ def _missed(gas: GasModel, speed: float, angles: Floats) -> str:
 
 
 def _samples(gas: GasModel, rpm: float, engine: Engine) -> TraceSamples | None:
-    """Return the samples of a user's trace."""
     if not (isinstance(gas, Trace) and gas.source):
         return None
     bar = gas.pressure(gas.samples, np.asarray(rpm * RPM)) / BAR
@@ -221,28 +210,22 @@ def _engine_tables(whole: WholeEngine, rpm: float, angles: Floats) -> tuple[dict
 def extremes(table: dict[str, npt.ArrayLike], names: tuple[str, ...]) -> dict[str, Extreme]:
     """Find largest and least values of some columns."""
     degrees = np.asarray(table["crank_deg"])
-    found = {}
+    largest = {}
     for name in names:
         values = np.asarray(table[name])
         top, bottom = _first(values), _first(-values)
-        found[name] = Extreme(
-            float(values[top]), float(degrees[top]), float(values[bottom]), float(degrees[bottom])
+        largest[name] = Extreme(
+            max=float(values[top]),
+            max_crank_deg=float(degrees[top]),
+            min=float(values[bottom]),
+            min_crank_deg=float(degrees[bottom]),
         )
-    return found
+    return largest
 
 
 def _first(values: Floats) -> int:
     """Index of the largest value, the first of those that rounding alone tells apart."""
     return int(np.argmax(values >= values.max() - 1e-9 * np.abs(values).max()))
-
-
-def _plain(found: dict[str, Extreme]) -> dict[str, ExtremeFigures]:
-    return {
-        name: ExtremeFigures(
-            max=e.largest, max_crank_deg=e.largest_deg, min=e.least, min_crank_deg=e.least_deg
-        )
-        for name, e in found.items()
-    }
 
 
 def mean_torque(table: dict[str, npt.ArrayLike]) -> float:

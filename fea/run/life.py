@@ -135,7 +135,6 @@ def _needed(analysis: CycleAnalysis, material: Material) -> Mapping[str, bool]:
 
 
 def _limits(duty: DutyTable, found: DutyDamage, figures: LifeFigures, *, singular: bool) -> Iterator[str]:
-    """What the hours depend on."""
     worst = found.worst
     if figures.hours is not None:
         more = _hours(worst.damage(stress=1.01)) or 0.0

@@ -157,7 +157,6 @@ def _bores(mesh: MeshedRod) -> tuple[RodBoreFigures, ...]:
 
 
 def _sections(rod: Rod | None, whole: TetMesh, bores: Bores) -> tuple[tuple[Section, ...], Section]:
-    """Sections along the shank, and the smallest."""
     if rod is not None:
         return sections(rod, _STATIONS), least_section(rod)
     ends = bores.between

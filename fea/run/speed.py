@@ -192,7 +192,6 @@ def _solution_omissions(rod: PreparedRod, solution: Solution) -> tuple[Note, ...
 
 
 def _rim_notes(rod: PreparedRod) -> list[Note]:
-    """Where the stress of parts that touch is left out."""
     places = [f"{rim.name} ({rim.radius:.2g} mm)" for rim in rod.fields.errors.rims]
     text = f"the figures leave out the places near the {', '.join(places)}"
     return [warning(text, "stress")] if places else []

@@ -224,7 +224,6 @@ def case_figures(
 
 
 def _singular(case: CaseResult) -> dict[str, float | str]:
-    """Extremes with the nodes near singular places, and of those alone."""
     return {
         "unmasked_max_von_mises_MPa": case.peak.unmasked,
         "unmasked_min_safety_factor": 1 / case.worst.unmasked,

@@ -153,7 +153,6 @@ def survival(
 
 
 def _failed(failed: Sequence[Factor], required: float | None) -> str:
-    """Name the smallest factor of each mode of failure."""
     worst = {factor.mode: factor for factor in sorted(failed, key=lambda factor: -factor.low)}
     if required is None:
         said = [f"{_FAILS[mode]}, safety factor {worst[mode].text}" for mode in _FAILS if mode in worst]
@@ -184,5 +183,4 @@ def _undecided(governing: Factor, required: float, *, given_mesh: bool) -> str:
 
 
 def _against(factor: Factor) -> str:
-    """Name the mode of failure unless it is yielding."""
     return "" if factor.mode == "yielding" else f" against {factor.mode}"

@@ -80,7 +80,6 @@ def corner_steps(facets: Ints) -> Ints:
 
 
 def _predicted(rows: npt.NDArray[np.int32], parents: Ints) -> npt.NDArray[np.int32]:
-    """What is expected of values (k, n)."""
     if not len(parents):
         return np.zeros_like(rows)
     first, second = (rows[:, parent] for parent in np.maximum(parents, 0).T)

@@ -78,7 +78,6 @@ def _scene(run: Run, mesh: TetMesh, surface: Surface) -> Scene:
 
 
 def _exaggeration(run: Run, mesh: TetMesh) -> float:
-    """A magnification of the displacements that suits every load case."""
     largest = max(float(np.linalg.norm(data["displacement"], axis=1).max()) for data in run.fields.values())
     return exaggeration(float(np.ptp(mesh.points, axis=0).max()), largest)
 

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable, Iterator
 
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from fea.output.terminal.run_lines import factor, number
+from fea.output.terminal.run_lines import factor, number, plain_table
 from fea.run.figures import AssemblyFigures, BoltsFigures, FitFigures, OnsetFigures
 from fea.units import KN
 from loads.cases import ASSEMBLY
@@ -53,14 +52,8 @@ def assembly_tables(found: AssemblyFigures) -> list[Table]:
 
 
 def _table(name: str, columns: Iterable[tuple[str, str]], rows: Iterable[tuple[str, ...]]) -> Table:
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, show_edge=False)
-    table.add_column(name, no_wrap=True)
-    for title, unit in columns:
-        heading = f"{title}\n{unit}" if unit else title.replace(" ", "\n")
-        table.add_column(heading, justify="right", no_wrap=True)
-    for row in rows:
-        table.add_row(*row)
-    return table
+    titles = (f"{title}\n{unit}" if unit else title.replace(" ", "\n") for title, unit in columns)
+    return plain_table((name, *titles), rows, left=(name,), no_wrap=True, show_edge=False)
 
 
 def assembly_lines(found: AssemblyFigures | None) -> list[str]:

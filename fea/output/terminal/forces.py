@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from fea.output.terminal.run_lines import plain_table
 from fea.output.text import gathered
 from fea.run.forces import EXTREMES, WHOLE_ENGINE, Extreme, ForceReport, extremes, mean_torque
 from fea.units import RPM
@@ -42,11 +42,9 @@ def print_forces(reports: Sequence[ForceReport], study: str) -> None:
 
 
 def _extremes(report: ForceReport, study: str) -> Table:
-    table = _table(f"{study}, {report.rpm:g} rpm")
-    table.add_column("")
-    for name in ("maximum", "at", "minimum", "at"):
-        table.add_column(name, justify="right")
-    table.add_column("unit")
+    titles = ("", "maximum", "at", "minimum", "at", "unit")
+    title = f"{study}, {report.rpm:g} rpm"
+    table = plain_table(titles, (), left=("", "unit"), title=title, title_justify="left")
     for name, extreme in extremes(report.first, EXTREMES).items():
         _add(table, *_NAMES[name], extreme)
     table.add_row(*_mean("mean torque, one cylinder", mean_torque(report.first), report.rpm))
@@ -59,17 +57,13 @@ def _extremes(report: ForceReport, study: str) -> Table:
     return table
 
 
-def _table(title: str) -> Table:
-    return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-
-
 def _add(table: Table, name: str, unit: str, e: Extreme) -> None:
     table.add_row(
         name,
-        _shown(e.largest),
-        _at(e.largest, e.largest_deg),
-        _shown(e.least),
-        _at(e.least, e.least_deg),
+        _shown(e.max),
+        _at(e.max, e.max_crank_deg),
+        _shown(e.min),
+        _at(e.min, e.min_crank_deg),
         unit,
     )
 
@@ -83,29 +77,29 @@ def _mean(name: str, torque: float, rpm: float) -> tuple[str, ...]:
 
 
 def _overview(reports: Sequence[ForceReport], study: str) -> Table:
-    table = _table(study)
-    for name in ("rpm", "tension N", "at", "compression N", "at", "wall N", "at", "mean N·m"):
-        table.add_column(name, justify="right")
+    rows = []
     for report in reports:
         found = extremes(report.first, EXTREMES)
-        pull = max((found["pin_axial_N"], found["crank_axial_N"]), key=lambda e: e.largest)
-        push = min((found["pin_axial_N"], found["crank_axial_N"]), key=lambda e: e.least)
+        pull = max((found["pin_axial_N"], found["crank_axial_N"]), key=lambda e: e.max)
+        push = min((found["pin_axial_N"], found["crank_axial_N"]), key=lambda e: e.min)
         wall = found["wall_N"]
         side, at = max(
-            (wall.largest, wall.largest_deg), (wall.least, wall.least_deg), key=lambda v: abs(v[0])
+            (wall.max, wall.max_crank_deg), (wall.min, wall.min_crank_deg), key=lambda v: abs(v[0])
         )
         torque = mean_torque(report.first if report.engine is None else report.engine)
-        table.add_row(
+        row = (
             f"{report.rpm:g}",
-            _shown(pull.largest),
-            f"{pull.largest_deg:g}°",
-            _shown(push.least),
-            f"{push.least_deg:g}°",
+            _shown(pull.max),
+            f"{pull.max_crank_deg:g}°",
+            _shown(push.min),
+            f"{push.min_crank_deg:g}°",
             _shown(side),
             f"{at:g}°",
             f"{torque:.1f}",
         )
-    return table
+        rows.append(row)
+    titles = ("rpm", "tension N", "at", "compression N", "at", "wall N", "at", "mean N·m")
+    return plain_table(titles, rows, title=study, title_justify="left")
 
 
 def _shown(value: float) -> str:

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from fea.output.terminal.run_lines import plain_table
 from fea.run.modes import ModesFigures
 from fea.run.rod_report import RodReport, SectionFigures
 
@@ -57,7 +57,6 @@ def _found(figures: RodReport) -> list[str]:
 
 
 def _column(figures: RodReport) -> list[str]:
-    """The rod as a column."""
     least, slenderness = figures.least_section, figures.slenderness
     return [
         (
@@ -72,17 +71,16 @@ def _column(figures: RodReport) -> list[str]:
 
 
 def _sections(sections: Sequence[SectionFigures]) -> Table:
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    for title in ("x\nmm", "area\nmm²", "I_y\nmm⁴", "I_z\nmm⁴"):
-        table.add_column(title, justify="right")
-    for section in sections:
-        table.add_row(
+    rows = (
+        (
             f"{section.x_mm:.1f}",
             f"{section.area_mm2:.1f}",
             f"{section.inertia_y_mm4:.0f}",
             f"{section.inertia_z_mm4:.0f}",
         )
-    return table
+        for section in sections
+    )
+    return plain_table(("x\nmm", "area\nmm²", "I_y\nmm⁴", "I_z\nmm⁴"), rows)
 
 
 _MOST_SPEEDS = 4
@@ -93,13 +91,12 @@ def print_modes(figures: ModesFigures, console: Console | None = None) -> None:
     console = console or Console(highlight=False)
     modes = figures.modes
     speeds = list(modes[0].orders)[:_MOST_SPEEDS]
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    for title in ("mode", "Hz", *(f"order at\n{speed.removesuffix('rpm')} rpm" for speed in speeds)):
-        table.add_column(title, justify="right")
-    table.add_column("moves mostly")
-    for number, mode in enumerate(modes, start=1):
-        orders = (f"{mode.orders[speed]:.1f}" for speed in speeds)
-        table.add_row(f"{number}", f"{mode.frequency_Hz:.0f}", *orders, mode.moves)
+    orders = (f"order at\n{speed.removesuffix('rpm')} rpm" for speed in speeds)
+    rows = (
+        (f"{n}", f"{mode.frequency_Hz:.0f}", *(f"{mode.orders[speed]:.1f}" for speed in speeds), mode.moves)
+        for n, mode in enumerate(modes, start=1)
+    )
+    table = plain_table(("mode", "Hz", *orders, "moves mostly"), rows, left=("moves mostly",))
     console.print(f"{figures.study}: free–free vibration", markup=False, style="bold")
     console.print(table)
     if not figures.trusted:

@@ -10,8 +10,7 @@ from rich.table import Table
 
 from fea.base.choices import CONTACT, Support
 from fea.judge.verdict import Verdict
-from fea.output.picture_name import picture_name
-from fea.output.target import near
+from fea.output.target import near, picture_name
 from fea.output.terminal.assembly import assembly_lines, assembly_tables
 from fea.output.terminal.run_lines import (
     UNBOUNDED,
@@ -66,7 +65,6 @@ def case_table(summary: Summary, console: Console) -> Table:
 
 
 def _width(table: Table) -> int:
-    """What it takes where there is room without end."""
     return Console(width=_ENDLESS).measure(table).maximum
 
 
@@ -152,7 +150,6 @@ def _singular(summary: Summary) -> bool:
 
 
 def _doubts(summary: Summary) -> list[str]:
-    """Return what the reader must know before believing the figures."""
     doubts = [
         f"NOT TO BE TRUSTED: check {name} failed: {number(check.value, '.3g')}, limit {check.limit:.3g}"
         for name, check in summary.checks.items()
@@ -188,7 +185,6 @@ def _diverging(singular: Mapping[str, str], *, parts: bool) -> str:
 
 
 def _pin_model(summary: Summary) -> list[str]:
-    """Return how far the answer depends on the pressure of the pins, where it is prescribed."""
     found = summary.pin_model
     if found is None:
         return []
@@ -199,7 +195,6 @@ def _pin_model(summary: Summary) -> list[str]:
 
 
 def _contact(summary: Summary) -> list[str]:
-    """Return the largest contact pressure on each bore, and its largest ovality."""
     found: dict[str, list[tuple[str, BoreFigures]]] = {}
     for case, result in summary.results.items():
         for bore, figures in (result.contact or {}).items():
@@ -219,7 +214,6 @@ def _contact(summary: Summary) -> list[str]:
 
 
 def _cycle(summary: Summary) -> list[str]:
-    """Return what the whole crank cycle adds, where it was worked out."""
     envelope = summary.envelope
     if envelope is None:
         return []

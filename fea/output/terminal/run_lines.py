@@ -1,6 +1,10 @@
 """What terminal and report say of a run, in lines; and how they write its figures."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
 
 from fea.output.text import error_bar
 from fea.run.figures import (
@@ -37,7 +41,6 @@ def _column(column: ColumnFigures) -> list[str]:
 
 
 def _modes(found: BucklingFigures) -> list[str]:
-    """The lowest factor of each case."""
     if found.modes is None:
         return []
     if not found.modes:
@@ -46,6 +49,23 @@ def _modes(found: BucklingFigures) -> list[str]:
         f"{case} {modes[0].factor:.2f} ({modes[0].moves})" for case, modes in found.modes.items() if modes
     ]
     return [f"Buckling modes of the solid, load factors: {', '.join(cases)}."] if cases else []
+
+
+def plain_table(
+    columns: Iterable[str],
+    rows: Iterable[Iterable[str]],
+    *,
+    left: Collection[str] = (),
+    no_wrap: bool = False,
+    **options: Any,
+) -> Table:
+    """Return a table without vertical rules, figures to the right but for the columns on the left."""
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, **options)
+    for title in columns:
+        table.add_column(title, justify="left" if title in left else "right", no_wrap=no_wrap)
+    for row in rows:
+        table.add_row(*row)
+    return table
 
 
 UNKNOWN = "–"
@@ -100,7 +120,6 @@ def _line(of_part: str, found: EnduranceFigures) -> str:
 
 
 def _alike(regions: Mapping[str, SurfaceFigures]) -> dict[SurfaceFigures, list[str]]:
-    """Gather the names of the regions that are alike."""
     names: dict[SurfaceFigures, list[str]] = {}
     for name, skin in regions.items():
         names.setdefault(skin, []).append(name)
@@ -209,7 +228,6 @@ def fillet(edge: SharpEdgeFigures) -> str:
 
 
 def _decision(summary: Summary) -> str:
-    """Say which of the figures to decide by."""
     cycle = " (the fatigue factors of the cycle leave these edges out)" if summary.envelope else ""
     return (
         "Which to use: against yielding under static load, the factor of the first line, the least of the "

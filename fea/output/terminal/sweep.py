@@ -4,13 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
 
 from fea.judge.verdict import Verdict
 from fea.output.target import near
-from fea.output.terminal.run_lines import bar, endurance_lines, factor, life_lines, number
+from fea.output.terminal.run_lines import bar, endurance_lines, factor, life_lines, number, plain_table
 from fea.output.text import gathered
 from fea.run.figures import Summary
 from fea.run.speed_map import JOINT_OPENING, MODES, rounded, speed_map
@@ -19,21 +17,8 @@ from fea.run.survival import Answer
 
 def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:
     """Print the worst case of each speed, and from which speed on the rod fails."""
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    for title in ("rpm", "worst\ncase", "crank\n°", "von Mises\nMPa", "±\n%", "safety\nfactor", ""):
-        table.add_column(title, justify="left" if title.startswith("worst") else "right")
-    for _, summary in runs:
-        case = summary.worst_case
-        result = summary.results[case]
-        table.add_row(
-            number(summary.rpm, "g"),
-            case,
-            number(summary.loads[case].crank_deg, ".0f"),
-            number(result.max_von_mises_MPa, ".1f"),
-            bar(result.error_percent),
-            factor(result.min_safety_factor),
-            "" if summary.trusted else "check failed",
-        )
+    titles = ("rpm", "worst\ncase", "crank\n°", "von Mises\nMPa", "±\n%", "safety\nfactor", "")
+    table = plain_table(titles, (_worst(summary) for _, summary in runs), left=("worst\ncase",))
     summaries = [summary for _, summary in runs]
     console.print(_headline(summaries), markup=False, style="bold", soft_wrap=True)
     console.print(table)
@@ -43,8 +28,21 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:
         console.print(line, markup=False, soft_wrap=True)
 
 
+def _worst(summary: Summary) -> tuple[str, ...]:
+    case = summary.worst_case
+    result = summary.results[case]
+    return (
+        number(summary.rpm, "g"),
+        case,
+        number(summary.loads[case].crank_deg, ".0f"),
+        number(result.max_von_mises_MPa, ".1f"),
+        bar(result.error_percent),
+        factor(result.min_safety_factor),
+        "" if summary.trusted else "check failed",
+    )
+
+
 def _headline(summaries: Sequence[Summary]) -> str:
-    """Return whether the rod survives the speed that is worst for it."""
     gravity = list(Answer)
 
     def rank(summary: Summary) -> tuple[int, float]:
@@ -55,7 +53,6 @@ def _headline(summaries: Sequence[Summary]) -> str:
 
 
 def _written(runs: Sequence[tuple[Path, Summary]]) -> str:
-    """Return what was written, and where there are fields."""
     said = f"Written: {near(runs[0][0].parent)}/map.csv, and a directory for each speed."
     drawn = [f"{summary.rpm:g}" for _, summary in runs if _result(summary) is not None]
     if len(drawn) == len(runs):
@@ -64,7 +61,6 @@ def _written(runs: Sequence[tuple[Path, Summary]]) -> str:
 
 
 def _result(summary: Summary) -> str | None:
-    """Name of the result file of the worst case, if it was written."""
     name = f"{summary.worst_case}.vtu"
     return name if name in (summary.files or ()) else None
 
