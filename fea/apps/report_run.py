@@ -58,7 +58,7 @@ def _part_names(study: Study, count: int) -> Sequence[str]:
         return [next(iter(sorted(study.part_material.keys() - PINS)), PART)]
     if study.rod.cad is None:
         return ["rod", "bushing"]
-    from fea.run.study_forces import drawn_solid  # noqa: PLC0415 - only several parts need their solid
+    from fea.run.forces import drawn_solid  # noqa: PLC0415 - only several parts need their solid
 
     return [part.name for part in drawn_solid(study.rod).parts]
 

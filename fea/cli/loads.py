@@ -32,7 +32,7 @@ def loads(
         Plot the cycle to this file (.png, .pdf, .svg).
     """
     from fea.output.target import require_target
-    from fea.run.study_forces import study_forces
+    from fea.run.forces import study_forces
 
     require_target("--csv", csv, (".csv",))
     require_target("--plot", plot, (".png", ".pdf", ".svg"))

@@ -1,21 +1,31 @@
 """The crank cycle of a study: columns, extremes with their crank angles, mean torque."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from fea.base.note import Note, warning
+from fea.rod.loading import EngineLoading
+from fea.rod.reading import read_isolated
 from fea.run.figures import WhereKnown
+from fea.study.engine_table import engine_notes, layout_notes
+from fea.study.rod_table import RodTable
+from fea.study.study import Study
 from fea.units import BAR, DEG, M_S, M_S2, N_M, RPM
 from geometry.arrays import Floats
-from geometry.mass import MassProperties
+from geometry.mass import MassProperties, joined
 from loads.dynamics import EngineInstants, WholeEngine, cycle, whole_engine
 from loads.engine import Engine
 from loads.gas import GasModel
 from loads.slider_crank import cycle_angles
 from loads.trace import Trace, absorbed
+
+if TYPE_CHECKING:
+    from geometry.solid import Solid
 
 
 def force_columns(
@@ -248,3 +258,78 @@ def stacked(reports: Sequence[ForceReport]) -> dict[str, npt.ArrayLike]:
         )
         for name in tables[0]
     }
+
+
+def study_forces(study: Study, *, every_cylinder: bool) -> list[ForceReport]:
+    """Compute the crank forces at each speed of a study.
+
+    Raises
+    ------
+    InvalidValue
+        The study has no engine, or a value breaks a rule.
+    GeometryError
+        No solid came out to take the rod's mass from.
+    """
+    table = study.require_engine()
+    if study.rod.length is not None:  # refused before anything is drawn
+        EngineLoading.of(table, study.rod.length)
+    length, mass = rod_mass(study)
+    loading = EngineLoading.of(table, length)
+    speeds = study.engine_speeds(table)
+    reports = force_reports(loading.engine, mass, loading.gas, speeds, every_cylinder=every_cylinder)
+    layout = layout_notes(table) if every_cylinder else []
+    return [
+        replace(report, notes=(*report.notes, *engine_notes(table, length, report.rpm), *layout))
+        for report in reports
+    ]
+
+
+def rod_mass(study: Study) -> tuple[float, MassProperties]:
+    """Return the rod's length, mm, and the given mass properties or the CAD kernel's of its solid.
+
+    Raises
+    ------
+    InvalidValue
+        The study's rod has neither masses nor dimensions.
+    GeometryError
+        No solid came out.
+    """
+    rod = study.rod
+    if rod.mass is not None and rod.length is not None:
+        return rod.length, rod.mass
+    if rod.mesh is not None:
+        return _of_mesh(study)
+    solid = drawn_solid(rod)
+    materials = study.materials(part.name for part in solid.parts)
+    drawn = joined(
+        [part.mass.times(material.density) for part, material in zip(solid.parts, materials, strict=True)]
+    )
+    return solid.bores[1].x, rod.mass or drawn
+
+
+def _of_mesh(study: Study) -> tuple[float, MassProperties]:
+    from fea.run.meshing import mesh_study  # noqa: PLC0415 - other rods need no mesh for their forces
+    from fea.solid.inertia import inertia  # noqa: PLC0415
+
+    found = mesh_study(study)
+    (material,) = study.materials(found.parts)
+    own = inertia(found.cell, material.density).properties
+    return found.bores.rod_length, study.rod.mass or own
+
+
+def drawn_solid(rod: RodTable) -> "Solid":
+    """Draw a rod, or read it from its CAD file, in a session of its own.
+
+    Raises
+    ------
+    InvalidValue, GeometryError
+        See `RodTable.draw`.
+    """
+    return _drawn(rod) if rod.cad is None else read_isolated(partial(_drawn, rod), f"read {rod.cad.path}")
+
+
+def _drawn(rod: RodTable) -> "Solid":
+    from geometry.session import session  # noqa: PLC0415 - gmsh is loaded only where a solid is drawn
+
+    with session():
+        return rod.draw()

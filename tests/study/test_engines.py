@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from fea.run.engine_study import engine_study
-from fea.run.study_forces import study_forces
+from fea.run.forces import study_forces
 from fea.study.engine_table import EngineTable, engine_notes, layout_notes
 from fea.study.flags import Flags, python_flags
 from fea.study.presets import engine_names, engine_preset

@@ -76,7 +76,7 @@ def _loads(run: Run) -> str:
         "act together."
     )
     if "gas" in summary.results:
-        said += " In the case gas the highest gas pressure acts while nothing moves, as at low speed."
+        said += " In the case gas the highest gas pressure acts without inertia, as at low speed."
     return said
 
 
