@@ -8,7 +8,7 @@ import numpy as np
 
 from fea.base.checks import LIMITS
 from fea.base.choices import Support
-from fea.base.material import Material, of_parts
+from fea.base.material import Material, Materials, of_parts
 from fea.base.note import Note
 from fea.base.pin_models import PRESCRIBED, pin_model
 from fea.judge.case_error import CaseErrors
@@ -86,6 +86,11 @@ class PreparedRod:
     def materials(self) -> tuple[Material, ...]:
         """One per part."""
         return self.structure.materials
+
+    @property
+    def material(self) -> Material | Materials:
+        """Elastic constants of every element of the cell, or of each part."""
+        return of_parts(self.materials, self.mesh.cell.part)
 
     @property
     def model(self) -> Model:
