@@ -59,7 +59,7 @@ def guarded(job: Callable[[], int]) -> int:
 def _run(job: Callable[[], int], write: int, chatter: IO[bytes]) -> None:
     code: int | None = None
     try:
-        _keep_apart(chatter)
+        _redirect(chatter)
         code = job()
     except SystemExit as leaving:
         code = leaving.code if isinstance(leaving.code, int) else 1
@@ -73,7 +73,7 @@ def _run(job: Callable[[], int], write: int, chatter: IO[bytes]) -> None:
         os._exit(MACHINE)
 
 
-def _keep_apart(chatter: IO[bytes]) -> None:
+def _redirect(chatter: IO[bytes]) -> None:
     """Let Python write to copies of its streams, and redirect the messages of libraries to `chatter`."""
     for name, descriptor in (("stdout", 1), ("stderr", 2)):
         stream = getattr(sys, name)

@@ -16,7 +16,7 @@ from fea.base.choices import Symmetry
 from fea.output.pictures import animation
 from fea.output.pictures.animation import COUNT, computed, drawn, require_film, write_film
 from fea.output.pictures.film import Film
-from fea.output.pictures.surface import Skin
+from fea.output.pictures.surface import DrawnSurface
 from fea.output.target import PictureError, StorageError
 from fea.run.speed import solve_speed
 from fea.units import DEG
@@ -31,7 +31,7 @@ def bar() -> Film:
     corners = [[x, y, z] for x in np.linspace(0, LENGTH, 11) for y in (-15, 15) for z in (-8, 8)]
     points = np.array(corners, float)
     brick = np.array([[0, 4, 6, 7], [0, 6, 2, 7], [0, 2, 3, 7], [0, 3, 1, 7], [0, 1, 5, 7], [0, 5, 4, 7]])
-    skin = Skin.of(points, (brick + 4 * np.arange(10)[:, None, None]).reshape(-1, 4))
+    skin = DrawnSurface.of(points, (brick + 4 * np.arange(10)[:, None, None]).reshape(-1, 4))
     angle = np.arange(6) * 4 * math.pi / 6
     pull = np.cos(angle)[:, None] * points[:, 0]
     displacement = np.stack([1e-3 * pull, 0 * pull, 0 * pull], axis=-1)

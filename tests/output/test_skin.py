@@ -5,7 +5,7 @@ import pytest
 
 from fea.output.pictures.frame import View, choose_view
 from fea.output.pictures.scale import Bands, band_limits, exaggeration, round_down, round_up
-from fea.output.pictures.surface import Skin, refined_line
+from fea.output.pictures.surface import DrawnSurface, refined_line
 from mesh.tetmesh import EDGES
 
 OUTER = [(1, 3, 5), (3, 2, 5), (2, 4, 5), (4, 1, 5), (3, 1, 6), (2, 3, 6), (4, 2, 6), (1, 4, 6)]
@@ -32,7 +32,7 @@ def ball(order: int) -> tuple[np.ndarray, np.ndarray]:
     return points, number.reshape(-1)[np.array(tets)]
 
 
-def area_and_volume(skin: Skin) -> tuple[float, float]:
+def area_and_volume(skin: DrawnSurface) -> tuple[float, float]:
     corners = skin.refined(skin.points)[skin.triangles]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return np.linalg.norm(cross, axis=1).sum() / 2, np.einsum("ij,ij->", corners[:, 0], cross) / 6
@@ -43,7 +43,7 @@ def area_and_volume(skin: Skin) -> tuple[float, float]:
     [(1, 4 * np.sqrt(3), 4 / 3), (2, 4 * np.pi, 4 / 3 * np.pi)],
 )
 def test_the_skin_is_closed_outward_and_curved(order, area, volume):
-    skin = Skin.of(*ball(order))
+    skin = DrawnSurface.of(*ball(order))
     assert skin.facets.shape == (8, 3 if order == 1 else 6)
     found_area, found_volume = area_and_volume(skin)
     # eight facets of parabolas and flat pieces miss the sphere by a tenth; straight ones by half
@@ -53,7 +53,7 @@ def test_the_skin_is_closed_outward_and_curved(order, area, volume):
 
 
 def test_normals_point_outwards_and_are_one_across_smooth_edges():
-    skin = Skin.of(*ball(2))
+    skin = DrawnSurface.of(*ball(2))
     corners = skin.points[skin.facets[:, :3]]
     np.testing.assert_allclose(skin.normals[:, :3], corners, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(skin.refined_normals, axis=1), 1, rtol=1e-12)
@@ -61,7 +61,7 @@ def test_normals_point_outwards_and_are_one_across_smooth_edges():
 
 
 def test_an_octahedron_has_twelve_edges_and_flat_faces():
-    skin = Skin.of(*ball(1))
+    skin = DrawnSurface.of(*ball(1))
     sides, sharp = skin.sides
     assert len(sides) == 12
     assert sharp.all()
@@ -82,7 +82,7 @@ def test_quadratic_values_are_refined_exactly():
     order = [list(itertools.combinations(range(4), 2)).index(tuple(edge)) for edge in EDGES.tolist()]
     middles = len(points) + number.reshape(-1, 6)[:, order]
     points = np.vstack([points, points[edges].mean(axis=1)])
-    skin = Skin.of(points, np.hstack([tets, middles]))
+    skin = DrawnSurface.of(points, np.hstack([tets, middles]))
     x, y, _ = points.T
     fine = skin.refined(points)
     np.testing.assert_allclose(
@@ -91,7 +91,7 @@ def test_quadratic_values_are_refined_exactly():
 
 
 def test_a_place_is_hidden_by_what_stands_before_it():
-    skin = Skin.of(*ball(1))
+    skin = DrawnSurface.of(*ball(1))
     up = np.array([0.0, 0, 1])
     place = np.array([0.1, 0.2, 0.75])
     assert not skin.hides(place, up)

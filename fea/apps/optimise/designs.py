@@ -154,9 +154,9 @@ class Designs:
 
     def _computed(self, adapted: Adapted, x: Floats, asked: Floats, *, mesh: int, remeshed: bool) -> Design:
         results = [adapted.at(rpm) for rpm in self.variables.study.speeds()]
-        found = limits(adapted.rod, results, self._required)
+        margins = limits(adapted.rod, results, self._required)
         infeasibility = float(np.linalg.norm(asked - x))
-        design = Design(x, adapted.rod.mass.mass / KG, found, infeasibility, remeshed, mesh)
+        design = Design(x, adapted.rod.mass.mass / KG, margins, infeasibility, remeshed, mesh)
         self.tried.append(replace(design, infeasibility=0.0))
         self.count += 1
         self._listener(design, self.count)

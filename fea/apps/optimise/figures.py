@@ -131,7 +131,7 @@ def limit_figures(before: tuple[Limit, ...], after: tuple[Limit, ...]) -> tuple[
     )
 
 
-def history(variables: Variables, found: SearchResult) -> tuple[DesignFigures, ...]:
+def history(variables: Variables, result: SearchResult) -> tuple[DesignFigures, ...]:
     """Return all designs that were tried."""
     return tuple(
         DesignFigures(
@@ -142,7 +142,7 @@ def history(variables: Variables, found: SearchResult) -> tuple[DesignFigures, .
             new_mesh=design.remeshed,
             dimensions_mm=variables.dimensions(design.x),
         )
-        for number, design in enumerate(found.tried, start=1)
+        for number, design in enumerate(result.tried, start=1)
     )
 
 

@@ -74,9 +74,9 @@ def limits(rod: PreparedRod, results: Sequence[SpeedResult], asked: Required) ->
     """
     worst: dict[str, Limit] = {}
     for result in results:
-        for found in (*_of_stress(rod, result, asked), *_of_buckling(rod, result, asked)):
-            if found.name not in worst or found.margin < worst[found.name].margin:
-                worst[found.name] = found
+        for limit in (*_of_stress(rod, result, asked), *_of_buckling(rod, result, asked)):
+            if limit.name not in worst or limit.margin < worst[limit.name].margin:
+                worst[limit.name] = limit
     return tuple(worst.values())
 
 
@@ -90,14 +90,14 @@ def _of_stress(rod: PreparedRod, result: SpeedResult, asked: Required) -> list[L
         factors = {YIELDING: 1 / np.maximum(envelope.usage, 1e-300)}
         if envelope.fatigue_factor is not None:
             factors[FATIGUE] = np.where(np.isnan(envelope.fatigue_factor), np.inf, envelope.fatigue_factor)
-    found = []
+    limits_here = []
     for place, own in zip(_PLACES, _places(rod), strict=True):
         here = own & counts
         for mode, factor in factors.items():
             least = float(factor[here].min(initial=np.inf))
             if np.isfinite(least):
-                found.append(Limit(f"{mode}, {place}", least, bar, getattr(asked, mode)))
-    return [*found, *_of_edges(result, asked)]
+                limits_here.append(Limit(f"{mode}, {place}", least, bar, getattr(asked, mode)))
+    return [*limits_here, *_of_edges(result, asked)]
 
 
 def _of_edges(result: SpeedResult, asked: Required) -> list[Limit]:
@@ -121,10 +121,10 @@ def _places(rod: PreparedRod) -> tuple[Mask, Mask, Mask]:
 
 def _of_buckling(rod: PreparedRod, result: SpeedResult, asked: Required) -> list[Limit]:
     figures = buckling_report(rod, result).figures
-    found = [
+    column = [
         Limit(f"{BUCKLING}, {plane.replace('_', ' ')}", one.safety_factor, 0.0, asked.buckling)
         for plane, one in figures.column.planes.items()
         if one.safety_factor is not None
     ]
     modes = [mode.factor for own in (figures.modes or {}).values() for mode in own]
-    return [*found, Limit(f"{BUCKLING}, of the solid", min(modes), 0.0, asked.buckling)] if modes else found
+    return [*column, Limit(f"{BUCKLING}, of the solid", min(modes), 0.0, asked.buckling)] if modes else column

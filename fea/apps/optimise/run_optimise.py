@@ -122,11 +122,11 @@ def _factors(rod: "Checked") -> dict[str, Floats]:
     """Least safety factors (n_nodes,) of all speeds, by the names of their arrays."""
     cases = [case.safety_factor for outcome in rod.outcomes for case in outcome.cases.values()]
     cycles = [outcome.cycle.envelope for outcome in rod.outcomes if outcome.cycle is not None]
-    found = {YIELDING: np.min([*cases, *(cycle.safety_factor for cycle in cycles)], axis=0)}
+    least = {YIELDING: np.min([*cases, *(cycle.safety_factor for cycle in cycles)], axis=0)}
     fatigue = [cycle.fatigue_factor for cycle in cycles if cycle.fatigue_factor is not None]
     if cycles and len(fatigue) == len(cycles):
-        found[FATIGUE] = np.nan_to_num(np.min(fatigue, axis=0), nan=CAP)
-    return found
+        least[FATIGUE] = np.nan_to_num(np.min(fatigue, axis=0), nan=CAP)
+    return least
 
 
 # Of the last mesh, and of the meshes that the search moves, percent.
@@ -183,11 +183,11 @@ def optimise(
     most = (None if table is None else table.evaluations) or USUAL
     with clock("search"):
         designs = Designs(free, progress(show, most))
-        found = search(designs, free.start, most)
+        result = search(designs, free.start, most)
     with clock("check"):
-        before = checked(free, found.first.x)
-        best, after = _last(free, found)
-    figures = _figures(free, found, best, before, after, seconds=clock.total)
+        before = checked(free, result.first.x)
+        best, after = _last(free, result)
+    figures = _figures(free, result, best, before, after, seconds=clock.total)
     with run_folder(folder) as part:
         complaint = write_files(part, figures, before, after)
     return figures, complaint
@@ -231,10 +231,10 @@ def checked(free: Variables, x: Floats) -> Checked:
     return Checked(study, outcomes, limits(adapted.rod, results, required(study)))
 
 
-def _last(free: Variables, found: SearchResult) -> tuple[Design, Checked]:
+def _last(free: Variables, result: SearchResult) -> tuple[Design, Checked]:
     """The lightest rod that holds on its last mesh, too; if none of the lightest does, the first of them."""
     first: tuple[Design, Checked] | None = None
-    for design in found.holding[:_CANDIDATES] or [found.best]:
+    for design in result.holding[:_CANDIDATES] or [result.best]:
         after = checked(free, design.x)
         first = first or (design, after)
         if after.holds:
@@ -245,7 +245,7 @@ def _last(free: Variables, found: SearchResult) -> tuple[Design, Checked]:
 
 
 def _figures(
-    free: Variables, found: SearchResult, best: Design, before: Checked, after: Checked, *, seconds: float
+    free: Variables, result: SearchResult, best: Design, before: Checked, after: Checked, *, seconds: float
 ) -> OptimiseFigures:
     old, new = (each.outcomes[0].summary.rod.mass_kg for each in (before, after))
     notes = tuple(dict.fromkeys(note for each in after.outcomes for note in each.summary.notes))
@@ -257,15 +257,15 @@ def _figures(
         saved_percent=100 * (1 - new / old),
         holds=after.holds,
         trusted=after.trusted,
-        ended=found.ended,
-        evaluations=found.count,
-        new_meshes=sum(design.remeshed for design in found.tried),
+        ended=result.ended,
+        evaluations=result.count,
+        new_meshes=sum(design.remeshed for design in result.tried),
         tolerance_percent=after.study.analysis.tolerance_percent or TOLERANCE,
         least_wall_mm=free.least_wall,
         dimensions=dimension_figures(free, best),
         limits=limit_figures(before.limits, after.limits),
         stopped_by=stopped,
-        history=history(free, found),
+        history=history(free, result),
         notes=notes,
         files=FILES,
         total_s=seconds,

@@ -53,12 +53,12 @@ class LocalModel:
         n, m = away.shape[1], len(meshes)
         matrix = np.hstack([np.ones((len(near), 1)), away, of_mesh])
         penalty = np.diag([0.0, *[_OF_SLOPES] * n, *[_OF_MESHES] * m])[1:]
-        found = np.linalg.lstsq(
+        solution = np.linalg.lstsq(
             np.vstack([weight * matrix, penalty]),
             np.vstack([weight * values, np.zeros((n + m, values.shape[1]))]),
             rcond=None,
         )[0]
-        return cls(about.x, found[0], found[1 : n + 1].T)
+        return cls(about.x, solution[0], solution[1 : n + 1].T)
 
     def at(self, x: Floats) -> tuple[float, Floats]:
         """Return mass and margins (k,) of a design (n,)."""
@@ -119,8 +119,8 @@ class SearchResult:
     @property
     def holding(self) -> list[Design]:
         """The rods that hold on a mesh of their own, the lightest first."""
-        found = [design for design in self.tried if design.remeshed and design.margin >= 0]
-        return sorted(found, key=lambda design: design.mass_kg)
+        rods = [design for design in self.tried if design.remeshed and design.margin >= 0]
+        return sorted(rods, key=lambda design: design.mass_kg)
 
     @property
     def holds(self) -> bool:
@@ -224,9 +224,9 @@ def _round(designs: Designs, base: Design, most: int, number: int) -> Design:
 
     def figures(x: Floats) -> tuple[float, Floats]:
         design = at(x)
-        found = {limit.name: limit.margin for limit in design.limits}
+        margins = {limit.name: limit.margin for limit in design.limits}
         return design.mass_kg / base.mass_kg, np.array(
-            [*(found.get(name, 1.0) for name in names), -design.infeasibility]
+            [*(margins.get(name, 1.0) for name in names), -design.infeasibility]
         )
 
     with suppress(_OverError):
@@ -253,7 +253,7 @@ def _minimised(
             known[x.tobytes()] = figures(x)
         return known[x.tobytes()]
 
-    found = minimize(
+    optimum = minimize(
         lambda x: at(x)[0],
         start,
         method="COBYQA",
@@ -261,7 +261,7 @@ def _minimised(
         constraints=NonlinearConstraint(lambda x: at(x)[1], 0.0, np.inf),
         options={"initial_tr_radius": radii[0], "final_tr_radius": radii[1], "maxfev": most},
     )
-    return np.asarray(np.clip(found.x, *bounds))
+    return np.asarray(np.clip(optimum.x, *bounds))
 
 
 def _best(some: Sequence[Design]) -> Design:

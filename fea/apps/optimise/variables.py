@@ -78,15 +78,17 @@ class Variables:
 
         Bounds are not told: they are those of the study.
         """
-        found = {}
+        reasons = {}
         for number, key in enumerate(self.keys):
             for step in (-_A_LITTLE, _A_LITTLE):
                 beside = x.copy()
                 beside[number] += step
                 why = self.fault(beside) if 0 <= beside[number] <= 1 else ""
                 if why:
-                    found[f"{key.removesuffix('_mm')} cannot be {'larger' if step > 0 else 'smaller'}"] = why
-        return found
+                    reasons[f"{key.removesuffix('_mm')} cannot be {'larger' if step > 0 else 'smaller'}"] = (
+                        why
+                    )
+        return reasons
 
     def nearest_feasible(self, x: Floats, sound: Floats) -> Floats:
         """Return the last sound values (n,) on the way to `x` from others that are sound."""

@@ -1,1 +1,1 @@
-"""Many rods from one study: plan them, compute each once on many processors, and say what matters."""
+"""Many rods from one study: plan them, compute each once on many processors, and report sensitivities."""

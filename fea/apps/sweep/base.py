@@ -101,20 +101,20 @@ def changed(raw: Mapping[str, Any], design: Mapping[str, Any]) -> dict[str, Any]
 
 def files_of(tables: Mapping[str, Any]) -> list[Path]:
     """Return the files that the tables of a resolved study name: its paths are absolute."""
-    found = []
+    paths = []
     for value in tables.values():
         if isinstance(value, Mapping):
-            found += files_of(value)
+            paths += files_of(value)
         elif isinstance(value, str) and Path(value).is_absolute():
-            found.append(Path(value))
-    return found
+            paths.append(Path(value))
+    return paths
 
 
 def _table(raw: Mapping[str, Any], name: str) -> Any:
-    found: Any = raw
+    table: Any = raw
     for step in name.split("."):
-        found = found.get(step, {}) if isinstance(found, Mapping) else {}
-    return found
+        table = table.get(step, {}) if isinstance(table, Mapping) else {}
+    return table
 
 
 # The files of a run are not written by a sweep, and a sweep searches by itself.

@@ -247,15 +247,15 @@ class Engine:
 
     def _wait(self) -> list[Any]:
         """Return the rods that have come back, after a while none."""
-        found = []
+        futures = []
         try:
-            found.append(self._back.get(timeout=_WAIT))
+            futures.append(self._back.get(timeout=_WAIT))
             while True:
-                found.append(self._back.get_nowait())
+                futures.append(self._back.get_nowait())
         except queue.Empty:
             if self._client.status not in ("running", "connecting"):
                 raise lost(self._client.status) from None
-        return found
+        return futures
 
     def _result(self, future: Any) -> Done:
         job = self._out.pop(future)

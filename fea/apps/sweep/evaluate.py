@@ -22,17 +22,17 @@ def evaluate(study: Study, frequencies: int = 0) -> dict[float | None, Figures]:
     speeds = study.speeds()
     adapted = adapt_mesh(study, speeds, Clock())
     shared = {**_critical(study, adapted), **_frequencies(study, adapted, frequencies)}
-    found = {}
+    by_speed = {}
     for rpm in speeds:
         summary = run_result(study, adapted, adapted.at(rpm)).summary
-        found[rpm] = figures(summary) | shared
-    return found
+        by_speed[rpm] = figures(summary) | shared
+    return by_speed
 
 
 def figures(summary: Summary) -> Figures:
     """Return the figures of a run that a table has room for."""
     all_factors = factors(summary.results, summary.buckling, summary.envelope, summary.assembly)
-    found: Figures = {
+    table: Figures = {
         "mass_kg": summary.rod.mass_kg,
         "center_of_gravity_mm": summary.rod.center_of_gravity_mm[0],
         "inertia_kg_m2": summary.rod.inertia_kg_m2,
@@ -43,24 +43,24 @@ def figures(summary: Summary) -> Figures:
         "answer": summary.survival.answer,
     }
     for mode in dict.fromkeys(factor.mode for factor in all_factors):
-        found |= _least(mode, [factor for factor in all_factors if factor.mode == mode])
+        table |= _least(mode, [factor for factor in all_factors if factor.mode == mode])
     for name, case in summary.results.items():
-        found[f"{name}_factor"] = case.min_safety_factor
-        found[f"{name}_error_percent"] = case.error_percent
-        found[f"{name}_von_mises_MPa"] = case.max_von_mises_MPa
+        table[f"{name}_factor"] = case.min_safety_factor
+        table[f"{name}_error_percent"] = case.error_percent
+        table[f"{name}_von_mises_MPa"] = case.max_von_mises_MPa
     if summary.envelope is not None:
-        found["cycle_factor"] = summary.envelope.min_safety_factor
-        found["crossland_factor"] = summary.envelope.min_crossland_safety_factor
+        table["cycle_factor"] = summary.envelope.min_safety_factor
+        table["crossland_factor"] = summary.envelope.min_crossland_safety_factor
     if summary.life is not None:
         low, high = summary.life.band_hours
-        found |= {"life_hours": summary.life.hours, "life_low_hours": low, "life_high_hours": high}
-        found["life_endless"] = summary.life.endless
-    found |= {"trusted": summary.trusted, "elements": summary.model.elements}
-    return {name: value for name, value in found.items() if value is not None}
+        table |= {"life_hours": summary.life.hours, "life_low_hours": low, "life_high_hours": high}
+        table["life_endless"] = summary.life.endless
+    table |= {"trusted": summary.trusted, "elements": summary.model.elements}
+    return {name: value for name, value in table.items() if value is not None}
 
 
-def _least(mode: str, found: list[Factor]) -> Figures:
-    least, name = min(found, key=lambda factor: factor.low), mode.replace(" ", "_")
+def _least(mode: str, factors_of_mode: list[Factor]) -> Figures:
+    least, name = min(factors_of_mode, key=lambda factor: factor.low), mode.replace(" ", "_")
     bar = {} if least.error_percent is None else {f"{name}_error_percent": least.error_percent}
     return {f"{name}_factor": least.value} | bar
 

@@ -114,14 +114,14 @@ class Journal:
 
     def counts(self) -> dict[State, int]:
         """Return how many rows are in each state."""
-        found = dict(self._all("SELECT state, count(*) FROM rods GROUP BY state"))
-        return {state: found.get(state.value, 0) for state in State}
+        by_state = dict(self._all("SELECT state, count(*) FROM rods GROUP BY state"))
+        return {state: by_state.get(state.value, 0) for state in State}
 
     def asked(self, job: str) -> tuple[dict[str, Any], list[float | None]]:
         """Return the design of a rod, and all its speeds."""
-        found = self._all("SELECT design, rpm FROM rods WHERE job = ? ORDER BY number", job)
-        speeds = sorted({rpm for _, rpm in found if rpm is not None})
-        return json.loads(found[0][0]), [*speeds] or [None]
+        rows = self._all("SELECT design, rpm FROM rods WHERE job = ? ORDER BY number", job)
+        speeds = sorted({rpm for _, rpm in rows if rpm is not None})
+        return json.loads(rows[0][0]), [*speeds] or [None]
 
     def finish(self, rods: Sequence[Done]) -> None:
         """Enter what computed rods gave, in one transaction; a row that is done stays as it is."""
@@ -156,16 +156,16 @@ class Journal:
             for number, sample, design, rpm, state, reason, figures in self._base.execute(
                 f"{query} ORDER BY number", numbers
             ):
-                values, found = json.loads(design), json.loads(figures)
-                yield Entry(number, sample, values, rpm, State(state), reason, found)
+                values, results = json.loads(design), json.loads(figures)
+                yield Entry(number, sample, values, rpm, State(state), reason, results)
 
     def _require_ours(self) -> None:
         """Refuse a database with other tables, before anything in it changes."""
-        found = {
+        tables = {
             name for (name,) in self._base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
         }
-        if found and found != {"meta", "rods"}:
-            raise sqlite3.DatabaseError(f"it has the tables {', '.join(sorted(found))}")
+        if tables and tables != {"meta", "rods"}:
+            raise sqlite3.DatabaseError(f"it has the tables {', '.join(sorted(tables))}")
 
     def _enter(self, meta: Mapping[str, str], rows: Sequence[PlannedRow]) -> None:
         self._base.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", list(meta.items()))

@@ -58,10 +58,10 @@ def rows(sweep: Sweep) -> list[PlannedRow]:
     if designs:
         sweep.base.require_presets_alone(designs[0])
     speeds: dict[str, list[float | None]] = {}
-    found: list[tuple[int, Design, float | None, str, str]] = []
+    planned: list[tuple[int, Design, float | None, str, str]] = []
     for sample, design in enumerate(designs):
         for rpm, rod, refused in _speeds(sweep, design):
-            found.append((sample, design, rpm, rod, refused))
+            planned.append((sample, design, rpm, rod, refused))
             if rpm not in speeds.setdefault(rod, []):
                 speeds[rod].append(rpm)
     jobs = {rod: _digest(rod, sorted(speed or 0.0 for speed in own)) for rod, own in speeds.items()}
@@ -75,7 +75,7 @@ def rows(sweep: Sweep) -> list[PlannedRow]:
             key=_digest(jobs[rod], rpm),
             refused=refused,
         )
-        for number, (sample, design, rpm, rod, refused) in enumerate(found)
+        for number, (sample, design, rpm, rod, refused) in enumerate(planned)
     ]
 
 
@@ -94,9 +94,9 @@ def study_text(sweep: Sweep, number: int) -> str:
     InvalidValue
         There is no such row, or its design breaks a rule.
     """
-    found = rows(sweep)
-    require(0 <= number < len(found), "--study", number, f"must be a row, 0 to {len(found) - 1}")
-    row = found[number]
+    planned = rows(sweep)
+    require(0 <= number < len(planned), "--study", number, f"must be a row, 0 to {len(planned) - 1}")
+    row = planned[number]
     return study_of(sweep, row.design, [row.rpm]).text()
 
 

@@ -46,12 +46,12 @@ def report_sweep(path: Path, sweep: Sweep, journal: Journal) -> Statistics:
         The disk, a permission or the file system refuses.
     """
     samples = samples_of(journal.entries())
-    found = statistics(sweep, samples)
-    write_sweep_report(path, _swept(sweep, journal, samples, found))
-    return found
+    figures = statistics(sweep, samples)
+    write_sweep_report(path, _swept(sweep, journal, samples, figures))
+    return figures
 
 
-def _swept(sweep: Sweep, journal: Journal, samples: Samples, found: Statistics) -> Swept:
+def _swept(sweep: Sweep, journal: Journal, samples: Samples, figures: Statistics) -> Swept:
     shown = samples.part(_shown(samples))
     counts = journal.counts()
     return Swept(
@@ -70,9 +70,9 @@ def _swept(sweep: Sweep, journal: Journal, samples: Samples, found: Statistics) 
                 f"{one.rods}",
                 f"{one.missing}",
             )
-            for one in found.probabilities
+            for one in figures.probabilities
         ],
-        influences=[_influenced(one) for one in found.sensitivities],
+        influences=[_influenced(one) for one in figures.sensitivities],
         failures=failures(journal.entries()),
     )
 
@@ -201,8 +201,8 @@ def run_sweep(
                 write_tables(folder, journal.entries())
             raise
         write_tables(folder, journal.entries())
-        found = report_sweep(folder / REPORT, sweep, journal)
-        return _report(folder, journal, progress.done, found)
+        figures = report_sweep(folder / REPORT, sweep, journal)
+        return _report(folder, journal, progress.done, figures)
 
 
 @contextmanager
@@ -265,7 +265,7 @@ def _task(sweep: Sweep, journal: Journal, minutes: float, job: str) -> Task:
     return Task(job, study.name, study.text(), folder, sweep.frequencies, version, 60 * minutes)
 
 
-def _report(folder: Path, journal: Journal, computed: int, found: Statistics) -> SweepReport:
+def _report(folder: Path, journal: Journal, computed: int, figures: Statistics) -> SweepReport:
     counts = journal.counts()
     untrusted = sum(entry.figures.get("trusted") is False for entry in journal.entries())
     return SweepReport(
@@ -275,5 +275,5 @@ def _report(folder: Path, journal: Journal, computed: int, found: Statistics) ->
         failed=counts[State.FAILED],
         untrusted=untrusted,
         reasons={reason: count for _, reason, count in failures(journal.entries())},
-        statistics=found,
+        statistics=figures,
     )

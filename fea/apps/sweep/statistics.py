@@ -54,9 +54,9 @@ class Samples:
         )
 
     def _is_numeric(self, key: str) -> bool:
-        found = [design.get(key) for design in self.designs]
-        numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in found)
-        return numbers and len(set(found)) > 1
+        values = [design.get(key) for design in self.designs]
+        numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
+        return numbers and len(set(values)) > 1
 
 
 def samples_of(entries: Iterable[Entry]) -> Samples:
@@ -138,12 +138,12 @@ def sensitivities(samples: Samples, sampling: Sampling | None) -> tuple[Sensitiv
     """Return what mass and each factor depend on; figures that do not vary are left out."""
     if not samples.numeric:
         return ()
-    found = []
+    results = []
     for figure, values in samples.values.items():
         known = values[np.isfinite(values)]
         if len(known) > 2 and np.ptp(known) > 1e-9 * abs(known).max():
-            found.append(_sensitivity(samples, sampling, figure))
-    return tuple(sorted(found, key=lambda one: one.figure == MASS))
+            results.append(_sensitivity(samples, sampling, figure))
+    return tuple(sorted(results, key=lambda one: one.figure == MASS))
 
 
 def _sensitivity(samples: Samples, sampling: Sampling | None, figure: str) -> Sensitivity:
@@ -195,18 +195,18 @@ def sobol_indices(keys: Sequence[str], values: Floats) -> dict[str, Floats]:
     """Sobol's indices from (n (k + 2),) values of Saltelli's designs, by SALib (Saltelli et al. 2010)."""
     from SALib.analyze import sobol  # noqa: PLC0415 - comes with the extra
 
-    found: Any = sobol.analyze(
+    indices: Any = sobol.analyze(
         _problem(keys), values, calc_second_order=False, num_resamples=_RESAMPLES, seed=_SEED
     )
-    return {name: np.asarray(found[name], float) for name in ("S1", "S1_conf", "ST", "ST_conf")}
+    return {name: np.asarray(indices[name], float) for name in ("S1", "S1_conf", "ST", "ST_conf")}
 
 
 def first_indices(keys: Sequence[str], X: Floats, values: Floats) -> dict[str, Floats]:
     """First-order indices from any sample, by SALib's RBD-FAST (Tarantola et al. 2006)."""
     from SALib.analyze import rbd_fast  # noqa: PLC0415 - comes with the extra
 
-    found: Any = rbd_fast.analyze(_problem(keys), X, values, num_resamples=_RESAMPLES, seed=_SEED)
-    return {name: np.asarray(found[name], float) for name in ("S1", "S1_conf")}
+    indices: Any = rbd_fast.analyze(_problem(keys), X, values, num_resamples=_RESAMPLES, seed=_SEED)
+    return {name: np.asarray(indices[name], float) for name in ("S1", "S1_conf")}
 
 
 def _problem(keys: Sequence[str]) -> dict[str, Any]:
@@ -282,8 +282,8 @@ def _probabilities(sweep: Sweep, samples: Samples) -> tuple[Probability, ...]:
     if not drawn or sweep.sampling in (None, Sampling.GRID):
         return ()
     alone = samples.part(_independent(sweep, len(samples.rows)))
-    found = [below_one(name, values) for name, values in alone.values.items() if name != MASS]
-    return tuple(one for one in found if one is not None)
+    probabilities = [below_one(name, values) for name, values in alone.values.items() if name != MASS]
+    return tuple(one for one in probabilities if one is not None)
 
 
 def _independent(sweep: Sweep, count: int) -> Any:

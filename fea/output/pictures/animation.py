@@ -10,7 +10,7 @@ import numpy as np
 from fea.machine.clock import Clock
 from fea.output.pictures.film import Film
 from fea.output.pictures.process import REMEDY, environments, run_drawing
-from fea.output.pictures.surface import Skin
+from fea.output.pictures.surface import DrawnSurface
 from fea.output.target import PictureError, require_target
 from fea.output.text import stored
 from fea.pins.model import Weights
@@ -85,7 +85,7 @@ def computed(rod: PreparedRod, rpm: float) -> Film:
     """Compute the frames of an animation at a speed: displacement by solving, stress by superposition."""
     engine, mesh = rod.engine.engine, rod.mesh.whole
     angles = np.arange(COUNT) * 4 * math.pi / COUNT
-    outer = Skin.of(mesh.points, mesh.tets)
+    outer = DrawnSurface.of(mesh.points, mesh.tets)
     nodes, facets = np.unique(outer.facets, return_inverse=True)
     displacement = np.empty((COUNT, len(nodes), 3), np.float32)
     stress = np.empty((COUNT, len(nodes)), np.float32)
@@ -96,7 +96,7 @@ def computed(rod: PreparedRod, rpm: float) -> Film:
         displacement[block] = np.moveaxis(moved, -1, 0)
         stress[block] = _von_mises(rod, weights.at(block))[nodes].T
     return Film(
-        skin=Skin(mesh.points[nodes], facets.reshape(outer.facets.shape)),
+        skin=DrawnSurface(mesh.points[nodes], facets.reshape(outer.facets.shape)),
         displacement=displacement,
         von_mises=stress,
         crank_angle=angles,

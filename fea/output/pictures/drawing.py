@@ -27,7 +27,7 @@ from fea.output.pictures.strokes import (
     save,
     write,
 )
-from fea.output.pictures.surface import Skin, refined_line
+from fea.output.pictures.surface import DrawnSurface, refined_line
 from geometry.arrays import Floats
 from geometry.system import CAN_FORK
 
@@ -147,7 +147,7 @@ def _moved(scene: Scene) -> str:
     return f"displacement up to {scene.displaced:.3g} mm, drawn × {scene.exaggeration:g}"
 
 
-def _surface(scene: Scene, skin: Skin) -> Any:
+def _surface(scene: Scene, skin: DrawnSurface) -> Any:
     """Return the deformed skin with the values for its colours, shaded by the undeformed normals."""
     surface = pyvista.PolyData.from_regular_faces(skin.refined(scene.deformed), skin.triangles)
     surface.point_data[SCALARS] = skin.refined(np.minimum(scene.values, scene.top))
@@ -190,7 +190,7 @@ ROWS = (0.56, 0.44)
 STEEL = "#9db4cc"
 
 
-def draw_mesh(skin: Skin, title: str) -> Image.Image:
+def draw_mesh(skin: DrawnSurface, title: str) -> Image.Image:
     """Return the picture of a rod and its elements; raises RuntimeError if it is blank."""
     surface = pyvista.PolyData.from_regular_faces(skin.refined(skin.points), skin.triangles)
     surface.point_data["Normals"] = skin.refined_normals

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.output.pictures.scale import exaggeration
-from fea.output.pictures.surface import Skin
+from fea.output.pictures.surface import DrawnSurface
 from geometry.arrays import Floats
 
 Singles = npt.NDArray[np.float32]
@@ -33,7 +33,7 @@ class Film:
         Lines of the title: study and speed.
     """
 
-    skin: Skin
+    skin: DrawnSurface
     displacement: Singles
     von_mises: Singles
     crank_angle: Floats

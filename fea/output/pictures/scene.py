@@ -10,7 +10,7 @@ import pyvista
 from fea.output.pictures.frame import View, choose_view
 from fea.output.pictures.scale import Bands, exaggeration
 from fea.output.pictures.shown import MODE, VON_MISES, Field, field_of
-from fea.output.pictures.surface import Skin
+from fea.output.pictures.surface import DrawnSurface
 from fea.output.text import error_bar
 from geometry.arrays import Floats, Ints
 
@@ -29,7 +29,7 @@ class Scene:
         (3,) the hot spot on the undeformed rod, mm, and the value there.
     """
 
-    skin: Skin
+    skin: DrawnSurface
     field: Field
     displacement: Floats
     values: Floats
@@ -124,20 +124,22 @@ class Scene:
 def trial_scene() -> Scene:
     """Return a scene of one element, to try out whether and how pictures are drawn."""
     points = np.vstack([np.zeros(3), np.eye(3)])
-    skin = Skin.of(points, np.array([[0, 1, 2, 3]]))
+    skin = DrawnSurface.of(points, np.array([[0, 1, 2, 3]]))
     return Scene(skin, field_of(VON_MISES), 0.01 * points, points.sum(axis=1), points[1], 1.0)
 
 
-def read_skin(vtu: Path) -> Skin:
+def read_skin(vtu: Path) -> DrawnSurface:
     """Return the outer surface of a mesh, with or without results; raises ValueError if there is none."""
     points, tets, _ = _read(vtu)
-    return Skin.of(points, tets)
+    return DrawnSurface.of(points, tets)
 
 
 @lru_cache(maxsize=1)
-def _skin(points: bytes, tets: bytes, nodes: int) -> Skin:
+def _skin(points: bytes, tets: bytes, nodes: int) -> DrawnSurface:
     """Return the skin of tetrahedra with so many nodes each; the results of one run share it."""
-    return Skin.of(np.frombuffer(points).reshape(-1, 3), np.frombuffer(tets, np.int64).reshape(-1, nodes))
+    return DrawnSurface.of(
+        np.frombuffer(points).reshape(-1, 3), np.frombuffer(tets, np.int64).reshape(-1, nodes)
+    )
 
 
 def _read(vtu: Path) -> tuple[Floats, Ints, dict[str, Floats]]:

@@ -48,11 +48,11 @@ class Field:
 
     def values(self, data: Mapping[str, Floats]) -> Floats:
         """Return its values (n_nodes,) from the arrays of a result."""
-        found = data[self.name]
-        if found.ndim > 1:
-            return np.asarray(np.linalg.norm(found, axis=1))
+        array = data[self.name]
+        if array.ndim > 1:
+            return np.asarray(np.linalg.norm(array, axis=1))
         # A negative safety factor stands for an unknown one.
-        return np.where(found < 0, np.inf, found) if self.capped else found
+        return np.where(array < 0, np.inf, array) if self.capped else array
 
     def worst(self, values: Floats) -> int:
         """Return the node of the worst of values (n_nodes,)."""
@@ -200,11 +200,11 @@ def _case(summary: Summary, vtu: Path, field: str | None) -> Picture:
 
 
 def _envelope(summary: Summary, vtu: Path, field: str | None) -> Picture:
-    found = summary.envelope
-    if found is None:
+    envelope = summary.envelope
+    if envelope is None:
         raise LookupError("envelope")
-    fatigue = found.min_fatigue_safety_factor
-    factors = f"yielding {found.min_safety_factor:.3g}"
+    fatigue = envelope.min_fatigue_safety_factor
+    factors = f"yielding {envelope.min_safety_factor:.3g}"
     factors += f", fatigue {fatigue:.3g}" if fatigue is not None else ""
     note, heading = f"smallest safety factors: {factors}", ["whole crank cycle", _speed(summary)]
     return _picture(summary, vtu, heading, note=note, field=field or VON_MISES)
@@ -212,12 +212,12 @@ def _envelope(summary: Summary, vtu: Path, field: str | None) -> Picture:
 
 def _buckling(summary: Summary, vtu: Path, field: str | None) -> Picture:
     field = field or f"{MODE}1"
-    found = summary.buckling
-    if found.modes is None or found.shapes_of is None:
+    buckling = summary.buckling
+    if buckling.modes is None or buckling.shapes_of is None:
         raise LookupError("buckling")
-    mode = found.modes[found.shapes_of][_number(field) - 1]
+    mode = buckling.modes[buckling.shapes_of][_number(field) - 1]
     heading = [
-        f"buckling under {found.shapes_of}",
+        f"buckling under {buckling.shapes_of}",
         f"mode {_number(field)} at {mode.factor:.4g} times the load",
         _speed(summary),
     ]

@@ -10,7 +10,7 @@ import pyvista
 from PIL import Image
 
 from fea.output.pictures.frame import Frame
-from fea.output.pictures.surface import Skin, refined_line
+from fea.output.pictures.surface import DrawnSurface, refined_line
 from geometry.arrays import Floats
 
 SIZE = (1600, 1000)  # pixels
@@ -100,7 +100,7 @@ def require_rod(image: npt.NDArray[np.uint8]) -> None:
         raise RuntimeError("the picture is blank")
 
 
-def add_edges(plotter: Any, skin: Skin, points: Floats, frame: Frame, pen: tuple[str, float]) -> None:
+def add_edges(plotter: Any, skin: DrawnSurface, points: Floats, frame: Frame, pen: tuple[str, float]) -> None:
     """Draw the edges of the shape (not of the elements), with its nodes at `points`."""
     sides, sharp = skin.sides
     add_lines(plotter, refined_line(points, sides[sharp]) + frame.nudge, *pen)

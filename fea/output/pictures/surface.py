@@ -20,7 +20,7 @@ TRIANGLES = 40_000  # of a surface that fills a picture; more would be smaller t
 
 
 @dataclass(frozen=True)
-class Skin:
+class DrawnSurface:
     """The boundary facets, which belong to one element only.
 
     Attributes
@@ -38,7 +38,7 @@ class Skin:
     pieces: int = PIECES
 
     @classmethod
-    def of(cls, points: Floats, tets: Ints) -> "Skin":
+    def of(cls, points: Floats, tets: Ints) -> "DrawnSurface":
         """Return the skin of tetrahedra (n_elements, 4 or 10) in VTK's node order."""
         columns = FACES[:, :3] if tets.shape[1] == 4 else FACES
         faces = tets[:, columns].reshape(-1, columns.shape[1])
@@ -47,12 +47,12 @@ class Skin:
         _, first, count = np.unique(keys, return_index=True, return_counts=True)
         return cls._divided(points, faces[np.sort(first[count == 1])])
 
-    def part(self, chosen: Mask) -> "Skin":
+    def part(self, chosen: Mask) -> "DrawnSurface":
         """Return the skin of some of the facets (n_facets,)."""
         return self._divided(self.points, self.facets[chosen])
 
     @classmethod
-    def _divided(cls, points: Floats, facets: Ints) -> "Skin":
+    def _divided(cls, points: Floats, facets: Ints) -> "DrawnSurface":
         """Return a skin of fewer pieces if it has many facets."""
         return cls(points, facets, int(np.clip(round((TRIANGLES / len(facets)) ** 0.5), 2, PIECES)))
 

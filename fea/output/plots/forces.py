@@ -137,7 +137,7 @@ _COLOURS = {"yield": "C0", "fatigue": "C3", "crossland": "C2"}
 _HIGHEST = 5.0  # upper end of the plot: larger factors are safe
 
 
-def write_speed_map(path: Path, found: SpeedMap) -> None:
+def write_speed_map(path: Path, speeds: SpeedMap) -> None:
     """Write one row per speed; unknown values are blank.
 
     Raises
@@ -147,13 +147,13 @@ def write_speed_map(path: Path, found: SpeedMap) -> None:
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(found.columns)
-    for row in zip(*found.columns.values(), strict=True):
+    writer.writerow(speeds.columns)
+    for row in zip(*speeds.columns.values(), strict=True):
         writer.writerow(["" if np.isnan(value) else f"{value + 0.0:.7g}" for value in row])
     write_text(path, text.getvalue())
 
 
-def plot_speed_map(path: Path, study: str, found: SpeedMap) -> None:
+def plot_speed_map(path: Path, study: str, speeds: SpeedMap) -> None:
     """Draw the smallest safety factors against speed, with the speeds at which they fall below 1.
 
     Raises
@@ -163,12 +163,12 @@ def plot_speed_map(path: Path, study: str, found: SpeedMap) -> None:
     """
     figure = new_figure(9, 5)
     panel = figure.subplots()
-    rpm = found.columns["rpm"]
+    rpm = speeds.columns["rpm"]
     for mode, colour in _COLOURS.items():
-        factor = found.columns[MODES[mode]]
+        factor = speeds.columns[MODES[mode]]
         if np.isnan(factor).all():
             continue
-        critical = found.critical.get(mode)
+        critical = speeds.critical.get(mode)
         label = mode if critical is None else f"{mode}: below 1 from {rounded(critical)} rpm"
         panel.plot(rpm, factor, color=colour, marker=".", label=label)
         if critical is not None:

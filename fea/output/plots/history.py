@@ -167,8 +167,8 @@ class _Panel:
 
 def _font(size: int) -> ImageFont.FreeTypeFont:
     """Return the font that comes with matplotlib, without loading matplotlib."""
-    found = find_spec("matplotlib")
-    if found is None or found.origin is None:
+    library = find_spec("matplotlib")
+    if library is None or library.origin is None:
         raise PictureError("no font was found, because matplotlib is not installed: pip install matplotlib.")
-    fonts = Path(found.origin).parent / "mpl-data" / "fonts" / "ttf"
+    fonts = Path(library.origin).parent / "mpl-data" / "fonts" / "ttf"
     return ImageFont.truetype(str(fonts / "DejaVuSans.ttf"), size)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.output.pictures.surface import Skin
+from fea.output.pictures.surface import DrawnSurface
 from geometry.arrays import Floats, Ints
 from mesh.tetmesh import TetMesh
 
@@ -32,7 +32,7 @@ class Surface:
     @classmethod
     def of(cls, mesh: TetMesh, most: int = MOST_NODES) -> "Surface":
         """Number the surface of a mesh; `most` nodes between vertices are kept."""
-        facets = np.asarray(Skin.of(mesh.points, mesh.tets).facets, np.int64)
+        facets = np.asarray(DrawnSurface.of(mesh.points, mesh.tets).facets, np.int64)
         facets = facets[_along_curve(mesh.points[facets[:, :3]].mean(axis=1))]
         quadratic = facets.shape[1] == 6 and len(np.unique(facets)) <= most
         vertices, corners = _by_appearance(facets[:, :3])
