@@ -5,9 +5,9 @@ moments are those of the gap between the sides. Friction acts along two tangents
 unknown: its force, which presses under the head and at the other end of the grip.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from scipy import sparse
@@ -30,33 +30,39 @@ _HALF_COSINE = np.array(
 _Z = np.array([0.0, 0.0, 1.0])
 
 
-class Interface(Protocol):
+class Interface(ABC):
     """Unknowns of one kind on the cell."""
 
     @property
+    @abstractmethod
     def size(self) -> int:
         """Number of unknowns."""
+
+    @abstractmethod
+    def forces(self, n_nodes: int) -> sparse.csr_array:
+        """Nodal forces (3 n_nodes, size) of a unit of each, N."""
 
     @property
     def on_y(self) -> Mask:
         """Which unknowns (size,) are at places on y = 0."""
+        return np.zeros(self.size, dtype=bool)
 
     @property
     def across(self) -> Mask:
         """Which unknowns (size,) reverse under reflection about y = 0 where they lie on it."""
-
-    def forces(self, n_nodes: int) -> sparse.csr_array:
-        """Nodal forces (3 n_nodes, size) of a unit of each, N."""
+        return np.zeros(self.size, dtype=bool)
 
     def initial(self) -> Floats:
         """Moments (size,) of the gap as made."""
+        return np.zeros(self.size)
 
-    def flexibility(self, parity: Parity) -> Floats | float:
+    def flexibility(self, parity: Parity) -> Floats | float:  # noqa: ARG002
         """Moments (size, size) of what a unit of each moves beside the body; 0 for nothing."""
+        return 0.0
 
 
 @dataclass(frozen=True)
-class PinInBore:
+class PinInBore(Interface):
     """A pin in a bore whose axis is parallel to z."""
 
     multipliers: Multipliers  # the pressures on the bore
@@ -80,11 +86,6 @@ class PinInBore:
     def on_y(self) -> Mask:
         """Which of them (size,) are at places on y = 0."""
         return self.multipliers.on_y
-
-    @property
-    def across(self) -> Mask:
-        """None of them (size,) reverses under reflection about y = 0."""
-        return np.zeros(self.size, dtype=bool)
 
     def forces(self, n_nodes: int) -> sparse.csr_array:
         """Nodal forces (3 n_nodes, size) of unit pressures, N."""
@@ -192,7 +193,7 @@ def _between(stations: Floats, z: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class MatingFaces:
+class MatingFaces(Interface):
     """The two sides of an interface on the cell.
 
     The unknowns are the pressures at the vertices, then, with friction, the shear stresses along the first
@@ -282,10 +283,6 @@ class MatingFaces:
         """Moments (size,) of the gap between the parts as made."""
         return np.pad(-self.interference * self.pressing.weights, (0, self.size - self.pressing.size))
 
-    def flexibility(self, parity: Parity) -> float:  # noqa: ARG002
-        """Nothing moves beside the parts."""
-        return 0.0
-
     def traction(self, values: Floats, points: Floats) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, k) on each side of stresses (size, k), MPa."""
         ends = np.cumsum([len(vertices) for _, vertices in self.kinds])
@@ -305,7 +302,7 @@ class MatingFaces:
 
 
 @dataclass(frozen=True)
-class BoltPull:
+class BoltPull(Interface):
     """A bolt on the cell, or one of a pair of images about z = 0."""
 
     name: str
@@ -356,23 +353,9 @@ class BoltPull:
         """One unknown: its force."""
         return 1
 
-    @property
-    def on_y(self) -> Mask:
-        """It is on one side of y = 0."""
-        return np.zeros(1, dtype=bool)
-
-    @property
-    def across(self) -> Mask:
-        """It does not reverse under reflection."""
-        return np.zeros(1, dtype=bool)
-
     def forces(self, n_nodes: int) -> sparse.csr_array:  # noqa: ARG002
         """Nodal forces (3 n_nodes, 1) of a bolt force of 1 N."""
         return sparse.csr_array(self.nodal_forces[:, None])
-
-    def initial(self) -> Floats:
-        """It is not shortened as made."""
-        return np.zeros(1)
 
     def flexibility(self, parity: Parity) -> float:  # noqa: ARG002
         """Elongation of what the mesh does not hold, for the share of the bolt."""
