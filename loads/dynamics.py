@@ -53,12 +53,8 @@ def cycle(
 ) -> EngineInstants:
     """Compute the forces at given crank angles and constant speeds.
 
-    Parameters
-    ----------
-    rod
-        Mass, centre of gravity (both in-plane components count) and I_z.
-    speed
-        rad/s, broadcast against `crank_angle` (rad): ``speeds[:, None]`` gives arrays of (speeds, angles).
+    `rod`: mass, centre of gravity (both in-plane components count) and I_z; `speed`: rad/s, broadcast against
+    `crank_angle` (rad): ``speeds[:, None]`` gives arrays of (speeds, angles).
 
     Raises
     ------
@@ -154,12 +150,7 @@ def whole_engine(
 ) -> WholeEngine:
     """Compute every cylinder of an engine; cylinder k is at the crank angle θ − k·phase.
 
-    Parameters
-    ----------
-    rod
-        Mass properties of each rod.
-    speed
-        rad/s, broadcast against `crank_angle` (rad, of the first cylinder).
+    `speed`: rad/s, broadcast against `crank_angle` (rad, of the first cylinder).
 
     Raises
     ------

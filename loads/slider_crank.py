@@ -39,13 +39,8 @@ class Kinematics:
 def kinematics(engine: Engine, crank_angle: npt.ArrayLike, speed: npt.ArrayLike) -> Kinematics:
     """Exact motion at given crank angles and constant speeds.
 
-    Parameters
-    ----------
-    crank_angle
-        rad, any shape.
-    speed
-        Of the crank, rad/s, zero or positive, broadcast against `crank_angle`: ``speeds[:, None]``
-        gives arrays of (speeds, angles).
+    `crank_angle`: rad, any shape; `speed`: of the crank, rad/s, zero or positive, broadcast against
+    `crank_angle`: ``speeds[:, None]`` gives arrays of (speeds, angles).
 
     Raises
     ------

@@ -234,14 +234,8 @@ class Exponent(NamedTuple):
 def compression_exponent(angles: Floats, pressures: Floats, ratio: float | None = None) -> Exponent:
     """Fit p Vⁿ between 110° and 60° before firing TDC.
 
-    Parameters
-    ----------
-    angles
-        (n,) degrees from firing TDC.
-    pressures
-        (n,) absolute, in any unit.
-    ratio
-        Compression ratio, if it is known.
+    `angles` (n,) degrees from firing TDC; `pressures` (n,) absolute, in any unit; `ratio`: compression ratio,
+    if it is known.
     """
     inside = (angles >= _FROM) & (angles <= _TO)
     p = pressures[inside]
@@ -265,12 +259,8 @@ _ROUNDING = 1e-9  # of the largest torque
 def absorbed(gas: GasModel, torque: Floats) -> str:
     """Say so where an engine with a measured pressure absorbs power.
 
-    Parameters
-    ----------
-    gas
-        What gave the pressure; computed cycles may absorb power.
-    torque
-        (n,) N·mm at equal steps over the cycle, whose end repeats its start.
+    `gas`: what gave the pressure; computed cycles may absorb power; `torque` (n,) N·mm at equal steps over
+    the cycle, whose end repeats its start.
     """
     mean = float(np.mean(torque[:-1]))
     if not isinstance(gas, Trace) or mean >= -_ROUNDING * float(np.abs(torque).max()):

@@ -21,16 +21,7 @@ _ON_EDGE = 1e-4
 class AssemblyStates:
     """Sums up steps of an assembly.
 
-    Parameters
-    ----------
-    assembled
-        The parts put together.
-    friction
-        Coefficient μ between them.
-    bolts
-        (n, 3) where the axes of the bolts of the cell meet the joint, mm.
-    big_radius
-        Of the big end's bore, mm.
+    `bolts` (n, 3) where the axes of the bolts of the cell meet the joint, mm.
     """
 
     def __init__(self, assembled: Assembled, friction: float, bolts: Floats, big_radius: float) -> None:
@@ -156,14 +147,7 @@ def pressure_at_nodes(problem: ContactProblem, values: Floats) -> Split:
 def gap_at_nodes(problem: ContactProblem, normal: Ints, gap: Floats) -> Split:
     """Gap (n_nodes,) on both sides of interfaces: mm, 0 elsewhere.
 
-    Parameters
-    ----------
-    problem
-        The parts.
-    normal
-        (k,) unknowns that are pressures between parts.
-    gap
-        (k,) at their places, mm.
+    `normal` (k,) unknowns that are pressures between parts; `gap` (k,) at their places, mm.
     """
     every = np.zeros(problem.unfolding.size)
     every[normal] = gap

@@ -71,14 +71,8 @@ class Solved(Protocol):
 class BoreContact:
     """The contact problem of a meshed rod and its pins, whose compliance is computed once.
 
-    Parameters
-    ----------
-    structure
-        The rod.
-    fits
-        The pins.
-    faces, bolts
-        Where separate parts of the rod touch, and what holds them together (`fea.pins.assembly`).
+    `faces`, `bolts`: where separate parts of the rod touch, and what holds them together
+    (`fea.pins.assembly`).
     """
 
     def __init__(

@@ -65,14 +65,7 @@ class Fits:
     def of(cls, table: ContactTable, bores: Bores, stiffness: Mapping[str, tuple[float, float]]) -> "Fits":
         """Complete what a study says of the pins.
 
-        Parameters
-        ----------
-        table
-            [contact].
-        bores
-            Of the rod.
-        stiffness
-            E, MPa, and ν of pins, by their names, where they are given.
+        `stiffness`: E, MPa, and ν of pins, by their names, where they are given.
 
         Raises
         ------

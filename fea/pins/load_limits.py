@@ -16,15 +16,9 @@ LEAST, LARGEST, WITHIN, _MOST = 1 / 1024, 8.0, 0.02, 12
 def onset(left: Callable[[float], float]) -> float | None:
     """Find where what is left of something first falls to zero; 0 where nothing is left without load.
 
-    Parameters
-    ----------
-    left
-        By the multiple, at least continuous before it falls to zero.
+    `left`: by the multiple, at least continuous before it falls to zero.
 
-    Returns
-    -------
-    float or None
-        None beyond `LARGEST`.
+    Returns None beyond `LARGEST`.
     """
     if left(0.0) <= 0:
         return 0.0
@@ -48,17 +42,7 @@ _APART = 1e-3
 
 
 class LoadLimits:
-    """Follows an assembly while everything that acts in a load case grows in proportion.
-
-    Parameters
-    ----------
-    pins
-        Of the assembly.
-    case
-        The load case.
-    known
-        Its state.
-    """
+    """Follows an assembly while everything that acts in a load case grows in proportion."""
 
     def __init__(self, pins: AssemblyPins, case: Instants, known: AssemblyState) -> None:
         self._pins, self._case = pins, case

@@ -50,18 +50,7 @@ def loaded_bores(mesh: TetMesh, bores: Bores, support: Support) -> list[LoadedBo
 class PrescribedPins(PinModel):
     """Pins whose load on a bore follows from their force: in proportion to it, unless `span` says otherwise.
 
-    Parameters
-    ----------
-    mesh
-        The meshed cell.
-    bores
-        Dimensions of the bores.
-    inertia
-        Inertia of the same mesh.
-    support
-        With a clamped big end, the crank force is a reaction and not applied.
-    pressure
-        What the study asks for.
+    `support`: with a clamped big end, the crank force is a reaction and not applied.
     """
 
     def __init__(

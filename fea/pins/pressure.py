@@ -45,12 +45,7 @@ class Series:
 def series(arc: Arc, highest: int | None = None) -> Series:
     """Expand the pressure of an arc.
 
-    Parameters
-    ----------
-    arc
-        The pressure.
-    highest
-        Highest order; by default the lowest with an error below `TOLERANCE`, at most `HIGHEST`.
+    `highest`: highest order; by default the lowest with an error below `TOLERANCE`, at most `HIGHEST`.
     """
     return _enough(arc, np.cos, 1.0) if highest is None else _truncated(arc, highest, np.cos)
 

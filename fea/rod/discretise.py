@@ -65,16 +65,7 @@ def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, cloc
     The smallest symmetry cell is meshed; larger cells are assembled from its reflections, so that the mesh of
     the whole rod does not depend on which part is solved.
 
-    Parameters
-    ----------
-    rod
-        Its dimensions or its file.
-    materials
-        Gives the material of each named part: a mesh whose mass is off is made again.
-    request
-        Size, order and symmetry.
-    clock
-        Times the stages ``geometry`` and ``mesh``.
+    `materials`: gives the material of each named part: a mesh whose mass is off is made again.
 
     Raises
     ------
@@ -96,17 +87,9 @@ def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, cloc
 def moved(base: MeshedRod, rod: RodTable) -> MeshedRod | None:
     """Move the mesh of a rod to one of other dimensions; its quality is measured again.
 
-    Parameters
-    ----------
-    base
-        Made with `MeshRequest.movable`.
-    rod
-        The other dimensions.
+    `base`: made with `MeshRequest.movable`.
 
-    Returns
-    -------
-    MeshedRod or None
-        None where the mesh cannot follow: see `mesh.moving.MovableMesh.moved`.
+    Returns None where the mesh cannot follow: see `mesh.moving.MovableMesh.moved`.
 
     Raises
     ------

@@ -22,19 +22,9 @@ _BENT = 0.25  # scaled Jacobian of an element that can no longer follow its arc
 def mesh_flaws(materials: MaterialsOf, solid: Solid, mesh: TetMesh, quality: Quality) -> Repair | None:
     """Find the elements that are too flat, and those whose straightened or bent edges miss too much mass.
 
-    Parameters
-    ----------
-    materials
-        Gives the material of each named part.
-    solid
-        As drawn in the open session.
-    mesh, quality
-        Of the drawn cell.
+    `materials`: gives the material of each named part; `solid`: as drawn in the open session.
 
-    Returns
-    -------
-    Repair or None
-        None if the mesh passes the checks, or misses mass only because its elements are large.
+    Returns None if the mesh passes the checks, or misses mass only because its elements are large.
     """
     found = {"too flat": shape(mesh) < _LEAST_SHAPE} if quality.least_shape < _LEAST_SHAPE else {}
     suspect = quality.mended or quality.least_scaled_jacobian < _BENT

@@ -48,14 +48,7 @@ _STIFF = "four-node tetrahedra are too stiff in bending: ten-node ones (C3D10) g
 def given_rod(file: MeshFile, request: MeshRequest, clock: Clock) -> MeshedRod:
     """Read the mesh of a rod and name its bores; it is solved as a whole.
 
-    Parameters
-    ----------
-    file
-        The mesh.
-    request
-        Its order is that of the study: first order cannot be had from a second-order mesh.
-    clock
-        Times the stage ``mesh``.
+    `request`: its order is that of the study: first order cannot be had from a second-order mesh.
 
     Raises
     ------
@@ -101,14 +94,7 @@ def _meshed(given: GivenMesh, *, of_surface: bool) -> MeshedRod:
 def meshed_rod(mesh: TetMesh, bores: tuple[Bore, Bore], parts: Sequence[str]) -> MeshedRod:
     """Return a mesh that is there already as a rod that is solved as a whole.
 
-    Parameters
-    ----------
-    mesh
-        In the rod's frame, its bores named.
-    bores
-        Of the big and the small end.
-    parts
-        Names of the parts, in the order of their numbers.
+    `bores`: of the big and the small end; `parts`: names of the parts, in the order of their numbers.
     """
     whole = unmirrored(mesh)
     volumes = [enclosed_volume(mesh)]
@@ -129,12 +115,7 @@ def meshed_rod(mesh: TetMesh, bores: tuple[Bore, Bore], parts: Sequence[str]) ->
 def found_assembly(rod: RodTable, report: ImportReport) -> tuple[str, ...]:
     """Return the joint, bolts and interfaces of a file, in words; empty where it has no cap of its own.
 
-    Parameters
-    ----------
-    rod
-        The file.
-    report
-        What was made of it.
+    `report`: what was made of it.
     """
     if report.assembly or rod.cad is None:
         return report.assembly

@@ -60,13 +60,6 @@ class EngineLoading:
     def at(self, rod: MassProperties, rpm: float | None) -> SpeedLoads:
         """Find the peak cases of the crank cycle.
 
-        Parameters
-        ----------
-        rod
-            Mass properties of the meshed rod.
-        rpm
-            Engine speed.
-
         Raises
         ------
         InvalidValue

@@ -14,14 +14,7 @@ _STATIONS = 121
 def shank(rod: Rod | None, mesh: TetMesh, bores: Bores) -> tuple[tuple[Section, ...], Section]:
     """Return sections from pin to pin, and the smallest section between the bores.
 
-    Parameters
-    ----------
-    rod
-        Dimensions; None for an imported solid, for which the mesh is cut.
-    mesh
-        The whole rod.
-    bores
-        Positions and dimensions of the bores.
+    `rod`: dimensions; None for an imported solid, for which the mesh is cut.
     """
     places = np.linspace(0.0, bores.rod_length, _STATIONS)
     if rod is None:

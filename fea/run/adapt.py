@@ -74,20 +74,10 @@ def adapt_mesh(
 ) -> Adapted:
     """Prepare the rod of a study, on ever better meshes where a tolerance is asked for.
 
-    Parameters
-    ----------
-    study
-        What is asked; `Study.tolerance_percent` is the tolerance, for every load case.
-    speeds
-        rpm; None for given forces. Those of the study's duty are met too.
-    clock
-        Times the stages, over all passes.
-    listener
-        Told the figures of each pass.
-    mesh
-        The first one, where it is there already: see `fea.run.meshing.adaptive_mesh`.
-    movable
-        Whether the last one is to follow other dimensions of the rod.
+    `study`: what is asked; `Study.tolerance_percent` is the tolerance, for every load case; `speeds`: rpm;
+    None for given forces. Those of the study's duty are met too; `mesh`: the first one, where it is there
+    already: see `fea.run.meshing.adaptive_mesh`; `movable`: whether the last one is to follow other
+    dimensions of the rod.
 
     Raises
     ------

@@ -134,12 +134,7 @@ class Assembling:
     def of(cls, study: Study, mesh: MeshedRod | None = None) -> "Assembling | None":
         """Complete what a study says of its parts and bolts; None for a rod of one piece.
 
-        Parameters
-        ----------
-        study
-            What is asked.
-        mesh
-            Of a rod from a file, which tells where the bolts are; not needed for one given by dimensions.
+        `mesh`: of a rod from a file, which tells where the bolts are; not needed for one given by dimensions.
 
         Raises
         ------

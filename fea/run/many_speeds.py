@@ -46,12 +46,7 @@ _LEFT_OUT = (
 class SpeedSweep:
     """The worst places of a rod at each of many speeds.
 
-    Parameters
-    ----------
-    rod
-        With an engine.
-    speeds
-        rpm.
+    `speeds`: rpm.
 
     Raises
     ------
@@ -96,15 +91,9 @@ class SpeedSweep:
     def summary(self, rpm: float, near: SpeedResult, passes: Sequence[PassFigures]) -> Summary:
         """Return the figures of a speed whose fields are not written.
 
-        Parameters
-        ----------
-        rpm
-            The speed.
-        near
-            What was found at a speed that was solved in full: its checks hold here as well, as the figures
-            are of the same stiffness and unit solutions, and so does what it says of mesh and materials.
-        passes
-            Of the refinement of the mesh.
+        `rpm`: the speed; `near`: what was found at a speed that was solved in full: its checks hold here as
+        well, as the figures are of the same stiffness and unit solutions, and so does what it says of mesh
+        and materials.
         """
         found, loads = self._found[rpm], self._loads[rpm]
         columns = column_figures(self._rod, loads.cases)

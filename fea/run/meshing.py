@@ -27,18 +27,8 @@ def mesh_study(
 ) -> MeshedRod:
     """Draw and mesh the rod of a study.
 
-    Parameters
-    ----------
-    study
-        What is asked.
-    clock
-        Times the stages.
-    wanted
-        Element sizes that earlier solutions ask for.
-    coarser
-        Factor on the default element size.
-    movable
-        Whether the mesh is to follow other dimensions of the rod: see `fea.rod.discretise.moved`.
+    `wanted`: element sizes that earlier solutions ask for; `movable`: whether the mesh is to follow other
+    dimensions of the rod: see `fea.rod.discretise.moved`.
 
     Raises
     ------

@@ -100,16 +100,8 @@ class Motion:
 def motion(rod: PreparedRod, rpm: float, peak: float, weights: Weights | None = None) -> Motion:
     """Work out the modes of a rod's surface at a speed.
 
-    Parameters
-    ----------
-    rod
-        With an engine.
-    rpm
-        Engine speed.
-    peak
-        Largest von Mises stress of the cycle, MPa, to which tolerances are relative.
-    weights
-        Of the unit loads at every degree, if they are known already.
+    `peak`: largest von Mises stress of the cycle, MPa, to which tolerances are relative; `weights`: of the
+    unit loads at every degree, if they are known already.
 
     Raises
     ------

@@ -22,20 +22,11 @@ _OTHERS = ("cosine-180", "uniform-120")
 def least_factors(rod: PreparedRod, cases: Instants, known: float | None = None) -> Factors | None:
     """Compute the smallest safety factor under the pressure asked for and under another one, by its name.
 
-    Parameters
-    ----------
-    rod
-        On a coarse mesh where there is one, which shows the ratios just as well: its errors affect all alike.
-        Contact is looked at too if they differ, but only if the factors of this mesh are not `known`.
-    cases
-        Load cases.
-    known
-        The factor under the pressure asked for, if it has been computed.
+    `rod`: on a coarse mesh where there is one, which shows the ratios just as well: its errors affect all
+    alike. Contact is looked at too if they differ, but only if the factors of this mesh are not `known`;
+    `known`: the factor under the pressure asked for, if it has been computed.
 
-    Returns
-    -------
-    dict or None
-        None where the pins are in contact already.
+    Returns None where the pins are in contact already.
     """
     if pin_model(rod.options.pressure).in_contact:
         return None
@@ -59,21 +50,10 @@ def pin_model_figures(
 ) -> PinModelFigures | None:
     """Compare the smallest safety factor with that under other pressures.
 
-    Parameters
-    ----------
-    coarse
-        The factors on an earlier mesh, where there is one.
-    rod
-        On the mesh that gives the answer.
-    cases
-        Load cases.
-    asked
-        The smallest safety factor on this mesh under the pressure that was asked for.
+    `coarse`: the factors on an earlier mesh, where there is one; `rod`: on the mesh that gives the answer;
+    `asked`: the smallest safety factor on this mesh under the pressure that was asked for.
 
-    Returns
-    -------
-    PinModelFigures or None
-        None where the pins are in contact already.
+    Returns None where the pins are in contact already.
     """
     found = coarse or least_factors(rod, cases, asked if asked < CAP else None)
     if found is None:

@@ -144,12 +144,7 @@ class PreparedRod:
     def case_forces(self, name: str, rpm: float | None = None) -> Split:
         """Nodal forces (n_nodes, 3) of a load case on the cell under prescribed pressures, N.
 
-        Parameters
-        ----------
-        name
-            ``"tension"``, ``"compression"``, ``"side"``, ``"bending"``, ``"gas"`` or ``"given"``.
-        rpm
-            Engine speed; None for given forces.
+        `name`: ``"tension"``, ``"compression"``, ``"side"``, ``"bending"``, ``"gas"`` or ``"given"``.
 
         Raises
         ------
@@ -166,14 +161,7 @@ class PreparedRod:
     ) -> Equilibrium:
         """Solve instants, all with one factorisation per parity.
 
-        Parameters
-        ----------
-        instants
-            What acts.
-        cycle
-            That they belong to: see `fea.pins.model.PinModel.respond`.
-        pins
-            Another model of the pins.
+        `cycle`: that they belong to: see `fea.pins.model.PinModel.respond`.
 
         Raises
         ------
@@ -284,16 +272,8 @@ def prepare(
 ) -> PreparedRod:
     """Prepare the stiffness of a study's rod, its loads and the recovery of its stress.
 
-    Parameters
-    ----------
-    study
-        What is asked.
-    clock
-        Times the stages.
-    mesh
-        Of the study's rod; by default it is drawn and meshed.
-    known_traction
-        Whether the known traction on the surface is used to recover stress there; averaging alone otherwise.
+    `mesh`: of the study's rod; by default it is drawn and meshed; `known_traction`: whether the known
+    traction on the surface is used to recover stress there; averaging alone otherwise.
 
     Raises
     ------

@@ -48,18 +48,9 @@ def size_ratio(
 ) -> Floats:
     """Factor (n_nodes,) on the size of the elements that brings the peaks of every case within a tolerance.
 
-    Parameters
-    ----------
-    mesh
-        The whole rod.
-    cases
-        Solved on it.
-    tolerance_percent
-        Of the largest von Mises stress and of the least safety factor.
-    again
-        Whether the mesh has been refined for this tolerance already.
-    fatigue
-        Whether the largest stress amplitude between the cases is a peak as well.
+    `tolerance_percent`: of the largest von Mises stress and of the least safety factor; `again`: whether the
+    mesh has been refined for this tolerance already; `fatigue`: whether the largest stress amplitude between
+    the cases is a peak as well.
     """
     tolerance, masked = tolerance_percent / 100, cases[0].error.masked
     judged = [pair for case in cases for pair in case.judged]

@@ -99,22 +99,8 @@ def envelope(
 ) -> Envelope:
     """Take the extremes over the instants of a cycle.
 
-    Parameters
-    ----------
-    units
-        Unit solutions.
-    weights
-        Of the even and the odd unit loads, (n_units, n_instants).
-    angles
-        (n_instants,) crank angles, rad.
-    whole
-        Maps the cell to the whole rod.
-    materials
-        One per part.
-    criterion
-        The mean-stress correction.
-    regions
-        Of the surface of the whole rod.
+    `weights`: of the even and the odd unit loads, (n_units, n_instants); `angles` (n_instants,) crank angles,
+    rad.
     """
     order = np.argsort(angles)
     along, angles = path(weights.at(order), units.joint), angles[order]

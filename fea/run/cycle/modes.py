@@ -34,14 +34,7 @@ class Modes:
 def modes(units: Reals, weights: Floats, tolerance: float) -> Modes:
     """Find as few fields as give the stress of a cycle to a tolerance.
 
-    Parameters
-    ----------
-    units
-        (n_nodes, 6, n_units) unit stresses.
-    weights
-        (n_units, n_instants).
-    tolerance
-        MPa.
+    `units` (n_nodes, 6, n_units) unit stresses; `weights` (n_units, n_instants).
     """
     flat = np.asarray(units, np.float32).reshape(-1, units.shape[2])
     values, vectors = np.linalg.eigh((flat.T @ flat).astype(float))

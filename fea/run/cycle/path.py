@@ -60,12 +60,7 @@ def sizes(away: Floats, joint: slice) -> Floats:
 def norms(units: Reals, joint: slice) -> tuple[Reals, Reals]:
     """Largest von Mises stress, and largest mean stress, each (n, m), that deviations of unit size can cause.
 
-    Parameters
-    ----------
-    units
-        (n, 6, n_units) unit stresses, components of `fea.judge.history`.
-    joint
-        As for `sizes`.
+    `units` (n, 6, n_units) unit stresses, components of `fea.judge.history`; `joint`: as for `sizes`.
     """
     alone, others = np.delete(units, joint, axis=2), units[..., joint]
     equivalent, mean = deviator_norm(alone), np.abs(alone[:, 5])

@@ -32,12 +32,8 @@ def distances_from_middle(paths: Reals, start: Reals) -> Reals:
     It starts half-way from `start` to the point farthest from it, and grows towards points outside (Ritter
     1990). The largest distance is the radius of a ball that encloses all points.
 
-    Parameters
-    ----------
-    paths
-        (n, n_dimensions, n_points).
-    start
-        (n, n_dimensions), a point on the surface: the longest vector of each path.
+    `paths` (n, n_dimensions, n_points); `start` (n, n_dimensions), a point on the surface: the longest vector
+    of each path.
     """
     squares = np.einsum("nct,nct->nt", paths, paths)
     rows, center = np.arange(len(paths)), start
@@ -94,16 +90,9 @@ def extremes(parts: Sequence[PartStress], path: Path, sides: tuple[int, ...]) ->
 class Block:
     """Some nodes of a part and their images, over a path.
 
-    Parameters
-    ----------
-    even, odd
-        (n_nodes, 6, n_units) unit stresses, components of `fea.judge.history`.
-    path
-        The cycle.
-    sides
-        1 for the nodes, −1 for their images across y = 0: rows are those of the first side, then of the next.
-    principals
-        Whether principal stresses are evaluated too.
+    `even`, `odd` (n_nodes, 6, n_units) unit stresses, components of `fea.judge.history`; `sides`: 1 for the
+    nodes, −1 for their images across y = 0: rows are those of the first side, then of the next; `principals`:
+    whether principal stresses are evaluated too.
     """
 
     def __init__(
@@ -191,12 +180,8 @@ class Block:
     def _inside(self, upper: Reals, reached: Reals) -> Iterator[tuple[Ints, int, Reals]]:
         """Yield rows, first instant and stress (m, 6, n) inside chords that may exceed known maxima.
 
-        Parameters
-        ----------
-        upper
-            (k, n_rows, n_chords) bounds of k quantities.
-        reached
-            (k, n_rows) largest values found so far; they may grow during the iteration.
+        `upper` (k, n_rows, n_chords) bounds of k quantities; `reached` (k, n_rows) largest values found so
+        far; they may grow during the iteration.
         """
         for chord in range(upper.shape[2]):
             rows = np.flatnonzero((upper[..., chord] > reached).any(axis=0))

@@ -183,14 +183,7 @@ class SpeedSearch:
 
     It needs memory for a copy of the unit stresses, and 8 bytes per place and anchor.
 
-    Parameters
-    ----------
-    analysis
-        The unit solutions.
-    cycles
-        The crank cycle at a speed, rpm.
-    speeds
-        rpm; at least one.
+    `cycles`: the crank cycle at a speed, rpm; `speeds`: rpm; at least one.
     """
 
     def __init__(

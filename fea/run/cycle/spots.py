@@ -31,14 +31,8 @@ class Spot:
 def distinct(points: Floats, factor: Floats, length: float) -> list[int]:
     """Nodes of the smallest factors that are not close to each other, at most `COUNT`.
 
-    Parameters
-    ----------
-    points
-        (n_nodes, 3), mm; images across z = 0 count as one place.
-    factor
-        (n_nodes,).
-    length
-        Of the rod, mm.
+    `points` (n_nodes, 3), mm; images across z = 0 count as one place; `factor` (n_nodes,); `length`: of the
+    rod, mm.
     """
     folded = np.abs(points * [0, 0, 1]) + points * [1, 1, 0]
     open_ = points[:, 2] >= -1e-9 * length

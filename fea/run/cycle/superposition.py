@@ -128,12 +128,7 @@ class CycleAnalysis:
     def at(self, cycle: CrankCycle, cases: Sequence[CaseResult]) -> CycleResult:
         """Compute the cycle at one speed.
 
-        Parameters
-        ----------
-        cycle
-            At that speed.
-        cases
-            The peak cases at that speed, directly solved: the envelope includes them.
+        `cases`: the peak cases at that speed, directly solved: the envelope includes them.
         """
         degrees = cycle.degrees.crank_angle
         peaks = [case for case in cases if case.load.in_cycle]
@@ -193,14 +188,8 @@ class CycleAnalysis:
     ) -> float:
         """Largest error of superposed von Mises stress.
 
-        Parameters
-        ----------
-        weights
-            Of the instants.
-        solved
-            (n_nodes,) of each part at each of them.
-        largest
-            What it is relative to, for each part: by default the largest stress of the instant.
+        `solved` (n_nodes,) of each part at each of them; `largest`: what it is relative to, for each part: by
+        default the largest stress of the instant.
         """
         worst = 0.0
         for number in range(len(self.units.parts)):
