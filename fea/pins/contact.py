@@ -10,14 +10,16 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 
 from fea.base.checks import LIMITS
 from fea.base.choices import CONTACT, SolverName
 from fea.base.pin_models import contact_excluded_because
+from fea.contact.active_set import Contact
 from fea.contact.assembly_state import Touch
+from fea.contact.friction_system import ContactState
 from fea.contact.interfaces import BoltPull, MatingFaces, PinInBore
 from fea.contact.multipliers import Multipliers, radial
 from fea.contact.problem import ContactProblem
@@ -48,24 +50,8 @@ SMOOTH = 10
 NOTHING = 1e-9
 
 
-class Solved(Protocol):
-    """A solution of the contact problem."""
-
-    @property
-    def values(self) -> Floats:
-        """λ (n,) of all unknowns of `ContactProblem`."""
-
-    @property
-    def residual(self) -> float:
-        """Largest violation of the laws of contact, relative to what it is the difference of."""
-
-    @property
-    def imbalance(self) -> float:
-        """Largest error of the resultants, relative to them."""
-
-    @property
-    def changes(self) -> int:
-        """How many contact areas or states were tried."""
+# A solution: of pins alone, or of parts with friction too.
+State = Contact | ContactState
 
 
 class BoreContact:
@@ -122,7 +108,7 @@ class BoreContact:
         """Moments (2,) that the pins must have on a rod that may tilt."""
         return None if self._tilting is None else -self._tilting @ motion
 
-    def response(self, instant: Instants, state: Solved) -> Response:
+    def response(self, instant: Instants, state: State) -> Response:
         """Return what a solution and the inertia of its instant do to the rod."""
         parts = self.problem.unfolding.parts(state.values)
         forces = {parity: (self.problem.forces @ values).reshape(-1, 3) for parity, values in parts.items()}
@@ -229,7 +215,7 @@ class ContactPins(PinModel):
         states = self.states(instants, cycle)
         return [self.contact.response(*each) for each in zip(instants, states, strict=True)]
 
-    def states(self, instants: Instants, cycle: CrankCycle | None = None) -> Sequence[Solved]:  # noqa: ARG002
+    def states(self, instants: Instants, cycle: CrankCycle | None = None) -> Sequence[State]:  # noqa: ARG002
         """Solve instants one after another; parameters and errors as for `PinModel.respond`."""
         contact = self.contact
         with one_blas_thread():
@@ -317,12 +303,10 @@ class PressurePatterns(ContactUnits):
 
     def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002
         """Contact of the pins with the bores at each instant."""
-        parts = {
-            parity: patterns @ own[: patterns.shape[1]]
-            for (parity, own), patterns in zip(
-                zip(Parity, weights, strict=True), (self._patterns[parity] for parity in Parity), strict=True
-            )
-        }
+        parts = {}
+        for parity, own in zip(Parity, weights, strict=True):
+            patterns = self._patterns[parity]
+            parts[parity] = patterns @ own[: patterns.shape[1]]
         pressure = self.contact.problem.unfolding.unfolded(parts)
         return Contacts(self.contact.touches(pressure, slice(None)))
 

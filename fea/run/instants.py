@@ -20,7 +20,7 @@ _CYCLE = 720.0
 
 
 @dataclass(frozen=True)
-class Instants:
+class InstantFields:
     """The rod at every so many degrees of a cycle."""
 
     rod: PreparedRod  # with its unit solutions

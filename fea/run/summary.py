@@ -21,8 +21,8 @@ from fea.rod.loading import EngineLoading
 from fea.run.adapt import Adapted
 from fea.run.assembly_report import assembly_figures, onset_notes, ovality_figures
 from fea.run.buckling import BucklingReport
-from fea.run.cycle.spots import Spot
 from fea.run.cycle.superposition import CycleResult
+from fea.run.cycle.unit_solutions import Spot
 from fea.run.figures import (
     AssemblyFigures,
     BoreFigures,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fea.judge.column import Plane, column
-from fea.rod.shank import shank
+from fea.run.buckling import shank
 from fea.run.meshing import mesh_study
 from fea.study.flags import Flags
 from fea.study.study import load_study

@@ -8,7 +8,7 @@ import pyvista
 from reports import RPM, reported_rod, solved_at
 
 from fea.output.vtu import write_pvd
-from fea.run.instants import Instants
+from fea.run.instants import InstantFields
 from fea.stress.stress import von_mises
 from fea.study.flags import Flags
 from fea.study.study import load_study
@@ -18,7 +18,7 @@ from geometry.errors import InvalidValue
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     rod, result, _, _ = reported_rod()
-    played = replace(result, instants=Instants(rod, RPM, 240.0))
+    played = replace(result, instants=InstantFields(rod, RPM, 240.0))
     return played.write(tmp_path_factory.mktemp("pvd") / "run")
 
 

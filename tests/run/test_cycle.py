@@ -12,7 +12,7 @@ from fea.base.choices import Symmetry
 from fea.output.vtu import write_vtu
 from fea.pins.pressure import series
 from fea.run.cycle.envelope import NOT_JUDGED
-from fea.run.cycle.spots import distinct
+from fea.run.cycle.unit_solutions import distinct
 from fea.run.speed import solve_speed, with_cycle
 from fea.stress.stress import von_mises
 from loads.bearing import BorePressure

@@ -17,8 +17,8 @@ from fea.pins.model import Weights
 from fea.run.cycle.envelope import carried
 from fea.run.cycle.path import path
 from fea.run.cycle.screened import extremes
-from fea.run.cycle.spots import spots
 from fea.run.cycle.superposition import CycleAnalysis
+from fea.run.cycle.unit_solutions import spots
 from geometry.arrays import Floats, Ints
 
 # Nodes at which every range is counted: so many, if their damage is at least this part of the largest, as a

@@ -18,8 +18,7 @@ from fea.pins.model import Weights
 from fea.rod.surface_regions import SurfaceRegions
 from fea.run.cycle.path import path
 from fea.run.cycle.screened import Reach, extremes
-from fea.run.cycle.spots import Spot, spots
-from fea.run.cycle.unit_solutions import PartStress, UnitSolutions
+from fea.run.cycle.unit_solutions import PartStress, Spot, UnitSolutions, spots
 from fea.units import DEG
 from geometry.arrays import Floats, Ints, Mask
 from mesh.mirror import MirroredMesh
@@ -172,24 +171,18 @@ def _worse(one: Envelope, other: Envelope) -> Envelope:
     tired = _tires_first(one, other, worse)
     more = np.isnan(one.von_mises) | (other.von_mises > one.von_mises)
 
-    def either(name: str, *, where: npt.NDArray[np.bool_] = worse) -> Floats:
-        return np.asarray(np.where(where, getattr(other, name), getattr(one, name)))
-
-    return Envelope(
-        von_mises=either("von_mises", where=more),
-        crank_angle=either("crank_angle", where=more),
+    follows = dict.fromkeys(("von_mises", "crank_angle"), more)
+    follows |= dict.fromkeys(("mean", "amplitude", "ratio", "fatigue_part"), tired)
+    follows |= dict.fromkeys(("safety_factor", "usage", "usage_angle", "part"), worse)
+    return dataclasses.replace(
+        one,
         principal_1=np.fmax(one.principal_1, other.principal_1),
         principal_3=np.fmin(one.principal_3, other.principal_3),
-        mean=either("mean", where=tired),
-        amplitude=either("amplitude", where=tired),
-        ratio=either("ratio", where=tired),
-        safety_factor=either("safety_factor"),
-        usage=either("usage"),
-        usage_angle=either("usage_angle"),
         fatigue_factor=_lesser(one.fatigue_factor, other.fatigue_factor),
         crossland_factor=_lesser(one.crossland_factor, other.crossland_factor),
-        part=np.where(worse, other.part, one.part),
-        fatigue_part=np.where(tired, other.fatigue_part, one.fatigue_part),
+        **{
+            name: np.where(where, getattr(other, name), getattr(one, name)) for name, where in follows.items()
+        },
     )
 
 

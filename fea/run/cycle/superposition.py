@@ -18,8 +18,7 @@ from fea.rod.meshed_rod import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
 from fea.run.cycle.assembly_history import assembly_columns
 from fea.run.cycle.envelope import Envelope, envelope, with_cases, worst_multiaxial
-from fea.run.cycle.spots import Spot, distinct, spots
-from fea.run.cycle.unit_solutions import UnitSolutions
+from fea.run.cycle.unit_solutions import Spot, UnitSolutions, distinct, spots
 from fea.stress.stress import von_mises
 from fea.units import DEG
 from geometry.arrays import Floats, Ints, Mask
