@@ -386,17 +386,17 @@ def _values(states: Sequence[ContactState]) -> Floats:
 
 def _principal(parts: _Parts, error: float) -> _Parts:
     """Orthonormal patterns (n_cell, k) that span states (n_cell, n_states) up to an error at any place."""
-    found = {parity: _singular(own) for parity, own in parts.items()}
-    most = max(float(sizes.max(initial=0.0)) for sizes, _ in found.values())
+    singular = {parity: _singular(own) for parity, own in parts.items()}
+    most = max(float(sizes.max(initial=0.0)) for sizes, _ in singular.values())
     left, count = parts, dict.fromkeys(parts, 0)
     for least in _KEPT:
-        for parity, (sizes, vectors) in found.items():
+        for parity, (sizes, vectors) in singular.items():
             before, count[parity] = count[parity], int((sizes > least * most).sum())
             more = vectors[:, before : count[parity]]
             left = left | {parity: left[parity] - more @ (more.T @ left[parity])}
         if np.sum([np.abs(own) for own in left.values()], axis=0).max() <= error:
             break
-    return {parity: vectors[:, : count[parity]] for parity, (_, vectors) in found.items()}
+    return {parity: vectors[:, : count[parity]] for parity, (_, vectors) in singular.items()}
 
 
 def _singular(states: Floats) -> tuple[Floats, Floats]:

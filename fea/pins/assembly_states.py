@@ -37,42 +37,42 @@ class AssemblyStates:
     def _number(self, surface: Surface) -> int:
         return self._names.index(surface) if surface in self._names else -1
 
-    def __call__(self, found: ContactState) -> AssemblyState:
+    def __call__(self, state: ContactState) -> AssemblyState:
         """Sum up one state."""
-        forces = found.values[self._assembled.bolts]
+        forces = state.values[self._assembled.bolts]
         counts = np.resize(self._count, len(forces))
         bolts = (
             BoltState(_place(at), float(force), int(count))
             for at, force, count in zip(self._bolts, forces, counts, strict=True)
         )
         return AssemblyState(
-            tuple(bolts), {name: self._face(number, found) for number, name in enumerate(self._names)}
+            tuple(bolts), {name: self._face(number, state) for number, name in enumerate(self._names)}
         )
 
-    def pressure(self, found: ContactState) -> Floats:
+    def pressure(self, state: ContactState) -> Floats:
         """Pressure (k,) at each place of `Assembled.touching`, MPa."""
-        closed = ~found.guess.opened[: len(self._position)]
-        return np.where(closed, np.maximum(found.values[self._assembled.vertices.normal], 0.0), 0.0)
+        closed = ~state.guess.opened[: len(self._position)]
+        return np.where(closed, np.maximum(state.values[self._assembled.vertices.normal], 0.0), 0.0)
 
-    def gap(self, found: ContactState) -> Floats:
+    def gap(self, state: ContactState) -> Floats:
         """Mean gap (k,) about each place of `Assembled.touching`, mm; 0 where it is closed."""
-        opened = found.guess.opened[: len(self._position)]
-        return np.where(opened, found.gap[self._position] / self._assembled.vertices.area, 0.0)
+        opened = state.guess.opened[: len(self._position)]
+        return np.where(opened, state.gap[self._position] / self._assembled.vertices.area, 0.0)
 
-    def edge(self, found: ContactState) -> tuple[Floats, Floats]:
+    def edge(self, state: ContactState) -> tuple[Floats, Floats]:
         """Pressures and gaps (m,) along the edge of the bore at the joint, MPa and mm."""
-        return self.pressure(found)[self._edge], self.gap(found)[self._edge]
+        return self.pressure(state)[self._edge], self.gap(state)[self._edge]
 
     @cached_property
     def _position(self) -> Ints:
         """Of the normal gaps (k,) among those of all interfaces."""
         return np.searchsorted(self._assembled.interface, self._assembled.vertices.normal)
 
-    def _face(self, number: int, found: ContactState) -> FaceState:
+    def _face(self, number: int, state: ContactState) -> FaceState:
         vertices = self._assembled.vertices
         own = np.flatnonzero(vertices.face == number)
-        area, pressure, gap = vertices.area[own], self.pressure(found)[own], self.gap(found)[own]
-        opened, slipping = found.guess.opened[own], found.guess.slipping[own]
+        area, pressure, gap = vertices.area[own], self.pressure(state)[own], self.gap(state)[own]
+        opened, slipping = state.guess.opened[own], state.guess.slipping[own]
         force, widest = float(pressure @ area), int(gap.argmax())
         plane = self._names[number] is Surface.JOINT
         edge = self._edge[own]
@@ -85,22 +85,22 @@ class AssemblyStates:
             opening=float(gap[widest]),
             opening_at=_place(vertices.place[own[widest]]) if gap[widest] > 0 else None,
             slipping_share=_share(area[~opened], slipping[~opened]),
-            slip=float(self._slip(own, found).max()),
-            shear=float(np.linalg.norm(self._shear(own, found))) if plane else 0.0,
+            slip=float(self._slip(own, state).max()),
+            shear=float(np.linalg.norm(self._shear(own, state))) if plane else 0.0,
             friction=self._friction * force,
             edge_pressure=float(pressure[edge].min()) if edge.any() else None,
         )
 
-    def _slip(self, own: Ints, found: ContactState) -> Floats:
+    def _slip(self, own: Ints, state: ContactState) -> Floats:
         """Slip (k,) of places that touch since the parts were put together, mm."""
         vertices, interface = self._assembled.vertices, self._assembled.interface
         at = vertices.shear[own]
-        slipped = found.gap - self._assembled.tightened.gap
+        slipped = state.gap - self._assembled.tightened.gap
         moments = slipped[np.searchsorted(interface, np.maximum(at, interface[0]))]
         slip = np.hypot(*np.where(at >= 0, moments, 0.0).T) / vertices.area[own]
-        return np.asarray(np.where(found.guess.opened[own], 0.0, slip))
+        return np.asarray(np.where(state.guess.opened[own], 0.0, slip))
 
-    def _shear(self, own: Ints, found: ContactState) -> Floats:
+    def _shear(self, own: Ints, state: ContactState) -> Floats:
         """Resultant (2,) along the tangents of a plane interface, N.
 
         Of a shear stress at an image across y = 0 the direction is the image of the tangent: the second one
@@ -108,7 +108,7 @@ class AssemblyStates:
         """
         problem, vertices = self._assembled.problem, self._assembled.vertices
         at = vertices.shear[own]
-        stress = np.where(at >= 0, found.values[at], 0.0)
+        stress = np.where(at >= 0, state.values[at], 0.0)
         image = vertices.normal[own] >= len(problem.unfolding.on_y)
         stress[:, 1] *= np.where(image, -1.0, 1.0)
         sums = vertices.area[own] @ stress
@@ -134,14 +134,14 @@ def pressure_at_nodes(problem: ContactProblem, values: Floats) -> Split:
 
     Where a bore and an interface meet, that of the interface counts.
     """
-    found = {}
+    parts = {}
     for parity, own in problem.unfolding.parts(values).items():
         nodal = np.zeros(len(problem.mesh.points))
         for number, bore in enumerate(problem.bores):
             nodes, pressure = bore.multipliers.at_nodes(own[problem.own(number)][:, None])
             nodal[nodes] = pressure[:, 0]
-        found[parity] = _on_interfaces(problem, own, nodal)
-    return Split(found[Parity.SYMMETRIC], found.get(Parity.ANTISYMMETRIC))
+        parts[parity] = _on_interfaces(problem, own, nodal)
+    return Split(parts[Parity.SYMMETRIC], parts.get(Parity.ANTISYMMETRIC))
 
 
 def gap_at_nodes(problem: ContactProblem, normal: Ints, gap: Floats) -> Split:
@@ -151,11 +151,11 @@ def gap_at_nodes(problem: ContactProblem, normal: Ints, gap: Floats) -> Split:
     """
     every = np.zeros(problem.unfolding.size)
     every[normal] = gap
-    found = {
+    parts = {
         parity: _on_interfaces(problem, own, np.zeros(len(problem.mesh.points)))
         for parity, own in problem.unfolding.parts(every).items()
     }
-    return Split(found[Parity.SYMMETRIC], found.get(Parity.ANTISYMMETRIC))
+    return Split(parts[Parity.SYMMETRIC], parts.get(Parity.ANTISYMMETRIC))
 
 
 def _on_interfaces(problem: ContactProblem, own: Floats, nodal: Floats) -> Floats:

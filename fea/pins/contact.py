@@ -137,30 +137,30 @@ class BoreContact:
         """Contact of each pin with its bore under the values (n,) of the unknowns."""
         pressure = values[self._pins]
         x, y, z = self._vertices.T
-        found = {}
+        touches = {}
         for number, bore in enumerate(self.problem.bores):
             own = self._owner == number
             angle = np.arctan2(y[own], x[own] - bore.center[0])
-            found[bore.multipliers.surface] = Touch.of(pressure[own], angle, z[own])
-        return found
+            touches[bore.multipliers.surface] = Touch.of(pressure[own], angle, z[own])
+        return touches
 
     def traction(self, pressure: Floats) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, k) on each surface of unknowns (n_cell, k) on the cell, MPa."""
-        found: dict[Surface, Floats] = {}
+        tractions: dict[Surface, Floats] = {}
         for number, bore in enumerate(self.problem.bores):
             own = bore.multipliers
             nodes, values = own.at_nodes(pressure[self.problem.own(number)])
             traction = np.zeros((self._n_nodes, 3, pressure.shape[1]))
             traction[nodes] = values[:, None] * own.direction(self._points[nodes])[..., None]
-            found[own.surface] = traction
+            tractions[own.surface] = traction
         first = len(self.problem.bores)
         for number, faces in enumerate(self.problem.faces):
-            found |= faces.traction(pressure[self.problem.own(first + number)], self._points)
+            tractions |= faces.traction(pressure[self.problem.own(first + number)], self._points)
         for number, bolt in enumerate(self.problem.bolts, first + len(self.problem.faces)):
             for surface, unit in bolt.traction.items():
                 own_share = unit[..., None] * pressure[self.problem.own(number)]
-                found[surface] = found.get(surface, 0.0) + own_share
-        return found
+                tractions[surface] = tractions.get(surface, 0.0) + own_share
+        return tractions
 
 
 def acting(instants: Instants) -> Iterator[tuple[Floats, Floats, Floats]]:
@@ -245,11 +245,11 @@ class ContactFields:
     def forces(self, units: slice) -> list[Floats]:
         """Nodal forces (n_nodes, 3) of some of them."""
         pressed = (self.contact.problem.forces @ self.patterns[:, units]).T
-        found = [column.reshape(-1, 3) for column in pressed]
+        nodal = [column.reshape(-1, 3) for column in pressed]
         for number, own in enumerate(self.inertial, self.count - len(self.inertial) - units.start):
-            if 0 <= number < len(found):
-                found[number] = found[number] + own
-        return found
+            if 0 <= number < len(nodal):
+                nodal[number] = nodal[number] + own
+        return nodal
 
     def traction(self, units: slice) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, n) of some of them on each surface."""

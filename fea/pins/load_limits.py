@@ -73,8 +73,8 @@ class LoadLimits:
         def left(factor: float) -> float:
             if factor not in self._states:
                 self._states[factor] = self._pins.state_under(self._case, factor)
-            found = measure(self._states[factor])
-            return found if found > 0 else lost
+            value = measure(self._states[factor])
+            return value if value > 0 else lost
 
         return onset(left)
 

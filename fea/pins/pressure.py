@@ -63,16 +63,16 @@ def coefficients(arc: Arc, orders: Ints) -> tuple[Floats, Floats]:
 
 def _enough(arc: Arc, wave: Wave, share: float) -> Series:
     candidates = (_truncated(arc, order, wave) for order in range(8, HIGHEST + 1, 4))
-    fit = (found for found in candidates if share * found.error <= TOLERANCE)
+    fit = (each for each in candidates if share * each.error <= TOLERANCE)
     return next(fit, _truncated(arc, HIGHEST, wave))
 
 
 def _truncated(arc: Arc, highest: int, wave: Wave) -> Series:
     psi = 2 * math.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     orders = np.arange(highest + 1)
-    found = _coefficients(arc, orders, wave)
-    used = (np.abs(found) > _NEGLIGIBLE) | (orders <= 1)
-    sums = wave(np.multiply.outer(psi, orders[used])) @ found[used]
+    terms = _coefficients(arc, orders, wave)
+    used = (np.abs(terms) > _NEGLIGIBLE) | (orders <= 1)
+    sums = wave(np.multiply.outer(psi, orders[used])) @ terms[used]
     return Series(orders[used], float(np.abs(sums - _pressure(arc, psi, wave)).max()))
 
 

@@ -100,10 +100,10 @@ def moved(base: MeshedRod, rod: RodTable) -> MeshedRod | None:
         return None
     with session():
         solid = rod.draw()
-        found = base.movable.moved()
-    if found is None:
+        result = base.movable.moved()
+    if result is None:
         return None
-    mesh, quality = found
+    mesh, quality = result
     meshing = replace(base.meshing, quality=quality)
     return put_together(Drawn(solid, mesh, meshing, base.creases, base.movable), base.symmetry)
 
@@ -129,11 +129,11 @@ def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: C
                 log,
                 lambda cause: clock.tell(f"meshing again, because {cause}"),
             )
-            found = creases(solid.faces, made.mesh, solid.bodies)
+            edges = creases(solid.faces, made.mesh, solid.bodies)
             movable = _movable(made.mesh) if request.movable else None
     warnings = tuple(dict.fromkeys((*drawing, *made.warnings)))
     meshing = Meshing(size, made.quality, made.repair, warnings, follows_errors=request.follows_errors)
-    return Drawn(solid, made.mesh, meshing, found, movable)
+    return Drawn(solid, made.mesh, meshing, edges, movable)
 
 
 def _movable(mesh: TetMesh) -> "MovableMesh":

@@ -26,14 +26,14 @@ def mesh_flaws(materials: MaterialsOf, solid: Solid, mesh: TetMesh, quality: Qua
 
     Returns None if the mesh passes the checks, or misses mass only because its elements are large.
     """
-    found = {"too flat": shape(mesh) < _LEAST_SHAPE} if quality.least_shape < _LEAST_SHAPE else {}
+    flaws = {"too flat": shape(mesh) < _LEAST_SHAPE} if quality.least_shape < _LEAST_SHAPE else {}
     suspect = quality.mended or quality.least_scaled_jacobian < _BENT
     if mesh.order > 1 and suspect and _misses_mass(materials, solid, mesh):
-        found |= _off_the_surface(mesh, quality)
-    if not found:
+        flaws |= _off_the_surface(mesh, quality)
+    if not flaws:
         return None
-    what = " and ".join(_counted(int(bad.sum()), kind) for kind, bad in found.items())
-    return of_elements(mesh.points[mesh.tets[np.any(list(found.values()), axis=0), :4]], what)
+    what = " and ".join(_counted(int(bad.sum()), kind) for kind, bad in flaws.items())
+    return of_elements(mesh.points[mesh.tets[np.any(list(flaws.values()), axis=0), :4]], what)
 
 
 def _off_the_surface(mesh: TetMesh, quality: Quality) -> dict[str, Mask]:

@@ -123,15 +123,15 @@ def found_assembly(rod: RodTable, report: ImportReport) -> tuple[str, ...]:
         return ()
     job = partial(_read_listing, rod)
     try:
-        found = job() if memory_limit() is not None else read_isolated(job, f"read {rod.cad.path}")
+        listing = job() if memory_limit() is not None else read_isolated(job, f"read {rod.cad.path}")
     except (InvalidValue, GeometryError) as error:
         return (f"cannot be assembled with [assembly]: {error}",)
-    return (*found.assembly, *(text for text in found.assumed if text not in report.assumed))
+    return (*listing.assembly, *(text for text in listing.assumed if text not in report.assumed))
 
 
 def _read_listing(rod: RodTable) -> ImportReport:
     with session():
-        found = rod.draw(assembly=Assembly()).imported
-    if found is None:
+        listing = rod.draw(assembly=Assembly()).imported
+    if listing is None:
         raise ValueError("a solid from a file has an import report")
-    return found
+    return listing

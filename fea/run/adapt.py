@@ -180,9 +180,9 @@ def _bar(case: CaseResult) -> _Widest:
     Stresses beside sharp edges get small elements too, but are not waited for: those of short flanks would
     take the finest meshes.
     """
-    found = max(case.peak, case.worst, key=lambda peak: peak.error_percent)
-    place = tuple(case.mesh.points[found.bar_node].tolist())
-    return _Widest(found.error_percent, case.load.name, place)
+    widest = max(case.peak, case.worst, key=lambda peak: peak.error_percent)
+    place = tuple(case.mesh.points[widest.bar_node].tolist())
+    return _Widest(widest.error_percent, case.load.name, place)
 
 
 def _pass(rod: PreparedRod, error_percent: float, seconds: float) -> PassFigures:

@@ -116,8 +116,8 @@ def drawn_assembly(study: Study) -> Assembly | None:
     """
     if study.assembly is not None and study.rod.cad is not None:
         return asked_of_file(study.assembly)
-    found = Assembling.of(study)
-    return None if found is None else found.geometry
+    assembling = Assembling.of(study)
+    return None if assembling is None else assembling.geometry
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -224,9 +224,9 @@ class Assembling:
 
 def _materials(study: Study, table: AssemblyTable) -> dict[str, MaterialTable]:
     """Tables of rod, bolts and what is fitted into the rod, by part."""
-    found = {ROD: study.part_material_table(ROD), BOLT: bolt_material(study.part_material, table.grade)}
+    tables = {ROD: study.part_material_table(ROD), BOLT: bolt_material(study.part_material, table.grade)}
     if table.bushing_touches:
-        found[BUSHING] = study.part_material_table(BUSHING)
+        tables[BUSHING] = study.part_material_table(BUSHING)
     if table.shell_thickness_mm is not None:
-        found[SHELL] = study.part_material_table(SHELL)
-    return found
+        tables[SHELL] = study.part_material_table(SHELL)
+    return tables

@@ -87,19 +87,19 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
         # A buckling load is a multiple of the load; contact is not.
         displacement = rod.equilibrium(pushed, pins=rod.prescribed).solution.displacement
         by_case = rod.buckling.modes(displacement, COUNT)
-    found = {case.name: modes for case, modes in zip(pushed, by_case, strict=True)}
+    of_case = {case.name: modes for case, modes in zip(pushed, by_case, strict=True)}
     every = [mode for modes in by_case for mode in modes]
-    worst = min(found, key=lambda name: min((mode.factor for mode in found[name]), default=np.inf))
+    worst = min(of_case, key=lambda name: min((mode.factor for mode in of_case[name]), default=np.inf))
     whole = rod.mesh.mirrored
     factors = [mode.factor for mode in every]
     factors += [] if columns.min_safety_factor is None else [columns.min_safety_factor]
     figures = BucklingFigures(
         column=columns,
-        modes={name: tuple(_mode(whole, mode) for mode in modes) for name, modes in found.items()},
+        modes={name: tuple(_mode(whole, mode) for mode in modes) for name, modes in of_case.items()},
         shapes_of=worst,
         min_safety_factor=min(factors, default=None),
     )
-    shapes = {f"mode_{i}": _shape(whole, mode) for i, mode in enumerate(found[worst], start=1)}
+    shapes = {f"mode_{i}": _shape(whole, mode) for i, mode in enumerate(of_case[worst], start=1)}
     residual = max((mode.residual for mode in every), default=0.0)
     notes = () if rod.prescribed is rod.pins else (_NO_CONTACT,)
     return BucklingReport(figures, shapes, {"buckling": check("buckling", residual)}, notes)
@@ -127,13 +127,13 @@ def compression(cases: Instants) -> Floats:
     return np.maximum(0.0, -np.minimum(cases.pin_axial, cases.crank_axial))
 
 
-def _plane(found: Column, force: float) -> PlaneFigures:
+def _plane(formulas: Column, force: float) -> PlaneFigures:
     return PlaneFigures(
-        slenderness=found.slenderness,
-        euler_N=found.euler,
-        johnson_N=found.johnson,
-        rankine_N=found.rankine,
-        safety_factor=found.least / force if force else None,
+        slenderness=formulas.slenderness,
+        euler_N=formulas.euler,
+        johnson_N=formulas.johnson,
+        rankine_N=formulas.rankine,
+        safety_factor=formulas.least / force if force else None,
     )
 
 

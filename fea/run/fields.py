@@ -51,10 +51,10 @@ class FieldRecovery:
     errors: CaseErrors  # of that stress
     rod_length: float | None  # to which displacement refers, mm; None where a clamp holds the rod
 
-    def displaced(self, found: Equilibrium) -> Floats:
+    def displaced(self, solved: Equilibrium) -> Floats:
         """Displacement (n_nodes, 3, n_cases) of the whole rod, mm, with its thermal expansion."""
-        growth = [case.growth for case in found.responses if case.growth is not None]
-        return self.displacement(found.solution.moved(growth) if growth else found.solution)
+        growth = [case.growth for case in solved.responses if case.growth is not None]
+        return self.displacement(solved.solution.moved(growth) if growth else solved.solution)
 
     def displacement(self, solution: Solution) -> Floats:
         """Displacement (n_nodes, 3, n_cases) of the whole rod, mm."""
@@ -64,12 +64,12 @@ class FieldRecovery:
             return displacement
         return referred_to_bores(self.mirrored.mesh, displacement, self.rod_length)
 
-    def _on_cell(self, found: Equilibrium) -> dict[Parity, list[Floats]]:
+    def _on_cell(self, solved: Equilibrium) -> dict[Parity, list[Floats]]:
         """Stress per parity and part (n_nodes, 6, n_cases) on the cell."""
-        solution = found.solution
+        solution = solved.solution
         return {
             parity: self.recovery.nodal_stress(
-                u, self.materials, parity, _traction(found.responses, parity), solution.pressure.get(parity)
+                u, self.materials, parity, _traction(solved.responses, parity), solution.pressure.get(parity)
             )
             for parity, u in solution.displacement.items()
         }
@@ -82,14 +82,14 @@ class FieldRecovery:
             for number, even in enumerate(stress[Parity.SYMMETRIC])
         ]
 
-    def stresses(self, found: Equilibrium) -> list[Floats]:
+    def stresses(self, solved: Equilibrium) -> list[Floats]:
         """Recover the stress of every load case: per part (n_nodes, 6, n_cases) on the whole rod."""
-        return self._on_whole(self._on_cell(found))
+        return self._on_whole(self._on_cell(solved))
 
-    def __call__(self, found: Equilibrium) -> list[tuple[CaseFields, list[Floats]]]:
+    def __call__(self, solved: Equilibrium) -> list[tuple[CaseFields, list[Floats]]]:
         """Recover the fields of each load case, and the stress (n_nodes, 6) of each part, NaN outside it."""
-        solution, stress = found.solution, self._on_cell(found)
-        displacement, tensors = self.displaced(found), self._on_whole(stress)
+        solution, stress = solved.solution, self._on_cell(solved)
+        displacement, tensors = self.displaced(solved), self._on_whole(stress)
         errors = self.errors(solution.displacement, stress, solution.pressure)
         cases = [
             CaseFields(
@@ -100,7 +100,7 @@ class FieldRecovery:
                 assembly=response.assembly,
                 touch=response.touch,
             )
-            for index, (response, error) in enumerate(zip(found.responses, errors, strict=True))
+            for index, (response, error) in enumerate(zip(solved.responses, errors, strict=True))
         ]
         return [(fields, [tensor[..., index] for tensor in tensors]) for index, fields in enumerate(cases)]
 

@@ -53,12 +53,12 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
     """
     unknown = tuple(map(warning, _unknown(analysis)))
     entries = list(_entries(analysis, mass, duty))
-    found = duty_damage(analysis, entries)
-    if found is None:
+    damage = duty_damage(analysis, entries)
+    if damage is None:
         return Life(None, unknown)
-    figures = _figures(analysis, duty.table, found)
-    known = warnings("life", _limits(duty.table, found, figures, singular=bool(analysis.masked.any())))
-    return Life(figures, (*unknown, *known, _OMISSION), found.per_hour)
+    figures = _figures(analysis, duty.table, damage)
+    known = warnings("life", _limits(duty.table, damage, figures, singular=bool(analysis.masked.any())))
+    return Life(figures, (*unknown, *known, _OMISSION), damage.per_hour)
 
 
 def _entries(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> Iterator[DutyEntry]:

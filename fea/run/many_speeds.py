@@ -76,7 +76,7 @@ class SpeedSweep:
 
     def _critical(self, mode: Callable[[Worst], float]) -> float | None:
         rpm = np.array(list(self._found))
-        first = first_below(np.array([mode(found) for found in self._found.values()]))
+        first = first_below(np.array([mode(worst) for worst in self._found.values()]))
         if first is None or first == 0:
             return None if first is None else float(rpm[0])
 
@@ -95,15 +95,15 @@ class SpeedSweep:
         well, as the figures are of the same stiffness and unit solutions, and so does what it says of mesh
         and materials.
         """
-        found, loads = self._found[rpm], self._loads[rpm]
+        worst, loads = self._found[rpm], self._loads[rpm]
         columns = column_figures(self._rod, loads.cases)
         summary = summary_of(
             self._rod,
             passes,
             rpm=rpm,
-            loads={peak.case.name: load_figures(peak.case) for peak in found.cases},
-            results={peak.case.name: _result(peak) for peak in found.cases},
-            envelope=self._envelope(found),
+            loads={peak.case.name: load_figures(peak.case) for peak in worst.cases},
+            results={peak.case.name: _result(peak) for peak in worst.cases},
+            envelope=self._envelope(worst),
             buckling=BucklingFigures(column=columns, min_safety_factor=columns.min_safety_factor),
             checks=near.checks,
             notes=[
@@ -115,20 +115,20 @@ class SpeedSweep:
         )
         return replace(summary, critical_speeds_rpm=self.critical)
 
-    def _envelope(self, found: Worst) -> CycleFigures:
+    def _envelope(self, worst: Worst) -> CycleFigures:
         """The worst of the cycle: where a case that is no instant of the cycle is worse, that case's."""
         cycle = self._rod.cycle
-        case = min(found.cases, key=lambda peak: peak.factor)
-        place, angle, multiaxial = found.yielding.at, found.yielding.crank_angle, _crossland(found)
-        if case.factor < found.yielding.factor:
+        case = min(worst.cases, key=lambda peak: peak.factor)
+        place, angle, multiaxial = worst.yielding.at, worst.yielding.crank_angle, _crossland(worst)
+        if case.factor < worst.yielding.factor:
             place, angle = case.at, float(case.case.crank_angle)
         return CycleFigures(
-            min_safety_factor=_yielding(found),
+            min_safety_factor=_yielding(worst),
             at_mm=vector(place),
             crank_deg=None if angle is None else angle / DEG,
-            min_fatigue_safety_factor=None if found.fatigue is None else found.fatigue.factor,
+            min_fatigue_safety_factor=None if worst.fatigue is None else worst.fatigue.factor,
             fatigue_criterion=cycle.fatigue.value,
-            fatigue=None if found.fatigue is None else _place(found.fatigue),
+            fatigue=None if worst.fatigue is None else _place(worst.fatigue),
             min_crossland_safety_factor=multiaxial if np.isfinite(multiaxial) else None,
             endurance=endurance_figures(self._rod.mesh.parts, self._rod.materials) or None,
             unit_solutions=cycle.units.count,
@@ -136,17 +136,17 @@ class SpeedSweep:
         )
 
 
-def _yielding(found: Worst) -> float:
-    return min(found.yielding.factor, *(peak.factor for peak in found.cases))
+def _yielding(worst: Worst) -> float:
+    return min(worst.yielding.factor, *(peak.factor for peak in worst.cases))
 
 
-def _fatigue(found: Worst) -> float:
-    return np.inf if found.fatigue is None else found.fatigue.factor
+def _fatigue(worst: Worst) -> float:
+    return np.inf if worst.fatigue is None else worst.fatigue.factor
 
 
-def _crossland(found: Worst) -> float:
+def _crossland(worst: Worst) -> float:
     """Least of the factors at the worst places against yielding and fatigue: the others are not looked at."""
-    places = (found.yielding, found.fatigue)
+    places = (worst.yielding, worst.fatigue)
     factors = [place.crossland for place in places if place is not None and place.crossland is not None]
     return min(factors, default=np.inf)
 

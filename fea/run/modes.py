@@ -64,10 +64,10 @@ class ModesReport:
     @property
     def shapes(self) -> dict[str, Floats]:
         """Elastic mode shapes (n_nodes, 3) by name, their largest displacement 1 mm."""
-        found = np.moveaxis(self.modes.shapes[..., RIGID:], -1, 0)
+        elastic = np.moveaxis(self.modes.shapes[..., RIGID:], -1, 0)
         return {
             f"mode_{number}": shape / np.linalg.norm(shape, axis=1).max()
-            for number, shape in enumerate(found, start=1)
+            for number, shape in enumerate(elastic, start=1)
         }
 
     @property
@@ -132,10 +132,10 @@ def modes_report(study: Study, count: int) -> ModesReport:
     return modes_on(study, mesh_study(study), count)
 
 
-def modes_on(study: Study, found: MeshedRod, count: int) -> ModesReport:
+def modes_on(study: Study, mesh: MeshedRod, count: int) -> ModesReport:
     """Find the modes on a mesh of the study's rod; parameters and errors as `modes_report`."""
-    whole = found.whole
-    materials = study.materials(found.parts)
+    whole = mesh.whole
+    materials = study.materials(mesh.parts)
     most = MOST_POISSONS_RATIO[whole.order]
     nu = max(material.poissons_ratio for material in materials)
     rule = f"must not exceed {most} for fea modes: its displacement elements lock above that"

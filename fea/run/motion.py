@@ -117,11 +117,11 @@ def motion(rod: PreparedRod, rpm: float, peak: float, weights: Weights | None = 
     even, odd = (_gathered(analysis.units.parts, part, cell, parity) for parity in Parity)
     tolerance = TOLERANCE / 2 * peak
     if len(analysis.units.sides) > 1:
-        found = [modes(even, weights.even, tolerance), modes(odd, weights.odd, tolerance)]
+        by_parity = [modes(even, weights.even, tolerance), modes(odd, weights.odd, tolerance)]
     else:
-        found = [modes(np.concatenate([even, odd], axis=2), np.concatenate(weights), 2 * tolerance)]
-    moved = _displacements(rod, found, cell)
-    parities = [ParityMotion(own.stress, u, own.courses) for own, u in zip(found, moved, strict=True)]
+        by_parity = [modes(np.concatenate([even, odd], axis=2), np.concatenate(weights), 2 * tolerance)]
+    moved = _displacements(rod, by_parity, cell)
+    parities = [ParityMotion(own.stress, u, own.courses) for own, u in zip(by_parity, moved, strict=True)]
     return Motion(
         nodes=nodes,
         row=row.astype(np.int64),
@@ -129,7 +129,7 @@ def motion(rod: PreparedRod, rpm: float, peak: float, weights: Weights | None = 
         even=parities[0],
         odd=parities[1] if len(parities) > 1 else None,
         angles=angles,
-        error=sum(own.error for own in found) / peak,
+        error=sum(own.error for own in by_parity) / peak,
         peak=peak,
         strength=np.array([material.yield_strength for material in rod.materials])[part],
     )
@@ -163,23 +163,23 @@ def _shared(parts: Sequence[PartStress], cell: Ints) -> Mask:
 def _gathered(parts: Sequence[PartStress], part: Ints, cell: Ints, parity: Parity) -> Floats:
     """Unit stresses (n_rows, 6, n_units) of one parity, each row of its part."""
     first = parts[0].even if parity is Parity.SYMMETRIC else parts[0].odd
-    found = np.empty((len(cell), 6, first.shape[2]), first.dtype)
+    stresses = np.empty((len(cell), 6, first.shape[2]), first.dtype)
     for number, own in enumerate(parts):
         rows = np.flatnonzero(part == number)
         units = own.even if parity is Parity.SYMMETRIC else own.odd
-        found[rows] = units[np.searchsorted(own.nodes, cell[rows])]
-    return found
+        stresses[rows] = units[np.searchsorted(own.nodes, cell[rows])]
+    return stresses
 
 
-def _displacements(rod: PreparedRod, found: Sequence[Modes], cell: Ints) -> list[Floats]:
+def _displacements(rod: PreparedRod, by_parity: Sequence[Modes], cell: Ints) -> list[Floats]:
     """Displacement (n_rows, 3, n_moving) of the first modes of each parity."""
     even, odd = rod.cycle.loads.fields()
-    if len(found) == 1:
-        joined = found[0].loads[:, :_MOVING]
+    if len(by_parity) == 1:
+        joined = by_parity[0].loads[:, :_MOVING]
         forces = _forces(even, joined[: even.count]) + _forces(odd, joined[even.count :])
         loads = [Split(force, None) for force in forces]
     else:
-        sides = [_forces(of, own.loads[:, :_MOVING]) for of, own in zip((even, odd), found, strict=True)]
+        sides = [_forces(of, own.loads[:, :_MOVING]) for of, own in zip((even, odd), by_parity, strict=True)]
         count = max(len(side) for side in sides)
         sides = [np.concatenate([side, np.zeros((count - len(side), *side.shape[1:]))]) for side in sides]
         loads = [Split(*pair) for pair in zip(*sides, strict=True)]
@@ -187,7 +187,7 @@ def _displacements(rod: PreparedRod, found: Sequence[Modes], cell: Ints) -> list
     first = _of_cell(rod, cell)
     return [
         _one(rod, solution, parity)[first][..., : min(_MOVING, own.loads.shape[1])]
-        for parity, own in zip(Parity, found, strict=False)
+        for parity, own in zip(Parity, by_parity, strict=False)
     ]
 
 
@@ -228,7 +228,7 @@ class Known(NamedTuple):
     displacement: Floats
 
 
-def agreeing(found: Motion, cases: Iterable[Known]) -> tuple[Motion | None, str]:
+def agreeing(moving: Motion, cases: Iterable[Known]) -> tuple[Motion | None, str]:
     """Compare a motion with directly solved instants.
 
     Returns
@@ -238,11 +238,11 @@ def agreeing(found: Motion, cases: Iterable[Known]) -> tuple[Motion | None, str]
     """
     stress, moved = 0.0, 0.0
     for case in cases:
-        apart = von_mises(found.stress(case.angle)) - case.von_mises[found.nodes]
-        stress = max(stress, float(np.abs(apart).max()) / found.peak)
-        away = found.displacement(case.angle) - case.displacement[found.nodes]
+        apart = von_mises(moving.stress(case.angle)) - case.von_mises[moving.nodes]
+        stress = max(stress, float(np.abs(apart).max()) / moving.peak)
+        away = moving.displacement(case.angle) - case.displacement[moving.nodes]
         largest = float(np.abs(case.displacement).max())
         moved = max(moved, float(np.abs(away).max()) / largest if largest else 0.0)
     if stress > _ALIKE:
         return None, f"its stress differs from the load cases by {100 * stress:.2g} % of the peak"
-    return (found if moved <= _ALIKE_MOVED else found.still()), ""
+    return (moving if moved <= _ALIKE_MOVED else moving.still()), ""

@@ -35,14 +35,14 @@ def least_factors(rod: PreparedRod, cases: Instants, known: float | None = None)
         name = next(other for other in _OTHERS if other != asked)
         counts = ~rod.fields.errors.masked[rod.mesh.mirrored.source]
         own = _least(rod, rod.pins, cases, counts) if known is None else known
-        found = {asked: own, name: _least(rod, rod.structure.pins(name), cases, counts)}
-        if known is not None or not PinModelFigures(min_safety_factors=found).matters:
-            return found
+        factors = {asked: own, name: _least(rod, rod.structure.pins(name), cases, counts)}
+        if known is not None or not PinModelFigures(min_safety_factors=factors).matters:
+            return factors
         contact, mesh = rod.structure.pins(CONTACT), rod.mesh
         if contact.excluded_because:
-            return found
+            return factors
         near = masked_nodes(mesh.cell, contact.singular_surfaces, mesh.cell_creases)[mesh.mirrored.source]
-        return found | {CONTACT: _least(rod, contact, cases, counts & ~near)}
+        return factors | {CONTACT: _least(rod, contact, cases, counts & ~near)}
 
 
 def pin_model_figures(
@@ -55,11 +55,11 @@ def pin_model_figures(
 
     Returns None where the pins are in contact already.
     """
-    found = coarse or least_factors(rod, cases, asked if asked < CAP else None)
-    if found is None:
+    factors = coarse or least_factors(rod, cases, asked if asked < CAP else None)
+    if factors is None:
         return None
-    scale = asked / found[rod.options.pressure]
-    return PinModelFigures(min_safety_factors={name: scale * factor for name, factor in found.items()})
+    scale = asked / factors[rod.options.pressure]
+    return PinModelFigures(min_safety_factors={name: scale * factor for name, factor in factors.items()})
 
 
 def _least(rod: PreparedRod, pins: PinModel, cases: Instants, counts: Mask) -> float:

@@ -130,14 +130,14 @@ def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
     with rod.clock("loads"):
         loads = rod.loading.at(rod.mass, rpm)
     loads = replace(loads, cases=joined([loads.cases, rod.pins.resting]))
-    found = rod.equilibrium(loads.cases)
+    solved = rod.equilibrium(loads.cases)
     with rod.clock("stress"):
-        cases = judge(rod, found)
-    checks = speed_checks(rod, found, tuple(cases.values()))
+        cases = judge(rod, solved)
+    checks = speed_checks(rod, solved, tuple(cases.values()))
     engine = rod.loading.engine if isinstance(rod.loading, EngineLoading) else None
     notes = (
         *rod.mesh.omissions,
-        *_solution_omissions(rod, found.solution),
+        *_solution_omissions(rod, solved.solution),
         *check_notes(checks),
         *unit_notes(rod.materials, engine),
         *loads.notes,
@@ -164,7 +164,7 @@ def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
     return replace(static, checks=checks, notes=notes, cycle=history)
 
 
-def judge(rod: PreparedRod, found: Equilibrium) -> dict[str, CaseResult]:
+def judge(rod: PreparedRod, solved: Equilibrium) -> dict[str, CaseResult]:
     """Recover the stresses of load cases in equilibrium and judge them, by the name of the case."""
     return {
         case.name: case_result(
@@ -176,7 +176,7 @@ def judge(rod: PreparedRod, found: Equilibrium) -> dict[str, CaseResult]:
             bore_datum=rod.bore_datum,
             sharp=rod.sharp_places,
         )
-        for case, (fields, stresses) in zip(found.instants, rod.fields(found), strict=True)
+        for case, (fields, stresses) in zip(solved.instants, rod.fields(solved), strict=True)
     }
 
 

@@ -92,7 +92,7 @@ def _row(summary: Summary) -> list[float]:
     if envelope is None or summary.rpm is None:
         raise ValueError("a map over speeds needs the cycle at each of them")
     fatigue, nowhere = envelope.fatigue, (None, None, None)
-    found = (
+    values = (
         summary.rpm,
         envelope.min_safety_factor,
         envelope.crank_deg,
@@ -103,7 +103,7 @@ def _row(summary: Summary) -> list[float]:
         summary.buckling.column.min_safety_factor,
         summary.buckling.min_mode_factor,
     )
-    return [np.nan if value is None else float(value) for value in found]
+    return [np.nan if value is None else float(value) for value in values]
 
 
 def case_rows(summaries: Sequence[Summary]) -> list[list[str]]:

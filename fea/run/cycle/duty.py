@@ -81,12 +81,12 @@ def duty_damage(analysis: CycleAnalysis, entries: Sequence[DutyEntry]) -> DutyDa
     if not parts:
         return None
     total, order, owner = _ranked(analysis, parts)
-    found = [_counted(analysis, entries, node, int(owner[node])) for node in order]
+    counted = [_counted(analysis, entries, node, int(owner[node])) for node in order]
     whole = analysis.mesh.mirrored
     image = 2 * whole.source + (whole.sign[:, 1] < 0)  # one across z = 0 has the same history
-    for place in found:
+    for place in counted:
         total[image == image[place.node]] = place.damage().sum()
-    return DutyDamage(total, max(found, key=lambda place: float(place.damage().sum())))
+    return DutyDamage(total, max(counted, key=lambda place: float(place.damage().sum())))
 
 
 def _ranked(analysis: CycleAnalysis, parts: Mapping[int, tuple[Floats, Floats]]) -> tuple[Floats, Ints, Ints]:

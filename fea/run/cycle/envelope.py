@@ -139,7 +139,7 @@ def carried(
 
 
 def _judged(
-    found: Reach,
+    reach: Reach,
     angles: Floats,
     material: Material,
     criterion: Fatigue,
@@ -148,20 +148,20 @@ def _judged(
     surface: Floats | float = 1.0,
 ) -> Envelope:
     return Envelope(
-        von_mises=found.von_mises,
-        crank_angle=angles[found.instant],
-        principal_1=found.principal_1,
-        principal_3=found.principal_3,
-        mean=found.mean,
-        amplitude=found.amplitude,
-        ratio=found.ratio,
-        safety_factor=safety_factor(found.von_mises, material.yield_strength),
-        usage=found.von_mises / material.yield_strength,
-        usage_angle=angles[found.instant],
-        fatigue_factor=fatigue_factor(criterion, found.mean, found.amplitude, material, surface),
-        crossland_factor=crossland_bound(found.radius, found.tension, material, surface),
-        part=np.full(len(found.von_mises), number),
-        fatigue_part=np.full(len(found.von_mises), number),
+        von_mises=reach.von_mises,
+        crank_angle=angles[reach.instant],
+        principal_1=reach.principal_1,
+        principal_3=reach.principal_3,
+        mean=reach.mean,
+        amplitude=reach.amplitude,
+        ratio=reach.ratio,
+        safety_factor=safety_factor(reach.von_mises, material.yield_strength),
+        usage=reach.von_mises / material.yield_strength,
+        usage_angle=angles[reach.instant],
+        fatigue_factor=fatigue_factor(criterion, reach.mean, reach.amplitude, material, surface),
+        crossland_factor=crossland_bound(reach.radius, reach.tension, material, surface),
+        part=np.full(len(reach.von_mises), number),
+        fatigue_part=np.full(len(reach.von_mises), number),
     )
 
 
@@ -226,7 +226,7 @@ BLOCK = 64  # places evaluated at a time
 
 
 def worst_multiaxial(
-    found: Envelope,
+    reached: Envelope,
     units: UnitSolutions,
     weights: Weights,
     whole: MirroredMesh,
@@ -241,9 +241,9 @@ def worst_multiaxial(
     until the next bound exceeds the smallest factor found; nodes that do not count (n_nodes,) are left out.
     At an interface the smaller factor of the parts is used. `regions` are those of the whole rod's surface.
     """
-    if found.crossland_factor is None:
+    if reached.crossland_factor is None:
         return None, None
-    factor = found.crossland_factor.copy()
+    factor = reached.crossland_factor.copy()
     # An image across z = 0 has the same history.
     image = 2 * whole.source + (whole.sign[:, 1] < 0)
     once = np.flatnonzero(counts & np.isfinite(factor) & (whole.sign[:, 2] > 0))

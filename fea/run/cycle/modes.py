@@ -68,9 +68,9 @@ def _enough(
         middle = (low + high) // 2
         low, high = (low, middle) if error(middle, some) <= tolerance else (middle + 1, high)
     for number in range(low, len(counts) - 1):
-        found = error(number, units)
-        if found <= tolerance:
-            return counts[number], found
+        left = error(number, units)
+        if left <= tolerance:
+            return counts[number], left
     return counts[-1], 0.0
 
 

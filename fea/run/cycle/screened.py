@@ -78,8 +78,8 @@ def extremes(parts: Sequence[PartStress], path: Path, sides: tuple[int, ...]) ->
         part, start = item
         units = (deviatoric(unit[start : start + rows]) for unit in (part.even, part.odd))
         even, odd = (unit.astype(np.float32) for unit in units)
-        found = Block(even, odd, path, sides).extremes()
-        return [_rows(found, len(even), number) for number in range(len(sides))]
+        reach = Block(even, odd, path, sides).extremes()
+        return [_rows(reach, len(even), number) for number in range(len(sides))]
 
     every = [(part, start) for part in parts for start in range(0, len(part.nodes), rows)]
     blocks = iter(side_by_side(block, every))
@@ -152,11 +152,11 @@ class Block:
         for rows, start, stress in self._inside(_at_either_end(at_ends) + self._strays, largest):
             inside = self._measures(stress)
             best = inside[0].argmax(axis=1)
-            found = inside.max(axis=2)
-            more = found[0] > largest[0, rows]
+            highest = inside.max(axis=2)
+            more = highest[0] > largest[0, rows]
             instant[rows[more]] = start + best[more]
             worst[rows[more]] = stress[more, :, best[more]]
-            largest[:, rows] = np.maximum(largest[:, rows], found)
+            largest[:, rows] = np.maximum(largest[:, rows], highest)
         return largest, instant, worst
 
     def _least(self, largest: Reals, worst: Reals) -> Reals:
@@ -209,14 +209,14 @@ def _product(units: Reals, weights: Reals) -> Reals:
     """Multiply (n, k) by (k, m) in slabs of rows so small that BLAS stays in the calling thread."""
     slab = max(1, SLAB // max(1, weights.size))
     whole = len(units) // slab * slab
-    found = np.empty((len(units), weights.shape[1]), units.dtype)
+    stress = np.empty((len(units), weights.shape[1]), units.dtype)
     np.matmul(
         units[:whole].reshape(-1, slab, units.shape[1]),
         weights,
-        out=found[:whole].reshape(-1, slab, weights.shape[1]),
+        out=stress[:whole].reshape(-1, slab, weights.shape[1]),
     )
-    np.matmul(units[whole:], weights, out=found[whole:])
-    return found
+    np.matmul(units[whole:], weights, out=stress[whole:])
+    return stress
 
 
 def _three(stress: Reals) -> Reals:
@@ -242,9 +242,9 @@ def _at_either_end(values: Reals) -> Reals:
     return np.maximum(values[..., :-1], values[..., 1:])
 
 
-def _rows(found: Reach, count: int, number: int) -> Reach:
+def _rows(reach: Reach, count: int, number: int) -> Reach:
     own = slice(number * count, (number + 1) * count)
-    return Reach(**{field.name: getattr(found, field.name)[own] for field in dataclasses.fields(Reach)})
+    return Reach(**{field.name: getattr(reach, field.name)[own] for field in dataclasses.fields(Reach)})
 
 
 def _joined(blocks: tuple[Reach, ...]) -> Reach:

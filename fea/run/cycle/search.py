@@ -113,8 +113,8 @@ class PartRows:
 
     def _fatigue(self, mean: Floats, amplitude: Floats, surface: Floats) -> Floats:
         """Factors against fatigue; infinite if the strengths are not known."""
-        found = fatigue_factor(self._criterion, mean, amplitude, self.material, surface)
-        return np.full(len(mean), np.inf) if found is None else found
+        factors = fatigue_factor(self._criterion, mean, amplitude, self.material, surface)
+        return np.full(len(mean), np.inf) if factors is None else factors
 
     def fatigue_bound(self, largest: Floats) -> Floats:
         """Lower bound (n_rows,) of the fatigue factors where the von Mises stress is at most `largest`."""
@@ -269,9 +269,9 @@ class SpeedSearch:
                 rows = chosen[of_part == number] - first[number]
                 part = self._parts[number]
                 highest, lowest = part.block(along, rows).signed()
-                found = factor(part, highest, lowest, rows)
-                if found.min() < best:
-                    best, at = float(found.min()), int(rows[found.argmin()] + first[number])
+                factors = factor(part, highest, lowest, rows)
+                if factors.min() < best:
+                    best, at = float(factors.min()), int(rows[factors.argmin()] + first[number])
         number = int(np.searchsorted(first, at, side="right") - 1)
         return self._place(best, self._parts[number], at - int(first[number]), cycle)
 
@@ -295,7 +295,7 @@ class SpeedSearch:
         )
 
     def _peak(self, case: Instants, stresses: list[Floats]) -> CasePeak:
-        found = []
+        peaks = []
         for part, stress in zip(self._parts, stresses, strict=True):
             equivalent = deviator_norm(stress[..., None])[:, 0]
             largest, least = (sign * _largest_principal(sign * stress, equivalent) for sign in (1, -1))
@@ -309,12 +309,12 @@ class SpeedSearch:
                 least,
                 factor,
             )
-            found.append(peak)
+            peaks.append(peak)
         return dataclasses.replace(
-            max(found, key=lambda peak: peak.von_mises),
-            principal_1=max(peak.principal_1 for peak in found),
-            principal_3=min(peak.principal_3 for peak in found),
-            factor=min(peak.factor for peak in found),
+            max(peaks, key=lambda peak: peak.von_mises),
+            principal_1=max(peak.principal_1 for peak in peaks),
+            principal_3=min(peak.principal_3 for peak in peaks),
+            factor=min(peak.factor for peak in peaks),
         )
 
 
@@ -330,6 +330,6 @@ def _largest_principal(stress: Floats, equivalent: Floats) -> float:
     """Largest principal stress of all (n, 6), evaluated only where the bound σ_m + ⅔ σ_vM requires it."""
     bound = stress[:, 5] + 2 / 3 * equivalent
     best = [bound.argmax()]
-    found = extreme_principals(stress[best].T, equivalent[best])[0]
-    high = bound > found
-    return float(np.append(extreme_principals(stress[high].T, equivalent[high])[0], found).max())
+    largest = extreme_principals(stress[best].T, equivalent[best])[0]
+    high = bound > largest
+    return float(np.append(extreme_principals(stress[high].T, equivalent[high])[0], largest).max())

@@ -67,10 +67,10 @@ class CycleResult:
     def checks(self) -> dict[str, Check]:
         """Compare the superposition with the directly solved cases and instants."""
         limit = AT_JUMPS if self.jumps else LIMITS["superposition"]
-        found = {"superposition": Check(self.superposition, limit)}
+        checks = {"superposition": Check(self.superposition, limit)}
         if self.of_parts is not None:
-            found["superposition_of_parts"] = Check(self.of_parts, LIMITS["superposition_of_parts"])
-        return found
+            checks["superposition_of_parts"] = Check(self.of_parts, LIMITS["superposition_of_parts"])
+        return checks
 
     def contact_columns(self) -> dict[str, Floats]:
         """Return, over the crank angle, the largest contact pressure on each bore, its place and the arc."""
@@ -135,7 +135,7 @@ class CycleAnalysis:
         angles = np.concatenate([degrees, of_peaks.crank_angle])
         every = self.weights(cycle, angles)
         whole, regions = self.mesh.mirrored, self.regions.at(self.mesh.mirrored.source)
-        found = envelope(
+        extremes = envelope(
             self.units,
             every,
             angles,
@@ -144,28 +144,30 @@ class CycleAnalysis:
             criterion=self.fatigue,
             regions=regions,
         )
-        found = with_cases(found, cases)
+        extremes = with_cases(extremes, cases)
         count = len(degrees)
         of_degrees, at_peaks = every.at(slice(count)), every.at(slice(count, None))
         if self.loads.path_dependent and peaks:  # they were solved without what came before
             at_peaks = self.case_weights(of_peaks)
         points, length = whole.mesh.points, self.mesh.bores.rod_length
         counts = self.counts[whole.source]
-        worst = [node for node in distinct(points, np.where(counts, -found.usage, 0), length) if counts[node]]
-        weakest = _least(found.fatigue_factor, counts)
+        worst = [
+            node for node in distinct(points, np.where(counts, -extremes.usage, 0), length) if counts[node]
+        ]
+        weakest = _least(extremes.fatigue_factor, counts)
         multiaxial, factors = worst_multiaxial(
-            found, self.units, of_degrees, whole, self.materials, counts=counts, regions=regions
+            extremes, self.units, of_degrees, whole, self.materials, counts=counts, regions=regions
         )
-        endurance = _endurance(found.fatigue_part, self.materials, regions)
-        found = replace(found, crossland_factor=factors, endurance=endurance)
-        places = [(node, int(found.part[node])) for node in worst]
-        places += [(node, int(found.fatigue_part[node])) for node in weakest]
+        endurance = _endurance(extremes.fatigue_part, self.materials, regions)
+        extremes = replace(extremes, crossland_factor=factors, endurance=endurance)
+        places = [(node, int(extremes.part[node])) for node in worst]
+        places += [(node, int(extremes.fatigue_part[node])) for node in weakest]
         histories = spots(places, self.units, of_degrees, whole)
         contacts = self.loads.contacts(of_degrees, cycle.degrees, cycle)
         solved = [case.part_von_mises for case in peaks]
         return CycleResult(
             angles=degrees,
-            envelope=found,
+            envelope=extremes,
             spots=histories[: len(worst)],
             weakest=histories[-1] if weakest else None,
             superposition=self._difference(at_peaks, solved),

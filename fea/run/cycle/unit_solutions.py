@@ -119,7 +119,7 @@ def _solved(
     """Stress per parity and part (n, 6, n_units), and backward errors."""
     nodes, errors = recovery.nodes, list[float]()
     double = 48 * sum(map(len, nodes)) * sum(of.count for of in fields) <= DOUBLE_BYTES
-    found = [
+    stresses = [
         [np.empty((len(own), 6, of.count), np.float64 if double else np.float32) for own in nodes]
         for of in fields
     ]
@@ -128,9 +128,9 @@ def _solved(
         solution = model.solve(_loads(fields, slice(start, stop)))
         errors += [item.backward_error for item in solution.residuals.values()]
         pieces = [range(*ends) for ends in _like_blocks(start, stop, RECOVERED)]
-        every = product(zip(Parity, fields, found, strict=False), pieces)
+        every = product(zip(Parity, fields, stresses, strict=False), pieces)
         side_by_side(partial(_recover, recovery, materials, solution, start), every)
-    return found, errors
+    return stresses, errors
 
 
 def _like_blocks(start: int, stop: int, most: int) -> Iterator[tuple[int, int]]:
@@ -146,7 +146,7 @@ def _recover(
     item: tuple[tuple[Parity, Fields, list[Floats]], range],
 ) -> None:
     """Put the stress of some units of one parity in its place; `first` is the first solved."""
-    (parity, fields, found), units = item
+    (parity, fields, stresses), units = item
     own = slice(units.start, min(units.stop, fields.count))
     if own.stop <= own.start:
         return
@@ -154,7 +154,7 @@ def _recover(
     pressure = {number: p[:, solved] for number, p in solution.pressure.get(parity, {}).items()}
     u, traction = solution.displacement[parity][..., solved], fields.traction(own)
     for part, stress in zip(
-        found, recovery.part_stress(u, materials, parity, traction, pressure), strict=True
+        stresses, recovery.part_stress(u, materials, parity, traction, pressure), strict=True
     ):
         part[..., own] = stress
 
