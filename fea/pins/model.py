@@ -214,8 +214,8 @@ class PinModel(ABC):
     def respond(self, instants: Instants, cycle: CrankCycle | None = None) -> Sequence[Response]:
         """Return what acts on the rod at instants.
 
-        `cycle`: that they belong to, where friction makes them depend on what came before; by default each of
-        them follows on the rod at rest.
+        `cycle` is the one that they belong to, where friction makes them depend on what came before; by
+        default each of them follows on the rod at rest.
 
         Raises
         ------

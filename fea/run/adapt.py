@@ -74,10 +74,9 @@ def adapt_mesh(
 ) -> Adapted:
     """Prepare the rod of a study, on ever better meshes where a tolerance is asked for.
 
-    `study`: what is asked; `Study.tolerance_percent` is the tolerance, for every load case; `speeds`: rpm;
-    None for given forces. Those of the study's duty are met too; `mesh`: the first one, where it is there
-    already: see `fea.run.meshing.adaptive_mesh`; `movable`: whether the last one is to follow other
-    dimensions of the rod.
+    The tolerance, `Study.tolerance_percent`, is met for every load case at `speeds`, rpm (None for given
+    forces), and at those of the study's duty. `mesh` is the first one, where it is there already (see
+    `fea.run.meshing.adaptive_mesh`); `movable` tells whether the last one is to follow other dimensions.
 
     Raises
     ------
@@ -90,19 +89,17 @@ def adapt_mesh(
         return Adapted(prepare(study, clock, mesh=mesh))
     of_duty = () if study.duty is None else study.duty.speeds
     deciding = _deciding(tuple(dict.fromkeys((*speeds, *of_duty))))
-    passes: list[PassFigures] = []
-    fields: list[SizeField] = []
-    first: PreparedRod | None = None
-    first_factors: dict[float | None, Factors | None] = {}
+    passes, fields = list[PassFigures](), list[SizeField]()
+    first, first_factors = None, dict[float | None, Factors | None]()
     while True:
         rod = prepare(study, clock, mesh=mesh)
         widest, ratio, results = _solved(rod, deciding, tolerance, again=bool(fields))
         passes.append(_pass(rod, widest.percent, clock.total - sum(item.seconds for item in passes)))
         if listener:
             listener(passes[-1].text(len(passes)))
-        wanted = wanted_sizes(rod.mesh, ratio)
-        obstacle = "" if widest.percent <= tolerance else _obstacle(rod, wanted, len(passes))
-        if widest.percent <= tolerance or wanted is None or obstacle:
+        met, wanted = widest.percent <= tolerance, wanted_sizes(rod.mesh, ratio)
+        obstacle = "" if met else _obstacle(rod, wanted, len(passes))
+        if met or wanted is None or obstacle:
             break
         fields.append(wanted)
         beside = _pin_factors(rod, results, first_factors) if first is None else ()

@@ -91,9 +91,8 @@ class SpeedSweep:
     def summary(self, rpm: float, near: SpeedResult, passes: Sequence[PassFigures]) -> Summary:
         """Return the figures of a speed whose fields are not written.
 
-        `rpm`: the speed; `near`: what was found at a speed that was solved in full: its checks hold here as
-        well, as the figures are of the same stiffness and unit solutions, and so does what it says of mesh
-        and materials.
+        `near` is the result of a speed that was solved in full: its checks hold here as well, as the figures
+        are of the same stiffness and unit solutions, and so does what it says of mesh and materials.
         """
         worst, loads = self._found[rpm], self._loads[rpm]
         columns = column_figures(self._rod, loads.cases)

@@ -22,9 +22,8 @@ _OTHERS = ("cosine-180", "uniform-120")
 def least_factors(rod: PreparedRod, cases: Instants, known: float | None = None) -> Factors | None:
     """Compute the smallest safety factor under the pressure asked for and under another one, by its name.
 
-    `rod`: on a coarse mesh where there is one, which shows the ratios just as well: its errors affect all
-    alike. Contact is looked at too if they differ, but only if the factors of this mesh are not `known`;
-    `known`: the factor under the pressure asked for, if it has been computed.
+    A coarse mesh of the rod, where there is one, shows the ratios just as well: its errors affect all alike.
+    Contact is looked at too if they differ, unless the factor under the pressure asked for is `known`.
 
     Returns None where the pins are in contact already.
     """
@@ -50,8 +49,8 @@ def pin_model_figures(
 ) -> PinModelFigures | None:
     """Compare the smallest safety factor with that under other pressures.
 
-    `coarse`: the factors on an earlier mesh, where there is one; `rod`: on the mesh that gives the answer;
-    `asked`: the smallest safety factor on this mesh under the pressure that was asked for.
+    `coarse` are the factors on an earlier mesh, where there is one, and `asked` is the smallest safety factor
+    under the pressure asked for on the mesh of `rod`, which gives the answer.
 
     Returns None where the pins are in contact already.
     """

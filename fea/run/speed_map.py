@@ -153,11 +153,8 @@ _OPEN = -1.0
 def opening_speed(rod: PreparedRod, pins: "AssemblyPins", speeds: Sequence[float]) -> float | None:
     """Find the lowest speed, rpm, at which a load case opens the joint at the edge of the bore.
 
-    `rod`: of separate parts, with an engine; `speeds`: rpm, between the lowest and highest of which it is
-    looked for.
-
-    To 1 %, or of `speeds` the first where the joint is open if the contact problem is large; None where it
-    opens at none of them.
+    It is looked for between the lowest and the highest of `speeds`, rpm, and found to 1 %; of a large contact
+    problem, it is the first of `speeds` at which the joint is open. None where it opens at none of them.
     """
     rising = sorted(speeds)
     number = next((number for number, rpm in enumerate(rising) if _edge(rod, pins, rpm) <= 0), None)
