@@ -17,7 +17,7 @@ from fea.run.buckling import BucklingReport, buckling_report
 from fea.run.cycle.superposition import CycleResult
 from fea.run.figures import EnvelopeFigures, Summary
 from fea.run.forces import force_columns
-from fea.run.instants import Instants
+from fea.run.instants import InstantFields
 from fea.run.life import Life
 from fea.run.motion import Known, Motion, agreeing, motion
 from fea.run.prepare import PreparedRod
@@ -114,7 +114,7 @@ class RunResult:
     buckling: BucklingReport | None
     motion: Motion | None = None
     without_motion: str = ""
-    instants: Instants | None = None  # fields over the crank cycle, where they were asked for
+    instants: InstantFields | None = None  # fields over the crank cycle, where they were asked for
     life: Life | None = None  # over the duty of the study, where it has one
 
     @property
@@ -183,7 +183,7 @@ def run_result(study: Study, adapted: Adapted, result: SpeedResult) -> RunResult
         run = replace(run, motion=moving, without_motion=why)
     step = study.output.pvd_step_deg
     if step is not None and summary.rpm is not None:
-        run = replace(run, instants=Instants(adapted.rod, summary.rpm, step))
+        run = replace(run, instants=InstantFields(adapted.rod, summary.rpm, step))
     return run
 
 
