@@ -77,7 +77,7 @@ def outcome(seed: int) -> Outcome | None:
         return None
     try:
         rod = prepare(study)
-        pins, instants = rod.pins, rod.crank_cycle(study.speed.speeds()[0]).degrees
+        pins, instants = cast("ContactPins", rod.pins), rod.crank_cycle(study.speed.speeds()[0]).degrees
         start = time.perf_counter()
         found = pins.states(instants)
         seconds = time.perf_counter() - start

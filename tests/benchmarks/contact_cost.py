@@ -65,7 +65,7 @@ def work(mode: str, size: float | None) -> dict[str, float]:
         "seconds": time.perf_counter() - start,
         "MiB": peak_memory(),
         "nodes": len(meshed.whole.points),
-        "unknowns": rod.pins.contact.problem.unfolding.size if mode != "static" else 0,
+        "unknowns": cast("ContactPins", rod.pins).contact.problem.unfolding.size if mode != "static" else 0,
     }
 
 

@@ -39,7 +39,7 @@ def main() -> None:
     with run.stage("solve"):
         solver._run(_SOLVE, 0, matrix.upper, load)
     run.facts["factor_gflop"] = operations(matrix) / 1e9
-    run.facts["factor_entries"] = float(solver._options[17] * 9)  # 3×3 blocks
+    run.facts["factor_entries"] = float(solver._pardiso._options[17] * 9)  # 3×3 blocks
     run.facts["matrix_entries"] = float(matrix.upper.data.size)
     run.finish()
 
@@ -47,10 +47,10 @@ def main() -> None:
 def operations(matrix: SymmetricMatrix) -> float:
     """Floating point operations of the factorisation."""
     solver = PardisoCholesky(1)
-    solver._options[SCHEDULING], solver._options[COUNT] = 0, -1
+    solver._pardiso._options[SCHEDULING], solver._pardiso._options[COUNT] = 0, -1
     solver._run(_ANALYSE, 0, matrix.upper, np.zeros((matrix.size, 1)))
     solver._matrices[0] = matrix.upper  # so that its memory is given back
-    return 1e6 * BLOCK_PRODUCT * float(solver._options[COUNT])
+    return 1e6 * BLOCK_PRODUCT * float(solver._pardiso._options[COUNT])
 
 
 def matrix_product_rate() -> float:
