@@ -9,15 +9,13 @@ Importing this package loads nothing else: a name is loaded when it is first use
 True
 """
 
-import sys
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fea.analysis.prepare import PreparedRod
     from fea.apps.result import Result, analyse, prepare
-    from fea.run.prepare import PreparedRod
     from fea.solid.scikit_fem import basis, stiffness_coo, to_skfem
     from fea.study.study import Study, load_study
 
@@ -34,20 +32,9 @@ __all__ = [
     "to_skfem",
 ]
 
-
-class _Package(ModuleType):
-    """Keeps the function `run`, which an import of the subpackage `fea.run` would replace."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if name != "run" or not isinstance(value, ModuleType):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package
-
 # Where each public name is defined.
 _HOMES = {
-    "PreparedRod": "fea.run.prepare",
+    "PreparedRod": "fea.analysis.prepare",
     "Result": "fea.apps.result",
     "Study": "fea.study.study",
     "analyse": "fea.apps.result",

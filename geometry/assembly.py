@@ -19,24 +19,24 @@ class BoltSeat:
     For a rod from a file, lengths of 0 are taken from there.
     """
 
-    head_diameter: float  # outer diameter of the seat under the head, mm
-    grip: float  # distance from the head's seat to the nut's, or to the first thread that engages, mm
-    nut_diameter: float = 0.0  # outer diameter of the nut's seat, mm; 0 for a screw
-    engaged: float = 0.0  # length over which the thread engages in the rod, mm; 0 for a bolt with a nut
+    head_diameter: float  #: outer diameter of the seat under the head, mm
+    grip: float  #: distance from the head's seat to the nut's, or to the first thread that engages, mm
+    nut_diameter: float = 0.0  #: outer diameter of the nut's seat, mm; 0 for a screw
+    engaged: float = 0.0  #: length over which the thread engages in the rod, mm; 0 for a bolt with a nut
 
 
 @dataclass(frozen=True, kw_only=True)
 class Assembly:
     """What is separate in a rod; `geometry.assembly.check` compares it with the rod's dimensions."""
 
-    # Angle from +x of the joint plane's normal, degrees, in the plane of motion. The plane passes through the
-    # big end's centre: at 0 it is square to the rod. None: the big end is one piece.
+    #: Angle from +x of the joint plane's normal, degrees, in the plane of motion. The plane passes through
+    #: the big end's centre: at 0 it is square to the rod. None: the big end is one piece.
     split: float | None = 0.0
-    bushing: bool = False  # whether the rod's bushing only touches it, rather than being bonded to it
-    # Thickness of the bearing shells in the big end, mm; 0 without shells. They lie inside the ring, and the
-    # big-end bore is theirs.
+    bushing: bool = False  #: whether the rod's bushing only touches it, rather than being bonded to it
+    #: Thickness of the bearing shells in the big end, mm; 0 without shells. They lie inside the ring, and the
+    #: big-end bore is theirs.
     shell: float = 0.0
-    bolt: BoltSeat | None = None  # none without cap bolts
+    bolt: BoltSeat | None = None  #: none without cap bolts
 
     @property
     def normal(self) -> tuple[float, float]:
@@ -53,16 +53,16 @@ class Assembly:
 class BoltAxis:
     """The axis of a bolt of the whole rod; positions along it count from the joint plane."""
 
-    point: Vector  # where the axis meets the joint plane (x, y, z), mm
-    direction: Vector  # unit vector from the rod to the cap
-    hole_radius: float  # of the hole in the cap, mm
-    head: float  # position of the head's seat, mm; positive
-    grip_end: float  # position of the nut's seat, or of the first thread that engages, mm; negative
-    engaged: float  # length of the thread in the rod, away from the cap, mm; 0 for a bolt with a nut
-    # head_radius, nut_radius: outer radii of the seats, mm; 0 where there is no nut
+    point: Vector  #: where the axis meets the joint plane (x, y, z), mm
+    direction: Vector  #: unit vector from the rod to the cap
+    hole_radius: float  #: of the hole in the cap, mm
+    head: float  #: position of the head's seat, mm; positive
+    grip_end: float  #: position of the nut's seat, or of the first thread that engages, mm; negative
+    engaged: float  #: length of the thread in the rod, away from the cap, mm; 0 for a bolt with a nut
+    #: head_radius, nut_radius: outer radii of the seats, mm; 0 where there is no nut
     head_radius: float
     nut_radius: float
-    thread_radius: float  # of the hole in the rod, mm, where it may be narrower than in the cap
+    thread_radius: float  #: of the hole in the rod, mm, where it may be narrower than in the cap
 
     def at(self, position: float) -> Vector:
         """Return the point of the axis at a position, mm."""

@@ -25,10 +25,10 @@ class Side:
 class Prism:
     """An outline in x and y, extruded along z."""
 
-    sides: tuple[Side, ...]  # A closed chain: each curve starts where the one before ends
-    # z of the bottom, of planes at which the body is split so that nodes lie there, and of the top, mm
+    sides: tuple[Side, ...]  #: A closed chain: each curve starts where the one before ends
+    #: z of the bottom, of planes at which the body is split so that nodes lie there, and of the top, mm
     levels: tuple[float, ...]
-    # bottom, top: names of these faces
+    #: bottom, top: names of these faces
     bottom: Surface = Surface.SYMMETRY_Z
     top: Surface = Surface.FREE
 
@@ -40,7 +40,7 @@ class Revolution:
     The end faces are `Surface.SYMMETRY_Y` and `Surface.SYMMETRY_X`.
     """
 
-    # A closed chain; a straight side on the axis sweeps no surface, and its name is not used
+    #: A closed chain; a straight side on the axis sweeps no surface, and its name is not used
     sides: tuple[Side, ...]
 
 
@@ -48,7 +48,7 @@ class Revolution:
 class SideBySide:
     """Bodies that touch, so that a mesh of them has common nodes where they do."""
 
-    # A face that two of them share lies inside the body, and its name is not used
+    #: A face that two of them share lies inside the body, and its name is not used
     parts: tuple[Prism | Revolution, ...]
 
 

@@ -43,7 +43,7 @@ class Dimensions:
     big_end_width: float = _mm("along the pins")
     small_end_ring: float = _mm("radial thickness, with the bushing")
     small_end_width: float = _mm("along the pins")
-    # Depths extend straight to where the axis meets each ring's outer circle, linear between.
+    #: Depths extend straight to where the axis meets each ring's outer circle, linear between.
     shank_depth_big_end: float = _mm("in the plane of motion")
     shank_depth_small_end: float = _mm("in the plane of motion")
     shank_width: float = _mm("along the pins, over the flanges")
@@ -55,8 +55,8 @@ class Dimensions:
     ring_step_radius: float = _mm("radius between the faces of the shank and those of the wider rings")
     pocket_corner_radius: float = _mm("corners of the pockets of the I-section, seen along the pins")
     pocket_floor_radius: float = _mm("radius between flange and web")
-    pocket_setback: float = _mm("distance of the pockets' ends from the rings")  # or feet of the ring steps
-    # Options: 0 leaves them out.
+    pocket_setback: float = _mm("distance of the pockets' ends from the rings")  #: or feet of the ring steps
+    #: Options: 0 leaves them out.
     small_end_crown_width: float = _option(
         "slanted small end: its width at the crown",
         "18.0",
@@ -72,7 +72,7 @@ class Dimensions:
     cap_bolt_spacing: float = _option("distance between the axes of the bolts", "80.0")
     cap_boss_length: float = _option("length of the bosses around the bolts, along the rod", "40.0")
     cap_boss_fillet: float = _option("radius between boss and ring", "4.0")
-    # A chamfer's height along the axis is how much it widens the bore's radius.
+    #: A chamfer's height along the axis is how much it widens the bore's radius.
     big_end_chamfer: float = _option("45° chamfers of the bores' ends", "0.5")
     small_end_chamfer: float = _option("not together with small_end_crown_width_mm", "0.5")
 

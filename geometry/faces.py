@@ -35,12 +35,12 @@ class FeatureKind(StrEnum):
 class Feature:
     """Faces of one kind, and the measures from which their element size follows."""
 
-    kind: FeatureKind  # what it is
-    faces: tuple[int, ...]  # gmsh's face tags
-    radius: float = math.inf  # of the arc, mm; infinite where the faces are plane
-    sweep: float = 0.0  # angle of the arc, rad; 0 where the faces are plane
-    # Of the material behind the faces (ring at a bore, whole web, bushing or shell) or across them (ring at
-    # the joint), mm; infinite if it is not thin
+    kind: FeatureKind  #: what it is
+    faces: tuple[int, ...]  #: gmsh's face tags
+    radius: float = math.inf  #: of the arc, mm; infinite where the faces are plane
+    sweep: float = 0.0  #: angle of the arc, rad; 0 where the faces are plane
+    #: Of the material behind the faces (ring at a bore, whole web, bushing or shell) or across them (ring at
+    #: the joint), mm; infinite if it is not thin
     thickness: float = math.inf
 
     @property
@@ -54,13 +54,13 @@ class Face:
     """One face: its gmsh tag, kind of surface, bounding box and the numbers that describe it."""
 
     tag: int
-    shape: str  # gmsh's name: ``"Plane"``, ``"Cylinder"``, ``"Torus"``, …
-    # low, high: corners of the bounding box, mm (a little loose, as the kernel gives it)
+    shape: str  #: gmsh's name: ``"Plane"``, ``"Cylinder"``, ``"Torus"``, …
+    #: low, high: corners of the bounding box, mm (a little loose, as the kernel gives it)
     low: tuple[float, float, float]
     high: tuple[float, float, float]
-    # Cylinder: axis point (3), direction (3), radius. Torus: centre (3), axis (3), major, minor radius.
+    #: Cylinder: axis point (3), direction (3), radius. Torus: centre (3), axis (3), major, minor radius.
     values: tuple[float, ...]
-    # Whether the cylinder is fitted to a surface of another kind, with parameters of its own
+    #: Whether the cylinder is fitted to a surface of another kind, with parameters of its own
     fitted: bool = False
 
     def upright(self, tilt: float = 0.0) -> bool:
@@ -104,12 +104,12 @@ def faces_of(volumes: Sequence[int]) -> tuple[Face, ...]:
 class Bore:
     """A bore about a z-parallel axis through (x, 0)."""
 
-    # x, radius: mm
+    #: x, radius: mm
     x: float
     radius: float
-    width: float  # mean length along the axis, mm
-    taper: float = 0.0  # the length at the angle φ from +x is width + taper cos φ, mm
-    slack: float = 0.0  # by how much axes and radii of its faces may differ from these, mm
+    width: float  #: mean length along the axis, mm
+    taper: float = 0.0  #: the length at the angle φ from +x is width + taper cos φ, mm
+    slack: float = 0.0  #: by how much axes and radii of its faces may differ from these, mm
 
 
 def surfaces(

@@ -25,11 +25,11 @@ _REFUSED = 10.0  # residual of dimensions that break a rule: large, so that the 
 class Targets:
     """Target mass properties of a rod; None sets no target for that figure."""
 
-    density: float  # t/mm³
-    mass: float | None = None  # t
-    center: float | None = None  # centre of gravity, mm from the crank-pin centre
-    inertia_z: float | None = None  # about the pin-parallel axis through the centre of gravity, t·mm²
-    bushing_density: float | None = None  # t/mm³, if the bushing has a density of its own
+    density: float  #: t/mm³
+    mass: float | None = None  #: t
+    center: float | None = None  #: centre of gravity, mm from the crank-pin centre
+    inertia_z: float | None = None  #: about the pin-parallel axis through the centre of gravity, t·mm²
+    bushing_density: float | None = None  #: t/mm³, if the bushing has a density of its own
 
     def given(self) -> dict[str, float]:
         """Return the targets that were given."""
@@ -42,9 +42,9 @@ class Targets:
 class Fit:
     """The rod that comes closest to its targets."""
 
-    rod: Rod  # the rod
-    residuals: dict[str, float]  # relative misfit of each target, computed / target − 1
-    at_limit: tuple[str, ...]  # free dimensions that ended at the limit of their allowed range
+    rod: Rod  #: the rod
+    residuals: dict[str, float]  #: relative misfit of each target, computed / target − 1
+    at_limit: tuple[str, ...]  #: free dimensions that ended at the limit of their allowed range
 
     @property
     def met(self) -> bool:

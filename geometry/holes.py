@@ -26,8 +26,8 @@ UNKNOWN: Diameters = (None, None)
 class Axis:
     """A straight line with a point from which positions along it count."""
 
-    center: Floats  # (3,), mm
-    direction: Floats  # unit vector (3,)
+    center: Floats  #: (3,), mm
+    direction: Floats  #: unit vector (3,)
 
     def at(self, position: float) -> Floats:
         """Return the point (3,) at a position, mm."""
@@ -56,10 +56,10 @@ class Axis:
 class RoundHole(Axis):
     """The wall of a cylindrical hole; its centre is at half its width."""
 
-    radius: float  # mm
-    width: float  # length along the axis, at its longest, mm
-    area: float  # of the wall, mm²
-    turn: float = 1.0  # part of a full turn that the wall covers: ½ for half a bore
+    radius: float  #: mm
+    width: float  #: length along the axis, at its longest, mm
+    area: float  #: of the wall, mm²
+    turn: float = 1.0  #: part of a full turn that the wall covers: ½ for half a bore
 
     def same_radius(self, radius: float | None, slack: float) -> bool:
         """Whether it has this radius, mm, to a relative tolerance; true where none is given."""
@@ -129,9 +129,9 @@ _OFF_LINE = 0.2
 class Balance(NamedTuple):
     """Where a centre of gravity lies relative to the line between two bores, mm."""
 
-    distance: float  # of the bores
-    aside: float  # of the centre of gravity from the line
-    beyond: float  # of the centre of gravity from the line's ends along it; 0 where it is between
+    distance: float  #: of the bores
+    aside: float  #: of the centre of gravity from the line
+    beyond: float  #: of the centre of gravity from the line's ends along it; 0 where it is between
 
     @classmethod
     def of(cls, bores: tuple[RoundHole, RoundHole], middle: Floats) -> "Balance":

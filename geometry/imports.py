@@ -25,12 +25,12 @@ class Role(StrEnum):
 class CadSolid:
     """A solid of the file."""
 
-    tag: int  # gmsh's volume tag
-    name: str  # in the file, or its number
-    role: Role  # what it is
-    kept: bool  # whether it is analysed
-    volume: float  # mm³
-    size: Vector  # extents (3,) along the axes of the file, mm
+    tag: int  #: gmsh's volume tag
+    name: str  #: in the file, or its number
+    role: Role  #: what it is
+    kept: bool  #: whether it is analysed
+    volume: float  #: mm³
+    size: Vector  #: extents (3,) along the axes of the file, mm
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,11 @@ class BoreLocation:
 class ImportReport:
     """What was made of a file."""
 
-    unit: str  # of the lengths in the file, of `geometry.imports.UNITS`
-    solids: tuple[CadSolid, ...]  # its solids, in the order of the file
-    bores: tuple[BoreLocation, BoreLocation]  # of the big and the small end
-    assumed: tuple[str, ...]  # what was assumed or left out, for the user
-    # The joint, bolts and interfaces that were found, if it is taken for an assembly
+    unit: str  #: of the lengths in the file, of `geometry.imports.UNITS`
+    solids: tuple[CadSolid, ...]  #: its solids, in the order of the file
+    bores: tuple[BoreLocation, BoreLocation]  #: of the big and the small end
+    assumed: tuple[str, ...]  #: what was assumed or left out, for the user
+    #: The joint, bolts and interfaces that were found, if it is taken for an assembly
     assembly: tuple[str, ...] = ()
 
 
@@ -113,15 +113,15 @@ class MissingCap(StrEnum):
 class CadFile:
     """A rod from a CAD program."""
 
-    path: Path  # the file; its ending tells the format
-    # big_end_bore, small_end_bore: diameters, mm, that identify the bores where their size and place do not
+    path: Path  #: the file; its ending tells the format
+    #: big_end_bore, small_end_bore: diameters, mm, that identify the bores where their size and place do not
     big_end_bore: float | None = None
     small_end_bore: float | None = None
-    # Of `geometry.imports.UNITS`: the unit of the lengths in the file, whatever it declares; None: the
-    # declared one, or the one with which the rod has a plausible length
+    #: Of `geometry.imports.UNITS`: the unit of the lengths in the file, whatever it declares; None: the
+    #: declared one, or the one with which the rod has a plausible length
     unit: str | None = None
-    solids: tuple[str, ...] = ()  # names of the solids to keep; empty: the rod and what belongs to it
-    cap: MissingCap = MissingCap.REFUSED  # what to do where the cap of the big end is missing
+    solids: tuple[str, ...] = ()  #: names of the solids to keep; empty: the rod and what belongs to it
+    cap: MissingCap = MissingCap.REFUSED  #: what to do where the cap of the big end is missing
 
 
 def is_cad(path: Path) -> bool:

@@ -12,9 +12,9 @@ Tensor = tuple[Vector, Vector, Vector]
 class MassProperties:
     """Mass, centre of gravity and inertia tensor of a body in the rod frame."""
 
-    mass: float  # t
-    center: Vector  # centre of gravity (x, y, z), mm from the centre of the crank-pin bore
-    inertia: Tensor  # inertia tensor about the centre of gravity, 3×3, t·mm²
+    mass: float  #: t
+    center: Vector  #: centre of gravity (x, y, z), mm from the centre of the crank-pin bore
+    inertia: Tensor  #: inertia tensor about the centre of gravity, 3×3, t·mm²
 
     @property
     def inertia_z(self) -> float:

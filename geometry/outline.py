@@ -15,11 +15,11 @@ from geometry.segments import Arc, Line, Point, Segment, mirrored
 class Bosses:
     """The upper (y > 0) boss in plan."""
 
-    half_length: float  # from the plane x = 0 to either seat of bolt and nut, mm
-    top: float  # y of the outer face, mm
-    fillet: float  # radius between a seat and the ring, mm
-    ring: float  # outer radius of the ring, mm
-    # bolt_at, bolt_radius: y of the bolt's axis and radius of its hole, mm
+    half_length: float  #: from the plane x = 0 to either seat of bolt and nut, mm
+    top: float  #: y of the outer face, mm
+    fillet: float  #: radius between a seat and the ring, mm
+    ring: float  #: outer radius of the ring, mm
+    #: bolt_at, bolt_radius: y of the bolt's axis and radius of its hole, mm
     bolt_at: float
     bolt_radius: float
 
@@ -69,10 +69,10 @@ def bosses(rod: Dimensions) -> Bosses | None:
 class Edge:
     """The straight upper edge of the shank, normal · point = offset."""
 
-    # along, normal: unit vectors to the small end and outwards
+    #: along, normal: unit vectors to the small end and outwards
     along: Point
     normal: Point
-    offset: float  # distance from the crank-pin centre, mm
+    offset: float  #: distance from the crank-pin centre, mm
 
     def inset(self, distance: float) -> "Edge":
         """Return the parallel edge `distance` mm inside."""
@@ -121,8 +121,8 @@ def foot(edge: Edge, point: Point) -> Point:
 class Outline:
     """The upper half (y ≥ 0) of the outline and of the bores of a rod, and its whole loop."""
 
-    rod: Dimensions  # its dimensions
-    turn: float = 0.0  # angle by which an oblique split turns the bosses about the big end's axis, rad
+    rod: Dimensions  #: its dimensions
+    turn: float = 0.0  #: angle by which an oblique split turns the bosses about the big end's axis, rad
 
     @cached_property
     def edge(self) -> Edge:

@@ -127,8 +127,8 @@ class Interface:
     """Where two parts, given by their numbers, touch without being joined."""
 
     parts: tuple[int, int]
-    sides: tuple[Surface, Surface]  # the surfaces that the first's side and the second's are
-    faces: tuple[int, ...]  # gmsh's tags of the faces that they share
+    sides: tuple[Surface, Surface]  #: the surfaces that the first's side and the second's are
+    faces: tuple[int, ...]  #: gmsh's tags of the faces that they share
 
 
 def interfaces(

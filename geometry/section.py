@@ -25,10 +25,10 @@ _SHARE_WEIGHTS = _WEIGHTS * np.sin((_ANGLES + 1) * math.pi / 2) * math.pi / 4
 class Section:
     """The cross-section of a rod at `x`."""
 
-    x: float  # place, mm from the crank-pin centre
-    area: float  # mm²
-    # inertia_y, inertia_z: second moments about the axes through the centre, mm⁴: `inertia_z` resists bending
-    # in the plane of motion, `inertia_y` sideways
+    x: float  #: place, mm from the crank-pin centre
+    area: float  #: mm²
+    #: inertia_y, inertia_z: second moments about the axes through the centre, mm⁴: `inertia_z` resists
+    #: bending in the plane of motion, `inertia_y` sideways
     inertia_y: float
     inertia_z: float
 

@@ -134,8 +134,8 @@ def _flip(point: Point) -> Point:
 class EllipticArc:
     """A piece, less than half, of an ellipse about the origin."""
 
-    semi_axes: tuple[float, float]  # along the first and the second coordinate, mm
-    # begin, end: values of the parameter t in (a cos t, b sin t), rad
+    semi_axes: tuple[float, float]  #: along the first and the second coordinate, mm
+    #: begin, end: values of the parameter t in (a cos t, b sin t), rad
     begin: float
     end: float
 

@@ -20,13 +20,13 @@ LAND = 0.06
 class RingStep:
     """A ring's side face and the step at its rim, as half-width z over the distance from the bore's axis."""
 
-    center: float  # x of the bore's axis, mm
-    rim: float  # distance at which the ring's face ends, mm
-    foot: float  # distance from which on the shank's face is flat, mm; equals `rim` where there is no step
-    # ring, shank: half-widths of ring and shank, mm
+    center: float  #: x of the bore's axis, mm
+    rim: float  #: distance at which the ring's face ends, mm
+    foot: float  #: distance from which on the shank's face is flat, mm; equals `rim` where there is no step
+    #: ring, shank: half-widths of ring and shank, mm
     ring: float
     shank: float
-    radius: float  # of the concave arc at the foot, mm
+    radius: float  #: of the concave arc at the foot, mm
 
     @property
     def height(self) -> float:
@@ -89,15 +89,15 @@ def _chain(points: list[Point]) -> tuple[Line, ...]:
 class Pocket:
     """The pocket in one face, seen in plan."""
 
-    # big_end, small_end: x of its two ends, mm
+    #: big_end, small_end: x of its two ends, mm
     big_end: float
     small_end: float
-    edge: Edge  # its upper long side
-    corner: float  # corner radius, mm
-    # floor, face: z of its floor and of the shank's face, mm
+    edge: Edge  #: its upper long side
+    corner: float  #: corner radius, mm
+    #: floor, face: z of its floor and of the shank's face, mm
     floor: float
     face: float
-    floor_radius: float  # radius along the edge of the floor, mm
+    floor_radius: float  #: radius along the edge of the floor, mm
 
     @property
     def depth(self) -> float:

@@ -25,9 +25,9 @@ from geometry.surfaces import PLANE_AXIS, Mirror, Surface
 class Part:
     """A part of the solid, with one material."""
 
-    name: str  # ``"rod"``, ``"bushing"``, another of `geometry.parts`, or the name in the imported file
-    volumes: tuple[int, ...]  # gmsh's volume tags
-    # Of the whole part (also when a cell was drawn) for density 1: the mass is the volume, mm³
+    name: str  #: ``"rod"``, ``"bushing"``, another of `geometry.parts`, or the name in the imported file
+    volumes: tuple[int, ...]  #: gmsh's volume tags
+    #: Of the whole part (also when a cell was drawn) for density 1: the mass is the volume, mm³
     mass: MassProperties
 
 
@@ -35,19 +35,19 @@ class Part:
 class Solid:
     """What `build` has drawn in the open session."""
 
-    mirror: Mirror  # the cell that was drawn
-    bores: tuple[Bore, Bore]  # of the big and the small end; the distance of their centres is `bores[1].x`
-    parts: tuple[Part, ...]  # by material; at least one
-    # gmsh's face tags of every surface of the boundary, cut planes included
+    mirror: Mirror  #: the cell that was drawn
+    bores: tuple[Bore, Bore]  #: of the big and the small end; the distance of their centres is `bores[1].x`
+    parts: tuple[Part, ...]  #: by material; at least one
+    #: gmsh's face tags of every surface of the boundary, cut planes included
     faces: dict[Surface, tuple[int, ...]]
-    features: tuple[Feature, ...]  # the faces that need small elements
-    # Of the whole rod (also when a cell was drawn) for density 1: the mass is the volume, mm³
+    features: tuple[Feature, ...]  #: the faces that need small elements
+    #: Of the whole rod (also when a cell was drawn) for density 1: the mass is the volume, mm³
     mass: MassProperties
-    # What was made of the file that it comes from; None for a rod drawn from dimensions
+    #: What was made of the file that it comes from; None for a rod drawn from dimensions
     imported: ImportReport | None = None
-    # Of the whole rod, also when a cell was drawn; empty for a rod without an assembly
+    #: Of the whole rod, also when a cell was drawn; empty for a rod without an assembly
     bolts: tuple[BoltAxis, ...] = ()
-    interfaces: tuple[Interface, ...] = ()  # where parts touch without being joined
+    interfaces: tuple[Interface, ...] = ()  #: where parts touch without being joined
 
     @property
     def bodies(self) -> list[list[int]]:

@@ -28,8 +28,8 @@ class Shape(StrEnum):
 class Arc:
     """A pressure shape over an arc."""
 
-    shape: Shape  # cosine, cos(π φ/arc), or uniform
-    angle: float  # the whole arc, rad, above zero and at most π: a pin presses on one side of its bore
+    shape: Shape  #: cosine, cos(π φ/arc), or uniform
+    angle: float  #: the whole arc, rad, above zero and at most π: a pin presses on one side of its bore
 
     def __post_init__(self) -> None:
         """Refuse an arc that a pin cannot press on."""
@@ -85,10 +85,10 @@ class Arc:
 class BorePressure:
     """The arcs that a pin presses on when its end of the rod is pulled and when it is pushed."""
 
-    # As in the study file: ``cosine-180``, ``uniform-120``, ``cosine-<arc>``, ``uniform-<arc>`` or
-    # ``webster`` (half cosine in tension, uniform over 120° in compression)
+    #: As in the study file: ``cosine-180``, ``uniform-120``, ``cosine-<arc>``, ``uniform-<arc>`` or
+    #: ``webster`` (half cosine in tension, uniform over 120° in compression)
     name: str
-    # tension, compression: the arc for an axial force of that sign
+    #: tension, compression: the arc for an axial force of that sign
     tension: Arc
     compression: Arc
 

@@ -24,11 +24,11 @@ _DIGITS = 9
 class CrankCycle:
     """What acts on a rod over a crank cycle."""
 
-    # engine, rod, gas: the engine, the mass properties of its rod, and what gives its gas pressure
+    #: engine, rod, gas: the engine, the mass properties of its rod, and what gives its gas pressure
     engine: Engine
     rod: MassProperties
     gas: GasModel
-    speed: float  # of the crank, rad/s
+    speed: float  #: of the crank, rad/s
 
     def at(self, crank_angles: Floats) -> EngineInstants:
         """What acts at crank angles, rad."""

@@ -28,7 +28,7 @@ from loads.slider_crank import Kinematics, kinematics
 class Vector(NamedTuple):
     """Components in the plane of motion, of the axes named where it is made."""
 
-    # x, y: one a crank angle and speed
+    #: x, y: one a crank angle and speed
     x: Floats
     y: Floats
 
@@ -37,9 +37,9 @@ class Vector(NamedTuple):
 class EngineInstants(Instants):
     """Instants of one cylinder; every array has the broadcast shape of crank angle and speed."""
 
-    motion: Kinematics  # kinematics of piston and rod
-    friction: Floats  # force of the wall on the piston along engine +x, N; `wall` is along +y
-    # shaking_x, shaking_y: force of the mechanism on the frame, gas on the head included, engine axes, N
+    motion: Kinematics  #: kinematics of piston and rod
+    friction: Floats  #: force of the wall on the piston along engine +x, N; `wall` is along +y
+    #: shaking_x, shaking_y: force of the mechanism on the frame, gas on the head included, engine axes, N
     shaking_x: Floats
     shaking_y: Floats
 
@@ -137,10 +137,10 @@ def _pin_force(
 class WholeEngine:
     """All cylinders of an in-line engine over the crank angle of the first."""
 
-    cylinders: tuple[EngineInstants, ...]  # one cycle per cylinder, all evaluated at the same instants
-    torque: Floats  # on the crank, N·mm
-    # shaking_x, shaking_y: force of the mechanism on the frame, N. Moments between cylinders are not
-    # included: they depend on the distances of the cylinders.
+    cylinders: tuple[EngineInstants, ...]  #: one cycle per cylinder, all evaluated at the same instants
+    torque: Floats  #: on the crank, N·mm
+    #: shaking_x, shaking_y: force of the mechanism on the frame, N. Moments between cylinders are not
+    #: included: they depend on the distances of the cylinders.
     shaking_x: Floats
     shaking_y: Floats
 

@@ -20,15 +20,15 @@ class Engine:
         the piston must not jam, so μ tan β < 1 over the whole turn.
     """
 
-    # crank_radius, rod_length, bore: mm; the rod is longer than the crank radius plus the pin offset
+    #: crank_radius, rod_length, bore: mm; the rod is longer than the crank radius plus the pin offset
     crank_radius: float
     rod_length: float
     bore: float
-    piston_mass: float  # piston with pin and rings, t
-    pin_offset: float = 0.0  # distance of the cylinder axis from the crank axis along engine +y (désaxé), mm
-    friction: float = 0.0  # coulomb coefficient between piston and wall
-    cylinders: int = 1  # how many; cylinder k fires `phase`·k after the first
-    phase: float = 0.0  # crank angle between consecutive cylinders, rad
+    piston_mass: float  #: piston with pin and rings, t
+    pin_offset: float = 0.0  #: distance of the cylinder axis from the crank axis along engine +y (désaxé), mm
+    friction: float = 0.0  #: coulomb coefficient between piston and wall
+    cylinders: int = 1  #: how many; cylinder k fires `phase`·k after the first
+    phase: float = 0.0  #: crank angle between consecutive cylinders, rad
 
     def __post_init__(self) -> None:
         """Refuse an engine that cannot exist or cannot turn."""

@@ -73,9 +73,9 @@ class Boyle(Ideal):
     It has no combustion and repeats every revolution (the gas force of Columba 2022).
     """
 
-    engine: Engine  # gives the volume over the crank angle
-    compression_ratio: float  # largest over smallest volume
-    atmosphere: float = ATMOSPHERE  # absolute pressure at BDC and in the crankcase, MPa
+    engine: Engine  #: gives the volume over the crank angle
+    compression_ratio: float  #: largest over smallest volume
+    atmosphere: float = ATMOSPHERE  #: absolute pressure at BDC and in the crankcase, MPa
 
     def __post_init__(self) -> None:
         """Refuse an impossible ratio or pressure."""
@@ -98,14 +98,14 @@ class Otto(Ideal):
     Strokes end at the piston's own dead centres, which a pin offset moves.
     """
 
-    engine: Engine  # gives the volume over the crank angle
-    compression_ratio: float  # largest over smallest volume
-    # Absolute pressure after combustion, MPa; None for a motored engine (compression without combustion)
+    engine: Engine  #: gives the volume over the crank angle
+    compression_ratio: float  #: largest over smallest volume
+    #: Absolute pressure after combustion, MPa; None for a motored engine (compression without combustion)
     peak: float | None = None
-    # intake, atmosphere: absolute pressures, MPa
+    #: intake, atmosphere: absolute pressures, MPa
     intake: float = ATMOSPHERE
     atmosphere: float = ATMOSPHERE
-    heat_ratio: float = HEAT_RATIO_AIR  # γ = c_p/c_v of the charge
+    heat_ratio: float = HEAT_RATIO_AIR  #: γ = c_p/c_v of the charge
 
     def __post_init__(self) -> None:
         """Refuse a cycle that thermodynamics does not allow."""

@@ -23,23 +23,23 @@ class Instants:
     instant.
     """
 
-    # pin, crank: (2, n) forces on the rod along x and y, N
+    #: pin, crank: (2, n) forces on the rod along x and y, N
     pin: Floats
     crank: Floats
-    # (2, n) of the rod frame's origin (the crank-pin centre), mm/s²; 0 for a rod at rest
+    #: (2, n) of the rod frame's origin (the crank-pin centre), mm/s²; 0 for a rod at rest
     acceleration: Floats = _ZERO
-    # angular_velocity, angular_acceleration: (n,) of the rod about +z, rad/s and rad/s²; 0 for a rod at rest
+    #: angular_velocity, angular_acceleration: (n,) of the rod about +z, rad/s and rad/s²; 0 for a rod at rest
     angular_velocity: Floats = _ZERO
     angular_acceleration: Floats = _ZERO
-    crank_angle: Floats = _UNKNOWN  # (n,) rad, with firing TDC at 2π; NaN where none belongs to the instant
-    speed: Floats = _UNKNOWN  # (n,) of the crank, rad/s; NaN where the instant is none of a crank cycle
-    # gas, wall, torque: (n,) gas force on the piston (positive towards the crank) and force of the wall on
-    # the piston (along engine +y), N; torque on the crank (positive drives it), N·mm; NaN without an engine
+    crank_angle: Floats = _UNKNOWN  #: (n,) rad, with firing TDC at 2π; NaN where none belongs to the instant
+    speed: Floats = _UNKNOWN  #: (n,) of the crank, rad/s; NaN where the instant is none of a crank cycle
+    #: gas, wall, torque: (n,) gas force on the piston (positive towards the crank) and force of the wall on
+    #: the piston (along engine +y), N; torque on the crank (positive drives it), N·mm; NaN without an engine
     gas: Floats = _UNKNOWN
     wall: Floats = _UNKNOWN
     torque: Floats = _UNKNOWN
-    # (n,) ``tension``, ``compression``, ``side``, ``bending``, ``gas``, ``given`` or ``assembly``; empty for
-    # the instants of a cycle
+    #: (n,) ``tension``, ``compression``, ``side``, ``bending``, ``gas``, ``given`` or ``assembly``; empty for
+    #: the instants of a cycle
     names: Names = _NO_NAME
 
     def __post_init__(self) -> None:

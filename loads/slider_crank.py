@@ -21,16 +21,16 @@ from loads.engine import Engine
 class Kinematics:
     """Motion of piston and rod; every array has the broadcast shape of crank angle and speed."""
 
-    # crank_angle, speed: rad; rad/s
+    #: crank_angle, speed: rad; rad/s
     crank_angle: Floats
     speed: Floats
-    # piston_position, piston_velocity, piston_acceleration: of the piston pin along engine +x from the crank
-    # axis: mm, mm/s, mm/s²
+    #: piston_position, piston_velocity, piston_acceleration: of the piston pin along engine +x from the crank
+    #: axis: mm, mm/s, mm/s²
     piston_position: Floats
     piston_velocity: Floats
     piston_acceleration: Floats
-    # rod_angle, rod_rate, rod_acceleration: β, β̇, β̈: rad, rad/s, rad/s²; β > 0 while the crank pin lies on
-    # the +y side of the cylinder axis. The rod itself turns by −β about engine +z.
+    #: rod_angle, rod_rate, rod_acceleration: β, β̇, β̈: rad, rad/s, rad/s²; β > 0 while the crank pin lies on
+    #: the +y side of the cylinder axis. The rod itself turns by −β about engine +z.
     rod_angle: Floats
     rod_rate: Floats
     rod_acceleration: Floats

@@ -31,13 +31,13 @@ class Trace:
         end, or contain a pressure that no engine reaches (the message then suggests the unit).
     """
 
-    crank_angles: Floats  # (n,) rad, increasing, within one cycle 0…4π
-    pressures: Floats  # (k, n) gauge, MPa: one row per measured speed
-    # (k,) rad/s, increasing; linear in speed between them, the nearest one outside. With one row it may be
-    # empty: the trace then holds at any speed and nothing is flagged.
+    crank_angles: Floats  #: (n,) rad, increasing, within one cycle 0…4π
+    pressures: Floats  #: (k, n) gauge, MPa: one row per measured speed
+    #: (k,) rad/s, increasing; linear in speed between them, the nearest one outside. With one row it may be
+    #: empty: the trace then holds at any speed and nothing is flagged.
     speeds: Floats
-    source: str = ""  # name of the file of a user; empty for a trace that ships
-    remarks: tuple[str, ...] = ()  # what was assumed, or looked odd, when it was read
+    source: str = ""  #: name of the file of a user; empty for a trace that ships
+    remarks: tuple[str, ...] = ()  #: what was assumed, or looked odd, when it was read
 
     def __post_init__(self) -> None:
         """Refuse a trace that is not one cycle of an engine; drop a sample that repeats the first."""

@@ -27,13 +27,13 @@ _LINES = {1: 1, 2: 8}  # gmsh's element types
 class Creases:
     """Edges of the mesh that lie on creases of the solid."""
 
-    nodes: Ints  # (n, 2) the vertices at their ends
-    # (n,) angle between the tangent planes of the two faces there, rad, at most π/2. Which way they face is
-    # not told by them (normals flip where a face is singular) but by the elements.
+    nodes: Ints  #: (n, 2) the vertices at their ends
+    #: (n,) angle between the tangent planes of the two faces there, rad, at most π/2. Which way they face is
+    #: not told by them (normals flip where a face is singular) but by the elements.
     fold: Floats
-    label: Ints  # (n,) number of the crease each belongs to
-    between: tuple[tuple[str, str], ...]  # per crease, the two faces that meet there, in words
-    # (n_nodes,) where the mesh consists of images, the original of each node, by which `nodes` count
+    label: Ints  #: (n,) number of the crease each belongs to
+    between: tuple[tuple[str, str], ...]  #: per crease, the two faces that meet there, in words
+    #: (n_nodes,) where the mesh consists of images, the original of each node, by which `nodes` count
     source: Ints | None = None
 
     def on(self, source: Ints) -> "Creases":
@@ -192,10 +192,10 @@ _AT_BORE = "rim of the joint at the bore"
 class Rim:
     """The rim of an interface or of a bolt's seat, on one of the bodies that meet there."""
 
-    name: str  # in words; the same on both bodies
-    surface: Surface  # the surface that ends there
-    edges: Ints  # (n, 2) vertices at the ends of the mesh's edges on it
-    nodes: Ints  # (n_nodes,) all nodes on it, with those amid its edges
+    name: str  #: in words; the same on both bodies
+    surface: Surface  #: the surface that ends there
+    edges: Ints  #: (n, 2) vertices at the ends of the mesh's edges on it
+    nodes: Ints  #: (n_nodes,) all nodes on it, with those amid its edges
 
 
 def rims(mesh: TetMesh) -> tuple[Rim, ...]:

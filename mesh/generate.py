@@ -124,8 +124,8 @@ def snapped(mesh: TetMesh) -> TetMesh:
 class Fine:
     """Smaller elements on a surface."""
 
-    size: float  # edge length on it, mm
-    reach: float = 0.0  # distance from the surface's edges within which the size stays, mm
+    size: float  #: edge length on it, mm
+    reach: float = 0.0  #: distance from the surface's edges within which the size stays, mm
 
 
 def mesh_body(

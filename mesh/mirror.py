@@ -16,12 +16,12 @@ from mesh.tetmesh import FACET_TURN, TET_TURN, TetMesh, numbered
 class MirroredMesh:
     """A mesh put together from reflections of a cell."""
 
-    # The whole. The cell's elements come first; the nodes stand in the order of `mesh.tetmesh`, in which a
-    # node of the cell comes before its images.
+    #: The whole. The cell's elements come first; the nodes stand in the order of `mesh.tetmesh`, in which a
+    #: node of the cell comes before its images.
     mesh: TetMesh
-    source: Ints  # (n_nodes,) the node of the cell that each node is an image of
-    element_source: Ints  # (n_elements,) the element of the cell that each element is an image of
-    # (n_nodes, 3) +1, or −1 for the components of a vector that the reflections reverse
+    source: Ints  #: (n_nodes,) the node of the cell that each node is an image of
+    element_source: Ints  #: (n_elements,) the element of the cell that each element is an image of
+    #: (n_nodes, 3) +1, or −1 for the components of a vector that the reflections reverse
     sign: npt.NDArray[np.float64]
 
     def vector(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:

@@ -25,12 +25,12 @@ Topology = dict[tuple[int, int], tuple[int, ...]]
 class Anchors:
     """Where the nodes of a mesh lie on the solid."""
 
-    # dim, tag: (n_nodes,) of the entity of lowest dimension that holds each node, by gmsh; 3 inside a volume
+    #: dim, tag: (n_nodes,) of the entity of lowest dimension that holds each node, by gmsh; 3 inside a volume
     dim: Ints
     tag: Ints
-    share: Floats  # (n_nodes,) for those on a curve, how far along it, 0 … 1 of its parameter
-    start: dict[int, int]  # by curve, the vertex where its parameter begins
-    topology: Topology  # of the solid
+    share: Floats  #: (n_nodes,) for those on a curve, how far along it, 0 … 1 of its parameter
+    start: dict[int, int]  #: by curve, the vertex where its parameter begins
+    topology: Topology  #: of the solid
 
     @property
     def closures(self) -> dict[int, set[tuple[int, int]]]:
@@ -101,8 +101,8 @@ class MovableMesh:
     weighted by the inverse square of the length, so that small elements keep their shape.
     """
 
-    mesh: TetMesh  # as it was made
-    anchors: Anchors  # where its nodes lie on its solid
+    mesh: TetMesh  #: as it was made
+    anchors: Anchors  #: where its nodes lie on its solid
 
     def moved(self) -> tuple[TetMesh, Quality] | None:
         """Return the mesh on the solid of the open model, with its quality.

@@ -16,15 +16,15 @@ LEAST_SCALED_JACOBIAN = 0.05
 class Quality:
     """Quality of a mesh."""
 
-    # Smallest Jacobian determinant of any element over its mean, after the order was raised; a lower bound
-    # over the whole element, 1 for straight-sided ones
+    #: Smallest Jacobian determinant of any element over its mean, after the order was raised; a lower bound
+    #: over the whole element, 1 for straight-sided ones
     least_scaled_jacobian: float
-    # least_shape, median_shape: mean ratio of the straight-sided elements (Liu & Joe 1994), 1 for a regular
-    # tetrahedron
+    #: least_shape, median_shape: mean ratio of the straight-sided elements (Liu & Joe 1994), 1 for a regular
+    #: tetrahedron
     least_shape: float
     median_shape: float
-    worst_at: tuple[float, float, float]  # (x, y, z) mm, the centre of the element with the least shape
-    mended: tuple[int, ...] = ()  # numbers of the elements whose curved edges were straightened
+    worst_at: tuple[float, float, float]  #: (x, y, z) mm, the centre of the element with the least shape
+    mended: tuple[int, ...] = ()  #: numbers of the elements whose curved edges were straightened
 
     @property
     def straightened(self) -> int:

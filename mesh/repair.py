@@ -29,8 +29,8 @@ _SAME = 1e-9  # of the elements' length
 class Spot:
     """A ball in which elements are no larger than `size`."""
 
-    center: tuple[float, float, float]  # (x, y, z) mm
-    # radius, size: mm
+    center: tuple[float, float, float]  #: (x, y, z) mm
+    #: radius, size: mm
     radius: float
     size: float
 
@@ -50,9 +50,9 @@ class Spot:
 class Repair:
     """Settings that differ from those of the first attempt."""
 
-    faces: frozenset[int] = frozenset()  # gmsh's tags of the faces that MeshAdapt meshes
-    spots: tuple[Spot, ...] = ()  # places with smaller elements
-    causes: tuple[str, ...] = ()  # what was wrong before each attempt, in words
+    faces: frozenset[int] = frozenset()  #: gmsh's tags of the faces that MeshAdapt meshes
+    spots: tuple[Spot, ...] = ()  #: places with smaller elements
+    causes: tuple[str, ...] = ()  #: what was wrong before each attempt, in words
 
     def __add__(self, other: "Repair") -> "Repair":
         """Return a repair that does both."""
@@ -163,11 +163,11 @@ class Attempt(Protocol):
 class Meshed:
     """A mesh and how it was made."""
 
-    # mesh, quality: the repaired mesh and its quality
+    #: mesh, quality: the repaired mesh and its quality
     mesh: TetMesh
     quality: Quality
-    repair: Repair  # settings that differ from those of the first attempt
-    warnings: tuple[str, ...]  # warnings of gmsh about this mesh
+    repair: Repair  #: settings that differ from those of the first attempt
+    warnings: tuple[str, ...]  #: warnings of gmsh about this mesh
 
 
 def repaired(

@@ -19,9 +19,9 @@ _NEIGHBOURS = 64
 class SizeField:
     """Wanted edge lengths on a mesh of the solid as it is drawn."""
 
-    points: Floats  # (n_nodes, 3), mm
-    tets: Ints  # (n_elements, 4) vertices
-    size: Floats  # (n_nodes,) wanted edge length, mm, linear in between; used at vertices only
+    points: Floats  #: (n_nodes, 3), mm
+    tets: Ints  #: (n_elements, 4) vertices
+    size: Floats  #: (n_nodes,) wanted edge length, mm, linear in between; used at vertices only
 
     def graded(self, growth: float) -> "SizeField":
         """Return the field with sizes that grow by at most `growth` per distance (mm/mm)."""
@@ -81,9 +81,9 @@ _PER_LENGTH = {
 class Refinement:
     """Faces on which elements are smaller than elsewhere."""
 
-    faces: tuple[int, ...]  # gmsh's face tags
-    size: float  # edge length on the faces, mm
-    # Distance between the edges of the faces, mm: no point on them is farther than half of it from an edge
+    faces: tuple[int, ...]  #: gmsh's face tags
+    size: float  #: edge length on the faces, mm
+    #: Distance between the edges of the faces, mm: no point on them is farther than half of it from an edge
     width: float
 
 
@@ -91,9 +91,9 @@ class Refinement:
 class Sizing:
     """Element size over the solid."""
 
-    size: float  # edge length away from refinements, mm
-    order: int = 2  # 1 or 2
-    growth: float = 0.5  # increase of the edge length per distance from a refined face, mm/mm
+    size: float  #: edge length away from refinements, mm
+    order: int = 2  #: 1 or 2
+    growth: float = 0.5  #: increase of the edge length per distance from a refined face, mm/mm
 
 
 def default_size(rod_length: float) -> float:

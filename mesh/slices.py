@@ -30,9 +30,9 @@ _CUTS = {
 class Slice:
     """A cross-section as triangles, whose corners lie on edges between nodes."""
 
-    station: float  # x of the plane, mm
-    places: Floats  # (n, 3, 2) y and z of the corners, mm
-    # ends, share: (n, 3, 2) nodes at the ends of each corner's edge; (n, 3) how far along it the corner is
+    station: float  #: x of the plane, mm
+    places: Floats  #: (n, 3, 2) y and z of the corners, mm
+    #: ends, share: (n, 3, 2) nodes at the ends of each corner's edge; (n, 3) how far along it the corner is
     ends: Ints
     share: Floats
 

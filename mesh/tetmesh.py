@@ -36,14 +36,14 @@ FROM_GMSH = {1: [0, 1, 2, 3], 2: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]}
 class TetMesh:
     """Tetrahedra of first or second order with named boundary facets."""
 
-    points: Floats  # (n_nodes, 3) coordinates, mm, rod frame
-    # (n_elements, 4) or (n_elements, 10) node numbers in VTK's order: four vertices, positively oriented,
-    # then the mid-edge nodes of `EDGES`
+    points: Floats  #: (n_nodes, 3) coordinates, mm, rod frame
+    #: (n_elements, 4) or (n_elements, 10) node numbers in VTK's order: four vertices, positively oriented,
+    #: then the mid-edge nodes of `EDGES`
     tets: Ints
-    # Per surface (n_facets, 3) or (n_facets, 6) node numbers: three vertices, then the mid-edge nodes of
-    # (0,1), (1,2), (2,0); outward orientation
+    #: Per surface (n_facets, 3) or (n_facets, 6) node numbers: three vertices, then the mid-edge nodes of
+    #: (0,1), (1,2), (2,0); outward orientation
     facets: dict[Surface, Ints] = field(default_factory=dict)
-    # (n_elements,) number of the part each element belongs to, or None if there is only one part
+    #: (n_elements,) number of the part each element belongs to, or None if there is only one part
     part: Ints | None = None
 
     @property

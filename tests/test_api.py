@@ -13,11 +13,11 @@ import pytest
 
 import fea
 from fea import analyse, load_study, run
+from fea.analysis.figures import EnvelopeFigures
 from fea.output import run_files
 from fea.output.json_file import as_dict, read_summary
 from fea.output.run_files import RunFiles, Writer
 from fea.output.text import write_text
-from fea.run.figures import EnvelopeFigures
 from geometry.errors import InvalidValue
 
 COARSE = {"rpm": 6000, "size": 14}
@@ -136,5 +136,7 @@ def test_every_public_name_is_there():
 
 
 def test_the_rooms_of_the_package_hide_no_public_name():
-    program = "import fea, fea.run.prepare; from fea import run; assert callable(fea.run) and callable(run)"
+    program = (
+        "import fea, fea.analysis.prepare; from fea import run; assert callable(fea.run) and callable(run)"
+    )
     subprocess.run([sys.executable, "-c", program], check=True)

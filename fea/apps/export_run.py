@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
+from fea.analysis.prepare import PreparedRod
 from fea.apps.report_run import prepared_again, require_same_loads
 from fea.base.note import Note, warning
 from fea.output.inp import Step, write_deck
 from fea.output.mesh_formats import FORMATS, write_mesh
 from fea.output.stored_run import StoredRun, read_run
 from fea.output.target import require_target
-from fea.run.prepare import PreparedRod
 from fea.solid.supports import clamped, determinate_restraints
 from geometry.errors import require
 from geometry.surfaces import Surface
@@ -26,8 +26,8 @@ SUFFIXES = (".inp", *FORMATS)
 class Exported:
     """What was written."""
 
-    files: tuple[Path, ...]  # where
-    notes: tuple[Note, ...]  # what the format does not carry, and what a reader must know of the file
+    files: tuple[Path, ...]  #: where
+    notes: tuple[Note, ...]  #: what the format does not carry, and what a reader must know of the file
 
 
 def export_run(folder: Path, file: Path) -> Exported:

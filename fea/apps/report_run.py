@@ -6,6 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from fea.analysis.figures import EnvelopeFigures
+from fea.analysis.motion import Known, agreeing, motion
+from fea.analysis.prepare import PreparedRod, prepare
+from fea.base.units import DEG
 from fea.machine.clock import Clock
 from fea.output.folder import REPORT, SUMMARY
 from fea.output.pictures.process import ready_to_draw
@@ -13,13 +17,9 @@ from fea.output.report.sections import marks
 from fea.output.report.write import write_report
 from fea.output.stored_run import StoredRun, read_run
 from fea.rod.given import PART, meshed_rod
-from fea.run.figures import EnvelopeFigures
-from fea.run.motion import Known, agreeing, motion
-from fea.run.prepare import PreparedRod, prepare
 from fea.solid.errors import ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError
 from fea.study.option_tables import PINS
 from fea.study.study import Study
-from fea.units import DEG
 from geometry.errors import InvalidValue, require
 from loads.instants import Instants
 from mesh.files.given import named_mesh
@@ -58,7 +58,7 @@ def _part_names(study: Study, count: int) -> Sequence[str]:
         return [next(iter(sorted(study.part_material.keys() - PINS)), PART)]
     if study.rod.cad is None:
         return ["rod", "bushing"]
-    from fea.run.forces import drawn_solid  # noqa: PLC0415 - only several parts need their solid
+    from fea.analysis.forces import drawn_solid  # noqa: PLC0415 - only several parts need their solid
 
     return [part.name for part in drawn_solid(study.rod).parts]
 

@@ -6,6 +6,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from fea.analysis.adapt import adapt_mesh
+from fea.analysis.figures import Summary
+from fea.analysis.prepare import PreparedRod
+from fea.analysis.prepare import prepare as prepared
+from fea.analysis.result import RunResult, run_result
 from fea.machine.clock import Clock
 from fea.output.folder import SUMMARY, run_folder
 from fea.output.json_file import as_dict, json_text
@@ -13,11 +18,6 @@ from fea.output.run_files import write_files
 from fea.output.target import PictureError
 from fea.output.text import write_text
 from fea.output.vtu import vtk_grid, write_vtu
-from fea.run.adapt import adapt_mesh
-from fea.run.figures import Summary
-from fea.run.prepare import PreparedRod
-from fea.run.prepare import prepare as prepared
-from fea.run.result import RunResult, run_result
 from fea.study.flags import python_flags
 from fea.study.study import DEFAULT_STUDY, Study, load_study
 from geometry.errors import require

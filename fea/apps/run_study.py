@@ -3,12 +3,12 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from fea.analysis.meshing import adaptive_mesh
 from fea.apps.places import places_of
 from fea.machine.clock import Clock
 from fea.machine.threads import imported_meanwhile
 from fea.output.pictures.process import ready_to_draw
 from fea.output.vtu import LIBRARIES
-from fea.run.meshing import adaptive_mesh
 from fea.study.study import Study
 
 if TYPE_CHECKING:

@@ -7,6 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from fea.analysis.adapt import Adapted, adapt_mesh
+from fea.analysis.figures import Summary
+from fea.analysis.many_speeds import MOST_FULL_RUNS, SpeedSweep
+from fea.analysis.result import gathered_result, run_result
+from fea.analysis.speed import SpeedResult
+from fea.analysis.speed_map import case_rows, opening_speeds, speed_map
 from fea.apps.places import Place, target_of
 from fea.apps.result import Result, result_of
 from fea.machine.clock import Clock
@@ -14,12 +20,6 @@ from fea.output.folder import run_folder
 from fea.output.pictures.animation import filmed, write_film
 from fea.output.text import write_text
 from fea.rod.meshed_rod import MeshedRod
-from fea.run.adapt import Adapted, adapt_mesh
-from fea.run.figures import Summary
-from fea.run.many_speeds import MOST_FULL_RUNS, SpeedSweep
-from fea.run.result import gathered_result, run_result
-from fea.run.speed import SpeedResult
-from fea.run.speed_map import case_rows, opening_speeds, speed_map
 from fea.study.study import Study
 
 # Beside the folders of several speeds.
@@ -32,10 +32,10 @@ class WrittenRun:
     """One speed's run in its folder."""
 
     folder: Path
-    summary: Summary  # what its `summary.json` says
-    without_pictures: str = ""  # why pictures or the animation are missing although they were asked for
-    film: Path | None = None  # the animation's file
-    frames: bytes = b""  # what it holds
+    summary: Summary  #: what its `summary.json` says
+    without_pictures: str = ""  #: why pictures or the animation are missing although they were asked for
+    film: Path | None = None  #: the animation's file
+    frames: bytes = b""  #: what it holds
 
 
 def write_runs(

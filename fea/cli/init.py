@@ -27,7 +27,7 @@ def init(file: Path = Path("study.toml"), *, engine: str | None = None) -> None:
     if engine is None:
         text = template()
     else:
-        from fea.run.engine_study import engine_study
+        from fea.analysis.engine_study import engine_study
 
         text = engine_study(engine)
     try:

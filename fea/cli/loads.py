@@ -31,8 +31,8 @@ def loads(
     plot
         Plot the cycle to this file (.png, .pdf, .svg).
     """
+    from fea.analysis.forces import study_forces
     from fea.output.target import require_target
-    from fea.run.forces import study_forces
 
     require_target("--csv", csv, (".csv",))
     require_target("--plot", plot, (".png", ".pdf", ".svg"))
@@ -40,8 +40,8 @@ def loads(
     _keep_trace(asked, csv)
     reports = study_forces(asked, every_cylinder=cylinders == "all")
     if csv is not None:
+        from fea.analysis.forces import stacked
         from fea.output.columns_csv import write_columns
-        from fea.run.forces import stacked
 
         write_columns(csv, stacked(reports))
     if plot is not None:

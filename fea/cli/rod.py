@@ -46,7 +46,7 @@ def rod(
     """
     asked = flags.applied(load_study(study))
     if fit is not None:
-        from fea.run.rod_report import fitted
+        from fea.analysis.rod_report import fitted
 
         table, best = fitted(asked, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
         if json:
@@ -62,7 +62,7 @@ def rod(
             sys.stderr.write(f"fea: {best.text()}. The printed rod comes closest to the targets\n")
         return 0 if best.met else CHECK_FAILED
 
-    from fea.run.rod_report import rod_report
+    from fea.analysis.rod_report import rod_report
 
     _require_plain(step, mass_kg, center_of_gravity_mm, inertia_kg_m2)
     figures, mesh = rod_report(asked)
@@ -120,8 +120,8 @@ def modes(
     vtu
         Write the mode shapes to this .vtu file, which `fea view` can draw.
     """
+    from fea.analysis.modes import modes_report
     from fea.output.target import require_target
-    from fea.run.modes import modes_report
 
     require_target("--vtu", vtu, (".vtu",))
     report = modes_report(flags.applied(load_study(study)), count)

@@ -9,7 +9,7 @@ from fea.study.flags import NO_FLAGS, Flags
 from fea.study.study import DEFAULT_STUDY, load_study
 
 if TYPE_CHECKING:
-    from fea.run.figures import Summary
+    from fea.analysis.figures import Summary
 
 
 @takes()
@@ -50,7 +50,7 @@ def run(
 
 def verdict(summaries: "list[Summary]", min_safety: float | None) -> int:
     """Exit code of finished runs: a failed check takes precedence over a low safety factor."""
-    from fea.run.survival import Answer
+    from fea.analysis.survival import Answer
 
     if not all(summary.trusted for summary in summaries):
         return CHECK_FAILED

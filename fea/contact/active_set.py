@@ -29,13 +29,13 @@ BALANCE = 1e-9
 class Contact:
     """A solution."""
 
-    pressure: Floats  # λ (n,), not negative, MPa
-    motion: Floats  # d (m,)
-    gap: Floats  # w (n,), the moments of the gap; rounding where the pressure is positive
-    changes: int  # how many contact areas were tried
-    # Largest overlap, or gap under pressure, relative to the largest part that the gap is made of
+    pressure: Floats  #: λ (n,), not negative, MPa
+    motion: Floats  #: d (m,)
+    gap: Floats  #: w (n,), the moments of the gap; rounding where the pressure is positive
+    changes: int  #: how many contact areas were tried
+    #: Largest overlap, or gap under pressure, relative to the largest part that the gap is made of
     residual: float
-    imbalance: float  # largest error of the resultants, relative to them
+    imbalance: float  #: largest error of the resultants, relative to them
 
     @property
     def values(self) -> Floats:

@@ -27,20 +27,20 @@ from geometry.arrays import Floats, Ints
 class Warming:
     """A uniform change of temperature."""
 
-    displacement: Floats  # (3 n_nodes,) free expansion of the parts on the cell, mm
-    bolts: Floats  # (n_bolts,) free expansion of each bolt of the cell over its grip, mm
-    pins: Sequence[float]  # radial expansion of each pin, mm
+    displacement: Floats  #: (3 n_nodes,) free expansion of the parts on the cell, mm
+    bolts: Floats  #: (n_bolts,) free expansion of each bolt of the cell over its grip, mm
+    pins: Sequence[float]  #: radial expansion of each pin, mm
 
 
 @dataclass(frozen=True)
 class InterfaceVertices:
     """The vertices of all mating faces and of their images across y = 0."""
 
-    normal: Ints  # (k,) unknowns that are their pressures
-    shear: Ints  # (k, 2) unknowns that are their shear stresses; −1 where there is none
-    face: Ints  # (k,) number of the face
-    place: Floats  # (k, 3) mm
-    area: Floats  # (k,) that belongs to each on the whole body, mm²
+    normal: Ints  #: (k,) unknowns that are their pressures
+    shear: Ints  #: (k, 2) unknowns that are their shear stresses; −1 where there is none
+    face: Ints  #: (k,) number of the face
+    place: Floats  #: (k, 3) mm
+    area: Floats  #: (k,) that belongs to each on the whole body, mm²
 
     @classmethod
     def of(cls, problem: ContactProblem) -> "InterfaceVertices":

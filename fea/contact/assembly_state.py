@@ -18,29 +18,29 @@ Place = tuple[float, float, float]
 class BoltState:
     """A bolt, or a pair of them that are images about z = 0."""
 
-    at: Place  # where its axis meets the joint, mm
-    force: float  # of each, N
-    count: int  # one, or two for a pair
+    at: Place  #: where its axis meets the joint, mm
+    force: float  #: of each, N
+    count: int  #: one, or two for a pair
 
 
 @dataclass(frozen=True, kw_only=True)
 class FaceState:
     """An interface between two parts."""
 
-    area: float  # mm²
-    force: float  # sum of pressure times area, N: of a plane joint, the force that clamps it
-    # least, largest: of the pressures at the vertices, MPa; 0 where the parts have parted
+    area: float  #: mm²
+    force: float  #: sum of pressure times area, N: of a plane joint, the force that clamps it
+    #: least, largest: of the pressures at the vertices, MPa; 0 where the parts have parted
     least: float
     largest: float
-    open_share: float  # of the area
-    opening: float  # largest gap, mm
-    opening_at: Place | None  # where that is; None where nothing has opened
-    slipping_share: float  # of the area that touches, where friction is used up
-    slip: float  # largest, since the parts were put together, mm
-    shear: float  # resultant of the shear stresses on a plane joint, N; 0 on a cylindrical seat
-    friction: float  # what friction can carry, N
-    # Of the joint: the least pressure at the edge of the bore, MPa; 0 where it has opened there. None for
-    # other interfaces.
+    open_share: float  #: of the area
+    opening: float  #: largest gap, mm
+    opening_at: Place | None  #: where that is; None where nothing has opened
+    slipping_share: float  #: of the area that touches, where friction is used up
+    slip: float  #: largest, since the parts were put together, mm
+    shear: float  #: resultant of the shear stresses on a plane joint, N; 0 on a cylindrical seat
+    friction: float  #: what friction can carry, N
+    #: Of the joint: the least pressure at the edge of the bore, MPa; 0 where it has opened there. None for
+    #: other interfaces.
     edge_pressure: float | None = None
 
     @property
@@ -58,8 +58,8 @@ class FaceState:
 class AssemblyState:
     """Bolts and interfaces under one load."""
 
-    bolts: tuple[BoltState, ...]  # all bolts, once each
-    faces: Mapping[Surface, FaceState]  # interfaces by their first surface
+    bolts: tuple[BoltState, ...]  #: all bolts, once each
+    faces: Mapping[Surface, FaceState]  #: interfaces by their first surface
 
     @property
     def bolt_force(self) -> float:
@@ -80,10 +80,10 @@ class AssemblyState:
 class Touch:
     """Contact of a pin with its bore."""
 
-    pressure: float  # the largest, MPa
-    angle: float  # where it is, about the bore's axis from rod +x, rad
-    z: float  # where it is along the bore, mm
-    arc: float  # angle around the bore over which they touch anywhere, to the distance of two vertices, rad
+    pressure: float  #: the largest, MPa
+    angle: float  #: where it is, about the bore's axis from rod +x, rad
+    z: float  #: where it is along the bore, mm
+    arc: float  #: angle around the bore over which they touch anywhere, to the distance of two vertices, rad
 
     @classmethod
     def of(cls, pressure: Floats, angle: Floats, z: Floats) -> "Touch":

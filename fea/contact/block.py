@@ -21,7 +21,7 @@ _WEAK, NOTHING = 1e-6, 1e-11
 class Effects:
     """What pressures of the pins and slips do to gaps and stresses."""
 
-    # A, B, S: (n_p, n_p), (n_J, n_p), (n_J, n_J), as in `fea.contact.condensed`
+    #: A, B, S: (n_p, n_p), (n_J, n_p), (n_J, n_J), as in `fea.contact.condensed`
     A: Floats
     B: Floats
     S: Floats
@@ -70,15 +70,15 @@ class Effects:
 class Block:
     """Some of the unknowns, by their numbers in the whole problem, and what is between them."""
 
-    # pins, interface, motions, sites: (n_p,) of the pins' pressures; (n_J,) of stresses between parts and
-    # bolt forces; (m,) of the motions that only the pins resist; (k,) of the places
+    #: pins, interface, motions, sites: (n_p,) of the pins' pressures; (n_J,) of stresses between parts and
+    #: bolt forces; (m,) of the motions that only the pins resist; (k,) of the places
     pins: Ints
     interface: Ints
     motions: Ints
     sites: Ints
-    effects: Effects  # of these pressures and slips
-    R: Floats  # (n_p, m) moments of the motions
-    places: Places  # where parts touch, by positions in `interface`
+    effects: Effects  #: of these pressures and slips
+    R: Floats  #: (n_p, m) moments of the motions
+    places: Places  #: where parts touch, by positions in `interface`
 
     @classmethod
     def whole(cls, condensed: CondensedInterface, R: Floats, places: Places) -> "Block":
@@ -213,9 +213,9 @@ class Product:
 class Coupling:
     """What pressures and slips of one block do to another."""
 
-    by: int  # the number of the other block
-    # gap_by_pins, gap_by_slip, stress_by_pins, stress_by_slip: (n_p, n_p'), (n_p, n_J'), (n_J, n_p'), (n_J,
-    # n_J')
+    by: int  #: the number of the other block
+    #: gap_by_pins, gap_by_slip, stress_by_pins, stress_by_slip: (n_p, n_p'), (n_p, n_J'), (n_J, n_p'), (n_J,
+    #: n_J')
     gap_by_pins: Product
     gap_by_slip: Product
     stress_by_pins: Product
@@ -252,8 +252,8 @@ class Coupling:
 class Blocks:
     """A problem in blocks."""
 
-    blocks: tuple[Block, ...]  # that hardly know of each other
-    couplings: tuple[tuple[Coupling, ...], ...]  # for each block, what the others do to it
+    blocks: tuple[Block, ...]  #: that hardly know of each other
+    couplings: tuple[tuple[Coupling, ...], ...]  #: for each block, what the others do to it
 
     @classmethod
     def of(cls, whole: Block) -> "Blocks":

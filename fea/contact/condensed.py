@@ -28,19 +28,19 @@ class CondensedInterface:
     The private ones are the terms of `motions`.
     """
 
-    # pins, interface: (n_p,), (n_J,) numbers of the unknowns: pressures of the pins; stresses between parts
-    # and bolt forces
+    #: pins, interface: (n_p,), (n_J,) numbers of the unknowns: pressures of the pins; stresses between parts
+    #: and bolt forces
     pins: Ints
     interface: Ints
-    # A, B, S: (n_p, n_p), (n_J, n_p), (n_J, n_J) as in the module's description
+    #: A, B, S: (n_p, n_p), (n_J, n_p), (n_J, n_J) as in the module's description
     A: Floats
     B: Floats
     S: Floats
-    # G, V: (n_p, k), (n_J, k) of the forces (k,) of other loads along the motions of the parts
+    #: G, V: (n_p, k), (n_J, k) of the forces (k,) of other loads along the motions of the parts
     G: Floats
     V: Floats
-    # (n_p, m) moments of motions that only the pins resist, and (m, k) their share in the motions of the
-    # parts
+    #: (n_p, m) moments of motions that only the pins resist, and (m, k) their share in the motions of the
+    #: parts
     free: tuple[Floats, Floats]
     _back: Floats
     _share: Floats

@@ -33,14 +33,14 @@ _AXES = 3
 class Pin:
     """A pin in the middle of its bore, symmetric about z = 0."""
 
-    # radius, inner_radius: mm; 0 inside for a solid pin
+    #: radius, inner_radius: mm; 0 inside for a solid pin
     radius: float
     inner_radius: float
-    touching: float  # half of the length over which it may touch the bore, mm
-    # Distances from the middle between which its supports carry it, mm; None for a slice of a long pin (plane
-    # strain)
+    touching: float  #: half of the length over which it may touch the bore, mm
+    #: Distances from the middle between which its supports carry it, mm; None for a slice of a long pin
+    #: (plane strain)
     carried: tuple[float, float] | None
-    # youngs_modulus, poissons_ratio: E, MPa, and ν
+    #: youngs_modulus, poissons_ratio: E, MPa, and ν
     youngs_modulus: float
     poissons_ratio: float
 
@@ -49,9 +49,9 @@ class Pin:
 class Harmonic:
     """The pin's answer to pressures of one harmonic."""
 
-    order: int  # n
-    compliance: Floats  # (n_z, n_z) inward displacement at the stations, mm, of forces that work on it, N
-    carried: Floats  # (n_z,) inward displacement of a pressure cos nφ of 1 MPa on the supports, mm
+    order: int  #: n
+    compliance: Floats  #: (n_z, n_z) inward displacement at the stations, mm, of forces that work on it, N
+    carried: Floats  #: (n_z,) inward displacement of a pressure cos nφ of 1 MPa on the supports, mm
 
 
 @cache

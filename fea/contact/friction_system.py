@@ -38,9 +38,9 @@ Trials = dict[int, Trial]
 class Load:
     """What acts at the end of a step."""
 
-    gap: Floats  # g (n,), moments of the gap that everything but the unknowns leaves
-    pins: Floats  # (m,) resultants along the free motions of the pins
-    parts: Floats  # (k,) resultants of other loads along the free motions of the parts
+    gap: Floats  #: g (n,), moments of the gap that everything but the unknowns leaves
+    pins: Floats  #: (m,) resultants along the free motions of the pins
+    parts: Floats  #: (k,) resultants of other loads along the free motions of the parts
 
     def halfway(self, other: "Load") -> "Load":
         """Return the load between this one and another."""
@@ -51,15 +51,15 @@ class Load:
 class ContactState:
     """The end of a step."""
 
-    load: Load  # at the end
-    values: Floats  # λ (n,): pressures and shear stresses, MPa, and bolt forces, N
-    # y_J (n_J,), moments of the gaps and slips of the interfaces since the parts were put together
+    load: Load  #: at the end
+    values: Floats  #: λ (n,): pressures and shear stresses, MPa, and bolt forces, N
+    #: y_J (n_J,), moments of the gaps and slips of the interfaces since the parts were put together
     gap: Floats
-    guess: Guess  # what touches, opens and slips
-    loose: Floats  # (m,) motions of the parts that only the pins resist
-    residual: float  # largest violation of contact or friction, relative to the largest stress
-    imbalance: float  # largest error of the resultants of the pins, relative to them
-    changes: int  # how many states were tried
+    guess: Guess  #: what touches, opens and slips
+    loose: Floats  #: (m,) motions of the parts that only the pins resist
+    residual: float  #: largest violation of contact or friction, relative to the largest stress
+    imbalance: float  #: largest error of the resultants of the pins, relative to them
+    changes: int  #: how many states were tried
 
 
 class FrictionSystem:

@@ -12,11 +12,11 @@ from geometry.arrays import Floats, Ints, Mask
 class Places:
     """Where parts touch, by the positions of its unknowns in `CondensedInterface.interface`."""
 
-    normal: Ints  # (k,) of the pressure, or of a bolt's force
-    tangential: Ints  # (k, 2) of the shear stresses; −1 where there is none
-    friction: Floats  # (k,) coefficient μ
-    bolt: Mask  # (k,) which are bolts
-    rubbing: Mask  # (k,) where friction decides on slip; elsewhere slip is given or there is no shear stress
+    normal: Ints  #: (k,) of the pressure, or of a bolt's force
+    tangential: Ints  #: (k, 2) of the shear stresses; −1 where there is none
+    friction: Floats  #: (k,) coefficient μ
+    bolt: Mask  #: (k,) which are bolts
+    rubbing: Mask  #: (k,) where friction decides on slip; elsewhere slip is given or there is no shear stress
 
     @property
     def size(self) -> int:
@@ -37,12 +37,12 @@ class Places:
 class Guess:
     """What touches, opens and slips."""
 
-    touching: Mask  # (n_p,) which pressures of the pins act
-    # opened, slipping: (k,) which places are open; which slip
+    touching: Mask  #: (n_p,) which pressures of the pins act
+    #: opened, slipping: (k,) which places are open; which slip
     opened: Mask
     slipping: Mask
-    direction: Floats  # (k, 2) of the shear stress where they slip
-    ratio: Floats  # (k,) friction over the length that `direction` was found from, at most 1
+    direction: Floats  #: (k, 2) of the shear stress where they slip
+    ratio: Floats  #: (k,) friction over the length that `direction` was found from, at most 1
 
     def of(self, pins: Ints, sites: Ints) -> "Guess":
         """Return what it says of some pressures of the pins and some places."""
@@ -80,11 +80,11 @@ class Guess:
 class Offsets:
     """The sticking state under a load, without any pressure of the pins."""
 
-    stress: Floats  # λ_J (n_J,)
-    pin_gap: Floats  # (n_p,) moments of the gaps of the pins
-    forces: Floats  # (m,) resultants along the motions that only the pins resist
-    gap: Floats  # y_J (n_J,) at the beginning of the step
-    least: float = 1e-300  # size of the stresses elsewhere, MPa: what is little beside them is nothing
+    stress: Floats  #: λ_J (n_J,)
+    pin_gap: Floats  #: (n_p,) moments of the gaps of the pins
+    forces: Floats  #: (m,) resultants along the motions that only the pins resist
+    gap: Floats  #: y_J (n_J,) at the beginning of the step
+    least: float = 1e-300  #: size of the stresses elsewhere, MPa: what is little beside them is nothing
 
     def of(self, pins: Ints, interface: Ints, motions: Ints) -> "Offsets":
         """Offsets of some of the unknowns and motions."""

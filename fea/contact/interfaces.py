@@ -65,16 +65,16 @@ class Interface(ABC):
 class PinInBore(Interface):
     """A pin in a bore whose axis is parallel to z."""
 
-    multipliers: Multipliers  # the pressures on the bore
-    center: tuple[float, float]  # (x, z) of the middle of the bore and of the pin, mm
-    clearance: float  # radius of the bore minus that of the pin, mm; negative for a press fit
-    pin: Pin | None  # None for a rigid one
-    # cut_y, cut_z: whether the cell represents its mirror images about y = 0, z = 0
+    multipliers: Multipliers  #: the pressures on the bore
+    center: tuple[float, float]  #: (x, z) of the middle of the bore and of the pin, mm
+    clearance: float  #: radius of the bore minus that of the pin, mm; negative for a press fit
+    pin: Pin | None  #: None for a rigid one
+    #: cut_y, cut_z: whether the cell represents its mirror images about y = 0, z = 0
     cut_y: bool
     cut_z: bool
-    # Length and radial depth of the relief at either end of the bore, mm: it widens like a parabola
+    #: Length and radial depth of the relief at either end of the bore, mm: it widens like a parabola
     relief: tuple[float, float] | None = None
-    # Highest one of an elastic pin's deflection; by default what the facets can follow
+    #: Highest one of an elastic pin's deflection; by default what the facets can follow
     harmonics: int | None = None
 
     @property
@@ -142,8 +142,8 @@ class PinInBore(Interface):
 class Deflection:
     """Inward displacement of an elastic pin, as moments on the cell."""
 
-    compliance: dict[Parity, Floats]  # per parity (n, n), of pressures on the bore
-    # Per parity (n, n_orders), of pressures of 1 MPa times cos nφ or sin nφ on the supports
+    compliance: dict[Parity, Floats]  #: per parity (n, n), of pressures on the bore
+    #: Per parity (n, n_orders), of pressures of 1 MPa times cos nφ or sin nφ on the supports
     carried: dict[Parity, Floats]
 
     @classmethod
@@ -201,13 +201,13 @@ class MatingFaces(Interface):
     side against it.
     """
 
-    name: str  # of the interface
-    # Pressures on the first side, then shear stresses along z and along the tangent square to it, which
-    # reverses under reflection about y = 0; each with the vertices (m,) that have it
+    name: str  #: of the interface
+    #: Pressures on the first side, then shear stresses along z and along the tangent square to it, which
+    #: reverses under reflection about y = 0; each with the vertices (m,) that have it
     kinds: tuple[tuple[Multipliers, Ints], ...]
-    # The surface of the second side, and (n_facets, n_facet_nodes) its facets in the order of the first
+    #: The surface of the second side, and (n_facets, n_facet_nodes) its facets in the order of the first
     opposite: tuple[Surface, Ints]
-    # By how much the parts overlap before they are put together, normal to the face, mm
+    #: By how much the parts overlap before they are put together, normal to the face, mm
     interference: float = 0.0
 
     @classmethod
@@ -306,10 +306,10 @@ class BoltPull(Interface):
     """A bolt on the cell, or one of a pair of images about z = 0."""
 
     name: str
-    nodal_forces: Floats  # (3 n_nodes,) on the cell, of a bolt force of 1 N
-    share: float  # of the bolt that belongs to the cell: one half if the plane z = 0 cuts it
-    stiffness: float  # of what the mesh does not hold, head, shank and thread, N/mm
-    traction: dict[Surface, Floats]  # per surface (n_nodes, 3) of a bolt force of 1 N, MPa
+    nodal_forces: Floats  #: (3 n_nodes,) on the cell, of a bolt force of 1 N
+    share: float  #: of the bolt that belongs to the cell: one half if the plane z = 0 cuts it
+    stiffness: float  #: of what the mesh does not hold, head, shank and thread, N/mm
+    traction: dict[Surface, Floats]  #: per surface (n_nodes, 3) of a bolt force of 1 N, MPa
 
     @classmethod
     def of(

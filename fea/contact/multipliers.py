@@ -31,13 +31,13 @@ class Multipliers:
     """Pressures on one surface of a cell, linear over its facets."""
 
     surface: Surface
-    facets: Ints  # (n_facets, n_facet_nodes) nodes of the cell
-    nodes: Ints  # (n,) their vertices in ascending order: the nodes of the cell that the pressures belong to
-    corners: Ints  # (n_facets, 3) vertices of each facet, as positions in `nodes`
-    places: Floats  # (n_facets, n_points, 3) quadrature points, mm
-    areas: Floats  # (n_facets, n_points) weight times area, mm²
-    direction: Direction  # in which a pressure pushes
-    on_y: Mask  # (n,) which of the vertices lie on the mirror plane y = 0 that the cell is cut at
+    facets: Ints  #: (n_facets, n_facet_nodes) nodes of the cell
+    nodes: Ints  #: (n,) their vertices in ascending order: the nodes of the cell that the pressures belong to
+    corners: Ints  #: (n_facets, 3) vertices of each facet, as positions in `nodes`
+    places: Floats  #: (n_facets, n_points, 3) quadrature points, mm
+    areas: Floats  #: (n_facets, n_points) weight times area, mm²
+    direction: Direction  #: in which a pressure pushes
+    on_y: Mask  #: (n,) which of the vertices lie on the mirror plane y = 0 that the cell is cut at
 
     @classmethod
     def of(cls, mesh: TetMesh, surface: Surface, direction: Direction) -> "Multipliers":

@@ -27,10 +27,10 @@ class Law:
     the stiffness times the slip, and the derivative of that direction.
     """
 
-    moving: Ints  # (n,) positions of these gaps in the block: first of what is open, then of what slips
-    # D L D⁻¹ (n, n_J); None where nothing slips, so that it selects `moving`
+    moving: Ints  #: (n,) positions of these gaps in the block: first of what is open, then of what slips
+    #: D L D⁻¹ (n, n_J); None where nothing slips, so that it selects `moving`
     weights: sparse.csr_array | None
-    give: tuple[Ints, Ints, Floats]  # rows, columns and values of D K D (n, n) where it is not zero
+    give: tuple[Ints, Ints, Floats]  #: rows, columns and values of D K D (n, n) where it is not zero
 
     def of_rows(self, values: Floats) -> Floats:
         """D L D⁻¹ times values (n_J, …)."""
@@ -79,27 +79,27 @@ class Law:
 class Solution(NamedTuple):
     """What solves it."""
 
-    pressure: Floats  # (n_p,) of the pins, MPa
-    motion: Floats  # (m,) of the pins
-    moved: Floats  # (n_J,) change of the gaps in the step
-    stress: Floats  # λ_J (n_J,)
-    pin_gap: Floats  # (n_p,) moments of the gaps of the pins
+    pressure: Floats  #: (n_p,) of the pins, MPa
+    motion: Floats  #: (m,) of the pins
+    moved: Floats  #: (n_J,) change of the gaps in the step
+    stress: Floats  #: λ_J (n_J,)
+    pin_gap: Floats  #: (n_p,) moments of the gaps of the pins
 
 
 @dataclass(frozen=True)
 class Linear:
     """The pressures of the pins that touch, the gaps of what opens or slips, and the motions of the pins."""
 
-    # block, guess, law: what it belongs to, and the law of the gaps
+    #: block, guess, law: what it belongs to, and the law of the gaps
     block: Block
     guess: Guess
     law: Law
-    active: Ints  # (n_a,) which pressures of the pins act
-    matrix: Floats  # (n, n)
-    # by_pins, by_slip: (n_J, n_a), (n_J, n_d) what pressures and gaps do to the stresses between the parts
+    active: Ints  #: (n_a,) which pressures of the pins act
+    matrix: Floats  #: (n, n)
+    #: by_pins, by_slip: (n_J, n_a), (n_J, n_d) what pressures and gaps do to the stresses between the parts
     by_pins: Floats
     by_slip: Floats
-    reach: Floats  # (m,) the scale of the motions
+    reach: Floats  #: (m,) the scale of the motions
 
     @classmethod
     def of(cls, block: Block, guess: Guess) -> "Linear":
@@ -162,10 +162,10 @@ ROUNDING = 1e-11
 class Exact(NamedTuple):
     """How exactly laws shall hold, relative to the largest stress."""
 
-    violation: float = ROUNDING  # of contact and friction
-    # Error of the shear stress where places slip, which Newton's method makes small at once
+    violation: float = ROUNDING  #: of contact and friction
+    #: Error of the shear stress where places slip, which Newton's method makes small at once
     direction: float = 1e-9
-    # Pressure between parts that are not solved for, MPa: what is nothing beside it is nothing at all
+    #: Pressure between parts that are not solved for, MPa: what is nothing beside it is nothing at all
     elsewhere: float = 0.0
 
 
@@ -176,11 +176,11 @@ EXACT = Exact()
 class Trial:
     """The solution of a guess."""
 
-    # linear, offsets: the problem that is solved, and under what load
+    #: linear, offsets: the problem that is solved, and under what load
     linear: Linear
     offsets: Offsets
-    solution: Solution  # what solves it
-    factor: Factor | None  # of its matrix, or of one nearby
+    solution: Solution  #: what solves it
+    factor: Factor | None  #: of its matrix, or of one nearby
 
     @classmethod
     def of(cls, block: Block, offsets: Offsets, guess: Guess, last: "Trial | None" = None) -> "Trial":

@@ -28,13 +28,13 @@ class Bolt(BoltShape):
     """One of the equal bolts of a cap, tightened."""
 
     strength: BoltStrength
-    # Force over the elongation of what is not in the solid mesh: head, shank, free and engaged thread, and
-    # the threads of nut or hole, N/mm
+    #: Force over the elongation of what is not in the solid mesh: head, shank, free and engaged thread, and
+    #: the threads of nut or hole, N/mm
     stiffness: float
-    thread_friction: float  # μ_G
-    rolled: ThreadRolled  # when the thread was rolled
-    assembly_preload: float  # force after tightening, before embedding, N
-    preload: float  # the same, less what embedding takes of it
+    thread_friction: float  #: μ_G
+    rolled: ThreadRolled  #: when the thread was rolled
+    assembly_preload: float  #: force after tightening, before embedding, N
+    preload: float  #: the same, less what embedding takes of it
 
     @property
     def proof_load(self) -> float:
@@ -69,17 +69,17 @@ class Bolt(BoltShape):
 class BoltResult:
     """A bolt over load cases or a cycle."""
 
-    # largest_force, least_force: N, and their places in the sequence
+    #: largest_force, least_force: N, and their places in the sequence
     largest_force: float
     least_force: float
     largest_at: int
     least_at: int
-    amplitude: float  # σ_a in the thread, MPa
-    endurance: float  # σ_AS, MPa, at the mean force
-    tightening_use: float  # von Mises stress at the end of tightening over the yield strength
-    working_safety: float  # S_F: yield strength over the von Mises stress at the largest force
-    proof_use: float  # largest force over the proof load
-    seat_pressure: float  # largest pressure under head or nut, MPa
+    amplitude: float  #: σ_a in the thread, MPa
+    endurance: float  #: σ_AS, MPa, at the mean force
+    tightening_use: float  #: von Mises stress at the end of tightening over the yield strength
+    working_safety: float  #: S_F: yield strength over the von Mises stress at the largest force
+    proof_use: float  #: largest force over the proof load
+    seat_pressure: float  #: largest pressure under head or nut, MPa
 
     @property
     def fatigue_safety(self) -> float:

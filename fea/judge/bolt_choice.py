@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from fea.base.choices import ThreadRolled
 from fea.base.material import Material
 from fea.base.note import Note, assumptions, warning, warnings
+from fea.base.units import KN, N_M, UM
 from fea.judge.bolt import Bolt
 from fea.judge.bolt_shape import Assumed, BoltSeats, BoltShape, bolt_shape
 from fea.judge.vdi2230 import (
@@ -22,7 +23,6 @@ from fea.judge.vdi2230 import (
 from fea.study.assembly_table import BOLT, DEFAULT_GRADE, AssemblyTable, bolt_material
 from fea.study.bolts import PROOF_RATIO, BoltStrength, bolt_strength
 from fea.study.material_table import MaterialTable
-from fea.units import KN, N_M, UM
 from geometry.errors import require
 
 _BOLTS = "bolts"
@@ -112,9 +112,9 @@ class ChosenBolt:
     """A bolt, and what a reader must know of it."""
 
     bolt: Bolt
-    compliance: BoltCompliance  # its parts
-    parts_compliance: float  # δ_P of the clamped parts by VDI 2230's deformation cone, mm/N, for comparison
-    torque: float  # that gives its preload, N·mm
+    compliance: BoltCompliance  #: its parts
+    parts_compliance: float  #: δ_P of the clamped parts by VDI 2230's deformation cone, mm/N, for comparison
+    torque: float  #: that gives its preload, N·mm
     notes: tuple[Note, ...]
 
     @property

@@ -29,13 +29,13 @@ _ROOM = 0.98
 class BoltSeats:
     """A hole through cap and rod, with plane seats around it."""
 
-    hole: float  # diameter, mm
-    # From the head's seat to the far seat, or to the end of a hole that does not go through, mm
+    hole: float  #: diameter, mm
+    #: From the head's seat to the far seat, or to the end of a hole that does not go through, mm
     length: float
-    cap: float  # from the head's seat to the joint, mm
-    room: float  # largest radius of a seat around the axis, mm
-    outer: float  # diameter of a cylinder around the axis that the clamped parts fill, mm
-    through: bool = True  # whether there is a far seat for a nut
+    cap: float  #: from the head's seat to the joint, mm
+    room: float  #: largest radius of a seat around the axis, mm
+    outer: float  #: diameter of a cylinder around the axis that the clamped parts fill, mm
+    through: bool = True  #: whether there is a far seat for a nut
 
 
 def seats_of(rod: Rod) -> BoltSeats:
@@ -71,14 +71,14 @@ class BoltShape:
     """A bolt in its seats; lengths in mm."""
 
     thread: Thread
-    grip: float  # from the seat of the head to that of the nut, or to the first thread that carries
-    engaged: float  # length of thread in the rod from the end of the grip; 0 with a nut
-    # Outer diameters of the seats; that of the nut is 0 for a screw in a threaded hole
+    grip: float  #: from the seat of the head to that of the nut, or to the first thread that carries
+    engaged: float  #: length of thread in the rod from the end of the grip; 0 with a nut
+    #: Outer diameters of the seats; that of the nut is 0 for a screw in a threaded hole
     head_diameter: float
     nut_diameter: float
     shank_diameter: float
-    free_thread: float  # length of thread in the grip; the rest is shank
-    hole: float  # its diameter
+    free_thread: float  #: length of thread in the grip; the rest is shank
+    hole: float  #: its diameter
 
     @property
     def least_diameter(self) -> float:

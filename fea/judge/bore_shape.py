@@ -18,8 +18,8 @@ _DIRECTIONS = np.linspace(0.0, np.pi, 181)
 class BoreShape:
     """Change of a bore's diameter, mean along the bore."""
 
-    direction: Floats  # (n,) from rod +x, 0 … π, rad
-    change: Floats  # (n,) of the diameter in that direction, mm
+    direction: Floats  #: (n,) from rod +x, 0 … π, rad
+    change: Floats  #: (n,) of the diameter in that direction, mm
 
     @property
     def widest(self) -> tuple[float, float]:

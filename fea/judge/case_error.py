@@ -18,13 +18,13 @@ from geometry.surfaces import Surface
 class CaseError:
     """Estimated errors of the fields of one load case."""
 
-    # Per part (n_nodes,) error of the von Mises stress, MPa; NaN at nodes outside the part
+    #: Per part (n_nodes,) error of the von Mises stress, MPa; NaN at nodes outside the part
     part_von_mises: tuple[Floats, ...]
-    # (n_elements,) energy norm of the error in each element over that of the solution in the whole rod, in
-    # percent: the root of the sum of squares is the error of the whole
+    #: (n_elements,) energy norm of the error in each element over that of the solution in the whole rod, in
+    #: percent: the root of the sum of squares is the error of the whole
     element_percent: Floats
-    masked: Mask  # (n_nodes,) near stress singularities, where the exact stress is infinite
-    # (n_nodes,) those of them that are near an edge, which on a finer mesh may turn out to be rounded
+    masked: Mask  #: (n_nodes,) near stress singularities, where the exact stress is infinite
+    #: (n_nodes,) those of them that are near an edge, which on a finer mesh may turn out to be rounded
     sharp: Mask
 
     @property

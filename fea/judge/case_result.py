@@ -24,15 +24,15 @@ from mesh.tetmesh import TetMesh
 class CaseFields:
     """What is solved for in one load case, on the whole rod."""
 
-    displacement: Floats  # (n_nodes, 3), mm, relative to the bores
-    error: CaseError  # estimated errors of the fields
-    # (n_nodes,) of the pins in contact and between separate parts, MPa, 0 elsewhere; None where the pins'
-    # pressure is prescribed
+    displacement: Floats  #: (n_nodes, 3), mm, relative to the bores
+    error: CaseError  #: estimated errors of the fields
+    #: (n_nodes,) of the pins in contact and between separate parts, MPa, 0 elsewhere; None where the pins'
+    #: pressure is prescribed
     contact_pressure: Floats | None = None
-    # (n_nodes,) between separate parts, mm, 0 elsewhere; None for a rod of one piece
+    #: (n_nodes,) between separate parts, mm, 0 elsewhere; None for a rod of one piece
     gap: Floats | None = None
-    assembly: AssemblyState | None = None  # bolts and interfaces of a rod of separate parts
-    # Where the pins touch the bores; empty where their pressure is prescribed
+    assembly: AssemblyState | None = None  #: bolts and interfaces of a rod of separate parts
+    #: Where the pins touch the bores; empty where their pressure is prescribed
     touch: Mapping[Surface, Touch] = field(default_factory=dict)
 
 
@@ -40,19 +40,19 @@ class CaseFields:
 class CaseResult(CaseFields):
     """Fields of one load case on the whole rod, and what follows from them."""
 
-    load: Instants  # what acts
-    mesh: TetMesh  # of the whole rod
-    stress: Floats  # (n_nodes, 6), MPa, components XX YY ZZ XY YZ XZ
-    von_mises: Floats  # (n_nodes,), MPa
-    principal: Floats  # (n_nodes, 3), MPa, largest first
-    safety_factor: Floats  # (n_nodes,) against yielding
-    # Per part (n_nodes,), MPa, NaN at nodes outside the part. At an interface the fields above are those of
-    # the part that is closer to yielding.
+    load: Instants  #: what acts
+    mesh: TetMesh  #: of the whole rod
+    stress: Floats  #: (n_nodes, 6), MPa, components XX YY ZZ XY YZ XZ
+    von_mises: Floats  #: (n_nodes,), MPa
+    principal: Floats  #: (n_nodes, 3), MPa, largest first
+    safety_factor: Floats  #: (n_nodes,) against yielding
+    #: Per part (n_nodes,), MPa, NaN at nodes outside the part. At an interface the fields above are those of
+    #: the part that is closer to yielding.
     part_von_mises: tuple[Floats, ...]
-    von_mises_error: Floats  # (n_nodes,) estimated error of `von_mises`, MPa
-    # (n_nodes, 3) displacement at which the bores of a rod of separate parts were made round, mm
+    von_mises_error: Floats  #: (n_nodes,) estimated error of `von_mises`, MPa
+    #: (n_nodes, 3) displacement at which the bores of a rod of separate parts were made round, mm
     bore_datum: Floats | None = None
-    # What can be said of the rod's sharp re-entrant edges, the worst first; empty where it has none
+    #: What can be said of the rod's sharp re-entrant edges, the worst first; empty where it has none
     sharp: tuple[SharpPlace, ...] = ()
 
     @property

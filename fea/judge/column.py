@@ -41,9 +41,9 @@ class Plane(StrEnum):
 class Column:
     """Critical loads of a column that bends in one plane."""
 
-    slenderness: float  # effective length over the radius of gyration of the smallest section
-    euler: float  # elastic critical load for the varying sections, N
-    squash: float  # yield strength times the smallest area, N
+    slenderness: float  #: effective length over the radius of gyration of the smallest section
+    euler: float  #: elastic critical load for the varying sections, N
+    squash: float  #: yield strength times the smallest area, N
 
     @property
     def johnson(self) -> float:

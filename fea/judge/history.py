@@ -76,12 +76,12 @@ NO_SIGN = 1e-9
 class Extremes:
     """Extremes of stress histories, each (n,)."""
 
-    von_mises: Floats  # largest von Mises stress, MPa
-    instant: Ints  # number of the instant of the largest von Mises stress
-    # principal_1, principal_3: largest and least principal stress, MPa
+    von_mises: Floats  #: largest von Mises stress, MPa
+    instant: Ints  #: number of the instant of the largest von Mises stress
+    #: principal_1, principal_3: largest and least principal stress, MPa
     principal_1: Floats
     principal_3: Floats
-    # highest, lowest: of the signed equivalent stress, MPa
+    #: highest, lowest: of the signed equivalent stress, MPa
     highest: Floats
     lowest: Floats
 

@@ -28,10 +28,10 @@ SHORT = 1e3
 class LifeLine:
     """The S–N line of places of a part."""
 
-    basquin: Basquin  # of specimens, with the factors that lower all of it
-    knee: float  # cycles at the endurance limit
-    limit: Floats  # endurance limit of the places, MPa, (n,) or one for all
-    endless: bool  # whether cycles below the limit do no damage alone
+    basquin: Basquin  #: of specimens, with the factors that lower all of it
+    knee: float  #: cycles at the endurance limit
+    limit: Floats  #: endurance limit of the places, MPa, (n,) or one for all
+    endless: bool  #: whether cycles below the limit do no damage alone
 
     @classmethod
     def of(cls, material: Material, surface: Floats | float = 1.0) -> "LifeLine | None":

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from fea.base.material import Material
 from fea.base.note import Note, warning
-from fea.units import GPA, KG, KG_M3
+from fea.base.units import GPA, KG, KG_M3
 from loads.engine import Engine
 
 # The modulus of diamond, the density of osmium and the ideal strength of steel, rounded up; a tenth of the

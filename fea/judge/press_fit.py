@@ -58,10 +58,10 @@ LEAST_BACK_PRESSURE = 8.0
 class PressFit:
     """A ring pressed into another."""
 
-    # inner, outer: the rings, which share a radius
+    #: inner, outer: the rings, which share a radius
     inner: Ring
     outer: Ring
-    interference: float  # by how much the outer diameter of the one exceeds the bore of the other, mm
+    interference: float  #: by how much the outer diameter of the one exceeds the bore of the other, mm
 
     @property
     def pressure(self) -> float:
@@ -131,9 +131,9 @@ ROD = "rod"
 class Expansions:
     """Thermal expansion by part, 1/K, and how much warmer than its drawing the assembly is."""
 
-    by_part: Mapping[str, float]  # α of the rod (cap included), and of bolt, bushing and shell
-    warming: float  # K
-    assumed: tuple[str, ...]  # what the study does not say, in words
+    by_part: Mapping[str, float]  #: α of the rod (cap included), and of bolt, bushing and shell
+    warming: float  #: K
+    assumed: tuple[str, ...]  #: what the study does not say, in words
 
     @classmethod
     def of(cls, table: AssemblyTable, materials: Mapping[str, MaterialTable]) -> "Expansions":
@@ -177,8 +177,8 @@ class FitRadii:
 class ChosenFit:
     """A press fit, and what a reader must know of it."""
 
-    fit: PressFit  # by Lamé, at the assembly's temperature
-    given: float  # diametral interference as the study says, at the reference temperature, mm
+    fit: PressFit  #: by Lamé, at the assembly's temperature
+    given: float  #: diametral interference as the study says, at the reference temperature, mm
     notes: tuple[Note, ...]
 
     @property

@@ -29,22 +29,22 @@ SHARE, _MATTERING, _IF_DIVERGING = 0.5, 4, 2
 class SharpPlace:
     """A sharp re-entrant edge under one load case."""
 
-    at: Floats  # (3,) where its structural stress is largest, mm
-    between: tuple[str, str]  # the faces that meet there, in words
-    # opening, length: angle of the notch, outside the material, rad, and length of the connected edge, mm
+    at: Floats  #: (3,) where its structural stress is largest, mm
+    between: tuple[str, str]  #: the faces that meet there, in words
+    #: opening, length: angle of the notch, outside the material, rad, and length of the connected edge, mm
     opening: float
     length: float
-    # The measure t of the extrapolation, mm: of the material behind the flank with the larger structural
-    # stress, or the length of that flank where it is shorter
+    #: The measure t of the extrapolation, mm: of the material behind the flank with the larger structural
+    #: stress, or the length of that flank where it is shorter
     thickness: float
-    stress: float  # structural stress across the edge, MPa, tension positive
-    # von_mises, bar: of the structural stress, MPa, and its error bar, from the errors where it is read
+    stress: float  #: structural stress across the edge, MPa, tension positive
+    #: von_mises, bar: of the structural stress, MPa, and its error bar, from the errors where it is read
     von_mises: float
     bar: float
-    yield_strength: float  # of the part there, MPa
-    notch: NotchField | None  # the singular field; None where the flanks do not tell
-    shorter: float  # the smaller measure of both flanks, mm
-    # Von Mises stress over the stress across the edge, at the surface of a fillet: plane strain along it
+    yield_strength: float  #: of the part there, MPa
+    notch: NotchField | None  #: the singular field; None where the flanks do not tell
+    shorter: float  #: the smaller measure of both flanks, mm
+    #: Von Mises stress over the stress across the edge, at the surface of a fillet: plane strain along it
     plane: float
 
     @property

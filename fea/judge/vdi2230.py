@@ -19,8 +19,8 @@ class Lever:
     """What turns torque into preload (R13/1, after Kellermann & Klein 1955)."""
 
     thread: Thread
-    friction_diameter: float  # D_Km: mean diameter of the friction under the head, mm
-    # thread_friction, head_friction: μ_G and μ_K
+    friction_diameter: float  #: D_Km: mean diameter of the friction under the head, mm
+    #: thread_friction, head_friction: μ_G and μ_K
     thread_friction: float
     head_friction: float
 
@@ -130,12 +130,12 @@ _ENGAGED, _NUT, _THREADED_HOLE = 0.5, 0.4, 0.33
 class BoltCompliance:
     """Compliances in series, mm/N."""
 
-    # head, shank, free_thread, engaged: of the bolt: δ_SK, Σδ_i, δ_Gew and δ_G
+    #: head, shank, free_thread, engaged: of the bolt: δ_SK, Σδ_i, δ_Gew and δ_G
     head: float
     shank: float
     free_thread: float
     engaged: float
-    counterpart: float  # δ_M: of the threads of nut or hole
+    counterpart: float  #: δ_M: of the threads of nut or hole
 
     @property
     def between_ends(self) -> float:
@@ -179,12 +179,12 @@ def bolt_compliance(
 class ClampedParts:
     """Parts under a bolt, clamped along its axis."""
 
-    grip: float  # l_K, mm
-    seat: float  # d_W: outer diameter of the head's seat, mm
-    hole: float  # d_h, mm
-    outer: float  # D_A: diameter of a cylinder around the bolt that the parts fill, mm
-    modulus: float  # E_P, MPa
-    nut: bool = True  # whether a nut seats on the far side, too; else the bolt is screwed into the last part
+    grip: float  #: l_K, mm
+    seat: float  #: d_W: outer diameter of the head's seat, mm
+    hole: float  #: d_h, mm
+    outer: float  #: D_A: diameter of a cylinder around the bolt that the parts fill, mm
+    modulus: float  #: E_P, MPa
+    nut: bool = True  #: whether a nut seats on the far side, too; else the bolt is screwed into the last part
 
     @property
     def slope(self) -> float:

@@ -27,13 +27,13 @@ class Verdict(StrEnum):
 class Peak:
     """The largest value of a field over the nodes that count, with its error bar."""
 
-    node: int  # node of the peak
-    value: float  # its value
-    bar: float  # the true peak lies within `value` ± `bar`
-    bar_node: int  # node that sets the bar: the largest sum of value and error
-    unmasked: float  # the largest over all nodes
-    # The largest near stress singularities, which grows without limit as the mesh is refined; 0 without such
-    # places
+    node: int  #: node of the peak
+    value: float  #: its value
+    bar: float  #: the true peak lies within `value` ± `bar`
+    bar_node: int  #: node that sets the bar: the largest sum of value and error
+    unmasked: float  #: the largest over all nodes
+    #: The largest near stress singularities, which grows without limit as the mesh is refined; 0 without such
+    #: places
     singular: float = 0.0
 
     @property

@@ -26,10 +26,10 @@ _FACE_NUMBER = np.array([1, 2, 4, 3])
 class Step:
     """One linear static load case."""
 
-    title: str  # for the comment above it; empty for none
-    forces: Floats  # (n_nodes, 3) nodal forces, N: pressures and body forces together
-    fixed: npt.NDArray[np.bool_]  # (n_nodes, 3) the constrained degrees of freedom
-    held_at: Floats | None = None  # (n_nodes, 3) mm, the displacement of those; None for none
+    title: str  #: for the comment above it; empty for none
+    forces: Floats  #: (n_nodes, 3) nodal forces, N: pressures and body forces together
+    fixed: npt.NDArray[np.bool_]  #: (n_nodes, 3) the constrained degrees of freedom
+    held_at: Floats | None = None  #: (n_nodes, 3) mm, the displacement of those; None for none
 
 
 def write_inp(

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from fea.analysis.figures import ONLY_WHERE_KNOWN, Summary
 from fea.base.checks import Check
 from fea.base.note import Note, NoteKind, omission, warning
 from fea.output.folder import SUMMARY
-from fea.run.figures import ONLY_WHERE_KNOWN, Summary
 
 DIGITS = 6  # beyond what any input is known to, and enough to compare two runs
 IN_FULL = ("loads",)  # tables from which equilibrium can be checked anew
@@ -65,7 +65,7 @@ def _plain(value: object, digits: int) -> Any:  # noqa: PLR0911 - one line a typ
 def as_dict(value: Any) -> Any:
     """Return figures as dictionaries and lists, unrounded: what a program reads of `summary.json`.
 
-    Fields that are None are left out where they are declared as `fea.run.figures.WhereKnown`.
+    Fields that are None are left out where they are declared as `fea.analysis.figures.WhereKnown`.
     """
     if isinstance(value, Check):
         return {"value": value.value, "limit": value.limit, "pass": value.passed}

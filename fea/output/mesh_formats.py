@@ -24,13 +24,13 @@ _ORDER_OF_MIDDLES = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]
 class Format:
     """What a format carries."""
 
-    module: str  # meshio's module that writes it
-    # points, cells: whether it takes arrays of the nodes, and of the elements
+    module: str  #: meshio's module that writes it
+    #: points, cells: whether it takes arrays of the nodes, and of the elements
     points: bool = False
     cells: bool = False
-    surfaces: bool = False  # whether it takes the named surfaces, as triangles
-    skin: bool = False  # whether it is of triangles only
-    options: Mapping[str, Any] | None = None  # for meshio
+    surfaces: bool = False  #: whether it takes the named surfaces, as triangles
+    skin: bool = False  #: whether it is of triangles only
+    options: Mapping[str, Any] | None = None  #: for meshio
 
     @property
     def without(self) -> str:

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+from fea.analysis.result import RunResult
 from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.output.columns_csv import write_columns
@@ -16,7 +17,6 @@ from fea.output.folder import REPORT
 from fea.output.target import PictureError, picture_name
 from fea.output.text import write_text
 from fea.output.vtu import write_pvd, write_vtu
-from fea.run.result import RunResult
 
 ENVELOPE, BUCKLING = "envelope.vtu", "buckling.vtu"
 CASES, CYCLE = "cases.pvd", "cycle.pvd"

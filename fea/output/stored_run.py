@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fea.analysis.figures import SCHEMA, Summary
+from fea.analysis.motion import Motion
+from fea.analysis.result import Array, Arrays, DrawnBore, drawn_bores
 from fea.output.columns_csv import read_columns
 from fea.output.folder import SUMMARY
 from fea.output.json_file import read_summary
-from fea.run.figures import SCHEMA, Summary
-from fea.run.motion import Motion
-from fea.run.result import Array, Arrays, DrawnBore, drawn_bores
 from fea.study.study import Study, load_study
 from geometry.errors import InvalidValue, require
 from mesh.files.given import named_mesh
@@ -55,7 +55,7 @@ class ResultFiles(Mapping[str, FileFields]):
 
 @dataclass(frozen=True)
 class StoredRun:
-    """A run of one speed on disk; what it gives is what `fea.run.result.Run` says.
+    """A run of one speed on disk; what it gives is what `fea.analysis.result.Run` says.
 
     Everything read later raises `InvalidValue` for files that are missing or damaged.
     """
@@ -63,7 +63,7 @@ class StoredRun:
     folder: Path
     study: Study
     summary: Summary
-    files: Mapping[str, FileFields]  # of each load case; none where one is missing
+    files: Mapping[str, FileFields]  #: of each load case; none where one is missing
     motion: Motion | None = None
     without_motion: str = ""
 

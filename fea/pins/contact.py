@@ -16,7 +16,6 @@ import numpy as np
 
 from fea.base.checks import LIMITS
 from fea.base.choices import CONTACT, SolverName
-from fea.base.pin_models import contact_excluded_because
 from fea.contact.active_set import Contact
 from fea.contact.assembly_state import Touch
 from fea.contact.friction_system import ContactState
@@ -37,6 +36,7 @@ from fea.pins.model import (
 )
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, resultants
 from fea.solid.parity import Parity, Split
+from fea.study.pin_models import contact_excluded_because
 from geometry.arrays import Floats, Ints
 from geometry.errors import require
 from geometry.surfaces import Surface
@@ -234,8 +234,8 @@ class ContactFields:
     """Unit loads of one parity on the cell."""
 
     contact: BoreContact
-    patterns: Floats  # (n_cell, n) unknowns of the contact problem on the cell in each unit load
-    inertial: Sequence[Floats]  # nodal forces (n_nodes, 3) of the inertia fields, the last unit loads
+    patterns: Floats  #: (n_cell, n) unknowns of the contact problem on the cell in each unit load
+    inertial: Sequence[Floats]  #: nodal forces (n_nodes, 3) of the inertia fields, the last unit loads
 
     @property
     def count(self) -> int:

@@ -30,14 +30,14 @@ LARGEST_CLEARANCE, LARGEST_INTERFERENCE = 0.02, 0.003
 class Fits:
     """The pins of a rod."""
 
-    # small_clearance, big_clearance: radius of the bore minus that of the pin, mm
+    #: small_clearance, big_clearance: radius of the bore minus that of the pin, mm
     small_clearance: float
     big_clearance: float
-    # piston_pin, crank_pin: none for a rigid one
+    #: piston_pin, crank_pin: none for a rigid one
     piston_pin: Pin | None
     crank_pin: Pin | None
-    assumed: tuple[str, ...]  # what the study does not say, in words
-    # Length and radial depth of the relief at the ends of the small end's bore, mm, if it has one
+    assumed: tuple[str, ...]  #: what the study does not say, in words
+    #: Length and radial depth of the relief at the ends of the small end's bore, mm, if it has one
     relief: tuple[float, float] | None = None
 
     @property

@@ -1,6 +1,6 @@
 """What a pin model is: it responds to what acts on the rod, and spans crank cycles by unit loads.
 
-The models are registered in `fea.base.pin_models`.
+The models are registered in `fea.study.pin_models`.
 """
 
 from abc import ABC, abstractmethod
@@ -14,7 +14,6 @@ from fea.base.checks import LIMITS
 from fea.base.choices import Support
 from fea.base.material import Material
 from fea.base.note import Note
-from fea.base.pin_models import pin_model
 from fea.contact.assembly_state import AssemblyState, Touch
 from fea.machine.clock import Clock
 from fea.rod.meshed_rod import Bores
@@ -22,6 +21,7 @@ from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia
 from fea.solid.parity import Split
 from fea.solvers.static import Model
 from fea.study.option_tables import ContactTable
+from fea.study.pin_models import pin_model
 from geometry.arrays import Floats, Ints, Mask
 from geometry.assembly import BoltAxis
 from geometry.surfaces import Surface
@@ -45,29 +45,29 @@ class Expansion:
 class AssemblySpecification:
     """How the parts of a rod are put together."""
 
-    normal: tuple[float, float]  # (x, y) of the joint plane, from the cap towards the rod
-    bolts: tuple[BoltAxis, ...]  # of the whole rod
-    preload: float  # of each bolt after tightening, N
-    stiffness: float  # of what of each bolt the mesh does not hold, N/mm
-    friction: float  # coefficient μ between the parts
-    interference: Mapping[Surface, float]  # radial, mm, by the first surface of an interface
-    expansion: Expansion | None = None  # None where the engine is as warm as the room of the assembly
-    parts: tuple[str, ...] = ()  # names of the parts in the order of their numbers
+    normal: tuple[float, float]  #: (x, y) of the joint plane, from the cap towards the rod
+    bolts: tuple[BoltAxis, ...]  #: of the whole rod
+    preload: float  #: of each bolt after tightening, N
+    stiffness: float  #: of what of each bolt the mesh does not hold, N/mm
+    friction: float  #: coefficient μ between the parts
+    interference: Mapping[Surface, float]  #: radial, mm, by the first surface of an interface
+    expansion: Expansion | None = None  #: None where the engine is as warm as the room of the assembly
+    parts: tuple[str, ...] = ()  #: names of the parts in the order of their numbers
 
 
 @dataclass(frozen=True, kw_only=True)
 class Structure:
     """The rod that the pins load, and what the study says of them."""
 
-    model: Model  # the stiffness of the cell
+    model: Model  #: the stiffness of the cell
     bores: Bores
-    materials: tuple[Material, ...]  # one per part
-    inertia: Inertia  # of the same mesh
-    pressure: str  # what the study asks for
+    materials: tuple[Material, ...]  #: one per part
+    inertia: Inertia  #: of the same mesh
+    pressure: str  #: what the study asks for
     support: Support
     contact: ContactTable
-    pin_stiffness: Mapping[str, tuple[float, float]]  # E, MPa, and ν of pins whose material is given
-    assembly: AssemblySpecification | None  # None for a rod of one piece
+    pin_stiffness: Mapping[str, tuple[float, float]]  #: E, MPa, and ν of pins whose material is given
+    assembly: AssemblySpecification | None  #: None for a rod of one piece
     clock: Clock
 
     @property
@@ -104,20 +104,20 @@ def soft_parts(materials: Sequence[Material], mesh: TetMesh) -> tuple[int, ...]:
 class Response:
     """What acts on the rod at an instant: nodal forces that balance, and what the bores feel."""
 
-    forces: Split  # on the cell, N
-    traction: Mapping[Surface, Split]  # known traction on the surface, MPa
-    largest: float  # the largest force on a bore, or of all bolts together, N
-    scale: float = 1.0  # correction factor of a prescribed load that is farthest from 1
-    # Moment out of the plane of motion that the rod's inertia balances, over the largest bore force times the
-    # rod's length; None if mirror planes or a clamp exclude such a moment
+    forces: Split  #: on the cell, N
+    traction: Mapping[Surface, Split]  #: known traction on the surface, MPa
+    largest: float  #: the largest force on a bore, or of all bolts together, N
+    scale: float = 1.0  #: correction factor of a prescribed load that is farthest from 1
+    #: Moment out of the plane of motion that the rod's inertia balances, over the largest bore force times
+    #: the rod's length; None if mirror planes or a clamp exclude such a moment
     tilt: float | None = None
-    touch: Mapping[Surface, Touch] = field(default_factory=dict)  # where pins in contact touch the bores
-    shift: Split | None = None  # rigid displacement of separate parts on the cell, mm
-    growth: Split | None = None  # free thermal expansion on the cell, mm, which causes no stress
-    checks: Mapping[str, float] = field(default_factory=dict)  # further ones of `fea.base.checks`
-    assembly: AssemblyState | None = None  # bolts and interfaces of a rod of separate parts
-    pressure: Split | None = None  # (n_nodes,) contact pressure of such a rod, MPa
-    gap: Split | None = None  # (n_nodes,) between its parts, mm
+    touch: Mapping[Surface, Touch] = field(default_factory=dict)  #: where pins in contact touch the bores
+    shift: Split | None = None  #: rigid displacement of separate parts on the cell, mm
+    growth: Split | None = None  #: free thermal expansion on the cell, mm, which causes no stress
+    checks: Mapping[str, float] = field(default_factory=dict)  #: further ones of `fea.base.checks`
+    assembly: AssemblyState | None = None  #: bolts and interfaces of a rod of separate parts
+    pressure: Split | None = None  #: (n_nodes,) contact pressure of such a rod, MPa
+    gap: Split | None = None  #: (n_nodes,) between its parts, mm
 
 
 class Weights(NamedTuple):
@@ -161,17 +161,19 @@ class Fields(Protocol):
 class Contacts(NamedTuple):
     """Contact at each instant."""
 
-    touches: tuple[Mapping[Surface, Touch], ...] = ()  # of the pins with the bores, where they are in contact
-    states: tuple[AssemblyState, ...] = ()  # of bolts and interfaces; empty for a rod of one piece
+    touches: tuple[
+        Mapping[Surface, Touch], ...
+    ] = ()  #: of the pins with the bores, where they are in contact
+    states: tuple[AssemblyState, ...] = ()  #: of bolts and interfaces; empty for a rod of one piece
 
 
 class UnitLoads(ABC):
     """Loads whose sums, with weights, are everything that acts over crank cycles."""
 
-    series_error: float = 0.0  # largest error of the pressures that they can represent, over their peak
-    jumps: bool = False  # whether the pressure jumps at the ends of its arc
+    series_error: float = 0.0  #: largest error of the pressures that they can represent, over their peak
+    jumps: bool = False  #: whether the pressure jumps at the ends of its arc
     joint: JointBounds = NOT_JOINT
-    path_dependent: ClassVar[bool] = False  # whether friction makes an instant depend on those before it
+    path_dependent: ClassVar[bool] = False  #: whether friction makes an instant depend on those before it
 
     @abstractmethod
     def fields(self) -> tuple[Fields, Fields]:
@@ -189,10 +191,10 @@ class UnitLoads(ABC):
 class PinModel(ABC):
     """How the pins load the rod."""
 
-    # Where the exact stress is infinite because pins press on sharp edges.
+    #: Where the exact stress is infinite because pins press on sharp edges.
     singular_surfaces: tuple[Surface, ...] = ()
-    notes: tuple[Note, ...] = ()  # what a reader must know of the pins
-    resting: Instants = joined(())  # load cases of a rod on which nothing acts but the model itself
+    notes: tuple[Note, ...] = ()  #: what a reader must know of the pins
+    resting: Instants = joined(())  #: load cases of a rod on which nothing acts but the model itself
 
     @property
     def excluded_because(self) -> str:

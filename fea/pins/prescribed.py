@@ -25,11 +25,11 @@ class LoadedBore:
     """A bore that its pin loads."""
 
     surface: Surface
-    facets: BoreFacets  # on the meshed cell
-    outwards: int  # sign of the force along x that pulls this end outwards
-    radius: float  # mm
-    width: float  # mm, in the mean
-    taper: float = 0.0  # the width at the angle φ from +x is width + taper cos φ, mm
+    facets: BoreFacets  #: on the meshed cell
+    outwards: int  #: sign of the force along x that pulls this end outwards
+    radius: float  #: mm
+    width: float  #: mm, in the mean
+    taper: float = 0.0  #: the width at the angle φ from +x is width + taper cos φ, mm
 
     def force(self, instants: Instants) -> Floats:
         """Force (2, n) of its pin on the rod, N."""
@@ -120,8 +120,8 @@ class PrescribedPins(PinModel):
 class StoredFields:
     """Unit loads of one parity on the cell."""
 
-    nodal: Sequence[Floats]  # (n_nodes, 3) each, N
-    pressed: Mapping[Surface, Floats]  # per bore (n_nodes, 3, n_units), MPa
+    nodal: Sequence[Floats]  #: (n_nodes, 3) each, N
+    pressed: Mapping[Surface, Floats]  #: per bore (n_nodes, 3, n_units), MPa
 
     @classmethod
     def of(

@@ -10,10 +10,10 @@ from functools import cache, cached_property, reduce
 
 import numpy as np
 
+from fea.base.units import DEG
 from fea.pins.model import UnitLoads, Weights, inertial_fields
 from fea.pins.prescribed import LoadedBore, PrescribedPins, StoredFields
 from fea.solid.bore import BoreFacets, BoreLoad, bore_load, radial_forces, radial_traction, wrapped
-from fea.units import DEG
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from loads.bearing import Arc, BorePressure, Shape
@@ -37,8 +37,8 @@ _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 class Series:
     """The orders of a series that approximates a pressure."""
 
-    orders: Ints  # (n_terms,) n, increasing, starting with 0 and 1
-    error: float  # largest difference from the pressure, relative to its peak
+    orders: Ints  #: (n_terms,) n, increasing, starting with 0 and 1
+    error: float  #: largest difference from the pressure, relative to its peak
 
 
 @cache
@@ -121,8 +121,8 @@ class PressedBore:
     """Harmonic pressures of 1 MPa on one bore."""
 
     bore: LoadedBore
-    arcs: tuple[Arc, Arc]  # the pressures in tension and in compression
-    orders: Ints  # (n_terms,) of the harmonics: cos nφ of all, sin nφ of all but n = 0
+    arcs: tuple[Arc, Arc]  #: the pressures in tension and in compression
+    orders: Ints  #: (n_terms,) of the harmonics: cos nφ of all, sin nφ of all but n = 0
 
     def pressures(self, angle: Floats) -> tuple[Floats, Floats]:
         """Harmonics cos nφ (n_terms, …) and sin nφ (n_terms − 1, …) at angles."""

@@ -37,15 +37,15 @@ _MOST_ELEMENTS = 1e7
 class MeshRequest:
     """What a mesh is asked for."""
 
-    size: float | None  # element size, mm; None for `coarser` times the default of the rod's length
-    order: int  # of the elements, 1 or 2
-    symmetry: Symmetry = Symmetry.AUTO  # which symmetry cell to solve
-    # Sizes that errors of earlier solutions ask for, on their `MeshedRod.drawn`
+    size: float | None  #: element size, mm; None for `coarser` times the default of the rod's length
+    order: int  #: of the elements, 1 or 2
+    symmetry: Symmetry = Symmetry.AUTO  #: which symmetry cell to solve
+    #: Sizes that errors of earlier solutions ask for, on their `MeshedRod.drawn`
     wanted: Sequence[SizeField] = ()
-    coarser: float = 1.0  # factor on the default size
-    touched: bool = False  # whether pins touch the bores, which need smaller elements then
-    assembly: Assembly | None = None  # what is separate in the rod; None for a rod in one piece
-    movable: bool = False  # whether the mesh is to follow other dimensions of the rod
+    coarser: float = 1.0  #: factor on the default size
+    touched: bool = False  #: whether pins touch the bores, which need smaller elements then
+    assembly: Assembly | None = None  #: what is separate in the rod; None for a rod in one piece
+    movable: bool = False  #: whether the mesh is to follow other dimensions of the rod
 
     @property
     def per_touched_bore(self) -> int:

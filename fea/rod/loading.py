@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from fea.base.note import Note, omission, warning
+from fea.base.units import RPM
 from fea.study.engine_table import EngineTable, engine_notes
 from fea.study.option_tables import DutyTable
-from fea.units import RPM
 from geometry.errors import InvalidValue
 from geometry.mass import MassProperties
 from loads.cases import given, peak_cases
@@ -20,8 +20,8 @@ from loads.trace import absorbed
 class SpeedLoads:
     """The load cases of one speed."""
 
-    cases: Instants  # those that are solved
-    # Of the gas model and of an engine of the library; and the cases that do not occur
+    cases: Instants  #: those that are solved
+    #: Of the gas model and of an engine of the library; and the cases that do not occur
     notes: tuple[Note, ...]
 
 
@@ -29,10 +29,10 @@ class SpeedLoads:
 class EngineLoading:
     """An engine and its gas load the rod."""
 
-    # engine, gas: in coherent units
+    #: engine, gas: in coherent units
     engine: Engine
     gas: GasModel
-    table: EngineTable  # what the study says of them
+    table: EngineTable  #: what the study says of them
 
     @classmethod
     def of(cls, table: EngineTable, rod_length: float) -> "EngineLoading":
@@ -92,7 +92,7 @@ class EngineLoading:
 class GivenForces:
     """A given pin force loads the rod, which is at rest."""
 
-    pin: tuple[float, float]  # axial and transverse force on the piston-pin bore, N, tension positive
+    pin: tuple[float, float]  #: axial and transverse force on the piston-pin bore, N, tension positive
 
     def at(self, _rod: MassProperties, _rpm: float | None) -> SpeedLoads:
         """Return the one load case there is."""
@@ -108,8 +108,8 @@ Loading = EngineLoading | GivenForces
 class DutyLoads:
     """A duty and its loads."""
 
-    table: DutyTable  # what the study says
-    loadings: tuple[EngineLoading, ...]  # the engine with the gas of every entry
+    table: DutyTable  #: what the study says
+    loadings: tuple[EngineLoading, ...]  #: the engine with the gas of every entry
 
     @classmethod
     def of(cls, table: DutyTable, loading: EngineLoading) -> "DutyLoads":

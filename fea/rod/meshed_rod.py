@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 class Bores:
     """What the pressures need of the rod."""
 
-    rod_length: float  # between the bores, mm
-    # big_radius, big_width, small_radius, small_width: mm, the widths in the mean
+    rod_length: float  #: between the bores, mm
+    #: big_radius, big_width, small_radius, small_width: mm, the widths in the mean
     big_radius: float
     big_width: float
     small_radius: float
     small_width: float
-    # The small end's width at the angle φ from +x is small_width + small_taper cos φ, mm
+    #: The small end's width at the angle φ from +x is small_width + small_taper cos φ, mm
     small_taper: float = 0.0
 
     @property
@@ -68,12 +68,12 @@ _HARMLESS = ("worst distortion", "BOPAlgo_AlertFaceBuilderUnusedEdges")
 class Meshing:
     """How a mesh came about."""
 
-    size: float  # element size asked for, mm
-    quality: Quality  # of the elements
-    repair: Repair  # what was done differently from what this size asks for
-    warnings: tuple[str, ...]  # of gmsh
-    follows_errors: bool = False  # whether errors of solutions set the sizes
-    # Of a mesh from a file, what a reader must know of it; empty for a mesh of our own
+    size: float  #: element size asked for, mm
+    quality: Quality  #: of the elements
+    repair: Repair  #: what was done differently from what this size asks for
+    warnings: tuple[str, ...]  #: of gmsh
+    follows_errors: bool = False  #: whether errors of solutions set the sizes
+    #: Of a mesh from a file, what a reader must know of it; empty for a mesh of our own
     given: tuple[str, ...] = ()
 
     def notes(self, rod_length: float) -> tuple[Note, ...]:
@@ -99,22 +99,22 @@ class Meshing:
 class MeshedRod:
     """A meshed rod."""
 
-    cell: TetMesh  # the part that is solved
-    mirrored: MirroredMesh  # the whole rod, put together from the cell
-    drawn: TetMesh  # what gmsh meshed: the smallest symmetry cell
-    drawn_node: Ints  # (n_nodes,) node of `drawn` behind each node of the whole
-    bores: Bores  # dimensions the pressures need
-    parts: dict[str, float]  # volume of each part of the whole solid by the CAD kernel, mm³, by name
-    symmetry: Mirror  # which symmetry cell is solved
-    meshing: Meshing  # size, quality and repairs
-    # What was made of the CAD file; None for a rod drawn from dimensions
+    cell: TetMesh  #: the part that is solved
+    mirrored: MirroredMesh  #: the whole rod, put together from the cell
+    drawn: TetMesh  #: what gmsh meshed: the smallest symmetry cell
+    drawn_node: Ints  #: (n_nodes,) node of `drawn` behind each node of the whole
+    bores: Bores  #: dimensions the pressures need
+    parts: dict[str, float]  #: volume of each part of the whole solid by the CAD kernel, mm³, by name
+    symmetry: Mirror  #: which symmetry cell is solved
+    meshing: Meshing  #: size, quality and repairs
+    #: What was made of the CAD file; None for a rod drawn from dimensions
     imported: ImportReport | None = None
-    # Of `drawn`; None for a mesh from a file, where the turns of its facets tell sharp edges
+    #: Of `drawn`; None for a mesh from a file, where the turns of its facets tell sharp edges
     creases: Creases | None = None
-    # Of the whole rod; empty without an assembly. Parts that only touch have nodes of their own in `cell` and
-    # `mirrored`, not in `drawn`.
+    #: Of the whole rod; empty without an assembly. Parts that only touch have nodes of their own in `cell`
+    #: and `mirrored`, not in `drawn`.
     bolts: tuple[BoltAxis, ...] = ()
-    # `drawn`, ready to follow other dimensions; None where that was not asked for
+    #: `drawn`, ready to follow other dimensions; None where that was not asked for
     movable: "MovableMesh | None" = None
 
     @property

@@ -30,7 +30,7 @@ _FACING, _AROUND, _ACROSS_PINS, _PLANE = 0.1, 0.2, 0.7, 1 - 1e-6
 class SurfaceRegions:
     """The regions that each node belongs to."""
 
-    # (n_nodes, 3) whether it lies on each `Region`; on several at edges, on none inside the solid
+    #: (n_nodes, 3) whether it lies on each `Region`; on several at edges, on none inside the solid
     touched: Mask
 
     @classmethod

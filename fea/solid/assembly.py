@@ -20,8 +20,8 @@ from mesh.tetmesh import EDGES, TetMesh
 class SymmetricMatrix:
     """A symmetric matrix of 3×3 node blocks, held by its upper triangle."""
 
-    # BSR of 3×3 blocks with sorted 32-bit indices: the blocks of node pairs a ≤ b. Every diagonal block is
-    # present and stored completely.
+    #: BSR of 3×3 blocks with sorted 32-bit indices: the blocks of node pairs a ≤ b. Every diagonal block is
+    #: present and stored completely.
     upper: sparse.bsr_array
 
     @classmethod
@@ -106,12 +106,12 @@ class SymmetricMatrix:
 class Pattern:
     """Positions of each element's node pairs in the upper triangle of 3×3 blocks."""
 
-    # (n_elements, n_nodes) local nodes sorted by global number, so that every local pair a ≤ b is a pair of
-    # the upper triangle
+    #: (n_elements, n_nodes) local nodes sorted by global number, so that every local pair a ≤ b is a pair of
+    #: the upper triangle
     node_order: Ints
-    # CSR (n_blocks, n_elements·n_pairs) of ones: sums element blocks into matrix blocks
+    #: CSR (n_blocks, n_elements·n_pairs) of ones: sums element blocks into matrix blocks
     scatter: sparse.csr_array
-    # indices, indptr: the blocks' columns, and where each block row starts
+    #: indices, indptr: the blocks' columns, and where each block row starts
     indices: npt.NDArray[np.int32]
     indptr: npt.NDArray[np.int32]
 

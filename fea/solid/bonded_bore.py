@@ -19,11 +19,11 @@ from geometry.arrays import Floats
 class BondedBore:
     """A bore and what a pin force of 1 N along x, and of 1 N along y, does to it."""
 
-    forces: Floats  # (2, n_nodes, 3) nodal forces on the cell, N
-    traction: Floats  # (2, n_nodes, 3) at the bore's nodes, MPa, zero elsewhere
-    area: float  # of the whole rod's bore as meshed, mm²
-    # Whether the cell represents its mirror image about y = 0: the forces along x are then symmetric and
-    # those along y antisymmetric
+    forces: Floats  #: (2, n_nodes, 3) nodal forces on the cell, N
+    traction: Floats  #: (2, n_nodes, 3) at the bore's nodes, MPa, zero elsewhere
+    area: float  #: of the whole rod's bore as meshed, mm²
+    #: Whether the cell represents its mirror image about y = 0: the forces along x are then symmetric and
+    #: those along y antisymmetric
     cut_y: bool
 
     @classmethod

@@ -52,20 +52,20 @@ FACET_DEGREE = 10
 class FacetPoints:
     """Quadrature points of facets or of parts of them."""
 
-    nodes: Ints  # (n_facets, n_facet_nodes)
-    # (n_points, n_facet_nodes), or (n_facets, n_points, n_facet_nodes) if each facet has its own points
+    nodes: Ints  #: (n_facets, n_facet_nodes)
+    #: (n_points, n_facet_nodes), or (n_facets, n_points, n_facet_nodes) if each facet has its own points
     shape_values: Floats
-    areas: Floats  # (n_facets, n_points) weight times area, mm²
-    angle: Floats  # (n_facets, n_points) about the bore's axis from rod +x, rad
+    areas: Floats  #: (n_facets, n_points) weight times area, mm²
+    angle: Floats  #: (n_facets, n_points) about the bore's axis from rod +x, rad
 
 
 @dataclass(frozen=True)
 class BoreFacets(FacetPoints):
     """Quadrature points of a bore's facets."""
 
-    corners: Floats  # (n_facets, n_facet_nodes, 3) places of the nodes from the bore's axis, mm
-    node_angle: Floats  # (n_facets, n_facet_nodes) angle of the nodes, rad
-    # cut_y, cut_z: whether the cell represents its mirror images about y = 0, z = 0
+    corners: Floats  #: (n_facets, n_facet_nodes, 3) places of the nodes from the bore's axis, mm
+    node_angle: Floats  #: (n_facets, n_facet_nodes) angle of the nodes, rad
+    #: cut_y, cut_z: whether the cell represents its mirror images about y = 0, z = 0
     cut_y: bool
     cut_z: bool
 
@@ -160,9 +160,9 @@ ANGLE_DECIMALS = 9
 class BoreLoad:
     """A bore pressure on the cell."""
 
-    forces: Split  # nodal forces, N
-    traction: Split  # at the bore's nodes, MPa, zero elsewhere
-    scale: float  # factor on the analytic peak pressure that made the resultant exact
+    forces: Split  #: nodal forces, N
+    traction: Split  #: at the bore's nodes, MPa, zero elsewhere
+    scale: float  #: factor on the analytic peak pressure that made the resultant exact
 
 
 def bore_load(

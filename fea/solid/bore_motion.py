@@ -28,9 +28,9 @@ MOTION_PARITY = (
 class ConstrainedSurface:
     """A surface and the mean motions of it that are constrained."""
 
-    surface: Surface  # A bore, or the end of a strut
-    center: float  # x of the centre (x, 0, 0) about which it turns, mm
-    motions: tuple[int, ...]  # the constrained ones of `SLIDE_X` … `TURN_Z`
+    surface: Surface  #: A bore, or the end of a strut
+    center: float  #: x of the centre (x, 0, 0) about which it turns, mm
+    motions: tuple[int, ...]  #: the constrained ones of `SLIDE_X` … `TURN_Z`
 
 
 def constrained_by_pins(rod_length: float) -> tuple[ConstrainedSurface, ConstrainedSurface]:

@@ -23,9 +23,9 @@ class Tabulation:
     tetrahedron (0,1), (1,2), (0,2), (0,3), (1,3), (2,3).
     """
 
-    weights: Floats  # (n_points,) quadrature weights on the reference simplex
-    values: Floats  # (n_points, n_nodes) shape functions
-    gradients: Floats  # (n_points, n_nodes, dim) derivatives with respect to reference coordinates
+    weights: Floats  #: (n_points,) quadrature weights on the reference simplex
+    values: Floats  #: (n_points, n_nodes) shape functions
+    gradients: Floats  #: (n_points, n_nodes, dim) derivatives with respect to reference coordinates
 
 
 def shape_functions(n_nodes: int, points: Floats) -> tuple[Floats, Floats]:
@@ -87,8 +87,8 @@ def blocks(n_elements: int, size: int = BLOCK) -> Iterator[slice]:
 class GaussBlock:
     """Physical quantities at the Gauss points of a block of elements."""
 
-    gradients: Floats  # (n_elements, n_points, n_nodes, 3) shape-function gradients, 1/mm
-    volumes: Floats  # (n_elements, n_points) quadrature weight times Jacobian determinant, mm³
+    gradients: Floats  #: (n_elements, n_points, n_nodes, 3) shape-function gradients, 1/mm
+    volumes: Floats  #: (n_elements, n_points) quadrature weight times Jacobian determinant, mm³
 
 
 def inverse_and_determinant(jacobian: Floats) -> tuple[Floats, Floats]:

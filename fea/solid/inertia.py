@@ -27,14 +27,14 @@ ODD_MOTIONS = (in_motion((0.0, 1.0)), in_motion((0.0, 0.0), 0.0, 1.0))
 class Inertia:
     """Integrals over a meshed body from which the inertia forces of a planar rigid motion follow."""
 
-    # At each node (n_nodes,) the integrals of ρ N_a, t, and of ρ N_a times x, y and z, t·mm
+    #: At each node (n_nodes,) the integrals of ρ N_a, t, and of ρ N_a times x, y and z, t·mm
     weight: Floats
     weight_x: Floats
     weight_y: Floats
     weight_z: Floats
-    # Of the whole body, from the same quadrature, so that forces computed from both balance to rounding
+    #: Of the whole body, from the same quadrature, so that forces computed from both balance to rounding
     properties: MassProperties
-    cut_y: bool  # whether the mesh is cut at y = 0
+    cut_y: bool  #: whether the mesh is cut at y = 0
 
     def forces(self, motion: Instants) -> Split:
         """D'Alembert forces −ρ(a₀ + α × x − ω² x) as nodal forces, N."""
@@ -168,9 +168,9 @@ class Tilt:
     inertia relief, the rigid accelerations that they cause balance them instead.
     """
 
-    points: Floats  # (n_nodes, 3), mm
-    # Nodal forces (3, n_nodes, 3) of rigid accelerations with one resultant each: a force of 1 N along z, a
-    # moment of 1 N·mm about x, and about y
+    points: Floats  #: (n_nodes, 3), mm
+    #: Nodal forces (3, n_nodes, 3) of rigid accelerations with one resultant each: a force of 1 N along z, a
+    #: moment of 1 N·mm about x, and about y
     fields: Floats
 
     @classmethod

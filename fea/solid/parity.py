@@ -20,7 +20,7 @@ class Parity(IntEnum):
 class Split:
     """A field split about y = 0; the second part is None for a model that is not cut there."""
 
-    # symmetric, antisymmetric: nodal values on the meshed cell, (n_nodes, 3)
+    #: symmetric, antisymmetric: nodal values on the meshed cell, (n_nodes, 3)
     symmetric: Floats
     antisymmetric: Floats | None
 
@@ -39,11 +39,11 @@ class MirrorUnfolding:
     those at their images off the plane. Otherwise they are those of the cell.
     """
 
-    on_y: Mask  # (n_cell,) which of the cell's unknowns are at places on y = 0
-    both_sides: bool  # whether the images across y = 0 are unknowns of their own
-    images: int  # how many cells make the whole body
-    # (n_cell,) which of those on y = 0 act across the plane, so that they have only an odd part; the others
-    # have only an even one. None by default.
+    on_y: Mask  #: (n_cell,) which of the cell's unknowns are at places on y = 0
+    both_sides: bool  #: whether the images across y = 0 are unknowns of their own
+    images: int  #: how many cells make the whole body
+    #: (n_cell,) which of those on y = 0 act across the plane, so that they have only an odd part; the others
+    #: have only an even one. None by default.
     across: Mask | None = None
 
     @property

@@ -35,11 +35,11 @@ _ROUNDINGS = 16 * np.finfo(float).eps
 class SkfemMesh(NamedTuple):
     """A mesh of scikit-fem, and whose nodes its nodes are."""
 
-    # `skfem.MeshTet2`, as curved as the `TetMesh`, or `skfem.MeshTet` of first order. Its boundaries have the
-    # names of the surfaces, its subdomains those of the parts.
+    #: `skfem.MeshTet2`, as curved as the `TetMesh`, or `skfem.MeshTet` of first order. Its boundaries have
+    #: the names of the surfaces, its subdomains those of the parts.
     mesh: Any
-    # (n_nodes,) the node of the `TetMesh` behind each node: 0, 1, 2, … where `mesh.tetmesh` numbered it, as
-    # it does for all meshes that `fea` makes
+    #: (n_nodes,) the node of the `TetMesh` behind each node: 0, 1, 2, … where `mesh.tetmesh` numbered it, as
+    #: it does for all meshes that `fea` makes
     nodes: Ints
 
 

@@ -82,10 +82,10 @@ _DEGREE = 3
 class BucklingMode:
     """A buckling mode."""
 
-    factor: float  # λ > 0: the reference load times λ is critical
-    shape: dict[Parity, Floats]  # per parity about y = 0, (n_nodes, 3)
-    parity_z: Parity  # about z = 0
-    residual: float  # ‖φ + λ K⁻¹K_σ φ‖ / ‖φ‖, maximum norms
+    factor: float  #: λ > 0: the reference load times λ is critical
+    shape: dict[Parity, Floats]  #: per parity about y = 0, (n_nodes, 3)
+    parity_z: Parity  #: about z = 0
+    residual: float  #: ‖φ + λ K⁻¹K_σ φ‖ / ‖φ‖, maximum norms
 
 
 class Buckling:

@@ -25,12 +25,12 @@ class Constrained:
     of freedom that stop R, Rᵀ(f − Cᵀμ) = 0 and C u = 0 (Farhat & Roux 1991).
     """
 
-    inverse: Operator  # K_c⁻¹ times (n, k) forces that are zero at the fixed degrees of freedom of K_c
-    fixed: Mask  # (n,) degrees of freedom that the mirror planes or K_c hold
-    rigid: Floats  # R (n, n_rigid)
-    rows: Floats  # C (n_rows, n)
-    answers: Floats  # K_c⁻¹Cᵀ (n, n_rows)
-    small: Floats  # inverse of the matrix that gives μ and q
+    inverse: Operator  #: K_c⁻¹ times (n, k) forces that are zero at the fixed degrees of freedom of K_c
+    fixed: Mask  #: (n,) degrees of freedom that the mirror planes or K_c hold
+    rigid: Floats  #: R (n, n_rigid)
+    rows: Floats  #: C (n_rows, n)
+    answers: Floats  #: K_c⁻¹Cᵀ (n, n_rows)
+    small: Floats  #: inverse of the matrix that gives μ and q
 
     def solve(self, forces: Floats) -> Floats:
         """Displacements (n, k) under forces (n, k); the constraints react forces that are not balanced."""

@@ -37,15 +37,15 @@ VERTICES = 4
 class PressureSpace:
     """The unknowns of the pressure and their matrices."""
 
-    parts: tuple[int, ...]  # numbers of the parts that have a pressure
-    tets: tuple[Ints, ...]  # per such part (n_elements, 10) the nodes of its elements
-    # Per such part (n,) the node of the mesh that each of its unknowns belongs to; the unknowns of the parts
-    # are numbered consecutively
+    parts: tuple[int, ...]  #: numbers of the parts that have a pressure
+    tets: tuple[Ints, ...]  #: per such part (n_elements, 10) the nodes of its elements
+    #: Per such part (n,) the node of the mesh that each of its unknowns belongs to; the unknowns of the parts
+    #: are numbered consecutively
     vertex: tuple[Ints, ...]
-    divergence: sparse.csr_array  # D (n_unknowns, 3 n_nodes): ∫ q ∇·u dV = qᵀ D u, mm²
-    # M (n_unknowns, n_unknowns): ∫ q p dV = qᵀ M p, mm³; different parts are not coupled
+    divergence: sparse.csr_array  #: D (n_unknowns, 3 n_nodes): ∫ q ∇·u dV = qᵀ D u, mm²
+    #: M (n_unknowns, n_unknowns): ∫ q p dV = qᵀ M p, mm³; different parts are not coupled
     mass: sparse.csr_array
-    # lame_lambda, shear_modulus: (n_unknowns,) λ and μ of the unknown's part, MPa
+    #: lame_lambda, shear_modulus: (n_unknowns,) λ and μ of the unknown's part, MPa
     lame_lambda: Floats
     shear_modulus: Floats
 
@@ -134,10 +134,10 @@ def shear_materials(materials: Sequence[Material], soft: Sequence[int]) -> tuple
 class MixedSystem:
     """The equations A u + Dᵀ p = f, D u − C p = 0 with their supports."""
 
-    stiffness: SymmetricMatrix  # A, N/mm, with the materials of `shear_materials`
-    space: PressureSpace  # gives D, and C, which is the mass matrix over λ
-    fixed: Mask  # (3 n_nodes,) displacements that are zero
-    alive: Mask  # (n_pressures,) pressures that are not zero by symmetry
+    stiffness: SymmetricMatrix  #: A, N/mm, with the materials of `shear_materials`
+    space: PressureSpace  #: gives D, and C, which is the mass matrix over λ
+    fixed: Mask  #: (3 n_nodes,) displacements that are zero
+    alive: Mask  #: (n_pressures,) pressures that are not zero by symmetry
 
     def solve(self, inverse: Operator, f: Floats) -> tuple[Floats, Floats, Residuals]:
         """Displacements and pressures of forces (3 n_nodes, n_cases), N, refined as long as that helps.

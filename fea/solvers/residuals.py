@@ -33,11 +33,11 @@ class Residuals:
     column divided by ‖K‖ ‖u‖ + ‖f‖.
     """
 
-    backward_error: float  # ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖), maximum norms (Rigal & Gaches 1967)
-    energy: float  # |uᵀKu − uᵀf| / uᵀf
-    # Largest force at a restraint of inertia relief, N (for sums: relative to that scale); ideally zero
+    backward_error: float  #: ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖), maximum norms (Rigal & Gaches 1967)
+    energy: float  #: |uᵀKu − uᵀf| / uᵀf
+    #: Largest force at a restraint of inertia relief, N (for sums: relative to that scale); ideally zero
     reaction: float
-    imbalance: float  # ‖Ku − f‖ / ‖f‖, maximum norms
+    imbalance: float  #: ‖Ku − f‖ / ‖f‖, maximum norms
 
     @property
     def excess(self) -> float:

@@ -32,8 +32,8 @@ _DEPENDENT = 1e-10
 class Space:
     """Vectors and the forces that cause them."""
 
-    vectors: Floats  # Z (n, m), ZᵀKZ = 1
-    forces: Floats  # F (n, m) with K⁻¹F = Z
+    vectors: Floats  #: Z (n, m), ZᵀKZ = 1
+    forces: Floats  #: F (n, m) with K⁻¹F = Z
 
     def __matmul__(self, weights: Floats) -> "Space":
         return Space(self.vectors @ weights, self.forces @ weights)
@@ -55,10 +55,10 @@ class Space:
 class Pairs:
     """Eigenvalues and vectors."""
 
-    values: Floats  # θ (k,), in decreasing order
-    vectors: Floats  # φ (n, k)
-    residuals: Floats  # ‖φ − K⁻¹A φ/θ‖ / ‖φ‖ (k,), maximum norms
-    space: Space  # the space to start from for a similar A
+    values: Floats  #: θ (k,), in decreasing order
+    vectors: Floats  #: φ (n, k)
+    residuals: Floats  #: ‖φ − K⁻¹A φ/θ‖ / ‖φ‖ (k,), maximum norms
+    space: Space  #: the space to start from for a similar A
 
 
 def largest(

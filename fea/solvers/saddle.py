@@ -36,11 +36,11 @@ _MASS_STEPS = 5
 class Constraint:
     """The matrices that couple displacement and pressure."""
 
-    # D (n_pressures, n_displacements), without the columns of constrained displacements
+    #: D (n_pressures, n_displacements), without the columns of constrained displacements
     divergence: sparse.csr_array
-    mass: sparse.csr_array  # M (n_pressures, n_pressures)
-    compliance: Floats  # (n_pressures,) 1/λ: C = compliance · M; constant among coupled pressures
-    scale: Floats  # (n_pressures,) 1/(2 μ) + 1/λ: scale · M preconditions S
+    mass: sparse.csr_array  #: M (n_pressures, n_pressures)
+    compliance: Floats  #: (n_pressures,) 1/λ: C = compliance · M; constant among coupled pressures
+    scale: Floats  #: (n_pressures,) 1/(2 μ) + 1/λ: scale · M preconditions S
 
     def compressed(self, p: Floats) -> Floats:
         """C p."""

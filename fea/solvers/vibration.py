@@ -28,10 +28,10 @@ _SHARE = 1e-2
 class Modes:
     """Modes of vibration."""
 
-    # (n_modes,) f = ω/2π, Hz, increasing; the first six are the rigid-body modes of a free body
+    #: (n_modes,) f = ω/2π, Hz, increasing; the first six are the rigid-body modes of a free body
     frequencies: Floats
-    shapes: Floats  # (n_nodes, 3, n_modes), scaled to φᵀ M φ = 1 t·mm²
-    backward_error: float  # largest ‖Kφ − ω²Mφ‖ / (‖K‖ ‖φ‖ + ω² ‖M‖ ‖φ‖), maximum norms
+    shapes: Floats  #: (n_nodes, 3, n_modes), scaled to φᵀ M φ = 1 t·mm²
+    backward_error: float  #: largest ‖Kφ − ω²Mφ‖ / (‖K‖ ‖φ‖ + ω² ‖M‖ ‖φ‖), maximum norms
 
 
 def free_modes(mesh: TetMesh, material: Material | Materials, density: float | Floats, count: int) -> Modes:

@@ -25,12 +25,12 @@ _FACET_NODES = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]]
 class BoundarySurface:
     """The boundary facets, with the images of those that touch a mirror plane."""
 
-    points: Floats  # (n, 3) the nodes of the mesh, then their images
-    facets: Ints  # (n_facets, 3) or (n_facets, 6), outward
-    label: Ints  # (n_facets,) index of the surface each belongs to
-    source: Ints  # (n,) the node of the mesh that each node is or is an image of
-    sign: Floats  # (n, 3) of the displacement components of a symmetric solution
-    crossed: Mask  # (n,) whether an image lies beyond y = 0
+    points: Floats  #: (n, 3) the nodes of the mesh, then their images
+    facets: Ints  #: (n_facets, 3) or (n_facets, 6), outward
+    label: Ints  #: (n_facets,) index of the surface each belongs to
+    source: Ints  #: (n,) the node of the mesh that each node is or is an image of
+    sign: Floats  #: (n, 3) of the displacement components of a symmetric solution
+    crossed: Mask  #: (n,) whether an image lies beyond y = 0
 
     @classmethod
     def of(
@@ -111,12 +111,12 @@ def facet_normals(points: Floats, facets: Ints) -> Floats:
 class Edges:
     """Edges shared by two facets of the boundary."""
 
-    # facet, place: (n_edges, 2) the two facets, and which of its edges this is in each
+    #: facet, place: (n_edges, 2) the two facets, and which of its edges this is in each
     facet: Ints
     place: Ints
-    cosine: Floats  # (n_edges,) of the angle between the outward normals of the facets, amid the edge
-    # smooth, convex: (n_edges,) whether the facets join smoothly; whether they join smoothly or at an outer
-    # (convex) edge
+    cosine: Floats  #: (n_edges,) of the angle between the outward normals of the facets, amid the edge
+    #: smooth, convex: (n_edges,) whether the facets join smoothly; whether they join smoothly or at an outer
+    #: (convex) edge
     smooth: Mask
     convex: Mask
 

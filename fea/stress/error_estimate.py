@@ -60,9 +60,9 @@ ENERGY_FACTOR = 1.2
 class ErrorEstimate:
     """Estimated errors of the load cases."""
 
-    energy: Floats  # (n_elements, n_cases) square of the energy norm of the error, N·mm
-    solution: Floats  # (n_elements, n_cases) square of the energy norm of the solution, N·mm
-    # Per part (n_nodes, n_cases) error of the von Mises stress, MPa; NaN at nodes outside the part
+    energy: Floats  #: (n_elements, n_cases) square of the energy norm of the error, N·mm
+    solution: Floats  #: (n_elements, n_cases) square of the energy norm of the solution, N·mm
+    #: Per part (n_nodes, n_cases) error of the von Mises stress, MPa; NaN at nodes outside the part
     stress: tuple[Floats, ...]
 
 

@@ -27,7 +27,7 @@ _RISE = PchipInterpolator(_OPENINGS, _RISES)
 class VNotch:
     """A re-entrant corner between two flat flanks."""
 
-    opening: float  # angle of the notch, outside the material, rad: 0 for a crack, π for a flat surface
+    opening: float  #: angle of the notch, outside the material, rad: 0 for a crack, π for a flat surface
 
     @property
     def half(self) -> float:
@@ -96,11 +96,13 @@ class NotchField:
     """The singular stress at a sharp notch."""
 
     notch: VNotch
-    # opening, sliding: coefficients of the stress along the flanks: the mean of both flanks is opening ·
-    # r^(λ₁ − 1), half their difference sliding · r^(λ₂ − 1), MPa with r in mm
+    #: opening, sliding: coefficients of the stress along the flanks: the mean of both flanks is opening ·
+    #: r^(λ₁ − 1), half their difference sliding · r^(λ₂ − 1), MPa with r in mm
     opening: float
     sliding: float
-    longest: float  # the fit is of the stress up to this distance, mm, and a fillet may have it as its radius
+    longest: (
+        float  #: the fit is of the stress up to this distance, mm, and a fillet may have it as its radius
+    )
 
     @property
     def intensity(self) -> float:

@@ -27,11 +27,11 @@ _OFF = 0.4
 class Walks:
     """Places (n, n_steps) on a surface, on n ways."""
 
-    # nodes, weights: (n, n_steps, n_nodes_of_a_facet): a nodal field there is the weighted sum of its values
+    #: nodes, weights: (n, n_steps, n_nodes_of_a_facet): a nodal field there is the weighted sum of its values
     nodes: Ints
     weights: Floats
-    ahead: Floats  # (n, n_steps, 3) unit direction of the way
-    reached: Ints  # (n,) how many steps stay on the facets
+    ahead: Floats  #: (n, n_steps, 3) unit direction of the way
+    reached: Ints  #: (n,) how many steps stay on the facets
 
     def of(self, field: Floats) -> Floats:
         """Values (n, n_steps, …) of a field (n_points, …)."""
@@ -43,9 +43,9 @@ class Walks:
 class Ground:
     """Facets to walk on."""
 
-    points: Floats  # (n_points, 3)
-    facets: Ints  # (n_facets, 3) or (n_facets, 6), outward
-    patch: Ints  # (n_facets,) number of the face each belongs to: a way stays on one
+    points: Floats  #: (n_points, 3)
+    facets: Ints  #: (n_facets, 3) or (n_facets, 6), outward
+    patch: Ints  #: (n_facets,) number of the face each belongs to: a way stays on one
 
     def walk(self, start: Floats, ahead: Floats, facet: Ints, step: Floats, count: int) -> Walks:
         """Walk `count` steps (n,), mm, from places (n, 3) along unit tangents, each beginning on a facet."""
@@ -146,21 +146,21 @@ _END, _END_MOST = 0.25, 0.02
 class SharpEdges:
     """Edges of the mesh on sharp re-entrant edges of the rod, each with its two flanks."""
 
-    # middle, size: (n, 3) middle of each and (n,) its length, mm
+    #: middle, size: (n, 3) middle of each and (n,) its length, mm
     middle: Floats
     size: Floats
-    nodes: Ints  # (n, 2) the vertices at its ends
-    opening: Floats  # (n,) angle of the notch, outside the material, rad
-    facet: Ints  # (n, 2) of `ground` on either side
-    # normal, away: (n, 2, 3) outward normal of either flank there, and its tangent that leads away from the
-    # edge
+    nodes: Ints  #: (n, 2) the vertices at its ends
+    opening: Floats  #: (n,) angle of the notch, outside the material, rad
+    facet: Ints  #: (n, 2) of `ground` on either side
+    #: normal, away: (n, 2, 3) outward normal of either flank there, and its tangent that leads away from the
+    #: edge
     normal: Floats
     away: Floats
-    place: Ints  # (n,) number of the place: one edge of the rod, with its mirror images
-    between: tuple[tuple[str, str], ...]  # per place, the two faces that meet there, in words
-    length: Floats  # (n,) of the connected edge of the rod that it is part of, mm
-    at_end: Mask  # (n,) whether it is next to an end of that edge
-    ground: Ground  # the surface of the rod
+    place: Ints  #: (n,) number of the place: one edge of the rod, with its mirror images
+    between: tuple[tuple[str, str], ...]  #: per place, the two faces that meet there, in words
+    length: Floats  #: (n,) of the connected edge of the rod that it is part of, mm
+    at_end: Mask  #: (n,) whether it is next to an end of that edge
+    ground: Ground  #: the surface of the rod
 
     @classmethod
     def of(cls, mesh: TetMesh, creases: Creases) -> "SharpEdges | None":

@@ -25,9 +25,9 @@ _SHARE = 0.25
 class RimMask:
     """The rims of one name."""
 
-    name: str  # in words
-    nodes: Ints  # (n,) on them
-    radius: float  # within which stress is left out, mm
+    name: str  #: in words
+    nodes: Ints  #: (n,) on them
+    radius: float  #: within which stress is left out, mm
 
 
 def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:

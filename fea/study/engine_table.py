@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from fea.base.note import Note, assumptions, warning
+from fea.base.units import BAR, DEG, KG
 from fea.study.paths import located
 from fea.study.presets import EnginePreset, engine_preset
 from fea.study.tables import key
 from fea.study.trace_columns import TraceKeys
 from fea.study.traces import SHIPPED, SUFFIXES, Imported, Surroundings, read_trace, shipped_trace
-from fea.units import BAR, DEG, KG
 from geometry.errors import InvalidValue, require, require_positive
 from loads.engine import Engine
 from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, GasModel, NoGas, Otto

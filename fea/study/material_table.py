@@ -18,9 +18,9 @@ from fea.base.material import (
     reliability_factor,
     size_factor,
 )
+from fea.base.units import GPA, KG_M3
 from fea.study.presets import MATERIALS
 from fea.study.tables import Table, entries_of, key, nearest
-from fea.units import GPA, KG_M3
 from geometry.errors import InvalidValue, require, require_number, require_positive
 
 _LINE = ("fatigue_strength_coefficient_MPa", "fatigue_strength_exponent")

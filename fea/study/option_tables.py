@@ -14,9 +14,9 @@ from fea.base.choices import (
     Support,
     Symmetry,
 )
-from fea.base.pin_models import contact_excluded_because, pin_model
 from fea.study.engine_table import located_gas
 from fea.study.paths import absolute, parse_speeds
+from fea.study.pin_models import contact_excluded_because, pin_model
 from fea.study.rod_table import dimension_of
 from fea.study.tables import Table, key, not_negative, within
 from geometry.errors import InvalidValue, require, require_number, require_positive

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fea.base.note import Note, warning
+from fea.base.units import KG, KG_M2
 from fea.study.paths import is_file, located
 from fea.study.tables import (
     Table,
@@ -19,7 +20,6 @@ from fea.study.tables import (
     read_table,
     unknown_key,
 )
-from fea.units import KG, KG_M2
 from geometry.assembly import Assembly
 from geometry.dimensions import dimensions, options
 from geometry.dimensions import key as key_of

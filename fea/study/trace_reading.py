@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.base.choices import PressureReference, PressureUnit
-from fea.units import BAR
+from fea.base.units import BAR
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue
 from loads.gas import LARGEST_PEAK

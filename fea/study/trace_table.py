@@ -46,10 +46,10 @@ class Form(NamedTuple):
     """How the lines of a table are written; `numbers` are the columns (from 0) that hold numbers."""
 
     separator: str | None
-    comma: bool  # decimal
+    comma: bool  #: decimal
     cells: int
     numbers: tuple[int, ...]
-    exact: bool = False  # whether lines with more cells are refused
+    exact: bool = False  #: whether lines with more cells are refused
 
     def fits(self, line: Line) -> bool:
         """Whether a line is a row of the table."""

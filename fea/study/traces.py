@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fea.base.choices import PressureReference, PressureUnit
+from fea.base.units import BAR, DEG, RPM
 from fea.study.trace_columns import (
     DOCUMENTED,
     Columns,
@@ -31,7 +32,6 @@ from fea.study.trace_table import (
     read_text,
     read_trace_table,
 )
-from fea.units import BAR, DEG, RPM
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
 from loads.gas import ATMOSPHERE

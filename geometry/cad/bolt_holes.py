@@ -36,22 +36,22 @@ _LIP = 0.2
 class Seat:
     """An annular part of a plane face around a hole."""
 
-    level: float  # position along the axis, mm
-    inner: float  # radius of the largest whole annulus, mm
-    outer: float  # likewise
-    round: bool = False  # whether its outer edge is a circle
+    level: float  #: position along the axis, mm
+    inner: float  #: radius of the largest whole annulus, mm
+    outer: float  #: likewise
+    round: bool = False  #: whether its outer edge is a circle
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class BoltHole(Axis):
     """A hole through the joint; its centre lies in the joint plane, its direction leads from rod to cap."""
 
-    radius: float  # of its narrowest wall in the cap, mm
-    rod_radius: float  # of its narrowest wall in the rod, mm
-    rod_wall: tuple[float, float]  # ends of that wall, mm, the one away from the joint first
-    cap_end: float  # where its wall in the cap ends, mm
-    head: Seat | None  # plane seat at its end in the cap
-    nut: Seat | None  # plane seat at its end in the rod
+    radius: float  #: of its narrowest wall in the cap, mm
+    rod_radius: float  #: of its narrowest wall in the rod, mm
+    rod_wall: tuple[float, float]  #: ends of that wall, mm, the one away from the joint first
+    cap_end: float  #: where its wall in the cap ends, mm
+    head: Seat | None  #: plane seat at its end in the cap
+    nut: Seat | None  #: plane seat at its end in the rod
 
 
 def bolt_holes(rod: Sequence[int], cap: Sequence[int], joint: Joint, bore: float) -> list[BoltHole]:

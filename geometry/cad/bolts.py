@@ -39,8 +39,8 @@ _ALONG_ONE_AXIS = 0.2
 class Fastener:
     """A solid that may be a bolt, a nut or a washer."""
 
-    points: Floats  # (n, 3) along its edges, mm
-    planes: tuple[Floats, ...]  # per plane face, points (n, 3) along its edges, mm
+    points: Floats  #: (n, 3) along its edges, mm
+    planes: tuple[Floats, ...]  #: per plane face, points (n, 3) along its edges, mm
 
     def is_in(self, hole: BoltHole) -> bool:
         """Whether its axis is that of a hole."""

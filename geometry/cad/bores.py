@@ -41,10 +41,10 @@ Pair = tuple[CadHole, CadHole]
 
 @dataclass(frozen=True, eq=False)
 class _Opening:
-    center: Floats  # mm
-    direction: Floats  # unit normal of the face
-    radius: float  # of the fitted circle, mm
-    deviation: float  # largest distance of the edge from it, mm
+    center: Floats  #: mm
+    direction: Floats  #: unit normal of the face
+    radius: float  #: of the fitted circle, mm
+    deviation: float  #: largest distance of the edge from it, mm
 
     def coaxial(self, center: Floats, direction: Floats, radius: float) -> bool:
         """Whether its axis is the one through a point (3,), within a part of a radius."""

@@ -59,8 +59,8 @@ _REMEDY = {
 class NamedSolid(NamedTuple):
     """A solid of the open model."""
 
-    tag: int  # gmsh's volume tag
-    name: str  # in the file; empty if it has none
+    tag: int  #: gmsh's volume tag
+    name: str  #: in the file; empty if it has none
 
 
 def read_solids(path: Path, unit: str | None = None) -> list[NamedSolid]:

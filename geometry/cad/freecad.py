@@ -47,9 +47,9 @@ class Placement:
 class Shape:
     """A shape that is a result of the document."""
 
-    label: str  # of its object
-    path: Path  # A BREP file, as long as `shapes_of` is open
-    placements: tuple[Placement, ...]  # of the containers that hold it, the innermost first
+    label: str  #: of its object
+    path: Path  #: A BREP file, as long as `shapes_of` is open
+    placements: tuple[Placement, ...]  #: of the containers that hold it, the innermost first
 
 
 @dataclass(frozen=True)

@@ -23,10 +23,12 @@ _OPEN = 0.3
 class CadHole(RoundHole):
     """A cylindrical hole of a solid."""
 
-    moment: Floats  # (3,) first moment of the wall's area about `center`, mm³
-    faces: tuple[int, ...]  # gmsh's tags of its wall, the largest first
-    deviation: float = 0.0  # by how much the axes and radii of its faces differ, mm
-    fitted: bool = False  # whether a face of it is a surface of another kind, to which the cylinder is fitted
+    moment: Floats  #: (3,) first moment of the wall's area about `center`, mm³
+    faces: tuple[int, ...]  #: gmsh's tags of its wall, the largest first
+    deviation: float = 0.0  #: by how much the axes and radii of its faces differ, mm
+    fitted: bool = (
+        False  #: whether a face of it is a surface of another kind, to which the cylinder is fitted
+    )
 
     @property
     def mean_width(self) -> float:
@@ -178,7 +180,7 @@ class Walls:
     """
 
     interior: Interior
-    groups: tuple[list[CadHole], ...]  # walls with the same axis, those with the largest radius first
+    groups: tuple[list[CadHole], ...]  #: walls with the same axis, those with the largest radius first
 
     def hollow(self) -> Iterator[CadHole]:
         """Find the hollow walls, one per axis, the largest radius first."""

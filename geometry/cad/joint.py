@@ -24,11 +24,11 @@ _OFF, _ROUGH = 0.5, 0.2
 class Joint:
     """The mean plane of the faces that rod and cap share."""
 
-    normal: Floats  # unit vector (3,) from the cap to the rod
-    offset: float  # distance of the plane from the big end's centre along the normal, mm
-    area: float  # of the faces, mm²
-    flatness: float  # distance of the two planes parallel to it that enclose the faces' edges, mm
-    faces: int  # how many there are
+    normal: Floats  #: unit vector (3,) from the cap to the rod
+    offset: float  #: distance of the plane from the big end's centre along the normal, mm
+    area: float  #: of the faces, mm²
+    flatness: float  #: distance of the two planes parallel to it that enclose the faces' edges, mm
+    faces: int  #: how many there are
 
     @property
     def angle(self) -> float:

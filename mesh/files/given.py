@@ -32,11 +32,11 @@ _LEAST_EXTENT = 3.0
 class GivenMesh:
     """A mesh from a file, ready to be solved."""
 
-    mesh: TetMesh  # placed in the rod's frame; every boundary facet is on a bore or free
-    bores: tuple[Bore, Bore]  # of the big and the small end
-    size: float  # mean length of the elements' edges, mm
-    quality: Quality  # of the elements
-    imported: ImportReport  # where the bores are in the file, in millimetres, and what was mended or assumed
+    mesh: TetMesh  #: placed in the rod's frame; every boundary facet is on a bore or free
+    bores: tuple[Bore, Bore]  #: of the big and the small end
+    size: float  #: mean length of the elements' edges, mm
+    quality: Quality  #: of the elements
+    imported: ImportReport  #: where the bores are in the file, in millimetres, and what was mended or assumed
 
 
 def given_mesh(path: Path, diameters: Diameters = UNKNOWN, unit: str | None = None) -> GivenMesh:

@@ -31,10 +31,10 @@ def circles_through(triples: Floats) -> tuple[Floats, Floats]:
 class Axes:
     """Cylinders with parallel axes."""
 
-    direction: Floats  # unit vector (3,)
-    centers: Floats  # (n, 3) a point on each axis, mm
-    radii: Floats  # (n,) mm
-    # Root mean square distance of the points from their cylinder, over its radius, the largest of all
+    direction: Floats  #: unit vector (3,)
+    centers: Floats  #: (n, 3) a point on each axis, mm
+    radii: Floats  #: (n,) mm
+    #: Root mean square distance of the points from their cylinder, over its radius, the largest of all
     residual: float
 
 
@@ -111,8 +111,8 @@ _ROUNDS = 6
 class MeshHole(RoundHole):
     """The wall of a cylindrical hole of a surface mesh."""
 
-    through: bool  # whether nothing crosses the axis
-    facets: Ints  # numbers of the wall's facets
+    through: bool  #: whether nothing crosses the axis
+    facets: Ints  #: numbers of the wall's facets
 
     @property
     def closed(self) -> bool:

@@ -13,8 +13,8 @@ from mesh.tetmesh import FACET_EDGES
 class SurfaceMesh:
     """Boundary triangles, by the vertices of the facets."""
 
-    points: Floats  # (n_nodes, 3), mm
-    facets: Ints  # (n, 3) vertices, anticlockwise from outside
+    points: Floats  #: (n_nodes, 3), mm
+    facets: Ints  #: (n, 3) vertices, anticlockwise from outside
 
     @cached_property
     def corners(self) -> Floats:

@@ -20,9 +20,9 @@ MOST_TETS = 10_000_000
 class TetFile:
     """Nodes and tetrahedra, unchecked."""
 
-    points: Floats  # (n_nodes, 3), in the file's unit of length
-    tets: Ints  # (n_elements, 4) or (n_elements, 10) rows of `points`, in VTK's order of nodes
-    numbers: Ints  # (n_elements,) the file's own numbers of the elements, by which messages name them
+    points: Floats  #: (n_nodes, 3), in the file's unit of length
+    tets: Ints  #: (n_elements, 4) or (n_elements, 10) rows of `points`, in VTK's order of nodes
+    numbers: Ints  #: (n_elements,) the file's own numbers of the elements, by which messages name them
 
 
 def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
@@ -132,10 +132,10 @@ _SHOWN = 5
 class Mended:
     """A sound mesh and what was done for it."""
 
-    # Positively oriented tetrahedra that share whole faces, in one piece, without surfaces; nodes that no
-    # element uses are gone
+    #: Positively oriented tetrahedra that share whole faces, in one piece, without surfaces; nodes that no
+    #: element uses are gone
     mesh: TetMesh
-    notes: tuple[str, ...]  # what was changed, for the user
+    notes: tuple[str, ...]  #: what was changed, for the user
 
 
 def mended(file: TetFile) -> Mended:

@@ -23,9 +23,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from rod_studies import random_study
 
+from fea.analysis.prepare import prepare
 from fea.base.choices import CONTACT, PinBody
 from fea.pins.assembly import AssemblyPins
-from fea.run.prepare import prepare
 from fea.solid.errors import ContactError
 from fea.study.assembly_table import AssemblyTable
 from fea.study.option_tables import AnalysisTable, ContactTable, MeshTable, SpeedTable

@@ -16,6 +16,7 @@ import statistics
 import sys
 import time
 from pathlib import Path
+from typing import cast
 from unittest.mock import patch
 
 import numpy as np
@@ -32,11 +33,11 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     """Run one of the modes; seconds without the imports, and the peak memory of the process."""
     from assembled_rods import study
 
+    from fea.analysis.meshing import mesh_loaded
+    from fea.analysis.prepare import prepare
+    from fea.analysis.speed import solve_speed, with_cycle
     from fea.machine.clock import Clock
-    from fea.pins.assembly import AssemblyPins  # noqa: F401 - loaded before the clock starts
-    from fea.run.meshing import mesh_loaded
-    from fea.run.prepare import prepare
-    from fea.run.speed import solve_speed, with_cycle
+    from fea.pins.assembly import AssemblyPins  # loaded before the clock starts
     from fea.study.option_tables import MeshTable
     from geometry.system import peak_memory
     from mesh.sizing import default_size
@@ -61,7 +62,9 @@ def work(mode: str, size: float | None) -> dict[str, float]:
         "seconds": seconds,
         "MiB": peak_memory(),
         "nodes": len(rod.mesh.whole.points),
-        "unknowns": 0 if mode in STATIC.values() else cast("ContactPins", rod.pins).contact.problem.unfolding.size,
+        "unknowns": 0
+        if mode in STATIC.values()
+        else cast("AssemblyPins", rod.pins).contact.problem.unfolding.size,
         "failed": sum(not check.passed for check in result.checks.values()),
     }
 

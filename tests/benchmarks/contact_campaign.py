@@ -14,7 +14,7 @@ import statistics
 import sys
 import time
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -22,9 +22,10 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from rod_studies import random_study
 
+from fea.analysis.prepare import prepare
 from fea.base.choices import CONTACT, PinBody
 from fea.contact.active_set import MOST_CHANGES
-from fea.run.prepare import prepare
+from fea.pins.contact import ContactPins
 from fea.solid.errors import ContactError
 from fea.study.option_tables import AnalysisTable, ContactTable, MeshTable, SpeedTable
 from fea.study.study import Study

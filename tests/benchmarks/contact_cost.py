@@ -13,6 +13,7 @@ import statistics
 import sys
 import time
 from pathlib import Path
+from typing import cast
 
 from own_process import measured, spread
 
@@ -29,13 +30,13 @@ RUNS = (
 
 def work(mode: str, size: float | None) -> dict[str, float]:
     """Run one of the modes; seconds without the imports, and the peak memory of the process."""
+    from fea.analysis.many_speeds import SpeedSweep
+    from fea.analysis.meshing import mesh_loaded
+    from fea.analysis.prepare import prepare
+    from fea.analysis.speed import solve_speed, with_cycle
     from fea.base.choices import CONTACT
     from fea.machine.clock import Clock
-    from fea.pins.contact import ContactPins  # noqa: F401 - loaded before the clock starts
-    from fea.run.many_speeds import SpeedSweep
-    from fea.run.meshing import mesh_loaded
-    from fea.run.prepare import prepare
-    from fea.run.speed import solve_speed, with_cycle
+    from fea.pins.contact import ContactPins  # loaded before the clock starts
     from fea.study.option_tables import MeshTable
     from fea.study.study import load_study
     from geometry.system import peak_memory

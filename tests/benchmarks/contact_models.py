@@ -21,10 +21,10 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from rod_studies import random_study
 
+from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.speed import solve_speed, with_cycle
 from fea.base.choices import CONTACT
 from fea.pins.fits import BIG_CLEARANCE, SMALL_CLEARANCE
-from fea.run.prepare import PreparedRod, prepare
-from fea.run.speed import solve_speed, with_cycle
 from fea.stress.singular import masked_nodes
 from fea.study.option_tables import ContactTable, MeshTable, SpeedTable
 from fea.study.rod_table import rod_of_file

@@ -21,9 +21,9 @@ from cycles import SPEEDS, direct, on_bores
 
 import fea.pins.pressure as pressure_loads_module
 import fea.pins.pressure as series_module
+from fea.analysis.prepare import PreparedRod, prepare
 from fea.base.choices import Symmetry
 from fea.output.inp import write_inp
-from fea.run.prepare import PreparedRod, prepare
 from fea.solid.parity import Parity
 from fea.solid.supports import determinate_restraints, plane_conditions
 from fea.study.flags import Flags

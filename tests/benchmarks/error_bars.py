@@ -27,14 +27,14 @@ from hot_spots import hot_ratio, solved_finely
 from known_peaks import SIZES, KnownPeak, benchmark_peaks, exact_peaks
 from rod_studies import random_study
 
+from fea.analysis.adapt import adapt_mesh
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed
+from fea.analysis.wanted_size import predicted_elements, wanted_sizes
 from fea.base.choices import Element
 from fea.judge.case_result import CaseResult
 from fea.judge.verdict import peak
 from fea.machine.clock import Clock
-from fea.run.adapt import adapt_mesh
-from fea.run.prepare import prepare
-from fea.run.speed import solve_speed
-from fea.run.wanted_size import predicted_elements, wanted_sizes
 from fea.stress.error_estimate import STRESS_FACTOR
 from fea.study.option_tables import MeshTable, SpeedTable
 from fea.study.study import Study, load_study

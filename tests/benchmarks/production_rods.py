@@ -15,11 +15,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from fea.analysis.cycle.superposition import CycleResult
+from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.rod_report import fitted
+from fea.analysis.speed import SpeedResult, solve_speed
 from fea.base.choices import CONTACT, Finish
-from fea.run.cycle.superposition import CycleResult
-from fea.run.prepare import PreparedRod, prepare
-from fea.run.rod_report import fitted
-from fea.run.speed import SpeedResult, solve_speed
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import MeshTable
 from fea.study.study import Study, parse_study

@@ -22,11 +22,11 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from hot_spots import hot_ratio, solved_finely
 from rod_studies import random_study
 
+from fea.analysis.adapt import Adapted, adapt_mesh
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed
+from fea.analysis.wanted_size import wanted_sizes
 from fea.machine.clock import Clock
-from fea.run.adapt import Adapted, adapt_mesh
-from fea.run.prepare import prepare
-from fea.run.speed import solve_speed
-from fea.run.wanted_size import wanted_sizes
 from fea.study.option_tables import MeshTable, SpeedTable
 from fea.study.study import Study, load_study
 

@@ -99,7 +99,7 @@ def test_forces_need_nothing_that_meshes_or_solves(tmp_path):
     code = "import sys; from fea.__main__ import call; call(['loads']); print(*sys.modules)"
     loaded = said(code, tmp_path).splitlines()[-1].split()
     assert "loads.dynamics" in loaded
-    assert not {"skfem", "scipy", "vtkmodules", "fea.run.meshing", "importlib.metadata"} & set(loaded)
+    assert not {"skfem", "scipy", "vtkmodules", "fea.analysis.meshing", "importlib.metadata"} & set(loaded)
 
 
 def test_leaving_does_not_search_the_libraries_for_garbage(tmp_path):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from engines import LEON
 
+from fea.base.units import DEG, RPM
 from fea.contact.friction_cycle import MOST_CYCLES, ON_END, FrictionCycle, increments
-from fea.units import DEG, RPM
 from geometry.mass import MassProperties
 from loads.crank_cycle import BEGINNING, CrankCycle
 from loads.crank_cycle import INCREMENTS as OF_CYCLE

@@ -3,11 +3,11 @@ import math
 import numpy as np
 import pytest
 
+from fea.analysis.meshing import mesh_study
 from fea.base.choices import CONVERGED_PERCENT
 from fea.judge.case_error import CaseError
 from fea.judge.case_result import CaseFields, case_result
 from fea.judge.verdict import Verdict, peak
-from fea.run.meshing import mesh_study
 from fea.solid.traction import traction_forces
 from fea.solvers.constrained import displacement
 from fea.stress.error_estimate import ErrorEstimator

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
+from fea.base.units import RPM
 from fea.study.study import load_study
-from fea.units import RPM
 from geometry.mass import MassProperties
 from loads.dynamics import cycle
 from loads.engine import Engine

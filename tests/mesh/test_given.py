@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from tet_blocks import deck
 
+from fea.analysis.meshing import mesh_study
 from fea.base.choices import Element, Symmetry
-from fea.run.meshing import mesh_study
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.surfaces import Surface

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fea.analysis.meshing import mesh_study
 from fea.rod.discretise import moved
-from fea.run.meshing import mesh_study
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.surfaces import Surface

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from strap import strap
 
-from fea.run.meshing import mesh_study
+from fea.analysis.meshing import mesh_study
 from fea.study.study import load_study
 from geometry.surfaces import Surface
 from mesh.mirror import reflect, unmirrored

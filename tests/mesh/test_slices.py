@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from fea.analysis.buckling import shank
+from fea.analysis.meshing import mesh_study
 from fea.judge.column import Plane, column
-from fea.run.buckling import shank
-from fea.run.meshing import mesh_study
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.verify.cases.dynamics import HEIGHT, WIDTH, strut

@@ -12,14 +12,14 @@ from cycles import analysis
 from PIL import Image
 from program import fea
 
+from fea.analysis.speed import solve_speed
 from fea.base.choices import Symmetry
+from fea.base.units import DEG
 from fea.output.pictures import animation
 from fea.output.pictures.animation import COUNT, computed, drawn, require_film, write_film
 from fea.output.pictures.film import Film
 from fea.output.pictures.surface import DrawnSurface
 from fea.output.target import PictureError, StorageError
-from fea.run.speed import solve_speed
-from fea.units import DEG
 from geometry.errors import InvalidValue
 
 RADIUS, LENGTH = 40.0, 100.0

@@ -11,6 +11,7 @@ from PIL import Image
 from written_figures import buckling, cycle, load, summary
 from written_figures import result as case_result
 
+from fea.analysis.figures import BucklingModeFigures
 from fea.machine import isolated
 from fea.output.json_file import json_text
 from fea.output.pictures import picture
@@ -29,7 +30,6 @@ from fea.output.pictures.shown import available, described_by
 from fea.output.pictures.strokes import is_complete_png, require_rod
 from fea.output.target import PictureError
 from fea.output.vtu import write_vtu
-from fea.run.figures import BucklingModeFigures
 from geometry.errors import InvalidValue
 from mesh.tetmesh import TetMesh
 

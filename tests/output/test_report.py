@@ -13,7 +13,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reports import HOSTILE, SIZE, reported_rod
 
+from fea.analysis.figures import (
+    AssemblyFigures,
+    BoltCaseFigures,
+    BoltsFigures,
+    FaceCaseFigures,
+    FitFigures,
+    JointCaseFigures,
+    JointFigures,
+)
+from fea.analysis.motion import Known, agreeing
 from fea.apps.report_run import report_run
+from fea.base.units import DEG
 from fea.output.folder import SUMMARY, is_earlier_run
 from fea.output.report.assumptions import limits
 from fea.output.report.charts import Heading, chart
@@ -25,19 +36,8 @@ from fea.output.report.wording import figure, named
 from fea.output.report.write import still
 from fea.output.stored_run import read_run
 from fea.output.target import PictureError
-from fea.run.figures import (
-    AssemblyFigures,
-    BoltCaseFigures,
-    BoltsFigures,
-    FaceCaseFigures,
-    FitFigures,
-    JointCaseFigures,
-    JointFigures,
-)
-from fea.run.motion import Known, agreeing
 from fea.stress.stress import von_mises
 from fea.study.study import load_study
-from fea.units import DEG
 from geometry.errors import InvalidValue
 from mesh.tetmesh import boundary_facets
 

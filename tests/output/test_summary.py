@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from engines import LEON, LEON_ROD
 
+from fea.analysis.forces import force_columns
 from fea.output.columns_csv import write_columns
 from fea.output.json_file import json_text
-from fea.run.forces import force_columns
 from geometry.surfaces import Surface
 from loads.gas import NoGas
 

@@ -5,11 +5,11 @@ import pytest
 from rich.console import Console
 from written_figures import load, result, summary
 
+from fea.analysis.figures import PassFigures
 from fea.base.checks import Check
 from fea.output.terminal.run import print_runs
 from fea.output.terminal.run_lines import kilo
 from fea.output.text import gathered
-from fea.run.figures import PassFigures
 
 LOADS = {
     "tension": load(crank_deg=4.0, pin_axial_N=31512.0, crank_axial_N=48100.0, wall_N=-212.0),

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from assembled_rods import EVERY, study
 
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed, with_cycle
 from fea.pins import assembly
 from fea.pins.assembly import _principal
-from fea.run.prepare import prepare
-from fea.run.speed import solve_speed, with_cycle
 from fea.solid.parity import Parity
 from fea.study.option_tables import MeshTable
 

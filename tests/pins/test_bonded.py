@@ -10,12 +10,12 @@ from skfem import Functional, LinearForm, condense, solve
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH, strap
 
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed
 from fea.apps.result import analyse
 from fea.base.choices import Element, Support, Symmetry
 from fea.pins.bonded import BondedPins
 from fea.rod.meshed_rod import Bores
-from fea.run.prepare import prepare
-from fea.run.speed import solve_speed
 from fea.solid.bonded_bore import BondedBore
 from fea.solid.bore import bore_facets
 from fea.solid.inertia import imbalance, inertia

@@ -9,9 +9,9 @@ import pytest
 from cycles import direct
 
 from fea import analyse
+from fea.analysis.prepare import prepare
 from fea.base.choices import CONTACT
 from fea.output.json_file import read_summary
-from fea.run.prepare import prepare
 from fea.study.flags import Flags
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import ContactTable, ForcesTable

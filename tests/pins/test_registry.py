@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fea import analyse, run
-from fea.base import pin_models
-from fea.base.pin_models import PIN_MODELS, PinModelEntry, pin_model
 from fea.pins.model import PinModel
+from fea.study import pin_models
+from fea.study.pin_models import PIN_MODELS, PinModelEntry, pin_model
 from geometry.errors import InvalidValue
 
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from cycles import superposition_errors
 
+from fea.analysis.prepare import prepare
 from fea.base.choices import Symmetry
 from fea.pins.pressure import SKEWED, _skewness
-from fea.run.prepare import prepare
 from fea.study.flags import Flags
 from fea.study.study import load_study
 

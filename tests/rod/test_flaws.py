@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fea.analysis.meshing import mesh_study
 from fea.base.checks import LIMITS
 from fea.machine.clock import Clock
 from fea.rod.flaws import mass_error, mesh_flaws
-from fea.run.meshing import mesh_study
 from fea.solid.inertia import inertia
 from fea.study.study import parse_study
 from geometry.bodies import block, draw

@@ -4,8 +4,8 @@ import gmsh
 import numpy as np
 import pytest
 
-from fea.run.prepare import prepare
-from fea.run.speed import solve_speed
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed
 from fea.solid.parity import Parity
 from fea.solid.supports import determinate_restraints, free_motions, plane_conditions
 from fea.study.study import parse_study

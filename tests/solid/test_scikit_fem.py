@@ -13,10 +13,10 @@ from strap import LENGTH, strap
 from strap_load import tilted_load
 
 import fea
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed
 from fea.base.choices import Assembly, SolverName, Support
 from fea.base.material import Material, Materials
-from fea.run.prepare import prepare
-from fea.run.speed import solve_speed
 from fea.solid import forms
 from fea.solid.assembly import GeometricStiffness, pattern, stiffness
 from fea.solid.inertia import _assembled_weights as weights

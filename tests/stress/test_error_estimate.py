@@ -8,10 +8,10 @@ from energy_errors import effectivity, manufactured_effectivity, rod, rod_effect
 from exact_bodies import HEIGHT, MATERIAL, PROBLEMS, solved
 from nested import nest, nested
 
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed
 from fea.base.choices import Symmetry
 from fea.judge.verdict import peak
-from fea.run.prepare import prepare
-from fea.run.speed import solve_speed
 from fea.solid.element import gauss_block, tabulate
 from fea.stress.error_estimate import ErrorEstimator, sagitta
 from fea.stress.recovery import Recovery

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from fea import run
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed
 from fea.base.checks import LIMITS
-from fea.run.prepare import prepare
-from fea.run.speed import solve_speed
 from fea.stress.section_balance import SectionBalance
 from fea.study.study import load_study
 from geometry.bodies import block

@@ -5,11 +5,11 @@ import dataclasses
 import pytest
 from rods import random_rod
 
+from fea.analysis.meshing import mesh_study
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed
+from fea.analysis.summary import case_figures
 from fea.judge.verdict import Verdict, peak
-from fea.run.meshing import mesh_study
-from fea.run.prepare import prepare
-from fea.run.speed import solve_speed
-from fea.run.summary import case_figures
 from fea.solid.traction import traction_forces
 from fea.solvers.constrained import displacement
 from fea.stress.error_estimate import ErrorEstimator

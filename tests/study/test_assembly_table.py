@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
+from fea.analysis.assembling import Assembling
 from fea.base.choices import BoltGrade, ThreadRolled
 from fea.judge.bolt_choice import choose_bolt
 from fea.judge.bolt_shape import BoltSeats, seats_of
-from fea.run.assembling import Assembling
 from fea.study.assembly_table import AssemblyTable
 from fea.study.documents import study_schema, template
 from fea.study.flags import Flags

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
+from fea.analysis.engine_study import engine_study
 from fea.output.json_file import json_text
-from fea.run.engine_study import engine_study
 from fea.study.documents import SCHEMA_FILE, is_schema, study_schema, template
 from fea.study.study import TABLES, load_study, parse_study, shipped_studies
 from geometry.errors import InvalidValue

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from studies import LEON
 
+from fea.analysis.prepare import prepare
 from fea.base.choices import Element, Support
-from fea.run.prepare import prepare
 from fea.study.documents import template
 from fea.study.flags import Flags, python_flags
 from fea.study.paths import parse_speeds

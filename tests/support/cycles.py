@@ -4,8 +4,8 @@ from functools import cache
 
 import numpy as np
 
+from fea.analysis.prepare import PreparedRod, prepare
 from fea.base.choices import Symmetry
-from fea.run.prepare import PreparedRod, prepare
 from fea.stress.stress import von_mises
 from fea.study.flags import Flags
 from fea.study.study import load_study

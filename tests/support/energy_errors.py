@@ -5,9 +5,9 @@ from functools import cache
 
 import numpy as np
 
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed
 from fea.base.material import Material
-from fea.run.prepare import prepare
-from fea.run.speed import solve_speed
 from fea.solid.element import gauss_block, tabulate
 from fea.stress.error_estimate import ErrorEstimator
 from fea.stress.recovery import ElementStress, Recovery, reference_nodes

@@ -5,10 +5,10 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
+from fea.analysis.meshing import mesh_study
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed
 from fea.judge.case_result import CaseResult
-from fea.run.meshing import mesh_study
-from fea.run.prepare import prepare
-from fea.run.speed import solve_speed
 from fea.study.option_tables import MeshTable
 from fea.study.study import Study
 from mesh.sizing import SizeField

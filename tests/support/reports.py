@@ -5,10 +5,10 @@ from functools import cache
 
 import numpy as np
 
+from fea.analysis.adapt import adapt_mesh
+from fea.analysis.result import run_result
 from fea.apps.result import result_of
 from fea.machine.clock import Clock
-from fea.run.adapt import adapt_mesh
-from fea.run.result import run_result
 from fea.study.flags import Flags
 from fea.study.study import load_study
 

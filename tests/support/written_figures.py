@@ -1,7 +1,6 @@
 """Figures of runs that were never computed."""
 
-from fea.base.checks import Check
-from fea.run.figures import (
+from fea.analysis.figures import (
     BucklingFigures,
     CaseFigures,
     ColumnFigures,
@@ -14,7 +13,8 @@ from fea.run.figures import (
     RodFigures,
     Summary,
 )
-from fea.run.survival import Factor, survival
+from fea.analysis.survival import Factor, survival
+from fea.base.checks import Check
 
 
 def load(**figures):

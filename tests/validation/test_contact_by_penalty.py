@@ -15,8 +15,8 @@ from skfem import Basis, BilinearForm, ElementTetP1, ElementTetP2, ElementVector
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from fea import to_skfem
+from fea.analysis.prepare import prepare
 from fea.base.choices import CONTACT
-from fea.run.prepare import prepare
 from fea.solid.parity import Parity
 from fea.study.flags import Flags
 from fea.study.option_tables import ContactTable, ForcesTable

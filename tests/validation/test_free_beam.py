@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fea.run.modes import modes_report, moves
+from fea.analysis.modes import modes_report, moves
 from fea.solid.inertia import inertia, mass_matrix
 from fea.solvers.vibration import RIGID, free_modes
 from fea.study.flags import Flags

@@ -7,15 +7,15 @@ from itertools import count
 
 import numpy as np
 
+from fea.analysis.adapt import Adapted, adapt_mesh
+from fea.analysis.prepare import prepare
 from fea.apps.optimise.limits import Limit, limits, required
 from fea.apps.optimise.variables import Variables
 from fea.base.choices import CONVERGED_PERCENT
+from fea.base.units import KG
 from fea.machine.clock import Clock
 from fea.rod.discretise import moved
 from fea.rod.meshed_rod import MeshedRod
-from fea.run.adapt import Adapted, adapt_mesh
-from fea.run.prepare import prepare
-from fea.units import KG
 from geometry.arrays import Floats
 from geometry.errors import GeometryError
 from mesh.tetmesh import MeshError

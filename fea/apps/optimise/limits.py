@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.run.buckling import buckling_report
-from fea.run.prepare import PreparedRod
-from fea.run.speed import SpeedResult
+from fea.analysis.buckling import buckling_report
+from fea.analysis.prepare import PreparedRod
+from fea.analysis.speed import SpeedResult
 from fea.study.study import Study
 from geometry.arrays import Mask
 
@@ -70,7 +70,7 @@ def limits(rod: PreparedRod, results: Sequence[SpeedResult], asked: Required) ->
     Raises
     ------
     SingularMatrixError
-        See `fea.run.buckling.buckling_report`.
+        See `fea.analysis.buckling.buckling_report`.
     """
     worst: dict[str, Limit] = {}
     for result in results:

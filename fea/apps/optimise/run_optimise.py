@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from fea.analysis.adapt import adapt_mesh
+from fea.analysis.result import RunResult, run_result
 from fea.apps.optimise.designs import Design, Designs
 from fea.apps.optimise.figures import OptimiseFigures, dimension_figures, history, limit_figures, progress
 from fea.apps.optimise.limits import Limit, limits, required
@@ -24,8 +26,6 @@ from fea.output.plots.figure import new_figure, save
 from fea.output.target import PictureError
 from fea.output.text import write_text
 from fea.output.vtu import write_vtu
-from fea.run.adapt import adapt_mesh
-from fea.run.result import RunResult, run_result
 from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.errors import require

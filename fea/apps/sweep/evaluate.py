@@ -2,13 +2,13 @@
 
 from typing import Any
 
+from fea.analysis.adapt import Adapted, adapt_mesh
+from fea.analysis.figures import Summary
+from fea.analysis.many_speeds import SpeedSweep
+from fea.analysis.modes import modes_on
+from fea.analysis.result import run_result
+from fea.analysis.survival import Factor, factors
 from fea.machine.clock import Clock
-from fea.run.adapt import Adapted, adapt_mesh
-from fea.run.figures import Summary
-from fea.run.many_speeds import SpeedSweep
-from fea.run.modes import modes_on
-from fea.run.result import run_result
-from fea.run.survival import Factor, factors
 from fea.study.study import Study
 
 Figures = dict[str, Any]

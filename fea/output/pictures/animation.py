@@ -7,6 +7,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from fea.analysis.prepare import PreparedRod
 from fea.machine.clock import Clock
 from fea.output.pictures.film import Film
 from fea.output.pictures.process import REMEDY, environments, run_drawing
@@ -14,7 +15,6 @@ from fea.output.pictures.surface import DrawnSurface
 from fea.output.target import PictureError, require_target
 from fea.output.text import stored
 from fea.pins.model import Weights
-from fea.run.prepare import PreparedRod
 from fea.stress.stress import von_mises
 from geometry.arrays import Floats
 

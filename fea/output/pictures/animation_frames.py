@@ -12,12 +12,12 @@ import numpy.typing as npt
 import pyvista
 from PIL import Image, ImageDraw, ImageFont
 
+from fea.base.units import DEG
 from fea.output.pictures.drawing import SCALARS, add_surface
 from fea.output.pictures.film import Film
 from fea.output.pictures.frame import Frame, View
 from fea.output.pictures.scale import Bands
 from fea.output.pictures.strokes import GREY, INK, PAPER, add_lines, oversampled, photograph, require_rod
-from fea.units import DEG
 from geometry.arrays import Floats
 
 MARGIN, BAR, LINE = 16, 24, 24  # pixels

@@ -6,13 +6,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from fea.analysis.figures import Summary
 from fea.output.pictures.process import REMEDY, environments, run_drawing
 from fea.output.pictures.shown import Picture, chosen_field, described, described_by, point_arrays
 from fea.output.pictures.strokes import is_complete_png
 from fea.output.target import PictureError
 from fea.output.text import make_directory
 from fea.output.vtu import write_vtu
-from fea.run.figures import Summary
 from geometry.errors import require
 from mesh.tetmesh import TetMesh
 

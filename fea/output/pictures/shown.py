@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from fea.analysis.figures import Summary
 from fea.output.json_file import read_summary
-from fea.run.figures import Summary
 from geometry.arrays import Floats
 from geometry.errors import require
 

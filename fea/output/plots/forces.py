@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from fea.analysis.forces import ForceReport
+from fea.analysis.speed_map import MODES, SpeedMap, rounded
 from fea.output.plots.figure import new_figure, save
 from fea.output.text import write_text
-from fea.run.forces import ForceReport
-from fea.run.speed_map import MODES, SpeedMap, rounded
 
 # Column, title, unit, and factor from the column's unit to that unit.
 _PANELS: tuple[tuple[str, str, str, float], ...] = (

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from fea.analysis.result import RunResult
+from fea.base.units import DEG
 from fea.output.pictures.scale import round_up
 from fea.output.target import PictureError
-from fea.run.result import RunResult
-from fea.units import DEG
 from geometry.arrays import Floats
 
 _SIZE, _FINER = (1100, 660), 3  # pixels, and the factor of oversampling

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from fea.analysis.cycle.assembly_history import bolt_forces
+from fea.analysis.cycle.superposition import CycleResult
+from fea.base.units import DEG, KN
 from fea.contact.assembly_state import AssemblyState
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
 from fea.output.plots.figure import new_figure, save
-from fea.run.cycle.assembly_history import bolt_forces
-from fea.run.cycle.superposition import CycleResult
-from fea.units import DEG, KN
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from loads.cases import ASSEMBLY

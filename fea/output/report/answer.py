@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
+from fea.analysis.figures import CaseFigures, Summary
 from fea.output.terminal.run_lines import bar, factor, number, place
-from fea.run.figures import CaseFigures, Summary
 
 _VERDICTS = {
     "survives": ("The rod survives", "The rod meets the required safety factor of {:g}"),
@@ -23,12 +23,12 @@ class Fact(NamedTuple):
 class Answer(NamedTuple):
     """The answer."""
 
-    # verdict, text: in a few words, and in a line with the factors
+    #: verdict, text: in a few words, and in a line with the factors
     verdict: str
     text: str
-    kind: str  # ``survives``, ``fails``, ``undecided``, or ``untrusted`` where a check failed
-    doubts: tuple[str, ...]  # the checks that failed
-    facts: tuple[Fact, ...]  # the figures that matter most
+    kind: str  #: ``survives``, ``fails``, ``undecided``, or ``untrusted`` where a check failed
+    doubts: tuple[str, ...]  #: the checks that failed
+    facts: tuple[Fact, ...]  #: the figures that matter most
 
 
 def answer(summary: Summary) -> Answer:

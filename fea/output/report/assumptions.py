@@ -3,13 +3,13 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from fea.analysis.result import Run
 from fea.base.choices import Element, Finish, Support
 from fea.base.material import Material
-from fea.base.pin_models import pin_model
 from fea.output.report.wording import figure, listed
-from fea.run.result import Run
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import PINS
+from fea.study.pin_models import pin_model
 from loads.bearing import Arc, BorePressure, Shape
 
 _PARTS = {"quarter": "A quarter", "half": "A half"}

@@ -23,19 +23,19 @@ _DEAD_CENTRES = ((0, "TDC", "start"), (180, "BDC", "middle"), (360, "firing TDC"
 class Chart:
     """A chart for the template."""
 
-    # id, title, unit: its name on the page, what is drawn, and in which unit
+    #: id, title, unit: its name on the page, what is drawn, and in which unit
     id: str
     title: str
     unit: str
-    description: str  # in words, for who does not see it
-    names: tuple[str, ...]  # of the lines; empty where there is one that needs no name
-    lines: tuple[str, ...]  # the points of each line as SVG has them
-    ticks: tuple[tuple[float, str], ...]  # height and label of the horizontal lines
-    angles: tuple[tuple[float, str], ...]  # place and label of the ticks of the crank angle
-    # Place, row and name of the load cases; TDC and BDC: place, name and anchor
+    description: str  #: in words, for who does not see it
+    names: tuple[str, ...]  #: of the lines; empty where there is one that needs no name
+    lines: tuple[str, ...]  #: the points of each line as SVG has them
+    ticks: tuple[tuple[float, str], ...]  #: height and label of the horizontal lines
+    angles: tuple[tuple[float, str], ...]  #: place and label of the ticks of the crank angle
+    #: Place, row and name of the load cases; TDC and BDC: place, name and anchor
     marks: tuple[tuple[float, int, str], ...]
-    centres: tuple[tuple[float, str, str], ...]  # dead centres: place, name and how it is aligned
-    series: tuple[tuple[float, ...], ...]  # (n_lines, 721) values at every degree, for the slider
+    centres: tuple[tuple[float, str, str], ...]  #: dead centres: place, name and how it is aligned
+    series: tuple[tuple[float, ...], ...]  #: (n_lines, 721) values at every degree, for the slider
 
     @property
     def zero(self) -> float | None:

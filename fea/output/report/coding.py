@@ -31,8 +31,8 @@ _TOGETHER = 64
 class Packer:
     """Collects arrays; `entries` says how each is read."""
 
-    # In the order of the arrays: ``name``, ``kind`` and ``count``, and for values ``columns``, ``low`` and
-    # ``step``
+    #: In the order of the arrays: ``name``, ``kind`` and ``count``, and for values ``columns``, ``low`` and
+    #: ``step``
     entries: list[dict[str, Any]] = field(default_factory=list)
     _pieces: list[bytes] = field(default_factory=list)
 

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from fea.analysis.figures import SpotFigures
+from fea.analysis.result import Array, Run
 from fea.output.pictures.scale import Bands
 from fea.output.pictures.shown import VON_MISES, Field, available, field_of
 from fea.output.terminal.run_lines import factor, number, place
-from fea.run.figures import SpotFigures
-from fea.run.result import Array, Run
 
 _MIDDLE = Field("principal_2", "middle principal stress, MPa", " MPa", signed=True)
 # In the order in which a load case offers them.

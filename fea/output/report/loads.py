@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from fea.base.pin_models import pin_model
-from fea.run.figures import BoreFigures
-from fea.run.result import BORES, Arrays, Run
+from fea.analysis.figures import BoreFigures
+from fea.analysis.result import BORES, Arrays, Run
+from fea.study.pin_models import pin_model
 from geometry.arrays import Floats
 from loads.bearing import Arc, BorePressure
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from fea.analysis.result import Run
 from fea.output.html import environment, html_page, page_file
 from fea.output.report.answer import answer
 from fea.output.report.coding import embedded_json
@@ -14,7 +15,6 @@ from fea.output.report.scene import Scene
 from fea.output.report.sections import Section, sections
 from fea.output.report.tables import head_table
 from fea.output.target import PictureError
-from fea.run.result import Run
 from geometry.errors import require
 
 # In this order, as one script: each uses what stands before it.

@@ -6,6 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from fea.analysis.figures import LoadFigures
+from fea.analysis.motion import Motion, ParityMotion
+from fea.analysis.result import Array, Run
 from fea.base.choices import Support
 from fea.output.pictures.scale import exaggeration
 from fea.output.pictures.shown import VON_MISES
@@ -13,9 +16,6 @@ from fea.output.report.coding import LEVELS, Packer, corner_steps
 from fea.output.report.legends import case_fields, envelope_fields, hot_spots, instant_fields
 from fea.output.report.loads import bore_loads, cycle_loads, pressure_kind
 from fea.output.report.surface import Surface
-from fea.run.figures import LoadFigures
-from fea.run.motion import Motion, ParityMotion
-from fea.run.result import Array, Run
 from geometry.arrays import Floats, Ints
 from mesh.tetmesh import TetMesh
 
@@ -31,9 +31,9 @@ _LARGEST, _LARGEST_CYCLE = 2_400_000, 5_300_000
 class Scene:
     """What a page needs to draw the rod."""
 
-    header: Mapping[str, Any]  # for JSON: results, legends, loads, and how the numbers are packed
-    numbers: str  # in base64 (`fea.output.report.coding`)
-    complete: bool  # whether it holds the nodes between the elements' corners, too
+    header: Mapping[str, Any]  #: for JSON: results, legends, loads, and how the numbers are packed
+    numbers: str  #: in base64 (`fea.output.report.coding`)
+    complete: bool  #: whether it holds the nodes between the elements' corners, too
 
 
 def scene(run: Run) -> Scene | None:

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from fea.analysis.figures import Summary
+from fea.analysis.result import Run
 from fea.output.report.assumptions import assumptions, limits
 from fea.output.report.charts import Chart, Heading, chart, force_charts
 from fea.output.report.inputs import input_tables
@@ -25,8 +27,6 @@ from fea.output.report.tables import (
 )
 from fea.output.report.wording import figure
 from fea.output.terminal.run_lines import buckling_lines, factor, life_lines, sharp_edge_lines
-from fea.run.figures import Summary
-from fea.run.result import Run
 
 _SIGN = (
     "The sign of the von Mises stress is that of the mean stress where the curve is largest; elsewhere it is "

@@ -24,10 +24,10 @@ _SIDES = np.array([[0, 1], [1, 2], [2, 0]])
 class Surface:
     """The surface in the order of a report."""
 
-    nodes: Ints  # (n,) node of the mesh of each node of the surface: vertices first
-    facets: Ints  # (n_facets, 3) vertices as numbers of `nodes`, outward orientation
-    parents: Ints  # (n, 2) two earlier nodes beside each; −1 where there is none
-    order: int  # 2 where nodes between vertices follow the vertices, otherwise 1
+    nodes: Ints  #: (n,) node of the mesh of each node of the surface: vertices first
+    facets: Ints  #: (n_facets, 3) vertices as numbers of `nodes`, outward orientation
+    parents: Ints  #: (n, 2) two earlier nodes beside each; −1 where there is none
+    order: int  #: 2 where nodes between vertices follow the vertices, otherwise 1
 
     @classmethod
     def of(cls, mesh: TetMesh, most: int = MOST_NODES) -> "Surface":

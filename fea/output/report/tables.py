@@ -3,11 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from fea.judge.verdict import Verdict
-from fea.output.report.wording import figure
-from fea.output.terminal.assembly import FIT, JOINT, fit_rows, joint_rows
-from fea.output.terminal.run_lines import UNKNOWN, bar, factor, kilo, number, place
-from fea.run.figures import (
+from fea.analysis.figures import (
     AssemblyFigures,
     BoltsFigures,
     BoreFigures,
@@ -16,7 +12,11 @@ from fea.run.figures import (
     PlaneFigures,
     Summary,
 )
-from fea.units import KN
+from fea.base.units import KN
+from fea.judge.verdict import Verdict
+from fea.output.report.wording import figure
+from fea.output.terminal.assembly import FIT, JOINT, fit_rows, joint_rows
+from fea.output.terminal.run_lines import UNKNOWN, bar, factor, kilo, number, place
 
 _CHECKS = {
     "finite": "Load cases with values that are not finite",
@@ -50,11 +50,11 @@ _PLANES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
 class Table:
     """A table: the first cell of each row is its heading."""
 
-    caption: str  # what it shows
-    head: tuple[str, ...]  # headings of the columns
-    rows: tuple[tuple[str, ...], ...]  # cells as text
-    marked: tuple[int, ...] = ()  # numbers of rows that stand out
-    text: tuple[int, ...] = (0,)  # numbers of columns that hold words and not figures
+    caption: str  #: what it shows
+    head: tuple[str, ...]  #: headings of the columns
+    rows: tuple[tuple[str, ...], ...]  #: cells as text
+    marked: tuple[int, ...] = ()  #: numbers of rows that stand out
+    text: tuple[int, ...] = (0,)  #: numbers of columns that hold words and not figures
 
 
 def case_table(summary: Summary) -> Table:

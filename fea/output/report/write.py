@@ -6,14 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from fea.analysis.figures import Summary
+from fea.analysis.result import Run
 from fea.output.pictures.picture import draw_pictures
 from fea.output.pictures.shown import described_by
 from fea.output.report.page import page
 from fea.output.report.scene import scene
 from fea.output.target import PictureError, picture_name
 from fea.output.text import write_text
-from fea.run.figures import Summary
-from fea.run.result import Run
 
 
 def write_report(path: Path, run: Run) -> None:

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Iterator
 
 from rich.table import Table
 
+from fea.analysis.figures import AssemblyFigures, BoltsFigures, FitFigures, OnsetFigures
+from fea.base.units import KN
 from fea.output.terminal.run_lines import factor, number, plain_table
-from fea.run.figures import AssemblyFigures, BoltsFigures, FitFigures, OnsetFigures
-from fea.units import KN
 from loads.cases import ASSEMBLY
 
 # Name and unit of the columns beside that of the load case.

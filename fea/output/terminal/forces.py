@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
+from fea.analysis.forces import EXTREMES, WHOLE_ENGINE, Extreme, ForceReport, extremes, mean_torque
+from fea.base.units import RPM
 from fea.output.terminal.run_lines import plain_table
 from fea.output.text import gathered
-from fea.run.forces import EXTREMES, WHOLE_ENGINE, Extreme, ForceReport, extremes, mean_torque
-from fea.units import RPM
 
 _NAMES = {
     "gas_N": ("gas force", "N"),

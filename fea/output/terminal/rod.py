@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from rich.console import Console
 from rich.table import Table
 
+from fea.analysis.modes import ModesFigures
+from fea.analysis.rod_report import RodReport, SectionFigures
 from fea.output.terminal.run_lines import plain_table
-from fea.run.modes import ModesFigures
-from fea.run.rod_report import RodReport, SectionFigures
 
 
 def print_rod(figures: RodReport, console: Console | None = None) -> None:

@@ -8,6 +8,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from fea.analysis.figures import BoreFigures, CaseFigures, LoadFigures, Summary
 from fea.base.choices import CONTACT, Support
 from fea.judge.verdict import Verdict
 from fea.output.target import near, picture_name
@@ -27,7 +28,6 @@ from fea.output.terminal.run_lines import (
     sharp_edge_lines,
 )
 from fea.output.terminal.sweep import print_sweep
-from fea.run.figures import BoreFigures, CaseFigures, LoadFigures, Summary
 
 _ENDLESS = 1000
 WIDTH = 88  # of what is not a terminal: a file, a pipe

@@ -6,8 +6,7 @@ from typing import Any
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from fea.output.text import error_bar
-from fea.run.figures import (
+from fea.analysis.figures import (
     BucklingFigures,
     ColumnFigures,
     CycleFigures,
@@ -18,6 +17,7 @@ from fea.run.figures import (
     Summary,
     SurfaceFigures,
 )
+from fea.output.text import error_bar
 
 _SIDES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
 

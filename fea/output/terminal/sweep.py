@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from fea.analysis.figures import Summary
+from fea.analysis.speed_map import JOINT_OPENING, MODES, rounded, speed_map
+from fea.analysis.survival import Answer
 from fea.judge.verdict import Verdict
 from fea.output.target import near
 from fea.output.terminal.run_lines import bar, endurance_lines, factor, life_lines, number, plain_table
 from fea.output.text import gathered
-from fea.run.figures import Summary
-from fea.run.speed_map import JOINT_OPENING, MODES, rounded, speed_map
-from fea.run.survival import Answer
 
 
 def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:

@@ -11,17 +11,17 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from fea.analysis.adapt import adapt_mesh
+from fea.analysis.meshing import mesh_study
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import SpeedResult, solve_speed
+from fea.analysis.wanted_size import wanted_sizes
 from fea.base.choices import Element, Symmetry
 from fea.base.material import Material
 from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.machine.threads import threads
 from fea.output.inp import read_frd, write_inp
-from fea.run.adapt import adapt_mesh
-from fea.run.meshing import mesh_study
-from fea.run.prepare import prepare
-from fea.run.speed import SpeedResult, solve_speed
-from fea.run.wanted_size import wanted_sizes
 from fea.solid.supports import clamped, determinate_restraints
 from fea.stress.stress import von_mises
 from fea.study.option_tables import MeshTable

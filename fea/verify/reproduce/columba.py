@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from fea.units import DEG, KG, KG_M2, M_S, M_S2, N_M, RPM, M
+from fea.base.units import DEG, KG, KG_M2, M_S, M_S2, N_M, RPM, M
 from fea.verify.reproduce.newton_euler import Reactions, solve
 from fea.verify.reproduce.printed import Quantity, Slip, Table, cell, column, records
 from geometry.arrays import Floats

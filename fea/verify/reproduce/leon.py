@@ -10,8 +10,8 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
+from fea.base.units import BAR, DEG, KG, KG_M2, M_S, M_S2, RPM
 from fea.study.traces import shipped_trace
-from fea.units import BAR, DEG, KG, KG_M2, M_S, M_S2, RPM
 from fea.verify.reproduce import leon_stress
 from fea.verify.reproduce.printed import (
     Cell,

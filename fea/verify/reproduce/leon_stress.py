@@ -12,8 +12,8 @@ from functools import cache
 
 import numpy as np
 
-from fea.run.prepare import prepare
-from fea.run.speed import SpeedResult, solve_speed
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import SpeedResult, solve_speed
 from fea.study.option_tables import ForcesTable, MeshTable
 from fea.study.study import load_study
 from fea.verify.reproduce.printed import Quantity, Slip, Table, cell, records, wrong_digit

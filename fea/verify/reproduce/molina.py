@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from fea.units import DEG, M_S2, RPM
+from fea.base.units import DEG, M_S2, RPM
 from fea.verify.reproduce.printed import Quantity, Slip, Table, cell, records
 from geometry.arrays import Floats
 from loads.engine import Engine

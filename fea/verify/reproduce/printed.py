@@ -17,7 +17,7 @@ from importlib.resources import files
 import numpy as np
 import numpy.typing as npt
 
-from fea.units import DEG
+from fea.base.units import DEG
 from geometry.arrays import Floats
 
 

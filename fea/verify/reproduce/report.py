@@ -9,8 +9,8 @@ from rich import box
 from rich.console import Console
 from rich.table import Table as RichTable
 
+from fea.base.units import DEG, RPM
 from fea.study.traces import shipped_trace
-from fea.units import DEG, RPM
 from fea.verify.layout import markdown, write_document
 from fea.verify.reproduce import columba, leon, molina
 from fea.verify.reproduce.plots import draw

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.speed import solve_speed
+from fea.base.units import BAR, KG, KG_M2, RPM
 from fea.judge.case_result import CaseResult
 from fea.rod.loading import EngineLoading
-from fea.run.prepare import PreparedRod, prepare
-from fea.run.speed import solve_speed
 from fea.solid.element import gauss_blocks, tabulate
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import ForcesTable, MeshTable
 from fea.study.study import load_study
-from fea.units import BAR, KG, KG_M2, RPM
 from fea.verify.stability.outcome import ExtremeRow, Place, Verdict, judged, judged_row
 from geometry.errors import InvalidValue
 from geometry.mass import MassProperties

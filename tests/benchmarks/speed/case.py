@@ -12,16 +12,16 @@ from pathlib import Path
 
 import numpy as np
 
+from fea.analysis.meshing import mesh_study
 from fea.base.choices import Support
+from fea.base.units import RPM
 from fea.output.inp import write_inp
 from fea.pins.model import Response
 from fea.pins.pressure import PressedPins
 from fea.rod.meshed_rod import Bores, MeshedRod
-from fea.run.meshing import mesh_study
 from fea.solid.inertia import inertia
 from fea.solid.supports import determinate_restraints
 from fea.study.study import load_study
-from fea.units import RPM
 from geometry.surfaces import Surface
 from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle

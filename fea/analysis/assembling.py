@@ -1,0 +1,232 @@
+"""From [assembly] of a study to what is drawn, and to how the parts are put together."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fea.base.note import Note, assumptions
+from fea.judge.bolt_choice import ChosenBolt, choose_bolt
+from fea.judge.bolt_shape import BoltSeats, seats_of
+from fea.judge.press_fit import ROD, ChosenFit, Expansions, FitRadii, choose_fits, radii_of
+from fea.rod.meshed_rod import Bores, MeshedRod
+from fea.study.assembly_table import (
+    BOLT,
+    BUSHING,
+    SHELL,
+    AssemblyTable,
+    assumed_materials,
+    bolt_material,
+    table_name,
+)
+from fea.study.material_table import MaterialTable, thermal_expansion
+from fea.study.option_tables import PINS
+from fea.study.study import Study
+from geometry.assembly import Assembly, BoltAxis, BoltSeat
+from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
+
+if TYPE_CHECKING:
+    from fea.pins.model import AssemblySpecification, Expansion
+
+# Directions in which a ring's thickness is looked at.
+_SECTORS = 24
+
+
+def asked_of_file(table: AssemblyTable) -> Assembly:
+    """What a study says of the parts of a file; lengths of bolts that it does not give are 0."""
+    return Assembly(
+        split=table.split_angle,
+        bushing=table.bushing_touches,
+        shell=table.shell_thickness_mm or 0.0,
+        bolt=BoltSeat(
+            head_diameter=table.bolt_head_mm or 0.0,
+            grip=table.bolt_grip_mm or 0.0,
+            nut_diameter=table.bolt_nut_mm or 0.0,
+            engaged=table.bolt_engaged_mm or 0.0,
+        ),
+    )
+
+
+def found_in_file(table: AssemblyTable, bolt: BoltAxis) -> AssemblyTable:
+    """Return [assembly] with the lengths of a bolt that was found."""
+    return replace(
+        table,
+        bolt_head_mm=2 * bolt.head_radius,
+        bolt_grip_mm=bolt.grip,
+        bolt_nut_mm=2 * bolt.nut_radius or None,
+        bolt_engaged_mm=bolt.engaged or None,
+    )
+
+
+def seats_in_file(bolt: BoltAxis, bores: Bores) -> BoltSeats:
+    """Where a bolt that was found sits; the parts around it reach as far as to the bore, and not farther."""
+    to_bore = math.hypot(*bolt.point[:2]) - bores.big_radius
+    return BoltSeats(
+        hole=2 * bolt.hole_radius,
+        length=bolt.head - bolt.thread_end,
+        cap=bolt.head,
+        room=max(bolt.head_radius, bolt.nut_radius),
+        outer=2 * min(to_bore, bores.big_width / 2, 2 * bolt.hole_radius),
+        through=bool(bolt.nut_radius),
+    )
+
+
+def joint_angle(bolt: BoltAxis) -> float:
+    """Angle of the normal of the joint from the rod's axis, degrees: bolts are square to the joint."""
+    x, y, _ = bolt.direction
+    return math.degrees(math.atan2(0.0 - y, -x))
+
+
+def radii_in_file(mesh: MeshedRod) -> dict[str, FitRadii]:
+    """Radii of the fits, by the inner part; the ring reaches out as far as it does at its thinnest."""
+    big, small = mesh.bores.big_radius, mesh.bores.small_radius
+    return {
+        BUSHING: _radii(mesh.whole, Surface.BUSHING_SEAT, mesh.bores.rod_length, small),
+        SHELL: _radii(mesh.whole, Surface.SHELL_SEAT, 0.0, big),
+    }
+
+
+def _radii(mesh: TetMesh, surface: Surface, x: float, bore: float) -> FitRadii:
+    free = mesh.points[np.unique(mesh.facets[Surface.FREE])] - [x, 0.0, 0.0]
+    radius, angle = np.hypot(free[:, 0], free[:, 1]), np.arctan2(free[:, 1], free[:, 0])
+    sector = ((angle / math.pi + 1) / 2 * _SECTORS).astype(int) % _SECTORS
+    outermost = np.zeros(_SECTORS)
+    np.maximum.at(outermost, sector, radius)
+    outer = float(outermost[outermost > bore].min())
+    if surface not in mesh.facets:
+        return FitRadii(bore, bore, outer)
+    seat = mesh.points[np.unique(mesh.facets[surface])] - [x, 0.0, 0.0]
+    return FitRadii(bore, float(np.hypot(seat[:, 0], seat[:, 1]).max()), outer)
+
+
+# Of pins whose material is not given.
+_PIN_STEEL = MaterialTable(E_GPa=206.0, nu=0.3, density_kg_m3=7850.0, yield_MPa=400.0)
+
+
+def drawn_assembly(study: Study) -> Assembly | None:
+    """What is separate in the rod of a study; None for a rod of one piece.
+
+    Raises
+    ------
+    InvalidValue
+        Bolts and rod do not go together.
+    """
+    if study.assembly is not None and study.rod.cad is not None:
+        return asked_of_file(study.assembly)
+    assembling = Assembling.of(study)
+    return None if assembling is None else assembling.geometry
+
+
+@dataclass(frozen=True, kw_only=True)
+class Assembling:
+    """The assembly of a study."""
+
+    table: AssemblyTable  #: [assembly]
+    bolt: ChosenBolt  #: each of the cap's bolts
+    geometry: Assembly  #: what is separate
+    fits: Mapping[str, ChosenFit]  #: press fits by the inner part, as Lamé estimates them
+    expansions: Expansions  #: of the parts, at the assembly's temperature
+
+    @classmethod
+    def of(cls, study: Study, mesh: MeshedRod | None = None) -> "Assembling | None":
+        """Complete what a study says of its parts and bolts; None for a rod of one piece.
+
+        `mesh`: of a rod from a file, which tells where the bolts are; not needed for one given by dimensions.
+
+        Raises
+        ------
+        InvalidValue
+            Bolts and rod do not go together.
+        """
+        table, rod, split = study.assembly, study.rod.dimensions, None
+        if table is None:
+            return None
+        if rod is not None:
+            seats, radii = seats_of(rod), radii_of(rod, table.shell_thickness_mm or 0.0)
+        elif mesh is not None and mesh.bolts:
+            first = mesh.bolts[0]
+            seats, split = seats_in_file(first, mesh.bores), joint_angle(first)
+            table, radii = found_in_file(table, first), radii_in_file(mesh)
+        else:
+            return None
+        chosen = choose_bolt(table, seats, study.part_material.get(BOLT), study.material.material())
+        bolt = chosen.bolt
+        materials = _materials(study, table)
+        expansions = Expansions.of(table, materials)
+        return cls(
+            table=table,
+            bolt=chosen,
+            fits=choose_fits(table, radii, materials, expansions),
+            expansions=expansions,
+            geometry=Assembly(
+                split=table.split_angle if split is None else split,
+                bushing=table.bushing_touches,
+                shell=table.shell_thickness_mm or 0.0,
+                bolt=BoltSeat(
+                    head_diameter=bolt.head_diameter,
+                    nut_diameter=bolt.nut_diameter,
+                    grip=bolt.grip,
+                    engaged=bolt.engaged,
+                ),
+            ),
+        )
+
+    def specification(self, study: Study, mesh: MeshedRod) -> "AssemblySpecification":
+        """How the parts of the meshed rod are put together."""
+        from fea.pins.model import AssemblySpecification  # noqa: PLC0415 - drawing does without
+
+        table, bolt = self.table, self.bolt.bolt
+        return AssemblySpecification(
+            normal=self.geometry.normal,
+            bolts=mesh.bolts,
+            preload=bolt.preload,
+            stiffness=bolt.stiffness,
+            friction=table.friction,
+            interference={
+                Surface.BUSHING_SEAT: (table.bushing_interference_mm or 0.0) / 2,
+                Surface.SHELL_SEAT: (table.shell_interference_mm or 0.0) / 2,
+            },
+            expansion=self._expansion(study, tuple(mesh.parts)),
+            parts=tuple(mesh.parts),
+        )
+
+    def notes(self, study: Study, parts: tuple[str, ...]) -> tuple[Note, ...]:
+        """What a reader must know of the assembly."""
+        assumed = list(assumed_materials(study.part_material, parts))
+        if self.table.joint_friction is None:
+            assumed.append(f"friction {self.table.friction:g} between the parts (assembly.joint_friction)")
+        fits = (note for fit in self.fits.values() for note in fit.notes)
+        return (*assumptions("assembly", assumed), *self.bolt.notes, *self.expansions.notes, *fits)
+
+    def _expansion(self, study: Study, parts: tuple[str, ...]) -> "Expansion | None":
+        from fea.pins.model import Expansion  # noqa: PLC0415 - see above
+
+        if self.expansions.warming == 0:
+            return None
+        own = [
+            thermal_expansion(f"material.{table_name(part)}", study.part_material_table(part))
+            for part in parts
+        ]
+        pins = [
+            thermal_expansion(f"material.{pin}", study.part_material.get(pin, _PIN_STEEL)) for pin in PINS
+        ]
+        return Expansion(
+            rise=self.expansions.warming,
+            parts=tuple(alpha for alpha, _ in own),
+            bolt=self.expansions.by_part[BOLT],
+            piston_pin=pins[0][0],
+            crank_pin=pins[1][0],
+        )
+
+
+def _materials(study: Study, table: AssemblyTable) -> dict[str, MaterialTable]:
+    """Tables of rod, bolts and what is fitted into the rod, by part."""
+    tables = {ROD: study.part_material_table(ROD), BOLT: bolt_material(study.part_material, table.grade)}
+    if table.bushing_touches:
+        tables[BUSHING] = study.part_material_table(BUSHING)
+    if table.shell_thickness_mm is not None:
+        tables[SHELL] = study.part_material_table(SHELL)
+    return tables

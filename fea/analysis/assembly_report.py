@@ -1,0 +1,258 @@
+"""From the cases of an assembled rod to its figures."""
+
+from collections.abc import Callable, Mapping
+from functools import cached_property, partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fea.analysis.assembling import Assembling
+from fea.analysis.cycle.assembly_history import bolt_forces
+from fea.analysis.cycle.superposition import CycleResult
+from fea.analysis.figures import (
+    AssemblyFigures,
+    BoltCaseFigures,
+    BoltsFigures,
+    FaceCaseFigures,
+    FitFigures,
+    JointCaseFigures,
+    JointCycleFigures,
+    JointFigures,
+    OnsetFigures,
+    OvalityFigures,
+    figures,
+)
+from fea.analysis.prepare import PreparedRod
+from fea.base.note import Note, omission
+from fea.base.units import DEG, UM
+from fea.contact.assembly_state import AssemblyState, FaceState
+from fea.judge.bolt import BoltResult
+from fea.judge.bore_shape import bore_shape
+from fea.judge.case_result import CaseResult
+from fea.solid.errors import ContactError
+from fea.study.material_table import REFERENCE_TEMPERATURE
+from geometry.surfaces import Surface
+from loads.cases import ASSEMBLY
+from loads.instants import Instants
+
+if TYPE_CHECKING:
+    from fea.pins.assembly import AssemblyPins
+    from fea.pins.load_limits import LoadLimits
+
+# Unknowns of the contact problem above which a dozen further states cost more than the rest of a run.
+MOST_UNKNOWNS = 1500
+
+
+class Onsets:
+    """Follows the worst load cases of a rod of separate parts until something comes apart."""
+
+    def __init__(
+        self, pins: "AssemblyPins", cases: Mapping[str, Instants], states: Mapping[str, AssemblyState]
+    ) -> None:
+        self._pins, self._cases = pins, cases
+        self._states = {name: state for name, state in states.items() if name != ASSEMBLY}
+        self._assembled = states[ASSEMBLY]
+        self._limits: dict[str, LoadLimits] = {}
+
+    @cached_property
+    def _possible(self) -> bool:
+        return self._pins.contact.problem.unfolding.size <= MOST_UNKNOWNS
+
+    def opens(self) -> OnsetFigures | None:
+        """When the joint opens at the edge of the bore."""
+        return self._of(self._separating, lambda limits: limits.opens())
+
+    def separates(self) -> OnsetFigures | None:
+        """When rod and cap come apart."""
+        return self._of(self._separating, lambda limits: limits.separates())
+
+    def lifts_off(self, seat: Surface) -> OnsetFigures | None:
+        """When a part begins to lift off its seat, in the case that relieves the seat most."""
+        faces = {name: state.faces[seat] for name, state in self._states.items()}
+        worst = min(faces, key=lambda name: (faces[name].least, -faces[name].open_share))
+        return self._of(worst, lambda limits: limits.lifts_off(seat))
+
+    @cached_property
+    def _separating(self) -> str:
+        return max(self._states, key=lambda name: self._states[name].separating(self._assembled))
+
+    def _of(self, case: str, begins: Callable[["LoadLimits"], float | None]) -> OnsetFigures | None:
+        if not self._possible:
+            return None
+        from fea.pins.load_limits import LARGEST, LoadLimits  # noqa: PLC0415 - rods of one piece do without
+
+        if case not in self._limits:
+            self._limits[case] = LoadLimits(self._pins, self._cases[case], self._states[case])
+        try:
+            factor = begins(self._limits[case])
+        except ContactError:
+            return None
+        return OnsetFigures(case=case, load_factor=factor, largest_factor=LARGEST)
+
+
+def onset_notes(found: AssemblyFigures | None) -> tuple[Note, ...]:
+    """Say which onsets were not found, and why."""
+    if found is None:
+        return ()
+    sought = {"opens": found.joint.opens, "comes apart": found.joint.separates}
+    what = [f"the joint {verb}" for verb, onset in sought.items() if onset is None]
+    what += [f"the seat of the {name} opens" for name, fit in found.fits.items() if fit.lifts_off is None]
+    if not what:
+        return ()
+    why = f"it takes a contact problem of at most {MOST_UNKNOWNS} unknowns, and states that settle"
+    return (omission(f"load at which {', '.join(what)}", why),)
+
+
+# Share of the clamping force below which the load on the joint is too small for a ratio.
+_LITTLE = 0.01
+
+
+def bolts_figures(
+    assembling: Assembling, states: Mapping[str, AssemblyState], cycle: CycleResult | None = None
+) -> BoltsFigures:
+    """Judge the bolts by their forces in the load cases, `ASSEMBLY` among them, and over the cycle."""
+    chosen, bolt = assembling.bolt, assembling.bolt.bolt
+    cases, forces = list(states), bolt_forces(list(states.values()))
+    over_time = forces if cycle is None else bolt_forces(cycle.states)
+    judged = partial(BoltResult.of, bolt, turned=assembling.table.bolt_stretch_mm is None)
+    hardest = max(map(judged, np.concatenate([forces, over_time], axis=1)), key=lambda one: one.largest_force)
+    tired = max(map(judged, over_time), key=lambda one: one.amplitude)
+    at = hardest.largest_at
+    case = cases[at] if at < len(cases) else None
+    fatigue = tired.fatigue_safety
+    return figures(
+        BoltsFigures,
+        hardest,
+        thread=bolt.thread.name,
+        preload_N=bolt.preload,
+        proof_load_N=bolt.proof_load,
+        vdi_load_factor=chosen.load_factor,
+        max_force_N=hardest.largest_force,
+        max_case=case,
+        max_crank_deg=None if cycle is None or case else float(cycle.angles[at - len(cases)]) / DEG,
+        min_force_N=float(min(forces.min(), over_time.min())),
+        amplitude_N=tired.force_amplitude,
+        yield_safety_factor=hardest.working_safety,
+        alternating_stress_MPa=tired.amplitude,
+        endurance_MPa=tired.endurance,
+        fatigue_safety_factor=fatigue if np.isfinite(fatigue) else None,
+        by_case={case: _by_bolt(state, states[ASSEMBLY]) for case, state in states.items()},
+    )
+
+
+def _by_bolt(state: AssemblyState, assembled: AssemblyState) -> tuple[BoltCaseFigures, ...]:
+    """Return each bolt's force, and Φ: its change over its share in the load on the joint."""
+    count = sum(bolt.count for bolt in state.bolts)
+    share = state.separating(assembled) / count
+    enough = abs(share) * count > _LITTLE * assembled.bolt_force
+    return tuple(
+        figures(
+            BoltCaseFigures,
+            bolt,
+            change_N=bolt.force - before.force,
+            load_factor=(bolt.force - before.force) / share if enough else None,
+        )
+        for bolt, before in zip(state.bolts, assembled.bolts, strict=True)
+    )
+
+
+# The names of fits, by the seat.
+FITS = {Surface.BUSHING_SEAT: "bushing", Surface.SHELL_SEAT: "shells"}
+
+
+def assembly_figures(
+    rod: PreparedRod, cases: Mapping[str, CaseResult], cycle: CycleResult | None = None
+) -> AssemblyFigures | None:
+    """Return the figures of bolts, joint and fits by load case, `ASSEMBLY` among them; None for one piece."""
+    specification, pins = rod.structure.assembly, rod.assembly_contact
+    if rod.assembling is None or specification is None or pins is None:
+        return None
+    table = rod.assembling.table
+    states = {name: case.assembly for name, case in cases.items() if case.assembly is not None}
+    onsets = Onsets(pins, {name: case.load for name, case in cases.items()}, states)
+    return AssemblyFigures(
+        parts=tuple(rod.mesh.parts),
+        temperature_C=REFERENCE_TEMPERATURE if table.temperature_C is None else table.temperature_C,
+        bolts=bolts_figures(rod.assembling, states, cycle),
+        joint=_joint(specification.friction, states, onsets, cycle),
+        fits={
+            name: FitFigures(
+                interference_mm=2 * specification.interference.get(seat, 0.0),
+                lifts_off=onsets.lifts_off(seat),
+                by_case={case: _face(state.faces[seat]) for case, state in states.items()},
+            )
+            for seat, name in FITS.items()
+            if seat in states[ASSEMBLY].faces
+        },
+        ovality={
+            surface.value: {name: ovality_figures(case, surface, x) for name, case in cases.items()}
+            for surface, x in (
+                (Surface.SMALL_END_BORE, rod.mesh.bores.rod_length),
+                (Surface.BIG_END_BORE, 0.0),
+            )
+        },
+    )
+
+
+def _joint(
+    friction: float, states: Mapping[str, AssemblyState], onsets: Onsets, cycle: CycleResult | None
+) -> JointFigures:
+    assembled = states[ASSEMBLY]
+    by_case = {
+        name: figures(
+            JointCaseFigures,
+            state.joint,
+            **vars(_face(state.joint)),
+            clamp_force_N=state.joint.force,
+            separating_N=state.separating(assembled),
+            slip_reserve=state.joint.slip_safety,
+        )
+        for name, state in states.items()
+    }
+    return JointFigures(
+        friction=friction,
+        opens=onsets.opens(),
+        separates=onsets.separates(),
+        by_case=by_case,
+        cycle=None if cycle is None else _joint_cycle(cycle),
+    )
+
+
+def _joint_cycle(cycle: CycleResult) -> JointCycleFigures:
+    joint, angle = [state.joint for state in cycle.states], cycle.angles / DEG
+    clamp, opening = np.array([own.force for own in joint]), np.array([own.opening for own in joint])
+    least, widest = int(clamp.argmin()), int(opening.argmax())
+    reserves = [own.slip_safety for own in joint if own.slip_safety is not None]
+    return JointCycleFigures(
+        min_clamp_force_N=float(clamp[least]),
+        min_clamp_crank_deg=float(angle[least]),
+        max_opening_um=float(opening[widest]) / UM,
+        max_opening_crank_deg=float(angle[widest]),
+        open_percent=100 * float(np.mean([own.edge_pressure == 0 for own in joint])),
+        min_slip_reserve=min(reserves, default=None),
+    )
+
+
+def _face(face: FaceState) -> FaceCaseFigures:
+    return figures(
+        FaceCaseFigures,
+        face,
+        mean_pressure_MPa=face.mean,
+        min_pressure_MPa=face.least,
+        max_pressure_MPa=face.largest,
+        open_percent=100 * face.open_share,
+        slipping_percent=100 * face.slipping_share,
+    )
+
+
+def ovality_figures(case: CaseResult, surface: Surface, x: float) -> OvalityFigures:
+    """Return the change of shape of a bore whose centre is at x, mm."""
+    shape = bore_shape(case.mesh, surface, x, case.distortion)
+    (widest, wide), (narrowest, narrow) = shape.widest, shape.narrowest
+    return OvalityFigures(
+        ovality_mm=shape.ovality,
+        widest_mm=widest,
+        widest_deg=wide / DEG,
+        narrowest_mm=narrowest,
+        narrowest_deg=narrow / DEG,
+    )

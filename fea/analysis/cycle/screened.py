@@ -1,0 +1,255 @@
+"""Extremes over a cycle, evaluated only at the instants at which they can occur.
+
+Every node is evaluated at the ends of the chords of the path; within a chord only if the bound of
+`fea.analysis.cycle.path` exceeds the largest value already found at the node. The result is the same as that
+of evaluating every instant, in a fifth of the time. Single precision is used: its error is about a hundred
+times smaller than that of the superposition.
+"""
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from fea.analysis.cycle.path import Path, norms
+from fea.analysis.cycle.unit_solutions import PartStress
+from fea.judge.history import NO_SIGN, Extremes, deviator_norm, deviatoric, extreme_principals
+from fea.machine.threads import side_by_side
+from fea.pins.model import Weights
+from geometry.arrays import Ints, Reals
+
+# Number of times that a ball grows.
+GROWTHS = 4
+_TINY = 1e-30
+
+
+def distances_from_middle(paths: Reals, start: Reals) -> Reals:
+    """Distances (n, n_points) of the points of paths from the centre of an almost smallest enclosing ball.
+
+    It starts half-way from `start` to the point farthest from it, and grows towards points outside (Ritter
+    1990). The largest distance is the radius of a ball that encloses all points.
+
+    `paths` (n, n_dimensions, n_points); `start` (n, n_dimensions), a point on the surface: the longest vector
+    of each path.
+    """
+    squares = np.einsum("nct,nct->nt", paths, paths)
+    rows, center = np.arange(len(paths)), start
+    radius = np.zeros(len(paths), paths.dtype)
+    for _ in range(GROWTHS):
+        far = paths[rows, :, _square_distances(paths, squares, center).argmax(axis=1)]
+        away = np.linalg.norm(far - center, axis=1)
+        radius = np.maximum(radius, (radius + away) / 2)
+        step = np.maximum(1 - radius / np.maximum(away, _TINY), 0)
+        center = center + step[:, None] * (far - center)
+    return np.asarray(np.sqrt(np.maximum(_square_distances(paths, squares, center), 0)))
+
+
+def _square_distances(paths: Reals, squares: Reals, center: Reals) -> Reals:
+    along = (center[:, None] @ paths)[:, 0]
+    return np.asarray(squares - 2 * along + (center**2).sum(axis=1)[:, None])
+
+
+# Bytes of stress at the ends of chords that each thread computes at a time; the quantities derived from it
+# take about three times as much.
+BLOCK_BYTES = 4 * 2**20
+# Matrix products up to this size run in one thread: OpenBLAS divides larger ones among threads of its own,
+# which would compete with the threads that have a block each.
+SLAB = 2**18
+# Avoids a division by zero at a place without stress, MPa.
+_TINY = 1e-30
+
+
+@dataclass(frozen=True)
+class Reach(Extremes):
+    """Extremes, and bounds for Crossland's criterion, each (n,), MPa."""
+
+    radius: Any  #: of a ball, not quite the smallest, that encloses the path of the deviatoric vectors
+    tension: Any  #: upper bound of the largest mean (hydrostatic) stress
+
+
+def extremes(parts: Sequence[PartStress], path: Path, sides: tuple[int, ...]) -> list[list[Reach]]:
+    """Find the extremes at every node of each part, and of its image across y = 0 (side −1)."""
+    rows = max(1, BLOCK_BYTES // (len(sides) * 6 * 4 * len(path.ends)))
+
+    def block(item: tuple[PartStress, int]) -> list[Reach]:
+        part, start = item
+        units = (deviatoric(unit[start : start + rows]) for unit in (part.even, part.odd))
+        even, odd = (unit.astype(np.float32) for unit in units)
+        reach = Block(even, odd, path, sides).extremes()
+        return [_rows(reach, len(even), number) for number in range(len(sides))]
+
+    every = [(part, start) for part in parts for start in range(0, len(part.nodes), rows)]
+    blocks = iter(side_by_side(block, every))
+    of_parts = [list(islice(blocks, -(-len(part.nodes) // rows))) for part in parts]
+    return [[_joined(of_side) for of_side in zip(*own, strict=True)] for own in of_parts]
+
+
+class Block:
+    """Some nodes of a part and their images, over a path.
+
+    `even`, `odd` (n_nodes, 6, n_units) unit stresses, components of `fea.judge.history`; `sides`: 1 for the
+    nodes, −1 for their images across y = 0: rows are those of the first side, then of the next; `principals`:
+    whether principal stresses are evaluated too.
+    """
+
+    def __init__(
+        self, even: Reals, odd: Reals, path: Path, sides: tuple[int, ...], *, principals: bool = True
+    ) -> None:
+        self._even, self._odd, self._path, self._sides = even, odd, path, sides
+        self._measures = _three if principals else _one
+        self._at_ends = superposed(self._even, self._odd, self._sides, path.at_ends())
+        bounds = [_bounds(*item) for item in zip((even, odd), path.strays, path.joint, strict=True)]
+        # (3, n_rows, n_chords): of the von Mises, the largest and the negative least principal stress.
+        strays = np.concatenate([bounds[0] + bounds[1]] * len(sides), axis=1)
+        self._strays = strays[[0, 1, 1]] if principals else strays[:1]
+
+    def extremes(self) -> Reach:
+        """Find the extremes of every row, including principal stresses."""
+        largest, instant, worst = self._largest()
+        highest, lowest = self._signed(largest[0], worst)
+        radius = np.minimum(self._radius(worst), largest[0])
+        tension = np.minimum(self._tension(), largest[1])
+        return Reach(
+            von_mises=largest[0],
+            instant=instant,
+            principal_1=largest[1],
+            principal_3=-largest[2],
+            highest=highest,
+            lowest=lowest,
+            radius=radius,
+            tension=tension,
+        )
+
+    def _radius(self, worst: Reals) -> Reals:
+        """Radius (n_rows,) of a ball that encloses each path, from chord ends and deviations from chords."""
+        distance = distances_from_middle(self._at_ends[:, :5], worst[:, :5])
+        return np.asarray((_at_either_end(distance) + self._strays[0]).max(axis=1))
+
+    def _tension(self) -> Reals:
+        """Upper bound of the largest mean stress (n_rows,)."""
+        strays = self._strays[1] - 2 / 3 * self._strays[0]
+        return np.asarray((_at_either_end(self._at_ends[:, 5]) + strays).max(axis=1))
+
+    def signed(self) -> tuple[Any, Any]:
+        """Find the highest and the lowest signed equivalent stress of every row."""
+        largest, _, worst = self._largest()
+        return self._signed(largest[0], worst)
+
+    def _signed(self, largest: Reals, worst: Reals) -> tuple[Any, Any]:
+        least = self._least(largest, worst)
+        compressed = worst[:, 5] < -NO_SIGN * largest
+        return np.where(compressed, -least, largest), np.where(compressed, -largest, least)
+
+    def _largest(self) -> tuple[Reals, Ints, Reals]:
+        """Largest measures (k, n_rows); instant and stress (n_rows, 6) of the largest von Mises stress."""
+        at_ends = self._measures(self._at_ends)
+        end = at_ends[0].argmax(axis=1)
+        instant, worst = self._path.ends[end], self._at_ends[np.arange(len(end)), :, end]
+        largest = at_ends.max(axis=2)
+        for rows, start, stress in self._inside(_at_either_end(at_ends) + self._strays, largest):
+            inside = self._measures(stress)
+            best = inside[0].argmax(axis=1)
+            highest = inside.max(axis=2)
+            more = highest[0] > largest[0, rows]
+            instant[rows[more]] = start + best[more]
+            worst[rows[more]] = stress[more, :, best[more]]
+            largest[:, rows] = np.maximum(largest[:, rows], highest)
+        return largest, instant, worst
+
+    def _least(self, largest: Reals, worst: Reals) -> Reals:
+        """Least von Mises stress (n_rows,), negative where the stress points against the worst.
+
+        It is at least the component of q along the worst q, whose deviation from its chord has the same
+        bound.
+        """
+        direction = worst[:, None, :5] / np.maximum(largest, _TINY)[:, None, None]
+        along = (direction @ self._at_ends[:, :5])[:, 0]
+        equivalent = deviator_norm(self._at_ends)
+        against = -np.copysign(equivalent, along).min(axis=1)
+        straight = _at_either_end(-along) + self._strays[0]
+        upper = np.where(straight < 0, straight, _at_either_end(equivalent) + self._strays[0])
+        for rows, _, stress in self._inside(upper[None], against[None]):
+            along = (direction[rows] @ stress[:, :5])[:, 0]
+            signed = np.copysign(deviator_norm(stress), along)
+            against[rows] = np.maximum(against[rows], -signed.min(axis=1))
+        return np.asarray(-against)
+
+    def _inside(self, upper: Reals, reached: Reals) -> Iterator[tuple[Ints, int, Reals]]:
+        """Yield rows, first instant and stress (m, 6, n) inside chords that may exceed known maxima.
+
+        `upper` (k, n_rows, n_chords) bounds of k quantities; `reached` (k, n_rows) largest values found so
+        far; they may grow during the iteration.
+        """
+        for chord in range(upper.shape[2]):
+            rows = np.flatnonzero((upper[..., chord] > reached).any(axis=0))
+            instants, weights = self._path.inside(chord)
+            if rows.size and weights.even.size:
+                image, node = np.divmod(rows, len(self._even))
+                side = np.asarray(self._sides, self._even.dtype)[image, None, None]
+                even, odd = product(self._even[node], weights.even), product(self._odd[node], weights.odd)
+                yield rows, instants.start, even + side * odd
+
+
+def superposed(even: Reals, odd: Reals, sides: tuple[int, ...], weights: Weights) -> Reals:
+    """Stress (n_sides·n, 6, n_instants) of even and odd units (n, 6, n_units), side after side."""
+    of_even, of_odd = product(even, weights.even), product(odd, weights.odd)
+    return np.concatenate([of_even + of_odd if side > 0 else of_even - of_odd for side in sides])
+
+
+def product(units: Reals, weights: Reals) -> Reals:
+    """Stress (n, 6, n_instants): units (n, 6, n_units) times weights (n_units, n_instants)."""
+    flat = units.reshape(-1, units.shape[2])
+    return _product(flat, weights.astype(units.dtype)).reshape(len(units), 6, -1)
+
+
+def _product(units: Reals, weights: Reals) -> Reals:
+    """Multiply (n, k) by (k, m) in slabs of rows so small that BLAS stays in the calling thread."""
+    slab = max(1, SLAB // max(1, weights.size))
+    whole = len(units) // slab * slab
+    stress = np.empty((len(units), weights.shape[1]), units.dtype)
+    np.matmul(
+        units[:whole].reshape(-1, slab, units.shape[1]),
+        weights,
+        out=stress[:whole].reshape(-1, slab, weights.shape[1]),
+    )
+    np.matmul(units[whole:], weights, out=stress[whole:])
+    return stress
+
+
+def _three(stress: Reals) -> Reals:
+    """Von Mises, largest and negative least principal stress (3, n, n_instants)."""
+    equivalent = deviator_norm(stress)
+    largest, least = extreme_principals(stress, equivalent)
+    return np.stack([equivalent, largest, -least])
+
+
+def _one(stress: Reals) -> Reals:
+    """Von Mises stress (1, n, n_instants)."""
+    return deviator_norm(stress)[None]
+
+
+def _bounds(units: Reals, strays: Reals, joint: slice) -> Reals:
+    """Bounds (2, n, n_chords) on von Mises and principal stresses of the deviations from the chords."""
+    equivalent, mean = norms(units, joint)
+    strays = strays.astype(units.dtype)
+    return np.stack([_product(equivalent, strays), _product(mean + 2 / 3 * equivalent, strays)])
+
+
+def _at_either_end(values: Reals) -> Reals:
+    return np.maximum(values[..., :-1], values[..., 1:])
+
+
+def _rows(reach: Reach, count: int, number: int) -> Reach:
+    own = slice(number * count, (number + 1) * count)
+    return Reach(**{field.name: getattr(reach, field.name)[own] for field in dataclasses.fields(Reach)})
+
+
+def _joined(blocks: tuple[Reach, ...]) -> Reach:
+    def every(name: str) -> Any:
+        values = np.concatenate([getattr(block, name) for block in blocks])
+        return values if name == "instant" else values.astype(np.float64)
+
+    return Reach(**{field.name: every(field.name) for field in dataclasses.fields(Reach)})

@@ -1,0 +1,236 @@
+"""The whole crank cycle of a rod at any speed, from one set of unit solutions."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fea.analysis.cycle.assembly_history import assembly_columns
+from fea.analysis.cycle.envelope import Envelope, envelope, with_cases, worst_multiaxial
+from fea.analysis.cycle.unit_solutions import Spot, UnitSolutions, distinct, spots
+from fea.base.checks import LIMITS, Check
+from fea.base.choices import Fatigue
+from fea.base.material import Material
+from fea.base.note import Note, warning
+from fea.base.units import DEG
+from fea.contact.assembly_state import AssemblyState, Touch
+from fea.judge.case_result import CaseResult
+from fea.judge.fatigue import fatigue_notes
+from fea.pins.model import UnitLoads, Weights
+from fea.pins.pressure import TOLERANCE
+from fea.rod.meshed_rod import MeshedRod
+from fea.rod.surface_regions import SurfaceRegions
+from fea.stress.stress import von_mises
+from geometry.arrays import Floats, Ints, Mask
+from geometry.surfaces import Surface
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants, joined
+
+# Limit of the check ``superposition`` if the pressure jumps, where the series does not converge: the error
+# that counts as mesh-converged.
+AT_JUMPS = 0.05
+# Stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads.
+Direct = Callable[[Instants, CrankCycle], Sequence[Floats]]
+_AWAY = warning(
+    "the safety factors of the cycle also leave out places where the exact stress is infinite (singular)"
+)
+
+
+@dataclass(frozen=True)
+class CycleResult:
+    """A cycle at one speed."""
+
+    angles: Floats  #: (n_instants,) crank angles of the histories, rad: every degree
+    envelope: Envelope  #: on the whole rod
+    spots: tuple[Spot, ...]  #: the worst places against yielding, the worst first
+    weakest: Spot | None  #: the worst place against fatigue, or None if no fatigue strength is known
+    #: Largest difference between superposed and directly solved von Mises stress over the peak cases,
+    #: relative to the largest stress of each case
+    superposition: float
+    #: The same at the worst instants of a cycle that friction makes differ from the peak cases, relative to
+    #: the largest stress of each part; None for a rod of one piece
+    of_parts: float | None
+    series_error: float  #: largest error of the series of the bore pressure, relative to its peak
+    unit_solutions: int  #: number of unit solutions
+    jumps: bool  #: whether the bore pressure jumps at the ends of its arc
+    counts: Mask  #: (n_nodes,) nodes that count: those that are not near a stress singularity
+    regions: SurfaceRegions  #: of the surface of the whole rod
+    weights: Weights  #: of the unit loads at every degree
+    known_notes: tuple[Note, ...] = ()  #: notes about the material for the user
+    #: The worst place by Crossland's criterion, or None if no endurance limit is known
+    multiaxial: Spot | None = None
+    #: Contact of the pins with the bores at every degree; empty where their pressure is prescribed
+    touches: tuple[Mapping[Surface, Touch], ...] = ()
+    #: Bolts and interfaces at every degree; empty for a rod of one piece
+    states: tuple[AssemblyState, ...] = ()
+
+    def checks(self) -> dict[str, Check]:
+        """Compare the superposition with the directly solved cases and instants."""
+        limit = AT_JUMPS if self.jumps else LIMITS["superposition"]
+        checks = {"superposition": Check(self.superposition, limit)}
+        if self.of_parts is not None:
+            checks["superposition_of_parts"] = Check(self.of_parts, LIMITS["superposition_of_parts"])
+        return checks
+
+    def contact_columns(self) -> dict[str, Floats]:
+        """Return, over the crank angle, the largest contact pressure on each bore, its place and the arc."""
+        columns = {"crank_deg": self.angles / DEG}
+        for surface in self.touches[0]:
+            end, own = surface.value.removesuffix("_bore"), [instant[surface] for instant in self.touches]
+            columns[f"{end}_pressure_MPa"] = np.array([touch.pressure for touch in own])
+            columns[f"{end}_at_deg"] = np.array([touch.angle for touch in own]) / DEG
+            columns[f"{end}_z_mm"] = np.array([touch.z for touch in own])
+            columns[f"{end}_arc_deg"] = np.array([touch.arc for touch in own]) / DEG
+        return columns | assembly_columns(self.states)
+
+    def notes(self) -> tuple[Note, ...]:
+        """Return the notes about the cycle for the user."""
+        notes = self.known_notes if self.counts.all() else (*self.known_notes, _AWAY)
+        if self.jumps:
+            why = "jumps at the ends of its arc"
+        elif self.series_error > 2 * TOLERANCE:
+            why = "acts on a narrow arc"
+        else:
+            return notes
+        apart = f"{100 * self.superposition:.2g} % of the largest stress of each peak case"
+        text = f"the bore pressure {why}, so that the superposed stress may err there by up to {apart}"
+        return (*notes, warning(text))
+
+
+@dataclass(frozen=True)
+class CycleAnalysis:
+    """Superposes the unit solutions of a rod."""
+
+    mesh: MeshedRod  #: the meshed rod
+    materials: tuple[Material, ...]  #: one per part
+    #: loads, units: the unit loads and their solutions
+    loads: UnitLoads
+    units: UnitSolutions
+    fatigue: Fatigue  #: the mean-stress correction
+    masked: Mask  #: nodes of the cell near stress singularities, which do not count
+    regions: SurfaceRegions  #: of the surface of the cell
+    direct: Direct  #: stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads
+
+    @property
+    def counts(self) -> Mask:
+        """Nodes of the cell that count; all nodes if none would be left."""
+        return np.ones_like(self.masked) if self.masked.all() else ~self.masked
+
+    def weights(self, cycle: CrankCycle, angles: Floats) -> Weights:
+        """Weights of the unit solutions at crank angles (n_instants,), rad."""
+        return self.loads.weights(cycle.at(angles), cycle)
+
+    def case_weights(self, cases: Instants) -> Weights:
+        """Weights (n_units, n_cases) of load cases."""
+        return self.loads.weights(cases)
+
+    def at(self, cycle: CrankCycle, cases: Sequence[CaseResult]) -> CycleResult:
+        """Compute the cycle at one speed.
+
+        `cases`: the peak cases at that speed, directly solved: the envelope includes them.
+        """
+        degrees = cycle.degrees.crank_angle
+        peaks = [case for case in cases if case.load.in_cycle]
+        of_peaks = joined([case.load for case in peaks])
+        angles = np.concatenate([degrees, of_peaks.crank_angle])
+        every = self.weights(cycle, angles)
+        whole, regions = self.mesh.mirrored, self.regions.at(self.mesh.mirrored.source)
+        extremes = envelope(
+            self.units,
+            every,
+            angles,
+            whole,
+            materials=self.materials,
+            criterion=self.fatigue,
+            regions=regions,
+        )
+        extremes = with_cases(extremes, cases)
+        count = len(degrees)
+        of_degrees, at_peaks = every.at(slice(count)), every.at(slice(count, None))
+        if self.loads.path_dependent and peaks:  # they were solved without what came before
+            at_peaks = self.case_weights(of_peaks)
+        points, length = whole.mesh.points, self.mesh.bores.rod_length
+        counts = self.counts[whole.source]
+        worst = [
+            node for node in distinct(points, np.where(counts, -extremes.usage, 0), length) if counts[node]
+        ]
+        weakest = _least(extremes.fatigue_factor, counts)
+        multiaxial, factors = worst_multiaxial(
+            extremes, self.units, of_degrees, whole, self.materials, counts=counts, regions=regions
+        )
+        endurance = _endurance(extremes.fatigue_part, self.materials, regions)
+        extremes = replace(extremes, crossland_factor=factors, endurance=endurance)
+        places = [(node, int(extremes.part[node])) for node in worst]
+        places += [(node, int(extremes.fatigue_part[node])) for node in weakest]
+        histories = spots(places, self.units, of_degrees, whole)
+        contacts = self.loads.contacts(of_degrees, cycle.degrees, cycle)
+        solved = [case.part_von_mises for case in peaks]
+        return CycleResult(
+            angles=degrees,
+            envelope=extremes,
+            spots=histories[: len(worst)],
+            weakest=histories[-1] if weakest else None,
+            superposition=self._difference(at_peaks, solved),
+            of_parts=self._remembered(of_degrees, cycle, histories, solved),
+            series_error=self.loads.series_error,
+            unit_solutions=self.units.count,
+            jumps=self.loads.jumps,
+            counts=counts,
+            regions=regions,
+            weights=of_degrees,
+            known_notes=fatigue_notes(self.materials, self.fatigue),
+            multiaxial=multiaxial,
+            touches=contacts.touches,
+            states=contacts.states,
+        )
+
+    def _difference(
+        self, weights: Weights, solved: Sequence[Sequence[Floats]], largest: Sequence[float] | None = None
+    ) -> float:
+        """Largest error of superposed von Mises stress.
+
+        `solved` (n_nodes,) of each part at each of them; `largest`: what it is relative to, for each part: by
+        default the largest stress of the instant.
+        """
+        worst = 0.0
+        for number in range(len(self.units.parts)):
+            tensors = self.units.tensor(number, weights, self.mesh.mirrored)
+            for k, stress in enumerate(solved):
+                apart = np.nanmax(np.abs(von_mises(tensors[..., k]) - stress[number]))
+                size = np.nanmax(stress[number]) if largest is None else largest[number]
+                worst = max(worst, float(apart / size))
+        return worst
+
+    def _remembered(
+        self,
+        weights: Weights,
+        cycle: CrankCycle,
+        histories: Sequence[Spot],
+        peaks: Sequence[Sequence[Floats]],
+    ) -> float | None:
+        """Error at the instants at which places are worst, if friction makes these depend on the cycle.
+
+        It is relative to the largest stress of each part, of the peak cases too.
+        """
+        if not self.loads.path_dependent:
+            return None
+        which = np.unique([np.abs(spot.signed).argmax() for spot in histories])
+        stresses = self.direct(cycle.degrees[which], cycle)
+        solved = [[von_mises(own[..., k]) for own in stresses] for k in range(len(which))]
+        largest = [float(np.nanmax(own)) for own in zip(*solved, *peaks, strict=True)]
+        return self._difference(weights.at(which), solved, largest)
+
+
+def _endurance(part: Ints, materials: Sequence[Material], regions: SurfaceRegions) -> Floats | None:
+    """Endurance limit (n_nodes,) of the part given at each node; None if every surface is as polished."""
+    surface = np.stack([regions.factors(material) for material in materials])
+    limits = np.array([[material.endurance_limit or np.nan] for material in materials])
+    return None if (surface == 1).all() else (surface * limits)[part, np.arange(len(part))]
+
+
+def _least(factor: Floats | None, counts: Mask) -> list[int]:
+    """Node of the smallest factor among those that count; none if no strength is known."""
+    if factor is None:
+        return []
+    judged = np.where(counts, factor, np.nan)
+    return [] if np.isnan(judged).all() else [int(np.nanargmin(judged))]

@@ -1,0 +1,210 @@
+"""Nodal stress of every unit load, its superposition, and its histories at single places."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise, product, starmap, zip_longest
+
+import numpy as np
+
+from fea.base.material import Material
+from fea.judge.history import deviatoric, signed_equivalent, tensor
+from fea.machine.threads import side_by_side
+from fea.pins.model import NOT_JOINT, Fields, JointBounds, UnitLoads, Weights
+from fea.solid.parity import Parity, Split
+from fea.solvers.static import Model, Solution
+from fea.stress.recovery import PartRecovery
+from geometry.arrays import Floats, Ints
+from mesh.mirror import MirroredMesh
+
+# Bytes of the displacements that are solved for at once (starting a solver costs as much as ten columns),
+# and the smallest number of columns of a block, for large meshes.
+SOLVED_BYTES = 64 * 2**20
+SOLVED = 20
+# Unit stresses that would take more than this are kept in single precision: a millionth of the stress is far
+# less than any error of the mesh.
+DOUBLE_BYTES = 192 * 2**20
+# Number of columns whose stress is recovered at once, so that they fit into the caches.
+RECOVERED = 24
+
+
+@dataclass(frozen=True)
+class PartStress:
+    """Unit stresses of one part."""
+
+    nodes: Ints  #: (n,) its nodes in the cell
+    #: even, odd: (n, 6, n_units), MPa, of the unit loads of each parity
+    even: Floats
+    odd: Floats
+    joint: JointBounds = NOT_JOINT  #: unit loads whose deviations are bounded jointly
+
+    def histories(self, weights: Weights, sides: tuple[int, ...], rows: slice | Ints) -> list[Floats]:
+        """Histories (n, 6, n_instants) of some nodes, and of their images across y = 0 (side −1).
+
+        In the components of `fea.judge.history`. An image has the components of its node: the signs of XY
+        and YZ should be reversed, but they affect neither lengths nor products of the deviatoric vectors.
+        """
+        even, odd = (
+            deviatoric(unit[rows]) @ weight
+            for unit, weight in zip((self.even, self.odd), weights, strict=True)
+        )
+        return [even + odd if side > 0 else even - odd for side in sides]
+
+
+@dataclass(frozen=True)
+class UnitSolutions:
+    """The unit solutions of a rod.
+
+    They take 48 bytes per node of the cell and unit load, 3.5 kB per node for the 74 of a half cosine, or
+    half of that where they are very large.
+    """
+
+    parts: tuple[PartStress, ...]  #: unit stresses, one entry per part
+    sides: tuple[int, ...]  #: (1, −1) if the cell represents its image across y = 0 too, else (1,)
+    count: int  #: number of unit loads solved
+    backward_error: float  #: the largest backward error of the solutions
+
+    @property
+    def joint(self) -> JointBounds:
+        """Unit loads whose deviations are bounded jointly."""
+        return self.parts[0].joint
+
+    def tensor(self, part: int, weights: Weights, whole: MirroredMesh) -> Floats:
+        """Stress (n_nodes, 6, n_instants) of a part on the whole rod; NaN at nodes outside the part."""
+        own = self.parts[part]
+        fields = []
+        for unit, weight in zip((own.even, own.odd), weights, strict=True):
+            field = np.full((int(whole.source.max()) + 1, 6, weight.shape[1]), np.nan)
+            field[own.nodes] = unit @ weight.astype(unit.dtype)
+            fields.append(field)
+        even, odd = fields
+        return whole.tensor(even, odd) if len(self.sides) > 1 else whole.tensor(even + odd)
+
+
+def unit_solutions(
+    model: Model, recovery: PartRecovery, loads: UnitLoads, materials: Sequence[Material], *, cut_y: bool
+) -> UnitSolutions:
+    """Solve every unit load with the factors of `model` and recover its nodal stress.
+
+    Raises
+    ------
+    UnderconstrainedError, SingularMatrixError
+        See `Model.solve`.
+    """
+    even, odd = loads.fields()
+    if cut_y:  # an even and an odd load share a column, because each parity has its own factor
+        stresses, errors = _solved(model, recovery, materials, (even, odd))
+    else:
+        alone = [_solved(model, recovery, materials, (fields,)) for fields in (even, odd)]
+        stresses, errors = [found[0][0] for found in alone], [error for found in alone for error in found[1]]
+    parts = tuple(
+        PartStress(nodes, even, odd, loads.joint)
+        for nodes, even, odd in zip(recovery.nodes, *stresses, strict=True)
+    )
+    return UnitSolutions(parts, (1, -1) if cut_y else (1,), even.count + odd.count, max(errors))
+
+
+def _loads(fields: tuple[Fields, ...], units: slice) -> list[Split]:
+    """Some unit loads; those of two parities in pairs."""
+    if len(fields) == 1:
+        return [Split(one, None) for one in fields[0].forces(units)]
+    even, odd = (of.forces(units) for of in fields)
+    none = np.zeros_like(even[0] if even else odd[0])
+    return list(starmap(Split, zip_longest(even, odd, fillvalue=none)))
+
+
+def _solved(
+    model: Model, recovery: PartRecovery, materials: Sequence[Material], fields: tuple[Fields, ...]
+) -> tuple[list[list[Floats]], list[float]]:
+    """Stress per parity and part (n, 6, n_units), and backward errors."""
+    nodes, errors = recovery.nodes, list[float]()
+    double = 48 * sum(map(len, nodes)) * sum(of.count for of in fields) <= DOUBLE_BYTES
+    stresses = [
+        [np.empty((len(own), 6, of.count), np.float64 if double else np.float32) for own in nodes]
+        for of in fields
+    ]
+    count, column = max(of.count for of in fields), len(fields) * model.mesh.points.nbytes
+    for start, stop in _like_blocks(0, count, max(SOLVED, SOLVED_BYTES // column)):
+        solution = model.solve(_loads(fields, slice(start, stop)))
+        errors += [item.backward_error for item in solution.residuals.values()]
+        pieces = [range(*ends) for ends in _like_blocks(start, stop, RECOVERED)]
+        every = product(zip(Parity, fields, stresses, strict=False), pieces)
+        side_by_side(partial(_recover, recovery, materials, solution, start), every)
+    return stresses, errors
+
+
+def _like_blocks(start: int, stop: int, most: int) -> Iterator[tuple[int, int]]:
+    """Divide a range into blocks of similar size."""
+    return pairwise(np.linspace(start, stop, -(-(stop - start) // most) + 1).astype(int).tolist())
+
+
+def _recover(
+    recovery: PartRecovery,
+    materials: Sequence[Material],
+    solution: Solution,
+    first: int,
+    item: tuple[tuple[Parity, Fields, list[Floats]], range],
+) -> None:
+    """Put the stress of some units of one parity in its place; `first` is the first solved."""
+    (parity, fields, stresses), units = item
+    own = slice(units.start, min(units.stop, fields.count))
+    if own.stop <= own.start:
+        return
+    solved = slice(own.start - first, own.stop - first)
+    pressure = {number: p[:, solved] for number, p in solution.pressure.get(parity, {}).items()}
+    u, traction = solution.displacement[parity][..., solved], fields.traction(own)
+    for part, stress in zip(
+        stresses, recovery.part_stress(u, materials, parity, traction, pressure), strict=True
+    ):
+        part[..., own] = stress
+
+
+MOST_SPOTS = 5
+# Places closer to each other than this fraction of the rod's length count as one.
+_APART = 0.1
+
+
+@dataclass(frozen=True)
+class Spot:
+    """One of the worst places."""
+
+    #: node, part: node on the whole rod; number of the part that the stress belongs to
+    node: int
+    part: int
+    place: Floats  #: (3,) mm
+    stress: Floats  #: (6, n_instants), MPa, components XX YY ZZ XY YZ XZ
+    signed: Floats  #: (n_instants,) signed von Mises stress, MPa
+
+
+def distinct(points: Floats, factor: Floats, length: float) -> list[int]:
+    """Nodes of the smallest factors that are not close to each other, at most `MOST_SPOTS`.
+
+    `points` (n_nodes, 3), mm; images across z = 0 count as one place; `factor` (n_nodes,); `length`: of the
+    rod, mm.
+    """
+    folded = np.abs(points * [0, 0, 1]) + points * [1, 1, 0]
+    open_ = points[:, 2] >= -1e-9 * length
+    chosen: list[int] = []
+    while len(chosen) < MOST_SPOTS and open_.any():
+        node = int(np.where(open_, factor, np.inf).argmin())
+        chosen.append(node)
+        open_ &= np.linalg.norm(folded - folded[node], axis=1) > _APART * length
+    return chosen
+
+
+def spots(
+    places: Iterable[tuple[int, int]], units: UnitSolutions, weights: Weights, whole: MirroredMesh
+) -> tuple[Spot, ...]:
+    """Return the histories of some nodes of the whole rod, each given with the number of its part."""
+    return tuple(_spot(node, units, weights, whole, part) for node, part in places)
+
+
+def _spot(node: int, units: UnitSolutions, weights: Weights, whole: MirroredMesh, number: int) -> Spot:
+    part = units.parts[number]
+    row = np.searchsorted(part.nodes, whole.source[node])[None]
+    x, y, z = whole.sign[node]
+    side = int(y) if len(units.sides) > 1 else 1
+    (history,) = part.histories(weights, (side,), row)
+    stress = tensor(history[0]) * np.array([1, 1, 1, x * y, y * z, x * z])[:, None]
+    signed = signed_equivalent(history)[0]
+    return Spot(node, number, whole.mesh.points[node], stress, signed)

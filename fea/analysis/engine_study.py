@@ -1,0 +1,84 @@
+"""The commented study of an engine of the library, with a parametric rod of the engine's length."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from fea.analysis.rod_report import fitted
+from fea.study.documents import template
+from fea.study.presets import EnginePreset, Figure, engine_preset
+from fea.study.study import parse_study
+from fea.study.tables import toml_text
+
+_MATERIAL = """[material]
+preset = "forged-steel-2005"  # not published for this engine: assumed
+"""
+_BORES = ("length_mm", "big_end_bore_mm", "small_end_bore_mm")
+_TARGETS = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
+# Adjusted to what is published of the rod's mass: as many as there can be targets.
+_FREE = ("big_end_ring_mm", "small_end_ring_mm", "shank_width_mm")
+_COMMENT = 27  # the column where comments begin
+
+
+def engine_study(name: str) -> str:
+    """Return a study of an engine of the library as TOML that runs as it is, with the source of every figure.
+
+    The rod has the length of the engine's own. Its other dimensions follow in usual proportions from its
+    bores, and are fitted to what is published of its mass.
+
+    Raises
+    ------
+    InvalidValue
+        There is no engine of that name.
+    """
+    preset, text = engine_preset(name, "--engine"), template()
+    head = text[: text.index("\n\n")]
+    cited = "".join(f"# {key}: {source}\n" for key, source in preset.sources.items())
+    head = f"{head}\n# `fea init` without an engine writes a study that explains every key."
+    title = f"{head}\n\n# {preset.title}\n# Sources, by the names that stand beside the figures:\n{cited}"
+    speed = f"[speed]\n{_line('rpm', preset.redline, 'redline, ')}\n"
+    rest = text[text.index("[mesh]\n") :]
+    return "\n".join((title, _rod(preset), _MATERIAL, _engine(preset), speed, rest))
+
+
+def _rod(preset: EnginePreset) -> str:
+    bores = "".join(f"{_line(key, preset.rod[key])}\n" for key in _BORES)
+    targets = _published(preset)
+    if not targets:
+        said = "# Not published, and assumed: all other dimensions follow from these in usual proportions.\n"
+        return f"[rod]\n{bores}{said}"
+    goals = "".join(f"{_line(f'# {key}', figure)}\n" for key, figure in targets.items())
+    start = parse_study(f"[rod]\n{bores}\n{_MATERIAL}", preset.name, Path())
+    table, found = fitted(start, _FREE, *(_number(targets.get(key)) for key in _TARGETS))
+    rest = {key: _rounded(value) for key, value in table.as_dict().items() if key not in _BORES}
+    said = f"# These are published as well; {found.text()} with the dimensions below, which are assumed:\n"
+    return f"[rod]\n{bores}{said}{goals}{toml_text(rest)}"
+
+
+def _engine(preset: EnginePreset) -> str:
+    figures = "".join(f"{_line(f'# {key}', figure)}\n" for key, figure in preset.engine.items())
+    said = "# It stands for these figures. A key that is written here as well overrides its figure.\n"
+    return f'[engine]\npreset = "{preset.name}"\n{said}{figures}'
+
+
+def _published(preset: EnginePreset) -> Mapping[str, Figure]:
+    found = {key: preset.rod[key] for key in _TARGETS if key in preset.rod}
+    return {key: figure for key, figure in found.items() if not figure.assumed}
+
+
+def _rounded(value: float | str) -> float | str:
+    return value if isinstance(value, str) else float(f"{value:.6g}")
+
+
+def _number(figure: Figure | None) -> float | None:
+    return None if figure is None else float(figure.value)
+
+
+def _toml(value: float | str) -> str:
+    return toml_text({"x": value}).removeprefix("x = ").rstrip()
+
+
+def _line(key: str, figure: Figure, what: str = "") -> str:
+    """Key, value and origin, in columns."""
+    assumed = "assumed: " if figure.assumed else ""
+    entry = f"{key} = {_toml(figure.value)}"
+    return f"{entry:<{_COMMENT - 1}} # {what}{assumed}{figure.origin}"

@@ -1,0 +1,125 @@
+"""From a solution on the symmetry cell to fields on the whole rod.
+
+This is the only place between solvers and results that knows of parities: what solves hands over the parts
+about y = 0, what judges gets the whole rod.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fea.base.material import Material
+from fea.judge.case_error import CaseErrors
+from fea.judge.case_result import CaseFields
+from fea.pins.model import Response
+from fea.solid.bore_motion import referred_to_bores
+from fea.solid.parity import Parity, Split
+from fea.solvers.static import Model, Solution
+from fea.stress.recovery import PartRecovery
+from geometry.arrays import Floats
+from geometry.surfaces import Surface
+from loads.instants import Instants
+from mesh.mirror import MirroredMesh
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """Instants in equilibrium."""
+
+    instants: Instants  #: what acts
+    responses: tuple[Response, ...]  #: what the pins make of it
+    solution: Solution  #: the displacement, a column per instant
+
+
+def equilibrium(responses: Sequence[Response], model: Model, instants: Instants) -> Equilibrium:
+    """Solve what acts at instants, all with one factorisation per parity; errors as of `Model.solve`."""
+    solution = model.solve([response.forces for response in responses])
+    shifts = [response.shift for response in responses if response.shift is not None]
+    if shifts:
+        solution = solution.moved(shifts)
+    return Equilibrium(instants, tuple(responses), solution)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FieldRecovery:
+    """Carries solutions to the whole rod and recovers their stress."""
+
+    mirrored: MirroredMesh  #: the whole rod from the cell
+    materials: tuple[Material, ...]  #: one per part
+    recovery: PartRecovery  #: nodal stress of each part on the cell
+    errors: CaseErrors  #: of that stress
+    rod_length: float | None  #: to which displacement refers, mm; None where a clamp holds the rod
+
+    def displaced(self, solved: Equilibrium) -> Floats:
+        """Displacement (n_nodes, 3, n_cases) of the whole rod, mm, with its thermal expansion."""
+        growth = [case.growth for case in solved.responses if case.growth is not None]
+        return self.displacement(solved.solution.moved(growth) if growth else solved.solution)
+
+    def displacement(self, solution: Solution) -> Floats:
+        """Displacement (n_nodes, 3, n_cases) of the whole rod, mm."""
+        even, odd = (solution.displacement.get(parity) for parity in Parity)
+        displacement = self.mirrored.vector(np.asarray(even), odd)
+        if self.rod_length is None:
+            return displacement
+        return referred_to_bores(self.mirrored.mesh, displacement, self.rod_length)
+
+    def _on_cell(self, solved: Equilibrium) -> dict[Parity, list[Floats]]:
+        """Stress per parity and part (n_nodes, 6, n_cases) on the cell."""
+        solution = solved.solution
+        return {
+            parity: self.recovery.nodal_stress(
+                u, self.materials, parity, _traction(solved.responses, parity), solution.pressure.get(parity)
+            )
+            for parity, u in solution.displacement.items()
+        }
+
+    def _on_whole(self, stress: Mapping[Parity, Sequence[Floats]]) -> list[Floats]:
+        """Stress per part (n_nodes, 6, n_cases) on the whole rod."""
+        odd = stress.get(Parity.ANTISYMMETRIC)
+        return [
+            self.mirrored.tensor(even, None if odd is None else odd[number])
+            for number, even in enumerate(stress[Parity.SYMMETRIC])
+        ]
+
+    def stresses(self, solved: Equilibrium) -> list[Floats]:
+        """Recover the stress of every load case: per part (n_nodes, 6, n_cases) on the whole rod."""
+        return self._on_whole(self._on_cell(solved))
+
+    def __call__(self, solved: Equilibrium) -> list[tuple[CaseFields, list[Floats]]]:
+        """Recover the fields of each load case, and the stress (n_nodes, 6) of each part, NaN outside it."""
+        solution, stress = solved.solution, self._on_cell(solved)
+        displacement, tensors = self.displaced(solved), self._on_whole(stress)
+        errors = self.errors(solution.displacement, stress, solution.pressure)
+        cases = [
+            CaseFields(
+                displacement=displacement[..., index],
+                error=error,
+                contact_pressure=self._contact_pressure(response),
+                gap=self._scalar(response.gap),
+                assembly=response.assembly,
+                touch=response.touch,
+            )
+            for index, (response, error) in enumerate(zip(solved.responses, errors, strict=True))
+        ]
+        return [(fields, [tensor[..., index] for tensor in tensors]) for index, fields in enumerate(cases)]
+
+    def _contact_pressure(self, response: Response) -> Floats | None:
+        if response.pressure is not None:
+            return self._scalar(response.pressure)
+        if not response.touch:
+            return None
+        tractions = response.traction.values()
+        whole = [self.mirrored.vector(own.symmetric, own.antisymmetric) for own in tractions]
+        return np.asarray(np.linalg.norm(np.sum(whole, axis=0), axis=1))
+
+    def _scalar(self, field: Split | None) -> Floats | None:
+        return None if field is None else self.mirrored.scalar(field.symmetric, field.antisymmetric)
+
+
+def _traction(forces: Sequence[Response], parity: Parity) -> dict[Surface, Floats]:
+    """Traction (n_nodes, 3, n_cases) of one parity on each pressed surface."""
+    return {
+        surface: np.stack([case.traction[surface].part(parity) for case in forces], axis=-1)
+        for surface in forces[0].traction
+    }

@@ -1,0 +1,595 @@
+"""The figures of a run, as `summary.json` holds them: names carry the unit.
+
+A field that is None is written as ``null``; one declared as `WhereKnown` is left out then.
+"""
+
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields
+from enum import Enum
+from math import isnan
+from typing import Annotated, Any, TypeVar
+
+from fea.base.checks import Check
+from fea.base.note import Note
+from fea.base.units import DEG, KG, KG_M2, N_M, UM
+
+SCHEMA = "fea/summary/1"
+
+Vector = tuple[float, float, float]
+Known = TypeVar("Known")
+Figures = TypeVar("Figures")
+ONLY_WHERE_KNOWN = "only where known"
+WhereKnown = Annotated[Known | None, ONLY_WHERE_KNOWN]
+
+# Units at the end of a name, longer ones first, in the units of the program.
+_UNITS = {
+    "_kg_m2": KG_M2, "_deg": DEG, "_kg": KG, "_um": UM, "_Nm": N_M, "_percent": 0.01, "_mm": 1.0, "_mm2": 1.0,
+    "_mm4": 1.0, "_MPa": 1.0, "_N": 1.0,
+}  # fmt: skip
+
+
+def vector(values: Any) -> Vector:
+    """Return three coordinates as plain numbers."""
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def figures(kind: type[Figures], source: object, **given: Any) -> Figures:
+    """Fill fields from the attributes of `source`, but for those that are given or have a default.
+
+    The units are those of the names: ``length_mm`` is `length`, and ``opening_deg`` is `opening`, rad.
+    """
+    required = [field.name for field in fields(kind) if field.default is MISSING]  # type: ignore[arg-type]
+    return kind(**{name: _read(source, name) for name in required if name not in given}, **given)
+
+
+def _read(source: object, name: str) -> Any:
+    if hasattr(source, name):
+        return plain(getattr(source, name))
+    suffix = next(suffix for suffix in _UNITS if name.endswith(suffix))
+    value, unit = plain(getattr(source, name.removesuffix(suffix))), _UNITS[suffix]
+    return value if value is None or unit == 1 else value / unit
+
+
+def plain(value: Any) -> Any:
+    """Return a value in Python's own types; None for a number that does not apply (NaN)."""
+    if isinstance(value, Enum):
+        return value.value
+    if hasattr(value, "tolist"):  # arrays and scalars of NumPy
+        value = value.tolist()
+    if isinstance(value, float) and isnan(value):
+        return None
+    return tuple(map(plain, value)) if isinstance(value, list | tuple) else value
+
+
+@dataclass(frozen=True, kw_only=True)
+class RodFigures:
+    """``rod``: mass properties of the meshed rod; the inertia is I_z about the centre of gravity."""
+
+    mass_kg: float
+    center_of_gravity_mm: Vector
+    inertia_kg_m2: float
+    length_mm: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class EngineFigures:
+    """``engine``."""
+
+    crank_radius_mm: float
+    rod_length_mm: float
+    bore_mm: float
+    piston_mass_kg: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadFigures:
+    """``loads``: what acts in a load case; None where it does not apply, as a crank angle to given forces."""
+
+    crank_deg: float | None
+    gas_N: float | None
+    pin_axial_N: float
+    pin_transverse_N: float
+    crank_axial_N: float
+    crank_transverse_N: float
+    wall_N: float | None
+    torque_Nm: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class QualityFigures:
+    """Quality of the elements, and what was done about bad ones."""
+
+    least_scaled_jacobian: float
+    least_shape: float
+    median_shape: float
+    worst_at_mm: Vector
+    straightened_elements: int
+    repairs: tuple[str, ...]
+    repaired_size_mm: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelFigures:
+    """``model``: nodes, elements and dofs of the whole rod as written; `solved_dofs` were factorised."""
+
+    nodes: int
+    elements: int
+    dofs: int
+    solved_dofs: int
+    element: str
+    formulation: str
+    size_mm: float
+    symmetry: str
+    support: str
+    pressure: str
+    solver: str
+    assembly: str
+    quality: QualityFigures
+    mesh_from_file: WhereKnown[bool] = None  #: such a mesh cannot be refined
+
+
+@dataclass(frozen=True, kw_only=True)
+class OvalityFigures:
+    """The shape of a bore beside the round one that was made: directions are from rod +x."""
+
+    ovality_mm: float
+    widest_mm: float
+    widest_deg: float
+    narrowest_mm: float
+    narrowest_deg: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class TouchFigures:
+    """Contact on a bore: the largest pressure, its place and arc; the length is along z."""
+
+    max_pressure_MPa: float
+    at_deg: float
+    at_z_mm: float
+    arc_deg: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoreFigures(OvalityFigures, TouchFigures):
+    """Contact on a bore, and how its diameter changes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SharpEdgeFigures:
+    """A sharp re-entrant edge that matters: the elastic stress at it is infinite, what follows is not."""
+
+    name: str  #: a letter, the same in every load case
+    at_mm: Vector  #: where its structural stress is largest
+    between: tuple[str, str]  #: the faces that meet there
+    opening_deg: float  #: of the notch, outside the material
+    length_mm: float
+    thickness_mm: float  #: t of the extrapolation, which reads the stress 0.4 t and 1.0 t beside the edge
+    structural_stress_MPa: float  #: hot-spot stress across the edge
+    structural_von_mises_MPa: float  #: of all its components
+    error_percent: float  #: error bar of the latter
+    safety_factor: float  #: against yielding, by the structural stress
+    #: K, MPa·mm^(exponent), of the stress K/√(2π) r^(−exponent) across the bisector of the notch; None where
+    #: the flanks are too short or the notch too narrow
+    notch_intensity: float | None
+    notch_exponent: float
+    required_safety_factor: float  #: ``--min-safety``, or 1
+    fillet_radius_mm: float | None  #: whose peak has that factor; None where no fillet up to the largest has
+    largest_fillet_mm: float | None  #: beyond it the relation between notch and fillet does not hold
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseFigures:
+    """``results``: extremes of a load case away from singular places; None where they were not computed."""
+
+    max_von_mises_MPa: float
+    at_mm: Vector
+    max_principal_MPa: float
+    min_principal_MPa: float
+    max_displacement_mm: float | None
+    min_safety_factor: float
+    error_percent: float | None
+    energy_error_percent: WhereKnown[float] = None
+    verdict: str | None
+    unmasked_max_von_mises_MPa: WhereKnown[float] = None
+    unmasked_min_safety_factor: WhereKnown[float] = None
+    unmasked_verdict: WhereKnown[str] = None
+    singular_max_von_mises_MPa: WhereKnown[float] = None
+    singular_verdict: WhereKnown[str] = None
+    sharp_edges: WhereKnown[tuple[SharpEdgeFigures, ...]] = None
+    contact: WhereKnown[Mapping[str, BoreFigures]] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SurfaceFigures:
+    """A region of a part's surface: its finish, the factor of it, and the endurance limit that remains."""
+
+    finish: str
+    surface_factor: float
+    endurance_MPa: float
+    assumed: WhereKnown[bool] = None  #: where the finish follows from that of the rest of the part
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnduranceFigures:
+    """``endurance`` of a part: that of a region (``bores``, ``faces``, ``rest``) has all factors."""
+
+    specimen_MPa: float  #: the limit of polished specimens
+    estimated: bool
+    size_factor: float
+    load_factor: float
+    reliability_factor: float
+    regions: Mapping[str, SurfaceFigures]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaceFigures:
+    """The stress history at one place: mean and amplitude are of the signed equivalent stress."""
+
+    at_mm: Vector
+    mean_MPa: float
+    amplitude_MPa: float
+    stress_ratio: float
+    fatigue_safety_factor: float | None
+    crossland_safety_factor: float | None
+    endurance_MPa: WhereKnown[float] = None  #: with the factor of its region of the surface
+    surface_region: WhereKnown[str] = None  #: none inside the solid
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpotFigures(PlaceFigures):
+    """A place with its whole history: the signed von Mises stress at every degree."""
+
+    max_von_mises_MPa: float
+    crank_deg: float
+    safety_factor: float
+    history_MPa: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CycleFigures:
+    """``envelope`` of a speed whose fields are not written: the worst of the whole crank cycle."""
+
+    min_safety_factor: float
+    at_mm: Vector
+    crank_deg: float | None
+    min_fatigue_safety_factor: float | None
+    fatigue_criterion: str
+    fatigue: PlaceFigures | None
+    min_crossland_safety_factor: float | None
+    endurance: WhereKnown[Mapping[str, EnduranceFigures]] = None  #: by part, where the limit is known
+    unit_solutions: int
+    instants: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnvelopeFigures(CycleFigures):
+    """``envelope``: the worst of the whole crank cycle, and the places where stress is largest."""
+
+    fatigue: SpotFigures | None
+    max_von_mises_MPa: float
+    max_principal_MPa: float
+    min_principal_MPa: float
+    crossland: SpotFigures | None
+    spots: tuple[SpotFigures, ...]
+    unmasked_max_von_mises_MPa: WhereKnown[float] = None
+    unmasked_min_safety_factor: WhereKnown[float] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class DutyFigures:
+    """An entry of the duty: its share of the time, and of the damage at the worst place."""
+
+    rpm: float
+    gas: WhereKnown[str] = None  #: where the duty names it
+    time_percent: float
+    damage_percent: float | None
+    reversed_amplitude_MPa: float  #: of its largest range there, corrected for its mean stress
+
+
+@dataclass(frozen=True, kw_only=True)
+class LifeFigures:
+    """``life``: hours of the duty until the worst place fails, by Palmgren–Miner's sum."""
+
+    hours: float | None  #: at the reliability of the study, or of the mean of all rods; None for unlimited
+    #: At the worst place, of rods whose fatigue strength is below and above the mean by `band_percent`, two
+    #: standard deviations of the endurance limit of steels (see `fea.base.material`)
+    band_hours: tuple[float | None, float | None]
+    band_percent: float
+    band_of: str
+    endless: bool  #: nothing is damaged
+    duties: WhereKnown[float] = None  #: how many times the hours of the duty, where the duty has hours
+    at_mm: Vector
+    part: str
+    damage_per_hour: float
+    largest_range_percent: float | None  #: of that damage, which the largest range of every entry does alone
+    duty: tuple[DutyFigures, ...]
+    knee_cycles: float  #: where the S–N line bends
+    endurance_MPa: float  #: at the worst place
+    fatigue_criterion: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaneFigures:
+    """The column formulas for bending in one plane; the factor is None where nothing compresses the rod."""
+
+    slenderness: float
+    euler_N: float
+    johnson_N: float
+    rankine_N: float
+    safety_factor: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColumnFigures:
+    """The rod as a column under the load case that compresses it most."""
+
+    force_N: float
+    case: str | None
+    least_area_mm2: float
+    planes: Mapping[str, PlaneFigures]
+
+    @property
+    def min_safety_factor(self) -> float | None:
+        """The least factor of both planes."""
+        factors = [plane.safety_factor for plane in self.planes.values() if plane.safety_factor is not None]
+        return min(factors, default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BucklingModeFigures:
+    """A buckling mode: factor on the load of its case, and which way the rod moves."""
+
+    factor: float
+    moves: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class BucklingFigures:
+    """``buckling``: column formulas always; with `--buckling` the modes of the solid, by load case."""
+
+    column: ColumnFigures
+    modes: WhereKnown[Mapping[str, tuple[BucklingModeFigures, ...]]] = None
+    shapes_of: WhereKnown[str] = None
+    min_safety_factor: float | None
+
+    @property
+    def min_mode_factor(self) -> float | None:
+        """The least factor of all modes."""
+        return min((mode.factor for modes in (self.modes or {}).values() for mode in modes), default=None)
+
+    def of_case(self, case: str) -> tuple[float | None, float | None]:
+        """Return the least factors of a load case: by the column formulas, and of the solid's modes."""
+        column = self.column.min_safety_factor if self.column.case == case else None
+        modes = (self.modes or {}).get(case, ())
+        return column, min((mode.factor for mode in modes), default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SurvivalFigures:
+    """``survival``: whether the rod survives, with the error bar taken off the safety factor."""
+
+    answer: str  #: ``survives``, ``fails``, or ``undecided`` where the error bar includes the required factor
+    text: str
+    required_safety_factor: float  #: 1, or ``--min-safety``
+    #: The governing factor: ``yielding``, ``fatigue`` or ``buckling``, of the rod or by name of its bolts, or
+    #: slip or separation of the joint; its load case, None for the cycle; the sharp edge it is of
+    mode: str
+    case: str | None
+    place: WhereKnown[str] = None
+    safety_factor: float
+    assured_safety_factor: float  #: what remains of it if the stress is higher by its error bar
+
+
+@dataclass(frozen=True, kw_only=True)
+class PassFigures:
+    """One mesh of a refinement."""
+
+    elements: int  #: of the whole rod, as the nodes
+    nodes: int
+    error_percent: float  #: the largest error bar of any load case
+    seconds: float  #: wall time
+
+    def text(self, number: int) -> str:
+        """Return the progress line of the pass."""
+        return f"pass {number}: {self.elements} elements, ±{self.error_percent:.1f} %, {self.seconds:.1f} s"
+
+
+# Relative difference below which safety factors are the same: the place that governs is far from the bores.
+SAME_FACTOR = 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class PinModelFigures:
+    """``pin_model``: the smallest safety factor against yielding with other pressures on the bores.
+
+    That of the pressure that was asked for comes first; contact is among them only where the prescribed ones
+    differ.
+    """
+
+    min_safety_factors: Mapping[str, float]
+
+    @property
+    def matters(self) -> bool:
+        """Whether the pressures make a difference that is worth mentioning."""
+        return self.spread > SAME_FACTOR
+
+    @property
+    def spread(self) -> float:
+        """The largest relative difference from the factor of the pressure that was asked for."""
+        asked, *others = self.min_safety_factors.values()
+        return max(abs(other / asked - 1) for other in others)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoltCaseFigures:
+    """A bolt in a load case."""
+
+    at_mm: Vector  #: where its axis meets the joint
+    force_N: float  #: of the bolt, or of each of a pair about z = 0
+    change_N: float  #: since the rod was put together, at the engine's temperature
+    load_factor: float | None  #: Φ: change over its share in the separating load; None where that is tiny
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoltsFigures:
+    """``bolts``: by VDI 2230-1:2015."""
+
+    thread: str
+    preload_N: float  #: after tightening and embedding
+    proof_load_N: float
+    vdi_load_factor: float  #: Φ_K of a central load, for comparison with those of the load cases
+    max_force_N: float  #: of any bolt
+    max_case: str | None  #: its load case; None where it is at another crank angle of the cycle
+    max_crank_deg: float | None
+    min_force_N: float
+    amplitude_N: float  #: the largest: over the load cases with assembly alone, or over the whole cycle
+    tightening_use: float  #: stress at the end of tightening over the yield strength (R7)
+    proof_use: float  #: largest force over the proof load
+    yield_safety_factor: float  #: at the largest force, with half the torsion of tightening (R8)
+    alternating_stress_MPa: float  #: in the thread (R9), as the next two
+    endurance_MPa: float
+    fatigue_safety_factor: float | None  #: None where the force does not change
+    seat_pressure_MPa: float  #: largest under head or nut (R10)
+    by_case: Mapping[str, tuple[BoltCaseFigures, ...]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaceCaseFigures:
+    """An interface in a load case."""
+
+    mean_pressure_MPa: float  #: over the whole area
+    min_pressure_MPa: float  #: 0 where the parts have parted
+    max_pressure_MPa: float
+    open_percent: float  #: of the area
+    opening_um: float  #: the largest gap
+    opening_at_mm: Vector | None
+    slipping_percent: float  #: of the area that touches, where friction is used up
+    slip_um: float  #: the largest since the rod was put together
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointCaseFigures(FaceCaseFigures):
+    """The joint between rod and cap in a load case."""
+
+    clamp_force_N: float  #: with the ends of the shells
+    separating_N: float  #: pulls cap and rod apart: what the bolts gain and the joint loses
+    edge_pressure_MPa: float | None  #: the least at the edge of the bore; 0 where the joint has opened there
+    shear_N: float  #: resultant along the joint
+    slip_reserve: float | None  #: slip safety: what friction can carry over the shear; None without either
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnsetFigures:
+    """The multiple of everything that acts in a load case at which something begins."""
+
+    case: str
+    load_factor: float | None  #: None where it does not begin below the largest, 0 where it needs no load
+    largest_factor: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointCycleFigures:
+    """The joint over the whole crank cycle: extremes with their crank angles."""
+
+    min_clamp_force_N: float
+    min_clamp_crank_deg: float
+    max_opening_um: float
+    max_opening_crank_deg: float
+    open_percent: float  #: of the cycle, in which the joint is open at the edge of the bore
+    min_slip_reserve: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointFigures:
+    """``joint``."""
+
+    friction: float
+    opens: WhereKnown[OnsetFigures] = None  #: at the edge of the bore
+    separates: WhereKnown[OnsetFigures] = None
+    by_case: Mapping[str, JointCaseFigures]
+    cycle: WhereKnown[JointCycleFigures] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitFigures:
+    """One of ``fits``: bushing or bearing shells in their seat."""
+
+    interference_mm: float  #: diametral, at the temperature where the parts are put together
+    lifts_off: WhereKnown[OnsetFigures] = None
+    by_case: Mapping[str, FaceCaseFigures]
+
+
+@dataclass(frozen=True, kw_only=True)
+class AssemblyFigures:
+    """``assembly``."""
+
+    parts: tuple[str, ...]  #: in the order of the numbers in the array ``part`` of the VTU files
+    temperature_C: float
+    bolts: BoltsFigures
+    joint: JointFigures
+    fits: Mapping[str, FitFigures]  #: ``bushing``, ``shells``
+    ovality: Mapping[str, Mapping[str, OvalityFigures]]  #: by bore and load case
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnvironmentFigures:
+    """``environment``."""
+
+    versions: Mapping[str, str]
+    platform: str
+    threads: int | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Summary:
+    """What `summary.json` holds."""
+
+    schema: str = SCHEMA
+    study: str
+    rpm: float | None  #: None where forces are given, as the engine
+    trusted: bool
+    survival: SurvivalFigures
+    rod: RodFigures
+    engine: EngineFigures | None
+    loads: Mapping[str, LoadFigures]  #: by load case, as the results
+    model: ModelFigures
+    results: Mapping[str, CaseFigures]
+    passes: WhereKnown[tuple[PassFigures, ...]] = None
+    assembly: WhereKnown[AssemblyFigures] = None
+    envelope: WhereKnown[CycleFigures | EnvelopeFigures] = None
+    life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
+    buckling: BucklingFigures
+    pin_model: WhereKnown[PinModelFigures] = None
+    checks: Mapping[str, Check]
+    notes: tuple[Note, ...]
+    timings_s: dict[str, float]
+    total_s: float
+    peak_memory_MiB: float
+    left_out: tuple[Note, ...]
+    environment: EnvironmentFigures
+    #: Of several speeds: with their cycles the lowest speed from which each safety factor is below 1; of an
+    #: assembled rod that from which its joint opens at the bore (``joint_opening``)
+    critical_speeds_rpm: WhereKnown[Mapping[str, float | None]] = None
+    files: WhereKnown[tuple[str, ...]] = None  #: that the run wrote into its folder
+    shared_files: WhereKnown[tuple[str, ...]] = None  #: of several speeds, beside the folders of the speeds
+
+    @property
+    def cycle(self) -> EnvelopeFigures | None:
+        """The whole crank cycle with its histories, where there is one."""
+        return self.envelope if isinstance(self.envelope, EnvelopeFigures) else None
+
+    @property
+    def title(self) -> str:
+        """The study and its speed."""
+        return self.study if self.rpm is None else f"{self.study} at {self.rpm:g} rpm"
+
+    @property
+    def worst_case(self) -> str:
+        """The load case with the smallest safety factor."""
+        return min(self.results, key=lambda case: self.results[case].min_safety_factor)
+
+    @property
+    def min_safety_factor(self) -> float:
+        """The smallest safety factor of the load cases."""
+        return self.results[self.worst_case].min_safety_factor

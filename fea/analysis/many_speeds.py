@@ -1,0 +1,183 @@
+"""Many speeds with their whole cycles: a full run where it matters, figures for the rest."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fea.analysis.buckling import column_figures
+from fea.analysis.cycle.search import CasePeak, Place, SpeedSearch, Worst
+from fea.analysis.figures import (
+    BucklingFigures,
+    CaseFigures,
+    CycleFigures,
+    PassFigures,
+    PlaceFigures,
+    Summary,
+    vector,
+)
+from fea.analysis.prepare import PreparedRod
+from fea.analysis.speed import SpeedResult
+from fea.analysis.speed_map import first_below, opening_speeds
+from fea.analysis.summary import endurance_figures, load_figures, summary_of
+from fea.base.note import omission
+from fea.base.units import DEG
+from fea.machine.threads import side_by_side
+
+# With more speeds than this the fields are written at the worst ones only.
+MOST_FULL_RUNS = 10
+# To which the speed where a safety factor falls below 1 is found.
+_WITHIN_RPM = 0.1
+_NO_EDGES = omission(
+    "structural stress at sharp edges", "they are judged at the worst speeds only, run in full"
+)
+_LEFT_OUT = (
+    omission(
+        "fields of the load cases and of the envelope", "many speeds: they are written at the worst ones"
+    ),
+    omission("error estimates and displacements", "many speeds: the peaks are superposed, not solved"),
+    omission(
+        "Crossland's factor at every place",
+        "many speeds: it is computed at the places that are worst against yielding and fatigue",
+    ),
+)
+
+
+class SpeedSweep:
+    """The worst places of a rod at each of many speeds.
+
+    `speeds`: rpm.
+
+    Raises
+    ------
+    InvalidValue
+        Nothing loads the rod at one of the speeds, or there is no engine.
+
+    Attributes
+    ----------
+    critical
+        Lowest speed, rpm, from which each factor is below 1, to a tenth, and that from which a joint opens;
+        None where there is none.
+    """
+
+    def __init__(self, rod: PreparedRod, speeds: Sequence[float]) -> None:
+        self._rod, loading = rod, rod.engine
+        # A speed at which nothing loads the rod is refused.
+        self._loads = {rpm: loading.at(rod.mass, rpm) for rpm in speeds}
+        self._search = SpeedSearch(rod.cycle, rod.crank_cycle, sorted(speeds))
+        self._found = dict(zip(sorted(speeds), side_by_side(self._search.at, sorted(speeds)), strict=True))
+        self.critical = {name: self._critical(mode) for name, mode in _MODES.items()}
+        self.critical |= opening_speeds(rod, speeds)
+
+    @property
+    def worst(self) -> set[float]:
+        """The speed of the least factor against each mode of failure."""
+        return {min(self._found, key=lambda rpm: mode(self._found[rpm])) for mode in _MODES.values()}
+
+    def _critical(self, mode: Callable[[Worst], float]) -> float | None:
+        rpm = np.array(list(self._found))
+        first = first_below(np.array([mode(worst) for worst in self._found.values()]))
+        if first is None or first == 0:
+            return None if first is None else float(rpm[0])
+
+        from scipy.optimize import brentq  # noqa: PLC0415 - only a sweep over speeds needs it
+
+        def above(speed: float) -> float:
+            """Return the logarithm of the factor: nearly linear where inertia dominates (stress ∝ speed²)."""
+            return float(np.log(mode(self._found.get(speed) or self._search.at(speed))))
+
+        return float(brentq(above, rpm[first - 1], rpm[first], xtol=_WITHIN_RPM))
+
+    def summary(self, rpm: float, near: SpeedResult, passes: Sequence[PassFigures]) -> Summary:
+        """Return the figures of a speed whose fields are not written.
+
+        `near` is the result of a speed that was solved in full: its checks hold here as well, as the figures
+        are of the same stiffness and unit solutions, and so does what it says of mesh and materials.
+        """
+        worst, loads = self._found[rpm], self._loads[rpm]
+        columns = column_figures(self._rod, loads.cases)
+        summary = summary_of(
+            self._rod,
+            passes,
+            rpm=rpm,
+            loads={peak.case.name: load_figures(peak.case) for peak in worst.cases},
+            results={peak.case.name: _result(peak) for peak in worst.cases},
+            envelope=self._envelope(worst),
+            buckling=BucklingFigures(column=columns, min_safety_factor=columns.min_safety_factor),
+            checks=near.checks,
+            notes=[
+                *(note for note in near.notes if note not in near.loads.notes),
+                *loads.notes,
+                *_LEFT_OUT,
+                *([_NO_EDGES] if self._rod.sharp_places else []),
+            ],
+        )
+        return replace(summary, critical_speeds_rpm=self.critical)
+
+    def _envelope(self, worst: Worst) -> CycleFigures:
+        """The worst of the cycle: where a case that is no instant of the cycle is worse, that case's."""
+        cycle = self._rod.cycle
+        case = min(worst.cases, key=lambda peak: peak.factor)
+        place, angle, multiaxial = worst.yielding.at, worst.yielding.crank_angle, _crossland(worst)
+        if case.factor < worst.yielding.factor:
+            place, angle = case.at, float(case.case.crank_angle)
+        return CycleFigures(
+            min_safety_factor=_yielding(worst),
+            at_mm=vector(place),
+            crank_deg=None if angle is None else angle / DEG,
+            min_fatigue_safety_factor=None if worst.fatigue is None else worst.fatigue.factor,
+            fatigue_criterion=cycle.fatigue.value,
+            fatigue=None if worst.fatigue is None else _place(worst.fatigue),
+            min_crossland_safety_factor=multiaxial if np.isfinite(multiaxial) else None,
+            endurance=endurance_figures(self._rod.mesh.parts, self._rod.materials) or None,
+            unit_solutions=cycle.units.count,
+            instants=self._search.instants,
+        )
+
+
+def _yielding(worst: Worst) -> float:
+    return min(worst.yielding.factor, *(peak.factor for peak in worst.cases))
+
+
+def _fatigue(worst: Worst) -> float:
+    return np.inf if worst.fatigue is None else worst.fatigue.factor
+
+
+def _crossland(worst: Worst) -> float:
+    """Least of the factors at the worst places against yielding and fatigue: the others are not looked at."""
+    places = (worst.yielding, worst.fatigue)
+    factors = [place.crossland for place in places if place is not None and place.crossland is not None]
+    return min(factors, default=np.inf)
+
+
+_MODES: dict[str, Callable[[Worst], float]] = {
+    "yield": _yielding,
+    "fatigue": _fatigue,
+    "crossland": _crossland,
+}
+
+
+def _result(peak: CasePeak) -> CaseFigures:
+    return CaseFigures(
+        max_von_mises_MPa=peak.von_mises,
+        at_mm=vector(peak.at),
+        max_principal_MPa=peak.principal_1,
+        min_principal_MPa=peak.principal_3,
+        max_displacement_mm=None,
+        min_safety_factor=peak.factor,
+        error_percent=None,
+        verdict=None,
+    )
+
+
+def _place(place: Place) -> PlaceFigures:
+    return PlaceFigures(
+        at_mm=vector(place.at),
+        mean_MPa=place.mean,
+        amplitude_MPa=place.amplitude,
+        stress_ratio=place.ratio,
+        fatigue_safety_factor=place.factor,
+        crossland_safety_factor=place.crossland,
+        endurance_MPa=place.endurance,
+        surface_region=None if place.region is None else place.region.value,
+    )

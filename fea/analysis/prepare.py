@@ -1,0 +1,376 @@
+"""From a study to a meshed rod that is ready to be solved at any speed."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from fea.analysis.assembling import Assembling
+from fea.analysis.cycle.superposition import CycleAnalysis
+from fea.analysis.cycle.unit_solutions import unit_solutions
+from fea.analysis.fields import Equilibrium, FieldRecovery, equilibrium
+from fea.analysis.meshing import mesh_loaded
+from fea.base.checks import LIMITS
+from fea.base.choices import Support
+from fea.base.material import Material, Materials, of_parts
+from fea.base.note import Note
+from fea.judge.case_error import CaseErrors
+from fea.judge.life_line import require_lines
+from fea.judge.sharp_places import SharpPlaces
+from fea.machine.clock import Clock
+from fea.pins.model import PinModel, Structure, soft_parts
+from fea.rod.loading import DutyLoads, EngineLoading, GivenForces, Loading
+from fea.rod.meshed_rod import MeshedRod
+from fea.rod.surface_regions import SurfaceRegions
+from fea.solid.bore_motion import constrained_by_pins
+from fea.solid.inertia import Inertia, inertia
+from fea.solid.parity import Split
+from fea.solvers.buckling import Buckling
+from fea.solvers.static import Model
+from fea.stress.recovery import PartRecovery
+from fea.stress.section_balance import SectionBalance
+from fea.stress.sharp_edges import SharpEdges
+from fea.study.option_tables import AnalysisTable
+from fea.study.pin_models import PRESCRIBED, pin_model
+from fea.study.study import Study
+from geometry.arrays import Floats
+from geometry.errors import InvalidValue, require
+from geometry.mass import MassProperties
+from geometry.surfaces import INTERFACES, Surface
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants
+
+if TYPE_CHECKING:
+    from fea.analysis.life import Life
+    from fea.pins.assembly import AssemblyPins
+
+# Speeds whose cycles, with what opens and slips in them, the unit loads span.
+MOST_SPANNED = 5
+# Surfaces of known traction.
+_SURFACES = (
+    Surface.FREE,
+    Surface.BIG_END_BORE,
+    Surface.SMALL_END_BORE,
+    *(side for sides in INTERFACES for side in sides),
+    Surface.BOLT_HEAD,
+    Surface.BOLT_THREAD,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PreparedRod:
+    """A meshed rod with its stiffness, the model of its pins, and the recovery of its stress."""
+
+    study: Study
+    mesh: MeshedRod
+    loading: Loading  #: the engine, or given forces
+    duty: DutyLoads | None  #: how long the engine runs at which speeds, where the study says
+    structure: Structure  #: stiffness and inertia
+    pins: PinModel  #: what loads the rod
+    fields: FieldRecovery  #: carries solutions to the whole rod
+    assembling: Assembling | None  #: what the rod is put together from; None for a rod of one piece
+    notes: tuple[Note, ...]  #: what a reader must know of the study's rod
+
+    @property
+    def options(self) -> AnalysisTable:
+        """How the rod is analysed."""
+        return self.study.analysis
+
+    @property
+    def clock(self) -> Clock:
+        """Times the stages."""
+        return self.structure.clock
+
+    @property
+    def materials(self) -> tuple[Material, ...]:
+        """One per part."""
+        return self.structure.materials
+
+    @property
+    def material(self) -> Material | Materials:
+        """Elastic constants of every element of the cell, or of each part."""
+        return of_parts(self.materials, self.mesh.cell.part)
+
+    @property
+    def model(self) -> Model:
+        """The stiffness of the cell, factorised when it is first needed."""
+        return self.structure.model
+
+    @property
+    def inertia(self) -> Inertia:
+        """Mass properties and inertia forces, from one quadrature."""
+        return self.structure.inertia
+
+    @property
+    def mass(self) -> MassProperties:
+        """Mass properties of the meshed rod."""
+        return self.inertia.properties
+
+    @property
+    def clamped(self) -> bool:
+        """Whether the big end is clamped."""
+        return self.options.support is Support.CLAMPED
+
+    @property
+    def engine(self) -> EngineLoading:
+        """The engine that loads the rod.
+
+        Raises
+        ------
+        InvalidValue
+            Forces are given instead.
+        """
+        if not isinstance(self.loading, EngineLoading):
+            rule = "has no [engine], so there is no crank cycle"
+            raise InvalidValue("STUDY", self.study.name, rule, "Add an [engine].")
+        return self.loading
+
+    def crank_cycle(self, rpm: float) -> CrankCycle:
+        """Return the crank cycle at a speed; errors as of `engine`."""
+        return self.engine.crank_cycle(self.mass, rpm)
+
+    @property
+    def assembly_contact(self) -> "AssemblyPins | None":
+        """The pins and parts of an assembly; None for a rod of one piece."""
+        return None if self.structure.assembly is None else cast("AssemblyPins", self.pins)
+
+    @cached_property
+    def prescribed(self) -> PinModel:
+        """The model of the pins, or one that prescribes their load where they are in contact."""
+        in_contact = pin_model(self.options.pressure).in_contact
+        return self.structure.pins(PRESCRIBED) if in_contact else self.pins
+
+    def case_forces(self, name: str, rpm: float | None = None) -> Split:
+        """Nodal forces (n_nodes, 3) of a load case on the cell under prescribed pressures, N.
+
+        `name`: ``"tension"``, ``"compression"``, ``"side"``, ``"bending"``, ``"gas"`` or ``"given"``.
+
+        Raises
+        ------
+        InvalidValue
+            There is no such case at this speed.
+        """
+        cases = {case.name: case for case in self.loading.at(self.mass, rpm).cases}
+        require(name in cases, "case", name, f"must be one of {', '.join(cases)}")
+        (response,) = self.prescribed.respond(cases[name][None])
+        return response.forces
+
+    def equilibrium(
+        self, instants: Instants, cycle: CrankCycle | None = None, pins: PinModel | None = None
+    ) -> Equilibrium:
+        """Solve instants, all with one factorisation per parity.
+
+        `cycle`: that they belong to: see `fea.pins.model.PinModel.respond`.
+
+        Raises
+        ------
+        UnderconstrainedError
+            A rigid motion is left free.
+        SingularMatrixError
+            The factorisation broke down.
+        ContactError
+            No state of contact carries the load.
+        """
+        return equilibrium((pins or self.pins).respond(instants, cycle), self.model, instants)
+
+    def displacement(self, rpm: float, angles: Floats) -> Floats:
+        """Displacement (n_nodes, 3, n) of the whole rod at crank angles (n,), rad: mm, relative to the bores.
+
+        Raises
+        ------
+        InvalidValue
+            There is no engine.
+        """
+        return self.fields.displaced(self.equilibrium(self.crank_cycle(rpm).at(angles)))
+
+    @cached_property
+    def bore_datum(self) -> Floats | None:
+        """Displacement (n_nodes, 3) at which the bores were made round, mm; None where nothing acted then."""
+        datum = self.pins.datum()
+        if datum is None:
+            return None
+        return np.asarray(self.fields.displaced(equilibrium([datum], self.model, self.pins.resting))[..., 0])
+
+    @cached_property
+    def cycle(self) -> CycleAnalysis:
+        """Unit solutions that span the whole crank cycle at any speed, solved when first asked for."""
+        with self.clock("cycle"):
+            loads = self.pins.span([self.crank_cycle(rpm) for rpm in _spread(self.study)])
+            recovery, cut_y = self.fields.recovery, self.mesh.cut_y
+            units = unit_solutions(self.model, recovery, loads, self.materials, cut_y=cut_y)
+        return CycleAnalysis(
+            mesh=self.mesh,
+            materials=self.materials,
+            loads=loads,
+            units=units,
+            fatigue=self.options.fatigue,
+            masked=self.fields.errors.masked,
+            regions=SurfaceRegions.of(self.mesh.cell, self.mesh.bores),
+            direct=lambda instants, cycle: self.fields.stresses(self.equilibrium(instants, cycle)),
+        )
+
+    @cached_property
+    def life(self) -> "Life | None":
+        """Life over the duty, worked out when first asked for; None where the study has none."""
+        if self.duty is None:
+            return None
+        from fea.analysis.life import life_of  # noqa: PLC0415 - only a duty needs it
+
+        cycle = self.cycle  # timed by itself
+        with self.clock("life"):
+            return life_of(cycle, self.mass, self.duty)
+
+    @cached_property
+    def buckling(self) -> Buckling:
+        """The rod held by its pins, factorised when first asked for: its buckling modes at any speed."""
+        model = self.model
+        if self.clamped:
+            relief, solver = Support.INERTIA_RELIEF, self.options.solver
+            model = Model(
+                self.mesh.cell, model.material, relief, solver, assembly=self.options.matrix_assembly
+            )
+        return Buckling(model, constrained_by_pins(self.mesh.bores.rod_length))
+
+    @cached_property
+    def sharp_places(self) -> SharpPlaces | None:
+        """Judges load cases at the sharp re-entrant edges; None where the rod has none."""
+        mesh = self.mesh
+        if mesh.creases is None or not self.fields.errors.masked.any():
+            return None
+        edges = SharpEdges.of(mesh.whole, mesh.creases.on(mesh.drawn_node))
+        return None if edges is None else SharpPlaces(edges, self.materials[0].poissons_ratio)
+
+    @cached_property
+    def mid_sections(self) -> tuple[SectionBalance, ...]:
+        """Sections midway between the pins, or between bores that extend beyond that, then to either side."""
+        bores, mesh = self.mesh.bores, self.mesh
+        low, high = bores.between
+        middle = bores.rod_length / 2
+        middle = middle if low < middle < high else (low + high) / 2
+        density = self.model.material.density
+        return tuple(
+            SectionBalance(mesh.whole, mesh.cell, density, bores.rod_length, station)
+            for station in (middle, (low + middle) / 2, (middle + high) / 2)
+        )
+
+
+def _spread(study: Study) -> list[float]:
+    """Speeds of a study and of its duty, rpm, each once, or some of many."""
+    of_duty = () if study.duty is None else study.duty.speeds
+    speeds = list(dict.fromkeys(rpm for rpm in (*study.speeds(), *of_duty) if rpm is not None))
+    some = np.linspace(0, len(speeds) - 1, min(len(speeds), MOST_SPANNED)).round().astype(int)
+    return [sorted(speeds)[number] for number in some]
+
+
+def prepare(
+    study: Study,
+    clock: Clock | None = None,
+    *,
+    mesh: MeshedRod | None = None,
+    known_traction: bool = True,
+) -> PreparedRod:
+    """Prepare the stiffness of a study's rod, its loads and the recovery of its stress.
+
+    `mesh`: of the study's rod; by default it is drawn and meshed; `known_traction`: whether the known
+    traction on the surface is used to recover stress there; averaging alone otherwise.
+
+    Raises
+    ------
+    InvalidValue
+        A value of the study breaks a rule.
+    GeometryError, MeshError
+        No solid or no usable mesh came out.
+    """
+    clock = clock or Clock()
+    mesh = mesh_loaded(study, clock) if mesh is None else mesh
+    materials = study.materials(mesh.parts)
+    loading, duty = _loading(study, mesh, materials)
+    assembling = Assembling.of(study, mesh)
+    structure = _structure(study, mesh, materials, assembling, clock)
+    pins = structure.pins()
+    of_assembly = () if assembling is None else assembling.notes(study, tuple(mesh.parts))
+    return PreparedRod(
+        study=study,
+        mesh=mesh,
+        loading=loading,
+        duty=duty,
+        structure=structure,
+        pins=pins,
+        fields=_recovery(structure, mesh, pins, known_traction=known_traction),
+        assembling=assembling,
+        notes=(
+            *study.material_notes,
+            *study.rod.mass_notes(structure.inertia.properties),
+            *pins.notes,
+            *of_assembly,
+        ),
+    )
+
+
+def _loading(
+    study: Study, mesh: MeshedRod, materials: tuple[Material, ...]
+) -> tuple[Loading, DutyLoads | None]:
+    """What loads the rod, and over which duty."""
+    if study.forces is not None:
+        return GivenForces(study.forces.pin()), None
+    loading = EngineLoading.of(study.require_engine(), mesh.bores.rod_length)
+    if study.duty is None:
+        return loading, None
+    duty = DutyLoads.of(study.duty, loading)
+    require_lines(materials)
+    return loading, duty
+
+
+def _structure(
+    study: Study,
+    mesh: MeshedRod,
+    materials: tuple[Material, ...],
+    assembling: Assembling | None,
+    clock: Clock,
+) -> Structure:
+    options, elastic = study.analysis, of_parts(materials, mesh.cell.part)
+    if soft_parts(materials, mesh.cell) and options.buckling:
+        nu, most = max(m.poissons_ratio for m in materials), LIMITS["poissons_ratio_p2"]
+        rule = f"must not exceed {most} for --buckling, which supports displacement elements only"
+        raise InvalidValue("material.nu", nu, rule, "Leave out --buckling: the column formulas remain.")
+    with clock("loads"):
+        body = inertia(mesh.cell, elastic.density, options.matrix_assembly)
+    return Structure(
+        model=_model(mesh, materials, options, clock),
+        bores=mesh.bores,
+        materials=materials,
+        inertia=body,
+        pressure=options.pressure,
+        support=options.support,
+        contact=study.contact,
+        pin_stiffness=study.pin_stiffness,
+        assembly=None if assembling is None else assembling.specification(study, mesh),
+        clock=clock,
+    )
+
+
+def _model(mesh: MeshedRod, materials: tuple[Material, ...], options: AnalysisTable, clock: Clock) -> Model:
+    support, solver, assembly = options.support, options.solver, options.matrix_assembly
+    soft = soft_parts(materials, mesh.cell)
+    if not soft:
+        elastic = of_parts(materials, mesh.cell.part)
+        return Model(mesh.cell, elastic, support, solver, clock, assembly=assembly)
+    from fea.solvers.mixed import MixedModel  # noqa: PLC0415 - metal rods do without
+
+    return MixedModel(mesh.cell, materials, soft, support, solver=solver, clock=clock, assembly=assembly)
+
+
+def _recovery(
+    structure: Structure, mesh: MeshedRod, pins: PinModel, *, known_traction: bool
+) -> FieldRecovery:
+    held = (Surface.BIG_END_BORE,) if structure.support is Support.CLAMPED else ()
+    known = tuple(surface for surface in _SURFACES if surface not in held) if known_traction else ()
+    with structure.clock("stress"):
+        return FieldRecovery(
+            mirrored=mesh.mirrored,
+            materials=structure.materials,
+            recovery=PartRecovery(mesh.cell, mesh.symmetry.planes, known),
+            errors=CaseErrors(mesh, structure.materials, held or pins.singular_surfaces),
+            rod_length=None if held else mesh.bores.rod_length,
+        )

@@ -1,0 +1,229 @@
+"""A run at one speed: from a study to everything found there."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.analysis.adapt import Adapted
+from fea.analysis.buckling import BucklingReport, buckling_report
+from fea.analysis.cycle.superposition import CycleResult
+from fea.analysis.figures import EnvelopeFigures, Summary
+from fea.analysis.forces import force_columns
+from fea.analysis.instants import InstantFields
+from fea.analysis.life import Life
+from fea.analysis.motion import Known, Motion, agreeing, motion
+from fea.analysis.prepare import PreparedRod
+from fea.analysis.speed import SpeedResult
+from fea.analysis.summary import speed_summary
+from fea.base.checks import Check
+from fea.base.material import Material
+from fea.judge.case_result import CaseResult
+from fea.rod.loading import EngineLoading, Loading
+from fea.study.study import Study
+from geometry.mass import MassProperties
+from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
+
+Array = npt.NDArray[Any]
+Arrays = Mapping[str, Array]
+# Of the names of the surfaces; the big end's first.
+BORES = (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
+
+
+class DrawnBore(NamedTuple):
+    """A bore as a drawing of its loads needs it: the x of its centre, its radius and its ends along z, mm."""
+
+    x: float
+    radius: float
+    low: float
+    high: float
+
+
+def drawn_bores(mesh: TetMesh, rod_length: float) -> tuple[DrawnBore, ...]:
+    """Measure the bores of a mesh with named surfaces; none if it has no names."""
+    if any(surface not in mesh.facets for surface in BORES):
+        return ()
+    return tuple(_drawn_bore(mesh, surface, x) for surface, x in zip(BORES, (0.0, rod_length), strict=True))
+
+
+def _drawn_bore(mesh: TetMesh, surface: Surface, x: float) -> DrawnBore:
+    points = mesh.points[np.unique(mesh.facets[surface])]
+    radius = float(np.hypot(points[:, 0] - x, points[:, 1]).mean())
+    return DrawnBore(x, radius, float(points[:, 2].min()), float(points[:, 2].max()))
+
+
+class Run(Protocol):
+    """A run at one speed, computed (`RunResult`) or stored (`fea.output.stored_run.StoredRun`)."""
+
+    @property
+    def study(self) -> Study:
+        """What was asked, with this speed alone."""
+
+    @property
+    def summary(self) -> Summary:
+        """The figures, as `summary.json` holds them."""
+
+    @property
+    def mesh(self) -> TetMesh:
+        """The whole rod, mm."""
+
+    @property
+    def fields(self) -> Mapping[str, Arrays]:
+        """Nodal arrays of each load case by their names in its VTU file; nothing for figures alone."""
+
+    @property
+    def envelope(self) -> Arrays | None:
+        """Those of the whole crank cycle, with the damage of the duty; None without the cycle."""
+
+    @property
+    def forces(self) -> Mapping[str, npt.ArrayLike] | None:
+        """The columns of ``loads.csv``; None where forces are given."""
+
+    @property
+    def contact(self) -> Arrays | None:
+        """The columns of ``contact.csv``; None where there is no contact over the cycle."""
+
+    @property
+    def bores(self) -> tuple[DrawnBore, ...]:
+        """The two bores, the big end's first; empty where they were not found."""
+
+    @property
+    def motion(self) -> Motion | None:
+        """The surface over the whole crank cycle, where a report with the cycle was asked for."""
+
+    @property
+    def without_motion(self) -> str:
+        """Why there is none although it was asked for; empty otherwise."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunResult:
+    """Everything that an analysis found at one speed; what it gives is what `Run` says."""
+
+    study: Study
+    summary: Summary
+    mesh: TetMesh
+    materials: tuple[Material, ...]  #: one per part
+    mass: MassProperties  #: of the meshed rod, t and mm
+    loading: Loading
+    speed: SpeedResult | None  #: None at a speed of many whose figures alone were worked out, as the buckling
+    buckling: BucklingReport | None
+    motion: Motion | None = None
+    without_motion: str = ""
+    instants: InstantFields | None = None  #: fields over the crank cycle, where they were asked for
+    life: Life | None = None  #: over the duty of the study, where it has one
+
+    @property
+    def rpm(self) -> float | None:
+        """Engine speed; None where forces are given."""
+        return self.summary.rpm
+
+    @property
+    def cases(self) -> Mapping[str, CaseResult]:
+        """One result per load case, by its name."""
+        return {} if self.speed is None else self.speed.cases
+
+    @property
+    def checks(self) -> Mapping[str, Check]:
+        """Value and limit of every check, by its name."""
+        return self.summary.checks
+
+    @property
+    def trusted(self) -> bool:
+        """Whether every check passed."""
+        return self.summary.trusted
+
+    @property
+    def cycle(self) -> CycleResult | None:
+        """The whole crank cycle, where it was asked for."""
+        return None if self.speed is None else self.speed.cycle
+
+    @cached_property
+    def fields(self) -> Mapping[str, Arrays]:
+        """Nodal arrays of each load case."""
+        return {name: case.point_data() for name, case in self.cases.items()}
+
+    @cached_property
+    def envelope(self) -> Arrays | None:
+        """Nodal arrays of the whole crank cycle, with the damage of the duty."""
+        if self.cycle is None:
+            return None
+        return self.cycle.envelope.point_data() | ({} if self.life is None else self.life.point_data())
+
+    @cached_property
+    def forces(self) -> Mapping[str, npt.ArrayLike] | None:
+        """The crank cycle of an engine."""
+        if not isinstance(self.loading, EngineLoading) or self.rpm is None:
+            return None
+        return force_columns(self.loading.engine, self.mass, self.loading.gas, self.rpm)
+
+    @cached_property
+    def contact(self) -> Arrays | None:
+        """Contact over the crank cycle."""
+        cycle = self.cycle
+        return cycle.contact_columns() if cycle is not None and cycle.touches else None
+
+    @property
+    def bores(self) -> tuple[DrawnBore, ...]:
+        """The bores of the mesh."""
+        return drawn_bores(self.mesh, self.summary.rod.length_mm)
+
+
+def run_result(study: Study, adapted: Adapted, result: SpeedResult) -> RunResult:
+    """Gather all that is found at one speed that was solved on the adapted mesh of a study."""
+    buckling = buckling_report(adapted.rod, result)
+    summary = speed_summary(adapted, result, buckling)
+    run = gathered_result(study, adapted.rod, summary, result, buckling)
+    if study.output.report:
+        moving, why = _motion(adapted.rod, summary, result)
+        run = replace(run, motion=moving, without_motion=why)
+    step = study.output.pvd_step_deg
+    if step is not None and summary.rpm is not None:
+        run = replace(run, instants=InstantFields(adapted.rod, summary.rpm, step))
+    return run
+
+
+def _motion(rod: PreparedRod, summary: Summary, result: SpeedResult) -> tuple[Motion | None, str]:
+    """The modes of the cycle, where it was analysed; and why there are none."""
+    envelope, cycle = summary.envelope, result.cycle
+    if summary.rpm is None or cycle is None or not isinstance(envelope, EnvelopeFigures):
+        return None, ""
+    peaks = [
+        Known(float(case.load.crank_angle), case.von_mises, case.displacement)
+        for case in result.cases.values()
+        if case.load.in_cycle
+    ]
+    with rod.clock("report"):
+        return agreeing(motion(rod, summary.rpm, envelope.max_von_mises_MPa, cycle.weights), peaks)
+
+
+def gathered_result(
+    study: Study,
+    rod: PreparedRod,
+    summary: Summary,
+    speed: SpeedResult | None = None,
+    buckling: BucklingReport | None = None,
+) -> RunResult:
+    """Gather what was found at one speed."""
+    return RunResult(
+        study=at_speed(study, summary.rpm),
+        summary=summary,
+        mesh=rod.mesh.whole,
+        materials=rod.materials,
+        mass=rod.mass,
+        loading=rod.loading,
+        speed=speed,
+        buckling=buckling,
+        life=rod.life,
+    )
+
+
+def at_speed(study: Study, rpm: float | None) -> Study:
+    """Return the study of one speed alone, which runs again without replacing what it is part of."""
+    output = replace(study.output, directory=None, animate=None)
+    speed = study.speed if rpm is None else replace(study.speed, rpm=rpm)
+    return replace(study, speed=speed, output=output)

@@ -1,0 +1,205 @@
+"""The solid in figures: mass properties, sections along the shank, slenderness, agreement of the mesh."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fea.analysis.figures import QualityFigures, Vector, figures
+from fea.analysis.meshing import mesh_study
+from fea.analysis.summary import quality_figures
+from fea.base.material import of_parts
+from fea.base.note import Note, assumption
+from fea.base.units import KG, KG_M2
+from fea.judge.column import Plane
+from fea.rod.given import found_assembly
+from fea.rod.meshed_rod import Bores, MeshedRod
+from fea.solid.inertia import inertia
+from fea.study.rod_table import RodTable, dimension_of
+from fea.study.study import Study
+from geometry.errors import require
+from geometry.fit import Fit, Targets, fit
+from geometry.rod import Rod
+from geometry.section import Section, least_section, sections
+from mesh import slices
+from mesh.tetmesh import TetMesh
+
+_STATIONS = 11
+
+
+@dataclass(frozen=True, kw_only=True)
+class SectionFigures:
+    """A cross-section of the shank."""
+
+    x_mm: float
+    area_mm2: float
+    inertia_y_mm4: float
+    inertia_z_mm4: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class RodMeshFigures(QualityFigures):
+    """The mesh of a rod; `mass_error` is relative to the solid's mass."""
+
+    nodes: int
+    elements: int
+    size_mm: float
+    mass_error: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class RodBoreFigures:
+    """A bore; `at_mm` is its middle as it lies in a file, null for a rod drawn from dimensions."""
+
+    diameter_mm: float
+    width_mm: float
+    at_mm: Vector | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolidFigures:
+    """A solid of a file: what it is, whether it is analysed, its mass with the rod's density, its extents."""
+
+    name: str
+    role: str
+    kept: bool
+    mass_kg: float
+    size_mm: Vector
+
+
+@dataclass(frozen=True, kw_only=True)
+class RodReport:
+    """The figures of ``fea rod``."""
+
+    study: str
+    length_mm: float
+    mass_kg: float
+    center_of_gravity_mm: Vector
+    inertia_kg_m2: tuple[tuple[float, ...], ...]  #: (3, 3) about the centre of gravity
+    volume_mm3: float
+    parts_mm3: Mapping[str, float]  #: volume of each part
+    symmetry: str
+    #: Evenly spaced from ring to ring; of a solid from a file from bore to bore, cut from its mesh
+    sections: tuple[SectionFigures, ...]
+    least_section: SectionFigures  #: of least area
+    slenderness: Mapping[str, float]  #: K l / r for bending in each plane
+    mesh: RodMeshFigures
+    bores: tuple[RodBoreFigures, ...]  #: of the big and the small end
+    unit: str | None = None  #: of the lengths in a file
+    solids: tuple[SolidFigures, ...] | None = None  #: of a file
+    assumed: tuple[Note, ...] = ()
+    assembly: tuple[str, ...] = ()  #: joint, bolts and interfaces found in a file with a separate cap
+
+
+def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
+    """Draw, mesh and measure the rod of a study; return its figures and the mesh of the whole rod.
+
+    Raises
+    ------
+    InvalidValue
+        The study's rod has no dimensions.
+    GeometryError, MeshError
+        No solid or no usable mesh came out.
+    """
+    mesh = mesh_study(study)
+    materials = study.materials(mesh.parts)
+    rod = inertia(mesh.cell, of_parts(materials, mesh.cell.part).density).properties
+    along, least = _sections(study.rod.dimensions, mesh.whole, mesh.bores)
+    quality = quality_figures(mesh.meshing.quality, mesh.meshing.repair)
+    report = RodReport(
+        study=study.name,
+        length_mm=mesh.bores.rod_length,
+        mass_kg=rod.mass / KG,
+        center_of_gravity_mm=rod.center,
+        inertia_kg_m2=tuple(tuple(value / KG_M2 for value in row) for row in rod.inertia),
+        volume_mm3=sum(mesh.parts.values()),
+        parts_mm3=dict(mesh.parts),
+        symmetry=mesh.symmetry.value,
+        sections=tuple(figures(SectionFigures, section) for section in along),
+        least_section=figures(SectionFigures, least),
+        slenderness={
+            plane.value: plane.length_factor * mesh.bores.rod_length / plane.gyration(least)
+            for plane in Plane
+        },
+        mesh=RodMeshFigures(
+            **vars(quality),
+            nodes=len(mesh.whole.points),
+            elements=len(mesh.whole.tets),
+            size_mm=mesh.meshing.size,
+            mass_error=mesh.mass_error(rod.mass, materials),
+        ),
+        bores=_bores(mesh),
+        unit=None if mesh.imported is None else mesh.imported.unit,
+        solids=None
+        if mesh.imported is None
+        else tuple(
+            figures(SolidFigures, solid, mass_kg=materials[0].density * solid.volume / KG)
+            for solid in mesh.imported.solids
+        ),
+        assumed=(
+            *study.material_notes,
+            *map(assumption, () if mesh.imported is None else mesh.imported.assumed),
+        ),
+        assembly=() if mesh.imported is None else found_assembly(study.rod, mesh.imported),
+    )
+    return report, mesh.whole
+
+
+def _bores(mesh: MeshedRod) -> tuple[RodBoreFigures, ...]:
+    if mesh.imported is not None:
+        return tuple(figures(RodBoreFigures, bore, at_mm=bore.center) for bore in mesh.imported.bores)
+    bores = mesh.bores
+    return (
+        RodBoreFigures(diameter_mm=2 * bores.big_radius, width_mm=bores.big_width),
+        RodBoreFigures(diameter_mm=2 * bores.small_radius, width_mm=bores.small_width),
+    )
+
+
+def _sections(rod: Rod | None, whole: TetMesh, bores: Bores) -> tuple[tuple[Section, ...], Section]:
+    if rod is not None:
+        return sections(rod, _STATIONS), least_section(rod)
+    ends = bores.between
+    return slices.sections(whole, np.linspace(*ends, _STATIONS + 2)[1:-1]), slices.least_section(whole, *ends)
+
+
+def fitted(
+    study: Study,
+    free: Sequence[str],
+    mass_kg: float | None,
+    center_of_gravity_mm: float | None,
+    inertia_kg_m2: float | None,
+) -> tuple[RodTable, Fit]:
+    """Adjust named dimensions of the study's rod until its mass properties meet the targets.
+
+    The keys in `free` may change; without any target those that the [rod] table gives are met, which keeps
+    them only then. Returned are the table with the new dimensions, and how well the targets are met.
+
+    Raises
+    ------
+    InvalidValue
+        No target, nothing free, a key that is no dimension, or a rod without dimensions.
+    """
+    rod = study.rod.solid()
+    density, *others = (
+        part.density for part in study.materials(["rod", "bushing"] if rod.bushing else ["rod"])
+    )
+    bushing = next(iter(others), None)
+    given = study.rod.mass
+    if (mass_kg, center_of_gravity_mm, inertia_kg_m2) == (None, None, None):
+        remedy = "Say --mass-kg, --center-of-gravity-mm or --inertia-kg-m2, or give them in [rod]."
+        require(given is not None, "--fit", list(free), "has no target", remedy)
+    as_given = mass_kg is center_of_gravity_mm is inertia_kg_m2 is None
+    if given is not None and as_given:
+        targets = Targets(density, given.mass, given.center[0], given.inertia_z, bushing)
+    else:
+        targets = Targets(
+            density,
+            None if mass_kg is None else mass_kg * KG,
+            center_of_gravity_mm,
+            None if inertia_kg_m2 is None else inertia_kg_m2 * KG_M2,
+            bushing,
+        )
+    fitted_rod = fit(rod, targets, [dimension_of(key) for key in free])
+    table = dataclasses.replace(study.rod, dimensions=fitted_rod.rod, length=fitted_rod.rod.length)
+    return (table if as_given else dataclasses.replace(table, mass=None)), fitted_rod

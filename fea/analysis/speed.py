@@ -1,0 +1,208 @@
+"""A prepared rod at one speed: solve its load cases, judge the stresses, check everything."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fea.analysis.cycle.superposition import CycleResult
+from fea.analysis.fields import Equilibrium
+from fea.analysis.prepare import PreparedRod
+from fea.base.checks import LIMITS, Check, check
+from fea.base.material import Material
+from fea.base.note import Note, omission, warning
+from fea.judge.case_result import CaseResult, case_result
+from fea.judge.fatigue import check_notes
+from fea.judge.plausible import unit_notes
+from fea.rod.loading import EngineLoading, SpeedLoads
+from fea.rod.meshed_rod import MeshedRod
+from fea.solid.inertia import imbalance
+from fea.solid.parity import Parity
+from fea.solvers.static import Solution
+from fea.stress.section_balance import SectionBalance
+from loads.instants import joined
+
+
+def speed_checks(rod: PreparedRod, solved: Equilibrium, cases: Sequence[CaseResult]) -> dict[str, Check]:
+    """Hold mesh, loads, solution and results against the limits of `fea.base.checks`, by name."""
+    values = _of_mesh(rod) | _of_cases(rod, cases) | _of_solution(solved.solution)
+    values["bore_pressure_scale"] = max(abs(response.scale - 1) for response in solved.responses)
+    if not rod.clamped:  # a clamp takes up forces, so that they need not balance
+        values |= _balance(rod.mesh, solved)
+    for name in sorted({name for response in solved.responses for name in response.checks}):
+        values[name] = max(response.checks[name] for response in solved.responses)
+    return {name: check(name, value) for name, value in values.items()}
+
+
+def _of_mesh(rod: PreparedRod) -> dict[str, float]:
+    mesh, quality = rod.mesh, rod.mesh.meshing.quality
+    order, soft = mesh.cell.order, rod.structure.soft
+    values = {
+        "inverted_elements": float(quality.least_scaled_jacobian <= 0),
+        "flattest_element": 1 / max(quality.least_shape, 1e-300),
+        "mesh_mass_p1" if order == 1 else "mesh_mass": mesh.mass_error(rod.mass.mass, rod.materials),
+    }
+    displacement_only = [m.poissons_ratio for n, m in enumerate(rod.materials) if n not in soft]
+    if displacement_only:
+        values[f"poissons_ratio_p{order}"] = max(displacement_only)
+    return values
+
+
+def _of_cases(rod: PreparedRod, cases: Sequence[CaseResult]) -> dict[str, float]:
+    return {
+        "finite": float(sum(not case.finite for case in cases)),
+        "small_strain": max(_strain(case, rod.materials) for case in cases),
+        "small_displacement": max(case.max_displacement for case in cases) / rod.mesh.bores.rod_length,
+        "section_balance": _section_balance(rod.mid_sections, cases),
+    }
+
+
+def _of_solution(solution: Solution) -> dict[str, float]:
+    residuals = list(solution.residuals.values())
+    values = {
+        "backward_error": max(item.backward_error for item in residuals),
+        "energy_balance": max(item.energy for item in residuals),
+        "imbalance": max(item.imbalance for item in residuals),
+    }
+    return values | ({"condition": max(solution.condition.values())} if solution.condition else {})
+
+
+def _section_balance(sections: Iterable[SectionBalance], cases: Sequence[CaseResult]) -> float:
+    """Largest error over the cases in the first section that passes, or the least of all.
+
+    A section may lead through a hole, where the error of the mesh is largest; wrong loads are wrong in all.
+    """
+    least, loaded = np.inf, [case for case in cases if case.load.largest_force > 0]
+    for section in sections:
+        least = min(least, max(section.error(case.load, case.stress) for case in loaded))
+        if check("section_balance", least).passed:
+            break
+    return least
+
+
+def _strain(case: CaseResult, materials: Sequence[Material]) -> float:
+    """Largest equivalent strain of any part, von Mises stress over 3 μ."""
+    parts = zip(case.part_von_mises, materials, strict=True)
+    return max(float(np.nanmax(stress)) / (3 * material.shear_modulus) for stress, material in parts)
+
+
+def _balance(mesh: MeshedRod, solved: Equilibrium) -> dict[str, float]:
+    responses, points = solved.responses, mesh.cell.points
+    largest = max(response.largest for response in responses)
+    sums = np.array([imbalance(points, response.forces, mesh.symmetry.copies) for response in responses])
+    force, moment = sums.max(axis=0)
+    tilts = [response.tilt for response in responses if response.tilt is not None]
+    return {
+        "force_balance": float(force / largest),
+        "moment_balance": float(moment / (largest * mesh.bores.rod_length)),
+        "reactions": max(item.reaction for item in solved.solution.residuals.values()) / largest,
+        **({"tilt": max(tilts)} if tilts else {}),
+    }
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpeedResult:
+    """Everything found at one speed."""
+
+    rpm: float | None  #: none where forces are given instead of an engine
+    loads: SpeedLoads  #: the load cases, with their notes
+    cases: Mapping[str, CaseResult]  #: one result per load case, by its name
+    checks: Mapping[str, Check]  #: by name
+    notes: tuple[Note, ...]  #: what a reader must know beside the figures, and what was not computed
+    cycle: CycleResult | None = None  #: the whole crank cycle, where it was asked for
+
+    @property
+    def trusted(self) -> bool:
+        """Whether every check passed."""
+        return all(item.passed for item in self.checks.values())
+
+
+def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
+    """Solve, judge and check the load cases of one speed, rpm; None for given forces.
+
+    Raises
+    ------
+    InvalidValue
+        Nothing loads the rod.
+    UnderconstrainedError, SingularMatrixError
+        See `Model.solve`.
+    """
+    with rod.clock("loads"):
+        loads = rod.loading.at(rod.mass, rpm)
+    loads = replace(loads, cases=joined([loads.cases, rod.pins.resting]))
+    solved = rod.equilibrium(loads.cases)
+    with rod.clock("stress"):
+        cases = judge(rod, solved)
+    checks = speed_checks(rod, solved, tuple(cases.values()))
+    engine = rod.loading.engine if isinstance(rod.loading, EngineLoading) else None
+    notes = (
+        *rod.mesh.omissions,
+        *_solution_omissions(rod, solved.solution),
+        *check_notes(checks),
+        *unit_notes(rod.materials, engine),
+        *loads.notes,
+        *rod.mesh.notes,
+        *_pressure_notes(rod),
+        *_rim_notes(rod),
+        *rod.notes,
+    )
+    return SpeedResult(
+        rpm=rpm,
+        loads=loads,
+        cases=cases,
+        checks=checks,
+        notes=notes,
+    )
+
+
+def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
+    """Work out the whole crank cycle at a speed whose load cases are solved."""
+    analysis, cycle = rod.cycle, rod.crank_cycle(static.rpm or 0.0)
+    with rod.clock("cycle"):
+        history = analysis.at(cycle, tuple(static.cases.values()))
+    checks, notes = {**static.checks, **history.checks()}, (*static.notes, *history.notes())
+    return replace(static, checks=checks, notes=notes, cycle=history)
+
+
+def judge(rod: PreparedRod, solved: Equilibrium) -> dict[str, CaseResult]:
+    """Recover the stresses of load cases in equilibrium and judge them, by the name of the case."""
+    return {
+        case.name: case_result(
+            case,
+            rod.mesh.whole,
+            fields,
+            stresses,
+            materials=rod.materials,
+            bore_datum=rod.bore_datum,
+            sharp=rod.sharp_places,
+        )
+        for case, (fields, stresses) in zip(solved.instants, rod.fields(solved), strict=True)
+    }
+
+
+def _solution_omissions(rod: PreparedRod, solution: Solution) -> tuple[Note, ...]:
+    """What the loads and the materials spare."""
+    spared = []
+    if Parity.ANTISYMMETRIC not in solution.displacement and rod.mesh.cut_y:
+        spared.append(omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"))
+    if not rod.structure.soft and rod.mesh.cell.order > 1:
+        why = f"ν is at most {LIMITS['poissons_ratio_p2']} everywhere"
+        spared.append(omission("pressure unknowns", why))
+    return tuple(spared)
+
+
+def _rim_notes(rod: PreparedRod) -> list[Note]:
+    places = [f"{rim.name} ({rim.radius:.2g} mm)" for rim in rod.fields.errors.rims]
+    text = f"the figures leave out the places near the {', '.join(places)}"
+    return [warning(text, "stress")] if places else []
+
+
+def _pressure_notes(rod: PreparedRod) -> list[Note]:
+    names = list(rod.mesh.parts)
+    return [
+        warning(
+            f"solved with mixed displacement–pressure elements, as ν = {rod.materials[n].poissons_ratio:g}",
+            names[n],
+        )
+        for n in rod.structure.soft
+    ]

@@ -1,0 +1,185 @@
+"""Safety factors of the cycle against engine speed, and the speeds at which they fall below 1."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import brentq
+
+from fea.analysis.assembly_report import MOST_UNKNOWNS
+from fea.analysis.figures import Summary
+from fea.analysis.prepare import PreparedRod
+from fea.solid.errors import ContactError
+from geometry.arrays import Floats
+
+if TYPE_CHECKING:
+    from fea.pins.assembly import AssemblyPins
+
+COLUMNS = (
+    "rpm",
+    "yield_safety_factor",
+    "yield_crank_deg",
+    "yield_x_mm",
+    "yield_y_mm",
+    "yield_z_mm",
+    "fatigue_safety_factor",
+    "fatigue_x_mm",
+    "fatigue_y_mm",
+    "fatigue_z_mm",
+    "mean_MPa",
+    "amplitude_MPa",
+    "stress_ratio",
+    "crossland_safety_factor",
+    "column_safety_factor",
+    "buckling_factor",
+)
+# Of a table of load cases: the last two are the factors by the column formulas and of the solid's modes.
+_CASE_COLUMNS = (
+    "crank_deg",
+    "pin_axial_N",
+    "crank_axial_N",
+    "max_von_mises_MPa",
+    "min_safety_factor",
+    "column_safety_factor",
+    "buckling_factor",
+)
+# Of such a table of an assembled rod: the largest force of a bolt, and the joint.
+_ASSEMBLY_COLUMNS = ("bolt_N", "joint_clamp_N", "joint_open_percent", "joint_opening_um", "slip_reserve")
+MODES = {
+    "yield": "yield_safety_factor",
+    "fatigue": "fatigue_safety_factor",
+    "crossland": "crossland_safety_factor",
+}
+
+
+@dataclass(frozen=True)
+class SpeedMap:
+    """The worst of the cycle at several speeds."""
+
+    #: (n_speeds,) by the names of `COLUMNS`, speeds increasing; NaN where fatigue is not judged. Crossland's
+    #: factor is the least of the whole rod at speeds that were run in full, at others that of the worst
+    #: places against yielding and fatigue. Of buckling the least of every case.
+    columns: dict[str, Floats]
+    #: Lowest speed, rpm, from which each of `MODES` fails; None where it does not within the map
+    critical: Mapping[str, float | None]
+
+
+def rounded(rpm: float) -> str:
+    """A critical speed in the three digits that stresses of a few per cent can vouch for."""
+    return f"{float(f'{rpm:.3g}'):.0f}"
+
+
+def first_below(factor: Floats) -> int | None:
+    """Number of the first factor below 1; None where there is none."""
+    below = np.flatnonzero(factor < 1)
+    return int(below[0]) if below.size else None
+
+
+def speed_map(summaries: Sequence[Summary]) -> SpeedMap | None:
+    """Gather the worst of the cycle at several speeds; None where no cycle was worked out."""
+    known = [item for item in summaries if item.critical_speeds_rpm is not None and item.envelope is not None]
+    critical = known[0].critical_speeds_rpm if known else None
+    if critical is None:
+        return None
+    values = np.array(sorted(map(_row, summaries)), dtype=np.float64)
+    return SpeedMap(dict(zip(COLUMNS, values.T, strict=True)), critical)
+
+
+def _row(summary: Summary) -> list[float]:
+    """Return the figures of one speed, in the order of `COLUMNS`."""
+    envelope = summary.envelope
+    if envelope is None or summary.rpm is None:
+        raise ValueError("a map over speeds needs the cycle at each of them")
+    fatigue, nowhere = envelope.fatigue, (None, None, None)
+    values = (
+        summary.rpm,
+        envelope.min_safety_factor,
+        envelope.crank_deg,
+        *envelope.at_mm,
+        *((None, *nowhere) if fatigue is None else (fatigue.fatigue_safety_factor, *fatigue.at_mm)),
+        *(nowhere if fatigue is None else (fatigue.mean_MPa, fatigue.amplitude_MPa, fatigue.stress_ratio)),
+        envelope.min_crossland_safety_factor,
+        summary.buckling.column.min_safety_factor,
+        summary.buckling.min_mode_factor,
+    )
+    return [np.nan if value is None else float(value) for value in values]
+
+
+def case_rows(summaries: Sequence[Summary]) -> list[list[str]]:
+    """Return the extremes of every run as rows of text: a heading, then one row per speed and load case."""
+    assembled = any(summary.assembly is not None for summary in summaries)
+    rows = [["rpm", "case", *_CASE_COLUMNS, *(_ASSEMBLY_COLUMNS if assembled else ())]]
+    for summary in summaries:
+        for name, result in summary.results.items():
+            load = summary.loads[name]
+            values = (
+                load.crank_deg,
+                load.pin_axial_N,
+                load.crank_axial_N,
+                result.max_von_mises_MPa,
+                result.min_safety_factor,
+                *summary.buckling.of_case(name),
+                *(_of_assembly(summary, name) if assembled else ()),
+            )
+            rows.append(
+                [f"{summary.rpm:g}", name, *("" if value is None else f"{value:.7g}" for value in values)]
+            )
+    return rows
+
+
+def _of_assembly(summary: Summary, case: str) -> tuple[float | None, ...]:
+    """Return what bolts and joint do in a case, in the order of `_ASSEMBLY_COLUMNS`."""
+    if summary.assembly is None:
+        return (None,) * len(_ASSEMBLY_COLUMNS)
+    joint = summary.assembly.joint.by_case[case]
+    return (
+        max(bolt.force_N for bolt in summary.assembly.bolts.by_case[case]),
+        joint.clamp_force_N,
+        joint.open_percent,
+        joint.opening_um,
+        joint.slip_reserve,
+    )
+
+
+# The name of that speed among the critical ones.
+JOINT_OPENING = "joint_opening"
+# To which the speed is found, over itself.
+_WITHIN = 0.01
+# Stands for the pressure at an edge that has opened, MPa: its sign is what matters.
+_OPEN = -1.0
+
+
+def opening_speed(rod: PreparedRod, pins: "AssemblyPins", speeds: Sequence[float]) -> float | None:
+    """Find the lowest speed, rpm, at which a load case opens the joint at the edge of the bore.
+
+    It is looked for between the lowest and the highest of `speeds`, rpm, and found to 1 %; of a large contact
+    problem, it is the first of `speeds` at which the joint is open. None where it opens at none of them.
+    """
+    rising = sorted(speeds)
+    number = next((number for number, rpm in enumerate(rising) if _edge(rod, pins, rpm) <= 0), None)
+    if number is None:
+        return None
+    rpm = rising[number]
+    if number == 0 or pins.contact.problem.unfolding.size > MOST_UNKNOWNS:
+        return rpm
+    low = rising[number - 1]
+    return float(brentq(lambda speed: _edge(rod, pins, speed), low, rpm, xtol=_WITHIN * rpm))
+
+
+def opening_speeds(rod: PreparedRod, speeds: Sequence[float]) -> dict[str, float | None]:
+    """Return that speed by its name; nothing for a rod of one piece."""
+    pins = rod.assembly_contact
+    return {} if pins is None else {JOINT_OPENING: opening_speed(rod, pins, speeds)}
+
+
+def _edge(rod: PreparedRod, pins: "AssemblyPins", rpm: float) -> float:
+    """Least pressure, MPa, at the edge of the bore over the load cases; negative where the joint opens."""
+    least = []
+    for case in rod.loading.at(rod.mass, rpm).cases:
+        try:
+            pressure = pins.state_under(case).joint.edge_pressure
+        except ContactError:
+            return _OPEN
+        least.append(pressure or _OPEN)
+    return min(least)

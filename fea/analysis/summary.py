@@ -1,0 +1,358 @@
+"""From what was found to the figures of `summary.json`."""
+
+import os
+import platform
+from collections.abc import Iterable, Mapping, Sequence
+from importlib.metadata import version
+from string import ascii_uppercase
+
+import numpy as np
+
+from fea.analysis.adapt import Adapted
+from fea.analysis.assembly_report import assembly_figures, onset_notes, ovality_figures
+from fea.analysis.buckling import BucklingReport
+from fea.analysis.cycle.superposition import CycleResult
+from fea.analysis.cycle.unit_solutions import Spot
+from fea.analysis.figures import (
+    AssemblyFigures,
+    BoreFigures,
+    BucklingFigures,
+    CaseFigures,
+    CycleFigures,
+    EnduranceFigures,
+    EngineFigures,
+    EnvelopeFigures,
+    EnvironmentFigures,
+    LoadFigures,
+    ModelFigures,
+    PassFigures,
+    PinModelFigures,
+    QualityFigures,
+    RodFigures,
+    SharpEdgeFigures,
+    SpotFigures,
+    Summary,
+    SurfaceFigures,
+    figures,
+    plain,
+    vector,
+)
+from fea.analysis.pin_model import pin_model_figures
+from fea.analysis.prepare import PreparedRod
+from fea.analysis.speed import SpeedResult
+from fea.analysis.survival import factors, survival
+from fea.base.checks import Check
+from fea.base.choices import Fatigue
+from fea.base.material import Material
+from fea.base.note import Note, omissions, remarks
+from fea.base.units import DEG, KG_M2
+from fea.judge.case_result import CaseResult
+from fea.judge.fatigue import crossland, fatigue_factor
+from fea.judge.history import deviatoric, extremes
+from fea.judge.sharp_places import SharpPlace, worst_of_edges
+from fea.judge.verdict import Verdict, safety_factor
+from fea.rod.loading import EngineLoading
+from geometry.surfaces import Surface
+from geometry.system import peak_memory
+from loads.instants import Instants
+from mesh.quality import Quality
+from mesh.repair import Repair
+
+
+def endurance_figures(parts: Iterable[str], materials: Sequence[Material]) -> dict[str, EnduranceFigures]:
+    """Return the factors of every part, by its name, whose endurance limit is known."""
+    return {
+        part: _endurance(material, material.endurance_limit)
+        for part, material in zip(parts, materials, strict=True)
+        if material.endurance_limit is not None
+    }
+
+
+def _endurance(material: Material, limit: float) -> EnduranceFigures:
+    marin = material.marin
+    return EnduranceFigures(
+        specimen_MPa=limit / (marin.size * marin.load * marin.reliability),
+        estimated=material.endurance_estimated,
+        size_factor=marin.size,
+        load_factor=marin.load,
+        reliability_factor=marin.reliability,
+        regions={
+            region.value: SurfaceFigures(
+                finish=surface.finish,
+                surface_factor=surface.factor,
+                endurance_MPa=limit * surface.factor,
+                assumed=surface.assumed or None,
+            )
+            for region, surface in marin.surfaces.items()
+        },
+    )
+
+
+def sharp_edge_figures(
+    cases: Mapping[str, CaseResult], required: float | None
+) -> dict[str, tuple[SharpEdgeFigures, ...]]:
+    """Return the edges that matter in each load case, the worst first; one edge has one name in all cases.
+
+    The required safety factor is 1 by default.
+    """
+    kept = {name: case.sharp_mattering for name, case in cases.items()}
+    names = {place.between: _letter(k) for k, place in enumerate(worst_of_edges(kept.values()))}
+    least = 1.0 if required is None else required
+    return {
+        name: tuple(_sharp_edge(place, names[place.between], least) for place in places)
+        for name, places in kept.items()
+    }
+
+
+def _letter(number: int) -> str:
+    """Name the edges A, B, …, Z, A1, B1 and so on."""
+    turn, place = divmod(number, len(ascii_uppercase))
+    return ascii_uppercase[place] + (str(turn) if turn else "")
+
+
+def _sharp_edge(place: SharpPlace, name: str, required: float) -> SharpEdgeFigures:
+    notch = place.notch
+    return figures(
+        SharpEdgeFigures,
+        place,
+        name=name,
+        structural_stress_MPa=place.stress,
+        structural_von_mises_MPa=place.von_mises,
+        notch_intensity=None if notch is None else notch.intensity,
+        notch_exponent=place.exponent,
+        required_safety_factor=required,
+        fillet_radius_mm=place.fillet(required),
+        largest_fillet_mm=None if notch is None else notch.longest,
+    )
+
+
+_PACKAGES = ("conrod-fea", "gmsh", "scikit-fem", "numpy", "scipy", "pyvista", "vtk")
+
+
+def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingReport) -> Summary:
+    """Return the figures of one speed."""
+    rod, passes = adapted.rod, adapted.passes
+    tolerance, least = rod.options.tolerance_percent, min(c.min_safety_factor for c in result.cases.values())
+    edges = sharp_edge_figures(result.cases, rod.options.min_safety)
+    assembly = assembly_figures(rod, result.cases, result.cycle)
+    return summary_of(
+        rod,
+        passes,
+        rpm=result.rpm,
+        loads={name: load_figures(case.load) for name, case in result.cases.items()},
+        results={
+            name: case_figures(case, rod.mesh.bores.rod_length, tolerance, edges[name])
+            for name, case in result.cases.items()
+        },
+        envelope=None if result.cycle is None else envelope_figures(result.cycle, rod),
+        buckling=buckling.figures,
+        assembly=assembly,
+        pin_model=pin_model_figures(adapted.pin_factors(result), rod, result.loads.cases, least),
+        checks={**result.checks, **buckling.checks},
+        notes=(*result.notes, *buckling.notes, *onset_notes(assembly)),
+    )
+
+
+def summary_of(
+    rod: PreparedRod,
+    passes: Sequence[PassFigures],
+    *,
+    rpm: float | None,
+    loads: Mapping[str, LoadFigures],
+    results: Mapping[str, CaseFigures],
+    envelope: CycleFigures | None,
+    buckling: BucklingFigures,
+    assembly: AssemblyFigures | None = None,
+    pin_model: PinModelFigures | None = None,
+    checks: Mapping[str, Check],
+    notes: Sequence[Note],
+) -> Summary:
+    """Return the figures of one speed, with those that all speeds of a rod share."""
+    life = rod.life
+    notes = (*notes, *(() if life is None else life.notes))
+    return Summary(
+        study=rod.study.name,
+        rpm=rpm,
+        trusted=all(item.passed for item in checks.values()),
+        survival=survival(
+            factors(results, buckling, envelope, assembly),
+            rod.options.min_safety,
+            given_mesh=bool(rod.mesh.meshing.given),
+        ),
+        rod=_rod(rod),
+        engine=_engine(rod),
+        loads=loads,
+        model=_model(rod),
+        results=results,
+        passes=tuple(passes) or None,
+        envelope=envelope,
+        life=None if life is None else life.figures,
+        buckling=buckling,
+        assembly=assembly,
+        pin_model=pin_model,
+        checks=checks,
+        notes=remarks(notes),
+        timings_s=dict(rod.clock.seconds),
+        total_s=rod.clock.total,
+        peak_memory_MiB=peak_memory(),
+        left_out=omissions(notes),
+        environment=_environment(),
+    )
+
+
+def load_figures(case: Instants) -> LoadFigures:
+    """Return what acts in a load case."""
+    return figures(LoadFigures, case, crank_deg=plain(case.crank_angle / DEG))
+
+
+def case_figures(
+    case: CaseResult,
+    rod_length: float,
+    tolerance_percent: float | None = None,
+    sharp_edges: tuple[SharpEdgeFigures, ...] = (),
+) -> CaseFigures:
+    """Return the extremes of a load case, over the nodes away from singular places."""
+    return figures(
+        CaseFigures,
+        case,
+        energy_error_percent=case.error.energy_percent,
+        verdict=case.verdict(tolerance_percent).value,
+        **(_singular(case) if case.error.masked.any() else {}),
+        sharp_edges=sharp_edges or None,
+        contact={surface.value: _bore(case, surface, rod_length) for surface in case.touch} or None,
+    )
+
+
+def _singular(case: CaseResult) -> dict[str, float | str]:
+    return {
+        "unmasked_max_von_mises_MPa": case.peak.unmasked,
+        "unmasked_min_safety_factor": 1 / case.worst.unmasked,
+        "unmasked_verdict": Verdict.DIVERGING.value,
+        "singular_max_von_mises_MPa": case.peak.singular,
+        "singular_verdict": Verdict.DIVERGING.value,
+    }
+
+
+def _bore(case: CaseResult, surface: Surface, rod_length: float) -> BoreFigures:
+    touch, x = case.touch[surface], rod_length if surface is Surface.SMALL_END_BORE else 0.0
+    return BoreFigures(
+        max_pressure_MPa=touch.pressure,
+        at_deg=touch.angle / DEG,
+        at_z_mm=touch.z,
+        arc_deg=touch.arc / DEG,
+        **vars(ovality_figures(case, surface, x)),
+    )
+
+
+def envelope_figures(result: CycleResult, rod: PreparedRod) -> EnvelopeFigures:
+    """Return the worst of the cycle and its worst places."""
+    mesh, criterion, materials = rod.mesh.whole, rod.options.fatigue, rod.materials
+    found, counts = result.envelope, result.counts
+    worst = int(np.where(counts, found.usage, -np.inf).argmax())
+    fatigue, multiaxial = (
+        None if spot is None else _spot(spot, result, materials, criterion)
+        for spot in (result.weakest, result.multiaxial)
+    )
+    singular = not counts.all()
+    return EnvelopeFigures(
+        min_safety_factor=float(found.safety_factor[worst]),
+        at_mm=vector(mesh.points[worst]),
+        crank_deg=float(found.usage_angle[worst]) / DEG,
+        max_von_mises_MPa=float(found.von_mises[counts].max()),
+        max_principal_MPa=float(found.principal_1[counts].max()),
+        min_principal_MPa=float(found.principal_3[counts].min()),
+        min_fatigue_safety_factor=None if fatigue is None else fatigue.fatigue_safety_factor,
+        fatigue_criterion=criterion.value,
+        fatigue=fatigue,
+        min_crossland_safety_factor=None if multiaxial is None else multiaxial.crossland_safety_factor,
+        crossland=multiaxial,
+        endurance=endurance_figures(rod.mesh.parts, materials) or None,
+        spots=tuple(_spot(spot, result, materials, criterion) for spot in result.spots),
+        unit_solutions=result.unit_solutions,
+        instants=len(result.angles),
+        unmasked_max_von_mises_MPa=float(found.von_mises.max()) if singular else None,
+        unmasked_min_safety_factor=float(found.safety_factor.min()) if singular else None,
+    )
+
+
+def _spot(spot: Spot, result: CycleResult, materials: Sequence[Material], criterion: Fatigue) -> SpotFigures:
+    """Return the extremes of a place.
+
+    All are of the part that the spot is of; where the envelope is another part's there, they are taken from
+    every degree.
+    """
+    found, node, material = result.envelope, spot.node, materials[spot.part]
+    components = deviatoric(spot.stress)
+    own = extremes(components[None])
+    largest, angle = own.von_mises[0], result.angles[own.instant[0]]
+    if spot.part == found.part[node]:
+        largest, angle = material.yield_strength * found.usage[node], found.usage_angle[node]
+    mean, amplitude, ratio = own.mean, own.amplitude, own.ratio
+    here = result.regions.at(np.array([node]))
+    surface, region = float(here.factors(material)[0]), here.region(0, material)
+    factor = fatigue_factor(criterion, mean, amplitude, material, surface)
+    if spot.part == found.fatigue_part[node]:
+        mean, amplitude, ratio = found.mean[[node]], found.amplitude[[node]], found.ratio[[node]]
+        factor = None if found.fatigue_factor is None else found.fatigue_factor[[node]]
+    return SpotFigures(
+        at_mm=vector(spot.place),
+        max_von_mises_MPa=float(largest),
+        crank_deg=float(angle) / DEG,
+        mean_MPa=float(mean[0]),
+        amplitude_MPa=float(amplitude[0]),
+        stress_ratio=float(ratio[0]),
+        safety_factor=float(safety_factor(np.asarray(largest), material.yield_strength)),
+        fatigue_safety_factor=None if factor is None else float(factor[0]),
+        crossland_safety_factor=crossland(components, material, surface),
+        endurance_MPa=None if material.endurance_limit is None else surface * material.endurance_limit,
+        surface_region=None if region is None else region.value,
+        history_MPa=tuple(spot.signed.tolist()),
+    )
+
+
+def quality_figures(quality: Quality, repair: Repair) -> QualityFigures:
+    """Return the quality of a mesh."""
+    repaired = {"repairs": tuple(repair.causes), "repaired_size_mm": repair.size}
+    return figures(QualityFigures, quality, straightened_elements=quality.straightened, **repaired)
+
+
+def _rod(rod: PreparedRod) -> RodFigures:
+    return figures(
+        RodFigures,
+        rod.mass,
+        center_of_gravity_mm=rod.mass.center,
+        inertia_kg_m2=rod.mass.inertia_z / KG_M2,
+        length_mm=rod.mesh.bores.rod_length,
+    )
+
+
+def _engine(rod: PreparedRod) -> EngineFigures | None:
+    return figures(EngineFigures, rod.loading.engine) if isinstance(rod.loading, EngineLoading) else None
+
+
+def _model(rod: PreparedRod) -> ModelFigures:
+    whole, meshing = rod.mesh.whole, rod.mesh.meshing
+    return ModelFigures(
+        nodes=len(whole.points),
+        elements=len(whole.tets),
+        dofs=whole.points.size,
+        solved_dofs=rod.model.solved_dofs,
+        element=f"p{rod.mesh.cell.order}",
+        formulation="displacement-pressure" if rod.structure.soft else "displacement",
+        size_mm=meshing.size,
+        symmetry=rod.mesh.symmetry.value,
+        support=rod.options.support.value,
+        pressure=rod.options.pressure,
+        solver=rod.model.solver,
+        assembly=rod.options.matrix_assembly.value,
+        quality=quality_figures(meshing.quality, meshing.repair),
+        mesh_from_file=True if meshing.given else None,
+    )
+
+
+def _environment() -> EnvironmentFigures:
+    return EnvironmentFigures(
+        versions={"python": platform.python_version()} | {name: version(name) for name in _PACKAGES},
+        platform=platform.platform(),
+        threads=len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+    )

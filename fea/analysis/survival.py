@@ -1,0 +1,186 @@
+"""Does the rod survive? One line, with the error bar taken off the safety factor."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from math import ceil, inf, isinf, log10
+
+from fea.analysis.figures import AssemblyFigures, BucklingFigures, CaseFigures, CycleFigures, SurvivalFigures
+
+# A factor that differs from the required one by less, in percent, is not decided by any practical mesh.
+_CLOSEST_PERCENT = 0.5
+# Share of the difference from the required factor that the error bar may have for a decision.
+_AIM = 0.9
+# Below this a factor has two significant digits, not two decimals.
+_SMALL = 0.095
+# A joint that slides has a reserve of 1, as friction carries no more: what rounding may add to it.
+_SLIDING = 1e-3
+_FAILS = {
+    "yielding": "yields",
+    "fatigue": "fails by fatigue",
+    "buckling": "buckles",
+    "yielding of the bolts": "the bolts yield",
+    "fatigue of the bolts": "the bolts fail by fatigue",
+    "slip of the joint": "the joint slips",
+    "separation of the joint": "cap and rod come apart",
+}
+
+
+class Answer(StrEnum):
+    """Whether the rod survives, from good to bad."""
+
+    SURVIVES = "survives"
+    UNDECIDED = "undecided"
+    FAILS = "fails"
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A safety factor with its error bar."""
+
+    mode: str  #: the mode of failure: ``yielding``, ``fatigue`` or ``buckling``, or one of bolts or joint
+    case: str  #: the load case; empty for the whole cycle
+    value: float  #: the factor
+    error_percent: float | None = None  #: error bar of the stress behind it; None where there is no estimate
+    place: str = ""  #: the sharp edge whose structural stress it is of; empty elsewhere
+
+    @property
+    def low(self) -> float:
+        """The factor if the stress is higher by its error bar."""
+        return self.value / (1 + (self.error_percent or 0.0) / 100)
+
+    @property
+    def high(self) -> float:
+        """The factor if the stress is lower by its error bar."""
+        share = (self.error_percent or 0.0) / 100
+        return self.value / (1 - share) if share < 1 else inf
+
+    def answer(self, required: float) -> Answer:
+        """Compare the factor and its bar with a required factor."""
+        if self.high < required:
+            return Answer.FAILS
+        return Answer.SURVIVES if self.low >= required else Answer.UNDECIDED
+
+    @property
+    def text(self) -> str:
+        """The factor with its bar, and its load case."""
+        decimals = 2 if self.value >= _SMALL or self.value == 0 else 2 - ceil(log10(self.value))
+        bar = ""
+        if self.error_percent is not None and not isinf(self.value):
+            bar = f" ± {max(self.value - self.low, 10**-decimals):.{decimals}f}"
+        said = ", ".join(part for part in (self.case, self.place) if part)
+        case = f" ({said})" if said else ""
+        return f"{self.value:.{decimals}f}{bar}{case}"
+
+
+def factors(
+    results: Mapping[str, CaseFigures],
+    buckling: BucklingFigures,
+    envelope: CycleFigures | None,
+    assembly: AssemblyFigures | None = None,
+) -> list[Factor]:
+    """Return the safety factors of a run: of load cases, of the whole cycle, against buckling, of bolts.
+
+    At a sharp edge the structural stress counts. The bar of the whole cycle is the largest of its load cases;
+    fatigue, buckling, bolts and joint have none.
+    """
+    found = [
+        Factor("yielding", name, case.min_safety_factor, case.error_percent) for name, case in results.items()
+    ]
+    found += [
+        Factor("yielding", name, edge.safety_factor, edge.error_percent, f"edge {edge.name}")
+        for name, case in results.items()
+        for edge in case.sharp_edges or ()
+    ]
+    if envelope is not None:
+        bars = [case.error_percent for case in results.values() if case.error_percent is not None]
+        found.append(Factor("yielding", "", envelope.min_safety_factor, max(bars, default=None)))
+        if envelope.min_fatigue_safety_factor is not None:
+            found.append(Factor("fatigue", "", envelope.min_fatigue_safety_factor))
+    if buckling.min_safety_factor is not None:
+        found.append(Factor("buckling", "", buckling.min_safety_factor))
+    return found if assembly is None else [*found, *_of_assembly(assembly)]
+
+
+def _of_assembly(assembly: AssemblyFigures) -> list[Factor]:
+    """Return the factors of bolts, against slip along the joint, and on the load that parts it."""
+    bolts, joint = assembly.bolts, assembly.joint
+    found = [Factor("yielding of the bolts", bolts.max_case or "", bolts.yield_safety_factor)]
+    if bolts.fatigue_safety_factor is not None:
+        found.append(Factor("fatigue of the bolts", "", bolts.fatigue_safety_factor))
+    reserves = {name: case.slip_reserve for name, case in joint.by_case.items()}
+    reserves |= {} if joint.cycle is None else {"": joint.cycle.min_slip_reserve}
+    found += [
+        Factor("slip of the joint", name, reserve - _SLIDING)
+        for name, reserve in reserves.items()
+        if reserve is not None
+    ]
+    parts = joint.separates
+    if parts is not None and parts.load_factor is not None:
+        found.append(Factor("separation of the joint", parts.case, parts.load_factor))
+    return found
+
+
+def survival(
+    found: Sequence[Factor], required: float | None = None, *, given_mesh: bool = False
+) -> SurvivalFigures:
+    """Judge the safety factors of a run against the required one (``--min-safety``; 1 by default).
+
+    A mesh from a file cannot be refined, so that no tolerance would decide.
+    """
+    least = 1.0 if required is None else required
+    failed, open_ = (
+        [factor for factor in found if factor.answer(least) is answer]
+        for answer in (Answer.FAILS, Answer.UNDECIDED)
+    )
+    governing = min(failed or open_ or found, key=lambda factor: factor.low)
+    if failed:
+        answer, text = Answer.FAILS, _failed(failed, required)
+    elif open_:
+        answer, text = Answer.UNDECIDED, _undecided(governing, least, given_mesh=given_mesh)
+    else:
+        answer, text = Answer.SURVIVES, _survived(governing, required)
+    return SurvivalFigures(
+        answer=answer.value,
+        text=text,
+        required_safety_factor=least,
+        mode=governing.mode,
+        case=governing.case or None,
+        place=governing.place or None,
+        safety_factor=governing.value,
+        assured_safety_factor=governing.low,
+    )
+
+
+def _failed(failed: Sequence[Factor], required: float | None) -> str:
+    worst = {factor.mode: factor for factor in sorted(failed, key=lambda factor: -factor.low)}
+    if required is None:
+        said = [f"{_FAILS[mode]}, safety factor {worst[mode].text}" for mode in _FAILS if mode in worst]
+        return "; ".join(said)
+    said = [f"{worst[mode].text} against {mode}" for mode in _FAILS if mode in worst]
+    return f"below the required safety factor of {required:g}: {', '.join(said)}"
+
+
+def _survived(governing: Factor, required: float | None) -> str:
+    than = (
+        "survives, safety factor"
+        if required is None
+        else f"meets the required safety factor of {required:g}:"
+    )
+    return f"{than} {governing.text}{_against(governing)}"
+
+
+def _undecided(governing: Factor, required: float, *, given_mesh: bool) -> str:
+    """Say which tolerance would decide, or that a finer mesh may."""
+    apart = 100 * abs(governing.value / required - 1)
+    if apart < _CLOSEST_PERCENT:
+        remedy = f"the factor is within {_CLOSEST_PERCENT:g} % of it, within the mesh's accuracy"
+    elif given_mesh:
+        remedy = "a finer mesh may decide"
+    else:
+        remedy = f"--tolerance {_AIM * apart:.2g} would decide"
+    return f"undecided, safety factor {governing.text}{_against(governing)} includes {required:g}; {remedy}"
+
+
+def _against(factor: Factor) -> str:
+    return "" if factor.mode == "yielding" else f" against {factor.mode}"

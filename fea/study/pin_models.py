@@ -1,0 +1,80 @@
+"""The registry of pin models: what loads the bores, by what a study asks for as `pressure`.
+
+A new model is a module of `fea.pins` with a `fea.pins.model.PinModel`, and one line of `PIN_MODELS`.
+"""
+
+import re
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any, NamedTuple
+
+from fea.base.choices import CONTACT, SolverName, Support
+from geometry.errors import InvalidValue
+from loads.bearing import BorePressure
+
+
+class PinModelEntry(NamedTuple):
+    """A registered pin model."""
+
+    pattern: str  #: regular expression of the values of `pressure` that ask for it
+    implementation: str  #: "module:class" of a `fea.pins.model.PinModel`, loaded when a rod is prepared
+    in_contact: bool = False  #: whether the bores touch pins as [contact] says, which needs fine meshes there
+    in_parts: bool = False  #: whether it is for rods of separate parts, which [assembly] describes
+    parse: Callable[[str], object] = str  #: raises `InvalidValue` where the rest of the name is wrong
+    shown: str = ""  #: the names it is told by; the pattern by default
+    assumption: str = ""  #: what a run assumes of the pins, for its report
+
+    @property
+    def names(self) -> str:
+        """The names that a user is told."""
+        return self.shown or self.pattern
+
+    def load(self) -> Any:
+        """Return the class that implements it."""
+        module, name = self.implementation.split(":")
+        return getattr(import_module(module), name)
+
+
+# What takes the place of contact where only a prescribed load will do.
+PRESCRIBED = "cosine-180"
+_PRESSURES = r"webster|(cosine|uniform)-\d+(\.\d+)?"
+_SHOWN = "cosine-180, uniform-120, cosine-<arc in degrees>, webster"
+_BONDED = (
+    "Each pin is bonded to its bore: its force is a uniform traction over the whole bore, so that it pulls "
+    "one half as hard as it presses on the other."
+)
+_CONTACT = (
+    "The pressure on the bores comes from frictionless contact with the pins, without an oil film. The "
+    "piston's bosses carry the pin with half a cosine of pressure, constant along their length."
+)
+PIN_MODELS: tuple[PinModelEntry, ...] = (
+    PinModelEntry(_PRESSURES, "fea.pins.pressure:PressedPins", parse=BorePressure.parse, shown=_SHOWN),
+    PinModelEntry("bonded", "fea.pins.bonded:BondedPins", assumption=_BONDED),
+    PinModelEntry(CONTACT, "fea.pins.contact:ContactPins", in_contact=True, assumption=_CONTACT),
+    PinModelEntry(CONTACT, "fea.pins.assembly:AssemblyPins", in_contact=True, in_parts=True),
+)
+
+
+def pin_model(pressure: str, *, in_parts: bool = False) -> PinModelEntry:
+    """Return the model that a value of `pressure` asks for.
+
+    Raises
+    ------
+    InvalidValue
+        There is none.
+    """
+    for entry in PIN_MODELS:
+        if entry.in_parts == in_parts and re.fullmatch(entry.pattern, pressure):
+            entry.parse(pressure)
+            return entry
+    *others, last = dict.fromkeys(entry.names for entry in PIN_MODELS)
+    raise InvalidValue("analysis.pressure", pressure, f"must be {', '.join(others)} or {last}")
+
+
+def contact_excluded_because(support: Support, solver: SolverName) -> str:
+    """Why the pins cannot be in contact, as a rule; empty where they can."""
+    if support is Support.CLAMPED:
+        return 'cannot be combined with support = "clamped", which replaces the crank pin'
+    if solver is SolverName.AMG:
+        return "needs the compliance of the bores, which the iterative solver does not give"
+    return ""

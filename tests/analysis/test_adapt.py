@@ -1,0 +1,173 @@
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from fea.analysis import adapt
+from fea.analysis.adapt import adapt_mesh
+from fea.analysis.meshing import mesh_study
+from fea.analysis.speed import solve_speed
+from fea.analysis.wanted_size import edge_length, predicted_elements, size_ratio, wanted_sizes
+from fea.base.choices import Element
+from fea.machine.clock import Clock
+from fea.study.option_tables import AnalysisTable, MeshTable
+from fea.study.study import load_study
+from geometry.errors import InvalidValue
+
+
+def study(tolerance, size=None):
+    shipped = load_study()
+    return dataclasses.replace(
+        shipped,
+        analysis=dataclasses.replace(shipped.analysis, tolerance_percent=tolerance),
+        mesh=MeshTable(size_mm=size),
+    )
+
+
+@pytest.fixture(scope="module")
+def within_six():
+    said = []
+    return adapt_mesh(study(6.0), (6000.0,), Clock(), said.append), said
+
+
+def test_it_refines_until_every_peak_is_within_the_tolerance(within_six):
+    adapted, _ = within_six
+    result = adapted.at(6000.0)
+    assert not adapted.shortfall
+    assert 2 <= len(adapted.passes) <= 3
+    assert adapted.passes[0].error_percent > 6 >= adapted.passes[-1].error_percent
+    assert max(case.error_percent for case in result.cases.values()) == adapted.passes[-1].error_percent
+    assert all(case.verdict(6.0) == "converged" for case in result.cases.values())
+
+
+def test_it_refines_where_the_peaks_are(within_six):
+    adapted, _ = within_six
+    mesh, result = adapted.rod.mesh, adapted.at(6000.0)
+    everywhere = np.max([case.von_mises / case.peak.value for case in result.cases.values()], axis=0)
+    heat = np.zeros(len(mesh.drawn.points))
+    np.maximum.at(heat, mesh.drawn_node, everywhere)
+    length = edge_length(mesh.drawn)
+    vertices = np.isfinite(length)
+    assert np.median(length[vertices & (heat > 0.9)]) < 0.4 * np.median(length[vertices & (heat < 0.5)])
+
+
+def test_each_pass_is_told(within_six):
+    adapted, said = within_six
+    assert len(said) == len(adapted.passes)
+    assert said[0].startswith(f"pass 1: {adapted.passes[0].elements} elements, ±")
+
+
+@pytest.fixture(scope="module")
+def two_speeds():
+    return adapt_mesh(study(50.0, size=14.0), (3000.0, 6000.0), Clock())
+
+
+def test_what_the_last_pass_solved_is_not_solved_again(two_speeds, monkeypatch):
+    assert all(two_speeds.at(rpm) is two_speeds.at(rpm) for rpm in (3000.0, 6000.0))
+    assert two_speeds.at(3000.0).rpm == 3000.0
+    monkeypatch.setattr(adapt, "MAX_KEPT_NODES", 1)
+    few = adapt_mesh(study(50.0, size=14.0), (3000.0, 6000.0), Clock())
+    assert list(few.results) == [3000.0]
+    again, kept = (found.at(6000.0).cases["tension"] for found in (few, two_speeds))
+    assert again.max_von_mises == pytest.approx(kept.max_von_mises, rel=1e-9)
+
+
+def test_elements_shrink_where_an_estimate_is_small_by_chance(two_speeds):
+    mesh, case = two_speeds.rod.mesh.whole, two_speeds.at(6000.0).cases["tension"]
+    peak = case.peak.node
+    error = case.von_mises_error.copy()
+    error[peak] = 0.0
+    lucky = dataclasses.replace(case, von_mises_error=error)
+    assert size_ratio(mesh, [lucky], 2.0)[peak] < 0.9
+
+
+def test_a_place_whose_stress_may_rise_to_the_peak_is_refined(two_speeds):
+    mesh, case = two_speeds.rod.mesh.whole, two_speeds.at(6000.0).cases["tension"]
+    second = int(np.abs(case.von_mises - 0.9 * case.peak.value).argmin())
+    gap = case.peak.value - case.von_mises[second]
+    error = np.zeros_like(case.von_mises)
+    error[second] = gap  # its sum of value and error is the peak, which is within the tolerance
+    refined = size_ratio(mesh, [dataclasses.replace(case, von_mises_error=error)], 2.0)
+    assert refined[second] < 1
+    error[second] = gap / 2
+    assert size_ratio(mesh, [dataclasses.replace(case, von_mises_error=error)], 2.0)[second] == 1
+
+
+def test_a_tolerance_out_of_reach_is_said(monkeypatch):
+    monkeypatch.setattr(adapt, "MAX_PASSES", 1)
+    adapted = adapt_mesh(study(0.01, size=14.0), (6000.0,), Clock())
+    assert len(adapted.passes) == 1
+    note = str(adapted.at(6000.0).notes[-1])
+    assert re.search(
+        r"tolerance of 0\.01 % is not met \(±\S+ % in \w+, because of \(\S+, \S+, \S+\) mm\): 1 mesh", note
+    )
+    monkeypatch.setattr(adapt, "MAX_PASSES", 3)
+    monkeypatch.setattr(adapt, "MAX_ELEMENTS", 1000)
+    assert "the limit is 1000" in adapt_mesh(study(0.01, size=14.0), (6000.0,), Clock()).shortfall.text
+
+
+def test_without_a_tolerance_there_is_one_mesh_and_no_passes():
+    adapted = adapt_mesh(study(None, size=14.0), (6000.0,), Clock())
+    assert adapted.passes == ()
+    assert adapted.at(6000.0).cases
+
+
+@pytest.mark.parametrize("value", [-2.0, float("nan")])
+def test_a_tolerance_is_not_negative(value):
+    with pytest.raises(InvalidValue, match="tolerance_percent"):
+        AnalysisTable(tolerance_percent=value)
+
+
+def test_the_mesh_is_refined_to_5_percent_unless_another_is_asked_for():
+    assert study(None).tolerance_percent == 5
+    assert study(None, size=14.0).tolerance_percent is None
+    assert study(0.0).tolerance_percent is None
+    assert study(2.0, size=14.0).tolerance_percent == 2
+    first_order = dataclasses.replace(study(None), mesh=MeshTable(element=Element.P1))
+    assert first_order.tolerance_percent is None
+
+
+def test_of_many_speeds_a_few_decide_on_the_mesh(monkeypatch):
+    solved = []
+    monkeypatch.setattr(
+        adapt, "solve_speed", lambda rod, rpm, **_: solved.append(rpm) or solve_speed(rod, rpm)
+    )
+    adapt_mesh(study(50.0, size=14.0), [3000.0 + 100 * n for n in range(12)], Clock())
+    assert len(solved) == adapt.MOST_SPEEDS
+    assert {3000.0, 4100.0} < set(solved)
+
+
+def test_what_looks_like_a_sharp_edge_on_a_first_mesh_is_refined(two_speeds):
+    mesh, case = two_speeds.rod.mesh.whole, two_speeds.at(6000.0).cases["tension"]
+    cold = int(case.von_mises.argmin())
+    masked = np.zeros(len(mesh.points), dtype=bool)
+    masked[cold] = True
+    sharp = dataclasses.replace(case, error=dataclasses.replace(case.error, masked=masked, sharp=masked))
+    first, again = (size_ratio(mesh, [sharp], 50.0, again=again)[cold] for again in (False, True))
+    assert first < 1 == again
+
+
+def test_fatigue_refines_where_the_amplitude_is_largest(two_speeds):
+    mesh, cases = two_speeds.rod.mesh.whole, list(two_speeds.at(6000.0).cases.values())
+    push = cases[0]
+    cold = int(push.von_mises.argmin())
+    # As hot as the peak in turn, by opposite stresses: twice the amplitude of what only one case loads.
+    stress = push.stress.copy()
+    stress[cold] = push.stress[push.peak.node]
+    error = push.von_mises_error.copy()
+    error[cold] = 0.1 * push.peak.value
+    pull = dataclasses.replace(push, stress=-stress, von_mises_error=error)
+    push = dataclasses.replace(push, stress=stress, von_mises_error=error)
+    static, fatigue = (size_ratio(mesh, [push, pull], 5.0, fatigue=asked)[cold] for asked in (False, True))
+    assert fatigue < static
+
+
+def test_the_prediction_counts_elements():
+    mesh = mesh_study(study(None, size=14.0))
+    ratio = np.where(mesh.whole.points[:, 0] > 70, 0.5, 1.0)
+    wanted = wanted_sizes(mesh, ratio)
+    finer = mesh_study(study(None, size=14.0), wanted=[wanted])
+    predicted = predicted_elements(mesh, wanted, 0.5)
+    assert predicted == pytest.approx(len(finer.whole.tets), rel=0.6)
+    assert wanted_sizes(mesh, np.ones(len(mesh.whole.points))) is None

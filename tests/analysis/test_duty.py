@@ -1,0 +1,197 @@
+"""Life of a rod over a duty: damage node by node, the worst place, what the study may say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from studies import LEON
+
+from fea import load_study
+from fea.analysis import adapt
+from fea.analysis.cycle.duty import COUNTED
+from fea.analysis.life import life_of as life_of_loads
+from fea.analysis.prepare import prepare
+from fea.analysis.speed import solve_speed, with_cycle
+from fea.base.choices import Fatigue, Finish
+from fea.judge.fatigue import reversed_amplitude
+from fea.judge.life_line import LifeLine
+from fea.machine.clock import Clock
+from fea.rod.loading import DutyLoads
+from fea.study.material_table import MaterialTable
+from fea.study.option_tables import DutyTable, MeshTable
+from fea.study.study import Study, parse_study
+from geometry.errors import InvalidValue
+
+SPEEDS, HOURS = (4000.0, 6000.0, 6500.0), (600.0, 350.0, 50.0)
+DUTY = DutyTable(SPEEDS, HOURS)
+FORGED = MaterialTable(preset="forged-steel-2005", surface=Finish.MACHINED)
+
+
+def study(name="leon-2001", **tables):
+    base = replace(load_study(name), material=FORGED, mesh=MeshTable(size_mm=14.0))
+    return replace(base, analysis=replace(base.analysis, cycle=True), **tables)
+
+
+def life_of(rod, duty):
+    return life_of_loads(rod.cycle, rod.mass, DutyLoads.of(duty, rod.engine))
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return prepare(study(duty=DUTY))
+
+
+@pytest.fixture(scope="module")
+def cycles(rod):
+    return {rpm: with_cycle(rod, solve_speed(rod, rpm)).cycle for rpm in SPEEDS}
+
+
+def by_envelopes(rod, cycles, entries):
+    """Damage per hour (k, n_nodes) of the largest range of every cycle, from what `envelope.vtu` holds."""
+    (material,), whole = rod.materials, rod.mesh.mirrored
+    found = [cycles[rpm].envelope for rpm, _ in entries]
+    line = LifeLine.of(material, cycles[SPEEDS[0]].regions.factors(material))
+    amplitude = [reversed_amplitude(Fatigue.GOODMAN, one.mean, one.amplitude, material) for one in found]
+    assert len(whole.source) == len(amplitude[0])
+    return line.damage(np.stack(amplitude), np.array([30 * rpm * share for rpm, share in entries]))
+
+
+def test_damage_is_summed_at_every_node(rod, cycles):
+    expected = by_envelopes(rod, cycles, list(zip(SPEEDS, DUTY.shares, strict=True))).sum(axis=0)
+    life = rod.life
+    # Every range is counted at the worst nodes and their images: never less than the largest alone.
+    more = ~np.isclose(life.damage, expected, rtol=1e-5, atol=0)
+    assert (life.damage[more] > expected[more]).all()
+    assert more.sum() <= 4 * COUNTED
+    away = np.linalg.norm(rod.mesh.whole.points - life.figures.at_mm, axis=1)
+    assert life.damage[away.argmin()] == life.damage.max() == life.figures.damage_per_hour
+    assert life.figures.hours == pytest.approx(1 / np.nanmax(life.damage), rel=1e-12)
+    assert life.figures.duties == pytest.approx(life.figures.hours / 1000)
+
+
+def test_shares_are_those_of_the_worst_place(rod):
+    figures = rod.life.figures
+    assert [entry.time_percent for entry in figures.duty] == pytest.approx([60, 35, 5])
+    assert sum(entry.damage_percent for entry in figures.duty) == pytest.approx(100)
+    low, high = figures.band_hours
+    assert low < figures.hours < (high or np.inf)
+
+
+def test_one_speed_all_the_time_has_its_own_life(rod, cycles):
+    alone = life_of(rod, DutyTable((6000.0,), share_percent=(100.0,)))
+    expected = by_envelopes(rod, cycles, [(6000.0, 1.0)]).sum(axis=0)
+    single = alone.figures.damage_per_hour * alone.figures.largest_range_percent / 100
+    assert single == pytest.approx(expected[alone.damage.argmax()], rel=1e-5)
+    halves = life_of(rod, DutyTable((6000.0, 6000.0), hours=(1.0, 1.0)))
+    np.testing.assert_allclose(halves.damage, alone.damage, rtol=1e-12)
+    assert halves.figures.hours == pytest.approx(alone.figures.hours, rel=1e-12)
+
+
+def test_more_time_at_the_higher_speed_shortens_life(rod):
+    lives = [
+        life_of(rod, DutyTable((5500.0, 6500.0), share_percent=(100.0 - share, share))).figures.hours
+        for share in (1.0, 10.0, 50.0)
+    ]
+    assert lives == sorted(lives, reverse=True)
+    assert lives[0] > 5 * lives[2]
+
+
+def test_idling_alone_damages_nothing(rod):
+    idle = life_of(rod, DutyTable((1000.0,), hours=(1.0,))).figures
+    assert idle.endless
+    assert idle.hours is None
+    assert idle.damage_per_hour == 0
+    assert idle.duty[0].damage_percent is None
+    # The place nearest to its limit, whose band may end.
+    assert idle.band_hours == (None, None)
+    just = life_of(rod, DutyTable((4000.0,), hours=(1.0,))).figures
+    assert just.endless
+    assert just.band_hours[0] is not None
+    assert 0.84 < just.duty[0].reversed_amplitude_MPa / just.endurance_MPa < 1
+
+
+def test_one_range_of_a_fired_cycle_does_nearly_all_the_damage(rod):
+    # What the sum over nodes relies on: rainflow over 720° against the largest range alone.
+    for rpm in (5000.0, 6000.0, 7000.0):
+        figures = life_of(rod, DutyTable((rpm,), hours=(1.0,))).figures
+        assert 90 < figures.largest_range_percent <= 100
+
+
+def test_without_gas_both_revolutions_count(rod):
+    none = life_of(rod, DutyTable((6500.0,), hours=(1.0,), gas=("none",))).figures
+    assert none.largest_range_percent == pytest.approx(50, rel=1e-3)
+    other = prepare(study(engine=rod.engine.table.with_gas("none")))
+    assert life_of(other, DutyTable((6500.0,), hours=(1.0,))).figures.hours == pytest.approx(none.hours)
+
+
+def test_a_material_without_a_line_gets_factors_only_and_is_told():
+    plain = replace(study(duty=DUTY), material=MaterialTable(preset="leon-2001"))
+    life = prepare(plain).life
+    assert life.figures is None
+    assert life.point_data() == {}
+    assert "no S–N line" in str(life.notes[0])
+    assert "safety factors" in str(life.notes[0])
+
+
+def test_the_mesh_is_refined_for_the_speeds_of_the_duty(monkeypatch):
+    class Met(Exception):  # noqa: N818 - stops the refinement
+        pass
+
+    def solved(_rod, speeds, _tolerance, **_):
+        raise Met(*speeds)
+
+    monkeypatch.setattr(adapt, "prepare", lambda *_, **__: None)
+    monkeypatch.setattr(adapt, "_solved", solved)
+    refined = study(duty=DUTY)
+    refined = replace(refined, analysis=replace(refined.analysis, tolerance_percent=5.0))
+    with pytest.raises(Met) as met:
+        adapt.adapt_mesh(refined, (1000.0, 6000.0), Clock(), mesh=object())
+    assert set(met.value.args) == {1000.0, *SPEEDS}
+
+
+TEXT = f"""{LEON}[material]
+preset = "c70-2005"
+[duty]
+rpm = [3000, 6000]
+hours = [10, 1]
+gas = ["none", "leon-2001"]
+"""
+
+
+def test_a_duty_says_the_speeds_and_switches_the_cycle_on(tmp_path):
+    found = parse_study(TEXT, "duty", tmp_path)
+    assert found.speeds() == (3000, 6000)
+    assert found.analysis.cycle
+    again = parse_study(found.text(), "duty", tmp_path)
+    assert again.as_dict() == found.as_dict()
+    assert again.speeds() == (3000, 6000)
+    assert again.material.material() == found.material.material()
+    assert replace(found, duty=None).as_dict()["material"].keys().isdisjoint({"fatigue_strength_exponent"})
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "named"),
+    [
+        ("hours = [10, 1]", "hours = [10]", "duty.hours"),
+        ("hours = [10, 1]", "hours = [10, -1]", "duty.hours"),
+        ("hours = [10, 1]", "", "duty.hours"),
+        ("hours = [10, 1]", "share_percent = [90, 20]", "add up to 100, not to 110"),
+        ("hours = [10, 1]", "hours = [10, 1]\nshare_percent = [90, 10]", "duty.hours"),
+        ("rpm = [3000, 6000]", "rpm = []", "duty.rpm"),
+        ("rpm = [3000, 6000]", "rpm = [0, 6000]", "duty.rpm"),
+        ("rpm = [3000, 6000]", "rpm = [3000, 60000]", "50000"),
+        ('gas = ["none", "leon-2001"]', 'gas = ["none"]', "duty.gas"),
+        ('gas = ["none", "leon-2001"]', 'gas = ["none", "leno"]', "duty.gas"),
+        ("[duty]", "[duty]\nspeeds = 3", "unknown key"),
+        ("[duty]", "[analysis]\ncycle = false\n[duty]", "analysis.cycle"),
+    ],
+)
+def test_duties_that_make_no_sense_are_refused(tmp_path, old, new, named):
+    with pytest.raises(InvalidValue, match=named):
+        parse_study(TEXT.replace(old, new), "duty", tmp_path)
+
+
+def test_a_duty_needs_an_engine():
+    forces = load_study("leon-2001-as-published")
+    with pytest.raises(InvalidValue, match=r"duty.rpm.*\[forces\]"):
+        Study(forces.name, forces.rod, forces=forces.forces, duty=DUTY)

@@ -1,0 +1,139 @@
+"""The worst place of many speeds, found without looking at every place, is that of looking at all."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cycles import analysis
+
+from fea.analysis.cycle.search import PartRows, SpeedSearch
+from fea.analysis.many_speeds import SpeedSweep
+from fea.analysis.speed import solve_speed, with_cycle
+from fea.base.choices import Fatigue, Region, Symmetry
+from fea.base.material import Marin, Skin
+from fea.judge.fatigue import fatigue_factor
+from fea.judge.history import deviatoric, extremes
+from fea.judge.verdict import CAP
+from loads.cases import peak_cases
+from loads.gas import NoGas
+from loads.slider_crank import cycle_angles
+
+SPEEDS = np.linspace(800, 9000, 21)
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return analysis(Symmetry.QUARTER, 20.0)
+
+
+@pytest.fixture(scope="module")
+def search(rod):
+    return SpeedSearch(rod.cycle, rod.crank_cycle, SPEEDS)
+
+
+def _everywhere(rod, rpm):
+    """Extremes of every node and image over the same instants, and the largest stress of each case."""
+    cycle = rod.cycle
+    cases = peak_cases(rod.crank_cycle(rpm)).cases
+    degrees, of_cases = (
+        cycle.weights(rod.crank_cycle(rpm), cycle_angles()),
+        cycle.case_weights(cases),
+    )
+    moving = cases.in_cycle
+    (own,) = cycle.units.parts
+    even, odd = deviatoric(own.even), deviatoric(own.odd)
+    weights = [np.append(w, c[:, moving], axis=1) for w, c in zip(degrees, of_cases, strict=True)]
+    sides = [extremes(even @ weights[0] + side * (odd @ weights[1])) for side in cycle.units.sides]
+    return [
+        np.concatenate([getattr(side, name) for side in sides]) for name in ("von_mises", "mean", "amplitude")
+    ]
+
+
+@pytest.mark.parametrize("rpm", [800.0, 2440.0, 9000.0])
+def test_worst_places_are_those_of_looking_everywhere(rod, search, rpm):
+    largest, mean, amplitude = _everywhere(rod, rpm)
+    material, found = rod.materials[0], search.at(rpm)
+    fatigue = fatigue_factor(rod.options.fatigue, mean, amplitude, material)
+    assert found.yielding.factor == pytest.approx(material.yield_strength / largest.max(), rel=1e-9)
+    assert found.fatigue.factor == pytest.approx(fatigue.min(), rel=1e-9)
+    assert found.fatigue.amplitude == pytest.approx(amplitude[fatigue.argmin()], rel=1e-9)
+
+
+def test_the_worst_place_depends_on_the_finish_of_each(rod):
+    """A shank so rough that it fails before the bores, and bores so rough that they fail first."""
+    cycle, places = rod.cycle, []
+    _, mean, amplitude = _everywhere(rod, 6000.0)
+    for bores, rest in ((1.0, 0.3), (0.2, 1.0)):
+        marin = Marin(bores=Skin(bores), faces=Skin(1.0), rest=Skin(rest))
+        material = replace(rod.materials[0], marin=marin)
+        analysis = replace(cycle, materials=(material,))
+        found = SpeedSearch(analysis, rod.crank_cycle, [5000.0, 7000.0]).at(6000.0).fatigue
+        surface = np.tile(cycle.regions.factors(material), 2)
+        assert set(surface) == {bores, rest, 1.0}
+        factors = fatigue_factor(rod.options.fatigue, mean, amplitude, material, surface)
+        assert found.factor == pytest.approx(factors.min(), rel=1e-9)
+        assert found.endurance == pytest.approx(surface[factors.argmin()] * material.endurance_limit)
+        places.append(found.region)
+    assert places == [Region.REST, Region.BORES]
+
+
+@pytest.mark.parametrize("rpm", [1000.0, 8777.0])
+def test_bounds_are_never_below_what_they_bound(rod, search, rpm):
+    weights = rod.cycle.weights(rod.crank_cycle(rpm), cycle_angles())
+    (bound,) = search._bounds(rpm, weights)
+    (part,) = search._parts
+    some = np.arange(0, len(bound), 7)
+    at_degrees = np.linalg.norm(part.stress(weights, some)[:, :5], axis=1).max(axis=1)
+    assert (bound[some] >= at_degrees * (1 - 1e-9)).all()
+    assert np.median(bound[some] / at_degrees) < 1.3  # and yet of use
+
+
+@pytest.mark.parametrize("criterion", list(Fatigue))
+def test_no_history_of_that_size_is_nearer_to_fatigue(rod, criterion):
+    rng = np.random.default_rng(5)
+    highest, lowest = np.sort(rng.uniform(-400, 400, (2, 5000)), axis=0)[::-1]
+    part = object.__new__(PartRows)
+    part.material, part._criterion = rod.materials[0], criterion
+    part._surface = rng.uniform(0.2, 1.1, 5000)  # of each place another finish
+    factors = part.fatigue_factor(highest, lowest, np.arange(5000))
+    assert (part.fatigue_bound(np.maximum(np.abs(highest), np.abs(lowest))) <= factors * (1 + 1e-12)).all()
+
+
+def test_few_places_are_looked_at_where_inertia_rules(search, monkeypatch):
+    looked, block = [], PartRows.block
+
+    def counted(part, along, rows):
+        looked.append(len(rows))
+        return block(part, along, rows)
+
+    monkeypatch.setattr(PartRows, "block", counted)
+    search.at(7000.0)
+    assert 0 < sum(looked) < 0.1 * sum(len(part.points) for part in search._parts)
+
+
+def test_superposed_peaks_are_those_solved_directly(rod, search):
+    direct, found = with_cycle(rod, solve_speed(rod, 5000.0)), search.at(5000.0)
+    for one, other in zip(direct.cases.values(), found.cases, strict=True):
+        assert other.von_mises == pytest.approx(one.von_mises.max(), rel=5e-3)
+        assert other.factor == pytest.approx(one.safety_factor.min(), rel=5e-3)
+        assert other.principal_1 == pytest.approx(one.principal[:, 0].max(), rel=5e-3)
+        assert other.principal_3 == pytest.approx(one.principal[:, 2].min(), rel=5e-3)
+
+
+def test_a_critical_speed_does_not_depend_on_the_speeds_asked_for(rod):
+    # Straight lines between 0 and 20 000 rpm would make it 2.2 times what it is.
+    few, near = SpeedSweep(rod, [20_000.0, 0.0]).critical, SpeedSweep(rod, [3000.0, 6500.0]).critical
+    for mode in ("yield", "fatigue", "crossland"):
+        assert 3000 < near[mode] < 6500
+        assert few[mode] == pytest.approx(near[mode], abs=0.3)
+
+
+def test_the_worst_place_is_known_where_every_factor_is_capped(rod):
+    # At 9000 rpm without gas stress is that of 3 rpm times 9e6, at the same place.
+    one, other = (
+        SpeedSearch(rod.cycle, lambda rpm: replace(rod.crank_cycle(rpm), gas=NoGas()), [rpm]).at(rpm).yielding
+        for rpm in (9000.0, 3.0)
+    )
+    assert other.factor == CAP
+    np.testing.assert_array_equal(other.at, one.at)
+    assert other.amplitude == pytest.approx(one.amplitude / 9e6, rel=1e-6)
