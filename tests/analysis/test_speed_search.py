@@ -10,7 +10,7 @@ from fea.analysis.cycle.search import PartRows, SpeedSearch
 from fea.analysis.many_speeds import SpeedSweep
 from fea.analysis.speed import solve_speed, with_cycle
 from fea.base.choices import Fatigue, Region, Symmetry
-from fea.base.material import Marin, Skin
+from fea.base.material import Marin, SurfaceFinish
 from fea.judge.fatigue import fatigue_factor
 from fea.judge.history import deviatoric, extremes
 from fea.judge.verdict import CAP
@@ -64,7 +64,7 @@ def test_the_worst_place_depends_on_the_finish_of_each(rod):
     cycle, places = rod.cycle, []
     _, mean, amplitude = _everywhere(rod, 6000.0)
     for bores, rest in ((1.0, 0.3), (0.2, 1.0)):
-        marin = Marin(bores=Skin(bores), faces=Skin(1.0), rest=Skin(rest))
+        marin = Marin(bores=SurfaceFinish(bores), faces=SurfaceFinish(1.0), rest=SurfaceFinish(rest))
         material = replace(rod.materials[0], marin=marin)
         analysis = replace(cycle, materials=(material,))
         found = SpeedSearch(analysis, rod.crank_cycle, [5000.0, 7000.0]).at(6000.0).fatigue

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fea.base.choices import Element, Region
-from fea.base.material import Marin, Material, Skin
+from fea.base.material import Marin, Material, SurfaceFinish
 from fea.machine.clock import Clock
 from fea.rod.discretise import MeshRequest, discretise
 from fea.rod.surface_regions import SurfaceRegions
@@ -131,7 +131,7 @@ def test_a_solid_from_a_file_has_the_same_regions(tmp_path):
 
 def test_an_edge_has_the_least_factor_and_the_inside_none():
     touched = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [0, 1, 1], [0, 0, 0]], dtype=bool)
-    marin = Marin(bores=Skin(0.9), faces=Skin(0.7), rest=Skin(0.3))
+    marin = Marin(bores=SurfaceFinish(0.9), faces=SurfaceFinish(0.7), rest=SurfaceFinish(0.3))
     found, steel = SurfaceRegions(touched), replace(STEEL, marin=marin)
     assert found.factors(steel) == pytest.approx([0.9, 0.7, 0.3, 0.7, 0.3, 1.0])
     named = [found.region(node, steel) for node in range(6)]
