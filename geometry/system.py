@@ -63,10 +63,7 @@ def interrupt_once(*, afresh: bool = False) -> None:
     A signal that is ignored (`nohup`) or that a host program handles is left as it is. Threads other than the
     main one receive no signals and are left alone.
 
-    Parameters
-    ----------
-    afresh
-        Replace whatever handles the signals now, such as the handlers set while the program starts.
+    `afresh` replaces whatever handles the signals now, such as the handlers set while the program starts.
     """
     if threading.current_thread() is not threading.main_thread():
         return

@@ -55,7 +55,6 @@ class Repair:
     causes: tuple[str, ...] = ()  #: what was wrong before each attempt, in words
 
     def __add__(self, other: "Repair") -> "Repair":
-        """Return a repair that does both."""
         return Repair(self.faces | other.faces, self.spots + other.spots, self.causes + other.causes)
 
     @property
@@ -96,7 +95,6 @@ class UnsoundMeshError(MeshError):
         self.repair = repair
 
     def __str__(self) -> str:
-        """Return the message."""
         return str(self.args[0])
 
 

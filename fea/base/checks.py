@@ -70,18 +70,10 @@ LIMITS = {
 
 @dataclass(frozen=True)
 class Check:
-    """A checked value and its limit.
+    """A checked value and its limit."""
 
-    Attributes
-    ----------
-    value
-        The measured value.
-    limit
-        The largest value that passes.
-    """
-
-    value: float
-    limit: float
+    value: float  #: the measured value
+    limit: float  #: the largest value that passes
 
     @property
     def passed(self) -> bool:

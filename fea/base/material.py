@@ -14,21 +14,11 @@ from geometry.errors import require, require_number, require_positive
 
 @dataclass(frozen=True)
 class SurfaceFinish:
-    """How a region of a part's surface was made.
+    """How a region of a part's surface was made."""
 
-    Attributes
-    ----------
-    factor
-        k_a, the endurance limit over that of a polished surface.
-    finish
-        In words.
-    assumed
-        Whether the finish follows from that of the rest of the part.
-    """
-
-    factor: float = 1.0
-    finish: str = "polished"
-    assumed: bool = False
+    factor: float = 1.0  #: k_a, the endurance limit over that of a polished surface
+    finish: str = "polished"  #: in words
+    assumed: bool = False  #: whether the finish follows from that of the rest of the part
 
 
 @dataclass(frozen=True)
@@ -58,18 +48,10 @@ class Marin:
 
 @dataclass(frozen=True)
 class Basquin:
-    """S–N line of polished specimens under fully reversed stress: σ_a = σ_f′ (2N)^b (Basquin 1910).
+    """S–N line of polished specimens under fully reversed stress: σ_a = σ_f′ (2N)^b (Basquin 1910)."""
 
-    Attributes
-    ----------
-    coefficient
-        σ_f′, MPa.
-    exponent
-        b, negative.
-    """
-
-    coefficient: float
-    exponent: float
+    coefficient: float  #: σ_f′, MPa
+    exponent: float  #: b, negative
 
     def amplitude(self, cycles: float) -> float:
         """Stress amplitude, MPa, that breaks a specimen after N cycles."""
@@ -119,7 +101,6 @@ class Material:
     basquin: Basquin | None = None
 
     def __post_init__(self) -> None:
-        """Refuse constants that no isotropic solid can have."""
         require_positive("material.E_GPa", self.youngs_modulus / 1e3)
         nu = require_number("material.nu", self.poissons_ratio)
         require(-1 < nu < 0.5, "material.nu", nu, "must be above −1 and below 0.5")
@@ -164,18 +145,10 @@ class Constants:
 
 @dataclass(frozen=True)
 class Materials:
-    """The materials of a mesh of several parts.
+    """The materials of a mesh of several parts."""
 
-    Attributes
-    ----------
-    materials
-        One per part.
-    part
-        (n_elements,) the part that each element belongs to.
-    """
-
-    materials: tuple[Material, ...]
-    part: npt.NDArray[np.int64]
+    materials: tuple[Material, ...]  #: one per part
+    part: npt.NDArray[np.int64]  #: (n_elements,) the part that each element belongs to
 
     def of(self, elements: slice) -> Constants:
         """Elastic constants of some elements."""

@@ -22,7 +22,6 @@ class Note:
     text: str
 
     def __str__(self) -> str:
-        """Return the note in a line."""
         return f"{self.topic}: {self.text}" if self.topic else self.text
 
 

@@ -81,7 +81,6 @@ def view(file: Path, *, field: str | None = None, out: Path | None = None) -> No
 
 
 def _open(file: Path, field: str | None, out: Path | None) -> None:
-    """Open a report in the browser."""
     from fea.output.report.page import open_report
     from geometry.errors import require
 

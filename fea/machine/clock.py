@@ -7,13 +7,7 @@ from contextlib import contextmanager
 
 
 class Clock:
-    """Adds up wall seconds per stage, and notifies a listener when a stage begins.
-
-    Parameters
-    ----------
-    listener
-        Called with the name of each stage as it begins.
-    """
+    """Adds up wall seconds per stage, and tells a listener the name of each stage as it begins."""
 
     def __init__(self, listener: Callable[[str], None] | None = None) -> None:
         self.seconds: dict[str, float] = {}

@@ -54,7 +54,6 @@ class CrashError(Exception):
         self.cause = cause
 
     def __str__(self) -> str:
-        """The message."""
         return str(self.args[0])
 
 
@@ -74,14 +73,8 @@ def isolated(
     Where processes cannot be copied (Windows), a fresh interpreter does the job, which must be picklable
     then. Its result and errors always must, and it must have no other effects.
 
-    Parameters
-    ----------
-    seconds
-        Processor time that it may take; `allow` changes that.
-    memory
-        Bytes that it may use beyond what it finds, after which it gets a `MemoryError`.
-    listener
-        Called with what the job passes to `say`.
+    It may take `seconds` of processor time (`allow` changes that) and `memory` bytes beyond what it finds,
+    after which it gets a `MemoryError`. The listener is called with what the job passes to `say`.
 
     Raises
     ------

@@ -109,7 +109,6 @@ def moved(base: MeshedRod, rod: RodTable) -> MeshedRod | None:
 
 
 def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: Clock) -> Drawn:
-    """Draw and mesh in a session of its own."""
     with session() as log:
         with clock("geometry"):
             solid = rod.draw(clock.tell, request.assembly)

@@ -97,7 +97,6 @@ class AssemblyTable(
     )
 
     def __post_init__(self) -> None:
-        """Refuse values that no assembly has, and keys that contradict each other."""
         super().__post_init__()
         within(-LARGEST_SPLIT, LARGEST_SPLIT)("assembly.split", self.split_angle)
         for keys in (_TIGHTENED, ("bolt_nut_mm", "bolt_engaged_mm")):
@@ -209,17 +208,7 @@ def table_name(part: str) -> str:
 
 
 def assembled(given: Mapping[str, MaterialTable], part: str, otherwise: MaterialTable) -> MaterialTable:
-    """Return the material of a part of an assembly.
-
-    Parameters
-    ----------
-    given
-        The [material.…] tables by name.
-    part
-        Its name.
-    otherwise
-        [material], of rod and cap.
-    """
+    """Material of a part: of its [material.<part>] table in `given`, or `otherwise`, that of rod and cap."""
     name = table_name(part)
     if part in given:
         return given[part]

@@ -67,7 +67,6 @@ class EngineTable(
     heat_ratio: float | None = key("1.4", 'of the gas, for "otto" and "motored"')
 
     def __post_init__(self) -> None:
-        """Refuse keys of a trace that is not there."""
         super().__post_init__()
         for name, value in self.given.items():
             rule, remedy = "says how a file is to be read, but gas names none", "Remove it, or give a file."
@@ -183,17 +182,7 @@ _NEEDED_BY = {"compression_ratio": {"boyle", "otto", "motored"}, "peak_pressure_
 
 
 def engine_notes(table: EngineTable, rod_length: float, rpm: float) -> list[Note]:
-    """Return notes on an engine of the library; none on other engines.
-
-    Parameters
-    ----------
-    table
-        What the study says of its engine.
-    rod_length
-        Of the study's rod, mm.
-    rpm
-        Engine speed.
-    """
+    """Return notes on an engine of the library; none on other engines. `rod_length` is in mm."""
     preset = table.library()
     if preset is None:
         return []

@@ -58,10 +58,7 @@ def overrides() -> dict[str, Override]:
 class Flags:
     """Values of flags by their names; None and False leave the study as it is.
 
-    Parameters
-    ----------
-    **values
-        Of the command line, or Python's: numbers and lists for ``rpm``, text for choices and paths.
+    Values come from the command line or Python: numbers and lists for ``rpm``, text for choices and paths.
     """
 
     def __init__(self, **values: Any) -> None:

@@ -273,12 +273,7 @@ _LARGEST = 1e-4
 def thermal_expansion(name: str, table: MaterialTable) -> tuple[float, str | None]:
     """Return α, 1/K, of a material and, where it is assumed, the metal that it is taken for.
 
-    Parameters
-    ----------
-    name
-        Of its table in a study, for messages: ``material.bushing``.
-    table
-        The material.
+    Messages name the table of the study, `name`: ``material.bushing``.
 
     Raises
     ------

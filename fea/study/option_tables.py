@@ -168,7 +168,6 @@ class AnalysisTable(Table, table="analysis"):
     )
 
     def __post_init__(self) -> None:
-        """Refuse values out of range."""
         super().__post_init__()
         if self.in_contact:
             clamped = self.support is Support.CLAMPED
@@ -265,7 +264,6 @@ class ContactTable(
     )
 
     def __post_init__(self) -> None:
-        """Refuse lengths that no pin has."""
         super().__post_init__()
         given = self.small_end_relief_mm
         rule = "must be [length, depth]"
@@ -298,7 +296,6 @@ class DutyTable(
     )
 
     def __post_init__(self) -> None:
-        """Refuse lists that do not belong together, and a duty without time."""
         require(len(self.rpm) > 0, "duty.rpm", [], "must contain at least one speed")
         count, rule = len(self.rpm), f"must contain at most {MOST_ENTRIES} speeds"
         require(count <= MOST_ENTRIES, "duty.rpm", count, rule, "Join speeds that are close to each other.")
@@ -378,7 +375,6 @@ class OptimiseTable(
     evaluations: int | None = key("150", "most meshes to be solved", within(FEWEST, MOST))
 
     def __post_init__(self) -> None:
-        """Refuse bounds that are none, dimensions that do not exist, and factors that are not positive."""
         super().__post_init__()
         for dimension, bounds in self.free.items():
             name = f"optimise.free.{dimension}"

@@ -12,10 +12,7 @@ _LONGEST = 4096  # bytes of a path, on Linux; elsewhere fewer
 def located(name: str, path: str, folder: Path) -> Path:
     """Return the absolute form of a path from a study; a relative path starts at `folder`.
 
-    Parameters
-    ----------
-    name
-        Its key, for messages.
+    Messages name its key, `name`.
 
     Raises
     ------

@@ -39,21 +39,11 @@ _FOLDER = files("fea") / "studies" / "engines"
 
 
 class Figure(NamedTuple):
-    """A figure of an engine.
+    """A figure of an engine."""
 
-    Attributes
-    ----------
-    value
-        In the unit of its key.
-    origin
-        Its source, a key of `EnginePreset.sources`; or how it was estimated.
-    assumed
-        Whether it is an estimate.
-    """
-
-    value: float | int | str
-    origin: str
-    assumed: bool
+    value: float | int | str  #: in the unit of its key
+    origin: str  #: its source, a key of `EnginePreset.sources`; or how it was estimated
+    assumed: bool  #: whether it is an estimate
 
 
 @dataclass(frozen=True)
@@ -137,10 +127,7 @@ def _figure(entry: Mapping[str, Any]) -> Figure:
 def with_preset(raw: object) -> object:
     """Return what a study says of its engine, with the figures of the preset that it names filled in.
 
-    Parameters
-    ----------
-    raw
-        From the TOML parser: a table, or the name of an engine of the library.
+    `raw` comes from the TOML parser: a table, or the name of an engine of the library.
 
     Raises
     ------

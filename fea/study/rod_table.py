@@ -130,27 +130,14 @@ RodKeys: Any = dataclasses.make_dataclass("RodKeys", _declared(), bases=(_Source
 
 @dataclass(frozen=True)
 class RodTable:
-    """The rod of a study: dimensions, a CAD file, a mesh, or its mass properties alone.
+    """The rod of a study: dimensions, a CAD file, a mesh, or its mass properties alone."""
 
-    Attributes
-    ----------
-    dimensions
-        Of a parametric rod.
-    cad
-        The CAD file that it comes from.
-    mass
-        Given mass properties, used for the dynamics of `fea loads`.
-    length
-        Distance of the bores' centres, mm; None for a CAD file or a mesh, which must be measured.
-    mesh
-        The mesh that it comes from.
-    """
-
-    dimensions: Rod | None
-    cad: CadFile | None
-    mass: MassProperties | None
+    dimensions: Rod | None  #: of a parametric rod
+    cad: CadFile | None  #: the CAD file that it comes from
+    mass: MassProperties | None  #: given mass properties, used for the dynamics of `fea loads`
+    #: Distance of the bores' centres, mm; None for a CAD file or a mesh, which must be measured
     length: float | None
-    mesh: MeshFile | None = None
+    mesh: MeshFile | None = None  #: the mesh that it comes from
 
     @property
     def from_file(self) -> bool:
@@ -162,12 +149,7 @@ class RodTable:
     ) -> "Solid":
         """Draw the smallest symmetry cell in the open gmsh session.
 
-        Parameters
-        ----------
-        tell
-            Told what is being done, where that takes long.
-        assembly
-            What is separate in it; None for a rod in one piece.
+        `tell` is told what is being done, where that takes long; a rod in one piece has no `assembly`.
 
         Raises
         ------
@@ -221,13 +203,7 @@ class RodTable:
         return _between_bores(dataclasses.replace(self, dimensions=rod, length=rod.length))
 
     def mass_notes(self, drawn: MassProperties) -> list[Note]:
-        """Return a note if given mass properties differ from the solid's, whose own inertia loads it.
-
-        Parameters
-        ----------
-        drawn
-            Mass properties of the solid.
-        """
+        """Return a note if given mass properties differ from the solid's, whose own inertia loads it."""
         if self.mass is None:
             return []
         pairs = {
@@ -283,7 +259,6 @@ def _imported(cad: CadFile, tell: Callable[[str], None], assembly: Assembly | No
 
 
 def _file_key(cad: CadFile) -> str:
-    """The key that names the file."""
     return "step" if FORMATS.get(cad.path.suffix.lower(), CadFormat.STEP) is CadFormat.STEP else "cad"
 
 
@@ -348,12 +323,10 @@ def rod_of_file(path: Path) -> RodTable:
 
 
 def _fields() -> Mapping[str, str]:
-    """Field of `Rod` by its key."""
     return {key_of(field.name): field.name for field in dataclasses.fields(Rod)}
 
 
 def _dimensions(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of `Rod` among the keys of [rod]."""
     fields = _fields()
     return {fields[name]: value for name, value in given.items() if name in fields}
 
@@ -368,7 +341,6 @@ def _between_bores(table: RodTable) -> RodTable:
 
 
 def _from_file(key: str, given: Mapping[str, Any], mass: MassProperties | None, folder: Path) -> RodTable:
-    """Read a rod from the file that a key names."""
     mesh = key == "mesh"
     what = "mesh" if mesh else "file"
     allowed = {key, "unit", *_BORES, *_MASS_KEYS} | (set() if mesh else set(_FILE_OPTIONS))

@@ -92,7 +92,6 @@ class Study:
     folder: Path = field(default_factory=Path.cwd)
 
     def __post_init__(self) -> None:
-        """Check every value before anything is computed."""
         self.material.material()
         for part, table in self.part_material.items():
             if part == BOLT and self.assembly is not None:
@@ -222,10 +221,7 @@ class Study:
     def with_rod(self, **dimensions: Any) -> "Study":
         """Return the study with other dimensions of its rod; the others stay as they are.
 
-        Parameters
-        ----------
-        **dimensions
-            By the keys of the [rod] table: ``web_thickness_mm=5.0``, ``shank_section="rectangular"``.
+        Their names are keys of [rod]: ``web_thickness_mm=5.0``, ``shank_section="rectangular"``.
 
         Raises
         ------
@@ -243,10 +239,7 @@ class Study:
     def with_assembly(self, **keys: Any) -> "Study":
         """Return the study as an assembly, its pins in contact; keys of its own that are not given stay.
 
-        Parameters
-        ----------
-        **keys
-            Of the [assembly] table: ``bolt_preload_kN=35.0``.
+        Keys are those of the [assembly] table: ``bolt_preload_kN=35.0``.
 
         Raises
         ------

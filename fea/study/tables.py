@@ -36,45 +36,21 @@ _UNITS = {
 
 @dataclasses.dataclass(frozen=True)
 class Key:
-    """What a declaration says of a key beside its name, type and default.
+    """What a declaration says of a key beside its name, type and default."""
 
-    Attributes
-    ----------
-    example
-        A value in TOML, for the commented study.
-    comment
-        Describes it there, in the schema and in the help of its flag; the unit follows from the name.
-    check
-        Refuses values.
-    stated
-        Whether the commented study states the example, and not as a comment.
-    above
-        A comment there on this key and those that follow it.
-    alias
-        An earlier name of key and flag that is still read.
-    flag
-        The flag that overrides it, by its name in Python: ``pvd_step`` is ``--pvd-step`` in the shell.
-    help
-        Of the flag, where the comment is not.
-    kind
-        Type of the flag's value, where it is not that of the key.
-    parse
-        Turns the flag's value into that of the key.
-    writes
-        Whether the flag asks for a file, which an analysis in memory does not write.
-    """
-
-    example: str = ""
+    example: str = ""  #: a value in TOML, for the commented study
+    #: describes it there, in the schema and in the help of its flag; the unit follows from the name
     comment: str = ""
-    check: Check | None = None
-    stated: bool = False
-    above: str = ""
-    alias: str = ""
+    check: Check | None = None  #: refuses values
+    stated: bool = False  #: whether the commented study states the example, and not as a comment
+    above: str = ""  #: a comment there on this key and those that follow it
+    alias: str = ""  #: an earlier name of key and flag that is still read
+    #: The flag that overrides it, by its name in Python: ``pvd_step`` is ``--pvd-step`` in the shell
     flag: str = ""
-    help: str = ""
-    kind: Any = None
-    parse: Callable[[Any], Any] | None = None
-    writes: bool = False
+    help: str = ""  #: of the flag, where the comment is not
+    kind: Any = None  #: type of the flag's value, where it is not that of the key
+    parse: Callable[[Any], Any] | None = None  #: turns the flag's value into that of the key
+    writes: bool = False  #: whether the flag asks for a file, which an analysis in memory does not write
 
 
 def key(
@@ -88,21 +64,11 @@ def key(
 
 
 class Table:
-    """A table of a study: a frozen dataclass whose fields are its keys.
+    """A table of a study: a frozen dataclass whose fields are its keys."""
 
-    Attributes
-    ----------
-    TABLE
-        Its name in a study.
-    INTRO
-        What the commented study says above it.
-    OPTIONAL
-        Whether its heading is a comment there.
-    """
-
-    TABLE: ClassVar[str]
-    INTRO: ClassVar[str] = ""
-    OPTIONAL: ClassVar[bool] = False
+    TABLE: ClassVar[str]  #: its name in a study
+    INTRO: ClassVar[str] = ""  #: what the commented study says above it
+    OPTIONAL: ClassVar[bool] = False  #: whether its heading is a comment there
 
     def __init_subclass__(cls, table: str = "", intro: str = "", *, optional: bool = False) -> None:
         """Give the table its name; a table that only holds keys for another has none."""
@@ -110,7 +76,6 @@ class Table:
             cls.TABLE, cls.INTRO, cls.OPTIONAL = table, intro, optional
 
     def __post_init__(self) -> None:
-        """Refuse values that the checks of their keys refuse."""
         for name, declared in keys_of(type(self)).items():
             value = getattr(self, name)
             if declared.check is not None and value is not None:

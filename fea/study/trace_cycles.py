@@ -21,30 +21,14 @@ _DIGITS = 6  # of a degree, beyond which angles are the same
 
 @dataclass(frozen=True)
 class Recording:
-    """Samples that cover whole revolutions.
+    """Samples that cover whole revolutions."""
 
-    Attributes
-    ----------
-    angles
-        (n,) degrees in one period, increasing, from the first angle of the file on.
-    pressures
-        (n,) in the unit of the file: the mean of all samples at an angle.
-    highest
-        The largest single sample.
-    cycles
-        How many samples each angle has: cycles, in columns or one after the other.
-    period
-        720, or 360 for a lone revolution.
-    step
-        Degrees between angles.
-    """
-
-    angles: Floats
-    pressures: Floats
-    highest: float
-    cycles: int
-    period: float
-    step: float
+    angles: Floats  #: (n,) degrees in one period, increasing, from the first angle of the file on
+    pressures: Floats  #: (n,) in the unit of the file: the mean of all samples at an angle
+    highest: float  #: the largest single sample
+    cycles: int  #: how many samples each angle has: cycles, in columns or one after the other
+    period: float  #: 720, or 360 for a lone revolution
+    step: float  #: degrees between angles
 
     @property
     def peak(self) -> float:

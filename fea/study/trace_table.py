@@ -62,27 +62,13 @@ class Form(NamedTuple):
 
 @dataclass(frozen=True)
 class TraceTable:
-    """Columns of numbers.
+    """Columns of numbers."""
 
-    Attributes
-    ----------
-    source
-        Name of the file.
-    names
-        Of the columns by the header, "" where there is none; columns of text included.
-    numbers
-        Which columns (from 0) hold numbers.
-    values
-        (n, k), the columns of `numbers`.
-    first_line
-        Line of the first row in the file.
-    """
-
-    source: str
-    names: tuple[str, ...]
-    numbers: tuple[int, ...]
-    values: Floats
-    first_line: int
+    source: str  #: name of the file
+    names: tuple[str, ...]  #: of the columns by the header, "" where there is none; columns of text included
+    numbers: tuple[int, ...]  #: which columns (from 0) hold numbers
+    values: Floats  #: (n, k), the columns of `numbers`
+    first_line: int  #: line of the first row in the file
 
     def column(self, index: int) -> Floats:
         """Values of a column (from 0) that holds numbers, (n,)."""

@@ -176,7 +176,6 @@ class _Assumption(NamedTuple):
 
 
 def _import(text: str, source: str, keys: TraceKeys, around: Surroundings) -> Imported:
-    """Read a trace from the text of any table."""
     table = read_trace_table(text, source, _REMEDY)
     columns = trace_columns(table, keys)
     recording = recorded(columns.angles, columns.pressures, source, table.first_line)

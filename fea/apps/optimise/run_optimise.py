@@ -232,7 +232,7 @@ def checked(free: Variables, x: Floats) -> Checked:
 
 
 def _last(free: Variables, result: SearchResult) -> tuple[Design, Checked]:
-    """The lightest rod that holds on its last mesh, too; if none of the lightest does, the first of them."""
+    """The lightest rod that meets the required factors on its last mesh, or the first of the lightest."""
     first: tuple[Design, Checked] | None = None
     for design in result.holding[:_CANDIDATES] or [result.best]:
         after = checked(free, design.x)

@@ -1,7 +1,7 @@
 """The search: COBYQA on moved meshes covers the way, a model of all designs tried finds the end.
 
 On one mesh that is moved, figures change smoothly with the dimensions, but all of them are off by what meshes
-scatter by. The last designs each have a mesh of their own, so that one is found that holds there.
+scatter by. The last designs each have a mesh of their own, so that the one chosen meets the factors there.
 """
 
 from collections.abc import Callable, Sequence
@@ -113,7 +113,7 @@ class SearchResult:
 
     @property
     def best(self) -> Design:
-        """The lightest rod that holds on a mesh of its own; where none holds, the one that lacks least."""
+        """The lightest rod that meets the required factors on its own mesh, or the one that lacks least."""
         return _best([design for design in self.tried if design.remeshed])
 
     @property
@@ -265,7 +265,7 @@ def _minimised(
 
 
 def _best(some: Sequence[Design]) -> Design:
-    """The lightest design that holds, or the one that lacks least."""
+    """The lightest design that meets the required factors, or the one that lacks least."""
     holding = [design for design in some if design.margin >= 0]
     if holding:
         return min(holding, key=lambda design: design.mass_kg)
