@@ -6,15 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from fea.analysis.buckling import column_figures
-from fea.analysis.cycle.search import CasePeak, Place, SpeedSearch, Worst
+from fea.analysis.cycle.search import SpeedSearch, Worst
 from fea.analysis.figures import (
     BucklingFigures,
-    CaseFigures,
     CycleFigures,
     PassFigures,
-    PlaceFigures,
     Summary,
-    vector,
 )
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
@@ -100,8 +97,8 @@ class SpeedSweep:
             self._rod,
             passes,
             rpm=rpm,
-            loads={peak.case.name: load_figures(peak.case) for peak in worst.cases},
-            results={peak.case.name: _result(peak) for peak in worst.cases},
+            loads={case.name: load_figures(case) for case in worst.cases},
+            results={case.name: peak for case, peak in zip(worst.cases, worst.peaks, strict=True)},
             envelope=self._envelope(worst),
             buckling=BucklingFigures(column=columns, min_safety_factor=columns.min_safety_factor),
             checks=near.checks,
@@ -116,18 +113,22 @@ class SpeedSweep:
 
     def _envelope(self, worst: Worst) -> CycleFigures:
         """The worst of the cycle: where a case that is no instant of the cycle is worse, that case's."""
-        cycle = self._rod.cycle
-        case = min(worst.cases, key=lambda peak: peak.factor)
-        place, angle, multiaxial = worst.yielding.at, worst.yielding.crank_angle, _crossland(worst)
-        if case.factor < worst.yielding.factor:
-            place, angle = case.at, float(case.case.crank_angle)
+        cycle, fatigue, multiaxial = self._rod.cycle, worst.fatigue, _crossland(worst)
+        place, angle = worst.yielding.figures.at_mm, worst.yielding.crank_angle
+        case, peak = min(
+            zip(worst.cases, worst.peaks, strict=True), key=lambda pair: pair[1].min_safety_factor
+        )
+        if peak.min_safety_factor < worst.yielding.factor:
+            place, angle = peak.at_mm, float(case.crank_angle)
         return CycleFigures(
             min_safety_factor=_yielding(worst),
-            at_mm=vector(place),
-            crank_deg=None if angle is None else angle / DEG,
-            min_fatigue_safety_factor=None if worst.fatigue is None else worst.fatigue.factor,
+            at_mm=place,
+            crank_deg=angle / DEG,
+            min_fatigue_safety_factor=None if fatigue is None else fatigue.factor,
             fatigue_criterion=cycle.fatigue.value,
-            fatigue=None if worst.fatigue is None else _place(worst.fatigue),
+            fatigue=None
+            if fatigue is None
+            else replace(fatigue.figures, fatigue_safety_factor=fatigue.factor),
             min_crossland_safety_factor=multiaxial if np.isfinite(multiaxial) else None,
             endurance=endurance_figures(self._rod.mesh.parts, self._rod.materials) or None,
             unit_solutions=cycle.units.count,
@@ -136,7 +137,7 @@ class SpeedSweep:
 
 
 def _yielding(worst: Worst) -> float:
-    return min(worst.yielding.factor, *(peak.factor for peak in worst.cases))
+    return min(worst.yielding.factor, *(peak.min_safety_factor for peak in worst.peaks))
 
 
 def _fatigue(worst: Worst) -> float:
@@ -145,9 +146,8 @@ def _fatigue(worst: Worst) -> float:
 
 def _crossland(worst: Worst) -> float:
     """Least of the factors at the worst places against yielding and fatigue: the others are not looked at."""
-    places = (worst.yielding, worst.fatigue)
-    factors = [place.crossland for place in places if place is not None and place.crossland is not None]
-    return min(factors, default=np.inf)
+    places = (place.figures.crossland_safety_factor for place in (worst.yielding, worst.fatigue) if place)
+    return min((factor for factor in places if factor is not None), default=np.inf)
 
 
 _MODES: dict[str, Callable[[Worst], float]] = {
@@ -155,29 +155,3 @@ _MODES: dict[str, Callable[[Worst], float]] = {
     "fatigue": _fatigue,
     "crossland": _crossland,
 }
-
-
-def _result(peak: CasePeak) -> CaseFigures:
-    return CaseFigures(
-        max_von_mises_MPa=peak.von_mises,
-        at_mm=vector(peak.at),
-        max_principal_MPa=peak.principal_1,
-        min_principal_MPa=peak.principal_3,
-        max_displacement_mm=None,
-        min_safety_factor=peak.factor,
-        error_percent=None,
-        verdict=None,
-    )
-
-
-def _place(place: Place) -> PlaceFigures:
-    return PlaceFigures(
-        at_mm=vector(place.at),
-        mean_MPa=place.mean,
-        amplitude_MPa=place.amplitude,
-        stress_ratio=place.ratio,
-        fatigue_safety_factor=place.factor,
-        crossland_safety_factor=place.crossland,
-        endurance_MPa=place.endurance,
-        surface_region=None if place.region is None else place.region.value,
-    )

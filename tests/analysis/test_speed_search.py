@@ -56,7 +56,7 @@ def test_worst_places_are_those_of_looking_everywhere(rod, search, rpm):
     fatigue = fatigue_factor(rod.options.fatigue, mean, amplitude, material)
     assert found.yielding.factor == pytest.approx(material.yield_strength / largest.max(), rel=1e-9)
     assert found.fatigue.factor == pytest.approx(fatigue.min(), rel=1e-9)
-    assert found.fatigue.amplitude == pytest.approx(amplitude[fatigue.argmin()], rel=1e-9)
+    assert found.fatigue.figures.amplitude_MPa == pytest.approx(amplitude[fatigue.argmin()], rel=1e-9)
 
 
 def test_the_worst_place_depends_on_the_finish_of_each(rod):
@@ -72,8 +72,10 @@ def test_the_worst_place_depends_on_the_finish_of_each(rod):
         assert set(surface) == {bores, rest, 1.0}
         factors = fatigue_factor(rod.options.fatigue, mean, amplitude, material, surface)
         assert found.factor == pytest.approx(factors.min(), rel=1e-9)
-        assert found.endurance == pytest.approx(surface[factors.argmin()] * material.endurance_limit)
-        places.append(found.region)
+        assert found.figures.endurance_MPa == pytest.approx(
+            surface[factors.argmin()] * material.endurance_limit
+        )
+        places.append(found.figures.surface_region)
     assert places == [Region.REST, Region.BORES]
 
 
@@ -113,11 +115,11 @@ def test_few_places_are_looked_at_where_inertia_rules(search, monkeypatch):
 
 def test_superposed_peaks_are_those_solved_directly(rod, search):
     direct, found = with_cycle(rod, solve_speed(rod, 5000.0)), search.at(5000.0)
-    for one, other in zip(direct.cases.values(), found.cases, strict=True):
-        assert other.von_mises == pytest.approx(one.von_mises.max(), rel=5e-3)
-        assert other.factor == pytest.approx(one.safety_factor.min(), rel=5e-3)
-        assert other.principal_1 == pytest.approx(one.principal[:, 0].max(), rel=5e-3)
-        assert other.principal_3 == pytest.approx(one.principal[:, 2].min(), rel=5e-3)
+    for one, other in zip(direct.cases.values(), found.peaks, strict=True):
+        assert other.max_von_mises_MPa == pytest.approx(one.von_mises.max(), rel=5e-3)
+        assert other.min_safety_factor == pytest.approx(one.safety_factor.min(), rel=5e-3)
+        assert other.max_principal_MPa == pytest.approx(one.principal[:, 0].max(), rel=5e-3)
+        assert other.min_principal_MPa == pytest.approx(one.principal[:, 2].min(), rel=5e-3)
 
 
 def test_a_critical_speed_does_not_depend_on_the_speeds_asked_for(rod):
@@ -135,5 +137,5 @@ def test_the_worst_place_is_known_where_every_factor_is_capped(rod):
         for rpm in (9000.0, 3.0)
     )
     assert other.factor == CAP
-    np.testing.assert_array_equal(other.at, one.at)
-    assert other.amplitude == pytest.approx(one.amplitude / 9e6, rel=1e-6)
+    np.testing.assert_array_equal(other.figures.at_mm, one.figures.at_mm)
+    assert other.figures.amplitude_MPa == pytest.approx(one.figures.amplitude_MPa / 9e6, rel=1e-6)

@@ -27,6 +27,7 @@ import numpy as np
 from fea.analysis.cycle.path import Path, norms, path, sizes
 from fea.analysis.cycle.screened import Block, product, superposed
 from fea.analysis.cycle.superposition import CycleAnalysis
+from fea.analysis.figures import CaseFigures, PlaceFigures, vector
 from fea.base.choices import Region
 from fea.judge.fatigue import crossland_factors, fatigue_factor
 from fea.judge.history import deviator_norm, deviatoric, extreme_principals, signed_equivalent
@@ -132,36 +133,16 @@ class Place:
     """The worst place against one mode of failure."""
 
     factor: float  #: its safety factor
-    at: Floats  #: (3,) mm
-    crank_angle: float | None  #: of the largest von Mises stress, rad; None if it does not occur in the cycle
-    #: mean, amplitude, ratio: of the signed equivalent stress, MPa
-    mean: float
-    amplitude: float
-    ratio: float
-    crossland: float | None  #: crossland's factor there, or None if it is not known
-    #: Endurance limit there with the factor of the surface, MPa, or None if it is not known
-    endurance: float | None = None
-    region: Region | None = None  #: of the surface; None inside the solid
-
-
-@dataclass(frozen=True)
-class CasePeak:
-    """A peak case, superposed: largest stresses, MPa, and least safety factor."""
-
-    case: Instants
-    von_mises: float
-    at: Floats
-    principal_1: float
-    principal_3: float
-    factor: float
+    crank_angle: float  #: of the largest von Mises stress, rad
+    figures: PlaceFigures  #: without the factor against fatigue
 
 
 @dataclass(frozen=True)
 class Worst:
     """The worst of the cycle at one speed."""
 
-    rpm: float  #: the speed
-    cases: tuple[CasePeak, ...]  #: the peak cases
+    cases: tuple[Instants, ...]  #: the peak cases
+    peaks: tuple[CaseFigures, ...]  #: of the cases, superposed
     #: yielding, fatigue: the worst places; fatigue is None if no part's strengths are known
     yielding: Place
     fatigue: Place | None
@@ -221,8 +202,8 @@ class SpeedSearch:
         yielding = self._worst(cycle, bounds, PartRows.yielding_bound, PartRows.yielding_factor)
         yielding = dataclasses.replace(yielding, factor=min(yielding.factor, CAP))
         fatigue = self._worst(cycle, bounds, PartRows.fatigue_bound, PartRows.fatigue_factor)
-        peaks = tuple(self._peak(case, [s[..., k] for s in at_cases]) for k, case in enumerate(cases))
-        return Worst(rpm, peaks, yielding, fatigue if np.isfinite(fatigue.factor) else None)
+        peaks = tuple(self._peak([stress[..., k] for stress in at_cases]) for k in range(len(cases)))
+        return Worst(tuple(cases), peaks, yielding, fatigue if np.isfinite(fatigue.factor) else None)
 
     def _at(self, rpm: float, angles: Floats) -> Weights:
         return self._analysis.weights(self._cycles(rpm), angles)
@@ -282,39 +263,42 @@ class SpeedSearch:
         angle = float(cycle.angles[np.abs(signed).argmax()])
         skin, region = part.surface(row)
         limit, spot = part.material.endurance_limit, crossland_factors(history, part.material, skin)
-        return Place(
-            factor=factor,
-            at=part.points[row],
-            crank_angle=angle,
-            mean=(highest + lowest) / 2,
-            amplitude=(highest - lowest) / 2,
-            ratio=lowest / highest if highest else 0.0,
-            crossland=None if spot is None else float(spot[0]),
-            endurance=None if limit is None else skin * limit,
-            region=region,
+        history_figures = PlaceFigures(
+            at_mm=vector(part.points[row]),
+            mean_MPa=(highest + lowest) / 2,
+            amplitude_MPa=(highest - lowest) / 2,
+            stress_ratio=lowest / highest if highest else 0.0,
+            fatigue_safety_factor=None,
+            crossland_safety_factor=None if spot is None else float(spot[0]),
+            endurance_MPa=None if limit is None else skin * limit,
+            surface_region=None if region is None else region.value,
         )
+        return Place(factor, angle, history_figures)
 
-    def _peak(self, case: Instants, stresses: list[Floats]) -> CasePeak:
+    def _peak(self, stresses: list[Floats]) -> CaseFigures:
         peaks = []
         for part, stress in zip(self._parts, stresses, strict=True):
             equivalent = deviator_norm(stress[..., None])[:, 0]
             largest, least = (sign * _largest_principal(sign * stress, equivalent) for sign in (1, -1))
             row = int(equivalent.argmax())
-            factor = float(safety_factor(equivalent[row : row + 1], part.material.yield_strength)[0])
-            peak = CasePeak(
-                case,
-                float(equivalent[row]),
-                part.points[row],
-                largest,
-                least,
-                factor,
+            peak = CaseFigures(
+                max_von_mises_MPa=float(equivalent[row]),
+                at_mm=vector(part.points[row]),
+                max_principal_MPa=largest,
+                min_principal_MPa=least,
+                max_displacement_mm=None,
+                min_safety_factor=float(
+                    safety_factor(equivalent[row : row + 1], part.material.yield_strength)[0]
+                ),
+                error_percent=None,
+                verdict=None,
             )
             peaks.append(peak)
         return dataclasses.replace(
-            max(peaks, key=lambda peak: peak.von_mises),
-            principal_1=max(peak.principal_1 for peak in peaks),
-            principal_3=min(peak.principal_3 for peak in peaks),
-            factor=min(peak.factor for peak in peaks),
+            max(peaks, key=lambda peak: peak.max_von_mises_MPa),
+            max_principal_MPa=max(peak.max_principal_MPa for peak in peaks),
+            min_principal_MPa=min(peak.min_principal_MPa for peak in peaks),
+            min_safety_factor=min(peak.min_safety_factor for peak in peaks),
         )
 
 
