@@ -32,7 +32,6 @@ class Arc:
     angle: float  #: the whole arc, rad, above zero and at most π: a pin presses on one side of its bore
 
     def __post_init__(self) -> None:
-        """Refuse an arc that a pin cannot press on."""
         degrees = math.degrees(require_positive("analysis.pressure arc", self.angle))
         require(
             1 <= degrees <= 180 * (1 + 1e-12),

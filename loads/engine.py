@@ -31,7 +31,6 @@ class Engine:
     phase: float = 0.0  #: crank angle between consecutive cylinders, rad
 
     def __post_init__(self) -> None:
-        """Refuse an engine that cannot exist or cannot turn."""
         require_positive("engine.stroke_mm", self.crank_radius)
         require_positive("rod.length_mm", self.rod_length)
         require_positive("engine.bore_mm", self.bore)

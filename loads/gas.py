@@ -78,7 +78,6 @@ class Boyle(Ideal):
     atmosphere: float = ATMOSPHERE  #: absolute pressure at BDC and in the crankcase, MPa
 
     def __post_init__(self) -> None:
-        """Refuse an impossible ratio or pressure."""
         _require_compression(self.compression_ratio)
         require_positive("engine.atmosphere_bar", self.atmosphere)
         _require_reached("engine.atmosphere_bar", self.atmosphere, self.atmosphere * self.compression_ratio)
@@ -108,7 +107,6 @@ class Otto(Ideal):
     heat_ratio: float = HEAT_RATIO_AIR  #: γ = c_p/c_v of the charge
 
     def __post_init__(self) -> None:
-        """Refuse a cycle that thermodynamics does not allow."""
         _require_compression(self.compression_ratio)
         require_positive("engine.intake_pressure_bar", self.intake)
         require_positive("engine.atmosphere_bar", self.atmosphere)

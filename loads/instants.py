@@ -51,15 +51,12 @@ class Instants:
             object.__setattr__(self, item.name, np.broadcast_to(value, (2, *shape) if vector else shape))
 
     def __len__(self) -> int:
-        """How many instants there are."""
         return len(self.speed)
 
     def __getitem__(self, which: int | slice | Ints | Mask | None) -> "Instants":
-        """Return one or some of the instants."""
         return Instants(**{item.name: getattr(self, item.name)[..., which] for item in fields(Instants)})
 
     def __iter__(self) -> Iterator["Instants"]:
-        """Yield the instants one by one."""
         return (self[number] for number in range(len(self)))
 
     def named(self, name: str) -> Self:

@@ -223,7 +223,6 @@ class Assembling:
 
 
 def _materials(study: Study, table: AssemblyTable) -> dict[str, MaterialTable]:
-    """Tables of rod, bolts and what is fitted into the rod, by part."""
     tables = {ROD: study.part_material_table(ROD), BOLT: bolt_material(study.part_material, table.grade)}
     if table.bushing_touches:
         tables[BUSHING] = study.part_material_table(BUSHING)

@@ -78,7 +78,6 @@ def _toml(value: float | str) -> str:
 
 
 def _line(key: str, figure: Figure, what: str = "") -> str:
-    """Key, value and origin, in columns."""
     assumed = "assumed: " if figure.assumed else ""
     entry = f"{key} = {_toml(figure.value)}"
     return f"{entry:<{_COMMENT - 1}} # {what}{assumed}{figure.origin}"

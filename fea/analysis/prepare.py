@@ -311,7 +311,6 @@ def prepare(
 def _loading(
     study: Study, mesh: MeshedRod, materials: tuple[Material, ...]
 ) -> tuple[Loading, DutyLoads | None]:
-    """What loads the rod, and over which duty."""
     if study.forces is not None:
         return GivenForces(study.forces.pin()), None
     loading = EngineLoading.of(study.require_engine(), mesh.bores.rod_length)

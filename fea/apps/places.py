@@ -46,19 +46,13 @@ def target_of(places: Sequence[Place]) -> Path:
 def _folders(study: Study, speeds: Sequence[float | None]) -> list[Path]:
     given = study.output.directory
     if len(speeds) == 1:
-        folder = _default_directory(study, speeds[0]) if given is None else study.folder / given
-        return [folder]
+        name = study.name if speeds[0] is None else f"{study.name}-{speeds[0]:g}rpm"
+        return [Path("results") / name if given is None else study.folder / given]
     parent = Path("results") / study.name if given is None else study.folder / given
     return [parent / f"{rpm:g}rpm" for rpm in speeds]
 
 
-def _default_directory(study: Study, rpm: float | None) -> Path:
-    """``results/<study>-<rpm>rpm``, or ``results/<study>`` where there is no speed."""
-    return Path("results") / (study.name if rpm is None else f"{study.name}-{rpm:g}rpm")
-
-
 def _film(study: Study, rpm: float | None) -> Path | None:
-    """The file of the animation at a speed, None if none is requested."""
     if study.output.animate is None:
         return None
     rule = "has no effect without the crank cycle"

@@ -53,7 +53,6 @@ def prepared_again(run: StoredRun) -> PreparedRod:
 
 
 def _part_names(study: Study, count: int) -> Sequence[str]:
-    """Names of the parts in the order of their numbers."""
     if count == 1:
         return [next(iter(sorted(study.part_material.keys() - PINS)), PART)]
     if study.rod.cad is None:

@@ -112,7 +112,6 @@ class Result(RunResult):
         return dict(as_dict(self.summary))
 
     def __repr__(self) -> str:
-        """Return the study, the speed and whether the rod survives in a line."""
         trusted = "" if self.trusted else ", NOT TO BE TRUSTED"
         return f"<{self.summary.title}: {self.summary.survival.text}{trusted}>"
 

@@ -218,7 +218,6 @@ def _direction(surface: Surface, bores: Bores, normal: tuple[float, float]) -> D
 
 
 def _part_name(mesh: TetMesh, nodes: Ints, names: Sequence[str]) -> str:
-    """Name of the part that nodes belong to."""
     number = 0 if mesh.part is None else mesh.part[np.isin(mesh.tets[:, 0], nodes).argmax()]
     return names[number] if number < len(names) else "part"
 
