@@ -1,1 +1,1 @@
-"""The job behind `fea run`."""
+"""What is done with analyses: runs written, exported and reported; many rods; the lightest rod."""

@@ -1,1 +1,1 @@
-"""What every stage shares: closed choices, the limits of checks, materials."""
+"""What every stage shares: closed choices, limits of the checks, materials, notes, units."""

@@ -1,1 +1,1 @@
-"""One module per command; heavy imports wait until the command is called."""
+"""The command line: one function per command, which loads what it needs when it is called."""

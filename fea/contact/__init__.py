@@ -1,1 +1,1 @@
-"""Pins that touch their bores: unilateral contact with clearance or interference."""
+"""The contact algorithms: unilateral contact with clearance or interference, friction, bolted assemblies."""

@@ -1,1 +1,1 @@
-"""Assess stresses: safety factors, fatigue, buckling as a column, error bars and verdicts."""
+"""Verdicts: safety against yielding, fatigue and buckling, bolts and press fits, error bars."""

@@ -1,1 +1,1 @@
-"""The rod of a study: its mesh, its load cases and the nodal forces on it."""
+"""The meshed rod of a study, and what loads it."""

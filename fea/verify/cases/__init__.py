@@ -1,1 +1,1 @@
-"""The benchmark problems of `fea verify`, a module a kind."""
+"""The benchmark problems of `fea verify`, one module per kind."""
