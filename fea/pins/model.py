@@ -161,9 +161,8 @@ class Fields(Protocol):
 class Contacts(NamedTuple):
     """Contact at each instant."""
 
-    touches: tuple[
-        Mapping[Surface, Touch], ...
-    ] = ()  #: of the pins with the bores, where they are in contact
+    #: Of the pins with the bores, where they are in contact
+    touches: tuple[Mapping[Surface, Touch], ...] = ()
     states: tuple[AssemblyState, ...] = ()  #: of bolts and interfaces; empty for a rod of one piece
 
 
