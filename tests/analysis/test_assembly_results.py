@@ -30,7 +30,8 @@ from mesh.tetmesh import FACET_TURN
 
 PRELOAD = 30e3
 ROD = (
-    '[rod]\npreset = "leon-2001"\ncap_bolt_mm = 9.0\ncap_bolt_spacing_mm = 72.6\ncap_boss_length_mm = 40.0\n'
+    '[rod]\npreset = "leon-2001"\nshank_section = "rectangular"\n'
+    "cap_bolt_mm = 9.0\ncap_bolt_spacing_mm = 72.6\ncap_boss_length_mm = 40.0\n"
     'cap_boss_fillet_mm = 4.0\n[material]\npreset = "leon-2001"\n[mesh]\nsize_mm = 18.0\n'
 )
 ENGINE = (

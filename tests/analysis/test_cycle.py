@@ -97,7 +97,8 @@ def test_histories_are_those_of_their_places(at_6000):
     for spot in at_6000.cycle.spots:
         # Every degree against every degree and the peaks between them.
         assert np.abs(spot.signed).max() == pytest.approx(envelope.von_mises[spot.node], rel=5e-3)
-        assert spot.signed.max() <= envelope.mean[spot.node] + envelope.amplitude[spot.node] + 1e-9
+        largest = envelope.mean[spot.node] + envelope.amplitude[spot.node]
+        assert spot.signed.max() <= largest * (1 + 1e-6)  # they are in single precision
         assert spot.signed[0] == pytest.approx(spot.signed[-1], rel=1e-6, abs=1e-6)  # the cycle closes
 
 

@@ -42,6 +42,7 @@ def test_no_node_of_the_rod_is_worse(monkeypatch):
 BUSHED = """
 [rod]
 preset = "leon-2001"
+shank_section = "rectangular"
 bushing_mm = 2.0
 [material]
 preset = "leon-2001"

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from assembled_rods import EVERY, study
+from assemblies import SIMPLE
 
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed, with_cycle
@@ -21,7 +22,8 @@ PLACES, BOLTS = 1e-2, 1e-3
 @pytest.fixture(scope="module")
 def rod():
     own = study(
-        replace(EVERY, bushing_interference_mm=None, shell_thickness_mm=None, shell_interference_mm=None)
+        replace(EVERY, bushing_interference_mm=None, shell_thickness_mm=None, shell_interference_mm=None),
+        rod=SIMPLE,
     )
     return prepare(replace(own, mesh=MeshTable(size_mm=20.0), analysis=replace(own.analysis, cycle=True)))
 

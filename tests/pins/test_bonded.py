@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from skfem import Functional, LinearForm, condense, solve
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH, strap
+from studies import plain_study
 
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
@@ -143,7 +144,7 @@ def test_displacements_are_those_of_scikit_fem():
 
 @pytest.fixture(scope="module")
 def cycled():
-    return analyse("leon-2001", size=20, pressure="bonded", cycle=True)
+    return analyse(plain_study(), size=20, pressure="bonded", cycle=True)
 
 
 def test_a_whole_cycle_can_be_trusted(cycled):

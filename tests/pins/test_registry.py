@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from studies import plain_study
 
 from fea import analyse, run
 from fea.pins.model import PinModel
@@ -21,7 +22,7 @@ def registered(monkeypatch):
 def test_a_registered_model_loads_cases_and_the_whole_cycle(registered, symmetry):
     """On plain bores, an even traction is that of a bonded pin."""
     asked = {"size": 20, "cycle": True, "symmetry": symmetry}
-    even, bonded = (analyse("leon-2001", pressure=name, **asked) for name in ("even", "bonded"))
+    even, bonded = (analyse(plain_study(), pressure=name, **asked) for name in ("even", "bonded"))
     assert even.trusted
     assert even.summary.model.pressure == "even"
     assert set(even.summary.pin_model.min_safety_factors) >= {"even", "cosine-180"}

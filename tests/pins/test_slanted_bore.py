@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cycles import superposition_errors
+from studies import plain_study
 
 from fea.analysis.prepare import prepare
 from fea.base.choices import Symmetry
 from fea.pins.pressure import SKEWED, _skewness
 from fea.study.flags import Flags
-from fea.study.study import load_study
 
 
 @pytest.fixture(scope="module")
 def slanted():
-    study = Flags(size=12.0, symmetry=Symmetry.QUARTER, cycle=True).applied(load_study("leon-2001"))
+    study = Flags(size=12.0, symmetry=Symmetry.QUARTER, cycle=True).applied(plain_study())
     rod = replace(study.rod.dimensions, small_end_crown_width=0.6 * study.rod.dimensions.small_end_width)
     return prepare(replace(study, rod=replace(study.rod, dimensions=rod)))
 

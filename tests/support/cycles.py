@@ -3,12 +3,12 @@
 from functools import cache
 
 import numpy as np
+from studies import plain_study
 
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.base.choices import Symmetry
 from fea.stress.stress import von_mises
 from fea.study.flags import Flags
-from fea.study.study import load_study
 from geometry.surfaces import Surface
 
 SPEEDS = (1000.0, 6000.0, 9000.0)
@@ -16,9 +16,9 @@ SPEEDS = (1000.0, 6000.0, 9000.0)
 
 @cache
 def analysis(symmetry: Symmetry, size: float) -> PreparedRod:
-    """The default study on a coarse mesh, its cycle included."""
+    """The default study without pockets on a coarse mesh, its cycle included."""
     flags = Flags(size=size, symmetry=symmetry, cycle=True)
-    return prepare(flags.applied(load_study("leon-2001")))
+    return prepare(flags.applied(plain_study()))
 
 
 def direct(rod: PreparedRod, rpm: float, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

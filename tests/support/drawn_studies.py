@@ -90,7 +90,7 @@ def written(seed, folder):
             piston_mass=engine["piston_mass_kg"] * 1e-3,
         )  # fmt: skip
     element = "p1" if draw.random() < 0.12 else "p2"
-    usual = (0.9, 1.3) if element == "p1" else (1.4, 2.0)  # of the default size
+    usual = (0.9, 1.3) if element == "p1" else (2.0, 2.8)  # of the default size
     coarse = draw.uniform(1.2, 5.0) if harsh else draw.uniform(*usual)
     tables["mesh"] = {"size_mm": float(rod.length / 28 * coarse), "element": element}
     tables["analysis"] = drawn_analysis(draw, clamped=clamped, harsh=harsh, cycle="engine" in tables)

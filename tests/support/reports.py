@@ -4,13 +4,13 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from studies import plain_study
 
 from fea.analysis.adapt import adapt_mesh
 from fea.analysis.result import run_result
 from fea.apps.result import result_of
 from fea.machine.clock import Clock
 from fea.study.flags import Flags
-from fea.study.study import load_study
 
 HOSTILE = '</script><img src="x" onerror="window.hacked = 1">'
 RPM = 6000.0
@@ -20,7 +20,7 @@ SIZE = 14.0
 @cache
 def reported_rod():
     """The prepared rod, its result, 20 angles of the cycle in degrees, and what is solved for at each."""
-    study = replace(load_study("leon-2001"), name=HOSTILE)
+    study = replace(plain_study(), name=HOSTILE)
     study = Flags(rpm="6000", size=SIZE, cycle=True, report=True).applied(study)
     adapted = adapt_mesh(study, [RPM], Clock())
     result = result_of(run_result(study, adapted, adapted.at(RPM)))

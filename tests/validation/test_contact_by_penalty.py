@@ -13,6 +13,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 from skfem import Basis, BilinearForm, ElementTetP1, ElementTetP2, ElementVector, FacetBasis, LinearForm
 from skfem.models.elasticity import lame_parameters, linear_elasticity
+from studies import plain_study
 
 from fea import to_skfem
 from fea.analysis.prepare import prepare
@@ -20,7 +21,6 @@ from fea.base.choices import CONTACT
 from fea.solid.parity import Parity
 from fea.study.flags import Flags
 from fea.study.option_tables import ContactTable, ForcesTable
-from fea.study.study import load_study
 from geometry.surfaces import Surface
 
 FORCE, CLEARANCES = 20e3, {Surface.SMALL_END_BORE: 0.02, Surface.BIG_END_BORE: 0.05}  # N, diametral, mm
@@ -29,7 +29,7 @@ ROUNDS = 60
 
 @pytest.fixture(scope="module")
 def rod():
-    study = Flags(size=20.0, pressure=CONTACT).applied(load_study("leon-2001"))
+    study = Flags(size=20.0, pressure=CONTACT).applied(plain_study())
     pins = ContactTable(
         small_end_clearance_mm=CLEARANCES[Surface.SMALL_END_BORE],
         big_end_clearance_mm=CLEARANCES[Surface.BIG_END_BORE],

@@ -10,8 +10,12 @@ from recheck import Told, recheck
 
 from fea import run
 
+# Of the first 24 studies those that the others do not stand for: rods from presets, dimensions and STEP
+# files, with one part and two, of either order and of every symmetry and solver, refused and marked ones.
+SEEDS = (1, 2, 3, 4, 6, 8, 9, 13, 14, 15, 16, 18, 19, 20, 22, 23)
 
-@pytest.mark.parametrize("seed", range(24))
+
+@pytest.mark.parametrize("seed", SEEDS)
 def test_no_study_is_wrong_or_crashes(seed):
     found = outcome(seed)
     assert found["outcome"] in ("rechecked", "marked", "refused"), found

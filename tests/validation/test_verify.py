@@ -15,13 +15,15 @@ COARSER = {
     "cook": (2.0, 3.0),  # 0.14 % off, of 0.2 %
     "friction-strip": (2.0, 2.0),  # the movement left 0.95 % off, of 1 %
     "lame-fit": (1.4, 3.0),  # the pressure at the worst vertex 0.7 % off, of 0.5 %
+    "le11": (1.5, 1.0),
     "loaded-pin": (2.0, 7.0),  # the hoop stress at 60° 3.4 % off, of 1 %
     "persson": (2.0, 6.0),  # the end of contact 1.9° off, of 0.5°; the largest pressure 0.5 %, of 0.5 %
+    "roller": (2.0, 3.0),  # the width of contact 2.9 % off, of 2 %
 }
 
 
-@pytest.mark.parametrize("name", case_names())
-def test_case(name):
+def quantities_of(name):
+    """The quantities of a case, each within its tolerance."""
     case = benchmark(name)
     factor, allowance = COARSER.get(name, (1.0, 1.0))
     quantities = [row.quantity for row in case.rows(factor)]
@@ -33,6 +35,12 @@ def test_case(name):
         assert quantity.target
         assert 0 < quantity.tolerance_percent <= 10
         assert abs(quantity.error_percent) <= allowance * quantity.tolerance_percent, quantity.name
+    return quantities
+
+
+@pytest.mark.parametrize("name", [name for name in case_names() if name != "persson"])
+def test_case(name):
+    quantities_of(name)
 
 
 @pytest.mark.parametrize("name", ["lame", "rotating-disc", "spun-up-ring"])
@@ -51,11 +59,9 @@ def test_displacements_converge(name):
 def test_the_stress_where_contact_ends_converges():
     # The slope of the hoop stress is infinite there, so that the rate is one half at worst; pressures further
     # inside are better at once.
-    case = benchmark("persson")
-
-    def error(factor):
-        quantities = [row.quantity for row in case.rows(factor)]
+    def error(quantities):
         hoop = [abs(quantity.error_percent) for quantity in quantities if quantity.name.startswith("hoop")]
         return sum(hoop) / len(hoop)
 
-    assert error(2.0) < error(4.0) / 2**0.5
+    coarse = [row.quantity for row in benchmark("persson").rows(4.0)]
+    assert error(quantities_of("persson")) < error(coarse) / 2**0.5
