@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from studies import LEON
+from studies import PLAIN
 
 from fea import load_study
 from fea.analysis import adapt
@@ -149,7 +149,7 @@ def test_the_mesh_is_refined_for_the_speeds_of_the_duty(monkeypatch):
     assert set(met.value.args) == {1000.0, *SPEEDS}
 
 
-TEXT = f"""{LEON}[material]
+TEXT = f"""{PLAIN}[material]
 preset = "c70-2005"
 [duty]
 rpm = [3000, 6000]

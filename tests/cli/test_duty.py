@@ -4,9 +4,9 @@ import meshio
 import numpy as np
 import pytest
 from program import fea
-from studies import DUTY
+from studies import DUTY, LEON, PLAIN
 
-STUDY = DUTY + "[mesh]\nsize_mm = 14.0\n"
+STUDY = DUTY.replace(LEON, PLAIN) + "[mesh]\nsize_mm = 14.0\n"
 
 
 @pytest.fixture(scope="module")

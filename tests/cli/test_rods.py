@@ -1,6 +1,7 @@
 """Rods from every source, through the program."""
 
 import re
+from dataclasses import replace
 
 import meshio
 import numpy as np
@@ -105,7 +106,7 @@ def test_bad_rods_are_refused(rod, code, says, tmp_path):
 
 
 def test_a_cad_file_alone_is_measured_asked_about_and_run(tmp_path):
-    (tmp_path / "rod.igs").write_bytes(cad_file(LEON_2001, "igs"))
+    (tmp_path / "rod.igs").write_bytes(cad_file(replace(LEON_2001, shank_section="rectangular"), "igs"))
     measured = figures("rod", "rod.igs", "--size", "14", cwd=tmp_path)
     assert [bore["diameter_mm"] for bore in measured["bores"]] == pytest.approx([50, 24], rel=1e-4)
     assert measured["solids"][0]["role"] == "rod"

@@ -1,5 +1,7 @@
 """Surfaces of flat triangles, whose inside is meshed."""
 
+from dataclasses import replace
+
 import gmsh
 import pytest
 
@@ -16,8 +18,8 @@ from mesh.tetmesh import MeshError
 def surface(tmp_path_factory):
     path = tmp_path_factory.mktemp("stl") / "leon.stl"
     with session():
-        volume = build(LEON_2001, Mirror.NONE).mass.mass
-        gmsh.option.setNumber("Mesh.MeshSizeMax", 8)
+        volume = build(replace(LEON_2001, shank_section="rectangular"), Mirror.NONE).mass.mass
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 10)
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 20)
         gmsh.model.mesh.generate(2)
         gmsh.write(str(path))

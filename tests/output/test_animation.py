@@ -11,6 +11,7 @@ import pytest
 from cycles import analysis
 from PIL import Image
 from program import fea
+from studies import PLAIN
 
 from fea.analysis.speed import solve_speed
 from fea.base.choices import Symmetry
@@ -138,9 +139,11 @@ def test_nothing_drawn_is_an_error_with_a_remedy(bar, monkeypatch):
 
 
 def test_run_leaves_a_film_where_it_was_asked_for(tmp_path):
-    run = fea("run", "--cycle", "--animate", "cycle.gif", "--size", 14, "--out", "r", cwd=tmp_path)
+    (tmp_path / "plain.toml").write_text(PLAIN)
+    flags = ("--cycle", "--animate", "cycle.gif", "--size", 14, "--out", "r")
+    run = fea("run", "plain.toml", *flags, cwd=tmp_path)
     assert run.returncode == 0, run.stderr
-    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["cycle.gif", "r"]
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["cycle.gif", "plain.toml", "r"]
     assert "Wrote cycle.gif" in run.stdout
     with Image.open(tmp_path / "cycle.gif") as gif:
         assert gif.n_frames == COUNT
@@ -150,7 +153,8 @@ def test_run_leaves_a_film_where_it_was_asked_for(tmp_path):
 def test_without_a_renderer_the_figures_stay(tmp_path):
     environment = {"VTK_DEFAULT_OPENGL_WINDOW": "no-such-window", "DISPLAY": ""}
     flags = ("--cycle", "--animate", "cycle.gif", "--size", 14, "--quiet", "--out", "r")
-    run = fea("run", *flags, cwd=tmp_path, environment=environment)
+    (tmp_path / "plain.toml").write_text(PLAIN)
+    run = fea("run", "plain.toml", *flags, cwd=tmp_path, environment=environment)
     assert run.returncode == 7
     assert "libegl1" in run.stderr
     assert (tmp_path / "r" / "summary.json").exists()

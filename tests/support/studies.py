@@ -10,6 +10,8 @@ piston_mass_kg = 1.3345
 gas = "leon-2001"
 """
 LEON = '\n[rod]\npreset = "leon-2001"' + ENGINE
+# The same without pockets in the shank.
+PLAIN = LEON.replace("[engine]", 'shank_section = "rectangular"\n[engine]', 1)
 # A duty at full size; tests give it coarse elements.
 DUTY = f"""{LEON}[material]
 preset = "forged-steel-2005"
