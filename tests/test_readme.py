@@ -77,7 +77,7 @@ def test_the_commands_of_the_readme_work(tmp_path):
 def test_the_study_of_the_readme_runs(tmp_path):
     study, *_ = blocks("toml")
     (tmp_path / "my-study.toml").write_text(study)
-    run(["run", "my-study.toml", "--size", "8", "--out", "run"], tmp_path)
+    run(["run", "my-study.toml", "--size", "12", "--out", "run"], tmp_path)
     assert (tmp_path / "run" / "summary.json").exists()
 
 

@@ -4,6 +4,7 @@ import json
 import meshio
 import pytest
 from program import fea
+from studies import PLAIN
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +51,9 @@ def test_a_sweep_with_its_map_may_be_replaced(sweep):
 
 def test_many_speeds_leave_fields_at_the_worst_and_figures_at_all(tmp_path):
     speeds = "0,1000:6000:500"
-    run = fea("run", "--rpm", speeds, "--cycle", "--size", "20", "--out", "many", cwd=tmp_path)
+    (tmp_path / "plain.toml").write_text(PLAIN)
+    flags = ("--cycle", "--size", "20", "--out", "many")
+    run = fea("run", "plain.toml", "--rpm", speeds, *flags, cwd=tmp_path)
     assert run.returncode == 0, run.stderr
     runs = {rpm: tmp_path / "many" / f"{rpm}rpm" for rpm in (0, *range(1000, 6001, 500))}
     summaries = {rpm: json.loads((folder / "summary.json").read_text()) for rpm, folder in runs.items()}

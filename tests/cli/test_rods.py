@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from cad_files import cad_file
 from program import COARSE, fea, figures
-from studies import ENGINE
+from studies import ENGINE, PLAIN
 
 from geometry.presets import LEON_2001
 
 
 def test_a_step_file_gives_what_the_dimensions_gave(tmp_path):
-    assert fea("rod", "--step", "leon.step", "--quiet", cwd=tmp_path).returncode == 0
-    (tmp_path / "mine.toml").write_text(
-        '[rod]\nstep = "leon.step"\n[material]\npreset = "leon-2001"\n' + ENGINE
-    )
-    drawn, read = (figures("rod", study, cwd=tmp_path) for study in ("leon-2001", "mine.toml"))
+    material = '[material]\npreset = "leon-2001"\n'
+    (tmp_path / "drawn.toml").write_text(PLAIN + material)
+    (tmp_path / "mine.toml").write_text(f'[rod]\nstep = "drawn.step"\n{material}{ENGINE}')
+    assert fea("rod", "drawn.toml", "--step", "drawn.step", "--quiet", cwd=tmp_path).returncode == 0
+    drawn, read = (figures("rod", study, cwd=tmp_path) for study in ("drawn.toml", "mine.toml"))
     assert read["volume_mm3"] == pytest.approx(drawn["volume_mm3"], rel=1e-5)  # six digits are printed
     assert read["symmetry"] == "quarter"
     assert len(read["sections"]) == len(drawn["sections"])
@@ -26,7 +26,7 @@ def test_a_step_file_gives_what_the_dimensions_gave(tmp_path):
         assert read["least_section"][name] == pytest.approx(drawn["least_section"][name], rel=0.01)
     assert read["slenderness"] == pytest.approx(drawn["slenderness"], rel=0.01)
     run = figures("run", "mine.toml", *COARSE, cwd=tmp_path)
-    reference = figures("run", "leon-2001", *COARSE, cwd=tmp_path)
+    reference = figures("run", "drawn.toml", *COARSE, cwd=tmp_path)
     assert run["trusted"]
     for case, load in reference["loads"].items():
         assert run["loads"][case]["crank_axial_N"] == pytest.approx(load["crank_axial_N"], rel=1e-4, abs=1)
