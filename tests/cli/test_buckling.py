@@ -2,11 +2,11 @@ import json
 
 import meshio
 import pytest
-from program import COARSE, fea
+from program import PLAIN, fea
 
 
 def test_buckling_leaves_factors_shapes_and_a_run_that_may_be_replaced(tmp_path):
-    run = fea("run", *COARSE, "--buckling", "--out", "out", "--min-safety", "1.2", cwd=tmp_path)
+    run = fea("run", *PLAIN, "--buckling", "--out", "out", "--min-safety", "1.2", cwd=tmp_path)
     assert run.returncode == 6, run.stderr  # tension is at its yield strength already
     assert "Buckling safety factors under" in run.stdout
     assert "Buckling modes of the solid" in run.stdout
@@ -18,7 +18,7 @@ def test_buckling_leaves_factors_shapes_and_a_run_that_may_be_replaced(tmp_path)
     assert plane["safety_factor"] == pytest.approx(plane["rankine_N"] / found["column"]["force_N"], rel=1e-5)
     shapes = meshio.read(tmp_path / "out" / "buckling.vtu").point_data
     assert sorted(shapes) == ["mode_1", "mode_2", "mode_3"]
-    again = fea("run", *COARSE, "--out", "out", "--quiet", cwd=tmp_path)
+    again = fea("run", *PLAIN, "--out", "out", "--quiet", cwd=tmp_path)
     assert again.returncode == 0, again.stderr
     assert not (tmp_path / "out" / "buckling.vtu").exists()
     assert "modes" not in json.loads((tmp_path / "out" / "summary.json").read_text())["buckling"]

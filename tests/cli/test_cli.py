@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from program import COARSE, fea
+from program import COARSE, PLAIN, fea
 
 from fea.__main__ import COMMANDS, call
 
@@ -72,7 +72,7 @@ def test_the_resolved_study_runs_again_to_the_same_bytes(run):
 
 
 def test_several_speeds_leave_a_run_each_and_a_map(tmp_path):
-    done = fea("run", *COARSE, "--rpm", "0,6000", "--out", "sweep", "--json", cwd=tmp_path)
+    done = fea("run", *PLAIN, "--rpm", "0,6000", "--out", "sweep", "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     slow, fast = json.loads(done.stdout)
     assert (slow["rpm"], fast["rpm"]) == (0, 6000)
@@ -198,12 +198,12 @@ def test_rod_tells_its_figures(tmp_path):
 
 
 def test_a_sweep_replaces_an_earlier_one_whole_or_not_at_all(tmp_path):
-    assert fea("run", *COARSE, "--rpm", "3000,6000", "--out", "r", "--quiet", cwd=tmp_path).returncode == 0
-    done = fea("run", *COARSE, "--rpm", "3000,4000", "--out", "r", "--json", cwd=tmp_path)
+    assert fea("run", *PLAIN, "--rpm", "3000,6000", "--out", "r", "--quiet", cwd=tmp_path).returncode == 0
+    done = fea("run", *PLAIN, "--rpm", "3000,4000", "--out", "r", "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert {entry.name for entry in (tmp_path / "r").iterdir()} == {"3000rpm", "4000rpm", "map.csv"}
     (tmp_path / "r" / "mine.txt").write_text("keep me")
-    done = fea("run", *COARSE, "--rpm", "1000,2000", "--out", "r", cwd=tmp_path)
+    done = fea("run", *PLAIN, "--rpm", "1000,2000", "--out", "r", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("fea: r contains files that are not from an earlier run")
     assert {entry.name for entry in (tmp_path / "r").iterdir()} == {

@@ -1,11 +1,11 @@
 import json
 
 import meshio
-from program import COARSE, fea
+from program import PLAIN, fea
 
 
 def test_modes_as_json_and_shapes_in_a_file(tmp_path):
-    run = fea("modes", *COARSE, "--rpm", "6000", "--count", "3", "--vtu", "modes.vtu", "--json", cwd=tmp_path)
+    run = fea("modes", *PLAIN, "--rpm", "6000", "--count", "3", "--vtu", "modes.vtu", "--json", cwd=tmp_path)
     assert run.returncode == 0, run.stderr
     figures = json.loads(run.stdout)
     assert figures["trusted"]
@@ -18,7 +18,7 @@ def test_modes_as_json_and_shapes_in_a_file(tmp_path):
 
 
 def test_modes_as_a_table(tmp_path):
-    run = fea("modes", *COARSE, "--count", "2", cwd=tmp_path)
+    run = fea("modes", *PLAIN, "--count", "2", cwd=tmp_path)
     assert run.returncode == 0, run.stderr
     assert "order at" in run.stdout
     assert "sideways" in run.stdout

@@ -9,7 +9,7 @@ import time
 
 import pytest
 from contained import contained
-from program import COARSE, PROGRAM, fea, names
+from program import COARSE, PLAIN, PROGRAM, fea, names
 
 from geometry.cad.formats import export_step
 from geometry.presets import PRESETS
@@ -58,16 +58,16 @@ def test_too_little_memory_is_exit_7(tmp_path, mebibytes):
 
 
 def test_enough_memory_is_noticed_by_nobody(tmp_path):
-    done = limited(["run", *COARSE, "--json"], tmp_path, RLIMIT_AS=4000 * MEBI)
+    done = limited(["run", *PLAIN, "--json"], tmp_path, RLIMIT_AS=4000 * MEBI)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("{")
     one_line(limited(["run", "--rpm", "-1"], tmp_path, RLIMIT_AS=4000 * MEBI), 2, "speed.rpm")
 
 
 def test_a_full_disk_is_exit_7_and_harms_nothing(tmp_path):
-    assert fea("run", *COARSE, "--quiet", "--out", "r", cwd=tmp_path).returncode == 0
+    assert fea("run", *PLAIN, "--quiet", "--out", "r", cwd=tmp_path).returncode == 0
     kept = {path.name: path.read_bytes() for path in (tmp_path / "r").iterdir()}
-    done = fea("run", *COARSE, "--quiet", "--out", "r", cwd=tmp_path, largest_file=100_000)
+    done = fea("run", *PLAIN, "--quiet", "--out", "r", cwd=tmp_path, largest_file=100_000)
     one_line(done, 7, "could not be written")
     assert {path.name: path.read_bytes() for path in (tmp_path / "r").iterdir()} == kept
     assert names(tmp_path) == {"r"}
@@ -76,7 +76,7 @@ def test_a_full_disk_is_exit_7_and_harms_nothing(tmp_path):
 def test_places_that_take_no_run(tmp_path):
     (tmp_path / "file").write_text("keep me")
     for place, code in (("file", 2), ("/etc", 2), ("/proc/x", 7)):
-        one_line(fea("run", *COARSE, "--out", place, cwd=tmp_path), code, place)
+        one_line(fea("run", *PLAIN, "--out", place, cwd=tmp_path), code, place)
     study = '[rod]\npreset = "leon-2001"\n[forces]\npin_N = [1000, 0]\n[output]\ndirectory = "/etc/passwd"\n'
     (tmp_path / "evil.toml").write_text(study)
     one_line(fea("run", "evil.toml", cwd=tmp_path), 2, "/etc/passwd")
@@ -116,7 +116,7 @@ def test_an_end_at_any_moment_leaves_nothing_half_written(tmp_path, after, sent)
         assert names(tmp_path) <= {"r", "s.toml"}
     assert not (tmp_path / "r").exists() or (tmp_path / "r" / "summary.json").exists()
     if sent is signal.SIGKILL and after == 1.4:
-        assert fea("run", *COARSE, "--quiet", "--out", "r", cwd=tmp_path).returncode == 0
+        assert fea("run", *PLAIN, "--quiet", "--out", "r", cwd=tmp_path).returncode == 0
         assert names(tmp_path) == {"r", "s.toml"}
 
 
@@ -213,7 +213,7 @@ def small_disk(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "file"),
     [
-        (["run", *COARSE, "--quiet", "--out", "disk/r"], "r"),
+        (["run", *PLAIN, "--quiet", "--out", "disk/r"], "r"),
         (["loads", "--csv", "disk/l.csv"], "l.csv"),
         (["rod", *COARSE, "--quiet", "--step", "disk/r.step"], "r.step"),
     ],
@@ -229,7 +229,7 @@ def test_a_disk_that_is_really_full(tmp_path, small_disk, arguments, file):
 
 
 def test_two_runs_into_one_place(tmp_path):
-    command = [*PROGRAM, "run", "--size", "12", "--quiet", "--out", "r"]
+    command = [*PROGRAM, "run", *map(str, PLAIN), "--quiet", "--out", "r"]
     both = [subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE) for _ in range(2)]
     assert [process.communicate()[1] for process in both] == [b"", b""]
     assert [process.returncode for process in both] == [0, 0]
@@ -239,7 +239,7 @@ def test_two_runs_into_one_place(tmp_path):
 
 def test_without_a_renderer_the_figures_stay(tmp_path):
     environment = {"VTK_DEFAULT_OPENGL_WINDOW": "no-such-window", "DISPLAY": ""}
-    done = fea("run", *COARSE, "--quiet", "--screenshot", "--out", "r", cwd=tmp_path, environment=environment)
+    done = fea("run", *PLAIN, "--quiet", "--screenshot", "--out", "r", cwd=tmp_path, environment=environment)
     assert done.returncode in (0, 7), done.stderr
     if done.returncode:
         one_line(done, 7, "libegl1")

@@ -11,6 +11,7 @@ from skfem import BilinearForm, MeshTet, MeshTet2
 from skfem.helpers import dot
 from strap import LENGTH, strap
 from strap_load import tilted_load
+from studies import plain_study
 
 import fea
 from fea.analysis.prepare import prepare
@@ -258,7 +259,7 @@ def test_a_study_may_ask_for_it():
 
 
 def test_a_run_finds_the_same_stress(without_kernel, monkeypatch):
-    study = load_study("leon-2001")
+    study = plain_study()
     study = replace(study, mesh=replace(study.mesh, size_mm=14.0))
     ours = solve_speed(prepare(study), 6000.0)
     weighed = Mock(wraps=weights)

@@ -14,6 +14,7 @@ from importlib import import_module
 from pathlib import Path
 
 COARSE = ("--size", 12)
+PLAIN = (str(Path(__file__).with_name("plain.toml")), *COARSE)  # a study that is solved sooner
 PROGRAM = (sys.executable, "-m", "fea")
 _LIBRARIES = ("gmsh", "meshio", "skfem", "scipy.spatial", "vtkmodules.vtkIOXML", "fea.apps.run_study")
 
