@@ -102,10 +102,15 @@ class HeightField:
             z = np.maximum(z, np.where(np.abs(x) < bosses.half_length, bolt, 0.0))
         return z
 
+    def sections(self, x: Floats) -> tuple[Section, ...]:
+        """Integrate the sections at `x` (n,), mm."""
+        area, second, cube = self._moments(x)
+        figures = np.stack([x, 4 * area, 4 * cube / 3, 4 * second], axis=1)
+        return tuple(Section(*each) for each in figures.tolist())
+
     def section(self, x: float) -> Section:
         """Integrate the section at `x` (mm)."""
-        area, second, cube = (float(value[0]) for value in self._moments(np.array([float(x)])))
-        return Section(x, 4 * area, 4 * cube / 3, 4 * second)
+        return self.sections(np.array([float(x)]))[0]
 
     def mass(self) -> MassProperties:
         """Integrate the mass properties for density 1 (the mass is the volume, mm³)."""
@@ -209,9 +214,8 @@ def _nodes(seams: Floats) -> tuple[Floats, Floats]:
 
 def sections(rod: Rod, count: int = 201) -> tuple[Section, ...]:
     """Return at least two cross-sections evenly spaced over the shank, from ring to ring."""
-    field = HeightField(rod)
     stations = np.linspace(rod.big_end_radius, rod.length - rod.small_end_radius, count)
-    return tuple(field.section(float(x)) for x in stations)
+    return HeightField(rod).sections(stations)
 
 
 def least_section(rod: Rod) -> Section:
@@ -219,10 +223,7 @@ def least_section(rod: Rod) -> Section:
     coarse = sections(rod)
     place = min(range(len(coarse)), key=lambda i: coarse[i].area)
     low, high = (coarse[i].x for i in (max(place - 1, 0), min(place + 1, len(coarse) - 1)))
-    field = HeightField(rod)
-    return min(
-        (field.section(float(x)) for x in np.linspace(low, high, 101)), key=lambda section: section.area
-    )
+    return min(HeightField(rod).sections(np.linspace(low, high, 101)), key=lambda section: section.area)
 
 
 # Dimensions that are the thickness of a wall by themselves.

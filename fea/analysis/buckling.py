@@ -35,8 +35,7 @@ def shank(rod: Rod | None, mesh: TetMesh, bores: Bores) -> tuple[tuple[Section, 
     if rod is None:
         least = slices.least_section(mesh, *bores.between)
         return slices.sections(mesh, places), least
-    solid = HeightField(rod)
-    return tuple(solid.section(float(x)) for x in places), least_section(rod)
+    return HeightField(rod).sections(places), least_section(rod)
 
 
 def part_at(mesh: TetMesh, station: float) -> int:
