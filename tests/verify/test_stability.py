@@ -3,7 +3,7 @@
 import pytest
 
 from fea import run
-from fea.verify.stability import runs
+from fea.verify.stability import materials, runs
 from fea.verify.stability.outcome import ExtremeRow, Verdict, judged
 from fea.verify.stability.stability import CASES, counts, stability, write_report
 from geometry.errors import InvalidValue
@@ -12,7 +12,8 @@ from geometry.errors import InvalidValue
 @pytest.fixture(scope="module")
 def rows():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(runs, "WEBS", (0.6,))  # thinner ones take seconds
+        patch.setattr(runs, "WEBS", (0.6,))  # thinner ones take seconds, as finer elements below
+        patch.setattr(materials, "MEMBRANE_SIZES", (12.0, 6.0))
         return stability()
 
 
