@@ -23,19 +23,13 @@ class SurfaceFinish:
 
 @dataclass(frozen=True)
 class Marin:
-    """Factors from the endurance limit of polished specimens to that of a part (Marin 1962).
+    """Factors from the endurance limit of polished specimens to that of a part (Marin 1962)."""
 
-    Attributes
-    ----------
-    size, load, reliability
-        k_b, k_c and k_e: they are contained in the limits of `Material`.
-    bores, faces, rest
-        k_a by region: it is not contained there.
-    """
-
+    #: size, load, reliability: k_b, k_c and k_e, contained in the limits of `Material`
     size: float = 1.0
     load: float = 1.0
     reliability: float = 1.0
+    #: bores, faces, rest: k_a by region, not contained there
     bores: SurfaceFinish = SurfaceFinish()
     faces: SurfaceFinish = SurfaceFinish()
     rest: SurfaceFinish = SurfaceFinish()
@@ -64,40 +58,20 @@ class Basquin:
 
 @dataclass(frozen=True)
 class Material:
-    """An isotropic linear elastic material.
+    """An isotropic linear elastic material."""
 
-    Attributes
-    ----------
-    youngs_modulus
-        E, MPa.
-    poissons_ratio
-        ν, −1 < ν < 0.5.
-    density
-        ρ, t/mm³.
-    yield_strength
-        S_y, MPa.
-    ultimate_strength, endurance_limit
-        S_u, and S_e, the endurance limit of the part under fully reversed tension, MPa, if known. S_e is that
-        of a polished surface: `marin` has the factors of other finishes.
-    torsion_limit
-        The endurance limit of the part under fully reversed torsion, MPa, if known, likewise.
-    endurance_estimated
-        Whether S_e was estimated from S_u instead of tests.
-    marin
-        The factors between the limits of specimens and those of the part.
-    basquin
-        The S–N line of polished specimens, if known: none of the factors is contained in it.
-    """
-
-    youngs_modulus: float
-    poissons_ratio: float
-    density: float
-    yield_strength: float
+    youngs_modulus: float  #: E, MPa
+    poissons_ratio: float  #: ν, −1 < ν < 0.5
+    density: float  #: ρ, t/mm³
+    yield_strength: float  #: S_y, MPa
+    #: ultimate_strength, endurance_limit: S_u, and S_e, the endurance limit of the part under fully reversed
+    #: tension, MPa, if known. S_e is that of a polished surface: `marin` has the factors of other finishes.
     ultimate_strength: float | None = None
     endurance_limit: float | None = None
-    torsion_limit: float | None = None
-    endurance_estimated: bool = False
-    marin: Marin = Marin()
+    torsion_limit: float | None = None  #: likewise, under fully reversed torsion, MPa
+    endurance_estimated: bool = False  #: whether S_e was estimated from S_u instead of tests
+    marin: Marin = Marin()  #: the factors between the limits of specimens and those of the part
+    #: the S–N line of polished specimens, if known: none of the factors is contained in it
     basquin: Basquin | None = None
 
     def __post_init__(self) -> None:

@@ -30,8 +30,7 @@ class AssemblyTable(
     table="assembly",
     intro="The rod as it is built: cap, bolts, bushing, bearing shells; needs the bolt holes of [rod] "
     "(cap_bolt_mm), or a CAD file with a cap. The pins are in contact. What is left out is assumed, and the "
-    "run "
-    "says what",
+    "run says what",
     optional=True,
 ):
     """[assembly]: bolts are tightened by one of preload, torque and stretch.

@@ -25,10 +25,8 @@ class EngineTable(
     TraceKeys,
     table="engine",
     intro="With a preset, an engine of the library, its figures stand for keys that are not given. Alone it "
-    "can "
-    'also be given as `engine = "toyota-2jz"` above all tables. `fea init --engine NAME` writes a study with '
-    "its "
-    "sources.",
+    'can also be given as `engine = "toyota-2jz"` above all tables. `fea init --engine NAME` writes a study '
+    "with its sources.",
 ):
     """[engine]: dimensions, masses and gas; the keys of `TraceKeys` say how a file of pressures is read."""
 

@@ -155,8 +155,7 @@ class AnalysisTable(Table, table="analysis"):
     tolerance_percent: float | None = key(
         "2",
         "refine the mesh until the error bar of every peak stress is at most this; default: 5, but none with "
-        "an "
-        "element size or first-order elements; 0: never",
+        "an element size or first-order elements; 0: never",
         not_negative,
         flag="tolerance",
     )
@@ -356,8 +355,7 @@ class OptimiseTable(
     free: dict[str, tuple[float, ...]] = key(
         "{ web_thickness_mm = [3.0, 7.0], big_end_ring_mm = [6.0, 12.0] }",
         "dimensions with their bounds, mm; default: shank, web, flanges and rings, each from 0.6 to 1.4 "
-        "times "
-        "what it is",
+        "times what it is",
         default=dict,
     )
     min_yield_safety: float | None = key(

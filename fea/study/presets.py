@@ -48,29 +48,17 @@ class Figure(NamedTuple):
 
 @dataclass(frozen=True)
 class EnginePreset:
-    """An engine of the library.
+    """An engine of the library."""
 
-    Attributes
-    ----------
-    name, title
-        Its name in a study, and what it is.
-    layout
-        ``in-line``, ``V`` or ``flat``.
-    sources
-        What is cited, by the names that the figures give.
-    engine, rod
-        Figures by the keys of [engine] and of [rod].
-    redline
-        The highest speed that the engine is meant for, rpm.
-    """
-
+    #: name, title: its name in a study, and what it is
     name: str
     title: str
-    layout: str
-    sources: Mapping[str, str]
+    layout: str  #: ``in-line``, ``V`` or ``flat``
+    sources: Mapping[str, str]  #: what is cited, by the names that the figures give
+    #: engine, rod: figures by the keys of [engine] and of [rod]
     engine: Mapping[str, Figure]
     rod: Mapping[str, Figure]
-    redline: Figure
+    redline: Figure  #: the highest speed that the engine is meant for, rpm
 
     def entries(self) -> dict[str, Any]:
         """Return the keys of [engine] with their values."""

@@ -39,21 +39,14 @@ LARGEST_MESH_FILE = 2**30  # bytes; a deck of a million ten-node tetrahedra take
 
 @dataclass(frozen=True)
 class MeshFile:
-    """A mesh of tetrahedra from another program.
-
-    Attributes
-    ----------
-    path
-        The file.
-    unit
-        Its unit of length, of `geometry.imports.UNITS`; None for millimetres, or the one with which the
-        rod has a usual length.
-    big_end_bore, small_end_bore
-        Diameters that identify the bores, mm, needed if these are not the two largest parallel through-holes.
-    """
+    """A mesh of tetrahedra from another program."""
 
     path: Path
+    #: its unit of length, of `geometry.imports.UNITS`; None for millimetres, or the one with which the rod
+    #: has a usual length
     unit: str | None = None
+    #: big_end_bore, small_end_bore: diameters that identify the bores, mm, needed if these are not the two
+    #: largest parallel through-holes
     big_end_bore: float | None = None
     small_end_bore: float | None = None
 

@@ -61,23 +61,12 @@ ASSUMED_MATERIAL = MaterialTable(preset="leon-2001")
 
 @dataclass(frozen=True)
 class Study:
-    """The complete input of a run.
+    """The complete input of a run: the tables of the study file, in engineering units."""
 
-    Attributes
-    ----------
-    name
-        The name of the shipped study or of the file.
-    part_material
-        [material.<part>] by the part's name: a bushing, a solid of a STEP file, or a pin.
-    rod, material, engine, speed, duty, forces, mesh, analysis, contact, assembly, optimise, output
-        The tables of the study file, in engineering units.
-    folder
-        Where relative paths in the study start.
-    """
-
-    name: str
+    name: str  #: of the shipped study or of the file
     rod: RodTable
     material: MaterialTable = ASSUMED_MATERIAL
+    #: [material.<part>] by the part's name: a bushing, a solid of a STEP file, or a pin
     part_material: Mapping[str, MaterialTable] = field(default_factory=dict)
     engine: EngineTable | None = None
     speed: SpeedTable = field(default_factory=SpeedTable)
@@ -89,7 +78,7 @@ class Study:
     assembly: AssemblyTable | None = None
     optimise: OptimiseTable | None = None
     output: OutputTable = field(default_factory=OutputTable)
-    folder: Path = field(default_factory=Path.cwd)
+    folder: Path = field(default_factory=Path.cwd)  #: where relative paths in the study start
 
     def __post_init__(self) -> None:
         self.material.material()

@@ -146,8 +146,7 @@ class TraceKeys(Table, table="engine"):
         "1",
         "name or number of the column of crank angles in degrees",
         above="For a file: what its headings do not say is found out, and the run tells what it assumed. "
-        "These "
-        "keys decide:",
+        "These keys decide:",
     )
     angle_offset_deg: float | None = key(
         "360.0",

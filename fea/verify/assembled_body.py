@@ -68,16 +68,9 @@ def apart(
     order: int = 2,
     fine: Mapping[Surface, Fine] | None = None,
 ) -> TetMesh:
-    """Mesh a body and take its parts apart.
+    """Mesh a body by `mesh_body` and take it apart where the measure reaches the `splits`, as `parted`.
 
-    Parameters
-    ----------
-    body, size, order, fine
-        As for `mesh.generate.mesh_body`; faces of elements lie where the parts touch.
-    splits, measure
-        As for `parted`.
-    interfaces
-        As for `mesh.separate.separated`.
+    Faces of elements lie where the parts touch; `interfaces` are named as for `mesh.separate.separated`.
     """
     mesh = parted(mesh_body(body, size, order=order, fine=fine), splits, measure)
     return numbered(separated(mesh, interfaces)[0])[0]
@@ -107,16 +100,8 @@ def bars(
 ) -> SideBySide:
     """Bars one after another along x, from `Surface.BOLT_THREAD` to `Surface.BOLT_HEAD`.
 
-    Parameters
-    ----------
-    ends
-        x where the first begins, where they touch and where the last ends, mm.
-    width
-        Least and greatest y, mm.
-    height
-        Greatest z, mm; they are cut at `Surface.SYMMETRY_Z`.
-    below
-        Name of the sides at the least y.
+    `ends` are the x where the first begins, where they touch and where the last ends, `width` the least and
+    greatest y, mm. They are cut at `Surface.SYMMETRY_Z`; `below` names the sides at the least y.
     """
 
     def bar(number: int, first: float, last: float) -> Prism:
@@ -130,16 +115,7 @@ def bars(
 class AssembledBody:
     """Parts that only contact, bolts and mirror planes hold, under loads that balance.
 
-    Parameters
-    ----------
-    mesh, materials
-        The parts, without common nodes, and their materials.
-    faces, bolts
-        What holds them together.
-    loads
-        (n_nodes, 3, n_loads) nodal forces that are symmetric about the mirror planes, N.
-    friction, preload, warming
-        As for `Assembled`.
+    The parts have no common nodes; `loads` (n_nodes, 3, n_loads), N, are symmetric about the mirror planes.
     """
 
     def __init__(

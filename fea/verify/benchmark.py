@@ -7,26 +7,16 @@ from typing import NamedTuple
 
 
 class Quantity(NamedTuple):
-    """A computed quantity and its known value.
+    """A computed quantity and its known value."""
 
-    Attributes
-    ----------
-    name, unit
-        The quantity and its place; ``"1"`` for a dimensionless one.
-    target, computed
-        The known value, not zero, and the computed one.
-    tolerance_percent
-        Largest error that passes.
-    why
-        The reason for the tolerance, in a sentence.
-    """
-
+    #: name, unit: the quantity and its place; ``"1"`` for a dimensionless one
     name: str
     unit: str
+    #: target, computed: the known value, not zero, and the computed one
     target: float
     computed: float
-    tolerance_percent: float
-    why: str
+    tolerance_percent: float  #: largest error that passes
+    why: str  #: the reason for the tolerance, in a sentence
 
     @property
     def error_percent(self) -> float:
@@ -80,22 +70,16 @@ class BenchmarkRow:
 
 @dataclass(frozen=True)
 class Benchmark:
-    """A benchmark problem, with its name on the command line and in words, and the source of its targets.
-
-    Attributes
-    ----------
-    compute, size
-        Computes the quantities with an element size, mm, and the one at which tolerances must be met.
-    converges
-        Whether the error decreases with the element size; otherwise it consists of rounding, is a rate or is
-        the error of the target, and is not plotted.
-    """
+    """A benchmark problem, with its name on the command line and in words, and the source of its targets."""
 
     name: str
     title: str
     source: str
+    #: compute, size: from an element size, mm, to the quantities; the size at which tolerances must be met
     compute: Callable[[float], Computed]
     size: float
+    #: whether the error decreases with the element size; otherwise it consists of rounding, is a rate or is
+    #: the error of the target, and is not plotted
     converges: bool = True
 
     def rows(self, factor: float = 1.0) -> list[BenchmarkRow]:

@@ -96,26 +96,15 @@ def hoop_stress(points: Floats, stress: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class LoadedBody:
-    """A body with its loads and constraints.
-
-    Attributes
-    ----------
-    mesh, material
-        The body.
-    forces, fixed
-        (n_nodes, 3) nodal forces, N, and constrained degrees of freedom.
-    known
-        Surfaces of known traction.
-    traction
-        Traction of the loaded surfaces, (n_nodes, 3, 1), MPa.
-    """
+    """A body with its loads and constraints."""
 
     mesh: TetMesh
     material: Material
+    #: forces, fixed: (n_nodes, 3) nodal forces, N, and constrained degrees of freedom
     forces: Floats
     fixed: Mask
-    known: tuple[Surface, ...] = ()
-    traction: Mapping[Surface, Floats] | None = None
+    known: tuple[Surface, ...] = ()  #: surfaces of known traction
+    traction: Mapping[Surface, Floats] | None = None  #: of the loaded surfaces, (n_nodes, 3, 1), MPa
 
     def solved(self) -> "SolvedBody":
         """Solve it."""
@@ -125,28 +114,15 @@ class LoadedBody:
 
 @dataclass(frozen=True)
 class SolvedBody:
-    """A body with its displacement.
-
-    Attributes
-    ----------
-    mesh, material
-        The body.
-    displacement
-        (n_nodes, 3, 1), mm, symmetric about the mirror planes, except about y = 0 if `parity` differs.
-    known
-        Surfaces of known traction.
-    traction
-        Traction of the loaded surfaces, (n_nodes, 3, 1), MPa.
-    parity
-        Parity about y = 0.
-    """
+    """A body with its displacement."""
 
     mesh: TetMesh
     material: Material
+    #: (n_nodes, 3, 1), mm, symmetric about the mirror planes, except about y = 0 if `parity` differs
     displacement: Floats
-    known: tuple[Surface, ...] = ()
-    traction: Mapping[Surface, Floats] | None = None
-    parity: Parity = Parity.SYMMETRIC
+    known: tuple[Surface, ...] = ()  #: surfaces of known traction
+    traction: Mapping[Surface, Floats] | None = None  #: of the loaded surfaces, (n_nodes, 3, 1), MPa
+    parity: Parity = Parity.SYMMETRIC  #: about y = 0
 
     @property
     def dofs(self) -> int:
@@ -178,14 +154,7 @@ def relieved(mesh: TetMesh, load: Split, parity: Parity = Parity.SYMMETRIC) -> F
 class TouchedBody:
     """A body, symmetric about y = 0, with its constraints and the one pin that touches it.
 
-    Parameters
-    ----------
-    mesh, material
-        The body.
-    fixed
-        (n_nodes, 3) constrained degrees of freedom, those of the mirror planes included.
-    pin
-        In its bore, or at whatever surface it touches.
+    The constrained degrees of freedom `fixed` (n_nodes, 3) include those of the mirror planes.
     """
 
     def __init__(self, mesh: TetMesh, material: Material, fixed: Mask, pin: PinInBore) -> None:

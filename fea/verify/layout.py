@@ -1,16 +1,12 @@
-"""What the reports of the verification commands share: Markdown, tables on the terminal, figures."""
+"""What the reports of the verification commands share: Markdown, tables on the terminal."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rich import box
 from rich.table import Table
 
 from fea.output.text import make_directory, write_text
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def write_document(path: Path, parts: Iterable[str]) -> None:
@@ -29,10 +25,3 @@ def markdown(header: Sequence[str], rows: Iterable[Sequence[str]], align: str = 
 def narrow_table() -> Table:
     """Start a table without frame and padding, for many columns."""
     return Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=0)
-
-
-def new_figure(width: float, height: float) -> "Figure":
-    """Start a figure without a display, in inches."""
-    from matplotlib.figure import Figure  # noqa: PLC0415 - only a report draws
-
-    return Figure(figsize=(width, height), layout="constrained")

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.console import Console
 
+from fea.output.plots.figure import new_figure
 from fea.verify.benchmark import CASES, Benchmark, BenchmarkRow
 from fea.verify.cases import assemblies, contact, dynamics, elasticity, friction, nafems
-from fea.verify.layout import markdown, narrow_table, new_figure, write_document
+from fea.verify.layout import markdown, narrow_table, write_document
 from geometry.errors import require
 
 if TYPE_CHECKING:

@@ -29,26 +29,15 @@ _KEPT = 8
 
 @dataclass(frozen=True)
 class Design:
-    """A rod that was tried.
+    """A rod that was tried."""
 
-    Attributes
-    ----------
-    x
-        (n,) its free dimensions, scaled to 0 … 1 between their bounds.
-    infeasibility
-        Scaled distance from the rod that was asked for, which cannot be drawn, to this one; 0 where it can.
-    remeshed
-        Whether its mesh was made for it, rather than moved from another rod's.
-    mesh
-        Number of the mesh that was made for it or that its own was moved from.
-    """
-
-    x: Floats
+    x: Floats  #: (n,) its free dimensions, scaled to 0 … 1 between their bounds
     mass_kg: float
     limits: tuple[Limit, ...]
+    #: scaled distance from the rod that was asked for, which cannot be drawn, to this one; 0 where it can
     infeasibility: float = 0.0
-    remeshed: bool = False
-    mesh: int = 0
+    remeshed: bool = False  #: whether its mesh was made for it, rather than moved from another rod's
+    mesh: int = 0  #: number of the mesh that was made for it or that its own was moved from
 
     @property
     def margin(self) -> float:

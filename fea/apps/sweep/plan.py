@@ -18,29 +18,15 @@ SPEED = "speed.rpm"
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedRow:
-    """A row of the table: a design (the values of the varied keys) at one of its speeds.
-
-    Attributes
-    ----------
-    sample
-        Number of the design.
-    rpm
-        None where forces are given, or where the design is refused.
-    job
-        Digest of the rod to compute, with all its speeds.
-    key
-        Digest of the rod at this speed: equal rows are computed once.
-    refused
-        Why the design is no study; empty where it is one.
-    """
+    """A row of the table: a design (the values of the varied keys) at one of its speeds."""
 
     number: int
-    sample: int
+    sample: int  #: number of the design
     design: Mapping[str, Any]
-    rpm: float | None
-    job: str
-    key: str
-    refused: str = ""
+    rpm: float | None  #: None where forces are given, or where the design is refused
+    job: str  #: digest of the rod to compute, with all its speeds
+    key: str  #: digest of the rod at this speed: equal rows are computed once
+    refused: str = ""  #: why the design is no study; empty where it is one
 
 
 def rows(sweep: Sweep) -> list[PlannedRow]:

@@ -24,28 +24,17 @@ _MOST_SEED = 2**32
 
 @dataclass(frozen=True)
 class Sweep:
-    """What is asked of a sweep.
-
-    Attributes
-    ----------
-    base
-        The study, with what [set] changes in all designs.
-    varied
-        What varies, by key; empty where the designs come from a file.
-    sampling, samples
-        How they are chosen (None: from the CSV file `file`), and their number (None for a grid).
-    frequencies
-        Number of natural frequencies to find.
-    """
+    """What is asked of a sweep."""
 
     name: str
-    base: Base
-    varied: Mapping[str, Variation]
+    base: Base  #: the study, with what [set] changes in all designs
+    varied: Mapping[str, Variation]  #: what varies, by key; empty where the designs come from a file
+    #: sampling, samples: how they are chosen (None: from `file`), and their number (None for a grid)
     sampling: Sampling | None
     samples: int | None
     seed: int
-    file: Path | None
-    frequencies: int
+    file: Path | None  #: CSV file of the designs
+    frequencies: int  #: number of natural frequencies to find
 
     def designs(self) -> list[Design]:
         """Return the values of the varied keys, a design each.

@@ -15,32 +15,17 @@ Singles = npt.NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Film:
-    """A rod at instants of the cycle, and how it is drawn there.
+    """A rod at instants of the cycle, and how it is drawn there."""
 
-    Attributes
-    ----------
-    skin
-        Its outer surface without load, rod frame, mm.
-    displacement
-        (n_frames, n_nodes, 3) of the skin's nodes, rod frame, mm.
-    von_mises
-        (n_frames, n_nodes), MPa.
-    crank_angle
-        (n_frames,), rad.
-    crank_radius, rod_length, pin_offset
-        Of the engine, mm.
-    title
-        Lines of the title: study and speed.
-    """
-
-    skin: DrawnSurface
-    displacement: Singles
-    von_mises: Singles
-    crank_angle: Floats
+    skin: DrawnSurface  #: its outer surface without load, rod frame, mm
+    displacement: Singles  #: (n_frames, n_nodes, 3) of the skin's nodes, rod frame, mm
+    von_mises: Singles  #: (n_frames, n_nodes), MPa
+    crank_angle: Floats  #: (n_frames,), rad
+    #: crank_radius, rod_length, pin_offset: of the engine, mm
     crank_radius: float
     rod_length: float
     pin_offset: float
-    title: tuple[str, ...]
+    title: tuple[str, ...]  #: lines of the title: study and speed
 
     @cached_property
     def exaggeration(self) -> float:

@@ -17,22 +17,15 @@ from geometry.arrays import Floats, Ints
 
 @dataclass(frozen=True)
 class Scene:
-    """A rod under load.
+    """A rod under load."""
 
-    Attributes
-    ----------
-    skin
-        The outer surface without load.
-    displacement, values
-        (n_nodes, 3) in mm, zero if the result has none, and (n_nodes,) of the field that the colours show.
-    at, peak
-        (3,) the hot spot on the undeformed rod, mm, and the value there.
-    """
-
-    skin: DrawnSurface
+    skin: DrawnSurface  #: the outer surface without load
     field: Field
+    #: displacement, values: (n_nodes, 3) in mm, zero if the result has none, and (n_nodes,) of the field that
+    #: the colours show
     displacement: Floats
     values: Floats
+    #: at, peak: (3,) the hot spot on the undeformed rod, mm, and the value there
     at: Floats
     peak: float
     error_percent: float | None = None

@@ -19,19 +19,13 @@ _CAP = 4.0
 
 @dataclass(frozen=True)
 class Field:
-    """A scalar at the nodes, by the name of its array, of whose vectors the length is shown.
-
-    Attributes
-    ----------
-    label, unit
-        In the legend; after a value.
-    low, signed
-        Whether the smallest value is the worst, and whether negative values are meaningful.
-    """
+    """A scalar at the nodes, by the name of its array, of whose vectors the length is shown."""
 
     name: str
+    #: label, unit: in the legend; after a value
     label: str
     unit: str = ""
+    #: low, signed: whether the smallest value is the worst, and whether negative values are meaningful
     low: bool = False
     signed: bool = False
 
@@ -127,34 +121,19 @@ def chosen_field(name: str | None, arrays: Collection[str], file: str) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A picture to be drawn: of a result file `vtu`, into `png`.
-
-    Attributes
-    ----------
-    peak, at
-        The worst value that counts and its place, mm; None for the largest in the file.
-    notes
-        More lines beside the legend.
-    mesh_only
-        Show the rod and its elements; there are no results.
-    field
-        The array that the colours show.
-    error_percent
-        Error bar of the peak.
-    marks
-        Names and places, mm, of sharp edges.
-    """
+    """A picture to be drawn: of a result file `vtu`, into `png`."""
 
     vtu: Path
     png: Path
     title: str
+    #: peak, at: the worst value that counts and its place, mm; None for the largest in the file
     peak: float | None = None
     at: tuple[float, float, float] | None = None
-    notes: tuple[str, ...] = ()
-    mesh_only: bool = False
-    field: str = VON_MISES
-    error_percent: float | None = None
-    marks: tuple[tuple[str, tuple[float, float, float]], ...] = ()
+    notes: tuple[str, ...] = ()  #: more lines beside the legend
+    mesh_only: bool = False  #: show the rod and its elements; there are no results
+    field: str = VON_MISES  #: the array that the colours show
+    error_percent: float | None = None  #: error bar of the peak
+    marks: tuple[tuple[str, tuple[float, float, float]], ...] = ()  #: names and places, mm, of sharp edges
 
 
 def described(vtu: Path, png: Path, field: str = VON_MISES) -> Picture:

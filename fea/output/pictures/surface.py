@@ -21,21 +21,12 @@ TRIANGLES = 40_000  # of a surface that fills a picture; more would be smaller t
 
 @dataclass(frozen=True)
 class DrawnSurface:
-    """The boundary facets, which belong to one element only.
+    """The boundary facets, which belong to one element only."""
 
-    Attributes
-    ----------
-    points
-        (n_nodes, 3) coordinates of all nodes, mm.
-    facets
-        (n_facets, 3) or (n_facets, 6) node numbers: vertices, mid-edge nodes; outward orientation.
-    pieces
-        Number of straight pieces in which a side of a facet is drawn.
-    """
-
-    points: Floats
+    points: Floats  #: (n_nodes, 3) coordinates of all nodes, mm
+    #: (n_facets, 3) or (n_facets, 6) node numbers: vertices, mid-edge nodes; outward orientation
     facets: Ints
-    pieces: int = PIECES
+    pieces: int = PIECES  #: number of straight pieces in which a side of a facet is drawn
 
     @classmethod
     def of(cls, points: Floats, tets: Ints) -> "DrawnSurface":

@@ -1,19 +1,22 @@
 """An empty figure of matplotlib, which is loaded with it, and its file."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from fea.output.target import PictureError
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-def new_figure(width: float, height: float) -> Any:
+
+def new_figure(width: float, height: float) -> "Figure":
     """Return an empty figure, inches."""
     from matplotlib.figure import Figure  # noqa: PLC0415 - only a plot needs it
 
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def save(figure: Any, path: Path, dpi: int = 110) -> None:
+def save(figure: "Figure", path: Path, dpi: int = 110) -> None:
     """Write a figure.
 
     Raises

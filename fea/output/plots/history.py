@@ -78,13 +78,7 @@ def plot_histories(
 
 
 class _Panel:
-    """Axes for some curves.
-
-    Parameters
-    ----------
-    stress
-        (n_curves, n), MPa.
-    """
+    """Axes for some curves of stress (n_curves, n), MPa."""
 
     def __init__(self, stress: Floats) -> None:
         low, high = min(0.0, float(stress.min())), max(0.0, float(stress.max()))

@@ -1,7 +1,7 @@
 """The report of a sweep: one HTML page with its drawings, each point linked to its study."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -107,32 +107,21 @@ class Influenced:
 
 @dataclass(frozen=True, kw_only=True)
 class Swept:
-    """A sweep for the page: a design each.
-
-    Attributes
-    ----------
-    counts
-        What became of the rows, in words.
-    keys, figures
-        (n,) values by name: of the varied keys that are numbers; of mass and factors, NaN for none.
-    rows, studies
-        (n,) numbers of the rows of the table that designs are shown by, and their study files.
-    front
-        Numbers of the designs of which none is both lighter and stronger.
-    probabilities, failures
-        Rows of a table: factor, share below 1, interval, rods, rods without a result; row, reason, count.
-    """
+    """A sweep for the page: a design each."""
 
     title: str
-    counts: str
+    counts: str  #: what became of the rows, in words
+    #: keys, figures: (n,) by name, of the varied keys that are numbers, and of mass and factors, NaN for none
     keys: Mapping[str, Floats]
     figures: Mapping[str, Floats]
+    #: rows, studies: (n,) numbers of the rows of the table that designs are shown by, and their study files
     rows: Sequence[int]
     studies: Sequence[str]
-    front: Ints
+    front: Ints  #: numbers of the designs of which none is both lighter and stronger
+    #: rows of a table: factor, share below 1, interval, rods, rods without a result
     probabilities: Sequence[tuple[str, ...]] = ()
     influences: Sequence[Influenced] = ()
-    failures: Sequence[tuple[int, str, Any]] = field(default_factory=tuple)
+    failures: Sequence[tuple[int, str, Any]] = ()  #: row, reason, count
 
 
 # More points than these are not told apart, and make a page slow.

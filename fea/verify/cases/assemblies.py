@@ -33,24 +33,12 @@ from mesh.tetmesh import TetMesh
 
 @dataclass(frozen=True)
 class _Fit:
-    """A ring pressed into another one, in plane stress, without friction.
+    """A ring pressed into another one, in plane stress, without friction."""
 
-    Attributes
-    ----------
-    radii
-        Of the bore, the fit and the outside, mm.
-    materials
-        Of the inner and of the outer ring.
-    interference
-        Of the radii, mm.
-    sides
-        Surfaces of the outer and of the inner ring at the fit.
-    """
-
-    radii: tuple[float, float, float]
-    materials: tuple[Material, Material]
-    interference: float
-    sides: tuple[Surface, Surface]
+    radii: tuple[float, float, float]  #: of the bore, the fit and the outside, mm
+    materials: tuple[Material, Material]  #: of the inner and of the outer ring
+    interference: float  #: of the radii, mm
+    sides: tuple[Surface, Surface]  #: surfaces of the outer and of the inner ring at the fit
 
     def pressure(self, interference: float) -> float:
         """Pressure of an interference (Lamé 1852), MPa."""

@@ -94,14 +94,8 @@ def converge(
 ) -> Comparison:
     """Compare tools, elements and recoveries by error and total run time.
 
-    Parameters
-    ----------
-    study
-        The rod; its first load case at its first speed is used.
-    minutes
-        Time limit of everything except the reference of the rod.
-    listener
-        Called with the name of each computation before it begins.
+    Of the rod, the first load case at its first speed is used. The limit of `minutes` is that of everything
+    except the rod's reference; `listener` is called with the name of each computation before it begins.
     """
     length = study.rod.length or 0.0
     rows: list[ConvergenceRow] = []

@@ -35,27 +35,15 @@ from mesh.tetmesh import TetMesh
 
 @dataclass(frozen=True)
 class Computation:
-    """A computation: problem, tool, element and size.
+    """A computation: problem, tool, element and size."""
 
-    Attributes
-    ----------
-    tool
-        ``fea``, ``fea, mean`` (stress at the boundary averaged over elements, as inside), ``fea, whole`` (no
-        mirror plane used), ``fea --tolerance`` (from the default size, or with a ``--size``) or ``CalculiX``.
-    element
-        ``p1`` or ``p2``.
-    problem
-        ``rod``, ``lame`` or ``goodier``.
-    size
-        Element size, mm, or the tolerance in percent for ``--tolerance``.
-    first_size
-        Element size, mm, from which the refinement to a tolerance starts; None for the default.
-    """
-
+    #: ``fea``, ``fea, mean`` (stress at the boundary averaged over elements, as inside), ``fea, whole`` (no
+    #: mirror plane used), ``fea --tolerance`` (from the default size, or with a ``--size``) or ``CalculiX``
     tool: str
-    element: str
-    problem: str
-    size: float
+    element: str  #: ``p1`` or ``p2``
+    problem: str  #: ``rod``, ``lame`` or ``goodier``
+    size: float  #: element size, mm, or the tolerance in percent for ``--tolerance``
+    #: element size, mm, from which the refinement to a tolerance starts; None for the default
     first_size: float | None = None
 
     @property
@@ -81,27 +69,13 @@ class Computation:
 
 @dataclass(frozen=True)
 class Measured:
-    """The outcome of a computation.
+    """The outcome of a computation."""
 
-    Attributes
-    ----------
-    size
-        Element size, mm (of the first mesh if there are several).
-    dofs
-        Degrees of freedom of the meshed body (the whole rod).
-    seconds
-        Wall time from the geometry to the stress, the median of its runs.
-    peak_memory
-        Peak memory of the process, MiB.
-    value
-        The quantity, MPa.
-    """
-
-    size: float
-    dofs: int
-    seconds: float
-    peak_memory: float
-    value: float
+    size: float  #: element size, mm (of the first mesh if there are several)
+    dofs: int  #: degrees of freedom of the meshed body (the whole rod)
+    seconds: float  #: wall time from the geometry to the stress, the median of its runs
+    peak_memory: float  #: peak memory of the process, MiB
+    value: float  #: the quantity, MPa
 
 
 @dataclass(frozen=True)
@@ -235,18 +209,10 @@ SAFETY = 1.25
 
 @dataclass(frozen=True)
 class Reference:
-    """A reference value.
+    """A reference value."""
 
-    Attributes
-    ----------
-    value
-        MPa.
-    uncertainty_percent
-        Uncertainty of the value; 0 if it is exact.
-    """
-
-    value: float
-    uncertainty_percent: float = 0.0
+    value: float  #: MPa
+    uncertainty_percent: float = 0.0  #: uncertainty of the value; 0 if it is exact
 
 
 def extrapolated(sizes: Sequence[float], values: Sequence[float]) -> Reference:
@@ -254,13 +220,7 @@ def extrapolated(sizes: Sequence[float], values: Sequence[float]) -> Reference:
 
     The order p solves (f3 − f2) / (f2 − f1) = r^p for the constant ratio r of the sizes. If the values do not
     converge monotonically, the value of the finest mesh is used, with the spread of the three as uncertainty.
-
-    Parameters
-    ----------
-    sizes
-        Element sizes, coarse to fine, in constant ratio.
-    values
-        Their results; with fewer than three the uncertainty is unknown (infinite).
+    With fewer than three values, coarse to fine, the uncertainty is unknown (infinite).
     """
     if len(values) < 3:
         return Reference(values[-1], float("inf"))

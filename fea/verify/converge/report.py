@@ -7,10 +7,11 @@ from pathlib import Path
 
 from rich.console import Console
 
+from fea.output.plots.figure import new_figure
 from fea.verify.converge.converge import LONG, PROBLEMS, QUANTITY, RUNS, Comparison
 from fea.verify.converge.measurement import ConvergenceRow
 from fea.verify.converge.series import FLOOR, GOAL, EqualError, advice, equal_error, equal_time, pareto
-from fea.verify.layout import markdown, narrow_table, new_figure, write_document
+from fea.verify.layout import markdown, narrow_table, write_document
 
 _TOOL = 12  # length of the longest word in a tool's name
 

@@ -94,22 +94,14 @@ WHOLE, THEIRS = ("fea, whole",), ("CalculiX",)
 
 @dataclass(frozen=True)
 class EqualError:
-    """Seconds to reach an error: infinite if a tool did not reach it.
-
-    Attributes
-    ----------
-    percent
-        The error.
-    ours, whole, theirs
-        Of `fea` at its best, of `fea` without mirror planes, and of CalculiX at its best, s.
-    longest
-        CalculiX's slowest row, s: if it did not reach the error, it would take longer than this.
-    """
+    """Seconds to reach an error: infinite if a tool did not reach it."""
 
     percent: float
+    #: ours, whole, theirs: s, of `fea` at its best and without mirror planes, and of CalculiX at its best
     ours: float
     whole: float
     theirs: float
+    #: CalculiX's slowest row, s: if it did not reach the error, it would take longer than this
     longest: float
 
     @property
@@ -125,17 +117,10 @@ class EqualError:
 
 
 class EqualTime(NamedTuple):
-    """What two programs reach in the same time.
-
-    Attributes
-    ----------
-    seconds
-        The time.
-    ours, theirs
-        Errors of `fea` and of CalculiX, each at its best, percent.
-    """
+    """What two programs reach in the same time."""
 
     seconds: float
+    #: ours, theirs: errors of `fea` and of CalculiX, each at its best, percent
     ours: float
     theirs: float
 

@@ -51,12 +51,7 @@ def _largest_displacement(result: SpeedResult) -> float:
 def _as_published(*, bonded: bool = False, axial_only: bool = False) -> SpeedResult:
     """Our rod under the published conditions: big end clamped, table 17's forces on the pin bore.
 
-    Parameters
-    ----------
-    bonded
-        Spread the pin force over the whole bore, as of a force on a face elsewhere.
-    axial_only
-        Leave out the transverse force.
+    `bonded` spreads the pin force over the whole bore, as other programs do with a force on a face.
     """
     study = dataclasses.replace(load_study("leon-2001-as-published"), mesh=MeshTable(size_mm=SIZE))
     if bonded:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fea.verify.layout import new_figure
+from fea.output.plots.figure import new_figure
 from fea.verify.reproduce import columba, leon, molina
 from fea.verify.reproduce.printed import column
 from geometry.arrays import Floats

@@ -116,35 +116,20 @@ def wrong_digit(printed: str, true: float) -> Slip:
 
 @dataclass(frozen=True)
 class PrintedFigure:
-    """A printed figure, the result of the printed formula, and the correct figure.
-
-    Attributes
-    ----------
-    at
-        Crank angle and speed.
-    published, digit
-        The figure as printed, or None, and one unit of its last digit.
-    as_published
-        From the printed formula and intermediate figures, including its systematic error.
-    corrected
-        From correct mechanics.
-    formula_cause
-        Why `as_published` and `corrected` differ.
-    slip
-        Why `published` and `as_published` differ in this one cell.
-    """
+    """A printed figure, the result of the printed formula, and the correct figure."""
 
     source: str
     table: str
     quantity: str
-    at: str
+    at: str  #: crank angle and speed
     unit: str
+    #: published, digit: the figure as printed, or None, and one unit of its last digit
     published: float | None
     digit: float
-    as_published: float
-    corrected: float
-    formula_cause: str = ""
-    slip: Slip | None = None
+    as_published: float  #: from the printed formula and intermediate figures, including its systematic error
+    corrected: float  #: from correct mechanics
+    formula_cause: str = ""  #: why `as_published` and `corrected` differ
+    slip: Slip | None = None  #: why `published` and `as_published` differ in this one cell
 
     @property
     def difference(self) -> float:

@@ -20,15 +20,8 @@ def lattice(
 ) -> TetMesh:
     """Cut each cell along its diagonal (Kuhn 1960) and place the nodes of second-order tetrahedra.
 
-    Parameters
-    ----------
-    cells
-        Along each axis.
-    place
-        Map from the unit cube, (n, 3), to the body, mm; it must keep the orientation. It also places
-        mid-edge nodes, so that edges may be curved.
-    ends
-        Names of surfaces by the end of the lattice.
+    `place` maps the unit cube, (n, 3), to the body, mm, and keeps the orientation. It also places mid-edge
+    nodes, so that edges may be curved. `ends` names surfaces by the end of the lattice.
     """
     counts = np.array(cells)
     corners = np.stack(np.meshgrid(*map(np.arange, cells), indexing="ij"), axis=-1).reshape(-1, 1, 1, 3)

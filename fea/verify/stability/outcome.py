@@ -43,37 +43,21 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class ExtremeRow:
-    """One case at one value of its parameter.
+    """One case at one value of its parameter."""
 
-    Attributes
-    ----------
-    case, parameter, value
-        Names of the case and of its parameter, and the value of that.
-    verdict
-        The outcome.
-    result_error_percent
-        Absolute error of the result relative to the exact one; None if there is no result.
-    backward_error
-        ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖), maximum norms; None if nothing is solved.
-    condition_estimate
-        See `fea.solvers.residuals`.
-    energy_error
-        |uᵀKu − uᵀf| / uᵀf.
-    tolerance_percent
-        Largest error that counts as right.
-    noticed_by
-        How a run reports the problem: the names of the checks that fail, or its error bar.
-    """
-
+    #: case, parameter, value: names of the case and of its parameter, and the value of that
     case: str
     parameter: str
     value: float
-    verdict: Verdict
+    verdict: Verdict  #: the outcome
+    #: absolute error of the result relative to the exact one; None if there is no result
     result_error_percent: float | None = None
+    #: ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖), maximum norms; None if nothing is solved
     backward_error: float | None = None
-    condition_estimate: float | None = None
-    energy_error: float | None = None
-    tolerance_percent: float | None = None
+    condition_estimate: float | None = None  #: see `fea.solvers.residuals`
+    energy_error: float | None = None  #: |uᵀKu − uᵀf| / uᵀf
+    tolerance_percent: float | None = None  #: largest error that counts as right
+    #: how a run reports the problem: the names of the checks that fail, or its error bar
     noticed_by: tuple[str, ...] = ()
 
     @property

@@ -190,14 +190,9 @@ def slivers() -> Iterator[ExtremeRow]:
 
 
 def with_sliver(mesh: TetMesh, least: float) -> TetMesh:
-    """Move an inner vertex towards the opposite face of an element, until the element has the shape `least`.
+    """Move an inner vertex towards the opposite face of an element, until its mean ratio is `least`.
 
-    Parameters
-    ----------
-    mesh
-        A mesh with straight edges.
-    least
-        Mean ratio of the flattened element; no other element may become worse or inverted.
+    The edges of the mesh are straight; no other element may become worse or inverted.
     """
     surface = np.unique(np.concatenate([facets.ravel() for facets in mesh.facets.values()]))
     vertices = mesh.tets[:, :4]

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from fea.verify.layout import markdown, narrow_table, new_figure, write_document
+from fea.output.plots.figure import new_figure
+from fea.verify.layout import markdown, narrow_table, write_document
 from fea.verify.stability import materials, runs, shapes
 from fea.verify.stability.outcome import ExtremeRow, Verdict
 from geometry.errors import require
