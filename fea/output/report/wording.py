@@ -2,24 +2,21 @@
 
 import re
 
-_UNITS = {
-    "kg_m2": "kg·m²", "kg_m3": "kg/m³", "mm": "mm", "kg": "kg", "deg": "°", "bar": "bar", "GPa": "GPa",
-    "MPa": "MPa", "kN": "kN", "N": "N", "percent": "%", "C": "°C",
-}  # fmt: skip
+from fea.study.tables import unit_of
+
+_SIGNS = {"degrees": "°", "percent": "%"}
 _AS_THEY_ARE = {
     "E": "Young's modulus E",
     "nu": "Poisson's ratio ν",
     "rpm": "speed",
     "pin": "force of the pin",
 }
-_OWN_UNITS = {"rpm": "rpm"}
 
 
 def named(key: str) -> tuple[str, str]:
     """Return the name of a key in words, and its unit (empty where it has none)."""
-    unit = next((unit for unit in _UNITS if key.endswith(f"_{unit}")), None)
-    words = key if unit is None else key.removesuffix(f"_{unit}")
-    return _AS_THEY_ARE.get(words, words.replace("_", " ")), _OWN_UNITS.get(key, _UNITS.get(unit or "", ""))
+    words, unit = unit_of(key)
+    return _AS_THEY_ARE.get(words, words), "rpm" if key == "rpm" else _SIGNS.get(unit, unit)
 
 
 def figure(value: float | None, digits: int = 4) -> str:
