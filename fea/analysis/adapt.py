@@ -9,14 +9,12 @@ import numpy as np
 
 from fea.analysis.figures import PassFigures
 from fea.analysis.meshing import adaptive_mesh
-from fea.analysis.pin_model import Factors, least_factors
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
 from fea.analysis.wanted_size import predicted_elements, size_ratio, wanted_sizes
 from fea.base.note import Note, warning
 from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
-from fea.machine.threads import meanwhile
 from fea.rod.meshed_rod import MeshedRod
 from fea.study.study import Study
 from geometry.arrays import Floats
@@ -43,15 +41,6 @@ class Adapted:
     shortfall: Note | None = None  #: why the tolerance is not met; None where it is
     #: By speed, as far as they are kept
     results: Mapping[float | None, SpeedResult] = field(default_factory=dict)
-    first: PreparedRod | None = None  #: on the first mesh, where there are several
-    #: Smallest safety factors under several pressures on that mesh, by speed, as far as they are known
-    first_factors: Mapping[float | None, Factors | None] = field(default_factory=dict)
-
-    def pin_factors(self, result: SpeedResult) -> Factors | None:
-        """Smallest safety factors at a speed under several pressures on the first of several meshes."""
-        if result.rpm in self.first_factors:
-            return self.first_factors[result.rpm]
-        return None if self.first is None else least_factors(self.first, result.loads.cases)
 
     def at(self, rpm: float | None) -> SpeedResult:
         """Solve the load cases of one speed (rpm); None for given forces."""
@@ -90,7 +79,6 @@ def adapt_mesh(
     of_duty = () if study.duty is None else study.duty.speeds
     deciding = _deciding(tuple(dict.fromkeys((*speeds, *of_duty))))
     passes, fields = list[PassFigures](), list[SizeField]()
-    first, first_factors = None, dict[float | None, Factors | None]()
     while True:
         rod = prepare(study, clock, mesh=mesh)
         widest, ratio, results = _solved(rod, deciding, tolerance, again=bool(fields))
@@ -102,32 +90,11 @@ def adapt_mesh(
         if met or wanted is None or obstacle:
             break
         fields.append(wanted)
-        beside = _pin_factors(rod, results, first_factors) if first is None else ()
-        first = first or rod
         del rod, results  # their memory is the next mesh's
-        with meanwhile(*beside):
-            mesh = adaptive_mesh(study, clock, fields, movable=movable)
+        mesh = adaptive_mesh(study, clock, fields, movable=movable)
     unmet = f"the tolerance of {tolerance:g} % is not met ({widest.text}): {obstacle}"
     shortfall = warning(unmet) if obstacle else None
-    return Adapted(rod, tuple(passes), shortfall, results, first, first_factors)
-
-
-def _pin_factors(
-    rod: PreparedRod, results: Mapping[float | None, SpeedResult], found: dict[float | None, Factors | None]
-) -> tuple[Callable[[], None], ...]:
-    """What the pins' pressure changes at a single speed, as a job that can run while gmsh meshes.
-
-    A CAD file is meshed in a copy of this process, which must not be made while another thread runs.
-    """
-    if len(results) != 1 or rod.study.rod.dimensions is None:
-        return ()
-    ((rpm, result),) = results.items()
-    cases = result.loads.cases
-
-    def job() -> None:
-        found[rpm] = least_factors(rod, cases)
-
-    return (job,)
+    return Adapted(rod, tuple(passes), shortfall, results)
 
 
 class _Widest(NamedTuple):

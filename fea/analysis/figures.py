@@ -395,32 +395,6 @@ class PassFigures:
         return f"pass {number}: {self.elements} elements, ±{self.error_percent:.1f} %, {self.seconds:.1f} s"
 
 
-# Relative difference below which safety factors are the same: the place that governs is far from the bores.
-SAME_FACTOR = 0.01
-
-
-@dataclass(frozen=True, kw_only=True)
-class PinModelFigures:
-    """``pin_model``: the smallest safety factor against yielding with other pressures on the bores.
-
-    That of the pressure that was asked for comes first; contact is among them only where the prescribed ones
-    differ.
-    """
-
-    min_safety_factors: Mapping[str, float]
-
-    @property
-    def matters(self) -> bool:
-        """Whether the pressures make a difference that is worth mentioning."""
-        return self.spread > SAME_FACTOR
-
-    @property
-    def spread(self) -> float:
-        """The largest relative difference from the factor of the pressure that was asked for."""
-        asked, *others = self.min_safety_factors.values()
-        return max(abs(other / asked - 1) for other in others)
-
-
 @dataclass(frozen=True, kw_only=True)
 class BoltCaseFigures:
     """A bolt in a load case."""
@@ -560,7 +534,6 @@ class Summary:
     envelope: WhereKnown[CycleFigures | EnvelopeFigures] = None
     life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
     buckling: BucklingFigures
-    pin_model: WhereKnown[PinModelFigures] = None
     checks: Mapping[str, Check]
     notes: tuple[Note, ...]
     timings_s: dict[str, float]

@@ -26,7 +26,6 @@ from fea.analysis.figures import (
     LoadFigures,
     ModelFigures,
     PassFigures,
-    PinModelFigures,
     QualityFigures,
     RodFigures,
     SharpEdgeFigures,
@@ -37,7 +36,6 @@ from fea.analysis.figures import (
     plain,
     vector,
 )
-from fea.analysis.pin_model import pin_model_figures
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
 from fea.analysis.survival import factors, survival
@@ -132,7 +130,7 @@ _PACKAGES = ("conrod-fea", "gmsh", "scikit-fem", "numpy", "scipy", "pyvista", "v
 def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingReport) -> Summary:
     """Return the figures of one speed."""
     rod, passes = adapted.rod, adapted.passes
-    tolerance, least = rod.options.tolerance_percent, min(c.min_safety_factor for c in result.cases.values())
+    tolerance = rod.options.tolerance_percent
     edges = sharp_edge_figures(result.cases, rod.options.min_safety)
     assembly = assembly_figures(rod, result.cases, result.cycle)
     return summary_of(
@@ -147,7 +145,6 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
         envelope=None if result.cycle is None else envelope_figures(result.cycle, rod),
         buckling=buckling.figures,
         assembly=assembly,
-        pin_model=pin_model_figures(adapted.pin_factors(result), rod, result.loads.cases, least),
         checks={**result.checks, **buckling.checks},
         notes=(*result.notes, *buckling.notes, *onset_notes(assembly)),
     )
@@ -163,7 +160,6 @@ def summary_of(
     envelope: CycleFigures | None,
     buckling: BucklingFigures,
     assembly: AssemblyFigures | None = None,
-    pin_model: PinModelFigures | None = None,
     checks: Mapping[str, Check],
     notes: Sequence[Note],
 ) -> Summary:
@@ -189,7 +185,6 @@ def summary_of(
         life=None if life is None else life.figures,
         buckling=buckling,
         assembly=assembly,
-        pin_model=pin_model,
         checks=checks,
         notes=remarks(notes),
         timings_s=dict(rod.clock.seconds),

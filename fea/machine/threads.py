@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from functools import cache, partial
+from functools import cache
 from importlib import import_module
 from typing import Any, TypeVar
 
@@ -65,19 +65,20 @@ def side_by_side(function: Callable[[Item], Found], items: Iterable[Item]) -> li
 
 
 @contextmanager
-def meanwhile(*jobs: Callable[[], object]) -> Iterator[None]:
-    """Run jobs one after another in a thread of their own while the block runs; no thread is left after it.
+def imported_meanwhile(names: Sequence[str]) -> Iterator[None]:
+    """Import modules one after another in a thread of their own while the block runs; it ends with the block.
 
     The time is won where the block calls a library that lets other threads run. The block must not fork: a
-    copy would inherit a state half changed. What a job cannot do is left undone, without a message, and so
-    are the jobs not begun when the block fails. Under a memory limit, nothing is done: a thread takes memory
-    of its own.
+    copy would inherit a state half changed. It may import the first module, for which it waits then, and
+    none of the others: two threads that import each other's modules from both ends may find half a module.
+    What cannot be imported says so later; the rest is left out when the block fails. Under a memory limit,
+    nothing is imported: a thread takes memory of its own.
     """
     failed = threading.Event()
-    if not jobs or memory_limit() is not None:
+    if not names or memory_limit() is not None:
         yield
         return
-    thread = threading.Thread(target=_work, args=(jobs, failed), name="meanwhile")
+    thread = threading.Thread(target=_import, args=(names, failed), name="imports")
     try:
         thread.start()
     except RuntimeError:  # the system allows no more threads
@@ -92,20 +93,9 @@ def meanwhile(*jobs: Callable[[], object]) -> Iterator[None]:
         thread.join()
 
 
-@contextmanager
-def imported_meanwhile(names: Sequence[str]) -> Iterator[None]:
-    """Import modules in this order while the block runs; what cannot be imported says so later.
-
-    The block itself may import the first one, for which it waits then, and none of the others: two threads
-    that import each other's modules from both ends may find half a module.
-    """
-    with meanwhile(*(partial(import_module, name) for name in names)):
-        yield
-
-
-def _work(jobs: Sequence[Callable[[], object]], failed: threading.Event) -> None:
-    for job in jobs:
+def _import(names: Sequence[str], failed: threading.Event) -> None:
+    for name in names:
         if failed.is_set():
             return
         with suppress(Exception):
-            job()
+            import_module(name)

@@ -153,7 +153,6 @@ def test_a_whole_cycle_can_be_trusted(cycled):
     assert cycled.summary.envelope.unit_solutions == 8
     # Exact: no series, as the load has the same shape at every instant. Single precision of the stresses.
     assert cycled.checks["superposition"].value < 1e-6
-    assert set(cycled.summary.pin_model.min_safety_factors) >= {"bonded", "cosine-180"}
 
 
 def test_the_solved_part_makes_no_difference():

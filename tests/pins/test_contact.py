@@ -179,17 +179,6 @@ def test_relief_keeps_the_pin_off_the_ends_of_its_bore(quarter):
     assert quarter.summary.results["compression"].singular_verdict == "diverging"
 
 
-def test_a_run_with_prescribed_pressure_says_how_far_it_depends_on_it():
-    shank = analyse("leon-2001", tolerance=10).summary.pin_model
-    assert list(shank.min_safety_factors) == ["cosine-180", "uniform-120"]
-    assert shank.spread < 0.01
-    eye = analyse("molina-2024", rpm=6000, tolerance=10, pressure="uniform-120").summary.pin_model
-    asked, other, contact = eye.min_safety_factors.values()
-    # Contact spreads the force around the bore (README): far less stress in the eye of this rod.
-    assert list(eye.min_safety_factors) == ["uniform-120", "cosine-180", "contact"]
-    assert contact > 1.2 * max(asked, other)
-
-
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -25,7 +25,6 @@ def test_a_registered_model_loads_cases_and_the_whole_cycle(registered, symmetry
     even, bonded = (analyse(plain_study(), pressure=name, **asked) for name in ("even", "bonded"))
     assert even.trusted
     assert even.summary.model.pressure == "even"
-    assert set(even.summary.pin_model.min_safety_factors) >= {"even", "cosine-180"}
     for name, case in bonded.cases.items():
         # An oil hole or a facet moves the centroid of a bore, which a bonded pin allows for.
         assert np.abs(even.cases[name].stress - case.stress).max() < 1e-6 * np.abs(case.stress).max()

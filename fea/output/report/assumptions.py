@@ -6,7 +6,7 @@ from typing import NamedTuple
 from fea.analysis.result import Run
 from fea.base.choices import Element, Finish, Support
 from fea.base.material import Material
-from fea.output.report.wording import figure, listed
+from fea.output.report.wording import figure
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import PINS
 from fea.study.pin_models import pin_model
@@ -99,7 +99,7 @@ def _pins(run: Run) -> str:
         return entry.assumption
     return (
         f"{_pressure(load)} It is constant along the pin and centred on the force; the pins' stiffness, "
-        f"clearance and oil film do not enter.{_pin_model(run)}"
+        f"clearance and oil film do not enter."
     )
 
 
@@ -116,15 +116,6 @@ def _arc(arc: Arc) -> str:
     degrees = f"{arc.angle * 180 / 3.141592653589793:.0f}°"
     kind = "half a cosine of pressure" if arc.shape is Shape.COSINE else "a uniform pressure"
     return f"{kind} over {degrees}"
-
-
-def _pin_model(run: Run) -> str:
-    found = run.summary.pin_model
-    if found is None:
-        return ""
-    factors = listed([f"{value:.2f} with {name}" for name, value in found.min_safety_factors.items()])
-    verdict = "depends" if found.matters else "does not depend"
-    return f" The smallest safety factor against yielding {verdict} on this choice: {factors}."
 
 
 def _assembled(run: Run) -> str:

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.analysis.figures import BoreFigures, CaseFigures, LoadFigures, Summary
-from fea.base.choices import CONTACT, Support
+from fea.base.choices import Support
 from fea.judge.verdict import Verdict
 from fea.output.target import near, picture_name
 from fea.output.terminal.assembly import assembly_lines, assembly_tables
@@ -99,7 +99,6 @@ def _print_run(console: Console, folder: Path, summary: Summary) -> None:
     for line in (
         *_doubts(summary),
         *sharp_edge_lines(summary),
-        *_pin_model(summary),
         *_contact(summary),
         *assembly_lines(summary.assembly),
         *_cycle(summary),
@@ -182,16 +181,6 @@ def _diverging(singular: Mapping[str, str], *, parts: bool) -> str:
         f"a bore that a bending pin presses on{rim}, where the exact stress is infinite (singular) and finer "
         "elements give ever higher values; the figures above and their ± are of the rest of the rod"
     )
-
-
-def _pin_model(summary: Summary) -> list[str]:
-    found = summary.pin_model
-    if found is None:
-        return []
-    factors = ", ".join(f"{factor(value)} with {name}" for name, value in found.min_safety_factors.items())
-    depends = "depends" if found.matters else "does not depend"
-    see = " (see --pressure contact)" if CONTACT in found.min_safety_factors else ""
-    return [f"Pin model: the smallest safety factor {depends} on it: {factors}{see}."]
 
 
 def _contact(summary: Summary) -> list[str]:
