@@ -12,7 +12,7 @@ from fea.analysis.meshing import adaptive_mesh
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
 from fea.analysis.wanted_size import predicted_elements, size_ratio, wanted_sizes
-from fea.base.note import Note, warning
+from fea.base.note import Note, doubt
 from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.rod.meshed_rod import MeshedRod
@@ -93,7 +93,7 @@ def adapt_mesh(
         del rod, results  # their memory is the next mesh's
         mesh = adaptive_mesh(study, clock, fields, movable=movable)
     unmet = f"the tolerance of {tolerance:g} % is not met ({widest.text}): {obstacle}"
-    shortfall = warning(unmet) if obstacle else None
+    shortfall = doubt(unmet) if obstacle else None
     return Adapted(rod, tuple(passes), shortfall, results)
 
 

@@ -99,7 +99,7 @@ def onset_notes(found: AssemblyFigures | None) -> tuple[Note, ...]:
     what += [f"the seat of the {name} opens" for name, fit in found.fits.items() if fit.lifts_off is None]
     if not what:
         return ()
-    why = f"it takes a contact problem of at most {MOST_UNKNOWNS} unknowns, and states that settle"
+    why = f"found only for contact problems of at most {MOST_UNKNOWNS} unknowns whose states settle"
     return (omission(f"load at which {', '.join(what)}", why),)
 
 

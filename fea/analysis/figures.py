@@ -179,6 +179,16 @@ class SharpEdgeFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class WeakestFigures:
+    """Where the smallest safety factor is: in words, its part, and the yield strength there."""
+
+    at_mm: Vector
+    where: str
+    part: str
+    yield_MPa: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class CaseFigures:
     """``results``: extremes of a load case away from singular places; None where they were not computed."""
 
@@ -188,6 +198,7 @@ class CaseFigures:
     min_principal_MPa: float
     max_displacement_mm: float | None
     min_safety_factor: float
+    weakest: WhereKnown[WeakestFigures] = None
     error_percent: float | None
     energy_error_percent: WhereKnown[float] = None
     verdict: str | None
@@ -196,6 +207,7 @@ class CaseFigures:
     unmasked_verdict: WhereKnown[str] = None
     singular_max_von_mises_MPa: WhereKnown[float] = None
     singular_verdict: WhereKnown[str] = None
+    singular_where: WhereKnown[str] = None  #: the place of the largest stress among those, in words
     sharp_edges: WhereKnown[tuple[SharpEdgeFigures, ...]] = None
     contact: WhereKnown[Mapping[str, BoreFigures]] = None
 
@@ -227,6 +239,7 @@ class PlaceFigures:
     """The stress history at one place: mean and amplitude are of the signed equivalent stress."""
 
     at_mm: Vector
+    where: WhereKnown[str] = None  #: in words
     mean_MPa: float
     amplitude_MPa: float
     stress_ratio: float
@@ -252,6 +265,7 @@ class CycleFigures:
 
     min_safety_factor: float
     at_mm: Vector
+    where: WhereKnown[str] = None  #: in words
     crank_deg: float | None
     min_fatigue_safety_factor: float | None
     fatigue_criterion: str
@@ -561,6 +575,11 @@ class Summary:
     def worst_case(self) -> str:
         """The load case with the smallest safety factor."""
         return min(self.results, key=lambda case: self.results[case].min_safety_factor)
+
+    @property
+    def governing(self) -> CaseFigures | None:
+        """The load case whose safety factor governs; None where that is not of a load case."""
+        return self.results.get(self.survival.case or "")
 
     @property
     def min_safety_factor(self) -> float:

@@ -9,7 +9,7 @@ from fea.analysis.cycle.duty import DutyDamage, DutyEntry, duty_damage
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.figures import DutyFigures, LifeFigures, vector
 from fea.base.material import SCATTER, Material
-from fea.base.note import Note, omission, warning, warnings
+from fea.base.note import Note, doubt, omission, remark, warning
 from fea.judge.fatigue import criterion_strength
 from fea.rod.loading import DutyLoads
 from fea.study.option_tables import DutyTable
@@ -21,6 +21,7 @@ _CYCLES_PER_HOUR = 30.0  # at 1 rpm
 # Standard deviations of the band.
 _BAND = 2
 _NOT_JUDGED = -1.0
+_LIFE = "life"
 _OMISSION = omission(
     "fretting, residual stress, growth of cracks and overspeed in the life",
     "the S–N line is that of smooth specimens at the stresses of the duty alone",
@@ -57,7 +58,7 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
     if damage is None:
         return Life(None, unknown)
     figures = _figures(analysis, duty.table, damage)
-    known = warnings("life", _limits(duty.table, damage, figures, singular=bool(analysis.masked.any())))
+    known = _limits(duty.table, damage, figures, singular=bool(analysis.masked.any()))
     return Life(figures, (*unknown, *known, _OMISSION), damage.per_hour)
 
 
@@ -134,20 +135,23 @@ def _needed(analysis: CycleAnalysis, material: Material) -> Mapping[str, bool]:
     }
 
 
-def _limits(duty: DutyTable, found: DutyDamage, figures: LifeFigures, *, singular: bool) -> Iterator[str]:
+def _limits(duty: DutyTable, found: DutyDamage, figures: LifeFigures, *, singular: bool) -> Iterator[Note]:
     worst = found.worst
     if figures.hours is not None:
         more = _hours(worst.damage(stress=1.01)) or 0.0
-        yield (
+        text = (
             f"1 % more stress takes {100 * (1 - more / figures.hours):.0f} % of the hours; the band is "
             "of the strength alone, not of the error of the mesh or of the loads"
         )
+        yield warning(text, _LIFE)
     if float(worst.line.cycles(worst.amplitude[:, None]).min()) < 1e3 and figures.hours is not None:
-        yield (
+        text = (
             "some cycles break the rod within 1000: low-cycle regime, where stress is not elastic; the hours "
             "are indicative only"
         )
+        yield doubt(text, _LIFE)
     if duty.gas is not None:
-        yield "each entry of [duty] has its own gas; the runs of the speeds have that of [engine]"
+        text = "each entry of [duty] has its own gas; the runs of the speeds have that of [engine]"
+        yield remark(text, _LIFE)
     if singular:
-        yield "places where the exact stress is infinite (singular) are left out"
+        yield warning("places where the exact stress is infinite (singular) are left out", _LIFE)

@@ -10,7 +10,7 @@ from fea.analysis.fields import Equilibrium
 from fea.analysis.prepare import PreparedRod
 from fea.base.checks import LIMITS, Check, check
 from fea.base.material import Material
-from fea.base.note import Note, omission, warning
+from fea.base.note import SINGULAR, Note, omission, remark, warning
 from fea.judge.case_result import CaseResult, case_result
 from fea.judge.fatigue import check_notes
 from fea.judge.plausible import unit_notes
@@ -186,7 +186,7 @@ def _solution_omissions(rod: PreparedRod, solution: Solution) -> tuple[Note, ...
     if Parity.ANTISYMMETRIC not in solution.displacement and rod.mesh.cut_y:
         spared.append(omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"))
     if not rod.structure.soft and rod.mesh.cell.order > 1:
-        why = f"ν is at most {LIMITS['poissons_ratio_p2']} everywhere"
+        why = f"displacement elements do without, as ν is at most {LIMITS['poissons_ratio_p2']} everywhere"
         spared.append(omission("pressure unknowns", why))
     return tuple(spared)
 
@@ -194,13 +194,13 @@ def _solution_omissions(rod: PreparedRod, solution: Solution) -> tuple[Note, ...
 def _rim_notes(rod: PreparedRod) -> list[Note]:
     places = [f"{rim.name} ({rim.radius:.2g} mm)" for rim in rod.fields.errors.rims]
     text = f"the figures leave out the places near the {', '.join(places)}"
-    return [warning(text, "stress")] if places else []
+    return [warning(text, SINGULAR)] if places else []
 
 
 def _pressure_notes(rod: PreparedRod) -> list[Note]:
     names = list(rod.mesh.parts)
     return [
-        warning(
+        remark(
             f"solved with mixed displacement–pressure elements, as ν = {rod.materials[n].poissons_ratio:g}",
             names[n],
         )

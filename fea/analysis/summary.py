@@ -32,6 +32,7 @@ from fea.analysis.figures import (
     SpotFigures,
     Summary,
     SurfaceFigures,
+    WeakestFigures,
     figures,
     plain,
     vector,
@@ -40,9 +41,8 @@ from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
 from fea.analysis.survival import factors, survival
 from fea.base.checks import Check
-from fea.base.choices import Fatigue
 from fea.base.material import Material
-from fea.base.note import Note, omissions, remarks
+from fea.base.note import Note, by_consequence
 from fea.base.units import DEG, KG_M2
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import crossland, fatigue_factor
@@ -50,6 +50,7 @@ from fea.judge.history import deviatoric, extremes
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
 from fea.judge.verdict import Verdict, safety_factor
 from fea.rod.loading import EngineLoading
+from fea.rod.place_names import place_name
 from geometry.surfaces import Surface
 from geometry.system import peak_memory
 from loads.instants import Instants
@@ -139,8 +140,7 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
         rpm=result.rpm,
         loads={name: load_figures(case.load) for name, case in result.cases.items()},
         results={
-            name: case_figures(case, rod.mesh.bores.rod_length, tolerance, edges[name])
-            for name, case in result.cases.items()
+            name: case_figures(rod, case, tolerance, edges[name]) for name, case in result.cases.items()
         },
         envelope=None if result.cycle is None else envelope_figures(result.cycle, rod),
         buckling=buckling.figures,
@@ -165,7 +165,7 @@ def summary_of(
 ) -> Summary:
     """Return the figures of one speed, with those that all speeds of a rod share."""
     life = rod.life
-    notes = (*notes, *(() if life is None else life.notes))
+    shown, left_out = by_consequence((*notes, *(() if life is None else life.notes)))
     return Summary(
         study=rod.study.name,
         rpm=rpm,
@@ -186,11 +186,11 @@ def summary_of(
         buckling=buckling,
         assembly=assembly,
         checks=checks,
-        notes=remarks(notes),
+        notes=shown,
         timings_s=dict(rod.clock.seconds),
         total_s=rod.clock.total,
         peak_memory_MiB=peak_memory(),
-        left_out=omissions(notes),
+        left_out=left_out,
         environment=_environment(),
     )
 
@@ -201,30 +201,47 @@ def load_figures(case: Instants) -> LoadFigures:
 
 
 def case_figures(
+    rod: PreparedRod,
     case: CaseResult,
-    rod_length: float,
     tolerance_percent: float | None = None,
     sharp_edges: tuple[SharpEdgeFigures, ...] = (),
 ) -> CaseFigures:
     """Return the extremes of a load case, over the nodes away from singular places."""
+    length = rod.mesh.bores.rod_length
     return figures(
         CaseFigures,
         case,
+        weakest=_weakest(rod, case),
         energy_error_percent=case.error.energy_percent,
         verdict=case.verdict(tolerance_percent).value,
-        **(_singular(case) if case.error.masked.any() else {}),
+        **(_singular(rod, case) if case.error.masked.any() else {}),
         sharp_edges=sharp_edges or None,
-        contact={surface.value: _bore(case, surface, rod_length) for surface in case.touch} or None,
+        contact={surface.value: _bore(case, surface, length) for surface in case.touch} or None,
     )
 
 
-def _singular(case: CaseResult) -> dict[str, float | str]:
+def _weakest(rod: PreparedRod, case: CaseResult) -> WeakestFigures:
+    node, strengths = case.worst.node, [material.yield_strength for material in rod.materials]
+    used = [stress[node] / own for stress, own in zip(case.part_von_mises, strengths, strict=True)]
+    part = int(np.nanargmax(used))
+    return WeakestFigures(
+        at_mm=vector(rod.mesh.whole.points[node]),
+        where=place_name(rod.mesh, node),
+        part=list(rod.mesh.parts)[part],
+        yield_MPa=strengths[part],
+    )
+
+
+def _singular(rod: PreparedRod, case: CaseResult) -> dict[str, float | str | None]:
+    node = case.peak.singular_node
+    where = None if node is None else rod.fields.errors.singular_name(int(rod.mesh.mirrored.source[node]))
     return {
         "unmasked_max_von_mises_MPa": case.peak.unmasked,
         "unmasked_min_safety_factor": 1 / case.worst.unmasked,
         "unmasked_verdict": Verdict.DIVERGING.value,
         "singular_max_von_mises_MPa": case.peak.singular,
         "singular_verdict": Verdict.DIVERGING.value,
+        "singular_where": where,
     }
 
 
@@ -245,13 +262,13 @@ def envelope_figures(result: CycleResult, rod: PreparedRod) -> EnvelopeFigures:
     found, counts = result.envelope, result.counts
     worst = int(np.where(counts, found.usage, -np.inf).argmax())
     fatigue, multiaxial = (
-        None if spot is None else _spot(spot, result, materials, criterion)
-        for spot in (result.weakest, result.multiaxial)
+        None if spot is None else _spot(spot, result, rod) for spot in (result.weakest, result.multiaxial)
     )
     singular = not counts.all()
     return EnvelopeFigures(
         min_safety_factor=float(found.safety_factor[worst]),
         at_mm=vector(mesh.points[worst]),
+        where=place_name(rod.mesh, worst),
         crank_deg=float(found.usage_angle[worst]) / DEG,
         max_von_mises_MPa=float(found.von_mises[counts].max()),
         max_principal_MPa=float(found.principal_1[counts].max()),
@@ -262,7 +279,7 @@ def envelope_figures(result: CycleResult, rod: PreparedRod) -> EnvelopeFigures:
         min_crossland_safety_factor=None if multiaxial is None else multiaxial.crossland_safety_factor,
         crossland=multiaxial,
         endurance=endurance_figures(rod.mesh.parts, materials) or None,
-        spots=tuple(_spot(spot, result, materials, criterion) for spot in result.spots),
+        spots=tuple(_spot(spot, result, rod) for spot in result.spots),
         unit_solutions=result.unit_solutions,
         instants=len(result.angles),
         unmasked_max_von_mises_MPa=float(found.von_mises.max()) if singular else None,
@@ -270,13 +287,14 @@ def envelope_figures(result: CycleResult, rod: PreparedRod) -> EnvelopeFigures:
     )
 
 
-def _spot(spot: Spot, result: CycleResult, materials: Sequence[Material], criterion: Fatigue) -> SpotFigures:
+def _spot(spot: Spot, result: CycleResult, rod: PreparedRod) -> SpotFigures:
     """Return the extremes of a place.
 
     All are of the part that the spot is of; where the envelope is another part's there, they are taken from
     every degree.
     """
-    found, node, material = result.envelope, spot.node, materials[spot.part]
+    found, node, material = result.envelope, spot.node, rod.materials[spot.part]
+    criterion = rod.options.fatigue
     components = deviatoric(spot.stress)
     own = extremes(components[None])
     largest, angle = own.von_mises[0], result.angles[own.instant[0]]
@@ -291,6 +309,7 @@ def _spot(spot: Spot, result: CycleResult, materials: Sequence[Material], criter
         factor = None if found.fatigue_factor is None else found.fatigue_factor[[node]]
     return SpotFigures(
         at_mm=vector(spot.place),
+        where=place_name(rod.mesh, node),
         max_von_mises_MPa=float(largest),
         crank_deg=float(angle) / DEG,
         mean_MPa=float(mean[0]),

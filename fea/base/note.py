@@ -6,11 +6,17 @@ from enum import StrEnum
 
 
 class NoteKind(StrEnum):
-    """What a note is about."""
+    """What a note means for the answer: notes are shown in this order, that of consequence."""
 
-    ASSUMPTION = "assumption"  # a value that the study does not give
+    DOUBT = "doubt"  # figures are not to be relied on as they stand
     WARNING = "warning"  # limits how far the figures can be used
+    ASSUMPTION = "assumption"  # a value that the study does not give
+    REMARK = "remark"  # what was done; no figure is in doubt
     OMISSION = "omission"  # the topic is left out of the analysis, and the text says why
+
+
+SINGULAR = "singular places"  # topic of notes on places where the exact stress is infinite
+_CONSEQUENCE = {kind: number for number, kind in enumerate(NoteKind)}
 
 
 @dataclass(frozen=True)
@@ -25,15 +31,9 @@ class Note:
         return f"{self.topic}: {self.text}" if self.topic else self.text
 
 
-def assumption(text: str, topic: str = "") -> Note:
-    """Return a note on a value that the study does not give."""
-    return Note(NoteKind.ASSUMPTION, topic, text)
-
-
-def assumptions(topic: str, values: Iterable[str]) -> tuple[Note, ...]:
-    """Return one note on all values of a topic that the study does not give; none without values."""
-    listed = ", ".join(values)
-    return (assumption(f"assumed are {listed}", topic),) if listed else ()
+def doubt(text: str, topic: str = "") -> Note:
+    """Return a note that figures are not to be relied on as they stand."""
+    return Note(NoteKind.DOUBT, topic, text)
 
 
 def warning(text: str, topic: str = "") -> Note:
@@ -41,9 +41,19 @@ def warning(text: str, topic: str = "") -> Note:
     return Note(NoteKind.WARNING, topic, text)
 
 
-def warnings(topic: str, texts: Iterable[str]) -> tuple[Note, ...]:
-    """Return a warning of a topic for each text."""
-    return tuple(warning(text, topic) for text in texts)
+def assumption(text: str, topic: str = "") -> Note:
+    """Return a note on a value that the study does not give."""
+    return Note(NoteKind.ASSUMPTION, topic, text)
+
+
+def assumptions(topic: str, values: Iterable[str]) -> tuple[Note, ...]:
+    """Return a note on each value of a topic that the study does not give."""
+    return tuple(assumption(f"assumed {value}", topic) for value in values)
+
+
+def remark(text: str, topic: str = "") -> Note:
+    """Return a note on what was done, which puts no figure in doubt."""
+    return Note(NoteKind.REMARK, topic, text)
 
 
 def omission(what: str, why: str) -> Note:
@@ -51,11 +61,8 @@ def omission(what: str, why: str) -> Note:
     return Note(NoteKind.OMISSION, what, why)
 
 
-def omissions(notes: Iterable[Note]) -> tuple[Note, ...]:
-    """Return what is left out of the analysis."""
-    return tuple(note for note in notes if note.kind is NoteKind.OMISSION)
-
-
-def remarks(notes: Iterable[Note]) -> tuple[Note, ...]:
-    """Return assumptions and warnings."""
-    return tuple(note for note in notes if note.kind is not NoteKind.OMISSION)
+def by_consequence(notes: Iterable[Note]) -> tuple[tuple[Note, ...], tuple[Note, ...]]:
+    """Return the notes, each once and the gravest first, and apart from them what is left out."""
+    ordered = sorted(dict.fromkeys(notes), key=lambda note: _CONSEQUENCE[note.kind])
+    left_out = tuple(note for note in ordered if note.kind is NoteKind.OMISSION)
+    return tuple(ordered[: len(ordered) - len(left_out)]), left_out

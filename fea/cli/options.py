@@ -16,6 +16,9 @@ StudyName = Annotated[
 Threads = Annotated[int | None, Parameter(help="Number of solver threads; default: all processors.")]
 Json = Annotated[bool, Parameter(help="Print the figures as JSON and nothing else.")]
 Quiet = Annotated[bool, Parameter(help="Print nothing.")]
+Verbose = Annotated[
+    bool, Parameter(help="Print everything: all tables, assumptions, notes and the list of files.")
+]
 Markdown = Annotated[
     Path | None, Parameter(help="Write a Markdown report to this file (.md), with its plots next to it.")
 ]

@@ -3,7 +3,17 @@
 import sys
 from typing import TYPE_CHECKING
 
-from fea.cli.options import Json, Quiet, StudyName, Threads, one_or_all, print_json, print_written, takes
+from fea.cli.options import (
+    Json,
+    Quiet,
+    StudyName,
+    Threads,
+    Verbose,
+    one_or_all,
+    print_json,
+    print_written,
+    takes,
+)
 from fea.machine.exit_codes import CHECK_FAILED, MACHINE, UNSAFE
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.study import DEFAULT_STUDY, load_study
@@ -20,6 +30,7 @@ def run(
     threads: Threads = None,
     json: Json = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> int:
     """Analyse a rod: stresses and safety factors at the peaks of the crank cycle."""
     from fea.machine.threads import limit_threads
@@ -40,7 +51,7 @@ def run(
         from fea.output.target import near
         from fea.output.terminal.run import print_runs
 
-        print_runs([(report.folder, report.summary) for report in reports])
+        print_runs([(report.folder, report.summary) for report in reports], verbose=verbose)
         print_written(near(report.film) for report in reports if report.film)
     for text in dict.fromkeys(report.without_pictures for report in reports if report.without_pictures):
         sys.stderr.write(f"fea: {text}\n")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from fea.base.choices import ThreadRolled
 from fea.base.material import Material
-from fea.base.note import Note, assumptions, warning, warnings
+from fea.base.note import Note, assumptions, doubt, remark, warning
 from fea.base.units import KN, N_M, UM
 from fea.judge.bolt import Bolt
 from fea.judge.bolt_shape import Assumed, BoltSeats, BoltShape, bolt_shape
@@ -46,12 +46,14 @@ def tightening_notes(bolt: Bolt, table: AssemblyTable, torque: float) -> tuple[N
         f"{bolt.thread.name}, tightened to {force / KN:.3g} kN {how}: {force / bolt.proof_load:.0%} of the "
         f"proof load, {stress / bolt.strength.yield_strength:.0%} of the yield strength{torsion}"
     )
-    said = [judged]
+    said = [remark(judged, _BOLTS)]
     if stress > bolt.strength.yield_strength:
-        said.append("tightening yields them, so that only a measured preload can be relied on")
+        text = "tightening yields them, so that only a measured preload can be relied on"
+        said.append(doubt(text, _BOLTS))
     elif force > bolt.proof_load:
-        said.append("the preload exceeds the proof load, so that they may not keep their length")
-    return warnings(_BOLTS, said)
+        text = "the preload exceeds the proof load, so that they may not keep their length"
+        said.append(doubt(text, _BOLTS))
+    return tuple(said)
 
 
 def _require_whole(bolt: Bolt, table: AssemblyTable, stress: float) -> None:
@@ -95,7 +97,7 @@ def scatter_notes(bolt: Bolt, factor: float | None) -> tuple[Note, ...]:
 def embedding_note(given: float | None, loss: float, expected: float) -> Note:
     """Say what embedding takes of the preload: by a given amount, µm, or about; losses in N."""
     if given is not None:
-        return warning(f"embedding takes {loss / KN:.2g} kN of the preload", _BOLTS)
+        return remark(f"embedding takes {loss / KN:.2g} kN of the preload", _BOLTS)
     text = (
         f"embedding is not deducted; by table 5 of VDI 2230 it takes about {expected / KN:.2g} kN "
         "(assembly.bolt_embedding_um)"

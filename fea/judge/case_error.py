@@ -10,7 +10,7 @@ from fea.rod.meshed_rod import MeshedRod
 from fea.solid.parity import Parity
 from fea.stress.error_estimate import ErrorEstimate, ErrorEstimator
 from fea.stress.singular import mask_radius, near_rims, nodes_near, rim_masks, singular_nodes
-from geometry.arrays import Floats, Mask
+from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 
 
@@ -33,6 +33,10 @@ class CaseError:
         return float(np.sqrt((self.element_percent**2).sum()))
 
 
+# What singular places are near, where it is neither a rim nor the edge of a bore.
+SHARP_EDGE = "sharp inner edge"
+
+
 class CaseErrors:
     """Estimates errors on the cell, for each side of y = 0, and maps them to the whole rod.
 
@@ -46,12 +50,19 @@ class CaseErrors:
         whole = mesh.mirrored
         creases = mesh.cell_creases
         radius = mask_radius(mesh.cell)
-        sharp = nodes_near(mesh.cell, singular_nodes(mesh.cell, (), creases), radius)
+        on_edges = singular_nodes(mesh.cell, (), creases)
+        sharp = nodes_near(mesh.cell, on_edges, radius)
         singular = sharp
         if clamped:
             singular = nodes_near(mesh.cell, singular_nodes(mesh.cell, clamped, creases), radius)
         self.rims = rim_masks(mesh.cell, radius)
         self.masked = singular | near_rims(mesh.cell, self.rims)
+        free = mesh.cell.facets.get(Surface.FREE, np.zeros((0, 3), dtype=np.int64))
+        self._causes = {rim.name: rim.nodes for rim in self.rims} | {
+            f"{surface.replace('_end_', '-end ')}'s edge": np.intersect1d(mesh.cell.facets[surface], free)
+            for surface in clamped
+        }
+        self._causes[SHARP_EDGE] = on_edges
         self._masked, self._sharp = self.masked[whole.source], sharp[whole.source]
         beyond = whole.sign[:, 1] < 0
         self._node_side = beyond.astype(int)
@@ -82,6 +93,15 @@ class CaseErrors:
                 for sign in (1, -1)  # the side y > 0, then the side y < 0 reflected
             ]
         )
+
+    def singular_name(self, node: int) -> str:
+        """Return what makes stress singular near a masked node of the cell, in words."""
+        points = self._mesh.cell.points
+
+        def distance(nodes: Ints) -> float:
+            return float(np.linalg.norm(points[nodes] - points[node], axis=1).min(initial=np.inf))
+
+        return min(self._causes, key=lambda name: distance(self._causes[name]))
 
     def _on_whole(self, sides: Sequence[ErrorEstimate]) -> list[CaseError]:
         whole = self._mesh.mirrored

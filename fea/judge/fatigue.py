@@ -17,7 +17,7 @@ import numpy as np
 from fea.base.checks import Check
 from fea.base.choices import Fatigue
 from fea.base.material import Material
-from fea.base.note import Note, assumption, warning
+from fea.base.note import Note, assumption, doubt, warning
 from fea.judge.verdict import CAP
 from geometry.arrays import Floats, Ints
 from geometry.errors import require
@@ -118,7 +118,7 @@ def fatigue_notes(materials: Sequence[Material], criterion: Fatigue) -> tuple[No
 
 def check_notes(checks: Mapping[str, Check]) -> tuple[Note, ...]:
     """Explain what failed checks of the model's assumptions mean."""
-    return tuple(warning(why) for name, why in _WHY.items() if name in checks and not checks[name].passed)
+    return tuple(doubt(why) for name, why in _WHY.items() if name in checks and not checks[name].passed)
 
 
 # Relative: a radius is never too small, and at most this fraction too large.

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from fea.base.material import Material
-from fea.base.note import Note, warning
+from fea.base.note import Note, doubt
 from fea.base.units import GPA, KG, KG_M3
 from loads.engine import Engine
 
@@ -22,7 +22,7 @@ def unit_notes(materials: Sequence[Material], engine: Engine | None) -> tuple[No
             f"engine.piston_mass_kg = {engine.piston_mass / KG:g} is more than the mass of a steel cube as "
             f"wide as the bore of {engine.bore:g} mm: check that they are in kg and mm"
         )
-    return tuple(warning(text) for text in dict.fromkeys(said))
+    return tuple(doubt(text) for text in dict.fromkeys(said))
 
 
 def _of_material(material: Material) -> list[str]:

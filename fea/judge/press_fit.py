@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from fea.base.material import Material
-from fea.base.note import Note, assumptions, warning, warnings
+from fea.base.note import Note, assumptions, doubt, remark, warning
 from fea.study.assembly_table import BUSHING, SHELL, AssemblyTable
 from fea.study.material_table import REFERENCE_TEMPERATURE, MaterialTable, thermal_expansion
 from geometry.errors import require
@@ -110,7 +110,7 @@ def judge_fit(what: str, fit: PressFit, *, key: str, given: float) -> tuple[Note
         for part, stress, material in stresses
         if stress > material.yield_strength
     )
-    return warnings(what, said)
+    return tuple(doubt(text, what) for text in said)
 
 
 def judge_seat(what: str, fit: PressFit) -> tuple[Note, ...]:
@@ -161,7 +161,7 @@ class Expansions:
         if self.warming == 0:
             return ()
         text = f"{self.warming:+.4g} K from 20 °C change its fits and preloads, not its moduli"
-        return (warning(text, "assembly"), *assumptions("assembly", self.assumed))
+        return (remark(text, "assembly"), *assumptions("assembly", self.assumed))
 
 
 @dataclass(frozen=True)
@@ -233,5 +233,5 @@ def _chosen(
     notes = (*judge_fit(what, fit, key=key, given=given), *judge_seat(what, fit))
     if expansions.warming:
         change = f"interference {given:.3g} mm, at the assembly's temperature {fit.interference:.3g} mm"
-        notes = (warning(change, what), *notes)
+        notes = (remark(change, what), *notes)
     return ChosenFit(fit, given, notes)

@@ -35,6 +35,7 @@ class Peak:
     #: The largest near stress singularities, which grows without limit as the mesh is refined; 0 without such
     #: places
     singular: float = 0.0
+    singular_node: int | None = None  #: where that is
 
     @property
     def error_percent(self) -> float:
@@ -56,7 +57,7 @@ def peak(value: Floats, error: Floats, masked: Mask | None = None) -> Peak:
     """Find the peak of a field (n_nodes,) with its errors; masked nodes count in `unmasked` only."""
     counts = np.ones(value.shape, dtype=bool) if masked is None or masked.all() else ~masked
     node = int(np.where(counts, value, -np.inf).argmax())
-    highest = np.where(counts, value + error, -np.inf)
+    highest, left_out = np.where(counts, value + error, -np.inf), np.where(counts, 0.0, value)
     bar_node = int(highest.argmax())
     return Peak(
         node=node,
@@ -64,7 +65,8 @@ def peak(value: Floats, error: Floats, masked: Mask | None = None) -> Peak:
         bar=float(highest[bar_node] - value[node]),
         bar_node=bar_node,
         unmasked=float(value.max()),
-        singular=float(value[~counts].max(initial=0.0)),
+        singular=float(left_out.max()),
+        singular_node=None if counts.all() else int(left_out.argmax()),
     )
 
 

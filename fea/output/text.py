@@ -2,8 +2,10 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
+from fea.base.note import Note
 from fea.output.target import StorageError
 from geometry.files import replaced
 
@@ -34,7 +36,6 @@ def make_directory(path: Path) -> None:
         raise StorageError(message) from error
 
 
-_AT_SPEED = " at\0rpm"  # stands for the speed in a note
 _WHOLE = 9.95  # percent: error bars from here on have no decimals
 
 
@@ -43,10 +44,26 @@ def error_bar(percent: float) -> str:
     return f"{percent:.{0 if percent >= _WHOLE else 1}f}"
 
 
-def gathered(notes: Iterable[tuple[float, Sequence[str]]]) -> list[str]:
+_AT_SPEED = " at\0rpm"  # stands for the speed in a note
+_FEW = 4  # with more speeds, their number and range is said
+
+
+def gathered(notes: Iterable[tuple[float, Iterable[Note]]]) -> list[Note]:
     """Return the notes of several speeds, rpm; those that differ only in the speed are merged."""
-    speeds: dict[str, list[str]] = {}
+    speeds: dict[Note, list[str]] = {}
     for rpm, said in notes:
         for note in said:
-            speeds.setdefault(note.replace(f" at {rpm:g} rpm", _AT_SPEED), []).append(f"{rpm:g}")
-    return [note.replace(_AT_SPEED, f" at {', '.join(rpm)} rpm") for note, rpm in speeds.items()]
+            general = replace(note, text=note.text.replace(f" at {rpm:g} rpm", _AT_SPEED))
+            speeds.setdefault(general, []).append(f"{rpm:g}")
+    return [
+        replace(note, text=note.text.replace(_AT_SPEED, f" at {some_speeds(rpm)}"))
+        for note, rpm in speeds.items()
+    ]
+
+
+def some_speeds(rpm: Sequence[str]) -> str:
+    """Return a few speeds, or how many there are and their range."""
+    if len(rpm) <= _FEW:
+        return f"{', '.join(rpm)} rpm"
+    rising = sorted(rpm, key=float)
+    return f"{len(rpm)} speeds from {rising[0]} to {rising[-1]} rpm"

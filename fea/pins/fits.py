@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from fea.base.choices import PinBody
-from fea.base.note import Note, assumptions, warning
+from fea.base.note import SINGULAR, Note, assumptions, warning
 from fea.contact.elastic_pin import Pin
 from fea.rod.meshed_rod import Bores
 from fea.study.option_tables import CRANK_PIN, PISTON_PIN, ContactTable
@@ -59,7 +59,7 @@ class Fits:
             "and the figures leave out the places near them (contact.small_end_relief_mm relieves those of "
             "the small end)"
         )
-        return (*assumed, warning(text, "contact"))
+        return (*assumed, warning(text, SINGULAR))
 
     @classmethod
     def of(cls, table: ContactTable, bores: Bores, stiffness: Mapping[str, tuple[float, float]]) -> "Fits":

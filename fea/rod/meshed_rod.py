@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from fea.base.material import Material
-from fea.base.note import Note, assumption, omission, warning
+from fea.base.note import Note, assumption, omission, remark, warning
 from fea.rod.flaws import mass_error
 from geometry.arrays import Ints
 from geometry.assembly import BoltAxis
@@ -80,19 +80,18 @@ class Meshing:
         """Return what a reader must know of the mesh: coarse elements, repairs, warnings of gmsh."""
         coarser = self.size / default_size(rod_length)
         count = self.quality.straightened
-        notes = [*self.given]
+        limits, done = [*self.given], [*self.repair.notes]
         if coarser > 1.01 and not self.follows_errors and not self.given:
-            notes.append(
+            limits.append(
                 f"elements of {self.size:g} mm are {coarser:.2g} times the default size: with only "
                 f"{PER_ARC / coarser:.1f} of them along a fillet's arc, peak stresses may be too low"
             )
-        notes += self.repair.notes
         if count:
             elements = "1 element has" if count == 1 else f"{count} elements have"
             why = "because curved edges would have distorted the shape"
-            notes.append(f"{elements} straight edges, {why}")
+            done.append(f"{elements} straight edges, {why}")
         of_gmsh = (text for text in self.warnings if not any(known in text for known in _HARMLESS))
-        return (*map(warning, notes), *(warning(text, "gmsh") for text in of_gmsh))
+        return (*map(warning, limits), *map(remark, done), *(remark(text, "gmsh") for text in of_gmsh))
 
 
 @dataclass(frozen=True, kw_only=True)

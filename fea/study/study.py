@@ -271,10 +271,10 @@ class Study:
             return ()
         table = self.material.resolved()
         text = (
-            f"assumed material: {self.material.preset}, {table.E_GPa:g} GPa, {table.density_kg_m3:g} kg/m³, "
+            f"assumed {self.material.preset}, {table.E_GPa:g} GPa, {table.density_kg_m3:g} kg/m³, "
             f"yield strength {table.yield_MPa:g} MPa ([material] or --material)"
         )
-        return (assumption(text),)
+        return (assumption(text, "material"),)
 
     @property
     def pin_stiffness(self) -> dict[str, tuple[float, float]]:

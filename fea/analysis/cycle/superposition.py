@@ -11,7 +11,7 @@ from fea.analysis.cycle.unit_solutions import Spot, UnitSolutions, distinct, spo
 from fea.base.checks import LIMITS, Check
 from fea.base.choices import Fatigue
 from fea.base.material import Material
-from fea.base.note import Note, warning
+from fea.base.note import SINGULAR, Note, warning
 from fea.base.units import DEG
 from fea.contact.assembly_state import AssemblyState, Touch
 from fea.judge.case_result import CaseResult
@@ -32,7 +32,7 @@ AT_JUMPS = 0.05
 # Stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads.
 Direct = Callable[[Instants, CrankCycle], Sequence[Floats]]
 _AWAY = warning(
-    "the safety factors of the cycle also leave out places where the exact stress is infinite (singular)"
+    "the safety factors of the cycle also leave out places where the exact stress is infinite", SINGULAR
 )
 
 

@@ -6,7 +6,6 @@ from math import inf
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 
 from fea.apps.optimise.designs import Design
@@ -15,6 +14,7 @@ from fea.apps.optimise.search import SearchResult
 from fea.apps.optimise.variables import Variables
 from fea.base.note import Note
 from fea.output.target import near
+from fea.output.terminal.prose import print_lines, terminal
 
 # Of the range of a dimension, and of a required factor: nearer ones count as at the bound, or as governing.
 _AT_BOUND, _ACTIVE = 0.01, 0.02
@@ -148,19 +148,16 @@ def history(variables: Variables, result: SearchResult) -> tuple[DesignFigures, 
 
 def print_table(figures: OptimiseFigures, folder: Path) -> None:
     """Print the answer, the dimensions and the limits before and after."""
-    console = Console(highlight=False)
-    console.print(answer(figures), markup=False, style="bold", soft_wrap=True)
+    console = terminal()
+    print_lines(console, [answer(figures)], "bold")
     console.print(_dimensions(figures))
     console.print(_limits(figures))
-    for line in figures.stopped_by:
-        console.print(line, markup=False, soft_wrap=True)
     meshes = f"{figures.evaluations} meshes solved, for {len(figures.history)} designs; {figures.ended}"
     check = f"the last rod was meshed again, to error bars of {figures.tolerance_percent:g} %"
-    console.print(f"{meshes}; {check}.", markup=False, soft_wrap=True)
-    for note in () if figures.trusted else ("A check failed: do not trust the result.",):
-        console.print(note, markup=False, soft_wrap=True)
+    failed = () if figures.trusted else ("A check failed: do not trust the result.",)
+    print_lines(console, [*failed, *figures.stopped_by, f"{meshes}; {check}."])
     study = near(folder / "study.toml")
-    console.print(f"Wrote {study}, with the table and the history beside it: fea run {study}", soft_wrap=True)
+    print_lines(console, [f"Wrote {study}, with the table and the history beside it: fea run {study}"])
 
 
 def answer(figures: OptimiseFigures) -> str:

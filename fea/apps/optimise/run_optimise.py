@@ -15,6 +15,7 @@ from fea.apps.optimise.figures import OptimiseFigures, dimension_figures, histor
 from fea.apps.optimise.limits import Limit, limits, required
 from fea.apps.optimise.search import USUAL, SearchResult, search
 from fea.apps.optimise.variables import Variables, variables
+from fea.base.note import by_consequence
 from fea.judge.verdict import CAP
 from fea.machine.clock import Clock
 from fea.output.columns_csv import write_columns
@@ -248,7 +249,7 @@ def _figures(
     free: Variables, result: SearchResult, best: Design, before: Checked, after: Checked, *, seconds: float
 ) -> OptimiseFigures:
     old, new = (each.outcomes[0].summary.rod.mass_kg for each in (before, after))
-    notes = tuple(dict.fromkeys(note for each in after.outcomes for note in each.summary.notes))
+    notes, _ = by_consequence(note for each in after.outcomes for note in each.summary.notes)
     stopped = tuple(f"{what}: {why}" for what, why in free.obstacles(best.x).items())
     return OptimiseFigures(
         study=free.study.name,

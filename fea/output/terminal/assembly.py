@@ -45,10 +45,11 @@ def fit_rows(fit: FitFigures) -> list[tuple[str, ...]]:
     return rows
 
 
-def assembly_tables(found: AssemblyFigures) -> list[Table]:
-    """Return bolts and joint by load case, then each fit."""
-    fits = (_table(name, FIT, fit_rows(fit)) for name, fit in found.fits.items())
-    return [_table("joint", JOINT, joint_rows(found)), *fits]
+def assembly_tables(found: AssemblyFigures, which: str | None = None) -> list[Table]:
+    """Return bolts and joint by load case, then each fit; or only ``joint`` or the fit named by `which`."""
+    tables = {"joint": _table("joint", JOINT, joint_rows(found))}
+    tables |= {name: _table(name, FIT, fit_rows(fit)) for name, fit in found.fits.items()}
+    return [table for name, table in tables.items() if which in {None, name}]
 
 
 def _table(name: str, columns: Iterable[tuple[str, str]], rows: Iterable[tuple[str, ...]]) -> Table:

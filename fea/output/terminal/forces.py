@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 
-from rich.console import Console
 from rich.table import Table
 
 from fea.analysis.forces import EXTREMES, WHOLE_ENGINE, Extreme, ForceReport, extremes, mean_torque
+from fea.base.note import by_consequence
 from fea.base.units import RPM
+from fea.output.terminal.prose import in_full, print_lines, terminal
 from fea.output.terminal.run_lines import plain_table
 from fea.output.text import gathered
 
@@ -30,15 +31,16 @@ _MOST_TABLES = 4  # with more speeds, one line each
 
 def print_forces(reports: Sequence[ForceReport], study: str) -> None:
     """Print a table a speed, or with many speeds a line each."""
-    console = Console(highlight=False)
+    console = terminal()
     if len(reports) > _MOST_TABLES:
         console.print(_overview(reports, study))
     else:
         for report in reports:
             console.print(_extremes(report, study))
-    for note in gathered((report.rpm, [report.note] if report.note else []) for report in reports):
-        console.print(f"Note: {note}.", markup=False, soft_wrap=True)
-    console.print("Axial forces on the rod: tension positive. Crank angle: firing TDC at 360°.", style="dim")
+    notes, _ = by_consequence(gathered((report.rpm, report.notes) for report in reports))
+    print_lines(console, in_full(notes))
+    signs = "Axial forces on the rod: tension positive. Crank angle: firing TDC at 360°."
+    print_lines(console, [signs], "dim")
 
 
 def _extremes(report: ForceReport, study: str) -> Table:

@@ -7,12 +7,13 @@ from rich.table import Table
 
 from fea.analysis.modes import ModesFigures
 from fea.analysis.rod_report import RodReport, SectionFigures
+from fea.output.terminal.prose import print_lines, terminal
 from fea.output.terminal.run_lines import plain_table
 
 
 def print_rod(figures: RodReport, console: Console | None = None) -> None:
     """Print the figures of a rod."""
-    console = console or Console(highlight=False)
+    console = console or terminal()
     x, y, z = figures.center_of_gravity_mm
     tensor = figures.inertia_kg_m2
     mesh = figures.mesh
@@ -26,16 +27,14 @@ def print_rod(figures: RodReport, console: Console | None = None) -> None:
     if len(figures.parts_mm3) > 1:
         volumes = ", ".join(f"{name} {volume:.0f} mm³" for name, volume in figures.parts_mm3.items())
         lines.append(f"parts: {volumes}")
-    for line in lines:
-        console.print(line, markup=False, soft_wrap=True)
+    print_lines(console, lines)
     console.print(_sections(figures.sections))
-    console.print(
+    shapes = (
         f"mesh at {mesh.size_mm:.4g} mm: {mesh.nodes} nodes, {mesh.elements} elements, "
         f"symmetry {figures.symmetry}; mass within {100 * mesh.mass_error:.2g} % of the solid's; "
-        f"least shape {mesh.least_shape:.2f}, least scaled Jacobian {mesh.least_scaled_jacobian:.2f}",
-        markup=False,
-        soft_wrap=True,
+        f"least shape {mesh.least_shape:.2f}, least scaled Jacobian {mesh.least_scaled_jacobian:.2f}"
     )
+    print_lines(console, [shapes])
 
 
 def _found(figures: RodReport) -> list[str]:
@@ -88,7 +87,7 @@ _MOST_SPEEDS = 4
 
 def print_modes(figures: ModesFigures, console: Console | None = None) -> None:
     """Print the modes, a row each, on standard output or another console."""
-    console = console or Console(highlight=False)
+    console = console or terminal()
     modes = figures.modes
     speeds = list(modes[0].orders)[:_MOST_SPEEDS]
     orders = (f"order at\n{speed.removesuffix('rpm')} rpm" for speed in speeds)
@@ -97,11 +96,10 @@ def print_modes(figures: ModesFigures, console: Console | None = None) -> None:
         for n, mode in enumerate(modes, start=1)
     )
     table = plain_table(("mode", "Hz", *orders, "moves mostly"), rows, left=("moves mostly",))
-    console.print(f"{figures.study}: free–free vibration", markup=False, style="bold")
+    print_lines(console, [f"{figures.study}: free–free vibration"], "bold")
     console.print(table)
     if not figures.trusted:
         why = "there are not six rigid-body motions, or the modes do not satisfy their equation"
-        console.print(f"NOT TO BE TRUSTED: {why}.")
-    console.print(
-        "An order is the number of periods per crank revolution; four-stroke engines excite half orders, too."
-    )
+        print_lines(console, [f"NOT TO BE TRUSTED: {why}."])
+    orders_of = "An order is the number of periods per crank revolution"
+    print_lines(console, [f"{orders_of}; four-stroke engines excite half orders, too."])

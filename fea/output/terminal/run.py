@@ -1,6 +1,6 @@
 """What a run says at its end: a table a human can read, what was written, what to do next."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from itertools import compress
 from pathlib import Path
 
@@ -9,13 +9,12 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.analysis.figures import BoreFigures, CaseFigures, LoadFigures, Summary
-from fea.base.choices import Support
-from fea.judge.verdict import Verdict
 from fea.output.target import near, picture_name
+from fea.output.terminal.answer import failed_checks, governs, levers, not_converged, statements
 from fea.output.terminal.assembly import assembly_lines, assembly_tables
+from fea.output.terminal.prose import counted, fitting, in_full, print_lines, terminal
 from fea.output.terminal.run_lines import (
     UNBOUNDED,
-    UNKNOWN,
     bar,
     buckling_lines,
     endurance_lines,
@@ -30,29 +29,34 @@ from fea.output.terminal.run_lines import (
 from fea.output.terminal.sweep import print_sweep
 
 _ENDLESS = 1000
-WIDTH = 88  # of what is not a terminal: a file, a pipe
 _CASE, _ANGLE, _PLACE, _MOVED = "case", "crank\n°", "at x, y, z\nmm", "displ.\nmm"
 _PINS, _WALL = ("pin\nkN", "crank\nkN"), "wall\nkN"
 _COLUMNS = (_CASE, _ANGLE, *_PINS, _WALL, "Mises\nMPa", "±\n%", _PLACE, "safety\nfactor", _MOVED)
 # Kinds of files that are named first.
 _FIRST = (".json", ".toml", ".csv", ".vtu", ".png")
-# Gap between columns and those left out, from wide consoles to narrow ones.
-_NARROWER: tuple[tuple[int, frozenset[str]], ...] = (
-    (1, frozenset()),
-    (0, frozenset()),
-    (0, frozenset({_WALL, _MOVED})),
-    (0, frozenset({*_PINS, _WALL, _MOVED})),
-    (0, frozenset({_ANGLE, *_PINS, _WALL, _MOVED, _PLACE})),
+# Gap between columns, whether there is a border, and columns left out, from wide consoles to narrow ones.
+_NARROWER: tuple[tuple[int, bool, frozenset[str]], ...] = (
+    (1, True, frozenset()),
+    (0, True, frozenset()),
+    (0, False, frozenset()),
+    (0, False, frozenset({_WALL, _MOVED})),
+    (0, False, frozenset({*_PINS, _WALL, _MOVED})),
+    (0, False, frozenset({_ANGLE, *_PINS, _WALL, _MOVED, _PLACE})),
 )
 
 
-def print_runs(runs: Sequence[tuple[Path, Summary]], console: Console | None = None) -> None:
-    """Print finished runs, each with its directory, on standard output or another console."""
-    console = console or _console()
+def print_runs(
+    runs: Sequence[tuple[Path, Summary]], console: Console | None = None, *, verbose: bool = False
+) -> None:
+    """Print finished runs, each with its directory, on standard output or another console.
+
+    At most `prose.MOST_LINES` lines follow the table, or with `verbose` all that there is to say.
+    """
+    console = console or terminal()
     if len(runs) == 1:
-        _print_run(console, *runs[0])
+        _print_run(console, *runs[0], verbose=verbose)
     elif runs:
-        print_sweep(console, runs)
+        print_sweep(console, runs, verbose=verbose)
 
 
 def case_table(summary: Summary, console: Console) -> Table:
@@ -60,7 +64,7 @@ def case_table(summary: Summary, console: Console) -> Table:
 
     Where the console is narrow columns stand closer, then some are left out: no figure is cut.
     """
-    tables = [_table(summary, gap, without) for gap, without in _NARROWER]
+    tables = [_table(summary, *layout) for layout in _NARROWER]
     return next((table for table in tables if _width(table) <= console.width), tables[-1])
 
 
@@ -68,8 +72,8 @@ def _width(table: Table) -> int:
     return Console(width=_ENDLESS).measure(table).maximum
 
 
-def _table(summary: Summary, gap: int, without: Collection[str]) -> Table:
-    table = Table(box=SIMPLE_HEAD, padding=(0, gap, 0, 0), pad_edge=False, show_edge=gap > 0)
+def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -> Table:  # noqa: FBT001
+    table = Table(box=SIMPLE_HEAD, padding=(0, gap, 0, 0), pad_edge=False, show_edge=border)
     kept = [title not in without for title in _COLUMNS]
     for title in compress(_COLUMNS, kept):
         left = title in {_CASE, _PLACE}
@@ -79,37 +83,50 @@ def _table(summary: Summary, gap: int, without: Collection[str]) -> Table:
         table.add_row(*compress(cells, kept), style="bold" if case == summary.worst_case else "")
         if result.sharp_edges:
             table.add_row(*compress(sharp_cells(result.sharp_edges[0]), kept))
-        if result.singular_max_von_mises_MPa and _unjudged(summary, result):
-            table.add_row(*compress(_singular_cells(result.singular_max_von_mises_MPa), kept))
     return table
 
 
-def _console() -> Console:
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=WIDTH)
-
-
-def _print_run(console: Console, folder: Path, summary: Summary) -> None:
-    console.print(_headline(summary), markup=False, style="bold", soft_wrap=True)
+def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: bool) -> None:
+    print_lines(console, [_headline(summary)], "bold")
     console.print(case_table(summary, console))
     if summary.assembly is not None:
-        for table in assembly_tables(summary.assembly):
+        which = None if verbose else _governing(summary)
+        for table in assembly_tables(summary.assembly, which):
             console.print(table)
-    buckling = buckling_lines(summary.buckling)
-    for line in (
-        *_doubts(summary),
+    if verbose:
+        model = f"{summary.model.nodes} nodes, {_model(summary)}"
+        lines = [*_in_full(summary), model, *_files(folder, summary), _next(folder, summary)]
+    else:
+        more = counted(summary.notes, summary.left_out)
+        end = [_model(summary), more, *_written(folder, summary, console.width)]
+        lines = [*fitting(statements(summary), end, console.width), *end]
+    print_lines(console, lines)
+
+
+def _governing(summary: Summary) -> str:
+    """What of bolts, joint and fits governs, whose table is printed; empty if it is the rod."""
+    if summary.survival.mode.endswith(("of the bolts", "of the joint")):
+        return "joint"
+    weakest = None if summary.governing is None else summary.governing.weakest
+    return "" if weakest is None else weakest.part
+
+
+def _in_full(summary: Summary) -> list[str]:
+    """Return everything that is known beside the table."""
+    return [
+        *failed_checks(summary),
+        *not_converged(summary),
+        *_diverging(summary),
+        governs(summary),
+        *levers(summary),
         *sharp_edge_lines(summary),
         *_contact(summary),
         *assembly_lines(summary.assembly),
         *_cycle(summary),
         *life_lines(summary.life),
-        *buckling,
-        _model(summary),
-    ):
-        # At words where a human reads; whole lines for a program.
-        console.print(line, markup=False, soft_wrap=not console.is_terminal)
-    for line in (*_files(folder, summary), _next(folder, summary)):
-        console.print(line, markup=False, soft_wrap=True)
+        *buckling_lines(summary.buckling),
+        *in_full((*summary.notes, *summary.left_out)),
+    ]
 
 
 def _cells(load: LoadFigures, result: CaseFigures) -> list[str]:
@@ -124,63 +141,24 @@ def _cells(load: LoadFigures, result: CaseFigures) -> list[str]:
     ]
 
 
-def _singular_cells(largest: float) -> list[str]:
-    """Return the row of what a case has near singular places: no element size bounds its error."""
-    return ["  diverging", "", "", "", "", number(largest, ".1f"), "∞", "singular place", UNKNOWN, ""]
-
-
 def _headline(summary: Summary) -> str:
-    away = " (away from the singular places below)" if _singular(summary) else ""
-    away = f"; {UNBOUNDED}" if _judged(summary) else away
+    away = f"; {UNBOUNDED}" if any(case.sharp_edges for case in summary.results.values()) else ""
     return f"{summary.title}: {summary.survival.text}{away}"
 
 
-def _judged(summary: Summary) -> bool:
-    return any(result.sharp_edges for result in summary.results.values())
-
-
-def _unjudged(summary: Summary, result: CaseFigures) -> bool:
-    """Whether there may be singular places other than the sharp edges that are judged."""
-    return not result.sharp_edges or summary.model.support == Support.CLAMPED or result.contact is not None
-
-
-def _singular(summary: Summary) -> bool:
-    return any(result.singular_max_von_mises_MPa for result in summary.results.values())
-
-
-def _doubts(summary: Summary) -> list[str]:
-    doubts = [
-        f"NOT TO BE TRUSTED: check {name} failed: {number(check.value, '.3g')}, limit {check.limit:.3g}"
-        for name, check in summary.checks.items()
-        if not check.passed
-    ]
-    return [*doubts, *_unsettled(summary), *map(str, summary.notes)]
-
-
-def _unsettled(summary: Summary) -> list[str]:
-    """Return the peaks that finer elements would change, and those that no element size could settle."""
-    results = summary.results
-    loose = [case for case, result in results.items() if result.verdict == Verdict.NOT_CONVERGED]
-    fixed = summary.passes or summary.model.mesh_from_file
-    remedy = "" if fixed else " (try --tolerance 5 or less)"
-    lines = [f"Not converged: {', '.join(loose)}{remedy}"] if loose else []
-    singular = {
-        case: number(result.singular_max_von_mises_MPa, ".1f")
-        for case, result in results.items()
-        if result.singular_max_von_mises_MPa and _unjudged(summary, result)
+def _diverging(summary: Summary) -> list[str]:
+    """Return the largest stress at singular places in each case, and what is wrong there."""
+    found = {
+        f"{case} {number(result.singular_max_von_mises_MPa, '.1f')}": result.singular_where
+        for case, result in summary.results.items()
+        if result.singular_max_von_mises_MPa and result.singular_where
     }
-    return [*lines, _diverging(singular, parts=summary.assembly is not None)] if singular else lines
-
-
-def _diverging(singular: Mapping[str, str], *, parts: bool) -> str:
-    """Return what is wrong at the singular places, by the largest stress there of each case."""
-    found = ", ".join(f"{case} {stress}" for case, stress in singular.items())
-    rim = ", or the rim of a place where parts touch" if parts else ""
-    return (
-        f"Diverging: {found} MPa near a sharp re-entrant edge, the border of a clamped surface or the end of "
-        f"a bore that a bending pin presses on{rim}, where the exact stress is infinite (singular) and finer "
-        "elements give ever higher values; the figures above and their ± are of the rest of the rod"
-    )
+    if not found:
+        return []
+    places = ", ".join(dict.fromkeys(filter(None, found.values())))
+    why = "where the exact stress is infinite and finer elements give ever higher values"
+    rest = "the figures above and their ± are of the rest of the rod"
+    return [f"Diverging: {', '.join(found)} MPa near singular places ({places}), {why}; {rest}."]
 
 
 def _contact(summary: Summary) -> list[str]:
@@ -226,7 +204,7 @@ def _model(summary: Summary) -> str:
     passed = sum(check.passed for check in checks.values())
     refined = ", refined" if summary.passes is not None and len(summary.passes) > 1 else ""
     kind = f"{model.element}, {model.size_mm:.3g} mm{refined}"
-    mesh = f"{model.nodes} nodes, {model.elements} elements ({kind})"
+    mesh = f"{model.elements} elements ({kind})"
     return f"{mesh}; {passed} of {len(checks)} checks passed; {summary.total_s:.1f} s"
 
 
@@ -248,9 +226,16 @@ def _shortened(names: list[str]) -> list[str]:
     return [*rest, f"{numbered[0]} … {numbered[-1]} ({len(numbered)} files)"]
 
 
+def _written(folder: Path, summary: Summary, width: int) -> list[str]:
+    """Return the folder and what to look at, in one line if they fit."""
+    said = f"Written to {near(folder)}/ ({len(summary.files or ())} files)."
+    both = f"{said} {_next(folder, summary)}"
+    return [both] if len(both) <= width else [said, _next(folder, summary)]
+
+
 def _next(folder: Path, summary: Summary) -> str:
     result = f"{summary.worst_case}.vtu"
     file, picture = near(folder) / result, picture_name(result)
     if picture not in (summary.files or ()):
-        return f"Next: fea view {file}, or open it in ParaView."
-    return f"Next: look at {near(folder) / picture}, or open {file} in ParaView."
+        return f"Next: fea view {file}"
+    return f"Next: look at {near(folder) / picture}"

@@ -19,7 +19,7 @@ from fea.analysis.figures import (
 )
 from fea.output.text import error_bar
 
-_SIDES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
+SIDES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
 
 
 def buckling_lines(found: BucklingFigures) -> list[str]:
@@ -37,7 +37,7 @@ def _column(column: ColumnFigures) -> list[str]:
     plane, force = column.planes[side], column.force_N
     loads = {"Euler": plane.euler_N, "Johnson": plane.johnson_N, "Rankine": plane.rankine_N}
     said = ", ".join(f"{name} {load / force:.2f}" for name, load in loads.items())
-    return [f"Buckling safety factors under {force / 1000:.1f} kN ({column.case}), {_SIDES[side]}: {said}."]
+    return [f"Buckling safety factors under {force / 1000:.1f} kN ({column.case}), {SIDES[side]}: {said}."]
 
 
 def _modes(found: BucklingFigures) -> list[str]:

@@ -1,6 +1,6 @@
 """What a run at several speeds says at its end."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -9,26 +9,65 @@ from rich.console import Console
 from fea.analysis.figures import Summary
 from fea.analysis.speed_map import JOINT_OPENING, MODES, rounded, speed_map
 from fea.analysis.survival import Answer
+from fea.base.note import Note, NoteKind, by_consequence
 from fea.judge.verdict import Verdict
 from fea.output.target import near
+from fea.output.terminal.answer import governs, levers, life, of_kind, singular
+from fea.output.terminal.prose import counted, fitting, in_full, print_lines
 from fea.output.terminal.run_lines import bar, endurance_lines, factor, life_lines, number, plain_table
-from fea.output.text import gathered
+from fea.output.text import gathered, some_speeds
 
 
-def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]]) -> None:
+def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbose: bool = False) -> None:
     """Print the worst case of each speed, and from which speed on the rod fails."""
     titles = ("rpm", "worst\ncase", "crank\n°", "von Mises\nMPa", "±\n%", "safety\nfactor", "")
-    table = plain_table(titles, (_worst(summary) for _, summary in runs), left=("worst\ncase",))
+    table = plain_table(titles, (_row(summary) for _, summary in runs), left=("worst\ncase",))
     summaries = [summary for _, summary in runs]
-    console.print(_headline(summaries), markup=False, style="bold", soft_wrap=True)
+    worst = _worst(summaries)
+    headline = f"{worst.title}, the worst of {len(summaries)} speeds: {worst.survival.text}"
+    print_lines(console, [headline], "bold")
     console.print(table)
-    for line in (*_sweep_doubts(summaries), *_critical(summaries), *life_lines(summaries[0].life)):
-        console.print(line, markup=False, soft_wrap=not console.is_terminal)
-    for line in (_written(runs), *_next(runs)):
-        console.print(line, markup=False, soft_wrap=True)
+    noted = gathered((one.rpm or 0.0, (*one.notes, *one.left_out)) for one in summaries)
+    notes, left_out = by_consequence(noted)
+    end = [*_written(runs), *_next(runs)]
+    if not verbose:
+        end = [counted(notes, left_out), *end]
+        said = _statements(summaries, worst, notes)
+        print_lines(console, [*fitting(said, end, console.width), *end])
+        return
+    lines = [*_doubts(summaries), *singular(worst), governs(worst), *levers(worst), *_critical(summaries)]
+    lines += [] if worst.envelope is None else endurance_lines(worst.envelope)
+    print_lines(console, [*lines, *life_lines(worst.life), *in_full((*notes, *left_out)), *end])
 
 
-def _worst(summary: Summary) -> tuple[str, ...]:
+def _statements(summaries: Sequence[Summary], worst: Summary, notes: Sequence[Note]) -> Iterator[str]:
+    """Yield what a reader should know, by consequence, as `answer.statements` does for one speed."""
+    yield from _doubts(summaries)
+    yield from of_kind(notes, NoteKind.DOUBT)
+    yield from singular(worst)
+    yield governs(worst)
+    yield from levers(worst)
+    yield from _critical(summaries)
+    yield from life(worst.life)
+    yield from of_kind(notes, NoteKind.WARNING)
+
+
+def _doubts(summaries: Sequence[Summary]) -> list[str]:
+    """Return the speeds at which a check failed or the worst case is not converged."""
+    failed = {
+        f"{one.rpm:g}": name for one in summaries for name, check in one.checks.items() if not check.passed
+    }
+    checks, speeds = ", ".join(dict.fromkeys(failed.values())), some_speeds(list(failed))
+    said = [f"NOT TO BE TRUSTED: failed checks at {speeds}: {checks}."] if failed else []
+    verdicts = [summary.results[summary.worst_case].verdict for summary in summaries]
+    loose = verdicts.count(Verdict.NOT_CONVERGED)
+    number_of = "1 speed" if loose == 1 else f"{loose} speeds"
+    remedy = "a smaller --tolerance" if summaries[0].passes else "--tolerance 5 or less"
+    remedy = "a finer mesh" if summaries[0].model.mesh_from_file else remedy
+    return [*said, f"Not converged: the worst case of {number_of} (try {remedy})"] if loose else said
+
+
+def _row(summary: Summary) -> tuple[str, ...]:
     case = summary.worst_case
     result = summary.results[case]
     return (
@@ -42,22 +81,21 @@ def _worst(summary: Summary) -> tuple[str, ...]:
     )
 
 
-def _headline(summaries: Sequence[Summary]) -> str:
+def _worst(summaries: Sequence[Summary]) -> Summary:
     gravity = list(Answer)
 
     def rank(summary: Summary) -> tuple[int, float]:
         return -gravity.index(Answer(summary.survival.answer)), summary.survival.assured_safety_factor
 
-    worst = min(summaries, key=rank)
-    return f"{worst.title}, the worst of {len(summaries)} speeds: {worst.survival.text}"
+    return min(summaries, key=rank)
 
 
-def _written(runs: Sequence[tuple[Path, Summary]]) -> str:
+def _written(runs: Sequence[tuple[Path, Summary]]) -> list[str]:
     said = f"Written: {near(runs[0][0].parent)}/map.csv, and a directory for each speed."
     drawn = [f"{summary.rpm:g}" for _, summary in runs if _result(summary) is not None]
     if len(drawn) == len(runs):
-        return said
-    return f"{said} Fields are written at {', '.join(drawn)} rpm, the worst speeds; figures at the others."
+        return [said]
+    return [said, f"Fields are written at the worst speeds, {', '.join(drawn)} rpm."]
 
 
 def _result(summary: Summary) -> str | None:
@@ -77,17 +115,6 @@ def _next(runs: Sequence[tuple[Path, Summary]]) -> list[str]:
     return [f"Next: {', or '.join(said)}."] if said else []
 
 
-def _sweep_doubts(summaries: Sequence[Summary]) -> list[str]:
-    """Return what the reader must know before believing the figures, once for all speeds."""
-    verdicts = [summary.results[summary.worst_case].verdict for summary in summaries]
-    loose = verdicts.count(Verdict.NOT_CONVERGED)
-    speeds = "1 speed" if loose == 1 else f"{loose} speeds"
-    remedy = "a smaller --tolerance" if summaries[0].passes else "--tolerance 5 or less"
-    remedy = "a finer mesh" if summaries[0].model.mesh_from_file else remedy
-    doubts = [f"Not converged: the worst case of {speeds} (try {remedy})"] if loose else []
-    return [*doubts, *gathered((summary.rpm or 0.0, [*map(str, summary.notes)]) for summary in summaries)]
-
-
 def _critical(summaries: Sequence[Summary]) -> list[str]:
     """Return from which speed the joint opens and, with the whole cycle, from which the rod fails."""
     opening, found = _opening(summaries[0]), speed_map(summaries)
@@ -99,8 +126,7 @@ def _critical(summaries: Sequence[Summary]) -> list[str]:
         if mode in MODES and not np.isnan(found.columns[f"{mode}_safety_factor"]).all()
     ]
     line = f"Whole cycle, safety factor below 1: {', '.join(said)} (cycle_map.csv, cycle_map.png)."
-    envelope = summaries[0].envelope
-    return [*opening, line, *([] if envelope is None else endurance_lines(envelope))]
+    return [*opening, line]
 
 
 def _opening(summary: Summary) -> list[str]:

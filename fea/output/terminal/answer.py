@@ -1,0 +1,273 @@
+"""The answer of a run in a few statements, the gravest first, each of a line or two."""
+
+from collections.abc import Iterable, Iterator
+
+from fea.analysis.figures import (
+    AssemblyFigures,
+    CaseFigures,
+    ColumnFigures,
+    FitFigures,
+    LifeFigures,
+    PlaceFigures,
+    SharpEdgeFigures,
+    Summary,
+)
+from fea.analysis.survival import Answer
+from fea.base.note import SINGULAR, Note, NoteKind
+from fea.base.units import KN
+from fea.judge.case_error import SHARP_EDGE
+from fea.judge.verdict import Verdict
+from fea.output.terminal.run_lines import SIDES, factor, fillet, hours_text, number, place
+
+# Multiple of the required safety factor up to which buckling is worth a line where it does not govern.
+_NEAR = 1.5
+# Keys of the pins' fit in a bore.
+_FITS = {
+    "small-end bore": "contact.small_end_clearance_mm",
+    "big-end bore": "contact.big_end_clearance_mm",
+}
+# What makes the stress at a singular place finite.
+_REMEDIES = {
+    "small-end bore's edge": "contact.small_end_relief_mm",
+    "big-end bore's edge": "of a clamp or an elastic pin",
+    SHARP_EDGE: "a fillet makes it finite",
+}
+
+
+def statements(summary: Summary) -> Iterator[str]:
+    """Yield the statements by consequence: what is wrong, what governs, what would change it, the rest."""
+    yield from failed_checks(summary)
+    yield from of_kind(summary.notes, NoteKind.DOUBT)
+    yield from not_converged(summary)
+    yield from singular(summary)
+    yield governs(summary)
+    yield from levers(summary)
+    yield from life(summary.life)
+    yield from _cycle(summary)
+    yield from _edges(summary)
+    if summary.assembly is not None:
+        yield from assembly(summary.assembly)
+    yield from _buckling(summary)
+    yield from _contact(summary)
+    yield from of_kind(summary.notes, NoteKind.WARNING)
+
+
+def failed_checks(summary: Summary) -> list[str]:
+    """Return the checks that failed, if any did."""
+    failed = [
+        f"{name} ({number(check.value, '.3g')}, limit {check.limit:.3g})"
+        for name, check in summary.checks.items()
+        if not check.passed
+    ]
+    return [f"NOT TO BE TRUSTED: failed checks: {', '.join(failed)}."] if failed else []
+
+
+def not_converged(summary: Summary) -> list[str]:
+    """Return the load cases whose peaks finer elements would change."""
+    cases = [name for name, case in summary.results.items() if case.verdict == Verdict.NOT_CONVERGED]
+    said = "all cases" if len(cases) == len(summary.results) > 2 else ", ".join(cases)
+    fixed = summary.passes or summary.model.mesh_from_file
+    remedy = "" if fixed else " (try --tolerance 5 or less)"
+    return [f"Not converged: {said}{remedy}"] if cases else []
+
+
+def singular(summary: Summary) -> list[str]:
+    """Return where the exact stress is infinite, with the largest value that the mesh gives there."""
+    cases = [
+        case
+        for case in summary.results.values()
+        if case.singular_where is not None and not (case.sharp_edges and case.singular_where == SHARP_EDGE)
+    ]
+    if not cases:
+        return []
+    worst = max(cases, key=lambda case: case.singular_max_von_mises_MPa or 0.0)
+    where, stress = worst.singular_where or "", number(worst.singular_max_von_mises_MPa, ".0f")
+    remedy = _REMEDIES.get(where, "no mesh settles it")
+    return [f"Singular, left out: {where}, {stress} MPa ({remedy})"]
+
+
+def governs(summary: Summary) -> str:
+    """Return the mode of failure that decides, with its place."""
+    found = summary.survival
+    angle = "" if found.case is None else _angle(summary, found.case)
+    case = "" if found.case is None else f", {found.case}{angle}"
+    edge = _edge(summary)
+    if edge is not None:
+        return f"Governs: structural stress at sharp edge {edge.name}{case}; {fillet(edge)}."
+    if found.mode == "fatigue" and summary.envelope is not None and summary.envelope.fatigue is not None:
+        return f"Governs: fatigue, {_spot(summary.envelope.fatigue)}."
+    if found.mode != "yielding":
+        return f"Governs: {found.mode}{case}."
+    if summary.governing is not None:
+        return f"Governs: yielding, {_weakest(summary.governing)}{case}."
+    envelope = summary.envelope
+    if envelope is None:
+        return "Governs: yielding."
+    where = envelope.where or f"({place(envelope.at_mm)}) mm"
+    return f"Governs: yielding, {where}, at {number(envelope.crank_deg, '.0f')}° of the cycle."
+
+
+def _angle(summary: Summary, case: str) -> str:
+    angle = summary.loads[case].crank_deg if case in summary.loads else None
+    return "" if angle is None else f" at {angle:.0f}°"
+
+
+def _weakest(case: CaseFigures) -> str:
+    found = case.weakest
+    if found is None:
+        return f"({place(case.at_mm)}) mm"
+    part = "" if found.part in {"rod", "cap"} else f" ({found.part})"
+    at = "" if found.at_mm == case.at_mm else f" at ({place(found.at_mm)}) mm"
+    return f"{found.where}{part}{at}"
+
+
+def _spot(spot: PlaceFigures) -> str:
+    at = f"({place(spot.at_mm)}) mm"
+    return at if spot.where is None else f"{spot.where}, {at}"
+
+
+def _edge(summary: Summary) -> SharpEdgeFigures | None:
+    """The sharp edge whose structural stress governs."""
+    place, case = summary.survival.place, summary.governing
+    edges = () if case is None else case.sharp_edges or ()
+    return next((edge for edge in edges if place == f"edge {edge.name}"), None)
+
+
+def levers(summary: Summary) -> Iterator[str]:
+    """Yield what would change the answer, as far as it follows from the figures without a further run."""
+    found, notes = summary.survival, summary.notes
+    if any(note.kind is NoteKind.ASSUMPTION and note.topic == "material" for note in notes):
+        yield "The material is assumed: [material] or --material."
+    weakest = None if summary.governing is None else summary.governing.weakest
+    if found.mode == "yielding" and not found.place and weakest and found.answer != Answer.SURVIVES:
+        needed = weakest.yield_MPa * found.required_safety_factor / found.assured_safety_factor
+        have = f"now {weakest.yield_MPa:.0f} MPa"
+        yield f"Against yielding, a yield strength of {needed:.0f} MPa there would do ({have})."
+    if found.mode == "fatigue":
+        yield from _endurance(summary)
+    where = weakest.where if found.mode == "yielding" and weakest else ""
+    spot = None if summary.envelope is None else summary.envelope.fatigue
+    where = (spot.where or "") if found.mode == "fatigue" and spot else where
+    key = _FITS.get(where)
+    if key is not None and any(f"({key})" in note.text for note in notes):
+        yield f"The clearance there counts, and it is assumed: {key}."
+
+
+def _endurance(summary: Summary) -> Iterator[str]:
+    """The endurance limit at the place that governs."""
+    envelope = summary.envelope
+    spot = None if envelope is None else envelope.fatigue
+    if envelope is None or spot is None or spot.endurance_MPa is None:
+        return
+    limits = (envelope.endurance or {}).values()
+    estimated = ", estimated" if any(limit.estimated for limit in limits) else ""
+    surfaces = [
+        skin for limit in limits if (skin := limit.regions.get(spot.surface_region or "")) is not None
+    ]
+    finish = f" ({surfaces[0].finish}{', assumed' if surfaces[0].assumed else ''})" if surfaces else ""
+    limit = number(spot.endurance_MPa, ".4g")
+    yield f"Endurance limit there: {limit} MPa{estimated}{finish}: endurance_MPa, surface"
+
+
+def life(found: LifeFigures | None) -> list[str]:
+    """Return the hours of a duty, with their band and the speed that takes most of them."""
+    if found is None:
+        return []
+    low, high = (hours_text(hours) for hours in found.band_hours)
+    band = "" if low == high else f" ({low} to {high})"
+    most = max(found.duty, key=lambda entry: entry.damage_percent or 0.0)
+    damage = f"; {number(most.damage_percent, '.3g')} % of the damage at {most.rpm:g} rpm"
+    return [f"Life over the duty: {hours_text(found.hours)}{band}{'' if found.endless else damage}."]
+
+
+def _cycle(summary: Summary) -> list[str]:
+    found = summary.envelope
+    if found is None:
+        return []
+    said = f"Cycle: yielding {factor(found.min_safety_factor)} at {number(found.crank_deg, '.0f')}°"
+    if found.fatigue is None:
+        return [f"{said}; fatigue is not judged."]
+    stress = f"mean {found.fatigue.mean_MPa:.0f}, amplitude {found.fatigue.amplitude_MPa:.0f} MPa"
+    fatigue = factor(found.fatigue.fatigue_safety_factor)
+    return [f"{said}; fatigue {fatigue} ({found.fatigue_criterion}), {stress}."]
+
+
+def _edges(summary: Summary) -> Iterator[str]:
+    """The sharp edge with the smallest factor, where it does not govern, and how many there are."""
+    edges = [edge for case in summary.results.values() for edge in case.sharp_edges or ()]
+    if edges and _edge(summary) is None:
+        worst, names = min(edges, key=lambda edge: edge.safety_factor), {edge.name for edge in edges}
+        which = f"Sharp edge {worst.name}" + (f", the worst of {len(names)}" if len(names) > 1 else "")
+        yield f"{which}: structural stress with a factor of {factor(worst.safety_factor)}; {fillet(worst)}."
+
+
+def assembly(found: AssemblyFigures) -> Iterator[str]:
+    """Yield a line on the bolts, one on the joint and one on the fits."""
+    bolts, joint = found.bolts, found.joint
+    where = bolts.max_case or f"{number(bolts.max_crank_deg, '.0f')}°"
+    fatigue = bolts.fatigue_safety_factor
+    against = "" if fatigue is None else f", fatigue {factor(fatigue)}"
+    yield (
+        f"Bolts, {bolts.thread}: {bolts.max_force_N / KN:.1f} kN ({where}); factors: yielding "
+        f"{factor(bolts.yield_safety_factor)}{against}."
+    )
+    widest = max(joint.by_case, key=lambda case: joint.by_case[case].opening_um)
+    reserves = {
+        name: case.slip_reserve for name, case in joint.by_case.items() if case.slip_reserve is not None
+    }
+    gap = joint.by_case[widest].opening_um
+    said = [f"opens by up to {gap:.0f} µm ({widest})" if gap > 0 else "stays closed"]
+    if joint.opens is not None and joint.opens.load_factor is not None:
+        said.append(f"from {joint.opens.load_factor:.2g} of {joint.opens.case}")
+    if reserves:
+        least = min(reserves, key=lambda name: reserves[name])
+        said.append(f"slip safety {number(reserves[least], '.3g')} ({least})")
+    yield f"Joint: {', '.join(said)}."
+    fits = [_fit(name, fit) for name, fit in found.fits.items()]
+    if fits:
+        yield f"Fits: {'; '.join(fits)}."
+
+
+def _fit(name: str, fit: FitFigures) -> str:
+    faces = fit.by_case.values()
+    pressures = [face.mean_pressure_MPa for face in faces]
+    slips, opens = max(face.slipping_percent for face in faces), max(face.open_percent for face in faces)
+    lifted = f", lift off {opens:.0f} %" if opens >= 1 else ""
+    return f"{name} {min(pressures):.0f} to {max(pressures):.0f} MPa, slip {slips:.0f} %{lifted}"
+
+
+def _buckling(summary: Summary) -> list[str]:
+    """Return the factors against buckling where they govern, are near or were asked for."""
+    found, column = summary.buckling, summary.buckling.column
+    least = found.min_safety_factor
+    near = least is not None and least < _NEAR * summary.survival.required_safety_factor
+    if column.case is None or not (near or found.modes is not None):
+        return []
+    modes = "" if found.min_mode_factor is None else f"; modes of the solid {factor(found.min_mode_factor)}"
+    return [f"Buckling: {_column(column)}{modes}."]
+
+
+def _column(column: ColumnFigures) -> str:
+    known = {name: plane for name, plane in column.planes.items() if plane.safety_factor is not None}
+    side = min(known, key=lambda name: known[name].safety_factor or 0.0)
+    said = f"{factor(known[side].safety_factor)} {SIDES[side]}"
+    return f"{said}, under {column.force_N / KN:.1f} kN ({column.case})"
+
+
+def _contact(summary: Summary) -> list[str]:
+    """Return the largest contact pressure on each bore."""
+    hardest: dict[str, tuple[float, str]] = {}
+    for case, result in summary.results.items():
+        for bore, touch in (result.contact or {}).items():
+            hardest[bore] = max(hardest.get(bore, (0.0, "")), (touch.max_pressure_MPa, case))
+    said = [
+        f"{bore.removesuffix('_bore').replace('_', ' ')} {pressure:.0f} MPa ({case})"
+        for bore, (pressure, case) in hardest.items()
+    ]
+    return [f"Contact pressure of the pins: {', '.join(said)}."] if said else []
+
+
+def of_kind(notes: Iterable[Note], kind: NoteKind) -> list[str]:
+    """Return the notes of a kind as sentences, without those that `singular` sums up."""
+    said = [str(note) for note in notes if note.kind is kind and note.topic != SINGULAR]
+    return [f"{text[0].upper()}{text[1:]}{'' if text.endswith('.') else '.'}" for text in said]

@@ -1,0 +1,71 @@
+"""Lines that fit a terminal, and no more of them than a reader takes in."""
+
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+from textwrap import wrap
+
+from rich.console import Console
+
+from fea.base.note import Note, NoteKind
+
+MOST_LINES = 10  # after the table of a run
+WIDTH = 80  # of what is not a terminal: a file, a pipe
+_INDENT = "  "
+# Headings of the notes that are printed in full.
+_HEADINGS = {
+    NoteKind.DOUBT: "Doubts",
+    NoteKind.WARNING: "Limits of the figures",
+    NoteKind.ASSUMPTION: "Assumptions",
+    NoteKind.REMARK: "Remarks",
+    NoteKind.OMISSION: "Left out",
+}
+
+
+def terminal() -> Console:
+    """Return standard output, `WIDTH` columns wide where it is not a terminal."""
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(highlight=False, width=WIDTH)
+
+
+def wrapped(text: str, width: int) -> list[str]:
+    """Break a text at words, with a hanging indent; a path that is longer than a line stays whole."""
+    return wrap(text, width, subsequent_indent=_INDENT, break_long_words=False, break_on_hyphens=False)
+
+
+def print_lines(console: Console, lines: Iterable[str], style: str = "") -> None:
+    """Print texts, each broken at words to the width of the console."""
+    for text in lines:
+        for line in wrapped(text, console.width):
+            console.print(line, markup=False, soft_wrap=True, style=style)
+
+
+def fitting(statements: Iterable[str], end: Iterable[str], width: int) -> list[str]:
+    """Return the statements for which `MOST_LINES` leaves room above the lines of the `end`.
+
+    They are taken in their order; one that is too long for what is left is passed over.
+    """
+    chosen, left = list[str](), MOST_LINES - sum(len(wrapped(text, width)) for text in end)
+    for text in statements:
+        needed = len(wrapped(text, width))
+        if needed <= left:
+            chosen.append(text)
+            left -= needed
+    return chosen
+
+
+def counted(notes: Sequence[Note], left_out: Sequence[Note]) -> str:
+    """Say how much there is to read beside the figures, and where."""
+    assumed = sum(note.kind is NoteKind.ASSUMPTION for note in notes)
+    counts = {"assumption": assumed, "note": len(notes) - assumed, "omission": len(left_out)}
+    said = [f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts.items() if count]
+    where = "--verbose, `fea report`, summary.json"
+    return f"{', '.join(said)}: {where}." if said else f"More: {where}."
+
+
+def in_full(notes: Iterable[Note]) -> list[str]:
+    """Return notes in their order, under a heading for each kind."""
+    return [
+        line
+        for kind, own in groupby(notes, key=lambda note: note.kind)
+        for line in (f"{_HEADINGS[kind]}:", *(f"- {note}" for note in own))
+    ]
