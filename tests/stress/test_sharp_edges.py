@@ -6,6 +6,7 @@ import io
 import gmsh
 import numpy as np
 import pytest
+from printed import require_brief
 from rich.console import Console
 
 from fea import analyse
@@ -134,15 +135,20 @@ def test_the_answer_counts_the_structural_stress(result, edges):
     assert as_dict(result.summary)["results"]["given"]["sharp_edges"][0]["name"] == edges[0].name
 
 
-def test_the_terminal_says_where_what_and_which_to_use(result, edges, tmp_path):
+def test_the_terminal_says_where_what_and_which_to_use(result, edges, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     console = Console(file=io.StringIO(), width=200, highlight=False)
-    print_runs([(tmp_path, result.summary)], console)
+    print_runs([(tmp_path, result.summary)], console, verbose=True)
     said = console.file.getvalue()
-    assert "the elastic stress right at the sharp edges" in said.splitlines()[0]
+    assert "where the elastic stress is infinite" in said
     for edge in edges:
         assert f"Sharp edge {edge.name} at (" in said
     assert said.count("Which to use:") == 1
     assert "Diverging:" not in said
+    brief = Console(file=io.StringIO(), width=80, highlight=False)
+    print_runs([(tmp_path, result.summary)], brief)
+    require_brief(brief.file.getvalue())
+    assert f"sharp edge {edges[0].name}" in brief.file.getvalue()
 
 
 def test_the_picture_marks_the_edges(result, edges, tmp_path):

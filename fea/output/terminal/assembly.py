@@ -54,7 +54,7 @@ def assembly_tables(found: AssemblyFigures, which: str | None = None) -> list[Ta
 
 def _table(name: str, columns: Iterable[tuple[str, str]], rows: Iterable[tuple[str, ...]]) -> Table:
     titles = (f"{title}\n{unit}" if unit else title.replace(" ", "\n") for title, unit in columns)
-    return plain_table((name, *titles), rows, left=(name,), no_wrap=True, show_edge=False)
+    return plain_table((name, *titles), rows, left=(name,), no_wrap=True)
 
 
 def assembly_lines(found: AssemblyFigures | None) -> list[str]:

@@ -28,7 +28,7 @@ def terminal() -> Console:
 
 
 def wrapped(text: str, width: int) -> list[str]:
-    """Break a text at words, with a hanging indent; a path that is longer than a line stays whole."""
+    """Break a text at words, with a hanging indent; a word that is longer than a line stays whole."""
     return wrap(text, width, subsequent_indent=_INDENT, break_long_words=False, break_on_hyphens=False)
 
 
@@ -37,6 +37,12 @@ def print_lines(console: Console, lines: Iterable[str], style: str = "") -> None
     for text in lines:
         for line in wrapped(text, console.width):
             console.print(line, markup=False, soft_wrap=True, style=style)
+
+
+def print_paths(console: Console, lines: Iterable[str]) -> None:
+    """Print lines that name files whole, to be copied."""
+    for line in lines:
+        console.print(line, markup=False, soft_wrap=True)
 
 
 def fitting(statements: Iterable[str], end: Iterable[str], width: int) -> list[str]:

@@ -10,11 +10,17 @@ from rich.table import Table
 
 from fea.analysis.figures import BoreFigures, CaseFigures, LoadFigures, Summary
 from fea.output.target import near, picture_name
-from fea.output.terminal.answer import failed_checks, governs, levers, not_converged, statements
+from fea.output.terminal.answer import (
+    failed_checks,
+    governs,
+    levers,
+    not_converged,
+    singular_cases,
+    statements,
+)
 from fea.output.terminal.assembly import assembly_lines, assembly_tables
-from fea.output.terminal.prose import counted, fitting, in_full, print_lines, terminal
+from fea.output.terminal.prose import counted, fitting, in_full, print_lines, print_paths, terminal
 from fea.output.terminal.run_lines import (
-    UNBOUNDED,
     bar,
     buckling_lines,
     endurance_lines,
@@ -87,20 +93,20 @@ def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -
 
 
 def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: bool) -> None:
-    print_lines(console, [_headline(summary)], "bold")
+    print_lines(console, [f"{summary.title}: {summary.survival.text}"], "bold")
     console.print(case_table(summary, console))
     if summary.assembly is not None:
         which = None if verbose else _governing(summary)
         for table in assembly_tables(summary.assembly, which):
             console.print(table)
     if verbose:
-        model = f"{summary.model.nodes} nodes, {_model(summary)}"
-        lines = [*_in_full(summary), model, *_files(folder, summary), _next(folder, summary)]
-    else:
-        more = counted(summary.notes, summary.left_out)
-        end = [_model(summary), more, *_written(folder, summary, console.width)]
-        lines = [*fitting(statements(summary), end, console.width), *end]
-    print_lines(console, lines)
+        print_lines(console, [*_in_full(summary), f"{summary.model.nodes} nodes, {_model(summary)}"])
+        print_paths(console, [*_files(folder, summary), _next(folder, summary)])
+        return
+    figures = [_model(summary), counted(summary.notes, summary.left_out)]
+    paths = _written(folder, summary, console.width)
+    print_lines(console, [*fitting(statements(summary), (*figures, *paths), console.width), *figures])
+    print_paths(console, paths)
 
 
 def _governing(summary: Summary) -> str:
@@ -141,24 +147,18 @@ def _cells(load: LoadFigures, result: CaseFigures) -> list[str]:
     ]
 
 
-def _headline(summary: Summary) -> str:
-    away = f"; {UNBOUNDED}" if any(case.sharp_edges for case in summary.results.values()) else ""
-    return f"{summary.title}: {summary.survival.text}{away}"
-
-
 def _diverging(summary: Summary) -> list[str]:
     """Return the largest stress at singular places in each case, and what is wrong there."""
-    found = {
-        f"{case} {number(result.singular_max_von_mises_MPa, '.1f')}": result.singular_where
-        for case, result in summary.results.items()
-        if result.singular_max_von_mises_MPa and result.singular_where
-    }
-    if not found:
+    cases = singular_cases(summary)
+    if not cases:
         return []
-    places = ", ".join(dict.fromkeys(filter(None, found.values())))
+    stresses = ", ".join(
+        f"{name} {number(case.singular_max_von_mises_MPa, '.1f')}" for name, case in cases.items()
+    )
+    places = ", ".join(dict.fromkeys(case.singular_where or "" for case in cases.values()))
     why = "where the exact stress is infinite and finer elements give ever higher values"
     rest = "the figures above and their ± are of the rest of the rod"
-    return [f"Diverging: {', '.join(found)} MPa near singular places ({places}), {why}; {rest}."]
+    return [f"Diverging: {stresses} MPa near singular places ({places}), {why}; {rest}."]
 
 
 def _contact(summary: Summary) -> list[str]:

@@ -176,7 +176,6 @@ def _share(entry: DutyFigures) -> str:
 
 # A fillet radius, mm, that any tool leaves.
 _SMALL = 0.1
-UNBOUNDED = "the elastic stress right at the sharp edges below is infinite and not part of this factor"
 
 
 def sharp_cells(edge: SharpEdgeFigures) -> list[str]:
@@ -232,6 +231,7 @@ def _decision(summary: Summary) -> str:
     return (
         "Which to use: against yielding under static load, the factor of the first line, the least of the "
         "peaks away from sharp edges and the structural stresses at them (extrapolated from 0.4 and 1.0 "
-        "thicknesses beside the edge, IIW); against fatigue, give the edges the fillets above and run "
+        "thicknesses beside the edge, IIW), where the elastic stress is infinite; against fatigue, give the "
+        "edges the fillets above and run "
         f"again{cycle}."
     )

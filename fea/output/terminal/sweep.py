@@ -13,7 +13,7 @@ from fea.base.note import Note, NoteKind, by_consequence
 from fea.judge.verdict import Verdict
 from fea.output.target import near
 from fea.output.terminal.answer import governs, levers, life, of_kind, singular
-from fea.output.terminal.prose import counted, fitting, in_full, print_lines
+from fea.output.terminal.prose import counted, fitting, in_full, print_lines, print_paths
 from fea.output.terminal.run_lines import bar, endurance_lines, factor, life_lines, number, plain_table
 from fea.output.text import gathered, some_speeds
 
@@ -29,15 +29,18 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbo
     console.print(table)
     noted = gathered((one.rpm or 0.0, (*one.notes, *one.left_out)) for one in summaries)
     notes, left_out = by_consequence(noted)
-    end = [*_written(runs), *_next(runs)]
-    if not verbose:
-        end = [counted(notes, left_out), *end]
+    paths = [*_written(runs), *_next(runs)]
+    if verbose:
+        lines = [*_doubts(summaries), *singular(worst), governs(worst), *levers(worst)]
+        lines += _critical(summaries)
+        lines += [] if worst.envelope is None else endurance_lines(worst.envelope)
+        lines += [*life_lines(worst.life), *in_full((*notes, *left_out))]
+    else:
+        more = counted(notes, left_out)
         said = _statements(summaries, worst, notes)
-        print_lines(console, [*fitting(said, end, console.width), *end])
-        return
-    lines = [*_doubts(summaries), *singular(worst), governs(worst), *levers(worst), *_critical(summaries)]
-    lines += [] if worst.envelope is None else endurance_lines(worst.envelope)
-    print_lines(console, [*lines, *life_lines(worst.life), *in_full((*notes, *left_out)), *end])
+        lines = [*fitting(said, (more, *paths), console.width), more]
+    print_lines(console, lines)
+    print_paths(console, paths)
 
 
 def _statements(summaries: Sequence[Summary], worst: Summary, notes: Sequence[Note]) -> Iterator[str]:
@@ -107,12 +110,12 @@ def _next(runs: Sequence[tuple[Path, Summary]]) -> list[str]:
     """Return what to look at: the map where there is one, and the worst case of all that is written."""
     folder, summary = runs[0]
     charts = [name for name in summary.shared_files or () if name.endswith(".png")]
-    said = [f"look at {near(folder.parent / chart)}" for chart in charts]
+    looks = [f"Next: look at {near(folder.parent / chart)}" for chart in charts]
     written = [(place, found, _result(found)) for place, found in runs if _result(found) is not None]
-    if written:
-        place, _, file = min(written, key=lambda run: run[1].min_safety_factor)
-        said.append(f"fea view {near(place / str(file))}")
-    return [f"Next: {', or '.join(said)}."] if said else []
+    if not written:
+        return looks
+    place, _, file = min(written, key=lambda run: run[1].min_safety_factor)
+    return [*looks, f"{'Then' if looks else 'Next'}: fea view {near(place / str(file))}"]
 
 
 def _critical(summaries: Sequence[Summary]) -> list[str]:
