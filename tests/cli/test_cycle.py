@@ -132,7 +132,12 @@ analysis.cycle = true
         "Endurance limit: 423 MPa × 1 (size) × 1 (load) × 0.814 (reliability) × surface: bores and faces "
         "0.735 (machined, assumed) = 253.2 MPa; rest 0.3 (as-forged) = 103.3 MPa." in flowing(run.stdout)
     )
-    envelope = json.loads((tmp_path / "o" / "summary.json").read_text())["envelope"]
+    summary = json.loads((tmp_path / "o" / "summary.json").read_text())
+    said = [*summary["notes"], *(f"{item['what']}: {item['why']}" for item in summary["left_out"])]
+    assert len(said) > 3
+    assert all(f"- {note}" in flowing(run.stdout) for note in said)
+    assert max(map(len, run.stdout.splitlines())) <= 80
+    envelope = summary["envelope"]
     regions = envelope["endurance"]["rod"]["regions"]
     assert regions["faces"] == {
         "finish": "machined",

@@ -87,8 +87,8 @@ def singular(summary: Summary) -> list[str]:
         return []
     worst = max(cases.values(), key=lambda case: case.singular_max_von_mises_MPa or 0.0)
     where, stress = worst.singular_where or "", number(worst.singular_max_von_mises_MPa, ".0f")
-    remedy = _REMEDIES.get(where, "no mesh settles it")
-    return [f"Singular, left out: {where}, {stress} MPa ({remedy})"]
+    remedy = f" ({_REMEDIES[where]})" if where in _REMEDIES else ""
+    return [f"Singular, left out: {where}, {stress} MPa{remedy}"]
 
 
 def governs(summary: Summary) -> str:
@@ -237,8 +237,8 @@ def _fit(name: str, fit: FitFigures) -> str:
     faces = fit.by_case.values()
     pressures = [face.mean_pressure_MPa for face in faces]
     slips, opens = max(face.slipping_percent for face in faces), max(face.open_percent for face in faces)
-    lifted = f", lift off {opens:.0f} %" if opens >= 1 else ""
-    return f"{name} {min(pressures):.0f} to {max(pressures):.0f} MPa, slip {slips:.0f} %{lifted}"
+    lifted = f", lifts {opens:.0f} %" if opens >= 1 else ""
+    return f"{name} {min(pressures):.0f}–{max(pressures):.0f} MPa, slips {slips:.0f} %{lifted}"
 
 
 def _buckling(summary: Summary) -> list[str]:

@@ -1,5 +1,6 @@
 """Lines that fit a terminal, and no more of them than a reader takes in."""
 
+import re
 from collections.abc import Iterable, Sequence
 from itertools import groupby
 from textwrap import wrap
@@ -11,6 +12,8 @@ from fea.base.note import Note, NoteKind
 MOST_LINES = 10  # after the table of a run
 WIDTH = 80  # of what is not a terminal: a file, a pipe
 _INDENT = "  "
+# Blanks within a figure, at which no line is broken.
+_TOGETHER = re.compile(r"(?<=±) | (?=±)|(?<=\d) (?=(?:MPa|mm|µm|kN|rpm|h|%)\b)")
 # Headings of the notes that are printed in full.
 _HEADINGS = {
     NoteKind.DOUBT: "Doubts",
@@ -29,7 +32,9 @@ def terminal() -> Console:
 
 def wrapped(text: str, width: int) -> list[str]:
     """Break a text at words, with a hanging indent; a word that is longer than a line stays whole."""
-    return wrap(text, width, subsequent_indent=_INDENT, break_long_words=False, break_on_hyphens=False)
+    joined = _TOGETHER.sub("\0", text)
+    lines = wrap(joined, width, subsequent_indent=_INDENT, break_long_words=False, break_on_hyphens=False)
+    return [line.replace("\0", " ") for line in lines]
 
 
 def print_lines(console: Console, lines: Iterable[str], style: str = "") -> None:

@@ -1,0 +1,50 @@
+"""What a run of a bolted rod prints; that of other rods is looked at where they are run."""
+
+from dataclasses import replace
+from io import StringIO
+
+import pytest
+from printed import after_the_table, flowing, require_brief
+from rich.console import Console
+
+from fea import analyse
+from fea.output.terminal.run import print_runs
+
+
+@pytest.fixture(scope="module")
+def bolted():
+    return analyse("leon-2001-bolted", size=25).summary
+
+
+def printed(summary, folder, *, verbose=False):
+    console = Console(file=StringIO(), width=80)
+    print_runs([(folder, summary)], console, verbose=verbose)
+    return console.file.getvalue()
+
+
+def test_bolts_joint_and_fits_take_a_line_each(bolted, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = printed(bolted, tmp_path)
+    require_brief(text)
+    heads = [line.partition(" ")[0].strip(",:") for line in after_the_table(text)]
+    assert heads[-8:-2] == ["Governs", "Against", "Bolts", "Joint", "Fits", str(bolted.model.elements)]
+    assert sum(line.startswith("joint") for line in text.splitlines()) == 0
+
+
+def test_what_governs_of_them_gets_its_table(bolted, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    bolts = replace(bolted, survival=replace(bolted.survival, mode="fatigue of the bolts", case=None))
+    text = printed(bolts, tmp_path)
+    require_brief(text)
+    assert "Governs: fatigue of the bolts." in text
+    assert {"clamped", "open", "gap"} <= set(text.split())
+    assert "lifted" not in text  # of the fits
+
+
+def test_verbose_prints_all_tables_and_every_note(bolted, tmp_path):
+    text = printed(bolted, tmp_path, verbose=True)
+    for name in ("joint", "bushing", "shells"):
+        assert any(line.split()[:1] == [name] for line in text.splitlines())
+    notes = (*bolted.notes, *bolted.left_out)
+    assert len(notes) > 20
+    assert all(f"- {note}" in flowing(text) for note in notes)
