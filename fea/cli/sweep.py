@@ -75,14 +75,16 @@ def sweep(
 
 def _print(report: "SweepReport") -> None:
     from fea.output.target import near
+    from fea.output.terminal.prose import print_lines, terminal
 
     said = f"{report.done} rows done, {report.computed} rods computed now"
-    sys.stdout.write(f"{said}; {report.failed} failed, {report.untrusted} not to be trusted\n")
-    for reason, count in sorted(report.reasons.items(), key=lambda item: -item[1])[:_MOST_REASONS]:
-        sys.stdout.write(f"  {count} ×: {reason}\n")
+    lines = [f"{said}; {report.failed} failed, {report.untrusted} not to be trusted"]
+    often = sorted(report.reasons.items(), key=lambda item: -item[1])[:_MOST_REASONS]
+    lines += [f"  {count} ×: {reason}" for reason, count in often]
     if report.reasons:
-        sys.stdout.write("Failed rods are tried again with --retry-failed.\n")
+        lines.append("Failed rods are tried again with --retry-failed.")
     for one in report.statistics.probabilities:
         bounds = f"{one.low:.3g} and {one.high:.3g}"
-        sys.stdout.write(f"P({one.name} < 1) = {one.estimate:.3g}, 95 % between {bounds}\n")
+        lines.append(f"P({one.name} < 1) = {one.estimate:.3g}, 95 % between {bounds}")
+    print_lines(terminal(), lines)
     print_written(near(file) for file in sorted(report.folder.glob("[rs]*")))

@@ -110,7 +110,7 @@ def test_a_cad_file_alone_is_measured_asked_about_and_run(tmp_path):
     measured = figures("rod", "rod.igs", "--size", "14", cwd=tmp_path)
     assert [bore["diameter_mm"] for bore in measured["bores"]] == pytest.approx([50, 24], rel=1e-4)
     assert measured["solids"][0]["role"] == "rod"
-    assert "assumed material" in measured["assumed"][0]
+    assert "material: assumed" in measured["assumed"][0]
     asked = fea("run", "rod.igs", cwd=tmp_path)
     line, _, study = asked.stderr.partition("\n\n")
     assert asked.returncode == 2
@@ -120,7 +120,7 @@ def test_a_cad_file_alone_is_measured_asked_about_and_run(tmp_path):
     flags = ("--engine", "leon-2001", "--material", "c70-2005")
     named = figures("run", "rod.igs", *flags, *COARSE, cwd=tmp_path)
     assert named["trusted"]
-    assert not any("assumed material" in note for note in named["notes"])
+    assert not any("material: assumed" in note for note in named["notes"])
     unknown = fea("run", "rod.igs", "--material", "c70", cwd=tmp_path)
     assert (unknown.returncode, "Valid names" in unknown.stderr) == (2, True)
 

@@ -21,11 +21,15 @@ from fea.output.terminal.run_lines import SIDES, factor, fillet, hours_text, num
 
 # Multiple of the required safety factor up to which buckling is worth a line where it does not govern.
 _NEAR = 1.5
+# Load cases whose names do not say it in a sentence.
+_CASES = {"given": "under the given forces", "assembly": "after assembly"}
 # Keys of the pins' fit in a bore.
 _FITS = {
     "small-end bore": "contact.small_end_clearance_mm",
     "big-end bore": "contact.big_end_clearance_mm",
 }
+# Beyond this multiple of the yield strength another material is no remedy.
+_MOST_STRENGTH = 2.0
 # What makes the stress at a singular place finite.
 _REMEDIES = {
     "small-end bore's edge": "contact.small_end_relief_mm",
@@ -95,7 +99,7 @@ def governs(summary: Summary) -> str:
     """Return the mode of failure that decides, with its place."""
     found = summary.survival
     angle = "" if found.case is None else _angle(summary, found.case)
-    case = "" if found.case is None else f", {found.case}{angle}"
+    case = "" if found.case is None else f", {_CASES.get(found.case, found.case)}{angle}"
     edge = _edge(summary)
     if edge is not None:
         return f"Governs: structural stress at sharp edge {edge.name}{case}; {fillet(edge)}."
@@ -146,8 +150,9 @@ def levers(summary: Summary) -> Iterator[str]:
     weakest = None if summary.governing is None else summary.governing.weakest
     if found.mode == "yielding" and not found.place and weakest and found.answer != Answer.SURVIVES:
         needed = weakest.yield_MPa * found.required_safety_factor / found.assured_safety_factor
-        have = f"now {weakest.yield_MPa:.0f} MPa"
-        yield f"Against yielding, a yield strength of {needed:.0f} MPa there would do ({have})."
+        if needed < _MOST_STRENGTH * weakest.yield_MPa:
+            have = f"now {weakest.yield_MPa:.0f} MPa"
+            yield f"Against yielding, a yield strength of {needed:.0f} MPa there would do ({have})."
     if found.mode == "fatigue":
         yield from _endurance(summary)
     where = weakest.where if found.mode == "yielding" and weakest else ""
