@@ -28,7 +28,10 @@ def test_bolts_joint_and_fits_take_a_line_each(bolted, tmp_path, monkeypatch):
     require_brief(text)
     heads = [line.partition(" ")[0].strip(",:") for line in after_the_table(text)]
     assert heads[-8:-2] == ["Governs", "Against", "Bolts", "Joint", "Fits", str(bolted.model.elements)]
-    assert sum(line.startswith("joint") for line in text.splitlines()) == 0
+    assert not any(line.startswith((" joint", " shells")) for line in text.splitlines())
+    weakest = bolted.results["tension"].weakest
+    assert (weakest.where, weakest.part) == ("shank towards the small end", "rod")
+    assert {case.singular_where.partition(" ")[0] for case in bolted.results.values()} == {"rim"}
 
 
 def test_what_governs_of_them_gets_its_table(bolted, tmp_path, monkeypatch):
@@ -39,6 +42,11 @@ def test_what_governs_of_them_gets_its_table(bolted, tmp_path, monkeypatch):
     assert "Governs: fatigue of the bolts." in text
     assert {"clamped", "open", "gap"} <= set(text.split())
     assert "lifted" not in text  # of the fits
+    tension = bolted.results["tension"]
+    shells = replace(tension, weakest=replace(tension.weakest, part="upper shell"))
+    text = printed(replace(bolted, results=bolted.results | {"tension": shells}), tmp_path)
+    assert any(line.split()[:1] == ["shells"] for line in text.splitlines())
+    assert "(upper shell)" in text
 
 
 def test_verbose_prints_all_tables_and_every_note(bolted, tmp_path):

@@ -10,6 +10,7 @@ from assemblies import SCREWS, SIMPLE
 from fea.base.choices import Symmetry
 from fea.machine.clock import Clock
 from fea.rod.discretise import MeshRequest, discretise
+from fea.rod.place_names import place_name
 from fea.solid.supports import components
 from fea.stress.singular import mask_radius, masked_nodes, rim_masks
 from fea.study.study import load_study
@@ -152,3 +153,24 @@ def test_rims_are_left_out_of_peaks_but_no_thin_part_with_them(rod):
 def test_a_mesh_of_one_piece_has_no_rims():
     mesh = meshed(assembly=None, order=1).cell
     assert rim_masks(mesh, mask_radius(mesh)) == ()
+
+
+def test_places_have_names(rod):
+    whole, length = rod.whole, rod.bores.rod_length
+    named = {
+        Surface.BIG_END_BORE: "big-end bore",
+        Surface.SMALL_END_BORE: "small-end bore",
+        Surface.BOLT_HEAD: "seat of a bolt head",
+        Surface.BUSHING_BACK: "seat of the bushing",
+    }
+    for surface, name in named.items():
+        assert {place_name(rod, node) for node in np.unique(whole.facets[surface])[:5]} == {name}
+
+    def nearest(x, y):
+        return place_name(rod, int(np.linalg.norm(whole.points - [x, y, 0.0], axis=1).argmin()))
+
+    outer = whole.points[:, 0].max()
+    assert nearest(outer, 0.0) == "small end"
+    assert nearest(whole.points[:, 0].min(), 0.0) == "cap"
+    assert nearest(0.5 * length, 0.0) == "middle of the shank"
+    assert nearest(2 * length - outer - 1.0, 0.0) == "shank at the small end"

@@ -114,7 +114,8 @@ def _governing(summary: Summary) -> str:
     if summary.survival.mode.endswith(("of the bolts", "of the joint")):
         return "joint"
     weakest = None if summary.governing is None else summary.governing.weakest
-    return "" if weakest is None else weakest.part
+    part = "" if weakest is None else weakest.part
+    return "shells" if part.endswith("shell") else part
 
 
 def _in_full(summary: Summary) -> list[str]:
