@@ -223,7 +223,7 @@ def case_figures(
 def _weakest(rod: PreparedRod, case: CaseResult) -> WeakestFigures:
     node, strengths = case.worst.node, [material.yield_strength for material in rod.materials]
     used = [stress[node] / own for stress, own in zip(case.part_von_mises, strengths, strict=True)]
-    part = int(np.nanargmax(used))
+    part = int(np.nan_to_num(used).argmax())
     return WeakestFigures(
         at_mm=vector(rod.mesh.whole.points[node]),
         where=place_name(rod.mesh, node),
