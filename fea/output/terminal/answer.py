@@ -44,9 +44,9 @@ def statements(summary: Summary) -> Iterator[str]:
     yield from of_kind(summary.notes, NoteKind.DOUBT)
     yield from not_converged(summary)
     yield from singular(summary)
+    yield from life(summary.life)
     yield governs(summary)
     yield from levers(summary)
-    yield from life(summary.life)
     yield from _cycle(summary)
     yield from _edges(summary)
     if summary.assembly is not None:

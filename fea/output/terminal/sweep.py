@@ -48,10 +48,10 @@ def _statements(summaries: Sequence[Summary], worst: Summary, notes: Sequence[No
     yield from _doubts(summaries)
     yield from of_kind(notes, NoteKind.DOUBT)
     yield from singular(worst)
+    yield from life(worst.life)
+    yield from _critical(summaries)
     yield governs(worst)
     yield from levers(worst)
-    yield from _critical(summaries)
-    yield from life(worst.life)
     yield from of_kind(notes, NoteKind.WARNING)
 
 
@@ -128,7 +128,7 @@ def _critical(summaries: Sequence[Summary]) -> list[str]:
         for mode, rpm in found.critical.items()
         if mode in MODES and not np.isnan(found.columns[f"{mode}_safety_factor"]).all()
     ]
-    line = f"Whole cycle, safety factor below 1: {', '.join(said)} (cycle_map.csv, cycle_map.png)."
+    line = f"Whole cycle, safety factor below 1: {', '.join(said)}."
     return [*opening, line]
 
 
