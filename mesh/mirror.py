@@ -1,6 +1,6 @@
 """Reflect a mesh about its cut planes, and extend fields on it in the same way."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +23,10 @@ class MirroredMesh:
     element_source: Ints  #: (n_elements,) the element of the cell that each element is an image of
     #: (n_nodes, 3) +1, or −1 for the components of a vector that the reflections reverse
     sign: npt.NDArray[np.float64]
+
+    def at(self, nodes: Ints) -> "MirroredMesh":
+        """Extend fields to some nodes (n,) alone."""
+        return replace(self, source=self.source[nodes], sign=self.sign[nodes])
 
     def vector(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:
         """Extend a vector field (n_cell, 3, …) from the cell to the whole mesh.

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.base.material import Material
+from fea.contact.assembly_state import SeatFields
 from fea.judge.case_error import CaseErrors
 from fea.judge.case_result import CaseFields
 from fea.pins.model import Response
@@ -95,8 +96,8 @@ class FieldRecovery:
             CaseFields(
                 displacement=displacement[..., index],
                 error=error,
-                contact_pressure=self._contact_pressure(response),
-                gap=self._scalar(response.gap),
+                seats=self._seats(response),
+                gap=None if response.gap is None else self._scalar(response.gap),
                 assembly=response.assembly,
                 touch=response.touch,
             )
@@ -104,17 +105,20 @@ class FieldRecovery:
         ]
         return [(fields, [tensor[..., index] for tensor in tensors]) for index, fields in enumerate(cases)]
 
-    def _contact_pressure(self, response: Response) -> Floats | None:
-        if response.pressure is not None:
-            return self._scalar(response.pressure)
-        if not response.touch:
-            return None
-        tractions = response.traction.values()
-        whole = [self.mirrored.vector(own.symmetric, own.antisymmetric) for own in tractions]
-        return np.asarray(np.linalg.norm(np.sum(whole, axis=0), axis=1))
+    def _seats(self, response: Response) -> dict[Surface, SeatFields]:
+        seats = {}
+        for surface, pressure in response.pressure.items():
+            nodes, traction = np.unique(self.mirrored.mesh.facets[surface]), response.traction[surface]
+            here = self.mirrored.at(nodes)
+            seats[surface] = SeatFields(
+                nodes,
+                here.scalar(pressure.symmetric, pressure.antisymmetric),
+                here.vector(traction.symmetric, traction.antisymmetric),
+            )
+        return seats
 
-    def _scalar(self, field: Split | None) -> Floats | None:
-        return None if field is None else self.mirrored.scalar(field.symmetric, field.antisymmetric)
+    def _scalar(self, field: Split) -> Floats:
+        return self.mirrored.scalar(field.symmetric, field.antisymmetric)
 
 
 def _traction(forces: Sequence[Response], parity: Parity) -> dict[Surface, Floats]:

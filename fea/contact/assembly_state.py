@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.arrays import Floats
+from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 
 # Shear, over what friction can carry, that is none.
@@ -74,6 +74,15 @@ class AssemblyState:
     def separating(self, assembled: "AssemblyState") -> float:
         """Load on the joint beside its bolts, N: what bolts gain and the joint loses against no load."""
         return self.bolt_force - assembled.bolt_force - (self.joint.force - assembled.joint.force)
+
+
+@dataclass(frozen=True)
+class SeatFields:
+    """What presses on one surface of the whole rod, at the nodes of its facets."""
+
+    nodes: Ints  #: (n,) in ascending order
+    pressure: Floats  #: (n,) MPa
+    traction: Floats  #: (n, 3) force over area on the part that the surface bounds, with friction, MPa
 
 
 @dataclass(frozen=True)

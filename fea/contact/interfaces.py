@@ -269,7 +269,12 @@ class MatingFaces(Interface):
     @cached_property
     def second(self) -> Multipliers:
         """The pressures on the second side."""
-        return replace(self.pressing, facets=self.opposite[1])
+        return replace(self.pressing, surface=self.opposite[0], facets=self.opposite[1])
+
+    @property
+    def sides(self) -> tuple[Multipliers, Multipliers]:
+        """The pressures on the first and on the second side."""
+        return self.pressing, self.second
 
     def forces(self, n_nodes: int) -> sparse.csr_array:
         """Nodal forces (3 n_nodes, size) of unit stresses, N."""
@@ -287,17 +292,14 @@ class MatingFaces(Interface):
         """Traction (n_nodes, 3, k) on each side of stresses (size, k), MPa."""
         ends = np.cumsum([len(vertices) for _, vertices in self.kinds])
         tractions = {}
-        for surface, side, sign in (
-            (self.pressing.surface, self.pressing, 1.0),
-            (self.opposite[0], self.second, -1.0),
-        ):
+        for side, sign in zip(self.sides, (1.0, -1.0), strict=True):
             traction = np.zeros((len(points), 3, values.shape[1]))
             for (kind, vertices), stress in zip(self.kinds, np.split(values, ends[:-1]), strict=True):
                 every = np.zeros((side.size, values.shape[1]))
                 every[vertices] = stress
                 nodes, nodal = side.at_nodes(every)
                 traction[nodes] += sign * nodal[:, None] * kind.direction(points[nodes])[..., None]
-            tractions[surface] = traction
+            tractions[side.surface] = traction
         return tractions
 
 

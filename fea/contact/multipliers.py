@@ -112,6 +112,13 @@ class Multipliers:
             nodal[middle] = nodal[local[:, ends]].mean(axis=1)
         return nodes, nodal
 
+    def on_mesh(self, pressure: Floats, n_nodes: int) -> Floats:
+        """Values (n_nodes,) of pressures (n,) at all nodes; 0 beside the facets."""
+        nodes, values = self.at_nodes(pressure[:, None])
+        field = np.zeros(n_nodes)
+        field[nodes] = values[:, 0]
+        return field
+
 
 def uniform(vector: Floats) -> Direction:
     """Return the same direction everywhere."""

@@ -3,21 +3,25 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from fea.base.material import Material
-from fea.contact.assembly_state import AssemblyState, Touch
+from fea.contact.assembly_state import AssemblyState, SeatFields, Touch
 from fea.judge.case_error import CaseError
 from fea.judge.sharp_places import SharpPlace, SharpPlaces, mattering
 from fea.judge.verdict import CAP, Peak, Verdict, element_largest, peak, safety_factor
 from fea.stress.stress import principal, von_mises
 from geometry.arrays import Floats, Mask
-from geometry.surfaces import Surface
+from geometry.surfaces import INTERFACES, Surface
 from loads.instants import Instants
 from mesh.tetmesh import TetMesh
+
+# Surfaces that pins and other parts press on; of two that meet, the one that counts comes later.
+_PRESSED = (Surface.SMALL_END_BORE, Surface.BIG_END_BORE, *chain.from_iterable(reversed(INTERFACES)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,9 +30,9 @@ class CaseFields:
 
     displacement: Floats  #: (n_nodes, 3), mm, relative to the bores
     error: CaseError  #: estimated errors of the fields
-    #: (n_nodes,) of the pins in contact and between separate parts, MPa, 0 elsewhere; None where the pins'
-    #: pressure is prescribed
-    contact_pressure: Floats | None = None
+    #: What presses on the bores, on either side of interfaces and on the seats of bolts; empty where the
+    #: pins' pressure is prescribed
+    seats: Mapping[Surface, SeatFields] = field(default_factory=dict)
     #: (n_nodes,) between separate parts, mm, 0 elsewhere; None for a rod of one piece
     gap: Floats | None = None
     assembly: AssemblyState | None = None  #: bolts and interfaces of a rod of separate parts
@@ -113,6 +117,19 @@ class CaseResult(CaseFields):
         """Nodes (n_nodes,) that count for the figures: those away from singular places, if there are any."""
         masked = self.error.masked
         return ~masked if not masked.all() else masked
+
+    @property
+    def contact_pressure(self) -> Floats | None:
+        """Of the pins and between separate parts, (n_nodes,), MPa, 0 elsewhere.
+
+        A node has one: where the joint meets a bore or another interface, that of the joint. None where the
+        pins' pressure is prescribed.
+        """
+        pressure = np.zeros(len(self.mesh.points))
+        for surface in _PRESSED:
+            if surface in self.seats:
+                pressure[self.seats[surface].nodes] = self.seats[surface].pressure
+        return pressure if self.seats else None
 
     def point_data(self) -> dict[str, npt.NDArray[np.float64]]:
         """Arrays at the nodes, by their names in the VTU file."""

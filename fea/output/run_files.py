@@ -14,6 +14,7 @@ from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.output.columns_csv import write_columns
 from fea.output.folder import REPORT
+from fea.output.seats import write_seats
 from fea.output.target import PictureError, picture_name
 from fea.output.text import write_text
 from fea.output.vtu import write_pvd, write_vtu
@@ -47,6 +48,13 @@ def _case_fields(run: RunResult) -> Iterator[RunFiles]:
 
 def _write_case(run: RunResult, case: CaseResult, path: Path) -> None:
     write_vtu(path, run.mesh, case.point_data(), case.cell_data(run.materials))
+
+
+def _seats(run: RunResult) -> Iterator[RunFiles]:
+    """What presses on the rod in the load cases, where that is a result."""
+    cases = {name: case for name, case in run.cases.items() if case.seats}
+    if cases:
+        yield _one("contact.vtu", partial(write_seats, cases=cases))
 
 
 def _case_collection(run: RunResult) -> Iterator[RunFiles]:
@@ -145,6 +153,7 @@ def _report(run: RunResult) -> Iterator[RunFiles]:
 
 WRITERS = (
     Writer("write", _case_fields),
+    Writer("write", _seats),
     Writer("write", _case_collection),
     Writer("write", _instants),
     Writer("write", _study),

@@ -39,9 +39,20 @@ def write_vtu(
     StorageError
         The file could not be written.
     """
+    write_cells(path, mesh.points, mesh.tets, point_data, cell_data or {})
+
+
+def write_cells(
+    path: Path,
+    points: Array,
+    cells: Array,
+    point_data: Mapping[str, Array],
+    cell_data: Mapping[str, Array],
+) -> None:
+    """Write tetrahedra or triangles of either order: see `write_vtu`."""
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter  # noqa: PLC0415 - only writing needs VTK
 
-    grid = vtk_grid(mesh, point_data, cell_data or {})
+    grid = _grid(points, cells, point_data, cell_data)
     errors: list[str] = []
     writer = vtkXMLUnstructuredGridWriter()
     for source in (writer, writer.GetExecutive()):  # VTK does not print errors that are observed
@@ -61,33 +72,37 @@ def vtk_grid(mesh: TetMesh, point_data: Mapping[str, Array], cell_data: Mapping[
 
     It shares the memory of the arrays where it can.
     """
-    grid = _grid(mesh)
-    for name, values in point_data.items():
-        grid.GetPointData().AddArray(_array(name, values, len(mesh.points)))
-    for name, values in cell_data.items():
-        grid.GetCellData().AddArray(_array(name, values, len(mesh.tets)))
-    return grid
+    return _grid(mesh.points, mesh.tets, point_data, cell_data)
 
 
-def _grid(mesh: TetMesh) -> Any:
+def _grid(
+    nodes: Array, elements: Array, point_data: Mapping[str, Array], cell_data: Mapping[str, Array]
+) -> Any:
     from vtkmodules.util.numpy_support import numpy_to_vtk  # noqa: PLC0415
     from vtkmodules.vtkCommonCore import vtkPoints  # noqa: PLC0415
     from vtkmodules.vtkCommonDataModel import (  # noqa: PLC0415
         VTK_QUADRATIC_TETRA,
+        VTK_QUADRATIC_TRIANGLE,
         VTK_TETRA,
+        VTK_TRIANGLE,
         vtkCellArray,
         vtkUnstructuredGrid,
     )
 
+    kinds = {3: VTK_TRIANGLE, 4: VTK_TETRA, 6: VTK_QUADRATIC_TRIANGLE, 10: VTK_QUADRATIC_TETRA}
     points = vtkPoints()
-    points.SetData(numpy_to_vtk(np.ascontiguousarray(mesh.points)))
-    index = np.int32 if mesh.tets.size < np.iinfo(np.int32).max else np.int64
-    offsets = np.arange(0, mesh.tets.size + 1, mesh.tets.shape[1], dtype=index)
+    points.SetData(numpy_to_vtk(np.ascontiguousarray(nodes)))
+    index = np.int32 if elements.size < np.iinfo(np.int32).max else np.int64
+    offsets = np.arange(0, elements.size + 1, elements.shape[1], dtype=index)
     cells = vtkCellArray()
-    cells.SetData(numpy_to_vtk(offsets), numpy_to_vtk(mesh.tets.astype(index).ravel()))
+    cells.SetData(numpy_to_vtk(offsets), numpy_to_vtk(elements.astype(index).ravel()))
     grid = vtkUnstructuredGrid()
     grid.SetPoints(points)
-    grid.SetCells(VTK_TETRA if mesh.order == 1 else VTK_QUADRATIC_TETRA, cells)
+    grid.SetCells(kinds[elements.shape[1]], cells)
+    for name, values in point_data.items():
+        grid.GetPointData().AddArray(_array(name, values, len(nodes)))
+    for name, values in cell_data.items():
+        grid.GetCellData().AddArray(_array(name, values, len(elements)))
     return grid
 
 

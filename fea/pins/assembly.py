@@ -19,7 +19,7 @@ from fea.contact.friction_system import ContactState, Load
 from fea.contact.interfaces import BoltPull, MatingFaces
 from fea.contact.multipliers import Direction, radial
 from fea.machine.threads import one_blas_thread
-from fea.pins.assembly_states import AssemblyStates, gap_at_nodes, pressure_at_nodes
+from fea.pins.assembly_states import AssemblyStates, gap_at_nodes
 from fea.pins.contact import SMOOTH, BoreContact, ContactPins, ContactUnits, acting, of_unit_work
 from fea.pins.fits import Fits
 from fea.pins.model import (
@@ -110,7 +110,7 @@ class AssemblyContact(BoreContact):
             growth=self.growth,
             largest=max(forces.largest, summed.bolt_force),
             assembly=summed,
-            pressure=pressure_at_nodes(self.problem, values),
+            pressure=self.pressure(values),
             gap=gap_at_nodes(self.problem, normal, self.sums.gap(state)),
         )
 

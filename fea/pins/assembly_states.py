@@ -1,6 +1,5 @@
 """From the unknowns of an assembly to the figures of its bolts and interfaces."""
 
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -8,7 +7,6 @@ import numpy as np
 from fea.contact.assembled import Assembled
 from fea.contact.assembly_state import AssemblyState, BoltState, FaceState, Place
 from fea.contact.friction_system import ContactState
-from fea.contact.multipliers import Multipliers
 from fea.contact.problem import ContactProblem
 from fea.solid.parity import Parity, Split
 from geometry.arrays import Floats, Ints, Mask
@@ -129,41 +127,18 @@ def _place(point: Floats) -> Place:
     return x, y, z
 
 
-def pressure_at_nodes(problem: ContactProblem, values: Floats) -> Split:
-    """Pressure (n_nodes,) of pins and on both sides of interfaces, of unknowns (n,): MPa, 0 elsewhere.
-
-    Where a bore and an interface meet, that of the interface counts.
-    """
-    parts = {}
-    for parity, own in problem.unfolding.parts(values).items():
-        nodal = np.zeros(len(problem.mesh.points))
-        for number, bore in enumerate(problem.bores):
-            nodes, pressure = bore.multipliers.at_nodes(own[problem.own(number)][:, None])
-            nodal[nodes] = pressure[:, 0]
-        parts[parity] = _on_interfaces(problem, own, nodal)
-    return Split(parts[Parity.SYMMETRIC], parts.get(Parity.ANTISYMMETRIC))
-
-
 def gap_at_nodes(problem: ContactProblem, normal: Ints, gap: Floats) -> Split:
-    """Gap (n_nodes,) on both sides of interfaces: mm, 0 elsewhere.
+    """Gap (n_nodes,) on both sides of interfaces: mm, 0 elsewhere; where two of them meet, that of the joint.
 
     `normal` (k,) unknowns that are pressures between parts; `gap` (k,) at their places, mm.
     """
     every = np.zeros(problem.unfolding.size)
     every[normal] = gap
-    parts = {
-        parity: _on_interfaces(problem, own, np.zeros(len(problem.mesh.points)))
-        for parity, own in problem.unfolding.parts(every).items()
-    }
+    parts = {}
+    for parity, own in problem.unfolding.parts(every).items():
+        parts[parity] = np.zeros(len(problem.mesh.points))
+        for number, faces in reversed(list(enumerate(problem.faces, len(problem.bores)))):
+            for side in faces.sides:
+                nodes, values = side.at_nodes(own[problem.own(number)][: side.size, None])
+                parts[parity][nodes] = values[:, 0]
     return Split(parts[Parity.SYMMETRIC], parts.get(Parity.ANTISYMMETRIC))
-
-
-def _on_interfaces(problem: ContactProblem, own: Floats, nodal: Floats) -> Floats:
-    """Put the values that belong to the vertices of interfaces at the nodes of both sides."""
-    for number, faces in enumerate(problem.faces, len(problem.bores)):
-        pressing: Multipliers = faces.pressing
-        at_vertices = own[problem.own(number)][: pressing.size, None]
-        for side in (pressing, replace(pressing, facets=faces.opposite[1])):
-            nodes, values = side.at_nodes(at_vertices)
-            nodal[nodes] = values[:, 0]
-    return nodal

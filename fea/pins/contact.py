@@ -115,14 +115,14 @@ class BoreContact:
         if instant.motions.any():
             inertial = self._inertia.forces(instant)
             forces = {parity: nodal + inertial.part(parity) for parity, nodal in forces.items()}
-        traction = {parity: self.traction(values[:, None]) for parity, values in parts.items()}
-        odd = Parity.ANTISYMMETRIC
+        traction = {
+            parity: {surface: field[..., 0] for surface, field in self.traction(values[:, None]).items()}
+            for parity, values in parts.items()
+        }
         return Response(
-            forces=Split(forces[Parity.SYMMETRIC], forces.get(odd)),
-            traction={
-                surface: Split(even[..., 0], traction[odd][surface][..., 0] if odd in traction else None)
-                for surface, even in traction[Parity.SYMMETRIC].items()
-            },
+            forces=Split(forces[Parity.SYMMETRIC], forces.get(Parity.ANTISYMMETRIC)),
+            traction=_by_surface(traction),
+            pressure=self.pressure(state.values),
             largest=float(instant.largest_force),
             touch=self.touch(state.values),
             checks={"contact_gap": state.residual, "contact_balance": state.imbalance},
@@ -161,6 +161,29 @@ class BoreContact:
                 own_share = unit[..., None] * pressure[self.problem.own(number)]
                 tractions[surface] = tractions.get(surface, 0.0) + own_share
         return tractions
+
+    def pressure(self, values: Floats) -> dict[Surface, Split]:
+        """Pressure (n_nodes,) on each surface of unknowns (n,), MPa; 0 beside the surface."""
+        parts = self.problem.unfolding.parts(values)
+        return _by_surface({parity: self._pressure_on_cell(own) for parity, own in parts.items()})
+
+    def _pressure_on_cell(self, values: Floats) -> dict[Surface, Floats]:
+        problem, pressures = self.problem, dict[Surface, Floats]()
+        sides = [(bore.multipliers,) for bore in problem.bores] + [faces.sides for faces in problem.faces]
+        for number, own in enumerate(sides):
+            for side in own:
+                at_vertices = values[problem.own(number)][: side.size]
+                pressures[side.surface] = side.on_mesh(at_vertices, self._n_nodes)
+        for bolt, force in zip(problem.bolts, values[len(values) - len(problem.bolts) :], strict=True):
+            for surface, unit in bolt.traction.items():
+                own_share = force * np.linalg.norm(unit, axis=1)
+                pressures[surface] = pressures.get(surface, 0.0) + own_share
+        return pressures
+
+
+def _by_surface(parts: Mapping[Parity, Mapping[Surface, Floats]]) -> dict[Surface, Split]:
+    odd = parts.get(Parity.ANTISYMMETRIC, {})
+    return {surface: Split(even, odd.get(surface)) for surface, even in parts[Parity.SYMMETRIC].items()}
 
 
 def acting(instants: Instants) -> Iterator[tuple[Floats, Floats, Floats]]:

@@ -116,7 +116,9 @@ class Response:
     growth: Split | None = None  #: free thermal expansion on the cell, mm, which causes no stress
     checks: Mapping[str, float] = field(default_factory=dict)  #: further ones of `fea.base.checks`
     assembly: AssemblyState | None = None  #: bolts and interfaces of a rod of separate parts
-    pressure: Split | None = None  #: (n_nodes,) contact pressure of such a rod, MPa
+    #: (n_nodes,) contact pressure on each surface that something presses on, MPa; 0 beside the surface.
+    #: Empty where the pins' pressure is prescribed.
+    pressure: Mapping[Surface, Split] = field(default_factory=dict)
     gap: Split | None = None  #: (n_nodes,) between its parts, mm
 
 

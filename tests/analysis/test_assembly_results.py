@@ -8,6 +8,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+import pyvista as pv
+from facets import WrittenSeats, integral
 from hypothesis import given
 from hypothesis import strategies as st
 from written_figures import buckling, result, summary
@@ -18,6 +20,7 @@ from fea.analysis.figures import BoltsFigures, JointCaseFigures, JointFigures, O
 from fea.analysis.survival import factors, survival
 from fea.apps.report_run import prepared_again
 from fea.base.choices import Symmetry
+from fea.output.json_file import read_summary
 from fea.output.stored_run import StoredRun
 from fea.output.terminal.assembly import assembly_lines
 from fea.pins.load_limits import LARGEST, WITHIN, LoadLimits, onset
@@ -38,6 +41,7 @@ ENGINE = (
     '[engine]\nstroke_mm = 94.0\nbore_mm = 76.0\npiston_mass_kg = 1.3345\ngas = "leon-2001"\n'
     "[speed]\nrpm = 6000\n"
 )
+BUSHED = ROD.replace("[material]", "bushing_mm = 2.0\n[material]")
 ASSEMBLED = "[assembly]\nbolt_preload_kN = 30.0\nbolt_grade = 10.9\n"
 
 
@@ -48,7 +52,15 @@ def read(text, rod=ROD):
 @pytest.fixture(scope="module")
 def pulled_rod():
     """A rod that is pulled at rest: what acts on its cap is bolts, joint and pin alone."""
-    return analyse(read("[forces]\npin_N = [30e3, 0.0]\n" + ASSEMBLED))
+    fits = "bushing_interference_mm = 0.02\nshell_thickness_mm = 2.0\n"
+    return analyse(read("[forces]\npin_N = [30e3, 0.0]\n" + ASSEMBLED + fits, BUSHED))
+
+
+@pytest.fixture(scope="module")
+def folder(pulled_rod, tmp_path_factory):
+    written = tmp_path_factory.mktemp("pulled") / "run"
+    pulled_rod.write(written)
+    return written
 
 
 @pytest.fixture(scope="module")
@@ -56,18 +68,12 @@ def rod():
     return prepare(read("[forces]\npin_N = [40e3, 0.0]\n" + ASSEMBLED))
 
 
-def on_faces(mesh, facets, values):
-    """Means (n,) of values at the vertices of facets, and area vectors (n, 3)."""
-    a, b, c = mesh.points[facets[:, :3]].transpose(1, 0, 2)
-    normal = np.cross(b - a, c - a) / 2
-    return values[facets[:, :3]].mean(axis=1), normal
-
-
 def test_nothing_but_bolts_acts_on_the_joint_of_an_assembled_rod(pulled_rod):
     state = pulled_rod.cases[ASSEMBLY].assembly
     assert [bolt.force for bolt in state.bolts] == pytest.approx([PRELOAD, PRELOAD], rel=1e-12)
     assert state.joint.force == pytest.approx(2 * PRELOAD, rel=1e-9)
-    assert state.joint.open_share == state.joint.opening == state.joint.slip == 0
+    assert state.joint.open_share < 0.01
+    assert state.joint.slip == 0
     assert state.joint.shear < 1e-9 * PRELOAD
     assert pulled_rod.trusted
 
@@ -113,27 +119,46 @@ def test_bores_are_round_as_assembled_but_not_as_made(pulled_rod):
     assert ovality["given"].ovality_mm > 0.01
 
 
-def test_pressures_and_gaps_are_written_on_both_sides(pulled_rod, tmp_path):
-    pulled_rod.write(tmp_path / "run")
-    written = meshio.read(tmp_path / "run" / "given.vtu")
-    assert pulled_rod.summary.assembly.parts == ("rod", "cap")
-    assert set(np.unique(written.cell_data["part"][0])) == {0, 1}
+def test_pressures_and_gaps_are_written_on_both_sides(pulled_rod, folder):
+    written = meshio.read(folder / "given.vtu")
+    assert pulled_rod.summary.assembly.parts == ("rod", "cap", "bushing", "upper shell", "lower shell")
+    assert set(np.unique(written.cell_data["part"][0])) == set(range(5))
     pressure, gap = written.point_data["contact_pressure"], written.point_data["gap"]
     mesh, joint = pulled_rod.mesh, pulled_rod.cases["given"].assembly.joint
     sums = []
     for side in (Surface.JOINT, Surface.JOINT_CAP):
-        values, area = on_faces(mesh, mesh.facets[side], pressure)
-        sums.append(values @ np.linalg.norm(area, axis=1))
+        sums.append(integral(mesh.points, mesh.facets[side], pressure))
         assert gap[mesh.facets[side][:, :3]].max() == pytest.approx(joint.opening, rel=1e-6)
     moved = written.point_data["displacement"][:, 0]
     one, other = mesh.facets[Surface.JOINT], mesh.facets[Surface.JOINT_CAP][:, FACET_TURN[6]]
     assert (moved[one] - moved[other]).max() == pytest.approx(joint.opening, rel=0.3)
-    assert sums == pytest.approx([joint.force, joint.force], rel=0.02)
+    assert sums == pytest.approx([joint.force, joint.force], rel=1e-9)
     vertices = np.unique(mesh.facets[Surface.JOINT][:, :3])
-    rim = np.intersect1d(vertices, mesh.facets[Surface.BIG_END_BORE])
-    inner = np.setdiff1d(vertices, rim)
-    assert not pressure[inner[gap[inner] > 0]].any()
-    assert (tmp_path / "run" / "joint.png").stat().st_size < 300e3
+    assert not pressure[vertices[gap[vertices] > 0]].any()
+    assert (folder / "joint.png").stat().st_size < 300e3
+
+
+def test_what_presses_on_each_seat_integrates_to_its_force(folder):
+    written, shown = WrittenSeats(folder / "contact.vtu"), pv.read(folder / "contact.vtu")
+    figures = read_summary(folder)
+    bolts, fits = figures.assembly.bolts, figures.assembly.fits
+    for name, joint in figures.assembly.joint.by_case.items():
+        bolt_force, load = sum(bolt.force_N for bolt in bolts.by_case[name]), figures.loads[name]
+        seats = {"joint": joint.clamp_force_N, "bolt_head": bolt_force, "bolt_thread": bolt_force}
+        for seat, fit in (("bushing_seat", fits["bushing"]), ("shell_seat", fits["shells"])):
+            seats[seat] = fit.by_case[name].mean_pressure_MPa * written.integral(seat)
+        assert set(written.names) == {*seats, "small_end_bore", "big_end_bore"}
+        pressure = f"pressure_{name}"
+        for seat, force in seats.items():
+            # summary.json holds six digits.
+            assert written.integral(seat, pressure) == pytest.approx(force, rel=1e-5), seat
+            # VTK divides a facet into four plane triangles: an annulus under a bolt gets 48 straight sides.
+            drawn = shown.threshold(0.5, scalars=seat).integrate_data()
+            assert drawn[pressure][0] == pytest.approx(force, rel=1e-2), seat
+        for seat, force in (("small_end_bore", load.pin_axial_N), ("big_end_bore", -load.crank_axial_N)):
+            # Between the nodes of a facet, the direction of the traction is quadratic instead of radial.
+            along = written.integral(seat, f"traction_{name}")[0]
+            assert along == pytest.approx(force, rel=1e-3, abs=1e-9 * PRELOAD), seat
 
 
 def test_half_a_rod_says_the_same_as_a_quarter():
@@ -216,7 +241,10 @@ def test_a_joint_that_slides_does_not_survive():
 
 
 def test_a_reader_learns_what_the_bolts_and_the_joint_do(pulled_rod):
-    lines = "\n".join(assembly_lines(pulled_rod.summary.assembly))
+    figures = pulled_rod.summary.assembly
+    opens = OnsetFigures(case="given", load_factor=0.5, largest_factor=LARGEST)
+    figures = replace(figures, joint=replace(figures.joint, opens=opens))
+    lines = "\n".join(assembly_lines(figures))
     assert re.search(
         r"Bolts, M9x1: at most 3\d\.\d kN \(given\), load factor Φ 0\.\d+ \(VDI 2230: 0\.2", lines
     )

@@ -7,6 +7,7 @@ import meshio
 import numpy as np
 import pytest
 from cycles import direct
+from facets import WrittenSeats, integral
 from studies import plain_study
 
 from fea import analyse
@@ -61,16 +62,11 @@ def test_the_pressures_on_each_bore_have_the_force_of_its_pin(quarter, name):
     }
     assert (case.contact_pressure >= 0).all()
     for bore, force in forces.items():
-        nodes = mesh.facets[bore]
-        middle = mesh.points[nodes].mean(axis=1)
-        a, b, c = (mesh.points[nodes[:, k]] for k in range(3))
-        area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-        length = quarter.summary.rod.length_mm
-        x = middle[:, 0] - (length if bore is Surface.SMALL_END_BORE else 0.0)
-        outwards = np.stack([x, middle[:, 1]], axis=1) / np.hypot(x, middle[:, 1])[:, None]
-        sums = (area * case.contact_pressure[nodes[:, :3]].mean(axis=1)) @ outwards
-        # Flat triangles have less area than the curved facets.
-        assert sums == pytest.approx(np.array(force), abs=0.02 * np.hypot(*force))
+        away = mesh.points[:, :2] - [quarter.summary.rod.length_mm * (bore is Surface.SMALL_END_BORE), 0.0]
+        outwards = away / np.linalg.norm(away, axis=1, keepdims=True)
+        sums = integral(mesh.points, mesh.facets[bore], case.contact_pressure[:, None] * outwards)
+        # Between the nodes of a facet, the direction of the traction is quadratic instead of radial.
+        assert sums == pytest.approx(np.array(force), abs=1e-3 * np.hypot(*force))
 
 
 @pytest.mark.parametrize("symmetry", ["half", "none"])
@@ -157,6 +153,14 @@ def test_what_a_run_in_contact_leaves(tmp_path):
     assert set(touched) == {"small_end_bore", "big_end_bore"}
     assert 0 < touched["big_end_bore"].arc_deg < 180
     assert touched["big_end_bore"].ovality_mm > 0
+    seats = WrittenSeats(tmp_path / "run" / "contact.vtu")
+    for name, load in figures.loads.items():
+        pin = load.pin_axial_N, load.pin_transverse_N
+        crank = -load.crank_axial_N, load.crank_transverse_N
+        for seat, force in zip(seats.names, (pin, crank), strict=True):
+            sums = seats.integral(seat, f"traction_{name}")[:2]
+            # Between the nodes of a facet, the direction of the traction is quadratic instead of radial.
+            assert sums == pytest.approx(np.array(force), abs=1e-3 * np.hypot(*force)), (name, seat)
     written = meshio.read(tmp_path / "run" / "compression.vtu").point_data["contact_pressure"]
     on_bores = np.zeros(len(written), dtype=bool)
     for bore in (Surface.SMALL_END_BORE, Surface.BIG_END_BORE):

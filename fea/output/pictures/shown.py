@@ -112,8 +112,9 @@ def chosen_field(name: str | None, arrays: Collection[str], file: str) -> str:
         The file has no field, or not the requested one.
     """
     names = available(arrays)
-    rule = "is not a result of fea: it has no stress, safety factor or mode shape"
-    require(bool(names), "FILE", file, rule, "Name a .vtu file written by fea.")
+    rule = "has no stress, safety factor or mode shape"
+    remedy = "Name the .vtu file of a load case, an envelope or mode shapes, written by fea."
+    require(bool(names), "FILE", file, rule, remedy)
     if name is not None:
         require(name in names, "--field", name, f"must be one of {', '.join(names)} for {file}")
     return name or names[0]

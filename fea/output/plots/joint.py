@@ -99,7 +99,8 @@ def _draw_pressure(figure: Any, axes: Any, case: CaseResult, largest: float, nam
     mesh = case.mesh
     facets = mesh.facets[Surface.JOINT][:, :3]
     across, z = _on_plane(mesh, facets), mesh.points[:, 2]
-    pressure = np.zeros(len(z)) if case.contact_pressure is None else case.contact_pressure
+    pressure, seat = np.zeros(len(z)), case.seats[Surface.JOINT]
+    pressure[seat.nodes] = seat.pressure
     drawn = axes.tripcolor(
         across, z, facets, pressure, shading="gouraud", cmap="magma_r", vmin=0, vmax=largest
     )
@@ -210,9 +211,8 @@ def _around(surface: Surface, x: float, cases: Collection[CaseResult]) -> tuple[
     from scipy.interpolate import LinearNDInterpolator  # noqa: PLC0415 - only this plot needs it
 
     mesh = next(iter(cases)).mesh
-    nodes = np.unique(mesh.facets[surface])
-    pressure = np.stack([case.contact_pressure[nodes] for case in cases], axis=1)  # type: ignore[index]
-    own = mesh.points[nodes] - [x, 0.0, 0.0]
+    pressure = np.stack([case.seats[surface].pressure for case in cases], axis=1)
+    own = mesh.points[np.unique(mesh.facets[surface])] - [x, 0.0, 0.0]
     angle, z = np.arctan2(own[:, 1], own[:, 0]), own[:, 2] / np.hypot(own[:, 0], own[:, 1]).mean()
     unrolled = np.concatenate([np.stack([angle + turn, z], axis=1) for turn in (-2 * np.pi, 0, 2 * np.pi)])
     field = LinearNDInterpolator(unrolled, np.tile(pressure, (3, 1)), fill_value=0.0)
