@@ -316,7 +316,8 @@ class AssemblyUnits(ContactUnits):
         of_cases = [(pins.states(each), each.motions) for each in (peak_cases(own).cases for own in cycles)]
         rests = [self._rest(*own) for own in over_cycles] + [_OF_CASES * self._rest(*own) for own in of_cases]
         largest = np.max([np.abs(state.values) for states, _ in over_cycles for state in states], axis=0)
-        self._spans = self._spanning(self._unfolding.parts(np.hstack(rests)), largest)
+        with one_blas_thread():
+            self._spans = self._spanning(self._unfolding.parts(np.hstack(rests)), largest)
         self._inertial, self._start = map(self._unfolding.parts, self._sticking)
         count = {parity: own.patterns.shape[1] for parity, own in self._spans.items()}
         self.joint = JointBounds(*(slice(SMOOTH, count.get(parity, 0)) for parity in Parity))
