@@ -19,7 +19,7 @@ from fea.analysis.speed_map import first_below, opening_speeds
 from fea.analysis.summary import endurance_figures, load_figures, summary_of
 from fea.base.note import omission
 from fea.base.units import DEG
-from fea.machine.threads import side_by_side
+from fea.machine.threads import one_blas_thread, side_by_side
 
 # With more speeds than this the fields are written at the worst ones only.
 MOST_FULL_RUNS = 10
@@ -61,9 +61,13 @@ class SpeedSweep:
         self._rod, loading = rod, rod.engine
         # A speed at which nothing loads the rod is refused.
         self._loads = {rpm: loading.at(rod.mass, rpm) for rpm in speeds}
-        self._search = SpeedSearch(rod.cycle, rod.crank_cycle, sorted(speeds))
-        self._found = dict(zip(sorted(speeds), side_by_side(self._search.at, sorted(speeds)), strict=True))
-        self.critical = {name: self._critical(mode) for name, mode in _MODES.items()}
+        analysis = rod.cycle
+        with one_blas_thread():  # the speeds have a thread each
+            self._search = SpeedSearch(analysis, rod.crank_cycle, sorted(speeds))
+            self._found = dict(
+                zip(sorted(speeds), side_by_side(self._search.at, sorted(speeds)), strict=True)
+            )
+            self.critical = dict(zip(_MODES, side_by_side(self._critical, _MODES.values()), strict=True))
         self.critical |= opening_speeds(rod, speeds)
 
     @property

@@ -10,7 +10,7 @@ w = Cλ + g − R d ≥ 0 with the rigid motions d, and w λ = 0 in each place.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg.lapack import dpotrf, dpotrs
 from scipy.optimize import nnls
 
 from fea.solid.errors import ContactError
@@ -23,6 +23,12 @@ MOST_CHANGES = 25
 TOLERANCE = 1e-12
 # Largest relative error of the resultants.
 BALANCE = 1e-9
+_UNSETTLED = (
+    "the contact area did not settle, because rounding errors are too large: choose a larger --size or "
+    "another --pressure"
+)
+# Relative: below it, no place in contact is sure to resist a motion.
+_RESISTED = 1e-4
 
 
 @dataclass(frozen=True)
@@ -58,17 +64,18 @@ class ContactSystem:
         self._scale = np.where(scale > 0, scale, 1.0)
         self._active: Mask | None = None
         # Places of the last area, its factor, and its answer to the motions: the next load begins with it.
-        self._factorised: tuple[Ints, tuple[Floats, bool], Floats] | None = None
+        self._factorised: tuple[Ints, Floats, Floats] | None = None
 
-    def solve(self, gap: Floats, force: Floats) -> Contact:
-        """Solve for a gap g (n,) and resultants F (m,).
+    def solve(self, gap: Floats, force: Floats, start: Mask | None = None) -> Contact:
+        """Solve for a gap g (n,) and resultants F (m,), from the contact area of the load before or `start`.
 
         Raises
         ------
         ContactError
             No pressure has these resultants.
         """
-        active = self._R @ force > 0 if self._active is None else self._active
+        before = self._active if start is None else start
+        active = self._R @ force > 0 if before is None else before
         contact = self._primal_dual(gap, force, active) or self._exchanged(gap, force)
         self._active = contact.pressure > 0
         return contact
@@ -109,27 +116,27 @@ class ContactSystem:
             if active[deepest] or left[deepest] >= -_slack(left, gap):
                 return self._contact(pressure, motion, left, gap, force, changes=change)
             active[deepest] = True
-        message = (
-            "the contact area did not settle, because rounding errors are too large: choose a larger --size "
-            "or another --pressure"
-        )
-        raise ContactError(message)
+        raise ContactError(_UNSETTLED)
 
     def _touching(self, active: Mask, gap: Floats, force: Floats) -> tuple[Floats, Floats]:
         """Pressures (n,) and motions (m,) that close the gap in the active places and balance the load."""
         touching = np.flatnonzero(active)
+        if not touching.size:
+            return np.zeros(len(gap)), np.zeros(len(force))
         rigid = self._R[touching]
-        if self._factorised is None or not np.array_equal(self._factorised[0], touching):
-            block = self._C[np.ix_(touching, touching)]
-            factor = cho_factor(block, lower=True, overwrite_a=True, check_finite=False)
-            moved = cho_solve(factor, rigid, check_finite=False)
-            self._factorised = touching, factor, moved
-        _, factor, moved = self._factorised
-        at_rest = cho_solve(factor, gap[touching], check_finite=False)
+        known = self._factorised  # another thread may replace it meanwhile
+        if known is None or not np.array_equal(known[0], touching):
+            # The block is symmetric: its transpose has the order of LAPACK.
+            factor, failed = dpotrf(self._C[np.ix_(touching, touching)].T, lower=1, clean=0, overwrite_a=1)
+            if failed:
+                raise ContactError(_UNSETTLED)
+            known = touching, factor, dpotrs(factor, rigid, lower=1)[0]
+            self._factorised = known
+        _, factor, moved = known
+        at_rest = dpotrs(factor, gap[touching], lower=1)[0]
         scale = self._scale
-        schur = (rigid.T @ moved) / np.outer(scale, scale)
-        # A motion that no place in contact resists stays zero.
-        motion = np.linalg.lstsq(schur, (force + rigid.T @ at_rest) / scale, rcond=1e-12)[0] / scale
+        motion = _balancing((rigid.T @ moved) / np.outer(scale, scale), (force + rigid.T @ at_rest) / scale)
+        motion /= scale
         pressure = np.zeros(len(gap))
         pressure[touching] = moved @ motion - at_rest
         return pressure, motion
@@ -176,6 +183,14 @@ def balanced(rigid: Floats, force: Floats) -> Floats:
         )
         raise ContactError(message)
     return np.asarray(pressure)
+
+
+def _balancing(resistance: Floats, force: Floats) -> Floats:
+    """Motions (m,) that balance forces; one that no place in contact resists stays zero."""
+    stiff = np.linalg.eigvalsh(resistance) if len(force) else np.ones(1)
+    if stiff[0] > _RESISTED * stiff[-1]:
+        return np.asarray(np.linalg.solve(resistance, force), np.float64)
+    return np.asarray(np.linalg.lstsq(resistance, force, rcond=1e-12)[0])
 
 
 def _little(pressure: Floats) -> float:

@@ -169,15 +169,16 @@ class Deflection:
         return cls(compliance, carried)
 
     def pressed(self, pin: Pin, force: Floats) -> dict[Parity, Floats]:
-        """Moments (n,) of the deflection by the supports, for a force (2,) of the pin on the whole rod, N.
+        """Moments (n, …) of the deflection by the supports, for forces (2, …) of the pin on the whole rod, N.
 
         They press with half a cosine around the side opposite to the force, constant along their length.
         """
         near, far = pin.carried or (0.0, np.inf)
-        peak = 2 * float(np.hypot(*force)) / (np.pi * pin.radius * 2 * (far - near))
-        turned = np.array(CARRIED) * (np.arctan2(force[1], force[0]) + np.pi)
+        peak = 2 * np.hypot(*force) / (np.pi * pin.radius * 2 * (far - near))
+        share = np.multiply.outer(_HALF_COSINE, peak)
+        turned = np.multiply.outer(CARRIED, np.arctan2(force[1], force[0]) + np.pi)
         waves = {Parity.SYMMETRIC: np.cos(turned), Parity.ANTISYMMETRIC: np.sin(turned)}
-        return {parity: self.carried[parity] @ (peak * _HALF_COSINE * wave) for parity, wave in waves.items()}
+        return {parity: self.carried[parity] @ (share * wave) for parity, wave in waves.items()}
 
 
 def _between(stations: Floats, z: Floats) -> Floats:

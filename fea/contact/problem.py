@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from fea.contact.active_set import Contact, ContactSystem
+from fea.contact.estimate import PressureEstimator
 from fea.contact.interfaces import BoltPull, Interface, MatingFaces, PinInBore
 from fea.solid.bore_motion import motions_with
 from fea.solid.parity import MirrorUnfolding, Parity
@@ -90,6 +91,11 @@ class ContactProblem:
         """The problem of a body of one part and its pins."""
         return ContactSystem(self.compliance, self.rigid)
 
+    @cached_property
+    def estimator(self) -> PressureEstimator:
+        """Bounds the error of estimated pressures of such a body."""
+        return PressureEstimator(self.compliance, self.rigid)
+
     def _compliance(self, body: Body, parity: Parity, loads: Floats) -> tuple[Floats, Floats]:
         """Moments on the cell of unit pressures (n_cell, n_cell) and of the other loads (n_cell, n_loads)."""
         n_cell = self.forces.shape[1]
@@ -123,8 +129,8 @@ class ContactProblem:
         return np.stack(columns, axis=1) if columns else np.zeros((self.unfolding.size, 0))
 
     def _on_cell(self, number: int, values: Floats) -> Floats:
-        """Values of the unknowns of the cell (n_cell,) from those of one bore, or of it and the next ones."""
-        cell = np.zeros(self.forces.shape[1])
+        """Values (n_cell, …) of the unknowns of the cell from those of one bore, or of it and the next."""
+        cell = np.zeros((self.forces.shape[1], *values.shape[1:]))
         start = self.starts[number]
         cell[start : start + len(values)] = values
         return cell
@@ -152,12 +158,13 @@ class ContactProblem:
         return free
 
     def gap(self, forces: Sequence[Floats], weights: Floats) -> Floats:
-        """Moments (n,) of the gap under forces (2,) of each pin on the whole body, N, and other loads."""
-        return self.initial + self.loaded @ weights + self.bent(forces)
+        """Moments (n, …) of the gap under forces (2, …) of each pin on the whole body, N, and other loads."""
+        opened = self.loaded @ weights + self.bent(forces)
+        return np.asarray(self.initial.reshape(-1, *(1,) * (opened.ndim - 1)) + opened)
 
     def bent(self, forces: Sequence[Floats]) -> Floats:
-        """Moments (n,) of the gap that the supports of elastic pins open, for the forces (2,) of the pins."""
-        gap = np.zeros(self.unfolding.size)
+        """Moments (n, …) of the gap that the supports of elastic pins open, for forces (2, …) of the pins."""
+        gap = np.zeros((self.unfolding.size, *(forces[0].shape[1:] if len(forces) else ())))
         for number, (bore, force) in enumerate(zip(self.bores, forces, strict=True)):
             if bore.deflection is None or bore.pin is None:
                 continue
@@ -179,12 +186,12 @@ class ContactProblem:
         return self.system.solve(self.gap(forces, weights), self.sums(forces, moments))
 
     def sums(self, forces: Sequence[Floats], moments: Floats | None = None) -> Floats:
-        """Resultants (m,) along the columns of `rigid`; parameters as for `solve`."""
+        """Resultants (m, …) along the columns of `rigid`; parameters (2, …) as for `solve`."""
         axes = 2 if self.unfolding.both_sides or not self.cut_y else 1
         sums = [force[:axes] for force in forces]
         if self.bores and not self.cut_z:
-            sums.append(np.zeros(2) if moments is None else moments)
-        return np.concatenate([*sums, np.zeros(0)])
+            sums.append(np.zeros_like(forces[0]) if moments is None else moments)
+        return np.concatenate(sums) if sums else np.zeros(0)
 
     def own(self, number: int) -> slice:
         """The unknowns of the cell of one bore, then of one pair of faces, then of one bolt."""

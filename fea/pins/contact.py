@@ -18,6 +18,7 @@ from fea.base.checks import LIMITS
 from fea.base.choices import CONTACT, SolverName
 from fea.contact.active_set import Contact
 from fea.contact.assembly_state import Touch
+from fea.contact.estimate import interpolated
 from fea.contact.friction_system import ContactState
 from fea.contact.interfaces import BoltPull, MatingFaces, PinInBore
 from fea.contact.multipliers import Multipliers, radial
@@ -29,6 +30,7 @@ from fea.pins.model import (
     JointBounds,
     PinModel,
     Response,
+    SampledWeights,
     Structure,
     UnitLoads,
     Weights,
@@ -37,15 +39,19 @@ from fea.pins.model import (
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, resultants
 from fea.solid.parity import Parity, Split
 from fea.study.pin_models import contact_excluded_because
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats, Ints, Mask
 from geometry.errors import require
 from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants
 
 _MOTIONS = (*EVEN_MOTIONS, *ODD_MOTIONS)
+# Every so many instants of a sampled cycle are solved at first.
+KNOTS = 5
 # Patterns of either parity that are bounded each by itself.
 SMOOTH = 10
+# Of the resultants of the patterns: below it, they have none.
+_RESULTANT = 1e-9
 # Of the largest pressure of an instant: what rounding leaves where nothing touches.
 NOTHING = 1e-9
 
@@ -105,8 +111,13 @@ class BoreContact:
         self._owner = np.concatenate([owner, owner[off]])
 
     def tilted(self, motion: Floats) -> Floats | None:
-        """Moments (2,) that the pins must have on a rod that may tilt."""
+        """Moments (2, …) that the pins must have on a rod that may tilt."""
         return None if self._tilting is None else -self._tilting @ motion
+
+    def acting(self, instants: Instants) -> tuple[Floats, Floats]:
+        """Gaps (n, n_instants) and resultants (m, n_instants) of the contact problems of instants."""
+        forces, motions = (instants.pin, instants.crank), instants.motions
+        return self.problem.gap(forces, motions), self.problem.sums(forces, self.tilted(motions))
 
     def response(self, instant: Instants, state: State) -> Response:
         """Return what a solution and the inertia of its instant do to the rod."""
@@ -240,12 +251,10 @@ class ContactPins(PinModel):
 
     def states(self, instants: Instants, cycle: CrankCycle | None = None) -> Sequence[State]:  # noqa: ARG002
         """Solve instants one after another; parameters and errors as for `PinModel.respond`."""
-        contact = self.contact
+        system = self.contact.problem.system
+        gaps, forces = self.contact.acting(instants)
         with one_blas_thread():
-            return [
-                contact.problem.solve((pin, crank), motion, contact.tilted(motion))
-                for pin, crank, motion in acting(instants)
-            ]
+            return [system.solve(*each) for each in zip(gaps.T.copy(), forces.T.copy(), strict=True)]
 
     def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:  # noqa: ARG002
         """Return patterns of pressure, and inertia: they span any instant."""
@@ -311,6 +320,8 @@ class PressurePatterns(ContactUnits):
             patterns = of_unit_work(compliance[np.ix_(own, own)])
             self._patterns[parity][own], self._weighing[parity][own] = patterns
         self.joint = JointBounds(*(slice(SMOOTH, self._patterns[parity].shape[1]) for parity in Parity))
+        # Of cycles that were sampled: contact areas by the speed of the crank, rad/s.
+        self._areas: dict[float, Mask] = {}
 
     def patterns(self, parity: Parity) -> Floats:
         """Unknowns on the cell in each unit load: see `ContactUnits`."""
@@ -318,11 +329,41 @@ class PressurePatterns(ContactUnits):
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the unit loads at n instants: see `UnitLoads.weights`."""
-        values = np.stack([state.values for state in self.pins.states(instants, cycle)], axis=1)
+        states = self.pins.states(instants, cycle)
+        return self.of_pressures(np.stack([state.values for state in states], axis=1), instants)
+
+    def of_pressures(self, values: Floats, instants: Instants) -> Weights:
+        """Weights of pressures (n, n_instants) and of the inertia of instants."""
         parts, none = self.contact.problem.unfolding.parts(values), np.zeros((self._n_cell, len(instants)))
         even, odd = (self._weighing[parity].T @ parts.get(parity, none) for parity in Parity)
         motions = instants.motions
         return Weights(np.concatenate([even, motions[:2]]), np.concatenate([odd, motions[2:]]))
+
+    def sampled(self, instants: Instants, cycle: CrankCycle) -> SampledWeights:
+        """Weights of which most are estimated at first: see `UnitLoads.sampled`.
+
+        Each cycle starts from the contact areas of the one whose speed is nearest.
+        """
+        near = min(list(self._areas), key=lambda speed: abs(speed - cycle.speed), default=None)
+        start = None if near is None or self._areas[near].shape[1] != len(instants) else self._areas[near]
+        found = EstimatedWeights(self, instants, start)
+        self._areas[cycle.speed] = found.areas
+        return found
+
+    def balanced(self) -> Weights:
+        """What errors of estimated weights do not contain: see `UnitLoads.balanced`.
+
+        Pressures that differ by an error have the same resultants.
+        """
+        problem, resultants = self.contact.problem, []
+        for parity in Parity:
+            patterns = self._patterns[parity]
+            none = np.zeros_like(patterns)
+            parts = {other: patterns if other is parity else none for other in problem.unfolding.parities()}
+            resultants.append(problem.unfolding.unfolded(parts).T @ problem.rigid)
+        directions, sizes, _ = np.linalg.svd(np.concatenate(resultants), full_matrices=False)
+        kept = directions[:, sizes > _RESULTANT * sizes.max(initial=0.0)]
+        return Weights(*np.split(kept, [len(resultants[0])]))
 
     def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002
         """Contact of the pins with the bores at each instant."""
@@ -332,6 +373,49 @@ class PressurePatterns(ContactUnits):
             parts[parity] = patterns @ own[: patterns.shape[1]]
         pressure = self.contact.problem.unfolding.unfolded(parts)
         return Contacts(self.contact.touches(pressure, slice(None)))
+
+
+class EstimatedWeights(SampledWeights):
+    """Weights of contact: solved at every few instants, estimated between them, and solved on demand.
+
+    `start` (n, n_instants): contact areas of a cycle much like it, at the instants that were solved first.
+    """
+
+    def __init__(self, units: PressurePatterns, instants: Instants, start: Mask | None = None) -> None:
+        self._units, self._instants = units, instants
+        problem, count = units.contact.problem, len(instants)
+        self._gaps, self._forces = units.contact.acting(instants)
+        self._pressure = np.zeros_like(self._gaps)
+        knots = np.unique(np.append(np.arange(0, count, KNOTS), count - 1))
+        with one_blas_thread():
+            self._solve_pressures(knots, start)
+            self.areas = self._pressure > 0
+            left = np.setdiff1d(np.arange(count), knots)
+            guess = interpolated(self._pressure[:, knots], knots, left)
+            pressure, error = problem.estimator.estimate(guess, self._gaps[:, left], self._forces[:, left])
+        self._pressure[:, left] = pressure
+        super().__init__(units.of_pressures(self._pressure, instants))
+        self.error[left] = error / np.sqrt(problem.unfolding.images)
+        self.solve(np.flatnonzero(~np.isfinite(self.error)))
+
+    def _solve_pressures(self, which: Ints, start: Mask | None = None) -> None:
+        """Solve from the contact areas given (n, n_instants), or each from that of the one before."""
+        system, area = self._units.contact.problem.system, None
+        for number in which:
+            area = area if start is None else start[:, number]
+            state = system.solve(self._gaps[:, number].copy(), self._forces[:, number].copy(), area)
+            self._pressure[:, number], area = state.pressure, state.pressure > 0
+
+    def solve(self, which: Ints) -> None:
+        """Solve some instants: see `SampledWeights.solve`."""
+        which = which[self.error[which] > 0]
+        if which.size:
+            with one_blas_thread():
+                self._solve_pressures(which)
+            exact = self._units.of_pressures(self._pressure[:, which], self._instants[which])
+            for own, new in zip(self.weights, exact, strict=True):
+                own[:, which] = new
+            self.error[which] = 0.0
 
 
 def of_unit_work(compliance: Floats) -> tuple[Floats, Floats]:

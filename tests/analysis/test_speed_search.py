@@ -16,6 +16,7 @@ from fea.judge.history import deviatoric, extremes
 from fea.judge.verdict import CAP
 from loads.cases import peak_cases
 from loads.gas import NoGas
+from loads.instants import joined
 from loads.slider_crank import cycle_angles
 
 SPEEDS = np.linspace(800, 9000, 21)
@@ -82,7 +83,8 @@ def test_the_worst_place_depends_on_the_finish_of_each(rod):
 @pytest.mark.parametrize("rpm", [1000.0, 8777.0])
 def test_bounds_are_never_below_what_they_bound(rod, search, rpm):
     weights = rod.cycle.weights(rod.crank_cycle(rpm), cycle_angles())
-    (bound,) = search._bounds(rpm, weights)
+    cycle = search._cycle(rpm, joined(()), weights.at(slice(0)))
+    (bound,) = (own.max(axis=1) for own in search._in_sectors(cycle))
     (part,) = search._parts
     some = np.arange(0, len(bound), 7)
     at_degrees = np.linalg.norm(part.stress(weights, some)[:, :5], axis=1).max(axis=1)
