@@ -28,7 +28,7 @@ _UNSETTLED = (
     "another --pressure"
 )
 # Relative: below it, no place in contact is sure to resist a motion.
-_RESISTED = 1e-4
+_RESISTED = 1e-2
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,9 @@ class ContactSystem:
             No pressure has these resultants.
         """
         before = self._active if start is None else start
-        active = self._R @ force > 0 if before is None else before
-        contact = self._primal_dual(gap, force, active) or self._exchanged(gap, force)
+        contact = None if before is None else self._primal_dual(gap, force, before)
+        contact = contact or self._primal_dual(gap, force, self._R @ force > 0)
+        contact = contact or self._exchanged(gap, force)
         self._active = contact.pressure > 0
         return contact
 
@@ -187,9 +188,9 @@ def balanced(rigid: Floats, force: Floats) -> Floats:
 
 def _balancing(resistance: Floats, force: Floats) -> Floats:
     """Motions (m,) that balance forces; one that no place in contact resists stays zero."""
-    stiff = np.linalg.eigvalsh(resistance) if len(force) else np.ones(1)
-    if stiff[0] > _RESISTED * stiff[-1]:
-        return np.asarray(np.linalg.solve(resistance, force), np.float64)
+    factor, failed = dpotrf(resistance, lower=1, clean=0)
+    if not failed and (own := factor.diagonal()).min() > _RESISTED * own.max():
+        return np.asarray(dpotrs(factor, force, lower=1)[0])
     return np.asarray(np.linalg.lstsq(resistance, force, rcond=1e-12)[0])
 
 
