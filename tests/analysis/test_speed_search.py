@@ -5,15 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cycles import analysis
+from rod_studies import random_study
 
 from fea.analysis.cycle.search import PartRows, SpeedSearch
 from fea.analysis.many_speeds import SpeedSweep
+from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed, with_cycle
-from fea.base.choices import Fatigue, Region, Symmetry
+from fea.base.choices import CONTACT, Fatigue, Region, Symmetry
 from fea.base.material import Marin, SurfaceFinish
 from fea.judge.fatigue import fatigue_factor
 from fea.judge.history import deviatoric, extremes
 from fea.judge.verdict import CAP
+from fea.pins.contact import EstimatedWeights, PressurePatterns
+from fea.pins.model import UnitLoads
+from fea.study.flags import Flags
+from geometry.surfaces import Surface
 from loads.cases import peak_cases
 from loads.gas import NoGas
 from loads.instants import joined
@@ -78,6 +84,54 @@ def test_the_worst_place_depends_on_the_finish_of_each(rod):
         )
         places.append(found.figures.surface_region)
     assert places == [Region.REST, Region.BORES]
+
+
+@pytest.fixture(scope="module")
+def in_contact():
+    """A random rod under contact, on a coarse mesh."""
+    study = random_study(16)
+    return prepare(Flags(size=study.rod.length / 7, pressure=CONTACT, cycle=True).applied(study))
+
+
+def test_estimated_contact_leads_to_the_places_of_every_degree_solved(in_contact, monkeypatch):
+    rod, cell = in_contact, in_contact.mesh.cell
+    # Where estimates err most: the bores alone.
+    ends = [cell.facets[end].ravel() for end in (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)]
+    cycle = replace(rod.cycle, masked=~np.isin(np.arange(len(cell.points)), np.concatenate(ends)))
+    speeds = list(rod.study.speed.rpm * np.array([0.4, 1.0]))
+    solved, solve = [], EstimatedWeights._solve_pressures
+
+    def counted(weights, which, *start):
+        solved.append(len(which))
+        solve(weights, which, *start)
+
+    monkeypatch.setattr(EstimatedWeights, "_solve_pressures", counted)
+    estimated = SpeedSearch(cycle, rod.crank_cycle, speeds)
+    found = {rpm: estimated.at(rpm) for rpm in speeds}
+    few = sum(solved) < 0.8 * len(speeds) * len(cycle_angles())
+    monkeypatch.setattr(PressurePatterns, "sampled", UnitLoads.sampled)
+    every = SpeedSearch(cycle, rod.crank_cycle, speeds)
+    for rpm, own in found.items():
+        direct = every.at(rpm)
+        for place, exact in ((own.yielding, direct.yielding), (own.fatigue, direct.fatigue)):
+            assert place.factor == pytest.approx(exact.factor, rel=1e-4)
+            factors = place.figures.crossland_safety_factor, exact.figures.crossland_safety_factor
+            assert factors[0] == pytest.approx(factors[1], rel=1e-4)
+    assert few
+
+
+def test_the_error_of_estimated_pressures_is_within_its_bound(in_contact):
+    cycle, loads = in_contact.crank_cycle(in_contact.study.speed.rpm), in_contact.cycle.loads
+    exact, estimated = loads.weights(cycle.degrees, cycle), loads.sampled(cycle.degrees, cycle)
+    apart = np.concatenate(exact) - np.concatenate(estimated.weights)
+    length, largest = np.linalg.norm(apart, axis=0), np.linalg.norm(np.concatenate(exact), axis=0).max()
+    assert (length <= estimated.error * (1 + 1e-6) + 1e-9 * largest).all()
+    between = estimated.error > 0
+    assert between.mean() > 0.7
+    assert np.median(estimated.error[between]) < 0.01 * largest
+    patterns = [one[:-2] - other[:-2] for one, other in zip(exact, estimated.weights, strict=True)]
+    resultants = np.concatenate(loads.balanced()).T @ np.concatenate(patterns)
+    assert np.abs(resultants).max() < 1e-9 * largest
 
 
 @pytest.mark.parametrize("rpm", [1000.0, 8777.0])

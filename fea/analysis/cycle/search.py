@@ -15,6 +15,12 @@ the surface there.
 
 Places are evaluated at every degree in the order of their bounds, until the next bound is not worse than the
 worst place found: the places left out cannot be the worst.
+
+Where contact makes weights dear, they are solved at every few degrees and estimated between these, with an
+upper bound of their error (`fea.contact.estimate`). Loads do not depend on it, so that the stress away from
+the bores hardly does. A place on a bore could by this bound err by much more than any does: its estimates are
+trusted to a part of its largest stress as well, until a solution shows otherwise. Degrees are solved as long
+as what estimates may err by leaves the worst place, or the instants that decide on it, in doubt.
 """
 
 import dataclasses
@@ -42,9 +48,9 @@ from loads.slider_crank import cycle_angles
 
 # Number of nodes for which bounds are computed at once.
 _NODES = 2000
-# No estimate errs by more than this part of the largest stress of the place. Where a solution shows that one
-# does, every instant is solved.
-ESTIMATE = 0.1
+# What estimates are first allowed to err by, relative to the largest stress of the place. Where a solution
+# shows that one errs by more, twice as much is allowed.
+ALLOWED = 0.1
 # Relative allowance for rounding in the bounds, in single precision.
 _ROUNDING = 1e-6
 # Of stresses in single precision, MPa.
@@ -103,12 +109,12 @@ class PartRows:
         side = np.asarray(self._sides)[image, None, None]
         return product(self._even[node], weights.even) + side * product(self._odd[node], weights.odd)
 
-    def errors(self, rows: Ints | slice, error: Floats, largest: Floats) -> Floats:
-        """Bounds (n, n_instants) of the errors of von Mises stress of some rows.
+    def errors(self, rows: Ints | slice, error: Floats, most: Floats) -> Floats:
+        """Bounds (n, n_instants) of the errors of von Mises stress of some rows, at `most` (n,).
 
-        `error` (n_instants,) that of the weights; `largest` (n,) the largest stress of each row.
+        `error` (n_instants,): that of the weights.
         """
-        return np.minimum(self.apart[rows][:, None] * error, ESTIMATE * largest[:, None])
+        return np.minimum(self.apart[rows][:, None] * error, most[:, None])
 
     def block(self, along: Path, rows: Ints) -> Block:
         """Return some rows over a path."""
@@ -219,8 +225,8 @@ FIRST_ROWS = 50
 ESTIMATED_ROWS = 200
 # Relative: a place that estimates leave in doubt by less is not looked at more closely.
 WITHIN = 5e-5
-# Places in doubt for which instants are solved at once.
-_AT_ONCE = 10
+# Places in doubt for which instants are solved at once, and how many for each.
+_AT_ONCE, _INSTANTS = 10, 40
 # Crossland's radius is that of the instants that come as near to the ball, relative to its radius.
 _NEAR_BALL = 0.1
 
@@ -261,7 +267,10 @@ class SpeedSearch:
         cycle = self._cycle(rpm, cases[cyclic], of_cases.at(cyclic))
         at_cases = [part.every(of_cases) for part in self._parts]
         at_peaks = [deviator_norm(stress[..., cyclic]).max(axis=1, initial=0.0) for stress in at_cases]
-        yielding, fatigue = (self._worst(cycle, at_peaks, mode) for mode in (YIELDING, FATIGUE))
+        allowed = 0.0
+        while cycle.allowed > allowed:  # solutions may have shown that more must be allowed
+            allowed = cycle.allowed
+            yielding, fatigue = (self._worst(cycle, at_peaks, mode) for mode in (YIELDING, FATIGUE))
         yielding = dataclasses.replace(yielding, factor=min(yielding.factor, CAP))
         peaks = tuple(self._peak([stress[..., k] for stress in at_cases]) for k in range(len(cases)))
         return Worst(tuple(cases), peaks, yielding, fatigue if np.isfinite(fatigue.factor) else None)
@@ -316,7 +325,11 @@ class SpeedSearch:
         """Lower bounds of the factors of the rows of all parts, one after another."""
         error, least = np.maximum.reduceat(cycle.degrees.error, self._starts), []
         for part, sectors, peak in zip(self._parts, self._in_sectors(cycle), at_peaks, strict=True):
-            away = part.errors(slice(None), error, sectors.max(axis=1)) if cycle.estimated else 0.0
+            away = (
+                part.errors(slice(None), error, cycle.allowed * sectors.max(axis=1))
+                if cycle.estimated
+                else 0.0
+            )
             least.append(mode.bound(part, np.maximum((sectors + away).max(axis=1), peak)))
         return np.concatenate(least)
 
@@ -401,12 +414,15 @@ class _Cycle:
         Crank angles, rad, and those of `SampledWeights`.
     rpm, degrees
         The speed, and the weights at the degrees alone.
+    allowed
+        What estimates may err by, relative to the largest stress of the place.
     """
 
     def __init__(
         self, rpm: float, angles: Floats, degrees: SampledWeights, peaks: Floats, of_peaks: Weights
     ) -> None:
-        self.rpm, self.degrees, every = rpm, degrees, np.append(angles, peaks)
+        self.rpm, self.degrees, self.allowed = rpm, degrees, ALLOWED
+        every = np.append(angles, peaks)
         self._order = np.argsort(every)
         self.angles = every[self._order]
         pairs = zip(degrees.weights, of_peaks, strict=True)
@@ -448,7 +464,7 @@ def _roughly(part: PartRows, rows: Ints, cycle: _Cycle, mode: Mode) -> Floats:
     largest = deviator_norm(at_ends).max(axis=1)
     error = half + part.strayed(along.strays, rows)
     if cycle.estimated:
-        error += part.errors(rows, within, largest)
+        error += part.errors(rows, within, cycle.allowed * largest)
     middle = (at_ends[..., :-1] + at_ends[..., 1:]) / 2
     return _least_factors(part, rows, middle, error * (1 + _ROUNDING), mode)[0]
 
@@ -457,19 +473,22 @@ def _exactly(part: PartRows, rows: Ints, cycle: _Cycle, mode: Mode, best: float)
     """Do so by solving instants, for the rows of the least bounds first, until no row is in doubt."""
     history = part.stress(cycle.weights, rows)
     while True:
-        error = part.errors(rows, cycle.error, deviator_norm(history).max(axis=1))
+        error = part.errors(rows, cycle.error, cycle.allowed * deviator_norm(history).max(axis=1))
         least, needed = _least_factors(part, rows, history, error, mode)
         doubtful = needed.any(axis=1)
         best = min(best, float(least[~doubtful].min(initial=np.inf)))
         low = np.flatnonzero(doubtful & (least < best * (1 - WITHIN)))
         if not low.size:
             return np.where(doubtful, np.inf, least)
-        which = np.flatnonzero(needed[low[np.argsort(least[low])[:_AT_ONCE]]].any(axis=0))
+        low = low[np.argsort(least[low])[:_AT_ONCE]]
+        upper = np.where(needed, deviator_norm(history) + error, 0)[low]
+        # The largest first: they may leave the others out of question.
+        last = np.sort(upper, axis=1)[:, -min(_INSTANTS, upper.shape[1]), None]
+        which = np.flatnonzero((needed[low] & (upper >= last)).any(axis=0))
         cycle.solve(which)
         exact = part.stress(cycle.weights.at(which), rows)
-        if (deviator_norm(exact - history[..., which]) > (1 + _ROUNDING) * error[:, which] + _TINY).any():
-            cycle.solve(np.arange(len(cycle.angles)))
-            history = part.stress(cycle.weights, rows)
+        wrong = deviator_norm(exact - history[..., which]) > error[:, which] * (1 + _ROUNDING) + _TINY
+        cycle.allowed *= 2 if wrong.any() else 1
         history[..., which] = exact
 
 
@@ -510,8 +529,9 @@ def _settled(part: PartRows, row: int, cycle: _Cycle) -> Floats:
     rows = np.array([row])
     history = part.stress(cycle.weights, rows)
     if cycle.estimated:
-        size, error = deviator_norm(history)[0], part.apart[row] * cycle.error
-        mean, pressed = history[0, 5], part.pressed[row] * cycle.error
+        size, mean = deviator_norm(history)[0], history[0, 5]
+        most = cycle.allowed * size.max()
+        error, pressed = (np.minimum(own[row] * cycle.error, most) for own in (part.apart, part.pressed))
         apart = distances_from_middle(history[:, :5], history[:, :5, size.argmax()])[0]
         outside = apart + error > (1 - _NEAR_BALL) * apart.max()
         tensest = mean + pressed > (mean - pressed).max()
