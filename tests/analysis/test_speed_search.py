@@ -16,7 +16,7 @@ from fea.base.material import Marin, SurfaceFinish
 from fea.judge.fatigue import fatigue_factor
 from fea.judge.history import deviatoric, extremes
 from fea.judge.verdict import CAP
-from fea.pins.contact import EstimatedWeights, PressurePatterns
+from fea.pins.contact import PressurePatterns
 from fea.pins.model import UnitLoads
 from fea.study.flags import Flags
 from geometry.surfaces import Surface
@@ -98,17 +98,10 @@ def test_estimated_contact_leads_to_the_places_of_every_degree_solved(in_contact
     # Where estimates err most: the bores alone.
     ends = [cell.facets[end].ravel() for end in (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)]
     cycle = replace(rod.cycle, masked=~np.isin(np.arange(len(cell.points)), np.concatenate(ends)))
+    monkeypatch.setattr("fea.pins.contact.KNOTS", 15)  # estimates err more, and more must be solved
     speeds = list(rod.study.speed.rpm * np.array([0.4, 1.0]))
-    solved, solve = [], EstimatedWeights._solve_pressures
-
-    def counted(weights, which, *start):
-        solved.append(len(which))
-        solve(weights, which, *start)
-
-    monkeypatch.setattr(EstimatedWeights, "_solve_pressures", counted)
     estimated = SpeedSearch(cycle, rod.crank_cycle, speeds)
     found = {rpm: estimated.at(rpm) for rpm in speeds}
-    few = sum(solved) < 0.8 * len(speeds) * len(cycle_angles())
     monkeypatch.setattr(PressurePatterns, "sampled", UnitLoads.sampled)
     every = SpeedSearch(cycle, rod.crank_cycle, speeds)
     for rpm, own in found.items():
@@ -117,7 +110,6 @@ def test_estimated_contact_leads_to_the_places_of_every_degree_solved(in_contact
             assert place.factor == pytest.approx(exact.factor, rel=1e-4)
             factors = place.figures.crossland_safety_factor, exact.figures.crossland_safety_factor
             assert factors[0] == pytest.approx(factors[1], rel=1e-4)
-    assert few
 
 
 def test_the_error_of_estimated_pressures_is_within_its_bound(in_contact):
